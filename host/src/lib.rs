@@ -1,0 +1,3 @@
+//! Host side of stickslip: data sets, replay, streaming, comparison, diagnosis.
+
+pub mod dataset;

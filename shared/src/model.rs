@@ -1,0 +1,164 @@
+//! What the predictor is told: the scene (rig and object, known from measurement) and the
+//! model (contact law, friction and effects, calibrated or diagnosed).
+//!
+//! The scene comes from a data set's `dataset.toml`, the model from the user's
+//! `model.toml`. Both are plain data without sizes decided at run time, so that the host
+//! can send them to the board (`postcard`) and both sides hold the same numbers.
+
+use crate::effects::Effect;
+use crate::real::Real;
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+/// Most vertices of a polygon prism.
+pub const MAX_VERTICES: usize = 8;
+/// Most support points given one by one.
+pub const MAX_SUPPORT_POINTS: usize = 8;
+/// Most effects in one model.
+pub const MAX_EFFECTS: usize = 6;
+
+/// Shape of the object, in its own axes (origin at the centre of mass, X along the length).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "R: Real")]
+pub enum Shape<R: Real> {
+    /// Square prism: `length_m` along X, `side_m` along Y and Z.
+    Prism {
+        /// Along X.
+        length_m: R,
+        /// Along Y and Z.
+        side_m: R,
+    },
+    /// Cylinder with axis X.
+    Cylinder {
+        /// Along X.
+        length_m: R,
+        /// Diameter.
+        diameter_m: R,
+        /// Distance between two flat faces at +Y and -Y (the paper's obj3); the diameter where there are none.
+        across_flats_m: R,
+    },
+    /// Convex polygon in XY, counter-clockwise about the centre of mass, extruded along Z.
+    Polygon {
+        /// `[x, y]` of each corner.
+        vertices_m: Vec<[R; 2], MAX_VERTICES>,
+        /// Extent along Z, from -height/2 to +height/2.
+        height_m: R,
+    },
+}
+
+/// The manipulated object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "R: Real")]
+pub struct Object<R: Real> {
+    /// Geometry.
+    pub shape: Shape<R>,
+    /// Mass.
+    pub mass_kg: R,
+    /// Inertia about the centre of mass in object axes, row by column.
+    pub inertia_kg_m2: [[R; 3]; 3],
+}
+
+/// Contact area of a fingertip: a flat pad normal to gripper Y.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "R: Real")]
+pub enum FingerContact<R: Real> {
+    /// A single point.
+    Point,
+    /// A line along gripper X.
+    Line {
+        /// End to end.
+        length_m: R,
+    },
+    /// A flat disc.
+    Disc {
+        /// Across.
+        diameter_m: R,
+    },
+}
+
+/// Contact feature of the pusher, in the pusher frame (+X is the normal into the object).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "R: Real")]
+pub enum PusherContact<R: Real> {
+    /// The half space x <= 0 of the pusher frame.
+    Plane,
+    /// An edge along pusher Y through the origin.
+    Line {
+        /// End to end.
+        length_m: R,
+    },
+    /// A sphere or a vertical rod centred at the origin.
+    Point {
+        /// Radius of the tip.
+        tip_radius_m: R,
+    },
+}
+
+/// A fixed horizontal table under the object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "R: Real")]
+pub enum SupportContact<R: Real> {
+    /// The object's whole lower face.
+    Patch,
+    /// Point feet, `[x, y]` in object axes on the lower face.
+    Points(Vec<[R; 2], MAX_SUPPORT_POINTS>),
+}
+
+/// Everything about the rig and the object that is known without looking at friction.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "R: Real")]
+pub struct Scene<R: Real> {
+    /// World axes.
+    pub gravity_m_s2: [R; 3],
+    /// What is manipulated.
+    pub object: Object<R>,
+    /// Both fingertips; `None` where nothing is grasped.
+    pub fingers: Option<FingerContact<R>>,
+    /// The pusher; `None` where there is none.
+    pub pusher: Option<PusherContact<R>>,
+    /// The table; `None` where there is none.
+    pub support: Option<SupportContact<R>>,
+}
+
+/// Coulomb friction coefficients, dimensionless.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "R: Real")]
+pub struct Friction<R: Real> {
+    /// Fingertips on the object.
+    pub finger: R,
+    /// Pusher on the object.
+    pub pusher: R,
+    /// Table under the object.
+    pub support: R,
+}
+
+/// The base contact law.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "R: Real")]
+pub enum Base<R: Real> {
+    /// The paper's rigid contact: Coulomb, maximum dissipation, non-penetration. A
+    /// vanishing compliance (documented in `contact`) only chooses one of many force
+    /// distributions.
+    Hard,
+    /// Compliant contact with damping.
+    Soft {
+        /// Normal stiffness of one whole contact (patch, line or point).
+        normal_n_m: R,
+        /// Tangential stiffness of one whole contact.
+        tangential_n_m: R,
+        /// Damping time: damping coefficient over stiffness.
+        damping_s: R,
+    },
+}
+
+/// Contact law, friction and effects: what is calibrated, diagnosed and sent to the board.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "R: Real")]
+pub struct Model<R: Real> {
+    /// The base contact law.
+    pub base: Base<R>,
+    /// Friction coefficients of the base model.
+    pub friction: Friction<R>,
+    /// Effects on top of the base, applied in this order.
+    pub effects: Vec<Effect<R>, MAX_EFFECTS>,
+}

@@ -1,0 +1,85 @@
+//! The scalar of every computation: `f32` on the board, `f32` or `f64` on the host.
+//!
+//! All elementary functions go through `libm` (nalgebra's `libm-force`), so that the
+//! same source gives the same bits on x86 and on a Cortex-M4F. `sqrt` is the one
+//! exception in form, not in bits: IEEE 754 requires it to be correctly rounded.
+
+use nalgebra::{Matrix3, RealField, UnitQuaternion, Vector3};
+
+/// Three components, in the axes that the field's name says.
+pub type Vec3<R> = Vector3<R>;
+/// 3 x 3, row by column.
+pub type Mat3<R> = Matrix3<R>;
+/// Unit quaternion, rotating local axes into the parent's.
+pub type Rotation<R> = UnitQuaternion<R>;
+
+/// A scalar for which every operation is the same on every platform.
+pub trait Real:
+    RealField + Copy + Default + serde::Serialize + serde::de::DeserializeOwned + 'static
+{
+    /// Relative rounding error (distance from 1 to the next number).
+    const EPSILON: Self;
+    /// The nearest representable number.
+    fn of(x: f64) -> Self;
+    /// Widened without loss.
+    fn to_f64(self) -> f64;
+    /// The bit pattern, with every NaN mapped to one (platforms differ in NaN signs).
+    fn canonical_bits(self) -> u64;
+    /// `true` for neither NaN nor an infinity.
+    fn finite(self) -> bool;
+    /// Square root, correctly rounded: the same bits everywhere; one instruction on an FPU.
+    fn root(self) -> Self;
+}
+
+impl Real for f32 {
+    const EPSILON: Self = f32::EPSILON;
+    fn of(x: f64) -> Self {
+        x as f32
+    }
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
+    fn canonical_bits(self) -> u64 {
+        if self.is_nan() { 0x7fc0_0000 } else { u64::from(self.to_bits()) }
+    }
+    fn finite(self) -> bool {
+        f32::is_finite(self)
+    }
+    fn root(self) -> Self {
+        libm::sqrtf(self)
+    }
+}
+
+impl Real for f64 {
+    const EPSILON: Self = f64::EPSILON;
+    fn of(x: f64) -> Self {
+        x
+    }
+    fn to_f64(self) -> f64 {
+        self
+    }
+    fn canonical_bits(self) -> u64 {
+        if self.is_nan() { 0x7ff8_0000_0000_0000 } else { self.to_bits() }
+    }
+    fn finite(self) -> bool {
+        f64::is_finite(self)
+    }
+    fn root(self) -> Self {
+        libm::sqrt(self)
+    }
+}
+
+/// Smaller of two; the second where the first is NaN.
+pub fn least<R: Real>(a: R, b: R) -> R {
+    if a < b { a } else { b }
+}
+
+/// Larger of two; the second where the first is NaN.
+pub fn most<R: Real>(a: R, b: R) -> R {
+    if a > b { a } else { b }
+}
+
+/// `x` limited to `[low, high]`; `low` where `x` is NaN.
+pub fn clamp<R: Real>(x: R, low: R, high: R) -> R {
+    least(most(x, low), high)
+}
