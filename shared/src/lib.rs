@@ -14,6 +14,8 @@ pub mod cone;
 pub mod contact;
 pub mod effects;
 pub mod model;
+pub mod predictor;
 pub mod real;
 pub mod shape;
 pub mod step;
+pub mod track;
