@@ -1,3 +1,5 @@
 //! Host side of stickslip: data sets, replay, streaming, comparison, diagnosis.
 
+pub mod commands;
 pub mod dataset;
+pub mod output;
