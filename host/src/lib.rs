@@ -1,5 +1,7 @@
 //! Host side of stickslip: data sets, replay, streaming, comparison, diagnosis.
 
+pub mod channels;
 pub mod commands;
 pub mod dataset;
 pub mod output;
+pub mod simulate;
