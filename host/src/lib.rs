@@ -1,4 +1,6 @@
 //! Host side of stickslip: data sets, replay, streaming, comparison, diagnosis.
 
+pub mod commands;
 pub mod dataset;
+pub mod output;
 pub mod rig;
