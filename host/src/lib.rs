@@ -5,3 +5,4 @@ pub mod commands;
 pub mod dataset;
 pub mod output;
 pub mod simulate;
+pub mod rig;
