@@ -1,3 +1,4 @@
 //! Host side of stickslip: data sets, replay, streaming, comparison, diagnosis.
 
 pub mod dataset;
+pub mod lcp_files;

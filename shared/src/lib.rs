@@ -6,5 +6,6 @@
 #![forbid(unsafe_code)]
 
 pub mod effects;
+pub mod lcp;
 pub mod model;
 pub mod real;
