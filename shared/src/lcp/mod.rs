@@ -9,7 +9,6 @@
 pub mod contact;
 pub mod dense;
 pub mod factors;
-pub mod fallback;
 pub mod residual;
 mod small;
 
