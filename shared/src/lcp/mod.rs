@@ -58,10 +58,8 @@ pub enum Path {
     Warm,
     /// The active set of the previous problem, repaired.
     Repaired,
-    /// Newton's method on the velocities, from rest.
-    Newton,
-    /// Friction limits frozen and renewed in turns.
-    FixedLimits,
+    /// The velocities followed from open contacts.
+    Velocities,
     /// Lemke's pivots on the matrix as given.
     Lemke,
     /// Lemke's pivots after this many restarts on a perturbed matrix.

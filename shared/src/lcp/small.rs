@@ -57,6 +57,20 @@ impl<R: Real, const ND: usize> Factorisation<R, ND> {
         Self { rows, exchanged }
     }
 
+    /// The inverse, row by row.
+    pub(super) fn inverse(&self) -> [[R; ND]; ND] {
+        let mut inverse = [[R::zero(); ND]; ND];
+        for k in 0..ND {
+            let mut unit = [R::zero(); ND];
+            unit[k] = R::one();
+            let column = self.solve(&unit);
+            for r in 0..ND {
+                inverse[r][k] = column[r];
+            }
+        }
+        inverse
+    }
+
     /// Solves for the right-hand side `b`.
     #[inline]
     pub(super) fn solve(&self, b: &[R; ND]) -> [R; ND] {
