@@ -2,3 +2,4 @@
 
 pub mod dataset;
 pub mod lcp_files;
+pub mod lcp_gen;

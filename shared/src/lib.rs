@@ -2,7 +2,7 @@
 //!
 //! One source for the gripper's microcontroller and for the host: no_std, no allocation,
 //! no panic on any input, the same bits on both sides.
-#![no_std]
+
 #![forbid(unsafe_code)]
 
 pub mod effects;

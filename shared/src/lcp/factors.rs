@@ -214,6 +214,30 @@ impl<R: Real, const NC: usize, const ND: usize> Impulses<R, NC, ND> {
         }
     }
 
+    /// Takes `z` in the order of the complementarity problem; opposite tangents are paired.
+    pub fn read_unknowns(&mut self, z: &[R], problem: &Factors<R, NC, ND>) {
+        *self = Self::none();
+        let count = problem.contacts.len();
+        let at = |k: usize| z.get(k).copied().unwrap_or(R::zero());
+        for (i, contact) in problem.contacts.iter().enumerate() {
+            let place = count + 4 * i;
+            let pair = [at(place) - at(place + 2), at(place + 1) - at(place + 3)];
+            // The capacity is that of the problem: nothing is refused.
+            let _ = self.normal.push(at(i));
+            let _ = self.tangential.push(pair);
+            let _ = self.slip.push(at(5 * count + i));
+            for (k, change) in self.velocity_change.iter_mut().enumerate() {
+                let row = |row: &[R; ND]| row.get(k).copied().unwrap_or(R::zero());
+                *change += row(&contact.normal) * at(i)
+                    + row(&contact.tangents[0]) * pair[0]
+                    + row(&contact.tangents[1]) * pair[1];
+            }
+        }
+        for (change, &inverse) in self.velocity_change.iter_mut().zip(&problem.inverse_mass) {
+            *change *= inverse;
+        }
+    }
+
     /// Writes `z` in the order of the complementarity problem; the rest of `z` is untouched.
     pub fn write_unknowns(&self, z: &mut [R]) {
         let count = self.normal.len();

@@ -9,6 +9,7 @@
 pub mod contact;
 pub mod dense;
 pub mod factors;
+pub mod fallback;
 pub mod residual;
 mod small;
 

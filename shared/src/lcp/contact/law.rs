@@ -28,6 +28,16 @@ pub(super) enum Mode {
     Slide(i8, i8),
 }
 
+/// What the compliance of a normal is relative to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Normal {
+    /// Its diagonal of `W`: the best conditioned.
+    Whole,
+    /// What couples it to other contacts. Light fingers make the diagonal far larger than what
+    /// the object adds to it, and the rounds would converge slowly.
+    Coupled,
+}
+
 /// A contact during a solve, in units in which every degree of freedom has mass one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Track<R, const ND: usize> {
@@ -155,12 +165,10 @@ impl<R: Real, const ND: usize> Track<R, ND> {
 
     /// Sets the small compliances to `relative` of the diagonal.
     #[inline]
-    pub(super) fn regularise(&mut self, relative: R) {
+    pub(super) fn regularise(&mut self, relative: R, scale: Normal) {
         let tangent = (self.size[1] + self.size[2]) * R::of(0.5);
-        // Light fingers make the normal's diagonal far larger than what the object adds to it,
-        // and it is the object that couples the contacts.
         let coupled = least(self.size[0], tangent * R::of(300.0));
-        let normal = if coupled > R::zero() { coupled } else { self.size[0] };
+        let normal = if scale == Normal::Coupled && coupled > R::zero() { coupled } else { self.size[0] };
         self.shift = normal * relative;
         let total = self.compliance + self.shift;
         self.normal_gain = if total > R::zero() { R::one() / total } else { R::one() };

@@ -20,7 +20,7 @@ use super::factors::{Factors, Impulses};
 use super::residual::Residual;
 use super::{Outcome, Path, Report, Status, magnitude, tolerance};
 use crate::real::{Real, most};
-use law::{Mode, Track, add_scaled};
+use law::{Mode, Normal, Track, add_scaled};
 use path::{End, follow};
 
 /// Rounds in which the compliance is taken out.
@@ -34,8 +34,6 @@ pub struct ContactSolver<R, const NC: usize, const ND: usize> {
     /// Contacts of the last problem where it was solved, else 0: the warm start.
     known: usize,
     answer: Impulses<R, NC, ND>,
-    /// dev
-    pub shift: f64,
 }
 
 impl<R: Real, const NC: usize, const ND: usize> Default for ContactSolver<R, NC, ND> {
@@ -53,7 +51,12 @@ fn first_shift<R: Real>() -> R {
 impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
     /// Empty working memory.
     pub fn new() -> Self {
-        Self { tracks: [Track::nothing(); NC], known: 0, answer: Impulses::none(), shift: 0.0 }
+        Self { tracks: [Track::nothing(); NC], known: 0, answer: Impulses::none() }
+    }
+
+    /// The answer of the last solve with a report that says what it is worth.
+    pub(super) fn last(&self, report: Report<R>) -> Outcome<'_, Impulses<R, NC, ND>, R> {
+        Outcome::new(&self.answer, report)
     }
 
     /// Forgets the last problem: the next solve starts from open contacts.
@@ -101,7 +104,7 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
             if start == 0 && !warm {
                 continue;
             }
-            let shift = if self.shift > 0.0 {R::of(self.shift)} else { first_shift::<R>() } * if start > 1 { R::of(10.0) } else { R::one() };
+            let shift = first_shift::<R>() * if start > 2 { R::of(10.0) } else { R::one() };
             let (end, kinks, residual) = attempt(tracks, shift, start);
             pivots = pivots.saturating_add(kinks);
             match end {
@@ -163,7 +166,7 @@ fn attempt<R: Real, const ND: usize>(
     let mut y = [R::zero(); ND];
     let mut pivots = 1;
     for track in tracks.iter_mut() {
-        track.regularise(shift);
+        track.regularise(shift, Normal::Whole);
     }
     if start == 0 {
         anchor(tracks, &mut y);
@@ -177,7 +180,7 @@ fn attempt<R: Real, const ND: usize>(
     }
     let mut residual = infinite;
     for round in 0..ROUNDS {
-        let speeds = settle(tracks, &y);
+        let speeds = settle(tracks);
         let before = residual;
         residual = certify(tracks, &speeds);
         if residual <= aim || round + 1 == ROUNDS {
@@ -188,10 +191,10 @@ fn attempt<R: Real, const ND: usize>(
             if residual <= tolerance() && residual > before * R::of(0.5) {
                 break;
             }
-            shift *= R::of(0.03);
-            for track in tracks.iter_mut() {
-                track.regularise(shift);
-            }
+            shift = most(shift * R::of(0.03), first_shift * R::of(1e-4));
+        }
+        for track in tracks.iter_mut() {
+            track.regularise(shift, Normal::Coupled);
         }
         anchor(tracks, &mut y);
         let (end, kinks) = follow(tracks, &mut y, limit);
@@ -258,13 +261,15 @@ fn anchor<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &mut [R; ND]
     }
 }
 
-/// Impulses in the present modes at `y`; returns the velocities that they cause.
+/// Impulses at the end of a path; returns the velocities that they cause.
+///
+/// The trial has grown by increments from impulses that were known, which keeps digits that
+/// are lost where `y` is inserted into the law: with light fingers `G y` and `q` cancel.
 #[inline]
-fn settle<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &[R; ND]) -> [R; ND] {
+fn settle<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>]) -> [R; ND] {
     let mut speeds = [R::zero(); ND];
     for track in tracks.iter_mut() {
-        let trial = track.trial_at(&track.speeds_at(y));
-        track.impulse = track.impulse_of(&trial);
+        track.impulse = track.impulse_of(&track.trial);
         for k in 0..3 {
             add_scaled(&mut speeds, track.impulse[k], &track.rows[k]);
         }
