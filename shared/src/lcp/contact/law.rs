@@ -54,6 +54,8 @@ pub(super) struct Track<R, const ND: usize> {
     pub normal_gain: R,
     pub tangent_gain: R,
     pub mode: Mode,
+    /// The mode that belongs to `impulse`.
+    pub settled: Mode,
     /// `p0`.
     pub anchor: [R; 3],
     /// Trial impulses, and how they change along the path that is followed.
@@ -137,6 +139,7 @@ impl<R: Real, const ND: usize> Track<R, ND> {
             normal_gain: R::one(),
             tangent_gain: R::one(),
             mode: Mode::Open,
+            settled: Mode::Open,
             anchor: zero,
             trial: zero,
             rate: zero,

@@ -178,7 +178,7 @@ fn attempt<R: Real, const ND: usize>(
     if end != End::Arrived {
         return (end, pivots, infinite);
     }
-    let mut residual = infinite;
+    let (mut residual, mut failed) = (infinite, End::Arrived);
     for round in 0..ROUNDS {
         let speeds = settle(tracks);
         let before = residual;
@@ -187,11 +187,14 @@ fn attempt<R: Real, const ND: usize>(
             break;
         }
         // Impulses that squeeze two stiff bodies converge slowly: less compliance.
-        if residual > before * R::of(0.1) {
+        if failed != End::Arrived { failed = End::Arrived; } else if residual > before * R::of(0.1) {
             if residual <= tolerance() && residual > before * R::of(0.5) {
                 break;
             }
             shift = most(shift * R::of(0.03), first_shift * R::of(1e-4));
+        }
+        for track in tracks.iter_mut() {
+            track.settled = track.mode;
         }
         for track in tracks.iter_mut() {
             track.regularise(shift, Normal::Coupled);
@@ -200,10 +203,16 @@ fn attempt<R: Real, const ND: usize>(
         let (end, kinks) = follow(tracks, &mut y, limit);
         pivots += 1 + kinks;
         if end != End::Arrived {
-            return (end, pivots, residual);
+            // More compliance takes a shorter step.
+            failed = end;
+            shift *= R::of(30.0);
+            for track in tracks.iter_mut() {
+                track.mode = track.settled;
+                track.trial = track.impulse;
+            }
         }
     }
-    (End::Arrived, pivots, residual)
+    (failed, pivots, residual)
 }
 
 /// Start without contact: offsets that open every contact, different for each so that no two
