@@ -6,3 +6,5 @@ pub mod dataset;
 pub mod output;
 pub mod simulate;
 pub mod rig;
+pub mod lcp_files;
+pub mod lcp_gen;
