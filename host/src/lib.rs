@@ -1,6 +1,8 @@
 //! Host side of stickslip: data sets, replay, streaming, comparison, diagnosis.
 
+pub mod channels;
 pub mod commands;
 pub mod dataset;
 pub mod output;
 pub mod rig;
+pub mod simulate;

@@ -32,10 +32,7 @@ impl Output {
     /// Prints in `style`.
     #[must_use]
     pub fn new(style: Style) -> Self {
-        Output {
-            style,
-            document_printed: AtomicBool::new(false),
-        }
+        Output { style, document_printed: AtomicBool::new(false) }
     }
 
     /// The chosen style.
@@ -82,9 +79,8 @@ impl Output {
     #[must_use]
     pub fn progress(&self, length: u64, what: &'static str) -> ProgressBar {
         let bar = ProgressBar::with_draw_target(Some(length), self.draw_target());
-        let style = ProgressStyle::with_template(
-            "{msg:<16} [{bar:30}] {human_pos}/{human_len} {per_sec} {eta}",
-        );
+        let style =
+            ProgressStyle::with_template("{msg:<16} [{bar:30}] {human_pos}/{human_len} {per_sec} {eta}");
         if let Ok(style) = style {
             bar.set_style(style.progress_chars("=> "));
         }
@@ -104,10 +100,7 @@ impl Output {
     /// Prints `error: ...` with its causes on stderr; with `--json` also as the document,
     /// where the command printed none.
     pub fn error(&self, error: &anyhow::Error) {
-        print_line(
-            &mut io::stderr().lock(),
-            format_args!("error: {}", chain(error).join(": ")),
-        );
+        print_line(&mut io::stderr().lock(), format_args!("error: {}", chain(error).join(": ")));
         if self.style == Style::Json && !self.document_printed.load(Ordering::Relaxed) {
             let document = serde_json::json!({ "error": chain(error) });
             // A document of strings can always be written.

@@ -40,11 +40,7 @@ impl Real for f32 {
         f64::from(self)
     }
     fn canonical_bits(self) -> u64 {
-        if self.is_nan() {
-            0x7fc0_0000
-        } else {
-            u64::from(self.to_bits())
-        }
+        if self.is_nan() { 0x7fc0_0000 } else { u64::from(self.to_bits()) }
     }
     fn finite(self) -> bool {
         f32::is_finite(self)
@@ -63,11 +59,7 @@ impl Real for f64 {
         self
     }
     fn canonical_bits(self) -> u64 {
-        if self.is_nan() {
-            0x7ff8_0000_0000_0000
-        } else {
-            self.to_bits()
-        }
+        if self.is_nan() { 0x7ff8_0000_0000_0000 } else { self.to_bits() }
     }
     fn finite(self) -> bool {
         f64::is_finite(self)

@@ -14,12 +14,7 @@ use crate::output::{Output, Style};
 
 /// Predicts slip and drop on a robot gripper, and compares contact models with measurements.
 #[derive(Debug, Parser)]
-#[command(
-    name = "stickslip",
-    version,
-    max_term_width = 100,
-    propagate_version = true
-)]
+#[command(name = "stickslip", version, max_term_width = 100, propagate_version = true)]
 pub struct Cli {
     /// Print one JSON document to stdout instead of text
     #[arg(long, global = true)]
@@ -74,15 +69,8 @@ mod tests {
                 .count()
                 == 0;
             if leaf {
-                let help = command
-                    .get_after_help()
-                    .map(ToString::to_string)
-                    .unwrap_or_default();
-                assert!(
-                    help.contains("Example"),
-                    "no example: {}",
-                    command.get_name()
-                );
+                let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+                assert!(help.contains("Example"), "no example: {}", command.get_name());
             }
         }
         let command = Cli::command();
