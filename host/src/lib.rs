@@ -6,3 +6,5 @@ pub mod dataset;
 pub mod output;
 pub mod rig;
 pub mod simulate;
+pub mod simulate;
+pub mod rig;
