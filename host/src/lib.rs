@@ -8,3 +8,5 @@ pub mod rig;
 pub mod simulate;
 pub mod simulate;
 pub mod rig;
+pub mod lcp_files;
+pub mod lcp_gen;
