@@ -4,8 +4,6 @@ pub mod channels;
 pub mod commands;
 pub mod dataset;
 pub mod output;
-pub mod rig;
-pub mod simulate;
 pub mod simulate;
 pub mod rig;
 pub mod lcp_files;
