@@ -5,6 +5,7 @@
 //! [`Command`] and an arm of its `run`.
 
 pub mod check;
+pub mod import;
 
 use std::process::ExitCode;
 
@@ -27,12 +28,15 @@ pub struct Cli {
 enum Command {
     /// Check a data set: what it holds, errors, warnings, balance of the measured forces
     Check(check::Args),
+    /// Bring real data of others into the data set format
+    Import(import::Args),
 }
 
 impl Command {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
         match self {
             Command::Check(args) => check::run(args, output),
+            Command::Import(args) => import::run(args, output),
         }
     }
 }
