@@ -6,6 +6,7 @@
 
 pub mod check;
 pub mod rig;
+pub mod import;
 
 use std::process::ExitCode;
 
@@ -30,6 +31,8 @@ enum Command {
     Check(check::Args),
     /// Make a data set with the synthetic rig: the paper's experiments, lifts, planar pushes, hidden effects
     Rig(Box<rig::Args>),
+    /// Bring real data of others into the data set format
+    Import(import::Args),
 }
 
 impl Command {
@@ -37,6 +40,7 @@ impl Command {
         match self {
             Command::Check(args) => check::run(args, output),
             Command::Rig(args) => rig::run(args, output),
+            Command::Import(args) => import::run(args, output),
         }
     }
 }
