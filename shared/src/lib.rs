@@ -3,9 +3,22 @@
 //! One source for the gripper's microcontroller and for the host: no_std, no allocation,
 //! no panic on any input, the same bits on both sides.
 
+//!
+//! From the bottom up: [`real`] the scalar, [`shape`] rigid bodies, [`model`] what is
+//! known and what is calibrated, [`contact`] where bodies touch, [`cone`] the contact
+//! forces of a step, [`effects`] what may be added to the base model, [`step`] the time
+//! step.
+#![no_std]
 #![forbid(unsafe_code)]
 
+pub mod cone;
+pub mod contact;
 pub mod effects;
 pub mod lcp;
 pub mod model;
+pub mod predictor;
 pub mod real;
+pub mod selftest;
+pub mod shape;
+pub mod step;
+pub mod track;

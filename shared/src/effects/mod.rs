@@ -1,21 +1,201 @@
 //! Physical effects that a model may have on top of its base contact law.
 //!
 //! An effect is one file in this folder: a unit struct that implements [`Law`], whose
-//! hooks change loads, grip, geometry, compliance, friction or what the sensors show. It
-//! plugs in at one place: the [`registry!`] list below.
+//! hooks change loads, grip, contacts, friction or what the sensors show. It plugs in at
+//! one place: the list in [`registry`].
 
-use crate::real::Real;
+use crate::contact::{Body, Contact};
+use crate::real::{Real, Rotation, Vec3};
 use serde::{Deserialize, Serialize};
+
+mod registry;
+pub mod static_friction;
+pub use registry::{REGISTRY, law};
 
 /// Most parameters of one effect.
 pub const MAX_PARAMETERS: usize = 6;
+/// Numbers that an effect may remember from step to step.
+pub const MEMORY: usize = 2;
 
 /// An effect in a model: which, and its parameters (SI units, see its [`Info`]).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "R: Real")]
 pub struct Effect<R: Real> {
-    /// Stable number of the effect on the wire.
+    /// Stable number of the effect, see [`Info::code`].
     pub code: u8,
-    /// Parameters in the order of its `Info`.
+    /// Parameters in the order of its [`Info`]; the rest zero.
     pub parameters: [R; MAX_PARAMETERS],
+}
+
+/// Description of one parameter.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// Name with its unit as suffix.
+    pub name: &'static str,
+    /// Unit as people write it.
+    pub unit: &'static str,
+    /// A typical strength: where a fit starts and what a sensitivity is scaled by.
+    pub typical: f64,
+    /// The value at which the effect is absent (or any value, if another parameter switches it off).
+    pub neutral: f64,
+    /// Smallest value that makes sense.
+    pub low: f64,
+    /// Largest value that makes sense.
+    pub high: f64,
+    /// What it is.
+    pub what: &'static str,
+}
+
+/// Description of an effect.
+#[derive(Clone, Copy, Debug)]
+pub struct Info {
+    /// Identifier used in model files and reports.
+    pub id: &'static str,
+    /// Stable number on the wire.
+    pub code: u8,
+    /// One line for people.
+    pub summary: &'static str,
+    /// What it looks like in data.
+    pub signature: &'static str,
+    /// Where the law comes from.
+    pub source: &'static str,
+    /// At most [`MAX_PARAMETERS`].
+    pub parameters: &'static [Parameter],
+}
+
+/// What every hook may look at: the step as it begins.
+#[derive(Clone, Copy, Debug)]
+pub struct StepContext<R: Real> {
+    /// Since the start of the trial.
+    pub time_s: R,
+    /// Step.
+    pub dt_s: R,
+    /// Place of the trial in its data set, 0 for the first (wear goes with it).
+    pub trial: R,
+    /// Grip force commanded, each finger.
+    pub grip_cmd_n: R,
+    /// Object in the carrier frame.
+    pub position_m: Vec3<R>,
+    /// Object axes to carrier axes.
+    pub rotation: Rotation<R>,
+    /// Carrier axes to world axes.
+    pub carrier: Rotation<R>,
+    /// Distance slipped so far, mean over the points of finger 1, finger 2, pusher, support.
+    pub slip_m: [R; 4],
+    /// Slip speed of the last step, the same means.
+    pub slip_speed_m_s: [R; 4],
+    /// Absolute velocity of the centre of mass, carrier axes.
+    pub velocity_m_s: Vec3<R>,
+    /// Absolute angular velocity, carrier axes.
+    pub angular_rad_s: Vec3<R>,
+}
+
+/// Loads and inertia of the object.
+#[derive(Clone, Copy, Debug)]
+pub struct Loads<R: Real> {
+    /// World axes.
+    pub gravity_m_s2: Vec3<R>,
+    /// Mass; the inertia follows in proportion.
+    pub mass_kg: R,
+    /// Added force at the centre of mass, carrier axes.
+    pub force_n: Vec3<R>,
+    /// Added torque about the centre of mass, carrier axes.
+    pub torque_nm: Vec3<R>,
+}
+
+/// What is known of the slip at one contact point, from the last step.
+#[derive(Clone, Copy, Debug)]
+pub struct Slip<R: Real> {
+    /// Share of the whole contact (sum over a patch: 1).
+    pub share: R,
+    /// Other body.
+    pub body: Body,
+    /// Place within the patch, from its centre.
+    pub patch_m: [R; 2],
+    /// Place on the object, object axes.
+    pub object_m: Vec3<R>,
+    /// Normal force.
+    pub load_n: R,
+    /// Normal force of the whole patch.
+    pub patch_load_n: R,
+    /// Slip speed; zero while sticking.
+    pub speed_m_s: R,
+    /// Distance slipped so far.
+    pub distance_m: R,
+    /// Time since it last slipped.
+    pub rest_s: R,
+}
+
+/// Friction of one contact point.
+#[derive(Clone, Copy, Debug)]
+pub struct FrictionLaw<R: Real> {
+    /// Coefficient along both tangents (fingers: the object's X axis, and across it).
+    pub mu: [R; 2],
+    /// Greatest pull borne; adds to the friction bound as well.
+    pub adhesion_n: R,
+}
+
+/// What the sensors show.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading<R: Real> {
+    /// Object in the carrier frame.
+    pub position_m: Vec3<R>,
+    /// Object axes to carrier axes.
+    pub rotation: Rotation<R>,
+    /// Force (N) and torque (N m) of both fingers on the object, carrier axes, about the patch centre.
+    pub finger: [[R; 6]; 2],
+    /// Force and torque of the pusher on the object, world axes, about its first origin.
+    pub pusher: [R; 6],
+}
+
+/// An effect. Every hook defaults to 'no change'; `p` are the effect's parameters.
+pub trait Law<R: Real>: Sync {
+    /// Description; constant.
+    fn info(&self) -> &'static Info;
+    /// Changes mass, gravity or external loads.
+    fn loads(&self, _p: &[R; MAX_PARAMETERS], _c: &StepContext<R>, _loads: &mut Loads<R>) {}
+    /// Changes the grip force that really acts on both fingers, N.
+    fn grip(
+        &self,
+        _p: &[R; MAX_PARAMETERS],
+        _c: &StepContext<R>,
+        _memory: &mut [R; MEMORY],
+        _grip_n: &mut R,
+    ) {
+    }
+    /// Changes a contact's geometry or compliance.
+    fn contact(&self, _p: &[R; MAX_PARAMETERS], _c: &StepContext<R>, _contact: &mut Contact<R>) {}
+    /// Changes a contact's friction.
+    fn friction(
+        &self,
+        _p: &[R; MAX_PARAMETERS],
+        _c: &StepContext<R>,
+        _slip: &Slip<R>,
+        _law: &mut FrictionLaw<R>,
+    ) {
+    }
+    /// Changes what the sensors show.
+    fn sense(&self, _p: &[R; MAX_PARAMETERS], _c: &StepContext<R>, _reading: &mut Reading<R>) {}
+}
+
+/// The description of effect `id`, for example `"static_friction"`.
+pub fn find(id: &str) -> Option<&'static Info> {
+    REGISTRY.iter().copied().find(|i| i.id == id)
+}
+
+impl<R: Real> Effect<R> {
+    /// Effect `id` with its typical parameters; `None` where there is no such effect.
+    pub fn typical(id: &str) -> Option<Self> {
+        let info = find(id)?;
+        let mut parameters = [R::zero(); MAX_PARAMETERS];
+        for (p, i) in parameters.iter_mut().zip(info.parameters) {
+            *p = R::of(i.typical);
+        }
+        Some(Self { code: info.code, parameters })
+    }
+
+    /// Description; `None` where the code is not known to this build.
+    pub fn info(&self) -> Option<&'static Info> {
+        law::<R>(self.code).map(Law::info)
+    }
 }

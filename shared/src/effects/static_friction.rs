@@ -1,0 +1,57 @@
+//! Break-away friction above sliding friction, falling with slip speed (Stribeck).
+//!
+//! `mu(v) = mu (1 + excess exp(-(v / v_s)^2))`, after Stribeck 1902 in the exponential form
+//! of Bo and Pavelescu 1982.
+
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use crate::real::{Real, most};
+
+/// See the module.
+pub struct StaticFriction;
+
+/// Description.
+pub const INFO: Info = Info {
+    id: "static_friction",
+    code: 1,
+    summary: "friction is higher before sliding begins than while it lasts",
+    signature: "a force peak at the onset of sliding that decays once the object moves",
+    source: "Bo and Pavelescu 1982, exponential Stribeck law",
+    parameters: &[
+        Parameter {
+            name: "excess",
+            unit: "1",
+            typical: 0.2,
+            neutral: 0.0,
+            low: 0.0,
+            high: 2.0,
+            what: "break-away over sliding friction, less one",
+        },
+        Parameter {
+            name: "stribeck_speed_m_s",
+            unit: "m/s",
+            typical: 0.002,
+            neutral: 0.002,
+            low: 1e-4,
+            high: 0.1,
+            what: "slip speed at which the excess has fallen to 1/e",
+        },
+    ],
+};
+
+impl<R: Real> Law<R> for StaticFriction {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn friction(
+        &self,
+        p: &[R; MAX_PARAMETERS],
+        _: &StepContext<R>,
+        slip: &Slip<R>,
+        law: &mut FrictionLaw<R>,
+    ) {
+        let x = slip.speed_m_s / most(p[1], R::of(1e-6));
+        let factor = R::one() + p[0] * (-x * x).exp();
+        law.mu = law.mu.map(|mu| mu * factor);
+    }
+}

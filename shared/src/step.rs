@@ -1,0 +1,541 @@
+//! The time step: state and drive in, next state and forces out.
+//!
+//! Semi-implicit: contact geometry at the beginning of the step, contact forces and
+//! velocity at its end (`cone`), then the pose moves with the new velocity. The velocity
+//! that is solved for is that relative to the carrier (the gripper), in carrier axes, so
+//! that a stuck object has velocity zero exactly, also in `f32`.
+
+use crate::cone::{self, Bodies, ConeOptions, ConePoint, ConeStatus, DOF};
+use crate::contact::{self, Body, Contacts};
+use crate::effects::{self, FrictionLaw, Loads, MEMORY, Reading, Slip, StepContext};
+use crate::model::{MAX_EFFECTS, Model, Scene, SupportContact};
+use crate::real::{Real, Rotation, Vec3, most};
+use crate::shape::rotated_inertia;
+use heapless::Vec;
+use nalgebra::{Quaternion, UnitQuaternion};
+
+/// Inertia of the jaw's opening motion, kg. It only matters while the jaw accelerates.
+pub const JAW_MASS_KG: f64 = 0.3;
+/// Points farther apart than this are not handed to the solver, m.
+const NEAR_M: f64 = 1.0e-3;
+/// Adhesion ends at this separation, m.
+const ADHESION_RANGE_M: f64 = 2.0e-5;
+
+/// A body that moves as prescribed, seen from the carrier.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moving<R: Real> {
+    /// Origin, carrier frame.
+    pub position_m: Vec3<R>,
+    /// Body axes to carrier axes.
+    pub rotation: Rotation<R>,
+    /// Velocity of the origin relative to the carrier, carrier axes.
+    pub velocity_m_s: Vec3<R>,
+    /// Angular velocity relative to the carrier, carrier axes.
+    pub angular_rad_s: Vec3<R>,
+    /// Point about which its wrench is reported (its origin at the first sample), carrier frame.
+    pub reference_m: Vec3<R>,
+}
+
+impl<R: Real> Moving<R> {
+    /// Velocity of the body's point at `from_origin_m`, relative to the carrier.
+    pub fn velocity_at(&self, from_origin_m: &Vec3<R>) -> Vec3<R> {
+        self.velocity_m_s + self.angular_rad_s.cross(from_origin_m)
+    }
+}
+
+/// What is imposed during one step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive<R: Real> {
+    /// Step.
+    pub dt_s: R,
+    /// Carrier axes to world axes at the beginning of the step.
+    pub carrier: Rotation<R>,
+    /// Absolute velocity of the carrier's origin, carrier axes.
+    pub carrier_m_s: Vec3<R>,
+    /// Absolute angular velocity of the carrier, carrier axes.
+    pub carrier_rad_s: Vec3<R>,
+    /// Pusher or environment.
+    pub pusher: Option<Moving<R>>,
+    /// Table: its frame's +X is the table's normal.
+    pub support: Option<Moving<R>>,
+    /// Grip force commanded, each finger.
+    pub grip_n: R,
+    /// Place of the trial in its data set.
+    pub trial: R,
+}
+
+/// Memory of one contact point.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Slot<R: Real> {
+    /// Tangential spring, m.
+    pub spring_m: [R; 2],
+    /// Distance slipped.
+    pub slip_m: R,
+    /// Slip speed in the last step; zero while sticking.
+    pub speed_m_s: R,
+    /// Time since it last slipped.
+    pub rest_s: R,
+    /// Normal force in the last step.
+    pub load_n: R,
+}
+
+/// Everything that changes from step to step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State<R: Real, const NC: usize> {
+    /// Since the start.
+    pub time_s: R,
+    /// Centre of mass, carrier frame.
+    pub position_m: Vec3<R>,
+    /// Object axes to carrier axes.
+    pub rotation: Rotation<R>,
+    /// Velocity relative to the carrier: linear, angular, jaw opening.
+    pub velocity: [R; DOF],
+    /// Absolute velocity of the centre of mass, carrier axes.
+    pub absolute_m_s: Vec3<R>,
+    /// Absolute angular velocity, carrier axes.
+    pub absolute_rad_s: Vec3<R>,
+    /// Half the jaw opening at the start.
+    pub jaw_half_m: R,
+    /// Change of half the jaw opening since.
+    pub jaw_m: R,
+    /// One for each contact point.
+    pub slots: [Slot<R>; NC],
+    /// Memory of the model's effects.
+    pub memory: [[R; MEMORY]; MAX_EFFECTS],
+}
+
+/// What a step produces besides the next state.
+#[derive(Clone, Debug)]
+pub struct StepOutput<R: Real, const NC: usize> {
+    /// How far the rest can be trusted.
+    pub status: ConeStatus,
+    /// Error of the momentum balance.
+    pub residual_n: R,
+    /// Newton steps.
+    pub iterations: u32,
+    /// What the sensors would show at the end of the step.
+    pub reading: Reading<R>,
+    /// Share of the friction limit used by each finger, force and torsion together (1: slipping).
+    pub utilisation: [R; 2],
+    /// Mean slip velocity of the object over each finger, carrier axes, m/s.
+    pub slip_m_s: [Vec3<R>; 2],
+    /// Slip about the patch normal of each finger, rad/s.
+    pub spin_rad_s: [R; 2],
+    /// Normal force of each body: finger 1, finger 2, pusher, support.
+    pub normal_n: [R; 4],
+    /// Contact points handed to the solver.
+    pub contacts: Contacts<R, NC>,
+    /// Friction law of each.
+    pub friction: Vec<FrictionLaw<R>, NC>,
+    /// Force on the object at each, along its axes.
+    pub force_n: Vec<[R; 3], NC>,
+    /// Contact points that did not fit the capacity and were left out.
+    pub points_lost: usize,
+}
+
+impl<R: Real, const NC: usize> State<R, NC> {
+    /// An object at rest relative to a carrier that moves as `drive` says, already gripped:
+    /// the finger and support springs carry grip and weight.
+    pub fn held(
+        scene: &Scene<R>,
+        model: &Model<R>,
+        drive: &Drive<R>,
+        position_m: Vec3<R>,
+        rotation: Rotation<R>,
+    ) -> Self {
+        let zero = R::zero();
+        let half = scene.object.shape.reach(&rotation.inverse_transform_vector(&Vec3::y()));
+        let mut state = Self {
+            time_s: zero,
+            position_m,
+            rotation,
+            velocity: [zero; DOF],
+            absolute_m_s: drive.carrier_m_s + drive.carrier_rad_s.cross(&position_m),
+            absolute_rad_s: drive.carrier_rad_s,
+            jaw_half_m: half,
+            jaw_m: zero,
+            slots: [Slot::default(); NC],
+            memory: [[zero; MEMORY]; MAX_EFFECTS],
+        };
+        let stiffness = match model.base {
+            crate::model::Base::Hard => R::of(contact::RIGID_N_M),
+            crate::model::Base::Soft { normal_n_m, .. } => normal_n_m,
+        };
+        state.jaw_m = -drive.grip_n / stiffness;
+        state
+    }
+}
+
+fn effect_hooks<R: Real>(
+    model: &Model<R>,
+) -> impl Iterator<Item = (usize, &'static dyn effects::Law<R>, &[R; effects::MAX_PARAMETERS])> {
+    model
+        .effects
+        .iter()
+        .enumerate()
+        .filter_map(|(i, e)| effects::law::<R>(e.code).map(|law| (i, law, &e.parameters)))
+}
+
+/// Coefficient of the base model at a body.
+fn base_mu<R: Real>(model: &Model<R>, body: Body) -> R {
+    match body {
+        Body::Finger1 | Body::Finger2 => model.friction.finger,
+        Body::Pusher => model.friction.pusher,
+        Body::Support => model.friction.support,
+    }
+}
+
+fn context<R: Real, const NC: usize>(state: &State<R, NC>, drive: &Drive<R>) -> StepContext<R> {
+    let mut slip_m = [R::zero(); 4];
+    let mut speed = slip_m;
+    let ranges = [
+        (0, contact::FINGER_POINTS),
+        (contact::FINGER_POINTS, 2 * contact::FINGER_POINTS),
+        (2 * contact::FINGER_POINTS, contact::SUPPORT_SLOT),
+        (contact::SUPPORT_SLOT, contact::SLOTS),
+    ];
+    for (k, (from, to)) in ranges.into_iter().enumerate() {
+        let mut count = R::zero();
+        for slot in state.slots.iter().take(to).skip(from) {
+            if slot.load_n > R::zero() {
+                slip_m[k] += slot.slip_m;
+                speed[k] += slot.speed_m_s;
+                count += R::one();
+            }
+        }
+        if count > R::zero() {
+            slip_m[k] /= count;
+            speed[k] /= count;
+        }
+    }
+    StepContext {
+        time_s: state.time_s,
+        dt_s: drive.dt_s,
+        trial: drive.trial,
+        grip_cmd_n: drive.grip_n,
+        position_m: state.position_m,
+        rotation: state.rotation,
+        carrier: drive.carrier,
+        slip_m,
+        slip_speed_m_s: speed,
+        velocity_m_s: state.absolute_m_s,
+        angular_rad_s: state.absolute_rad_s,
+    }
+}
+
+/// Advances `state` by one step. On `ConeStatus::BadInput` the state is left as it was;
+/// with any other status it has moved and `residual_n` says how exactly.
+pub fn step<R: Real, const NC: usize>(
+    scene: &Scene<R>,
+    model: &Model<R>,
+    state: &mut State<R, NC>,
+    drive: &Drive<R>,
+) -> StepOutput<R, NC> {
+    let zero = R::zero();
+    let dt = drive.dt_s;
+    let context = context(state, drive);
+    let mut loads = Loads {
+        gravity_m_s2: Vec3::from(scene.gravity_m_s2),
+        mass_kg: scene.object.mass_kg,
+        force_n: Vec3::zeros(),
+        torque_nm: Vec3::zeros(),
+    };
+    let mut grip_n = drive.grip_n;
+    let mut memory = state.memory;
+    for (i, law, p) in effect_hooks(model) {
+        law.loads(p, &context, &mut loads);
+        if let Some(memory) = memory.get_mut(i) {
+            law.grip(p, &context, memory, &mut grip_n);
+        }
+    }
+    // A jaw cannot pull.
+    grip_n = most(grip_n, zero);
+
+    let mut found: Contacts<R, NC> = Vec::new();
+    let points_lost = contact::find(scene, model, state, drive, &mut found);
+    let mut patch_load = [zero; 4];
+    for c in &found {
+        patch_load[c.body.index()] += state.slots[c.slot].load_n;
+    }
+    let mut contacts: Contacts<R, NC> = Vec::new();
+    let mut points: Vec<ConePoint<R>, NC> = Vec::new();
+    let mut friction: Vec<FrictionLaw<R>, NC> = Vec::new();
+    for c in &mut found {
+        for (_, law, p) in effect_hooks(model) {
+            law.contact(p, &context, c);
+        }
+        if c.gap_m > R::of(NEAR_M) || !(c.share > zero) {
+            state.slots[c.slot].load_n = zero;
+            state.slots[c.slot].spring_m = [zero; 2];
+            continue;
+        }
+        let slot = &state.slots[c.slot];
+        let slip = Slip {
+            body: c.body,
+            share: c.share,
+            patch_m: c.patch_m,
+            object_m: c.object_m,
+            load_n: slot.load_n,
+            patch_load_n: patch_load[c.body.index()],
+            speed_m_s: slot.speed_m_s,
+            distance_m: slot.slip_m,
+            rest_s: slot.rest_s,
+        };
+        let mu = base_mu(model, c.body);
+        let mut law = FrictionLaw { mu: [mu; 2], adhesion_n: zero };
+        for (_, effect, p) in effect_hooks(model) {
+            effect.friction(p, &context, &slip, &mut law);
+        }
+        law.mu = law.mu.map(|m| most(m, zero));
+        if c.gap_m > R::of(ADHESION_RANGE_M) {
+            law.adhesion_n = zero;
+        }
+        // Spring k and damper d over a step: force = -(k dt + d) (u + k s / (k dt + d)).
+        let (kn, kt) = (c.normal_n_m * c.share, c.tangential_n_m * c.share);
+        let (sn, st) = (kn * (dt + c.damping_s), kt * (dt + c.damping_s));
+        let ratio = R::one() / (dt + c.damping_s);
+        let larger = most(law.mu[0], law.mu[1]);
+        // Stiffness in proportion to mu² makes the slip direction that of maximum
+        // dissipation on an elliptic cone.
+        let shape =
+            |m: R| if larger > zero { most((m / larger) * (m / larger), R::of(1e-4)) } else { R::one() };
+        let across = [shape(law.mu[0]), shape(law.mu[1])];
+        let along = |k: usize| -c.axes[k].dot(&c.surface_m_s);
+        let point = ConePoint {
+            lever_m: c.lever_m,
+            axes: c.axes,
+            jaw: if matches!(c.body, Body::Finger1 | Body::Finger2) { R::one() } else { zero },
+            bias_m_s: [
+                along(0) + c.gap_m * ratio,
+                along(1) + slot.spring_m[0] * ratio,
+                along(2) + slot.spring_m[1] * ratio,
+            ],
+            stiffness_n_s_m: [sn, st * across[0], st * across[1]],
+            mu: law.mu,
+            adhesion_n: law.adhesion_n,
+        };
+        // `found` has the same capacity: these cannot fail.
+        let _ = points.push(point);
+        let _ = contacts.push(*c);
+        let _ = friction.push(law);
+    }
+
+    let inertia = rotated_inertia(&scene.object, &state.rotation);
+    let ratio = loads.mass_kg / scene.object.mass_kg;
+    let inertia = inertia.map(|r| r.map(|x| x * ratio));
+    let (turn, v, w) = (drive.carrier_rad_s, state.absolute_m_s, state.absolute_rad_s);
+    let carried = drive.carrier_m_s + turn.cross(&state.position_m);
+    let gravity = drive.carrier.inverse_transform_vector(&loads.gravity_m_s2);
+    // Velocity without contact; components turn with the carrier's axes.
+    let v_free = v - turn.cross(&v) * dt + (gravity + loads.force_n / loads.mass_kg) * dt - carried;
+    let w_free = w - turn.cross(&w) * dt + inverse_times(&inertia, &loads.torque_nm) * dt - turn;
+    let jaw_mass = R::of(JAW_MASS_KG);
+    let jaw_free = state.velocity[6] - R::of(2.0) * grip_n * dt / jaw_mass;
+    let bodies = Bodies {
+        mass_kg: loads.mass_kg,
+        inertia_kg_m2: inertia,
+        jaw_mass_kg: jaw_mass,
+        dt_s: dt,
+        free: [v_free.x, v_free.y, v_free.z, w_free.x, w_free.y, w_free.z, jaw_free],
+    };
+    let solution = cone::solve(&points, &bodies, &state.velocity, &ConeOptions::default());
+    let mut output = StepOutput {
+        status: solution.status,
+        residual_n: solution.residual_n,
+        iterations: solution.iterations,
+        reading: Reading {
+            position_m: state.position_m,
+            rotation: state.rotation,
+            finger: [[zero; 6]; 2],
+            pusher: [zero; 6],
+        },
+        utilisation: [zero; 2],
+        slip_m_s: [Vec3::zeros(); 2],
+        spin_rad_s: [zero; 2],
+        normal_n: [zero; 4],
+        contacts,
+        friction,
+        force_n: solution.force_n,
+        points_lost,
+    };
+    if solution.status == ConeStatus::BadInput {
+        return output;
+    }
+    let u = solution.velocity;
+    state.memory = memory;
+    gather(state, drive, &u, &points, &mut output);
+    let v_rel = Vec3::new(u[0], u[1], u[2]);
+    let w_rel = Vec3::new(u[3], u[4], u[5]);
+    state.velocity = u;
+    state.absolute_m_s = v_rel + carried;
+    state.absolute_rad_s = w_rel + turn;
+    state.position_m += v_rel * dt;
+    state.jaw_m += u[6] * dt;
+    state.rotation = turned(&state.rotation, &(w_rel * dt));
+    state.time_s += dt;
+    output.reading.position_m = state.position_m;
+    output.reading.rotation = state.rotation;
+    let end = StepContext {
+        velocity_m_s: state.absolute_m_s,
+        angular_rad_s: state.absolute_rad_s,
+        position_m: state.position_m,
+        rotation: state.rotation,
+        ..context
+    };
+    for (_, law, p) in effect_hooks(model) {
+        law.sense(p, &end, &mut output.reading);
+    }
+    output
+}
+
+/// Wrenches, utilisation and the memory of the contact points at the end of a step.
+fn gather<R: Real, const NC: usize>(
+    state: &mut State<R, NC>,
+    drive: &Drive<R>,
+    u: &[R; DOF],
+    points: &[ConePoint<R>],
+    out: &mut StepOutput<R, NC>,
+) {
+    let zero = R::zero();
+    let dt = drive.dt_s;
+    let (v, w) = (Vec3::new(u[0], u[1], u[2]), Vec3::new(u[3], u[4], u[5]));
+    let mut pusher_force = Vec3::zeros();
+    let mut pusher_torque = Vec3::zeros();
+    // Per finger: greatest tangential force and torsion, those acting, loads.
+    let mut limit = [[zero; 2]; 2];
+    let mut weight = [zero; 2];
+    let iter = points.iter().zip(out.contacts.iter()).zip(out.force_n.iter().zip(out.friction.iter()));
+    for ((point, c), (f, law)) in iter {
+        let force = c.axes[0] * f[0] + c.axes[1] * f[1] + c.axes[2] * f[2];
+        let at = state.position_m + c.lever_m;
+        let body = c.body.index();
+        out.normal_n[body] += f[0];
+        let relative = v + w.cross(&c.lever_m) - c.surface_m_s;
+        let slot = &mut state.slots[c.slot];
+        let mut slipped = [zero; 2];
+        for k in 0..2 {
+            let moved = c.axes[k + 1].dot(&relative) * dt;
+            let damper = c.damping_s / (dt + c.damping_s) * point.stiffness_n_s_m[k + 1];
+            let spring_n_m = (point.stiffness_n_s_m[k + 1] - damper) / dt;
+            let spring = (-f[k + 1] - damper * moved / dt) / spring_n_m;
+            slipped[k] = slot.spring_m[k] + moved - spring;
+            slot.spring_m[k] = spring;
+        }
+        let bound = f[0] + law.adhesion_n;
+        let [m1, m2] = law.mu;
+        let used = if bound > zero && m1 > zero && m2 > zero {
+            ((f[1] / m1) * (f[1] / m1) + (f[2] / m2) * (f[2] / m2)).root() / bound
+        } else {
+            R::one()
+        };
+        let travel = (slipped[0] * slipped[0] + slipped[1] * slipped[1]).root();
+        slot.load_n = most(f[0], zero);
+        if !(bound > zero) {
+            slot.spring_m = [zero; 2];
+            slot.speed_m_s = zero;
+        } else if used > R::of(0.9999) && travel > R::of(1e-8) {
+            slot.slip_m += travel;
+            slot.speed_m_s = travel / dt;
+            slot.rest_s = zero;
+        } else {
+            slot.speed_m_s = zero;
+            slot.rest_s += dt;
+        }
+        match c.body {
+            Body::Finger1 | Body::Finger2 => {
+                let sign = if body == 0 { R::one() } else { -R::one() };
+                let centre = Vec3::new(zero, sign * (state.jaw_half_m + state.jaw_m), zero);
+                add_wrench(&mut out.reading.finger[body], &force, &(at - centre));
+                let arm = (c.patch_m[0] * c.patch_m[0] + c.patch_m[1] * c.patch_m[1]).root();
+                let mu = (m1 + m2) * R::of(0.5);
+                limit[body][0] += mu * most(bound, zero);
+                limit[body][1] += mu * most(bound, zero) * arm;
+                if bound > zero && used > R::of(0.9999) {
+                    let slide = c.axes[1] * (slipped[0] / dt) + c.axes[2] * (slipped[1] / dt);
+                    out.slip_m_s[body] += slide * bound;
+                    weight[body] += bound;
+                    if arm > R::of(1e-5) {
+                        let spin = (c.patch_m[0] * slipped[1] - c.patch_m[1] * slipped[0]) / (dt * arm * arm);
+                        out.spin_rad_s[body] += spin * bound;
+                    }
+                } else {
+                    weight[body] += most(bound, zero);
+                }
+            }
+            Body::Pusher => {
+                let reference = drive.pusher.map_or(at, |p| p.reference_m);
+                pusher_force += force;
+                pusher_torque += (at - reference).cross(&force);
+            }
+            Body::Support => {}
+        }
+    }
+    for k in 0..2 {
+        if weight[k] > zero {
+            out.slip_m_s[k] /= weight[k];
+            out.spin_rad_s[k] /= weight[k];
+        }
+        let w = &out.reading.finger[k];
+        let tangential = (w[0] * w[0] + w[2] * w[2]).root();
+        let a = if limit[k][0] > zero { tangential / limit[k][0] } else { zero };
+        let b = if limit[k][1] > zero { w[4] / limit[k][1] } else { zero };
+        out.utilisation[k] = (a * a + b * b).root();
+    }
+    let force = drive.carrier.transform_vector(&pusher_force);
+    let torque = drive.carrier.transform_vector(&pusher_torque);
+    out.reading.pusher = [force.x, force.y, force.z, torque.x, torque.y, torque.z];
+}
+
+fn add_wrench<R: Real>(to: &mut [R; 6], force: &Vec3<R>, arm: &Vec3<R>) {
+    let torque = arm.cross(force);
+    for k in 0..3 {
+        to[k] += force[k];
+        to[3 + k] += torque[k];
+    }
+}
+
+/// `rotation` turned by a small rotation vector given in the parent's axes. Exact in the
+/// axis; the angle's relative error is angle²/12, below 1e-6 for any step here.
+pub fn turned<R: Real>(rotation: &Rotation<R>, by_rad: &Vec3<R>) -> Rotation<R> {
+    let half = by_rad * R::of(0.5);
+    let d = Quaternion::new(R::one(), half.x, half.y, half.z);
+    let q = d * rotation.quaternion();
+    let norm = (q.w * q.w + q.i * q.i + q.j * q.j + q.k * q.k).root();
+    UnitQuaternion::new_unchecked(q / norm)
+}
+
+/// `I^-1 t` for a symmetric positive definite 3 x 3 inertia, by cofactors.
+fn inverse_times<R: Real>(i: &[[R; 3]; 3], t: &Vec3<R>) -> Vec3<R> {
+    let rows = i.map(Vec3::from);
+    let c = [rows[1].cross(&rows[2]), rows[2].cross(&rows[0]), rows[0].cross(&rows[1])];
+    let determinant = rows[0].dot(&c[0]);
+    if !(determinant.abs() > R::zero()) {
+        return Vec3::zeros();
+    }
+    (c[0] * t.x + c[1] * t.y + c[2] * t.z) / determinant
+}
+
+/// The height of the table that just touches the object at `position_m`, as a frame at rest
+/// relative to the carrier with +X along `up` (carrier axes).
+pub fn support_under<R: Real>(
+    scene: &Scene<R>,
+    position_m: &Vec3<R>,
+    rotation: &Rotation<R>,
+    up: &Vec3<R>,
+) -> Moving<R> {
+    let down = rotation.inverse_transform_vector(&-up);
+    let reach = match &scene.support {
+        Some(SupportContact::Points(_)) => scene.object.shape.reach(&-Vec3::z()),
+        _ => scene.object.shape.reach(&down),
+    };
+    let at = position_m - up * reach;
+    let frame = UnitQuaternion::rotation_between(&Vec3::x(), up)
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vec3::y_axis(), R::pi()));
+    Moving {
+        position_m: at,
+        rotation: frame,
+        velocity_m_s: Vec3::zeros(),
+        angular_rad_s: Vec3::zeros(),
+        reference_m: at,
+    }
+}
