@@ -5,6 +5,7 @@ pub mod commands;
 pub mod dataset;
 pub mod lcp_files;
 pub mod lcp_gen;
+pub mod lcp_solve;
 pub mod output;
 pub mod simulate;
 pub mod rig;

@@ -2,7 +2,6 @@
 //!
 //! One source for the gripper's microcontroller and for the host: no_std, no allocation,
 //! no panic on any input, the same bits on both sides.
-
 //!
 //! From the bottom up: [`real`] the scalar, [`shape`] rigid bodies, [`model`] what is
 //! known and what is calibrated, [`contact`] where bodies touch, [`cone`] the contact

@@ -5,6 +5,7 @@
 //! [`Command`] and an arm of its `run`.
 
 pub mod check;
+pub mod lcp;
 
 use std::process::ExitCode;
 
@@ -27,12 +28,15 @@ pub struct Cli {
 enum Command {
     /// Check a data set: what it holds, errors, warnings, balance of the measured forces
     Check(check::Args),
+    /// Solve complementarity problems from files or generated ones, and judge the answers
+    Lcp(lcp::Args),
 }
 
 impl Command {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
         match self {
             Command::Check(args) => check::run(args, output),
+            Command::Lcp(args) => lcp::run(args, output),
         }
     }
 }
