@@ -1,12 +1,12 @@
 //! `stickslip lcp`: solves complementarity problems made elsewhere, or generated, and judges
 //! every answer by its residual, computed apart from the solver.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use serde::Serialize;
 
-use crate::lcp_files::{self, ProblemFile};
+use crate::lcp_files::{self, DenseSet, FactorSet, Factors, ProblemFile};
 use crate::lcp_gen::{FAMILIES, contact_problem, neighbour};
 use crate::lcp_solve::{Judged, Solver, Solvers, Summary, solve_file, summarise};
 use crate::output::{Output, table};
@@ -33,6 +33,9 @@ pub struct Args {
     /// First seed of the generated problems
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    /// Write the generated problems to this directory instead of solving them
+    #[arg(long, requires = "generate", requires = "contacts")]
+    save: Option<PathBuf>,
     /// Contacts of the generated problems; 2, 6, 9 and 10 in turns where not given
     #[arg(long)]
     contacts: Option<usize>,
@@ -51,13 +54,18 @@ struct Document {
 /// A file cannot be read, is malformed (byte offset and reason) or does not fit the solver, or
 /// the answers cannot be written.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    if let (Some(number), Some(directory), Some(contacts)) =
+        (args.generate, &args.save, args.contacts)
+    {
+        return save(number, directory, contacts, args.seed, output);
+    }
     // The working memory of the largest problems is built on the stack before it is boxed.
     let solved = std::thread::scope(|scope| {
         std::thread::Builder::new()
             .stack_size(256 << 20)
-            .spawn_scoped(scope, || match args.generate {
-                Some(number) => generated(args, number),
-                None => from_files(args),
+            .spawn_scoped(scope, || match (args.generate, &args.save) {
+                (Some(number), None) => generated(args, number),
+                _ => from_files(args),
             })
             .map(std::thread::ScopedJoinHandle::join)
     });
@@ -157,4 +165,58 @@ fn generated(args: &Args, number: u64) -> Sets {
     }
     let total = summarise("all", 6 * args.contacts.unwrap_or(10), &all);
     Ok((sets, total))
+}
+
+/// Writes `number` problems of each family, and as many steps of a push, as .fac and .lcp files.
+fn save(
+    number: u64,
+    directory: &Path,
+    contacts: usize,
+    seed: u64,
+    output: &Output,
+) -> anyhow::Result<()> {
+    std::fs::create_dir_all(directory).with_context(|| directory.display().to_string())?;
+    let mut lists: Vec<(String, Vec<Factors>)> = FAMILIES
+        .into_iter()
+        .map(|family| {
+            let list = (0..number).map(|k| contact_problem(family, contacts, seed.wrapping_add(k)));
+            (format!("{family:?}").to_lowercase(), list.collect())
+        })
+        .collect();
+    // Steps of a push: each problem is a little different from the one before.
+    let mut step = contact_problem(FAMILIES[0], contacts, seed);
+    let mut steps = Vec::new();
+    for k in 0..number {
+        steps.push(step.clone());
+        step = neighbour(&step, 1e-3, seed.wrapping_add(k));
+    }
+    lists.push(("sequence".to_owned(), steps));
+    for (name, list) in lists {
+        // A family may draw finger bodies or not: one file holds one number of freedoms.
+        for freedoms in [6, 8] {
+            let problems: Vec<Factors> =
+                list.iter().filter(|p| p.inverse_mass.len() == freedoms).cloned().collect();
+            if problems.is_empty() {
+                continue;
+            }
+            let n = 6 * contacts;
+            let dense = DenseSet {
+                n,
+                contacts,
+                symmetric: false,
+                problems: problems.iter().map(Factors::dense).collect(),
+            };
+            let factors = FactorSet { contacts, freedoms, problems };
+            let stem = format!("{name}{freedoms}_{n}");
+            for (extension, bytes) in [
+                ("lcp", lcp_files::encode_dense(&dense)),
+                ("fac", lcp_files::encode_factors(&factors)),
+            ] {
+                let path = directory.join(format!("{stem}.{extension}"));
+                std::fs::write(&path, bytes).with_context(|| path.display().to_string())?;
+            }
+            output.text(format!("{stem}: {} problems", factors.problems.len()));
+        }
+    }
+    Ok(())
 }
