@@ -6,6 +6,7 @@ pub mod dataset;
 pub mod import;
 pub mod lcp_files;
 pub mod lcp_gen;
+pub mod lcp_solve;
 pub mod output;
 pub mod rig;
 pub mod simulate;

@@ -7,6 +7,7 @@
 pub mod check;
 pub mod rig;
 pub mod import;
+pub mod lcp;
 
 use std::process::ExitCode;
 
@@ -33,6 +34,8 @@ enum Command {
     Rig(Box<rig::Args>),
     /// Bring real data of others into the data set format
     Import(import::Args),
+    /// Solve complementarity problems from files or generated ones, and judge the answers
+    Lcp(lcp::Args),
 }
 
 impl Command {
@@ -41,6 +44,7 @@ impl Command {
             Command::Check(args) => check::run(args, output),
             Command::Rig(args) => rig::run(args, output),
             Command::Import(args) => import::run(args, output),
+            Command::Lcp(args) => lcp::run(args, output),
         }
     }
 }
