@@ -17,3 +17,4 @@ pub mod model;
 pub mod real;
 pub mod shape;
 pub mod step;
+pub mod wire;
