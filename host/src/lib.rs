@@ -1,3 +1,10 @@
 //! Host side of stickslip: data sets, replay, streaming, comparison, diagnosis.
 
+pub mod channels;
+pub mod commands;
 pub mod dataset;
+pub mod output;
+pub mod simulate;
+pub mod rig;
+pub mod lcp_files;
+pub mod lcp_gen;

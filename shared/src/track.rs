@@ -1,0 +1,161 @@
+//! From sampled poses to the drive of a step.
+//!
+//! The carrier is the gripper where one is measured, otherwise a frame at rest where the
+//! object was first seen (planar pushing). A step runs from one sample to the next; its
+//! velocities are the differences of the two poses over the time between them.
+
+use crate::contact::{self, Body, Contacts};
+use crate::model::{Model, Scene};
+use crate::real::{Real, Rotation, Vec3};
+use crate::step::{Drive, Moving, State, support_under};
+use nalgebra::{Quaternion, UnitQuaternion};
+
+/// Position (m) and rotation (local axes to world axes).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose<R: Real> {
+    /// Origin, world.
+    pub position_m: Vec3<R>,
+    /// Local axes to world axes.
+    pub rotation: Rotation<R>,
+}
+
+impl<R: Real> Pose<R> {
+    /// From `x, y, z` and `w, x, y, z`. `None` where a number is not finite or the
+    /// quaternion's norm is off by more than 1 %; otherwise it is normalised.
+    pub fn new(position_m: [R; 3], quaternion: [R; 4]) -> Option<Self> {
+        let [w, x, y, z] = quaternion;
+        let norm = (w * w + x * x + y * y + z * z).root();
+        let good = position_m.iter().all(|p| p.finite()) && (norm - R::one()).abs() <= R::of(0.01);
+        good.then(|| Self {
+            position_m: Vec3::from(position_m),
+            rotation: UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z) / norm),
+        })
+    }
+
+    /// At the world's origin.
+    pub fn identity() -> Self {
+        Self { position_m: Vec3::zeros(), rotation: UnitQuaternion::identity() }
+    }
+
+    /// `other` as seen from this pose.
+    pub fn to_local(&self, other: &Pose<R>) -> Pose<R> {
+        Pose {
+            position_m: self.rotation.inverse_transform_vector(&(other.position_m - self.position_m)),
+            rotation: self.rotation.inverse() * other.rotation,
+        }
+    }
+
+    /// A pose seen from this one, in the world.
+    pub fn to_world(&self, local: &Pose<R>) -> Pose<R> {
+        Pose {
+            position_m: self.rotation.transform_vector(&local.position_m) + self.position_m,
+            rotation: self.rotation * local.rotation,
+        }
+    }
+}
+
+/// The poses of the prescribed bodies at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Poses<R: Real> {
+    /// Rises.
+    pub t_s: R,
+    /// The carrier.
+    pub carrier: Pose<R>,
+    /// World.
+    pub pusher: Option<Pose<R>>,
+    /// World; +X is the table's normal.
+    pub support: Option<Pose<R>>,
+}
+
+/// Velocity (m/s) and angular velocity (rad/s) that lead from one pose to the next, in the
+/// axes of the first.
+pub fn twist_between<R: Real>(from: &Pose<R>, to: &Pose<R>, dt_s: R) -> (Vec3<R>, Vec3<R>) {
+    let local = from.to_local(to);
+    let q = local.rotation.quaternion();
+    // Vector part of a small rotation: half the angle, to third order.
+    let sign = if q.w < R::zero() { -R::of(2.0) } else { R::of(2.0) };
+    let turn = Vec3::new(q.i, q.j, q.k) * sign;
+    (local.position_m / dt_s, turn / dt_s)
+}
+
+/// A prescribed body seen from the carrier.
+fn moving<R: Real>(
+    from: (&Pose<R>, &Pose<R>),
+    to: (&Pose<R>, &Pose<R>),
+    dt_s: R,
+    reference: &Vec3<R>,
+) -> Moving<R> {
+    let (carrier, body) = from;
+    let start = carrier.to_local(body);
+    let end = to.0.to_local(to.1);
+    let (_, turn) = twist_between(&start, &end, dt_s);
+    Moving {
+        position_m: start.position_m,
+        rotation: start.rotation,
+        velocity_m_s: (end.position_m - start.position_m) / dt_s,
+        angular_rad_s: start.rotation.transform_vector(&turn),
+        reference_m: carrier.rotation.inverse_transform_vector(&(reference - carrier.position_m)),
+    }
+}
+
+/// The drive that leads from the poses `from` to the poses `to`. `reference` is the
+/// pusher's origin at the first sample (world). `None` where time does not rise.
+pub fn drive_between<R: Real>(
+    from: &Poses<R>,
+    to: &Poses<R>,
+    reference: &Vec3<R>,
+    grip_n: R,
+    trial: R,
+) -> Option<Drive<R>> {
+    let dt_s = to.t_s - from.t_s;
+    if !(dt_s > R::of(1e-6)) {
+        return None;
+    }
+    let (carrier_m_s, carrier_rad_s) = twist_between(&from.carrier, &to.carrier, dt_s);
+    let seen = |a: &Option<Pose<R>>, b: &Option<Pose<R>>| match (a, b) {
+        (Some(a), Some(b)) => Some(moving((&from.carrier, a), (&to.carrier, b), dt_s, reference)),
+        _ => None,
+    };
+    Some(Drive {
+        dt_s,
+        carrier: from.carrier.rotation,
+        carrier_m_s,
+        carrier_rad_s,
+        pusher: seen(&from.pusher, &to.pusher),
+        support: seen(&from.support, &to.support),
+        grip_n,
+        trial,
+    })
+}
+
+/// The pose of the table under an object first seen at `object`, in the world.
+pub fn support_pose<R: Real>(scene: &Scene<R>, object: &Pose<R>) -> Option<Pose<R>> {
+    scene.support.as_ref()?;
+    let gravity = Vec3::from(scene.gravity_m_s2);
+    let size = gravity.norm();
+    let up = if size > R::of(1e-3) { -gravity / size } else { Vec3::z() };
+    let table = support_under(scene, &object.position_m, &object.rotation, &up);
+    Some(Pose { position_m: table.position_m, rotation: table.rotation })
+}
+
+/// How far the pusher must be moved along its contact normal so that it does not overlap
+/// the object at the start (m, world axes; zero where there is a gap). Pose noise of tens
+/// of micrometres would otherwise appear as hundreds of newtons.
+pub fn seat<R: Real, const NC: usize>(
+    scene: &Scene<R>,
+    model: &Model<R>,
+    state: &State<R, NC>,
+    drive: &Drive<R>,
+) -> Vec3<R> {
+    let mut found: Contacts<R, NC> = heapless::Vec::new();
+    contact::find(scene, model, state, drive, &mut found);
+    let mut deepest = R::zero();
+    let mut shift = Vec3::zeros();
+    for c in found.iter().filter(|c| c.body == Body::Pusher) {
+        if c.gap_m < deepest {
+            deepest = c.gap_m;
+            shift = c.axes[0] * c.gap_m;
+        }
+    }
+    drive.carrier.transform_vector(&shift)
+}
