@@ -2,17 +2,14 @@
 //! clock only, and it alone feeds the watchdog.
 
 use embassy_time::{Duration, Instant, Ticker};
-use stickslip_shared::wire::sequence::{HASH_START, chain};
-use stickslip_shared::wire::{
-    Mode, Prediction, Sample, SolverStatus, Source, StartRequest, TICK_US, TelemetryReport, flags,
-    validity,
-};
+use stickslip_shared::predictor::{HASH_START, Prediction, flags, validity};
+use stickslip_shared::wire::{Mode, Sample, Source, StartRequest, TICK_US, TelemetryReport};
 
 use crate::board::Gauges;
 use crate::board::current::{Watchdog, timer};
 use crate::gauges::GaugeSource;
 use crate::queues::{COMMANDS, Command, MODEL_CRC, REPORTS, SAMPLES, SPARE, set_mode};
-use crate::slot::{Control as _, Slot};
+use crate::slot::Slot;
 use crate::source::{FingerSource, LinkSource, Next};
 use crate::stats::COUNTERS;
 
@@ -74,7 +71,7 @@ impl<G: Gauges> Control<G> {
         if let Some(sample) = &sample {
             self.predict(sample);
         }
-        let mode = match (&self.run, &self.slot.control) {
+        let mode = match (&self.run, &self.slot.predictor) {
             (Some(_), _) => Mode::Running,
             (None, Some(_)) => Mode::Ready,
             (None, None) => Mode::Safe,
@@ -105,16 +102,17 @@ impl<G: Gauges> Control<G> {
                 let _ = SPARE.try_send(old);
             }
             Command::Plan(plan) => {
-                if let Some(control) = &mut self.slot.control {
-                    control.set_plan(&plan);
+                if let Some(predictor) = &mut self.slot.predictor {
+                    predictor.set_plan(plan);
                 }
             }
             Command::Grip(force_n) => self.gauges.set_grip(force_n),
             Command::Calibration(calibration) => self.gauges.calibrate(&calibration),
             Command::Tare => self.gauges.tare(),
             Command::Start(request) => {
-                if let Some(control) = &mut self.slot.control {
-                    control.restart();
+                if let Some(predictor) = &mut self.slot.predictor {
+                    predictor.restart();
+                    predictor.set_trial(request.trial);
                 }
                 self.gauges.restart();
                 self.report.hash = HASH_START;
@@ -153,25 +151,20 @@ impl<G: Gauges> Control<G> {
     }
 
     fn predict(&mut self, sample: &Sample) {
-        let prediction = match &mut self.slot.control {
-            Some(control) => control.tick(sample),
-            None => Prediction { validity: validity::NO_MODEL, ..Default::default() },
-        };
-        if prediction.solver != SolverStatus::Solved {
+        // A run starts with a model only; the slot cannot lose it.
+        let Some(predictor) = &mut self.slot.predictor else { return };
+        let prediction = predictor.tick(&sample.into());
+        if prediction.validity & validity::SOLVER != 0 {
             COUNTERS.solver_marks.add(1);
         }
-        let sensors = validity::STUCK
-            | validity::NOT_FINITE
-            | validity::SATURATED
-            | validity::FINGER_MISSING;
-        if prediction.validity & sensors != 0 {
+        if prediction.validity & (validity::SAMPLE | validity::WRENCH) != 0 {
             COUNTERS.sensor_marks.add(1);
         }
-        let warnings = flags::SLIP_UNEXPECTED | flags::DROP;
+        let warnings = flags::UNEXPECTED | flags::DROP;
         if prediction.flags & !self.report.prediction.flags & warnings != 0 {
-            defmt::warn!("sample {=u32}: flags {=u16:#b}", sample.seq, prediction.flags);
+            defmt::warn!("sample {=u32}: flags {=u32:#b}", sample.seq, prediction.flags);
         }
         self.report.prediction = prediction;
-        self.report.hash = chain(self.report.hash, &prediction);
+        self.report.hash = prediction.hash(self.report.hash);
     }
 }

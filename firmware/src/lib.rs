@@ -8,7 +8,6 @@
 pub mod board;
 pub mod control;
 pub mod gauges;
-pub mod holding;
 pub mod link;
 pub mod queues;
 pub mod slot;

@@ -11,7 +11,6 @@ use stickslip_shared::wire::{self, Answer, Info, Mode, Refusal, ResetCause, Samp
 
 use crate::board::current as board;
 use crate::queues::{ANSWERS, COMMANDS, Command, MODEL_CRC, REPORTS, SAMPLES, SPARE, mode};
-use crate::slot::{Active, Control};
 use crate::stats::COUNTERS;
 use crate::upload::Upload;
 
@@ -153,8 +152,8 @@ impl Link {
     fn commit(&mut self, commit: &wire::ModelCommit) -> Answer {
         let slot = SPARE.try_receive().map_err(|_| Refusal::Busy)?;
         match self.upload.commit(commit) {
-            Ok(control) => {
-                slot.control = Some(control);
+            Ok(predictor) => {
+                slot.predictor = Some(predictor);
                 slot.crc = commit.crc;
                 match COMMANDS.try_send(Command::Install(slot)) {
                     Ok(()) => Ok(()),
@@ -184,7 +183,7 @@ impl Link {
             timer_hz: board::TIMER_HZ,
             tick_us: wire::TICK_US,
             sample_queue: wire::SAMPLE_QUEUE as u16,
-            contacts: Active::CONTACTS,
+            contacts: stickslip_shared::contact::SLOTS as u16,
             model_bytes: wire::MAX_MODEL_BYTES as u16,
             gauges: board::HAS_GAUGES,
             mode,

@@ -1,11 +1,9 @@
 //! A model that arrives in pieces: collected, checked as a whole, then built.
 
 use heapless::Vec;
-use stickslip_shared::model::{Model, Scene};
+use stickslip_shared::predictor::Predictor;
 use stickslip_shared::wire::frame::crc32;
-use stickslip_shared::wire::{MAX_MODEL_BYTES, ModelChunk, ModelCommit, Refusal};
-
-use crate::slot::{Active, Control};
+use stickslip_shared::wire::{MAX_MODEL_BYTES, ModelChunk, ModelCommit, ModelPackage, Refusal};
 
 /// Bytes received so far.
 #[derive(Default)]
@@ -35,7 +33,7 @@ impl Upload {
     /// # Errors
     /// Length or checksum differ from the announced, the bytes are not a scene and a
     /// model, or the model cannot be run here.
-    pub fn commit(&self, commit: &ModelCommit) -> Result<Active, Refusal> {
+    pub fn commit(&self, commit: &ModelCommit) -> Result<Predictor<f32>, Refusal> {
         if self.bytes.len() != usize::from(commit.length) {
             return Err(Refusal::Length { received: short(self.bytes.len()) });
         }
@@ -43,8 +41,10 @@ impl Upload {
         if received != commit.crc {
             return Err(Refusal::Crc { received });
         }
-        match postcard::take_from_bytes::<(Scene<f32>, Model<f32>)>(&self.bytes) {
-            Ok(((scene, model), [])) => Active::build(scene, model).map_err(Refusal::DoesNotFit),
+        match postcard::take_from_bytes::<ModelPackage>(&self.bytes) {
+            Ok(((scene, model, limits), [])) => {
+                Predictor::new(scene, model, limits).map_err(Refusal::Model)
+            }
             _ => Err(Refusal::Undecodable),
         }
     }

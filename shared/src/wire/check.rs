@@ -1,8 +1,9 @@
 //! Limits of commands, checked before anything is touched: on the host to spare the
 //! user a round trip, on the board because a host may be wrong.
 
-use super::messages::{Calibration, Field, Plan, Refusal, StartRequest};
-use super::{SAMPLE_QUEUE, messages::Segment};
+use super::SAMPLE_QUEUE;
+use super::messages::{Calibration, Field, Refusal, StartRequest};
+use crate::predictor::{Plan, Segment};
 
 /// Largest grip force, N.
 pub const MAX_GRIP_N: f32 = 500.0;
@@ -31,6 +32,7 @@ pub fn grip(force_n: f32) -> Result<(), Refusal> {
 /// # Errors
 /// The first number of the first segment that is out of range.
 pub fn plan(plan: &Plan) -> Result<(), Refusal> {
+    range(Field::PlanStart, plan.start_s, -MAX_DURATION_S, MAX_DURATION_S)?;
     plan.segments.iter().try_for_each(segment)
 }
 
@@ -56,7 +58,8 @@ pub fn calibration(calibration: &Calibration) -> Result<(), Refusal> {
 }
 
 /// # Errors
-/// A prefill that the queue cannot hold.
+/// A prefill that the queue cannot hold, a trial number that is not one.
 pub fn start(request: &StartRequest) -> Result<(), Refusal> {
+    range(Field::Trial, request.trial, 0.0, 1.0e6)?;
     range(Field::Prefill, f32::from(request.prefill), 0.0, SAMPLE_QUEUE as f32)
 }

@@ -1,5 +1,8 @@
 //! Bodies of the frames. SI units; axes and signs as in the data set format.
+//! Plan and prediction are the predictor's own.
 
+use crate::predictor::{ModelError, Prediction};
+use crate::{predictor, track};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -7,10 +10,6 @@ use serde::{Deserialize, Serialize};
 pub const CHUNK: usize = 96;
 /// Longest serialised scene and model, bytes.
 pub const MAX_MODEL_BYTES: usize = 1536;
-/// Most segments of a plan.
-pub const MAX_SEGMENTS: usize = 8;
-/// No event within the horizon.
-pub const NEVER_MS: u16 = u16::MAX;
 
 /// World pose.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
@@ -40,134 +39,24 @@ pub struct Sample {
     pub finger: [Option<[f32; 6]>; 2],
 }
 
-/// Piece of the planned motion of the gripper.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub struct Segment {
-    /// How long it lasts.
-    pub duration_s: f32,
-    /// Velocity of the gripper's origin, world axes.
-    pub velocity_m_s: [f32; 3],
-    /// Angular velocity of the gripper, world axes.
-    pub angular_rad_s: [f32; 3],
-    /// Normal force of each finger.
-    pub grip_n: f32,
+impl Pose {
+    fn checked(&self) -> Option<track::Pose<f32>> {
+        track::Pose::new(self.position_m, self.quaternion)
+    }
 }
 
-/// Planned motion from the next tick on. After its last segment the gripper rests.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
-pub struct Plan {
-    /// In order.
-    pub segments: heapless::Vec<Segment, MAX_SEGMENTS>,
-}
-
-/// What a finger does on the object.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
-pub enum FingerState {
-    /// Not known: no measurement, or one that cannot be trusted.
-    #[default]
-    Unknown,
-    /// No contact.
-    Open,
-    /// Held by friction.
-    Sticking,
-    /// Sticking now, predicted to slip within the horizon.
-    SlipAhead,
-    /// Sliding.
-    Slipping,
-}
-
-/// Prediction for one finger.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
-pub struct FingerPrediction {
-    /// Now.
-    pub state: FingerState,
-    /// Share of the friction limit in use, force and torsion together: 1 is slip.
-    pub utilisation: f32,
-    /// Predicted speed of the object over the fingertip at the patch's centre.
-    pub slip_m_s: f32,
-    /// Its direction in the patch, from gripper X towards gripper Z.
-    pub slip_direction_rad: f32,
-    /// Time until it slips; [`NEVER_MS`] where it does not within the horizon.
-    pub slip_in_ms: u16,
-}
-
-/// How the contact problem of this tick ended.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
-pub enum SolverStatus {
-    /// No model, or not run.
-    #[default]
-    NotRun,
-    /// Within tolerance.
-    Solved,
-    /// Best of what the iterations found; its residual is above tolerance.
-    Inexact,
-    /// No solution exists (jam, or a load that friction cannot carry).
-    NoSolution,
-    /// Out of iterations or pivots.
-    Limit,
-    /// Numerical failure.
-    Failed,
-}
-
-/// What the predictor says after one sample: the same bits on the board and on the host.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
-pub struct Prediction {
-    /// Bits of [`flags`].
-    pub flags: u16,
-    /// Bits of [`validity`]: 0 is to be trusted.
-    pub validity: u16,
-    /// Finger 1 (+Y side), finger 2.
-    pub finger: [FingerPrediction; 2],
-    /// Motion of the object along gravity in the grasp since the start.
-    pub sag_m: f32,
-    /// The same at the end of the horizon.
-    pub sag_ahead_m: f32,
-    /// Rotation of the object in the grasp since the start.
-    pub rotation_rad: f32,
-    /// Time until the object leaves the fingers; [`NEVER_MS`] where it does not within the horizon.
-    pub drop_in_ms: u16,
-    /// Normal force of each finger that would hold with the set margin.
-    pub holding_grip_n: f32,
-    /// Of the contact problem.
-    pub solver: SolverStatus,
-    /// Its largest violation, relative.
-    pub residual: f32,
-}
-
-/// Bits of [`Prediction::flags`].
-pub mod flags {
-    /// Slip that the plan expects.
-    pub const SLIP_EXPECTED: u16 = 1 << 0;
-    /// Slip now or within the horizon that the plan does not expect.
-    pub const SLIP_UNEXPECTED: u16 = 1 << 1;
-    /// Sag beyond what the plan expects.
-    pub const SAG_UNEXPECTED: u16 = 1 << 2;
-    /// The object leaves the fingers within the horizon.
-    pub const DROP: u16 = 1 << 3;
-}
-
-/// Bits of [`Prediction::validity`]: why a prediction is not to be trusted.
-pub mod validity {
-    /// No model is loaded.
-    pub const NO_MODEL: u16 = 1 << 0;
-    /// A sensor repeats itself to the last bit.
-    pub const STUCK: u16 = 1 << 1;
-    /// A reading is not a number.
-    pub const NOT_FINITE: u16 = 1 << 2;
-    /// A reading is at the sensor's limit.
-    pub const SATURATED: u16 = 1 << 3;
-    /// A finger is not measured.
-    pub const FINGER_MISSING: u16 = 1 << 4;
-    /// No sample arrived for this tick, or it is late.
-    pub const STALE: u16 = 1 << 5;
-    /// Samples were lost before this one.
-    pub const GAP: u16 = 1 << 6;
-    /// Wrenches do not add up within the sensors' uncertainty.
-    pub const BIASED: u16 = 1 << 7;
-    /// The model departs from what is measured.
-    pub const DIVERGED: u16 = 1 << 8;
-    /// The solver marked its result.
-    pub const SOLVER: u16 = 1 << 9;
+impl From<&Sample> for predictor::Sample<f32> {
+    /// A pose whose quaternion is not one counts as not measured.
+    fn from(sample: &Sample) -> Self {
+        Self {
+            t_s: sample.t_us as f32 * 1e-6,
+            grip_cmd_n: sample.grip_cmd_n,
+            gripper: sample.gripper.as_ref().and_then(Pose::checked),
+            object: sample.object.as_ref().and_then(Pose::checked),
+            pusher: sample.pusher.as_ref().and_then(Pose::checked),
+            finger: sample.finger,
+        }
+    }
 }
 
 /// What the board is doing.
@@ -201,7 +90,7 @@ pub struct TelemetryReport {
     pub waiting: u8,
     /// Cost of the tick in counts of [`Info::timer_hz`].
     pub cost: u32,
-    /// [`super::sequence::chain`] over every prediction since the start.
+    /// `Prediction::hash` over every prediction since the start.
     pub hash: u32,
 }
 
@@ -215,17 +104,22 @@ pub enum Source {
 }
 
 /// Begins a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct StartRequest {
     /// Where samples come from.
     pub source: Source,
+    /// Place of the trial in its data set (wear goes with it).
+    pub trial: f32,
     /// Samples to have waiting before the first is processed, to ride out the host's jitter.
     pub prefill: u8,
     /// Samples in the run: it ends by itself after the last. `None`: it ends with `Stop`.
     pub length: Option<u32>,
 }
 
-/// Piece of a serialised `(Scene<f32>, Model<f32>)`.
+/// What makes a predictor, as it is serialised for the board.
+pub type ModelPackage = (crate::model::Scene<f32>, crate::model::Model<f32>, predictor::Limits);
+
+/// Piece of a serialised [`ModelPackage`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
 pub struct ModelChunk {
     /// Of the first byte; the pieces come in order, 0 begins anew.
@@ -275,10 +169,10 @@ pub enum Refusal {
         /// Of what arrived.
         received: u32,
     },
-    /// The bytes are not a scene and a model.
+    /// The bytes are not a scene, a model and limits.
     Undecodable,
-    /// The model needs more contacts than the firmware was built for, or cannot be run.
-    DoesNotFit(ModelFault),
+    /// The predictor cannot work with it.
+    Model(ModelError),
     /// A number is not finite or beyond its limits.
     OutOfRange {
         /// Which.
@@ -315,19 +209,10 @@ pub enum Field {
     Calibration,
     /// Samples to have waiting.
     Prefill,
-}
-
-/// Why a model cannot be run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
-pub enum ModelFault {
-    /// More contact points than the firmware was built for.
-    Contacts,
-    /// A length, mass, inertia or stiffness is not positive and finite.
-    Geometry,
-    /// A friction coefficient or an effect's parameter is out of range.
-    Parameter,
-    /// An effect that this firmware does not know.
-    UnknownEffect,
+    /// Place of a trial.
+    Trial,
+    /// When a plan begins, s.
+    PlanStart,
 }
 
 /// Why the processor started.

@@ -1,6 +1,4 @@
-//! Order of numbered messages, and the running hash that proves two sides equal.
-
-use super::messages::Prediction;
+//! Order of numbered messages: what was lost, repeated or overtaken.
 
 /// What the number of a message says about those before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,18 +33,4 @@ impl Sequence {
             Order::Late
         }
     }
-}
-
-/// Beginning of [`chain`].
-pub const HASH_START: u32 = 0x811c_9dc5;
-
-/// FNV-1a of `hash` continued over the postcard bytes of a prediction: every output word
-/// counts, so equal hashes mean equal runs up to here.
-pub fn chain(hash: u32, prediction: &Prediction) -> u32 {
-    let mut bytes = [0; super::MAX_BODY];
-    let used: &[u8] = match postcard::to_slice(prediction, &mut bytes) {
-        Ok(used) => used,
-        Err(_) => &[],
-    };
-    used.iter().fold(hash, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
 }
