@@ -66,7 +66,7 @@ pub struct Segment {
 }
 
 /// Plan from `start_s` (time stamp of the samples) on; after its end the last segment goes on.
-#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, Schema)]
 pub struct Plan {
     /// Time stamp at which the first segment begins.
     pub start_s: f32,
