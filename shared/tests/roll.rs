@@ -1,0 +1,71 @@
+//! A gripped cylinder rolled over a platform.
+//!
+//! The gripper moves along its Y axis above the platform. Rolling, the object slips against
+//! both fingertips. The platform's drag `F` acts on the object; finger 1 carries
+//! `N + F/2` and finger 2 `N - F/2` or the reverse: their difference is `F`, their mean the
+//! grip.
+
+mod common;
+
+use common::*;
+use stickslip_shared::model::*;
+
+const RADIUS_M: f64 = 0.0125;
+
+/// Moves along +Y at `speed` on a platform that the cylinder rests on.
+fn roll(platform_mu: f64, finger_mu: f64, grip_n: f64, seconds: f64, each: impl FnMut(&Seen<'_, f64>)) {
+    let up = turn([0.0, 1.0, 0.0], -core::f64::consts::FRAC_PI_2);
+    let play = Play {
+        scene: gripped(obj1(), Some(PusherContact::Plane)),
+        model: hard(finger_mu, platform_mu, 0.0),
+        gripper: &|t| pose(at(0.0, 0.010 * t, 0.0), turn([1.0, 0.0, 0.0], 0.0)),
+        pusher: Some(&|_| pose(at(0.0, 0.0, -RADIUS_M), up)),
+        object: pose(at(0.0, 0.0, 0.0), turn([1.0, 0.0, 0.0], 0.0)),
+        grip_n,
+        seconds,
+    };
+    play.run(each);
+}
+
+#[test]
+fn with_a_sticky_platform_the_cylinder_rolls_without_slip() {
+    let mut last = 0.0;
+    roll(10.0, 0.1, 3.0, 1.0, |s| {
+        let q = s.world.rotation.scaled_axis();
+        assert!(s.imbalance_n.norm() < 1e-6);
+        last = q.x;
+    });
+    // Rolling along +Y turns about -X by distance over radius.
+    assert!((last + 0.010 / RADIUS_M).abs() < 0.02, "{last}");
+}
+
+#[test]
+fn the_fingers_share_the_platform_drag_as_plus_and_minus_half() {
+    for grip_n in [3.0, 5.0] {
+        roll(10.0, 0.1, grip_n, 0.8, |s| {
+            if s.t_s < 0.2 {
+                return;
+            }
+            let drag = s.out.reading.pusher[1];
+            assert!(drag < 0.0, "the platform drags against the motion: {drag}");
+            let (f1, f2) = (-s.out.reading.finger[0][1], s.out.reading.finger[1][1]);
+            // The finger behind (finger 2, pushing along +Y) bears more.
+            assert!((f2 - (grip_n - 0.5 * drag)).abs() < 0.02 * grip_n, "{f2} {drag}");
+            assert!((f1 - (grip_n + 0.5 * drag)).abs() < 0.02 * grip_n, "{f1} {drag}");
+        });
+    }
+}
+
+#[test]
+fn rolling_needs_platform_friction_above_what_the_fingers_friction_asks() {
+    // Moments about the axis: both fingers slip with 2 mu_f N R against the drag F R, so the
+    // drag is 2 mu_f N; the platform bears at most mu_p times its normal force.
+    let rotation = |platform| {
+        let mut angle = 0.0;
+        roll(platform, 0.4, 3.0, 0.8, |s| angle = -s.world.rotation.scaled_axis().x);
+        angle
+    };
+    let (slippery, sticky) = (rotation(0.3), rotation(2.5));
+    assert!(slippery < 0.1 * 0.008 / RADIUS_M, "{slippery}");
+    assert!(sticky > 0.9 * 0.008 / RADIUS_M, "{sticky}");
+}
