@@ -8,6 +8,7 @@
 mod common;
 
 use common::*;
+use stickslip_shared::cone::ConeStatus;
 use stickslip_shared::model::*;
 
 const RADIUS_M: f64 = 0.0125;
@@ -58,14 +59,22 @@ fn the_fingers_share_the_platform_drag_as_plus_and_minus_half() {
 
 #[test]
 fn rolling_needs_platform_friction_above_what_the_fingers_friction_asks() {
-    // Moments about the axis: both fingers slip with 2 mu_f N R against the drag F R, so the
-    // drag is 2 mu_f N; the platform bears at most mu_p times its normal force.
+    // Both fingers rub with mu (N +- F/2) at the radius R, the platform drags with F at R:
+    // F = 2 mu N. The fingers' friction differs by mu F, which presses the object down, so
+    // the platform must bear 2 mu N with the normal force weight + 2 mu^2 N.
+    let (mu, grip_n) = (0.4, 3.0);
+    let asked = 2.0 * mu * grip_n / (0.158 * G + 2.0 * mu * mu * grip_n);
     let rotation = |platform| {
         let mut angle = 0.0;
-        roll(platform, 0.4, 3.0, 0.8, |s| angle = -s.world.rotation.scaled_axis().x);
+        roll(platform, mu, grip_n, 0.8, |s| {
+            assert_eq!(s.out.status, ConeStatus::Solved);
+            angle = -s.world.rotation.scaled_axis().x;
+        });
         angle
     };
-    let (slippery, sticky) = (rotation(0.3), rotation(2.5));
-    assert!(slippery < 0.1 * 0.008 / RADIUS_M, "{slippery}");
-    assert!(sticky > 0.9 * 0.008 / RADIUS_M, "{sticky}");
+    for (platform, rolls) in [(0.3, false), (0.97 * asked, false), (1.03 * asked, true), (2.5, true)] {
+        let angle = rotation(platform);
+        let share = angle / (0.008 / RADIUS_M);
+        assert!(if rolls { share > 0.98 } else { share < 0.02 }, "mu {platform} of {asked}: {share}");
+    }
 }
