@@ -5,3 +5,6 @@ pub mod commands;
 pub mod dataset;
 pub mod output;
 pub mod simulate;
+pub mod rig;
+pub mod lcp_files;
+pub mod lcp_gen;
