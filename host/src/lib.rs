@@ -10,3 +10,4 @@ pub mod lcp_solve;
 pub mod output;
 pub mod rig;
 pub mod simulate;
+pub mod smooth;

@@ -14,7 +14,8 @@ use stickslip_shared::track::{Pose, Poses, drive_between, seat, settle, support_
 use thiserror::Error;
 
 use crate::channels::{self, COUNT, Signals, object_channels};
-use crate::dataset::{ContactSpec, Description, ObjectSpec, Trial};
+use crate::dataset::{ContactSpec, Description, ObjectSpec, Sample, Trial};
+use crate::smooth::smooth;
 
 /// Why a trial cannot be simulated.
 #[derive(Debug, Error)]
@@ -198,9 +199,7 @@ pub fn prepare(description: &Description, trial: &Trial, ordinal: usize) -> Resu
         (None, None) => object,
         (None, Some(_)) => return Err(fail("the gripper's pose is not known at the start")),
     };
-    let start = mean_start(trial, &carrier, &object);
-    let world = carrier.to_world(&start);
-    let support = support_pose(&scene, &world);
+    let support = support_pose(&scene, &object);
     let mut poses = Vec::with_capacity(samples.len());
     let mut grip_n = Vec::with_capacity(samples.len());
     let fixed = trial.info.pusher.as_ref().map(channels::pose);
@@ -221,41 +220,50 @@ pub fn prepare(description: &Description, trial: &Trial, ordinal: usize) -> Resu
     if scene.pusher.is_some() && pusher.is_none() {
         return Err(fail("its primitive has a pusher, but neither trials.csv nor the samples give its pose"));
     }
-    let measured = samples.iter().map(|s| channels::measured(s, &carrier, &start.rotation)).collect();
-    Ok(Prepared {
-        scene,
-        carrier,
-        start,
-        support,
-        measured,
-        t_s: samples.iter().map(|s| s.t_s).collect(),
-        poses,
-        grip_n,
-        ordinal: ordinal as f64,
-    })
+    let t_s: Vec<f64> = samples.iter().map(|s| s.t_s).collect();
+    denoise(&t_s, &mut poses);
+    let start = mean_start(samples, &poses, &carrier.to_local(&object));
+    let measured =
+        samples.iter().zip(&poses).map(|(s, p)| channels::measured(s, &p.carrier, &start.rotation)).collect();
+    Ok(Prepared { scene, carrier, start, support, measured, t_s, poses, grip_n, ordinal: ordinal as f64 })
+}
+
+/// Takes sensor noise off the prescribed paths (see [`smooth`]).
+fn denoise(t_s: &[f64], poses: &mut [Poses<f64>]) {
+    let mut carrier: Vec<Pose<f64>> = poses.iter().map(|p| p.carrier).collect();
+    smooth(t_s, &mut carrier);
+    for (p, smoothed) in poses.iter_mut().zip(carrier) {
+        p.carrier = smoothed;
+    }
+    if let Some(mut pusher) = poses.iter().map(|p| p.pusher).collect::<Option<Vec<_>>>() {
+        smooth(t_s, &mut pusher);
+        for (p, smoothed) in poses.iter_mut().zip(pusher) {
+            p.pusher = Some(smoothed);
+        }
+    }
 }
 
 /// Mean pose of the object in the carrier while nothing moves yet (at most 100 ms): pose
 /// noise at a single sample would tilt the whole simulation.
-fn mean_start(trial: &Trial, carrier: &Pose<f64>, object: &Pose<f64>) -> Pose<f64> {
-    let first = carrier.to_local(object);
+fn mean_start(samples: &[Sample], poses: &[Poses<f64>], first: &Pose<f64>) -> Pose<f64> {
     let (mut position, mut turn, mut count) = (Vector3::zeros(), Vector3::zeros(), 0.0);
-    let t0 = trial.samples.first().map_or(0.0, |s| s.t_s);
-    for s in trial.samples.iter().take_while(|s| s.t_s - t0 <= 0.1) {
-        let here = s.gripper.as_ref().map_or(*carrier, channels::pose);
-        let moved =
-            (here.position_m - carrier.position_m).norm() + here.rotation.angle_to(&carrier.rotation) * 0.05;
+    let Some(at_start) = poses.first() else {
+        return *first;
+    };
+    for (s, p) in samples.iter().zip(poses).take_while(|(_, p)| p.t_s - at_start.t_s <= 0.1) {
+        let moved = (p.carrier.position_m - at_start.carrier.position_m).norm()
+            + p.carrier.rotation.angle_to(&at_start.carrier.rotation) * 0.05;
         let Some(o) = &s.object else { continue };
-        if moved > 2e-5 {
+        if moved > 5e-5 {
             break;
         }
-        let local = here.to_local(&channels::pose(o));
+        let local = p.carrier.to_local(&channels::pose(o));
         position += local.position_m - first.position_m;
         turn += (local.rotation * first.rotation.inverse()).scaled_axis();
         count += 1.0;
     }
     if count == 0.0 {
-        return first;
+        return *first;
     }
     Pose {
         position_m: first.position_m + position / count,

@@ -74,5 +74,5 @@ fn pivoting_agrees_in_motion_and_torque() {
 fn a_lifted_object_hangs_on_both_fingers_equally_in_both() {
     let [position, _, force, _] = disagreement(Primitive::Lift, "obj4", 0.4, 0.25, 20.0);
     assert!(position < 0.01, "position {position}");
-    assert!(force < 0.001, "force {force}");
+    assert!(force < 0.005, "force {force}");
 }

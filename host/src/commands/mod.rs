@@ -5,9 +5,9 @@
 //! [`Command`] and an arm of its `run`.
 
 pub mod check;
-pub mod rig;
 pub mod import;
 pub mod lcp;
+pub mod rig;
 
 use std::process::ExitCode;
 
