@@ -3,8 +3,8 @@
 pub mod channels;
 pub mod commands;
 pub mod dataset;
-pub mod output;
-pub mod simulate;
-pub mod rig;
 pub mod lcp_files;
 pub mod lcp_gen;
+pub mod output;
+pub mod rig;
+pub mod simulate;

@@ -115,7 +115,8 @@ fn gauss_seidel(points: &[ConePoint<f64>], bodies: &Bodies<f64>, sweeps: usize) 
                     v[i] += rows[k][i] * inverse[i] * df;
                 }
             };
-            let speed = |v: &[f64; 7], k: usize| (0..7).map(|i| rows[k][i] * v[i]).sum::<f64>() + p.bias_m_s[k];
+            let speed =
+                |v: &[f64; 7], k: usize| (0..7).map(|i| rows[k][i] * v[i]).sum::<f64>() + p.bias_m_s[k];
             let own = |k: usize| (0..7).map(|i| rows[k][i] * rows[k][i] * inverse[i]).sum::<f64>();
             // Newton on one normal: u = u0 + w f, f = max(0, -k u).
             let w = own(0) + 1.0 / p.stiffness_n_s_m[0];
@@ -159,7 +160,8 @@ fn the_velocity_is_that_of_an_independent_gauss_seidel_solver() {
             let size = if (3..6).contains(&i) { 1e-5 } else { 1e-6 };
             assert!((a - b).abs() < size, "case {case} {push:?} component {i}: {a} {b}");
         }
-        let sliding = |p: &ConePoint<f64>, f: &[f64; 3]| f[1].hypot(f[2]) > 0.999 * p.mu[0] * f[0] && f[0] > 1e-3;
+        let sliding =
+            |p: &ConePoint<f64>, f: &[f64; 3]| f[1].hypot(f[2]) > 0.999 * p.mu[0] * f[0] && f[0] > 1e-3;
         slid += usize::from(points.iter().zip(&ours.force_n).any(|(p, f)| sliding(p, f)));
     }
     assert!(slid > 30, "only {slid} cases slide: the comparison would say little");

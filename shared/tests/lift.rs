@@ -99,7 +99,9 @@ fn lifting_from_a_table_moves_the_weight_from_table_to_fingers() {
     let play = Play {
         scene,
         model: hard(0.4, 0.0, 0.3),
-        gripper: &|t| pose(at(0.0, 0.0, if t > 0.5 { 0.01 * (t - 0.5) } else { 0.0 }), UnitQuaternion::identity()),
+        gripper: &|t| {
+            pose(at(0.0, 0.0, if t > 0.5 { 0.01 * (t - 0.5) } else { 0.0 }), UnitQuaternion::identity())
+        },
         pusher: None,
         object: pose(Vec3::zeros(), UnitQuaternion::identity()),
         grip_n: 20.0,

@@ -26,7 +26,11 @@ fn the_push_force_balances_finger_friction_and_weight_within_one_percent_on_ever
                 // cosine of the slip's inclination. Uphill the weight helps the sliding.
                 let expected = 2.0 * mu * grip_n * forces.2 - WEIGHT_N * slope.sin();
                 let error = (forces.0 - expected).abs();
-                assert!(error < 0.01 * expected, "mu {mu} N {grip_n} slope {slope_deg}: {} {expected}", forces.0);
+                assert!(
+                    error < 0.01 * expected,
+                    "mu {mu} N {grip_n} slope {slope_deg}: {} {expected}",
+                    forces.0
+                );
                 assert!(forces.1.abs() < 1e-3, "a force across the push: {}", forces.1);
             }
         }
@@ -62,9 +66,8 @@ fn the_sag_is_that_of_the_exact_cone() {
 
 #[test]
 fn a_tighter_grip_sags_less() {
-    let sag = |grip_n| {
-        -linear_push::<f64>(hard(0.15, 0.25, 0.0), grip_n, 0.010, 0.0, 1.5, |_| {}).position_m.z
-    };
+    let sag =
+        |grip_n| -linear_push::<f64>(hard(0.15, 0.25, 0.0), grip_n, 0.010, 0.0, 1.5, |_| {}).position_m.z;
     let sags = [20.0, 22.0, 25.0, 27.0, 30.0, 35.0].map(sag);
     assert!(sags.windows(2).all(|w| w[1] <= w[0] + 1e-9), "{sags:?}");
 }

@@ -22,7 +22,14 @@ fn block(support: SupportContact<f64>) -> Scene<f64> {
 }
 
 /// Pushes along +X at `offset_m` from the centre.
-fn push(scene: Scene<f64>, mu: f64, mu_pusher: f64, offset_m: f64, seconds: f64, each: impl FnMut(&Seen<'_, f64>)) {
+fn push(
+    scene: Scene<f64>,
+    mu: f64,
+    mu_pusher: f64,
+    offset_m: f64,
+    seconds: f64,
+    each: impl FnMut(&Seen<'_, f64>),
+) {
     let play = Play {
         scene,
         model: hard(0.0, mu_pusher, mu),
@@ -36,7 +43,9 @@ fn push(scene: Scene<f64>, mu: f64, mu_pusher: f64, offset_m: f64, seconds: f64,
 }
 
 fn three_feet() -> SupportContact<f64> {
-    SupportContact::Points(heapless::Vec::from_slice(&[[0.03, 0.0], [-0.02, 0.025], [-0.02, -0.025]]).unwrap())
+    SupportContact::Points(
+        heapless::Vec::from_slice(&[[0.03, 0.0], [-0.02, 0.025], [-0.02, -0.025]]).unwrap(),
+    )
 }
 
 #[test]
@@ -57,7 +66,14 @@ fn a_central_push_takes_mu_times_weight_and_goes_straight() {
 fn three_feet_bear_the_loads_of_statics() {
     let mut loads = Vec::new();
     push(block(three_feet()), 0.25, 0.2, 0.0, 0.004, |s| {
-        loads = s.out.contacts.iter().zip(&s.out.force_n).filter(|(c, _)| c.body.index() == 3).map(|(_, f)| f[0]).collect();
+        loads = s
+            .out
+            .contacts
+            .iter()
+            .zip(&s.out.force_n)
+            .filter(|(c, _)| c.body.index() == 3)
+            .map(|(_, f)| f[0])
+            .collect();
     });
     // Before the push: sum W, moments zero; feet at x 0.03 and -0.02 twice.
     let weight = MASS_KG * G;
