@@ -21,7 +21,7 @@ use crate::contact::SLOTS;
 use crate::model::{FingerContact, Model, Scene, Shape};
 use crate::real::{Real, Vec3, clamp, least, most};
 use crate::step::{Drive, State, StepOutput, step};
-use crate::track::{Pose, Poses, drive_between, seat, support_pose};
+use crate::track::{Pose, Poses, drive_between, seat, settle, support_pose};
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -66,7 +66,7 @@ pub struct Segment {
 }
 
 /// Plan from `start_s` (time stamp of the samples) on; after its end the last segment goes on.
-#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, Schema)]
 pub struct Plan {
     /// Time stamp at which the first segment begins.
     pub start_s: f32,
@@ -394,11 +394,16 @@ impl<R: Real> Predictor<R> {
         let later = Poses { t_s: poses.t_s + R::of(0.004), ..poses };
         let drive = drive_between(&poses, &later, &reference_m, sample.grip_cmd_n, self.trial)?;
         let local = poses.carrier.to_local(&object);
-        let state = State::held(&self.scene, &self.model, &drive, local.position_m, local.rotation);
+        let mut state = State::held(&self.scene, &self.model, &drive, local.position_m, local.rotation);
         let seat_m = seat(&self.scene, &self.model, &state, &drive);
         if let Some(p) = &mut poses.pusher {
             p.position_m += seat_m;
         }
+        let mut seated = drive;
+        if let Some(p) = &mut seated.pusher {
+            p.position_m += drive.carrier.inverse_transform_vector(&seat_m);
+        }
+        settle(&self.scene, &self.model, &mut state, &seated);
         self.tracked = Some(Tracked {
             state,
             poses,

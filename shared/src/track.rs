@@ -7,7 +7,7 @@
 use crate::contact::{self, Body, Contacts};
 use crate::model::{Model, Scene};
 use crate::real::{Real, Rotation, Vec3};
-use crate::step::{Drive, Moving, State, support_under};
+use crate::step::{Drive, Moving, State, step, support_under};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// Position (m) and rotation (local axes to world axes).
@@ -158,4 +158,58 @@ pub fn seat<R: Real, const NC: usize>(
         }
     }
     drive.carrier.transform_vector(&shift)
+}
+
+/// Steps of [`settle`].
+const SETTLE_STEPS: u8 = 12;
+/// A pusher closer than this at the start touches the object.
+const TOUCHING_M: f64 = 5.0e-5;
+
+/// Lets an object that lies on a table or platform when it is grasped load it with its
+/// whole weight: the fingers close on an object at rest, so their friction starts at zero.
+/// Local forces depend on history; without this a third of the weight would hang on the
+/// fingers from the start. Does nothing where only the fingers hold the object.
+pub fn settle<R: Real, const NC: usize>(
+    scene: &Scene<R>,
+    model: &Model<R>,
+    state: &mut State<R, NC>,
+    drive: &Drive<R>,
+) {
+    let gravity = drive.carrier.inverse_transform_vector(&Vec3::from(scene.gravity_m_s2));
+    let mut found: Contacts<R, NC> = heapless::Vec::new();
+    contact::find(scene, model, state, drive, &mut found);
+    let carried = found.iter().any(|c| {
+        matches!(c.body, Body::Pusher | Body::Support)
+            && c.gap_m < R::of(TOUCHING_M)
+            && c.axes[0].dot(&gravity) < R::of(-0.5) * gravity.norm()
+    });
+    if !carried || scene.fingers.is_none() {
+        return;
+    }
+    let mut base = Model { effects: heapless::Vec::new(), ..model.clone() };
+    base.friction.finger = R::zero();
+    let still = Drive {
+        carrier_m_s: Vec3::zeros(),
+        carrier_rad_s: Vec3::zeros(),
+        pusher: drive.pusher.map(at_rest),
+        support: drive.support.map(at_rest),
+        ..*drive
+    };
+    state.absolute_m_s = Vec3::zeros();
+    state.absolute_rad_s = Vec3::zeros();
+    for _ in 0..SETTLE_STEPS {
+        step(scene, &base, state, &still);
+    }
+    for slot in state.slots.iter_mut().take(2 * contact::FINGER_POINTS) {
+        slot.spring_m = [R::zero(); 2];
+        slot.slip_m = R::zero();
+        slot.rest_s = R::zero();
+    }
+    state.time_s = R::zero();
+    state.absolute_m_s = drive.carrier_m_s + drive.carrier_rad_s.cross(&state.position_m);
+    state.absolute_rad_s = drive.carrier_rad_s;
+}
+
+fn at_rest<R: Real>(body: Moving<R>) -> Moving<R> {
+    Moving { velocity_m_s: Vec3::zeros(), angular_rad_s: Vec3::zeros(), ..body }
 }
