@@ -4,4 +4,5 @@ pub mod channels;
 pub mod commands;
 pub mod dataset;
 pub mod output;
+pub mod rig;
 pub mod simulate;
