@@ -16,6 +16,7 @@ pub mod effects;
 pub mod model;
 pub mod predictor;
 pub mod real;
+pub mod selftest;
 pub mod shape;
 pub mod step;
 pub mod track;

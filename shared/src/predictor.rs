@@ -288,11 +288,13 @@ pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), Model
     if [f.finger, f.pusher, f.support].iter().any(|m| !(m.finite() && *m >= R::zero() && *m <= R::of(10.0))) {
         return Err(ModelError::Friction);
     }
-    if let crate::model::Base::Soft { normal_n_m, tangential_n_m, damping_s } = model.base {
-        if !positive(normal_n_m) || !positive(tangential_n_m) || !damping_s.finite() || damping_s < R::zero()
-        {
-            return Err(ModelError::Compliance);
-        }
+    if let crate::model::Base::Soft { normal_n_m, tangential_n_m, damping_s } = model.base
+        && (!positive(normal_n_m)
+            || !positive(tangential_n_m)
+            || !damping_s.finite()
+            || damping_s < R::zero())
+    {
+        return Err(ModelError::Compliance);
     }
     for e in &model.effects {
         let info = e.info().ok_or(ModelError::UnknownEffect)?;
@@ -505,11 +507,11 @@ impl<R: Real> Predictor<R> {
         if self.scene.fingers.is_some() {
             error.y = R::zero();
         }
-        if tracked.pushing {
-            if let Some(pusher) = tracked.poses.pusher {
-                let n = tracked.poses.carrier.to_local(&pusher).rotation.transform_vector(&Vec3::x());
-                error -= n * n.dot(&error);
-            }
+        if tracked.pushing
+            && let Some(pusher) = tracked.poses.pusher
+        {
+            let n = tracked.poses.carrier.to_local(&pusher).rotation.transform_vector(&Vec3::x());
+            error -= n * n.dot(&error);
         }
         if tracked.support.is_some() {
             error = Vec3::zeros();
