@@ -3,6 +3,7 @@
 pub mod channels;
 pub mod commands;
 pub mod dataset;
+pub mod motion;
 pub mod output;
 pub mod rig;
 pub mod simulate;
