@@ -9,6 +9,7 @@ pub mod import;
 pub mod lcp_files;
 pub mod lcp_gen;
 pub mod lcp_solve;
+pub mod motion;
 pub mod output;
 pub mod rig;
 pub mod simulate;
