@@ -96,8 +96,7 @@ pub fn object_channels(local: &Pose<f64>, start: &UnitQuaternion<f64>) -> [f64; 
     [p.x, p.y, p.z, turn.x, turn.y, turn.z]
 }
 
-/// Measured channels of one sample, the object seen from `carrier` (the gripper's pose, freed
-/// of noise).
+/// Measured channels of one sample; `carrier` is the carrier's pose at it.
 pub fn measured(sample: &dataset::Sample, carrier: &Pose<f64>, start: &UnitQuaternion<f64>) -> Signals {
     let mut out = [f64::NAN; COUNT];
     if let Some(object) = &sample.object {

@@ -3,11 +3,13 @@
 pub mod channels;
 pub mod commands;
 pub mod dataset;
+pub mod lcp_files;
+pub mod lcp_gen;
 pub mod import;
 pub mod lcp_files;
 pub mod lcp_gen;
 pub mod lcp_solve;
+pub mod motion;
 pub mod output;
 pub mod rig;
 pub mod simulate;
-pub mod smooth;
