@@ -7,8 +7,6 @@ pub mod dataset;
 pub mod lcp_files;
 pub mod lcp_gen;
 pub mod import;
-pub mod lcp_files;
-pub mod lcp_gen;
 pub mod lcp_solve;
 pub mod motion;
 pub mod output;
