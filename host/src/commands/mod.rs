@@ -6,6 +6,8 @@
 
 pub mod check;
 pub mod import;
+pub mod lcp;
+pub mod rig;
 
 use std::process::ExitCode;
 
@@ -28,15 +30,21 @@ pub struct Cli {
 enum Command {
     /// Check a data set: what it holds, errors, warnings, balance of the measured forces
     Check(check::Args),
+    /// Make a data set with the synthetic rig: the paper's experiments, lifts, planar pushes, hidden effects
+    Rig(Box<rig::Args>),
     /// Bring real data of others into the data set format
     Import(import::Args),
+    /// Solve complementarity problems from files or generated ones, and judge the answers
+    Lcp(lcp::Args),
 }
 
 impl Command {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
         match self {
             Command::Check(args) => check::run(args, output),
+            Command::Rig(args) => rig::run(args, output),
             Command::Import(args) => import::run(args, output),
+            Command::Lcp(args) => lcp::run(args, output),
         }
     }
 }

@@ -31,19 +31,23 @@ struct Attempt {
 }
 
 /// The order in which runs are tried. The first finds nearly every answer.
-const ATTEMPTS: [Attempt; 12] = [
-    Attempt { shift: 1e-11, spread: 0.0, pivot: 1e-9 },
-    Attempt { shift: 1e-10, spread: 0.5, pivot: 1e-9 },
+const ATTEMPTS: [Attempt; 16] = [
+    Attempt { shift: 1e-11, spread: 0.0, pivot: 1e-12 },
+    Attempt { shift: 1e-9, spread: 0.5, pivot: 1e-12 },
+    Attempt { shift: 1e-10, spread: 0.9, pivot: 1e-13 },
     Attempt { shift: 0.0, spread: 0.0, pivot: 1e-11 },
-    Attempt { shift: 1e-9, spread: 0.0, pivot: 1e-8 },
+    Attempt { shift: 1e-8, spread: 0.3, pivot: 1e-12 },
     Attempt { shift: 1e-12, spread: 0.9, pivot: 1e-10 },
     Attempt { shift: 0.0, spread: 0.9, pivot: 1e-9 },
     Attempt { shift: 1e-9, spread: 0.8, pivot: 1e-9 },
-    Attempt { shift: 1e-8, spread: 0.3, pivot: 1e-8 },
+    Attempt { shift: 1e-7, spread: 0.6, pivot: 1e-12 },
     Attempt { shift: 1e-10, spread: 0.95, pivot: 1e-7 },
     Attempt { shift: 1e-13, spread: 0.2, pivot: 1e-11 },
-    Attempt { shift: 1e-7, spread: 0.6, pivot: 1e-8 },
-    Attempt { shift: 1e-6, spread: 0.1, pivot: 1e-7 },
+    Attempt { shift: 1e-8, spread: 0.99, pivot: 1e-10 },
+    Attempt { shift: 1e-6, spread: 0.1, pivot: 1e-12 },
+    Attempt { shift: 1e-5, spread: 0.7, pivot: 1e-12 },
+    Attempt { shift: 1e-9, spread: 0.97, pivot: 1e-14 },
+    Attempt { shift: 0.0, spread: 0.5, pivot: 1e-12 },
 ];
 
 /// How a run of pivots ended.
@@ -126,27 +130,24 @@ impl<R: Real, const N: usize> Dense<R, N> {
 
     fn search(&mut self, m: &[R], q: &[R], n: usize) -> Report<R> {
         self.best = [R::zero(); N];
-        let mut report = Report {
-            status: Status::Solved,
-            residual: R::zero(),
-            pivots: 0,
-            path: Path::Trivial,
-        };
+        let mut report =
+            Report { status: Status::Solved, residual: R::zero(), pivots: 0, path: Path::Trivial };
         if q.iter().all(|&x| x >= R::zero()) {
             return report;
         }
         report.residual = R::of(f64::INFINITY);
         self.scale(m, q, n);
-        let (mut rays, mut limits) = (0, 0);
+        // Rays and runs without a shift: with one, a copositive problem always has a solution.
+        let (mut rays, mut unshifted, mut limits) = (0, 0, 0);
         for (index, attempt) in ATTEMPTS.iter().enumerate() {
             self.fill(m, q, n, attempt);
             let (end, pivots) = self.pivot_to_end(n, R::of(attempt.pivot));
             report.pivots = report.pivots.saturating_add(pivots);
-            match end {
-                End::Ray => rays += 1,
-                End::Limit => limits += 1,
-                End::Basis => {}
+            if attempt.shift == 0.0 {
+                unshifted += 1;
+                rays += u32::from(end == End::Ray);
             }
+            limits += u32::from(end == End::Limit);
             self.read(n);
             let mut found = self.judge(m, q, n);
             if !(found <= tolerance::<R>() * R::of(1e-2)) && end == End::Basis {
@@ -154,23 +155,19 @@ impl<R: Real, const N: usize> Dense<R, N> {
             }
             if found < report.residual {
                 report.residual = found;
-                report.path =
-                    if index == 0 { Path::Lemke } else { Path::Restarted(index as u8) };
+                report.path = if index == 0 { Path::Lemke } else { Path::Restarted(index as u8) };
                 self.best = self.z;
             }
             if report.residual <= tolerance() {
                 return report;
             }
-            // Four rays in four different directions: there is nothing to be found.
-            if rays >= 4 && rays == index + 1 {
-                break;
-            }
         }
-        report.status = match (rays, limits) {
-            (0, 0) => Status::Numerical,
-            (0, _) => Status::PivotLimit,
-            (rays, _) if rays >= 4 => Status::Ray,
-            _ => Status::Numerical,
+        report.status = if rays == unshifted {
+            Status::Ray
+        } else if limits > 0 {
+            Status::PivotLimit
+        } else {
+            Status::Numerical
         };
         report
     }
@@ -183,9 +180,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
             let mut columns = [R::zero(); N];
             for (row, scale) in m.chunks_exact(n).zip(&mut self.row_scale) {
                 let mut largest = R::zero();
-                for ((&entry, &column), peak) in
-                    row.iter().zip(&self.column_scale).zip(&mut columns)
-                {
+                for ((&entry, &column), peak) in row.iter().zip(&self.column_scale).zip(&mut columns) {
                     let size = magnitude(entry) * column * *scale;
                     largest = most(size, largest);
                     *peak = most(size, *peak);
@@ -209,9 +204,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
         let shift = R::of(attempt.shift) * R::of(if R::EPSILON.to_f64() < 1e-12 { 1.0 } else { 1e5 });
         // A low-discrepancy sequence: the covering vector differs from row to row, always the same.
         let mut phase = 0.0_f64;
-        for (i, ((line, row), &constant)) in
-            self.table.iter_mut().zip(m.chunks_exact(n)).zip(q).enumerate()
-        {
+        for (i, ((line, row), &constant)) in self.table.iter_mut().zip(m.chunks_exact(n)).zip(q).enumerate() {
             let scale = self.row_scale.get(i).copied().unwrap_or(R::one());
             phase += 0.618_033_988_749_894_9;
             if phase >= 1.0 {

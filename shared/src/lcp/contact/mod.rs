@@ -29,6 +29,7 @@ const ROUNDS: u32 = 12;
 const STARTS: u32 = 4;
 
 /// Working memory, warm start and answer of the contact solver.
+#[derive(Clone)]
 pub struct ContactSolver<R, const NC: usize, const ND: usize> {
     tracks: [Track<R, ND>; NC],
     /// Contacts of the last problem where it was solved, else 0: the warm start.
@@ -145,12 +146,7 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
 }
 
 fn nothing_found<R: Real>() -> Report<R> {
-    Report {
-        status: Status::Numerical,
-        residual: R::of(f64::INFINITY),
-        pivots: 0,
-        path: Path::Trivial,
-    }
+    Report { status: Status::Numerical, residual: R::of(f64::INFINITY), pivots: 0, path: Path::Trivial }
 }
 
 /// One way to the answer: warm (`start` 0) or from open contacts. Returns the residual.
@@ -187,7 +183,9 @@ fn attempt<R: Real, const ND: usize>(
             break;
         }
         // Impulses that squeeze two stiff bodies converge slowly: less compliance.
-        if failed != End::Arrived { failed = End::Arrived; } else if residual > before * R::of(0.1) {
+        if failed != End::Arrived {
+            failed = End::Arrived;
+        } else if residual > before * R::of(0.1) {
             if residual <= tolerance() && residual > before * R::of(0.5) {
                 break;
             }
