@@ -185,3 +185,32 @@ fn a_missing_data_set_and_wrong_usage_are_told_apart_by_the_exit_code() {
     assert!(text.starts_with("error: /no/such/data/dataset.toml: the file is missing"), "{text}");
     stickslip().arg("check").assert().code(2);
 }
+
+#[test]
+fn true_forces_of_the_rig_balance_and_its_hidden_sensor_errors_are_what_the_tare_finds() {
+    use stickslip_host::rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Setup, objects, run};
+    let description = objects::bench("balance");
+    for primitive in [Primitive::LinearPush, Primitive::Pivot] {
+        let condition = Condition { speed_m_s: 0.02, ..Condition::new(primitive, "obj4") };
+        let ideal =
+            Setup { description: description.clone(), reality: Reality::ideal(0.4, 0.25), step_s: STEP_S };
+        let trial = run(&ideal, &condition, 1, 3).expect("suits the rig").trial;
+        let found = stages(&trial);
+        for balance in balance(&description, &trial, &found).expect("all is measured") {
+            assert!(balance.sum_n.iter().all(|sum| sum.abs() < 0.05), "{primitive:?}: {balance:?}");
+        }
+    }
+    let condition = Condition { speed_m_s: 0.02, ..Condition::new(Primitive::LinearPush, "obj4") };
+    let reality = Reality::draw(&description, Nuisance::PAPER, 5);
+    let [finger1, finger2, pusher] = reality.bias;
+    let setup = Setup { description: description.clone(), reality, step_s: STEP_S };
+    let trial = run(&setup, &condition, 1, 3).expect("suits the rig").trial;
+    let found = stages(&trial);
+    let tare = tare(&description, &trial, &found).expect("there is a phase before contact");
+    for axis in 0..3 {
+        let sum = finger1[axis] + finger2[axis];
+        assert!((tare.fingers_sum_n[axis] - sum).abs() < 0.03, "axis {axis}: {tare:?}, true {sum}");
+        let measured = tare.pusher_n.expect("measured")[axis];
+        assert!((measured - pusher[axis]).abs() < 0.03, "axis {axis}: {tare:?}, true {}", pusher[axis]);
+    }
+}
