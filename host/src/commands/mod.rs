@@ -2,7 +2,7 @@
 //!
 //! To add one: a module with `pub struct Args` (clap derive, `after_help` with an example)
 //! and `pub fn run(args: &Args, output: &Output) -> anyhow::Result<()>`, a variant of
-//! [`Command`] and an arm of its `run`.
+//! `Command` and an arm of its `run`.
 
 pub mod check;
 pub mod import;
