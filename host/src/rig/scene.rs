@@ -2,7 +2,10 @@
 //!
 //! The geometry of each primitive is described in `docs/rig.md`.
 
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+mod held;
+mod table;
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use crate::dataset::{ContactSpec, Description, ObjectSpec, Pose};
 
@@ -10,10 +13,8 @@ use super::body::Body;
 use super::condition::{Condition, Primitive, Scenario};
 use super::drive::{Carrier, Course, Drive, Load, Segment};
 use super::fingers::Jaw;
-use super::law::FrictionLaw;
 use super::sensors::Equipment;
-use super::shape::{Shape, edges};
-use super::surroundings::{Feature, Obstacle};
+use super::shape::Shape;
 use super::truth::Truth;
 use super::world::World;
 
@@ -29,6 +30,9 @@ pub const PIVOT_GRASP_M: f64 = -0.03;
 const PIVOT_PRESS: (f64, f64) = (4e-4, 5e-3);
 /// Time in which motions start and stop, s.
 const RAMP_S: f64 = 0.03;
+
+/// Where an object lies in the gripper: offset (m) and turn about Y (about Z on a table, rad).
+pub type Placing = (Vector3<f64>, f64);
 
 /// A trial that is ready to run.
 pub struct Scene {
@@ -51,7 +55,7 @@ pub fn set(
     object: &ObjectSpec,
     condition: &Condition,
     truth: Truth,
-    placing: (Vector3<f64>, f64),
+    placing: Placing,
 ) -> Result<Scene, String> {
     let shape = Shape::of(object)?;
     let builder = Builder { description, object, condition, shape };
@@ -195,6 +199,7 @@ impl Builder<'_> {
         (segments, end)
     }
 
+<<<<<<< HEAD
     fn linear_push(&self, truth: Truth, placing: (Vector3<f64>, f64)) -> Result<Scene, String> {
         let c = self.condition;
         let length = match &self.shape {
@@ -437,6 +442,8 @@ impl Builder<'_> {
         ))
     }
 
+=======
+>>>>>>> rig
     fn pusher_spec(&self) -> Result<&ContactSpec, String> {
         let name = self.condition.primitive.name();
         self.description
