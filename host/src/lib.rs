@@ -3,6 +3,7 @@
 pub mod channels;
 pub mod commands;
 pub mod dataset;
+pub mod device;
 pub mod import;
 pub mod lcp_files;
 pub mod lcp_gen;
