@@ -5,6 +5,8 @@ pub mod channels;
 pub mod check;
 pub mod commands;
 pub mod dataset;
+pub mod device;
+pub mod import;
 pub mod lcp_files;
 pub mod lcp_gen;
 pub mod log;

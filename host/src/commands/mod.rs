@@ -8,6 +8,7 @@ pub mod check;
 pub mod import;
 pub mod lcp;
 pub mod rig;
+pub mod stream;
 
 use std::process::ExitCode;
 
@@ -36,6 +37,8 @@ enum Command {
     Import(import::Args),
     /// Solve complementarity problems from files or generated ones, and judge the answers
     Lcp(lcp::Args),
+    /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
+    Stream(stream::Args),
 }
 
 impl Command {
@@ -45,6 +48,7 @@ impl Command {
             Command::Rig(args) => rig::run(args, output),
             Command::Import(args) => import::run(args, output),
             Command::Lcp(args) => lcp::run(args, output),
+            Command::Stream(args) => stream::run(args, output),
         }
     }
 }
