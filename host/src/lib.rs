@@ -11,7 +11,6 @@ pub mod lcp_files;
 pub mod lcp_gen;
 pub mod log;
 pub mod noise;
-pub mod import;
 pub mod lcp_solve;
 pub mod motion;
 pub mod output;
