@@ -349,6 +349,11 @@ impl Prepared {
         out.worst_residual_n = out.worst_residual_n.max(step.residual_n);
     }
 
+    /// Poses of the prescribed bodies, one for each sample.
+    pub fn poses(&self) -> &[Poses<f64>] {
+        &self.poses
+    }
+
     /// Object's pose in the world for a row of channels at sample `index`.
     pub fn world_pose(&self, index: usize, row: &Signals) -> Pose<f64> {
         let turn = UnitQuaternion::from_scaled_axis(Vector3::new(row[3], row[4], row[5]));

@@ -5,6 +5,7 @@
 //! [`Command`] and an arm of its `run`.
 
 pub mod check;
+pub mod compare;
 
 use std::process::ExitCode;
 
@@ -27,12 +28,15 @@ pub struct Cli {
 enum Command {
     /// Check a data set: what it holds, errors, warnings, balance of the measured forces
     Check(check::Args),
+    /// Compare models with measurements: errors by channel and phase, where a model fails
+    Compare(compare::Args),
 }
 
 impl Command {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
         match self {
             Command::Check(args) => check::run(args, output),
+            Command::Compare(args) => compare::run(args, output),
         }
     }
 }
