@@ -96,10 +96,9 @@ pub fn object_channels(local: &Pose<f64>, start: &UnitQuaternion<f64>) -> [f64; 
     [p.x, p.y, p.z, turn.x, turn.y, turn.z]
 }
 
-/// Measured channels of one sample. `carrier` is used where no gripper is measured.
+/// Measured channels of one sample; `carrier` is the carrier's pose at it.
 pub fn measured(sample: &dataset::Sample, carrier: &Pose<f64>, start: &UnitQuaternion<f64>) -> Signals {
     let mut out = [f64::NAN; COUNT];
-    let carrier = sample.gripper.as_ref().map_or(*carrier, pose);
     if let Some(object) = &sample.object {
         let local = carrier.to_local(&pose(object));
         out[..6].copy_from_slice(&object_channels(&local, start));

@@ -2,11 +2,12 @@
 
 pub mod channels;
 pub mod commands;
-pub mod compare;
 pub mod dataset;
+pub mod lcp_files;
+pub mod lcp_gen;
+pub mod import;
+pub mod lcp_solve;
+pub mod motion;
 pub mod output;
-pub mod phases;
-pub mod replay;
-pub mod report;
 pub mod rig;
 pub mod simulate;

@@ -10,11 +10,12 @@ use stickslip_shared::contact::SLOTS;
 use stickslip_shared::model::{FingerContact, Model, Object, PusherContact, Scene, Shape, SupportContact};
 use stickslip_shared::shape::inertia;
 use stickslip_shared::step::{State, StepOutput, step};
-use stickslip_shared::track::{Pose, Poses, drive_between, seat, support_pose};
+use stickslip_shared::track::{Pose, Poses, drive_between, seat, settle, support_pose};
 use thiserror::Error;
 
 use crate::channels::{self, COUNT, Signals, object_channels};
 use crate::dataset::{ContactSpec, Description, ObjectSpec, Trial};
+use crate::motion::denoised;
 
 /// Why a trial cannot be simulated.
 #[derive(Debug, Error)]
@@ -44,10 +45,11 @@ pub struct Prepared {
     pub measured: Vec<Signals>,
     /// Time stamps.
     pub t_s: Vec<f64>,
-    /// Poses of the prescribed bodies, one for each sample.
+    /// Poses of the prescribed bodies without measurement noise, one for each sample.
     poses: Vec<Poses<f64>>,
     grip_n: Vec<f64>,
-    ordinal: f64,
+    /// Place of the trial in its data set.
+    pub ordinal: f64,
 }
 
 /// The model's channels along a trial, and how the solver fared.
@@ -193,15 +195,13 @@ pub fn prepare(description: &Description, trial: &Trial, ordinal: usize) -> Resu
         .find_map(|s| s.object.as_ref())
         .map(channels::pose)
         .ok_or_else(|| fail("the object's pose is not known at the start; the model needs it there"))?;
-    let carrier = match (&first.gripper, &scene.fingers) {
+    let mut carrier = match (&first.gripper, &scene.fingers) {
         (Some(g), _) => channels::pose(g),
         (None, None) => object,
         (None, Some(_)) => return Err(fail("the gripper's pose is not known at the start")),
     };
-    let start = mean_start(trial, &carrier, &object);
-    let world = carrier.to_world(&start);
-    let support = support_pose(&scene, &world);
-    let mut poses = Vec::with_capacity(samples.len());
+    let mut grippers = Vec::with_capacity(samples.len());
+    let mut pushers = Vec::with_capacity(samples.len());
     let mut grip_n = Vec::with_capacity(samples.len());
     let fixed = trial.info.pusher.as_ref().map(channels::pose);
     let (mut gripper, mut pusher) = (carrier, fixed);
@@ -210,45 +210,63 @@ pub fn prepare(description: &Description, trial: &Trial, ordinal: usize) -> Resu
         gripper = s.gripper.as_ref().map_or(gripper, channels::pose);
         pusher = s.pusher.as_ref().map(channels::pose).or(pusher);
         grip = s.grip_cmd_n.unwrap_or(grip);
-        poses.push(Poses {
-            t_s: s.t_s,
-            carrier: if scene.fingers.is_some() { gripper } else { carrier },
-            pusher: pusher.filter(|_| scene.pusher.is_some()),
-            support,
-        });
+        grippers.push(if scene.fingers.is_some() { gripper } else { carrier });
+        pushers.extend(pusher.filter(|_| scene.pusher.is_some()));
         grip_n.push(grip);
     }
-    if scene.pusher.is_some() && pusher.is_none() {
-        return Err(fail("its primitive has a pusher, but neither trials.csv nor the samples give its pose"));
+    if scene.pusher.is_some() && pushers.len() < samples.len() {
+        return Err(fail(
+            "its primitive has a pusher, but neither trials.csv nor its first sample gives its pose",
+        ));
     }
-    let measured = samples.iter().map(|s| channels::measured(s, &carrier, &start.rotation)).collect();
-    Ok(Prepared {
-        scene,
-        carrier,
-        start,
-        support,
-        measured,
-        t_s: samples.iter().map(|s| s.t_s).collect(),
-        poses,
-        grip_n,
-        ordinal: ordinal as f64,
-    })
+    let t_s: Vec<f64> = samples.iter().map(|s| s.t_s).collect();
+    let (grippers, pushers) = (denoised(&t_s, &grippers), denoised(&t_s, &pushers));
+    carrier = grippers.first().copied().unwrap_or(carrier);
+    let start = flush(&scene, mean_start(trial, &grippers, &object));
+    let support = support_pose(&scene, &carrier.to_world(&start));
+    let poses: Vec<Poses<f64>> = (0..samples.len())
+        .map(|i| Poses { t_s: t_s[i], carrier: grippers[i], pusher: pushers.get(i).copied(), support })
+        .collect();
+    let measured =
+        samples.iter().zip(&poses).map(|(s, p)| channels::measured(s, &p.carrier, &start.rotation)).collect();
+    Ok(Prepared { scene, carrier, start, support, measured, t_s, poses, grip_n, ordinal: ordinal as f64 })
+}
+
+/// The start with flat faces flush to flat pads and midway between them, as the closed jaw
+/// holds them: what is measured off that (within 10 mrad) is noise, to which the pressure
+/// under rigid pads would answer.
+fn flush(scene: &Scene<f64>, start: Pose<f64>) -> Pose<f64> {
+    let flat = matches!(scene.fingers, Some(FingerContact::Disc { .. }));
+    let towards = start.rotation.inverse_transform_vector(&Vector3::y());
+    let Some(face) = scene.object.shape.face_towards(&towards).filter(|_| flat) else {
+        return start;
+    };
+    let normal = start.rotation.transform_vector(&face.normal);
+    match UnitQuaternion::rotation_between(&normal, &Vector3::y()) {
+        Some(turn) if turn.angle() < 0.01 => {
+            let rotation = turn * start.rotation;
+            let mut position_m = start.position_m;
+            position_m.y = 0.0;
+            Pose { position_m, rotation }
+        }
+        _ => start,
+    }
 }
 
 /// Mean pose of the object in the carrier while nothing moves yet (at most 100 ms): pose
 /// noise at a single sample would tilt the whole simulation.
-fn mean_start(trial: &Trial, carrier: &Pose<f64>, object: &Pose<f64>) -> Pose<f64> {
+fn mean_start(trial: &Trial, carriers: &[Pose<f64>], object: &Pose<f64>) -> Pose<f64> {
+    let Some(carrier) = carriers.first() else { return *object };
     let first = carrier.to_local(object);
     let (mut position, mut turn, mut count) = (Vector3::zeros(), Vector3::zeros(), 0.0);
     let t0 = trial.samples.first().map_or(0.0, |s| s.t_s);
-    for s in trial.samples.iter().take_while(|s| s.t_s - t0 <= 0.1) {
-        let here = s.gripper.as_ref().map_or(*carrier, channels::pose);
+    for (s, here) in trial.samples.iter().zip(carriers).take_while(|(s, _)| s.t_s - t0 <= 0.1) {
         let moved =
             (here.position_m - carrier.position_m).norm() + here.rotation.angle_to(&carrier.rotation) * 0.05;
-        let Some(o) = &s.object else { continue };
         if moved > 2e-5 {
             break;
         }
+        let Some(o) = &s.object else { continue };
         let local = here.to_local(&channels::pose(o));
         position += local.position_m - first.position_m;
         turn += (local.rotation * first.rotation.inverse()).scaled_axis();
@@ -296,6 +314,7 @@ impl Prepared {
         if let Some(p) = &mut drive.pusher {
             p.position_m += drive.carrier.inverse_transform_vector(&shift);
         }
+        settle(&self.scene, model, &mut state, &drive);
         let settled = step(&self.scene, model, &mut state, &drive);
         self.record(&settled, &mut out);
         let stride = stride.max(1);
@@ -352,6 +371,27 @@ impl Prepared {
     /// Poses of the prescribed bodies, one for each sample.
     pub fn poses(&self) -> &[Poses<f64>] {
         &self.poses
+    }
+
+    /// Speed of the prescribed motion at each sample, m/s: gripper and pusher relative to
+    /// the world, a turn counted at a lever of 30 mm. Zero at rest.
+    pub fn drive_speed(&self) -> Vec<f64> {
+        let turned = |a: &Pose<f64>, b: &Pose<f64>| {
+            (b.position_m - a.position_m).norm() + 0.03 * b.rotation.angle_to(&a.rotation)
+        };
+        let mut speed: Vec<f64> = self
+            .poses
+            .windows(2)
+            .map(|w| {
+                let pusher = match (&w[0].pusher, &w[1].pusher) {
+                    (Some(a), Some(b)) => turned(a, b),
+                    _ => 0.0,
+                };
+                (turned(&w[0].carrier, &w[1].carrier) + pusher) / (w[1].t_s - w[0].t_s)
+            })
+            .collect();
+        speed.push(0.0);
+        speed
     }
 
     /// Object's pose in the world for a row of channels at sample `index`.

@@ -166,9 +166,9 @@ impl<R: Real, const NC: usize> State<R, NC> {
     }
 }
 
-fn effect_hooks<'a, R: Real>(
-    model: &'a Model<R>,
-) -> impl Iterator<Item = (usize, &'static dyn effects::Law<R>, &'a [R; effects::MAX_PARAMETERS])> {
+fn effect_hooks<R: Real>(
+    model: &Model<R>,
+) -> impl Iterator<Item = (usize, &'static dyn effects::Law<R>, &[R; effects::MAX_PARAMETERS])> {
     model
         .effects
         .iter()

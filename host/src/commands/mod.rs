@@ -6,6 +6,9 @@
 
 pub mod check;
 pub mod compare;
+pub mod import;
+pub mod lcp;
+pub mod rig;
 
 use std::process::ExitCode;
 
@@ -30,6 +33,12 @@ enum Command {
     Check(check::Args),
     /// Compare models with measurements: errors by channel and phase, where a model fails
     Compare(compare::Args),
+    /// Make a data set with the synthetic rig: the paper's experiments, lifts, planar pushes, hidden effects
+    Rig(Box<rig::Args>),
+    /// Bring real data of others into the data set format
+    Import(import::Args),
+    /// Solve complementarity problems from files or generated ones, and judge the answers
+    Lcp(lcp::Args),
 }
 
 impl Command {
@@ -37,6 +46,9 @@ impl Command {
         match self {
             Command::Check(args) => check::run(args, output),
             Command::Compare(args) => compare::run(args, output),
+            Command::Rig(args) => rig::run(args, output),
+            Command::Import(args) => import::run(args, output),
+            Command::Lcp(args) => lcp::run(args, output),
         }
     }
 }
