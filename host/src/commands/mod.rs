@@ -5,6 +5,7 @@
 //! `Command` and an arm of its `run`.
 
 pub mod check;
+pub mod compare;
 pub mod import;
 pub mod lcp;
 pub mod rig;
@@ -31,6 +32,8 @@ pub struct Cli {
 enum Command {
     /// Check a data set: what it holds, errors, warnings, balance of the measured forces
     Check(check::Args),
+    /// Compare models with measurements: errors by channel and phase, where a model fails
+    Compare(compare::Args),
     /// Make a data set with the synthetic rig: the paper's experiments, lifts, planar pushes, hidden effects
     Rig(Box<rig::Args>),
     /// Bring real data of others into the data set format
@@ -45,6 +48,7 @@ impl Command {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
         match self {
             Command::Check(args) => check::run(args, output),
+            Command::Compare(args) => compare::run(args, output),
             Command::Rig(args) => rig::run(args, output),
             Command::Import(args) => import::run(args, output),
             Command::Lcp(args) => lcp::run(args, output),
