@@ -3,6 +3,8 @@
 pub mod channels;
 pub mod commands;
 pub mod dataset;
+pub mod diagnose;
+pub mod fit;
 pub mod motion;
 pub mod output;
 pub mod rig;
