@@ -7,5 +7,7 @@ pub mod diagnose;
 pub mod fit;
 pub mod motion;
 pub mod output;
-pub mod rig;
 pub mod simulate;
+pub mod rig;
+pub mod lcp_files;
+pub mod lcp_gen;

@@ -13,6 +13,7 @@
 pub mod cone;
 pub mod contact;
 pub mod effects;
+pub mod lcp;
 pub mod model;
 pub mod predictor;
 pub mod real;

@@ -5,6 +5,7 @@
 //! [`Command`] and an arm of its `run`.
 
 pub mod check;
+pub mod rig;
 
 use std::process::ExitCode;
 
@@ -27,12 +28,15 @@ pub struct Cli {
 enum Command {
     /// Check a data set: what it holds, errors, warnings, balance of the measured forces
     Check(check::Args),
+    /// Make a data set with the synthetic rig: the paper's experiments, lifts, planar pushes, hidden effects
+    Rig(Box<rig::Args>),
 }
 
 impl Command {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
         match self {
             Command::Check(args) => check::run(args, output),
+            Command::Rig(args) => rig::run(args, output),
         }
     }
 }
