@@ -161,13 +161,21 @@ impl Campaign {
 
     /// Coarse features of the model for the runs that stand for their groups.
     pub fn simulate_groups(&self, model: &Model<f64>, groups: &[usize]) -> Vec<Features> {
-        groups
-            .par_iter()
-            .map(|g| {
-                let r = &self.runs[self.groups[*g].runs[0]];
-                r.bins.modelled(&r.prepared.simulate_every(model, r.stride))
-            })
-            .collect()
+        let one = |g: usize| {
+            let r = &self.runs[self.groups[g].runs[0]];
+            r.bins.modelled(&r.prepared.simulate_every(model, r.stride))
+        };
+        if depends_on_order(model) {
+            return groups.par_iter().map(|g| one(*g)).collect();
+        }
+        // One group of a condition stands for the others.
+        let mut first: BTreeMap<usize, usize> = BTreeMap::new();
+        for g in groups {
+            first.entry(self.groups[*g].condition).or_insert(*g);
+        }
+        let done: BTreeMap<usize, Features> =
+            first.par_iter().map(|(condition, g)| (*condition, one(*g))).collect();
+        groups.iter().map(|g| done[&self.groups[*g].condition].clone()).collect()
     }
 
     /// Runs that have a repetition.
@@ -178,6 +186,12 @@ impl Campaign {
         }
         self.runs.iter().filter(|r| count[r.condition] > 1).count()
     }
+}
+
+/// Whether the model predicts otherwise for a later trial of the same condition.
+fn depends_on_order(model: &Model<f64>) -> bool {
+    // Formulas (code 0) may use the trial's number.
+    model.effects.iter().any(|e| e.code == 0 || e.info().is_some_and(|i| i.id == "wear_drift"))
 }
 
 /// A model to begin with where the user gives none.

@@ -84,30 +84,42 @@ pub fn estimate(campaign: &Campaign, residuals: &[Features], friction: &[[Featur
     let raw = deviations.clone();
     for _ in 0..2 {
         deviations.clone_from(&raw);
-        let mut squares = [0.0; 3];
-        for (d, run) in deviations.iter_mut().zip(&runs) {
-            let delta = explain(d, &friction[*run], &spread, &floor);
-            for k in 0..3 {
-                squares[k] += delta[k] * delta[k];
-            }
-        }
-        sd = squares.map(|s| (s / freedom as f64).sqrt().min(0.5));
+        let deltas: Vec<[f64; 3]> = deviations
+            .iter_mut()
+            .zip(&runs)
+            .map(|(d, run)| explain(d, &friction[run.0], &spread, &floor))
+            .collect();
+        sd = std::array::from_fn(|k| {
+            // A drift with the order of trials is no chance.
+            let (xx, xy) = runs
+                .iter()
+                .zip(&deltas)
+                .fold((1e-9, 0.0), |(xx, xy), (r, d)| (xx + r.1 * r.1, xy + r.1 * d[k]));
+            let left: f64 = runs.iter().zip(&deltas).map(|(r, d)| (d[k] - xy / xx * r.1).powi(2)).sum();
+            (left / freedom as f64).sqrt().min(0.5)
+        });
         spread = pooled(&deviations, freedom, &floor);
     }
     let directions = directions(&deviations, freedom, &mut spread, &floor);
     Noise { floor, spread, directions, friction: sd, freedom }
 }
 
-/// Deviation of each repeated run from the mean of its condition, scaled so that its
-/// expected square is the variance; which run; degrees of freedom.
-fn deviations(campaign: &Campaign, residuals: &[Features]) -> (Vec<Features>, Vec<usize>, usize) {
+/// Deviation of each repeated run from the mean of its condition; which run, and how much
+/// later than the condition's mean it was made; degrees of freedom.
+fn deviations(campaign: &Campaign, residuals: &[Features]) -> (Vec<Features>, Vec<(usize, f64)>, usize) {
     let (mut out, mut runs, mut freedom) = (Vec::new(), Vec::new(), 0);
-    for g in campaign.groups.iter().filter(|g| g.runs.len() > 1) {
-        freedom += g.runs.len() - 1;
-        let mean = mean(g.runs.iter().map(|r| &residuals[*r]));
-        for r in &g.runs {
-            out.push(residuals[*r].iter().zip(&mean).map(|(x, m)| x - m).collect());
-            runs.push(*r);
+    for c in 0..campaign.conditions {
+        let of: Vec<usize> = (0..campaign.runs.len()).filter(|r| campaign.runs[*r].condition == c).collect();
+        if of.len() < 2 {
+            continue;
+        }
+        freedom += of.len() - 1;
+        let mean = mean(of.iter().map(|r| &residuals[*r]));
+        let order = |r: usize| campaign.runs[r].prepared.ordinal;
+        let middle = of.iter().map(|r| order(*r)).sum::<f64>() / of.len() as f64;
+        for r in of {
+            out.push(residuals[r].iter().zip(&mean).map(|(x, m)| x - m).collect());
+            runs.push((r, order(r) - middle));
         }
     }
     (out, runs, freedom)

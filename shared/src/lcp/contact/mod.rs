@@ -145,12 +145,7 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
 }
 
 fn nothing_found<R: Real>() -> Report<R> {
-    Report {
-        status: Status::Numerical,
-        residual: R::of(f64::INFINITY),
-        pivots: 0,
-        path: Path::Trivial,
-    }
+    Report { status: Status::Numerical, residual: R::of(f64::INFINITY), pivots: 0, path: Path::Trivial }
 }
 
 /// One way to the answer: warm (`start` 0) or from open contacts. Returns the residual.
@@ -187,7 +182,9 @@ fn attempt<R: Real, const ND: usize>(
             break;
         }
         // Impulses that squeeze two stiff bodies converge slowly: less compliance.
-        if failed != End::Arrived { failed = End::Arrived; } else if residual > before * R::of(0.1) {
+        if failed != End::Arrived {
+            failed = End::Arrived;
+        } else if residual > before * R::of(0.1) {
             if residual <= tolerance() && residual > before * R::of(0.5) {
                 break;
             }
