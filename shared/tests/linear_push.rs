@@ -1,6 +1,5 @@
 //! The paper's linear push against figures known from elsewhere.
 
-use heapless::Vec as HVec;
 use nalgebra::UnitQuaternion;
 use stickslip_shared::cone::ConeStatus;
 use stickslip_shared::contact::SLOTS;
@@ -22,11 +21,7 @@ fn scene<R: Real>() -> Scene<R> {
 }
 
 fn model<R: Real>(mu: f64, mu_pusher: f64) -> Model<R> {
-    Model {
-        base: Base::Hard,
-        friction: Friction { finger: R::of(mu), pusher: R::of(mu_pusher), support: R::of(0.3) },
-        effects: HVec::new(),
-    }
+    Model::base(Base::Hard, Friction { finger: R::of(mu), pusher: R::of(mu_pusher), support: R::of(0.3) })
 }
 
 /// Pushes towards -X against a fixed plane; returns the state at the end and the push force
