@@ -17,6 +17,9 @@ use crate::diagnose::features::Features;
 use crate::diagnose::gls::{self, Gram};
 use crate::diagnose::problem::{Problem, difference};
 
+/// Parts of the conditions that are held out in turn.
+pub const FOLDS: usize = 10;
+
 /// A parameter of the model that is fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -252,7 +255,8 @@ pub fn summary(problem: &Problem, solution: Solution, before: f64, free: &[Free]
         })
         .collect();
     let notes = notes(&estimates, &covariance, free, &model);
-    let held_out = gls::held_out(&solution.grams, &precision, 10);
+    let folds = gls::fold_solutions(&solution.grams, &precision, FOLDS);
+    let held_out = gls::held_out(&solution.grams, &folds);
     Fit {
         model,
         estimates,
@@ -273,6 +277,8 @@ pub struct Solution {
     pub grams: Vec<Gram>,
     /// Residual of each group at it.
     pub residual: Vec<Features>,
+    /// Sensitivities of the groups' features, one list for each free parameter.
+    pub columns: Vec<Vec<Features>>,
     /// Fitted sensor offsets.
     pub offsets: Vec<f64>,
     /// Loss at the start and here.
@@ -323,7 +329,8 @@ pub fn solve(problem: &Problem, model: &Model<f64>, free: &[Free], iterations: u
     let mut here = start;
     let mut damping = 1e-3;
     let mut made = 0;
-    let mut grams = problem.grams(&residual, &sensitivities(problem, &model, &predicted, free));
+    let mut columns = sensitivities(problem, &model, &predicted, free);
+    let mut grams = problem.grams(&residual, &columns);
     for _ in 0..iterations {
         made += 1;
         let n = free.len();
@@ -347,7 +354,8 @@ pub fn solve(problem: &Problem, model: &Model<f64>, free: &[Free], iterations: u
                 accepted = here - loss > 1e-4 * here + 1e-3;
                 (model, predicted, residual, offsets, here) = (trial, p, r, o, loss);
                 damping = (damping * 0.2).max(1e-6);
-                grams = problem.grams(&residual, &sensitivities(problem, &model, &predicted, free));
+                columns = sensitivities(problem, &model, &predicted, free);
+                grams = problem.grams(&residual, &columns);
                 break;
             }
             damping = (damping * 8.0).min(1e3);
@@ -356,7 +364,7 @@ pub fn solve(problem: &Problem, model: &Model<f64>, free: &[Free], iterations: u
             break;
         }
     }
-    Solution { model, grams, residual, offsets, loss: (start, here), iterations: made }
+    Solution { model, grams, residual, columns, offsets, loss: (start, here), iterations: made }
 }
 
 /// Covariance of the first `n` coefficients: `A^-1 (sum of squared scores by condition) A^-1`.

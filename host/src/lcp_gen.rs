@@ -227,7 +227,7 @@ pub fn contact_problem(family: Family, contacts: usize, seed: u64) -> Factors {
     let (mut normals, mut tangents) = (Vec::new(), Vec::new());
     let (mut separation, mut slips) = (Vec::new(), Vec::new());
     for point in &points {
-        let mut row = |direction: [f64; 3], finger: Option<usize>| {
+        let row = |direction: [f64; 3], finger: Option<usize>| {
             let mut row = direction.to_vec();
             row.extend(cross(point.at, direction));
             row.resize(freedoms, 0.0);

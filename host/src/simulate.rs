@@ -10,7 +10,7 @@ use stickslip_shared::contact::SLOTS;
 use stickslip_shared::model::{FingerContact, Model, Object, PusherContact, Scene, Shape, SupportContact};
 use stickslip_shared::shape::inertia;
 use stickslip_shared::step::{State, StepOutput, step};
-use stickslip_shared::track::{Pose, Poses, drive_between, seat, support_pose};
+use stickslip_shared::track::{Pose, Poses, drive_between, seat, settle, support_pose};
 use thiserror::Error;
 
 use crate::channels::{self, COUNT, Signals, object_channels};
@@ -314,6 +314,7 @@ impl Prepared {
         if let Some(p) = &mut drive.pusher {
             p.position_m += drive.carrier.inverse_transform_vector(&shift);
         }
+        settle(&self.scene, model, &mut state, &drive);
         let settled = step(&self.scene, model, &mut state, &drive);
         self.record(&settled, &mut out);
         let stride = stride.max(1);

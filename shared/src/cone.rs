@@ -492,8 +492,8 @@ impl<R: Real> Problem<'_, R> {
         let mut phase = self.newton(&mut p, options, options.max_iterations);
         if phase == Phase::Stalled {
             let mut bounds = [R::zero(); MAX_POINTS];
-            p.velocity = start;
-            self.normal_bounds(&start, &mut bounds);
+            p.velocity = p.best;
+            self.normal_bounds(&p.best, &mut bounds);
             let mut relaxation = R::one();
             let mut before = [R::zero(); MAX_POINTS];
             while p.used < options.max_iterations {
@@ -531,6 +531,7 @@ impl<R: Real> Problem<'_, R> {
     fn newton(&self, p: &mut Progress<R>, options: &ConeOptions<R>, steps: u32) -> Phase {
         let mut jacobian = [[R::zero(); DOF]; DOF];
         let mut taken = 0;
+        let mut trusted = 0;
         loop {
             let at = self.balance(&p.velocity, Bound::Coupled, Some(&mut jacobian));
             let size = self.size(&at.f);
@@ -566,6 +567,12 @@ impl<R: Real> Problem<'_, R> {
             }
             match next {
                 Some(trial) => p.velocity = trial,
+                // Kinks of the law make the size rise before it falls: a few full steps are
+                // taken on trust.
+                None if trusted < 3 => {
+                    trusted += 1;
+                    p.velocity = advance(&p.velocity, &d, R::one());
+                }
                 None => return Phase::Stalled,
             }
         }

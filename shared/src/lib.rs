@@ -21,3 +21,4 @@ pub mod selftest;
 pub mod shape;
 pub mod step;
 pub mod track;
+pub mod wire;

@@ -154,6 +154,19 @@ pub enum Base<R: Real> {
     },
 }
 
+impl<R: Real> Base<R> {
+    /// Soft contact of a hard plastic fingertip with a thin layer of hard rubber, the
+    /// paper's: 20 N press it in by 0.1 mm; across, a rubber layer is about half as stiff
+    /// (shear over indentation modulus of a thin bonded layer is lower still, that of a
+    /// half space 0.7, Johnson 1985, 3.7 and 7.2). The damping time makes the paper's
+    /// objects settle in some 50 ms. A starting point for calibration, not a measurement.
+    /// The step is implicit in spring and damper, so any positive stiffness and any
+    /// damping time are stable at any step.
+    pub fn rubber_pad() -> Self {
+        Base::Soft { normal_n_m: R::of(2e5), tangential_n_m: R::of(1e5), damping_s: R::of(0.005) }
+    }
+}
+
 /// Contact law, friction and effects: what is calibrated, diagnosed and sent to the board.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "R: Real")]

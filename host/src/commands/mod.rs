@@ -5,6 +5,8 @@
 //! [`Command`] and an arm of its `run`.
 
 pub mod check;
+pub mod import;
+pub mod lcp;
 pub mod rig;
 
 use std::process::ExitCode;
@@ -30,6 +32,10 @@ enum Command {
     Check(check::Args),
     /// Make a data set with the synthetic rig: the paper's experiments, lifts, planar pushes, hidden effects
     Rig(Box<rig::Args>),
+    /// Bring real data of others into the data set format
+    Import(import::Args),
+    /// Solve complementarity problems from files or generated ones, and judge the answers
+    Lcp(lcp::Args),
 }
 
 impl Command {
@@ -37,6 +43,8 @@ impl Command {
         match self {
             Command::Check(args) => check::run(args, output),
             Command::Rig(args) => rig::run(args, output),
+            Command::Import(args) => import::run(args, output),
+            Command::Lcp(args) => lcp::run(args, output),
         }
     }
 }

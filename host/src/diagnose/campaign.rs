@@ -113,7 +113,7 @@ impl Campaign {
             .map(|(i, trial)| {
                 let prepared = prepare(&dataset.description, trial, i)?;
                 let stride = (prepared.t_s.len() / COARSE_STEPS).clamp(1, 8);
-                let bare = Model { effects: heapless::Vec::new(), ..start.clone() };
+                let bare = Model::base(start.base, start.friction);
                 let first = prepared.simulate_every(&bare, stride.min(2));
                 let bins = Bins::new(&prepared, phases::bins(&prepared, &first));
                 let measured = bins.measured(&prepared);
@@ -178,6 +178,15 @@ impl Campaign {
         groups.iter().map(|g| done[&self.groups[*g].condition].clone()).collect()
     }
 
+    /// Runs of each condition.
+    pub fn runs_of(&self) -> Vec<Vec<usize>> {
+        let mut out = vec![Vec::new(); self.conditions];
+        for (i, r) in self.runs.iter().enumerate() {
+            out[r.condition].push(i);
+        }
+        out
+    }
+
     /// Runs that have a repetition.
     pub fn repeated(&self) -> usize {
         let mut count = vec![0; self.conditions];
@@ -197,5 +206,5 @@ fn depends_on_order(model: &Model<f64>) -> bool {
 /// A model to begin with where the user gives none.
 pub fn default_model() -> Model<f64> {
     let friction = Friction { finger: 0.4, pusher: 0.25, support: 0.3 };
-    Model { base: Base::Hard, friction, effects: heapless::Vec::new() }
+    Model::base(Base::Hard, friction)
 }

@@ -153,22 +153,22 @@ pub fn loss(g: &Gram, x: &DVector<f64>) -> f64 {
     (g.matrix[(n, n)] - 2.0 * cross + quadratic).max(0.0)
 }
 
-/// Loss of every group when it is predicted from the other conditions: `folds` parts of the
-/// conditions, each left out in turn.
-pub fn held_out(grams: &[Gram], precision: &[f64], folds: usize) -> Vec<f64> {
-    let conditions = grams.iter().map(|g| g.condition + 1).max().unwrap_or(0);
-    let folds = folds.clamp(2, conditions.max(2));
-    // A multiplicative step spreads neighbouring conditions over the folds.
-    let fold = |c: usize| (c * 7 + c / folds) % folds;
-    let mut out = vec![0.0; grams.len()];
-    for k in 0..folds {
-        let x = solve(grams.iter().filter(|g| fold(g.condition) != k).map(|g| (1.0, g)), precision);
-        for (g, o) in grams.iter().zip(&mut out).filter(|(g, _)| fold(g.condition) == k) {
-            *o = match &x {
-                Some(x) => loss(g, x),
-                None => g.matrix[(precision.len(), precision.len())],
-            };
-        }
-    }
-    out
+/// Which of `folds` parts a condition belongs to; neighbouring conditions fall into different parts.
+pub fn fold(condition: usize, folds: usize) -> usize {
+    (condition * 7 + condition / folds) % folds
+}
+
+/// Coefficients fitted without each of `folds` parts of the conditions in turn.
+pub fn fold_solutions(grams: &[Gram], precision: &[f64], folds: usize) -> Vec<DVector<f64>> {
+    (0..folds)
+        .map(|k| {
+            let others = grams.iter().filter(|g| fold(g.condition, folds) != k).map(|g| (1.0, g));
+            solve(others, precision).unwrap_or_else(|| DVector::zeros(precision.len()))
+        })
+        .collect()
+}
+
+/// Loss of every group when it is predicted from the other conditions.
+pub fn held_out(grams: &[Gram], solutions: &[DVector<f64>]) -> Vec<f64> {
+    grams.iter().map(|g| loss(g, &solutions[fold(g.condition, solutions.len())])).collect()
 }

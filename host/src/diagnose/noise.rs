@@ -15,6 +15,11 @@ use crate::diagnose::campaign::Campaign;
 use crate::diagnose::features::{FEATURES, Features, quantity};
 use crate::diagnose::phases::BINS;
 
+/// Contacts of real pads and plates give way: 20 N on 1e6 N/m is 20 um, and 0.1 N m on the
+/// face of such a contact turns it by some mrad. No rigid model is better than that, m.
+const FLOOR_POSITION_M: f64 = 5e-5;
+/// As above, rad.
+const FLOOR_ROTATION_RAD: f64 = 3e-3;
 /// Share of a sensor's uncertainty in the floor.
 const FLOOR_OF_UNCERTAINTY: f64 = 0.1;
 /// Share of the signal's spread within a bin in the floor.
@@ -66,7 +71,12 @@ pub fn estimate(campaign: &Campaign, residuals: &[Features], friction: &[[Featur
     let floor: Features = (0..FEATURES)
         .map(|f| {
             let (noise, uncertainty) = channels[f / BINS];
-            noise.hypot(FLOOR_OF_UNCERTAINTY * uncertainty)
+            let compliance = match quantity(f) {
+                Quantity::Position => FLOOR_POSITION_M,
+                Quantity::Rotation => FLOOR_ROTATION_RAD,
+                Quantity::Force | Quantity::Torque => 0.0,
+            };
+            noise.hypot(FLOOR_OF_UNCERTAINTY * uncertainty).hypot(compliance)
         })
         .collect();
     let (mut deviations, runs, freedom) = deviations(campaign, residuals);

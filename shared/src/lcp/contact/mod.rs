@@ -29,6 +29,7 @@ const ROUNDS: u32 = 12;
 const STARTS: u32 = 4;
 
 /// Working memory, warm start and answer of the contact solver.
+#[derive(Clone)]
 pub struct ContactSolver<R, const NC: usize, const ND: usize> {
     tracks: [Track<R, ND>; NC],
     /// Contacts of the last problem where it was solved, else 0: the warm start.
