@@ -7,8 +7,6 @@ pub mod diagnose;
 pub mod fit;
 pub mod import;
 pub mod lcp_files;
-pub mod lcp_files;
-pub mod lcp_gen;
 pub mod lcp_gen;
 pub mod lcp_solve;
 pub mod motion;
