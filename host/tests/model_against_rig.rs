@@ -19,6 +19,7 @@ fn disagreement(primitive: Primitive, object: &str, mu: f64, mu_pusher: f64, gri
         base: Base::Hard,
         friction: Friction { finger: mu, pusher: mu_pusher, support: 0.3 },
         effects: heapless::Vec::new(),
+        formulas: heapless::Vec::new(),
     };
     let modelled = prepared.simulate(&model);
     assert_eq!(modelled.unsolved, 0);

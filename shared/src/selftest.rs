@@ -100,7 +100,7 @@ fn random_model(draw: &mut Draw) -> Model<f32> {
         }
         let _ = effects.push(Effect { code: info.code, parameters });
     }
-    Model { base, friction, effects }
+    Model { base, friction, effects, formulas: Default::default() }
 }
 
 fn scenario(draw: &mut Draw) -> Scenario {
