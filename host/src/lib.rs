@@ -3,8 +3,6 @@
 pub mod channels;
 pub mod commands;
 pub mod dataset;
-pub mod lcp_files;
-pub mod lcp_gen;
 pub mod import;
 pub mod lcp_files;
 pub mod lcp_gen;
