@@ -1,6 +1,7 @@
 //! A recorded trial through the predictor, tick by tick in `f32`, as the board does it.
 
 use nalgebra::Vector3;
+use stickslip_shared::effects::formula::Formula;
 use stickslip_shared::model::{
     Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
 };
@@ -310,7 +311,15 @@ pub fn narrow_model(m: &Model<f64>) -> Model<f32> {
                 parameters: e.parameters.map(|p| p as f32),
             })
             .collect(),
+        formulas: m.formulas.iter().map(narrow_formula).collect(),
     }
+}
+
+/// Rounds the constants; serde does it, being told the type only.
+fn narrow_formula(formula: &Formula<f64>) -> Formula<f32> {
+    serde_json::to_value(formula)
+        .and_then(serde_json::from_value)
+        .expect("a checked formula holds finite numbers and names only")
 }
 
 /// Kind of a log's record whose payload is `postcard(Prediction)`: one for each tick, in order.
