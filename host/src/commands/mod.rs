@@ -10,6 +10,7 @@ pub mod import;
 pub mod lcp;
 pub mod replay;
 pub mod rig;
+pub mod score;
 pub mod stream;
 
 use std::process::ExitCode;
@@ -43,6 +44,8 @@ enum Command {
     Import(import::Args),
     /// Solve complementarity problems from files or generated ones, and judge the answers
     Lcp(lcp::Args),
+    /// Score the predictor: lead times and false alarms for slip and drop, beside simple thresholds
+    Score(score::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
     Stream(stream::Args),
 }
@@ -56,6 +59,7 @@ impl Command {
             Command::Rig(args) => rig::run(args, output),
             Command::Import(args) => import::run(args, output),
             Command::Lcp(args) => lcp::run(args, output),
+            Command::Score(args) => score::run(args, output),
             Command::Stream(args) => stream::run(args, output),
         }
     }
