@@ -28,7 +28,7 @@ const BETA: f64 = 0.006;
 /// A departure beyond this many standard deviations is a step.
 const STEP_SIGMAS: f64 = 5.0;
 /// Relative uncertainty of the model's friction, and of one learnt from a slip.
-const SPREAD_TOLD: f64 = 0.12;
+const SPREAD_TOLD: f64 = 0.15;
 const SPREAD_LEARNT: f64 = 0.06;
 /// Bounds of the estimate relative to the model's coefficient.
 const LEAST_SHARE: f64 = 0.2;
@@ -38,8 +38,18 @@ const FADE_S: f64 = 60.0;
 /// Anchor of the pose: slip is a departure from its slow mean.
 const ANCHOR_S: f64 = 0.2;
 const SLIPPED_M: f64 = 1.5e-4;
+/// Samples in which a step settles.
+const SETTLING: u8 = 4;
+/// Slow mean of the ratio, and how near it the ratio of a steady load stays.
+const LEVEL_S: f64 = 0.5;
+const LEVEL_SHARE: f64 = 0.02;
 /// Load that lasts, for the loss of the grasp: knocks of some 40 ms do not count.
 const LASTING_S: f64 = 0.08;
+/// A slip this old and this fast ends in a drop unless something is done.
+const RUNNING_S: f64 = 0.03;
+const RUNNING_M_S: f64 = 0.015;
+/// Friction is learnt from slip faster than this.
+const MOVING_M_S: f64 = 0.005;
 
 /// State of the observer.
 #[derive(Clone, Debug)]
@@ -57,9 +67,19 @@ pub struct Observer<R: Real> {
     friction: R,
     learnt: bool,
     steady_s: R,
+    /// Samples after a step that are still taken over quickly.
+    settling: u8,
+    /// Ratio that was held without slip: that much friction there is.
+    proven: R,
+    /// Slow mean of the ratio; where the ratio stays with it, the load is steady.
+    level: R,
+    /// Highest ratio of the present knock.
+    peak: R,
     path: Option<[Vec3<R>; 2]>,
     anchor: [Vec3<R>; 2],
     slip_s: R,
+    /// Smoothed velocity of the faster finger's point.
+    speed_m_s: Vec3<R>,
 }
 
 /// What one sample says.
@@ -75,8 +95,8 @@ pub struct Observed<R: Real> {
     pub lasting_limit_in_s: Option<R>,
     /// Slip velocity of each finger by the pose, X and Z (m/s) and the turn at its arm.
     pub slip_m_s: Option<[Vec3<R>; 2]>,
-    /// How long the object has been slipping, s.
-    pub slipping_s: R,
+    /// The object has been slipping for a while, is not slow and does not slow down by itself.
+    pub running: bool,
 }
 
 impl<R: Real> Observer<R> {
@@ -97,9 +117,14 @@ impl<R: Real> Observer<R> {
             friction,
             learnt: false,
             steady_s: zero,
+            settling: 0,
+            proven: zero,
+            level: zero,
+            peak: zero,
             path: None,
             anchor: [Vec3::zeros(); 2],
             slip_s: zero,
+            speed_m_s: Vec3::zeros(),
         }
     }
 
@@ -111,7 +136,7 @@ impl<R: Real> Observer<R> {
     /// The least that it may be.
     pub fn least_friction(&self) -> R {
         let spread = if self.learnt { SPREAD_LEARNT } else { SPREAD_TOLD };
-        self.friction * R::of(1.0 - spread)
+        most(self.friction * R::of(1.0 - spread), self.proven)
     }
 
     /// Forgets what was learnt about friction.
@@ -170,18 +195,21 @@ impl<R: Real> Observer<R> {
         dt_s: R,
     ) -> Observed<R> {
         let mut seen = Observed { slip_m_s: self.slip(points_m, dt_s), ..Observed::default() };
-        seen.slipping_s = self.slip_s;
+        seen.running = self.slip_s > R::of(RUNNING_S) && self.speed_m_s.norm_squared() > R::of(RUNNING_M_S * RUNNING_M_S);
         self.follow_grip(grip_n, dt_s);
         for (r, w) in seen.finger.iter_mut().zip(wrenches) {
-            *r = w.as_ref().and_then(|w| ratio(&[w], arm_m));
+            *r = w.as_ref().and_then(|w| ratio(&[w], arm_m)).map(|[needed, _]| needed);
         }
         let both = match wrenches {
             [Some(a), Some(b)] => ratio(&[a, b], arm_m),
             [Some(w), None] | [None, Some(w)] => ratio(&[w], arm_m),
             [None, None] => None,
         };
-        if let Some(r) = both {
+        // Before the tare a constant error may look like any load.
+        if let Some([r, force]) = both.filter(|_| self.tared >= TARE_SAMPLES) {
             self.track(r, dt_s);
+            // An object is dropped by force; torsion turns it.
+            self.lasting += (least(force, self.ratio) - self.lasting) * least(dt_s / R::of(LASTING_S), R::one());
             self.learn(dt_s, points_m.is_some());
             seen.ratio = Some(self.ratio);
             seen.limit_in_s = self.time_left(self.ratio);
@@ -209,16 +237,19 @@ impl<R: Real> Observer<R> {
         let miss = r - ahead;
         let gate = most(self.variance.root() * R::of(STEP_SIGMAS), R::of(0.015));
         if miss.abs() > gate {
-            self.ratio = ahead + miss * R::of(0.7);
+            self.ratio = ahead + miss * R::of(0.9);
             self.trend_s *= R::of(0.7);
             self.steady_s = R::zero();
+            self.settling = SETTLING;
+        } else if self.settling > 0 {
+            self.settling -= 1;
+            self.ratio = ahead + miss * R::of(0.4);
         } else {
             self.ratio = ahead + miss * R::of(ALPHA);
             self.trend_s += miss * R::of(BETA) / dt_s;
             self.variance += (miss * miss - self.variance) * R::of(0.02);
             self.steady_s += dt_s;
         }
-        self.lasting += (self.ratio - self.lasting) * least(dt_s / R::of(LASTING_S), R::one());
     }
 
     /// Time until `from` reaches the least friction by either trend.
@@ -248,19 +279,35 @@ impl<R: Real> Observer<R> {
     fn learn(&mut self, dt_s: R, pose_seen: bool) {
         let told = self.told;
         let bounded = |x: R| clamp(x, told * R::of(LEAST_SHARE), told * R::of(MOST_SHARE));
-        if self.slip_s > R::of(0.012) {
+        // A slip that is over still is a departure from the slow mean, and uses less.
+        let moving = self.speed_m_s.norm_squared() > R::of(MOVING_M_S * MOVING_M_S);
+        if self.slip_s > R::of(0.012) && moving {
             // Sliding uses all the friction there is.
             let gain = R::of(if self.learnt { 0.05 } else { 0.2 });
             self.friction = bounded(self.friction + (self.ratio - self.friction) * gain);
             self.learnt = self.slip_s > R::of(0.04) || self.learnt;
-        } else if self.slip_s == R::zero() && self.ratio > self.least_friction() && self.steady_s > R::of(0.1) {
-            // Held, so it is there. Without a pose a grasp that slips evenly looks the same: slower.
-            let gain = R::of(if pose_seen { 0.02 } else { 0.002 });
-            let shown = self.ratio * R::of(1.0 + SPREAD_LEARNT);
-            self.friction = bounded(most(self.friction, self.friction + (shown - self.friction) * gain));
-        } else {
-            self.friction += (told - self.friction) * (dt_s / R::of(FADE_S));
+            self.proven = R::zero();
+            self.peak = R::zero();
+            return;
         }
+        self.friction += (told - self.friction) * (dt_s / R::of(FADE_S));
+        self.proven -= self.proven * (dt_s / R::of(FADE_S));
+        self.level += (self.ratio - self.level) * least(dt_s / R::of(LEVEL_S), R::one());
+        let steady = (self.ratio - self.level).abs() < self.level * R::of(LEVEL_SHARE)
+            && self.steady_s > R::of(0.3)
+            && self.grip_trend_n_s > R::of(-0.05);
+        // Even a knock that was withstood counts, where the pose shows that nothing slipped.
+        self.peak = most(self.peak, self.ratio);
+        let withstood = pose_seen && self.slip_s == R::zero() && self.ratio < self.peak * R::of(0.8);
+        if withstood || self.ratio < self.level * R::of(0.5) {
+            let shown = self.peak * R::of(0.97);
+            self.proven = if withstood { most(self.proven, bounded(shown)) } else { self.proven };
+            self.peak = self.ratio;
+        } else if steady && self.slip_s == R::zero() {
+            self.proven = most(self.proven, bounded(self.ratio * R::of(1.0 + LEVEL_SHARE) + self.variance.root() * R::of(1.2)));
+            self.peak = self.ratio;
+        }
+        self.friction = most(self.friction, self.proven);
     }
 
     /// Departure of the points from their slow mean: slip velocity, zero while sticking.
@@ -277,9 +324,12 @@ impl<R: Real> Observer<R> {
         };
         let mut speed = [Vec3::zeros(); 2];
         let mut any = false;
+        let mut fastest = Vec3::zeros();
         let share = least(dt_s / R::of(ANCHOR_S), R::one());
         for (((q, a), p), v) in path.iter_mut().zip(&mut self.anchor).zip(&points).zip(&mut speed) {
-            *q += (p - *q) * R::of(0.5);
+            let step = (p - *q) * R::of(0.5);
+            *q += step;
+            fastest = if step.norm_squared() > fastest.norm_squared() { step } else { fastest };
             let away = *q - *a;
             // The mean of a steady motion lags by its speed times the time constant.
             if away.norm_squared() > R::of(SLIPPED_M * SLIPPED_M) {
@@ -289,13 +339,15 @@ impl<R: Real> Observer<R> {
             *a += away * share;
         }
         self.path = Some(path);
+        self.speed_m_s += (fastest / dt_s - self.speed_m_s) * R::of(0.15);
         self.slip_s = if any { self.slip_s + dt_s } else { R::zero() };
         Some(speed)
     }
 }
 
-/// Needed friction coefficient of some fingers' wrenches together; `None` without normal force.
-fn ratio<R: Real>(wrenches: &[&[R; 6]], arm_m: R) -> Option<R> {
+/// Needed friction coefficient of some fingers' wrenches together, and that of the force
+/// without torsion; `None` without normal force.
+fn ratio<R: Real>(wrenches: &[&[R; 6]], arm_m: R) -> Option<[R; 2]> {
     let (mut x, mut z, mut turn, mut normal) = (R::zero(), R::zero(), R::zero(), R::zero());
     for [fx, fy, fz, _, ty, _] in wrenches.iter().copied() {
         x += *fx;
@@ -306,7 +358,8 @@ fn ratio<R: Real>(wrenches: &[&[R; 6]], arm_m: R) -> Option<R> {
     if !(normal > R::of(0.02)) {
         return None;
     }
+    let force = (x * x + z * z).root() / normal;
     let torsion = if arm_m > R::zero() { turn / arm_m } else { R::zero() };
     let needed = (x * x + z * z + torsion * torsion).root() / normal;
-    needed.finite().then_some(least(needed, R::of(100.0)))
+    needed.finite().then_some([needed, force].map(|r| least(r, R::of(100.0))))
 }

@@ -645,7 +645,14 @@ impl<R: Real> Predictor<R> {
         let (usable, bits) = self.health.check(sample, &self.limits);
         *doubt |= bits;
         let speed = present.velocity_m_s.iter().chain(&present.angular_rad_s).fold(0.0, |s, v| s + v.abs());
-        if self.observer.tare(&usable, &out.reading.finger, speed < 0.005) {
+        // An object that stands on a table loads the fingers with the grip alone.
+        let mut expected = out.reading.finger;
+        if tracked.support.is_some() {
+            expected = [[R::zero(); 6]; 2];
+            expected[0][1] = -sample.grip_cmd_n;
+            expected[1][1] = sample.grip_cmd_n;
+        }
+        if self.observer.tare(&usable, &expected, speed < 0.005) {
             *doubt |= validity::BIASED;
         }
         let wrenches = self.observer.corrected(&usable);
@@ -771,7 +778,11 @@ impl<R: Real> Predictor<R> {
         if intent != Intent::Hold {
             return;
         }
-        let Some(ratio) = observed.ratio else { return };
+        // Without any wrench the model alone speaks; while the sensors are tared, nobody does.
+        if observed.ratio.is_none() && observed.finger.iter().all(Option::is_none) {
+            return;
+        }
+        let ratio = observed.ratio.unwrap_or_else(R::zero);
         let (friction, least_friction) = (self.observer.friction(), self.observer.least_friction());
         let near = ratio > least_friction * R::of(0.8);
         if doubt & validity::MODEL != 0 || !near {
@@ -794,11 +805,14 @@ impl<R: Real> Predictor<R> {
                 f.slip_in_s = if f.slip_in_s < 0.0 { t } else { f.slip_in_s.min(t) };
             }
         }
+        if observed.running {
+            p.drop_in_s = p.drop_in_s.max(self.limits.horizon_s);
+        }
         if let Some(t) = within(observed.lasting_limit_in_s, self.limits.drop_warning_s) {
             p.drop_in_s = if p.drop_in_s < 0.0 { t } else { p.drop_in_s.min(t) };
         }
         let enough = least_friction * R::of(f64::from(self.limits.target_utilisation.max(0.05)));
-        if enough > R::zero() {
+        if enough > R::zero() && ratio > R::zero() {
             p.holding_grip_n = grip_n * (ratio / enough).to_f64() as f32;
         }
     }

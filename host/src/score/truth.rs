@@ -44,7 +44,8 @@ pub enum Kind {
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
     /// The ratio of tangential to normal force was between half and 97 % of its value at
-    /// onset a tenth of a second before: there was something to see.
+    /// onset a tenth of a second before, and a quarter of the rise came in the first half of
+    /// that time: there was something to see.
     BuildsUp,
     /// It came within that time, or did not show in the forces at all (friction fell).
     Sudden,
@@ -341,6 +342,8 @@ fn cause_at(t: &[f64], ratio: &[f64], onset_s: f64, seen_s: f64) -> Cause {
         let i = t.partition_point(|t| *t <= s).saturating_sub(1);
         ratio.get(i).copied().unwrap_or(f64::NAN)
     };
-    let share = at(seen_s) / at(onset_s);
-    if seen_s > 0.0 && (0.5..0.97).contains(&share) { Cause::BuildsUp } else { Cause::Sudden }
+    let (first, half, last) = (at(seen_s), at(0.5 * (seen_s + onset_s)), at(onset_s));
+    let share = first / last;
+    let steadily = half - first > 0.25 * (last - first);
+    if seen_s > 0.0 && (0.5..0.97).contains(&share) && steadily { Cause::BuildsUp } else { Cause::Sudden }
 }
