@@ -195,7 +195,8 @@ impl<R: Real> Observer<R> {
         dt_s: R,
     ) -> Observed<R> {
         let mut seen = Observed { slip_m_s: self.slip(points_m, dt_s), ..Observed::default() };
-        seen.running = self.slip_s > R::of(RUNNING_S) && self.speed_m_s.norm_squared() > R::of(RUNNING_M_S * RUNNING_M_S);
+        seen.running = self.slip_s > R::of(RUNNING_S)
+            && self.speed_m_s.norm_squared() > R::of(RUNNING_M_S * RUNNING_M_S);
         self.follow_grip(grip_n, dt_s);
         for (r, w) in seen.finger.iter_mut().zip(wrenches) {
             *r = w.as_ref().and_then(|w| ratio(&[w], arm_m)).map(|[needed, _]| needed);
@@ -209,7 +210,8 @@ impl<R: Real> Observer<R> {
         if let Some([r, force]) = both.filter(|_| self.tared >= TARE_SAMPLES) {
             self.track(r, dt_s);
             // An object is dropped by force; torsion turns it.
-            self.lasting += (least(force, self.ratio) - self.lasting) * least(dt_s / R::of(LASTING_S), R::one());
+            self.lasting +=
+                (least(force, self.ratio) - self.lasting) * least(dt_s / R::of(LASTING_S), R::one());
             self.learn(dt_s, points_m.is_some());
             seen.ratio = Some(self.ratio);
             seen.limit_in_s = self.time_left(self.ratio);
@@ -304,7 +306,10 @@ impl<R: Real> Observer<R> {
             self.proven = if withstood { most(self.proven, bounded(shown)) } else { self.proven };
             self.peak = self.ratio;
         } else if steady && self.slip_s == R::zero() {
-            self.proven = most(self.proven, bounded(self.ratio * R::of(1.0 + LEVEL_SHARE) + self.variance.root() * R::of(1.2)));
+            self.proven = most(
+                self.proven,
+                bounded(self.ratio * R::of(1.0 + LEVEL_SHARE) + self.variance.root() * R::of(1.2)),
+            );
             self.peak = self.ratio;
         }
         self.friction = most(self.friction, self.proven);

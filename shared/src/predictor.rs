@@ -265,8 +265,7 @@ pub mod validity {
     pub const MODEL: u32 = 1 << 13;
 
     /// Doubts under which the flags cannot be relied on.
-    pub const UNRELIABLE: u32 =
-        SOLVER | SAMPLE | WAITING | WRENCH | ONE_FINGER | STUCK | SATURATED | BIASED;
+    pub const UNRELIABLE: u32 = SOLVER | SAMPLE | WAITING | WRENCH | ONE_FINGER | STUCK | SATURATED | BIASED;
 }
 
 /// Why scene and model were refused.
@@ -516,7 +515,11 @@ impl<R: Real> Predictor<R> {
     }
 
     fn repeat(&mut self, doubt: u32) -> Prediction {
-        Prediction { validity: self.last.validity | doubt, flags: self.last.flags | flags::UNSURE, ..self.last }
+        Prediction {
+            validity: self.last.validity | doubt,
+            flags: self.last.flags | flags::UNSURE,
+            ..self.last
+        }
     }
 
     fn follow(&mut self, sample: &Sample<R>, mut doubt: u32) -> Option<Prediction> {
@@ -669,7 +672,8 @@ impl<R: Real> Predictor<R> {
                 miss += (measured - model).abs();
                 size += most(measured.abs(), model.abs());
             }
-            let parted = seen.is_some_and(|s| (s.position_m - tracked.state.position_m).norm() > R::of(0.0015));
+            let parted =
+                seen.is_some_and(|s| (s.position_m - tracked.state.position_m).norm() > R::of(0.0015));
             let apart = miss > size * R::of(0.3) + R::of(0.5) || parted;
             tracked.apart = if apart { tracked.apart.saturating_add(1) } else { 0 };
         }
@@ -755,14 +759,7 @@ impl<R: Real> Predictor<R> {
     }
 
     /// Brings together what the model foresees and what the measured load tells of a held grasp.
-    fn combine(
-        &self,
-        p: &mut Prediction,
-        observed: &Observed<R>,
-        intent: Intent,
-        grip_n: f32,
-        doubt: u32,
-    ) {
+    fn combine(&self, p: &mut Prediction, observed: &Observed<R>, intent: Intent, grip_n: f32, doubt: u32) {
         let slip_m_s = R::of(f64::from(self.limits.slip_m_s));
         if let Some(slip) = &observed.slip_m_s {
             for (f, v) in p.finger.iter_mut().zip(slip) {

@@ -3,7 +3,9 @@
 use nalgebra::UnitQuaternion;
 use proptest::prelude::*;
 use stickslip_shared::model::{Base, FingerContact, Friction, Model, Object, Scene, Shape};
-use stickslip_shared::predictor::{Intent, Limits, Plan, Prediction, Predictor, Sample, Segment, flags, validity};
+use stickslip_shared::predictor::{
+    Intent, Limits, Plan, Prediction, Predictor, Sample, Segment, flags, validity,
+};
 use stickslip_shared::real::Vec3;
 use stickslip_shared::track::Pose;
 
@@ -75,8 +77,7 @@ impl Hold {
             }
             Some(w)
         });
-        let position_m =
-            Vec3::new(self.noise(3e-5), self.noise(3e-5), self.noise(3e-5) - slipped_m);
+        let position_m = Vec3::new(self.noise(3e-5), self.noise(3e-5), self.noise(3e-5) - slipped_m);
         let object = Pose { position_m, rotation: UnitQuaternion::identity() };
         Sample {
             t_s,

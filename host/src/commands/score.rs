@@ -112,8 +112,16 @@ fn print(d: &Document, output: &Output) {
         d.hours,
         d.doubtful_share * 100.0
     ));
-    let mut shown =
-        table(["event", "method", "events", "found", "in time", "lead 5/50/95 %, ms", "false/h", "onset error, ms"]);
+    let mut shown = table([
+        "event",
+        "method",
+        "events",
+        "found",
+        "in time",
+        "lead 5/50/95 %, ms",
+        "false/h",
+        "onset error, ms",
+    ]);
     for r in d.rows.iter().filter(|r| r.events > 0) {
         shown.add_row(cells(r));
     }

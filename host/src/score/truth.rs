@@ -112,7 +112,8 @@ pub fn find(scene: &Scene<f64>, plan: &Plan, trial: &Trial, limits: &Limits) -> 
         truth.events.push(event);
     }
     if let Some(onset_s) = lost {
-        let slip = truth.events.iter().filter(|e| e.kind == Kind::Slip).map(|e| (e.onset_s, e.cause)).next_back();
+        let slip =
+            truth.events.iter().filter(|e| e.kind == Kind::Slip).map(|e| (e.onset_s, e.cause)).next_back();
         let foreseen = slip.is_some_and(|(at, why)| {
             onset_s - at >= super::DROP_AHEAD_S
                 || why == Cause::BuildsUp
