@@ -303,5 +303,6 @@ pub fn narrow_model(m: &Model<f64>) -> Model<f32> {
                 parameters: e.parameters.map(|p| p as f32),
             })
             .collect(),
+        formulas: Default::default(),
     }
 }

@@ -26,6 +26,7 @@ pub fn default_model() -> Model<f64> {
         base: Base::Hard,
         friction: Friction { finger: 0.4, pusher: 0.25, support: 0.3 },
         effects: Default::default(),
+        formulas: Default::default(),
     }
 }
 
