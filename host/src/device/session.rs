@@ -18,8 +18,9 @@ use super::{Device, DeviceError};
 pub const AHEAD: u32 = 16;
 /// Without a report for this long the board counts as silent.
 const SILENCE: Duration = Duration::from_secs(2);
-/// Reports without a sample after which those on their way count as lost.
-const STARVED: u32 = 12;
+/// Without a sample taken for this long, while none waits on the board, those on their way
+/// count as lost.
+const STARVED: Duration = Duration::from_millis(500);
 
 /// What happens in a run, in order, for a log or a display.
 pub enum Event<'a> {
@@ -138,7 +139,8 @@ struct Run<'a> {
     /// Samples before this one are done with: taken or lost.
     done: u32,
     last: Option<u32>,
-    starved: u32,
+    /// When the board last took a sample.
+    fed: Instant,
     reports: Option<Sequence>,
     outcome: Outcome,
     begun: bool,
@@ -159,7 +161,7 @@ impl<'a> Run<'a> {
             sent: 0,
             done: 0,
             last: None,
-            starved: 0,
+            fed: Instant::now(),
             reports: None,
             outcome: Outcome::default(),
             begun: false,
@@ -182,16 +184,13 @@ impl<'a> Run<'a> {
             self.outcome.reports_lost += lost;
         }
         let Some(seq) = report.sample_seq else {
-            if self.last.is_some() && report.waiting == 0 {
-                self.starved += 1;
-            }
-            if self.starved >= STARVED {
+            if report.waiting == 0 && self.fed.elapsed() > STARVED {
                 self.done = self.sent;
-                self.starved = 0;
+                self.fed = Instant::now();
             }
             return;
         };
-        self.starved = 0;
+        self.fed = Instant::now();
         self.done = self.done.max(seq.saturating_add(1));
         self.last = Some(seq);
         self.outcome.taken += 1;
