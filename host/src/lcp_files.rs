@@ -152,8 +152,7 @@ impl Reader<'_> {
 /// The file cannot be read, or a header field or the length does not fit: byte offset and reason.
 pub fn read(path: &Path) -> Result<ProblemFile, FileError> {
     let file = path.display().to_string();
-    let bytes =
-        std::fs::read(path).map_err(|source| FileError::Io { file: file.clone(), source })?;
+    let bytes = std::fs::read(path).map_err(|source| FileError::Io { file: file.clone(), source })?;
     parse(&file, &bytes)
 }
 
@@ -188,14 +187,11 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<ProblemFile, FileError> {
                 set.problems.push(Factors {
                     jacobian: reader
                         .floats(5 * contacts * freedoms, &format!("the Jacobian of problem {k}"))?,
-                    inverse_mass: reader
-                        .floats(freedoms, &format!("the inverse masses of problem {k}"))?,
-                    compliance: reader
-                        .floats(contacts, &format!("the compliances of problem {k}"))?,
+                    inverse_mass: reader.floats(freedoms, &format!("the inverse masses of problem {k}"))?,
+                    compliance: reader.floats(contacts, &format!("the compliances of problem {k}"))?,
                     friction: reader
                         .floats(contacts, &format!("the friction coefficients of problem {k}"))?,
-                    constant: reader
-                        .floats(6 * contacts, &format!("the constants of problem {k}"))?,
+                    constant: reader.floats(6 * contacts, &format!("the constants of problem {k}"))?,
                 });
             }
             ProblemFile::Factors(set)
@@ -212,8 +208,7 @@ pub fn parse(file: &str, bytes: &[u8]) -> Result<ProblemFile, FileError> {
     };
     if reader.offset != bytes.len() {
         let offset = reader.offset;
-        return reader
-            .fail(offset, format!("{} bytes follow the last problem", bytes.len() - offset));
+        return reader.fail(offset, format!("{} bytes follow the last problem", bytes.len() - offset));
     }
     Ok(parsed)
 }
@@ -239,8 +234,7 @@ pub fn encode_dense(set: &DenseSet) -> Vec<u8> {
 /// Bytes of a `.fac` file.
 pub fn encode_factors(set: &FactorSet) -> Vec<u8> {
     let mut bytes = Vec::new();
-    let header =
-        [FACTOR_MAGIC, set.problems.len() as i32, set.contacts as i32, set.freedoms as i32];
+    let header = [FACTOR_MAGIC, set.problems.len() as i32, set.contacts as i32, set.freedoms as i32];
     bytes.extend(header.iter().flat_map(|x| x.to_le_bytes()));
     for p in &set.problems {
         let all = [&p.jacobian, &p.inverse_mass, &p.compliance, &p.friction, &p.constant];

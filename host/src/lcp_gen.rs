@@ -252,9 +252,7 @@ pub fn contact_problem(family: Family, contacts: usize, seed: u64) -> Factors {
                 };
                 (0.0, mu_finger, speed)
             }
-            (_, Some(finger)) => {
-                (compliance_pad, mu_finger, compliance_pad * grip_ns[finger] / each as f64)
-            }
+            (_, Some(finger)) => (compliance_pad, mu_finger, compliance_pad * grip_ns[finger] / each as f64),
             (_, None) => (0.0, mu_pusher, pushing),
         };
         problem.compliance.push(compliance);
@@ -335,7 +333,11 @@ pub fn dense_problem(family: DenseFamily, n: usize, seed: u64) -> (Vec<f64>, Vec
         for j in 0..n {
             m[i * n + j] = match family {
                 DenseFamily::Copos => {
-                    if i == j { 1.0 + a[i * n + j].abs() } else { a[i * n + j].abs() }
+                    if i == j {
+                        1.0 + a[i * n + j].abs()
+                    } else {
+                        a[i * n + j].abs()
+                    }
                 }
                 _ => (0..n).map(|k| a[i * n + k] * a[j * n + k]).sum::<f64>() / n as f64,
             };

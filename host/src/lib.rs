@@ -7,5 +7,5 @@ pub mod lcp_files;
 pub mod lcp_gen;
 pub mod lcp_solve;
 pub mod output;
-pub mod simulate;
 pub mod rig;
+pub mod simulate;

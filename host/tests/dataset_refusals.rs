@@ -43,12 +43,9 @@ const TABLE: &str = "t_s,grip_cmd_n,object_x_m,object_y_m,object_z_m,object_qw,o
 fn folder(edit: impl Fn(&str, &str) -> Option<String>) -> TempDir {
     let folder = TempDir::new().expect("temporary folder");
     fs::create_dir(folder.path().join("trials")).expect("folder");
-    for (name, text) in [
-        ("dataset.toml", TOML),
-        ("trials.csv", TRIALS),
-        ("trials/a.csv", TABLE),
-        ("trials/b.csv", TABLE),
-    ] {
+    for (name, text) in
+        [("dataset.toml", TOML), ("trials.csv", TRIALS), ("trials/a.csv", TABLE), ("trials/b.csv", TABLE)]
+    {
         let text = edit(name, text).unwrap_or_else(|| text.to_owned());
         if text != "(missing)" {
             fs::write(folder.path().join(name), text).expect("written");
@@ -75,10 +72,7 @@ fn assert_place(error: &DatasetError, line: u64, column: &str, value: Option<&st
     assert_eq!(error.place.column.as_deref(), Some(column), "{error}");
     assert_eq!(error.place.value.as_deref(), value, "{error}");
     let text = error.to_string();
-    assert!(
-        text.contains(&format!("line {line}, column {column}")),
-        "{text}"
-    );
+    assert!(text.contains(&format!("line {line}, column {column}")), "{text}");
 }
 
 #[test]
@@ -90,34 +84,18 @@ fn the_good_data_set_reads_with_its_unknown_keys_and_columns() {
     let strict = read(folder.path()).expect("readable");
     assert_eq!(format!("{:?}", reading.dataset), format!("{strict:?}"));
     let trial = &reading.dataset.trials[0];
-    assert_eq!(
-        trial.info.extra.get("operator").map(String::as_str),
-        Some("Ann")
-    );
+    assert_eq!(trial.info.extra.get("operator").map(String::as_str), Some("Ann"));
     assert_eq!(trial.samples.len(), 3);
-    assert_eq!(
-        trial.samples[1].object, None,
-        "empty cells are not measured"
-    );
+    assert_eq!(trial.samples[1].object, None, "empty cells are not measured");
     let object = trial.samples[2].object.expect("measured");
     assert_eq!(object.quaternion, [1.0, 0.0, 0.0, 0.0], "normalised");
     let wrench = trial.samples[0].finger[0].expect("measured in part");
     assert_eq!(wrench.force_n[0], 0.5);
     assert!(wrench.force_n[1].is_nan() && wrench.torque_nm.iter().all(|t| t.is_nan()));
     let warnings: Vec<String> = reading.warnings.iter().map(|w| w.text.clone()).collect();
-    assert!(
-        warnings.iter().any(|text| text.contains("my_own_key")),
-        "{warnings:?}"
-    );
-    assert!(
-        warnings.iter().any(|text| text.contains("temperature")),
-        "{warnings:?}"
-    );
-    assert_eq!(
-        reading.warnings.iter().map(|w| w.files).max(),
-        Some(2),
-        "joined over trials"
-    );
+    assert!(warnings.iter().any(|text| text.contains("my_own_key")), "{warnings:?}");
+    assert!(warnings.iter().any(|text| text.contains("temperature")), "{warnings:?}");
+    assert_eq!(reading.warnings.iter().map(|w| w.files).max(), Some(2), "joined over trials");
 }
 
 #[test]
@@ -136,11 +114,7 @@ fn a_missing_file_is_named() {
         assert_eq!(error.place.file, folder.path().join(missing));
     }
     let error = read(Path::new("/no/such/folder")).expect_err("must be refused");
-    assert!(
-        error
-            .to_string()
-            .starts_with("/no/such/folder/dataset.toml: the file is missing")
-    );
+    assert!(error.to_string().starts_with("/no/such/folder/dataset.toml: the file is missing"));
 }
 
 #[test]
@@ -152,16 +126,8 @@ fn a_number_that_does_not_parse_or_is_not_finite_is_refused() {
         ("-inf", Problem::NonFinite),
         ("1e999", Problem::NonFinite),
     ] {
-        let error = refusal(
-            "trials/b.csv",
-            "1.005,0,0,0,0.5",
-            &format!("1.005,0,0,0,{text}"),
-        );
-        assert_eq!(
-            std::mem::discriminant(&error.problem),
-            std::mem::discriminant(&problem),
-            "{error}"
-        );
+        let error = refusal("trials/b.csv", "1.005,0,0,0,0.5", &format!("1.005,0,0,0,{text}"));
+        assert_eq!(std::mem::discriminant(&error.problem), std::mem::discriminant(&problem), "{error}");
         if text != "0,5" {
             assert_place(&error, 4, "finger1_fx_n", Some(text));
         }
@@ -227,20 +193,12 @@ fn a_negative_mass_length_or_grip_is_refused() {
     assert_place(&error, 11, "objects[0].side_m", Some("-0.025"));
     let error = refusal("dataset.toml", "diameter_m = 0.02", "diameter_m = -1");
     assert_place(&error, 16, "fingers.diameter_m", Some("-1"));
-    let error = refusal(
-        "trials.csv",
-        "linear_push,20,0.01,2",
-        "linear_push,-20,0.01,2",
-    );
+    let error = refusal("trials.csv", "linear_push,20,0.01,2", "linear_push,-20,0.01,2");
     assert_place(&error, 3, "grip_n", Some("-20"));
     let error = refusal("trials/a.csv", "0.008,20", "0.008,-20");
     assert_place(&error, 4, "grip_cmd_n", Some("-20"));
     let error = refusal("dataset.toml", "mass_kg = 0.2005", "mass_kg = 0");
-    assert_eq!(
-        error.problem,
-        Problem::NotPositive("a mass"),
-        "an object without mass"
-    );
+    assert_eq!(error.problem, Problem::NotPositive("a mass"), "an object without mass");
 }
 
 #[test]
@@ -248,10 +206,7 @@ fn what_the_shape_or_contact_needs_must_be_there() {
     let error = refusal("dataset.toml", "side_m = 0.025", "");
     assert_place(&error, 7, "objects[0].side_m", None);
     let error = refusal("dataset.toml", "mass_kg = 0.2005", "");
-    assert!(
-        error.to_string().contains("`mass_kg` is missing"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("`mass_kg` is missing"), "{error}");
     assert_eq!(error.place.line, Some(Line::Text(7)), "{error}");
     let error = refusal("dataset.toml", "\"prism\"", "\"sphere\"");
     assert_place(&error, 9, "objects[0].shape", Some("sphere"));
@@ -271,25 +226,18 @@ fn what_the_shape_or_contact_needs_must_be_there() {
 
 #[test]
 fn one_bad_trial_leaves_the_others() {
-    let folder = folder(|name, text| {
-        (name == "trials/a.csv").then(|| text.replacen("0.004,20", "0.004,many", 1))
-    });
+    let folder =
+        folder(|name, text| (name == "trials/a.csv").then(|| text.replacen("0.004,20", "0.004,many", 1)));
     let reading = read_lenient(folder.path()).expect("the rest is kept");
     assert_eq!(reading.errors.len(), 1);
     assert_place(&reading.errors[0], 3, "grip_cmd_n", Some("many"));
-    let kept: Vec<&str> = reading
-        .dataset
-        .trials
-        .iter()
-        .map(|trial| trial.info.trial.as_str())
-        .collect();
+    let kept: Vec<&str> = reading.dataset.trials.iter().map(|trial| trial.info.trial.as_str()).collect();
     assert_eq!(kept, ["b"]);
 }
 
 #[test]
 fn the_good_rows_of_a_cut_file_are_kept_and_the_cut_is_told() {
-    let folder =
-        folder(|name, text| (name == "trials/a.csv").then(|| text[..text.len() - 20].to_owned()));
+    let folder = folder(|name, text| (name == "trials/a.csv").then(|| text[..text.len() - 20].to_owned()));
     let reading = read_lenient(folder.path()).expect("the rest is kept");
     assert_eq!(reading.dataset.trials.len(), 2);
     assert_eq!(reading.dataset.trials[0].samples.len(), 2);

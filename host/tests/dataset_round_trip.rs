@@ -7,8 +7,8 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use stickslip_host::dataset::{
-    ContactSpec, Dataset, Description, FORMAT, ObjectSpec, Pose, Sample, Sensors, TableFormat,
-    Trial, TrialInfo, Wrench, read, read_lenient, write, write_as,
+    ContactSpec, Dataset, Description, FORMAT, ObjectSpec, Pose, Sample, Sensors, TableFormat, Trial,
+    TrialInfo, Wrench, read, read_lenient, write, write_as,
 };
 use tempfile::TempDir;
 
@@ -41,64 +41,41 @@ fn description() -> Description {
 }
 
 fn number() -> impl Strategy<Value = f64> {
-    prop_oneof![
-        -1e3..1e3,
-        Just(0.0),
-        Just(-0.0),
-        Just(1e-300),
-        Just(f64::MAX)
-    ]
+    prop_oneof![-1e3..1e3, Just(0.0), Just(-0.0), Just(1e-300), Just(f64::MAX)]
 }
 
 fn pose() -> impl Strategy<Value = Option<Pose>> {
     let angle = -3.0..3.0f64;
-    proptest::option::of(
-        ([number(), number(), number()], angle).prop_map(|(position_m, angle)| {
-            let quaternion = [(angle / 2.0).cos(), 0.0, 0.0, (angle / 2.0).sin()];
-            Pose {
-                position_m,
-                quaternion,
-            }
-        }),
-    )
+    proptest::option::of(([number(), number(), number()], angle).prop_map(|(position_m, angle)| {
+        let quaternion = [(angle / 2.0).cos(), 0.0, 0.0, (angle / 2.0).sin()];
+        Pose { position_m, quaternion }
+    }))
 }
 
 fn wrench() -> impl Strategy<Value = Option<Wrench>> {
     proptest::option::of(
-        (
-            [number(), number(), number()],
-            [number(), number(), number()],
-        )
+        ([number(), number(), number()], [number(), number(), number()])
             .prop_map(|(force_n, torque_nm)| Wrench { force_n, torque_nm }),
     )
 }
 
 fn samples() -> impl Strategy<Value = Vec<Sample>> {
-    let sample = (
-        0.001..0.1f64,
-        proptest::option::of(0.0..40.0f64),
-        pose(),
-        pose(),
-        wrench(),
-        wrench(),
-    );
+    let sample = (0.001..0.1f64, proptest::option::of(0.0..40.0f64), pose(), pose(), wrench(), wrench());
     proptest::collection::vec(sample, 1..8).prop_map(|rows| {
         let mut t_s = 0.0;
         rows.into_iter()
-            .map(
-                |(step, grip_cmd_n, gripper, object, finger, pusher_wrench)| {
-                    t_s += step;
-                    Sample {
-                        t_s,
-                        grip_cmd_n,
-                        gripper,
-                        object,
-                        pusher: None,
-                        finger: [finger, None],
-                        pusher_wrench,
-                    }
-                },
-            )
+            .map(|(step, grip_cmd_n, gripper, object, finger, pusher_wrench)| {
+                t_s += step;
+                Sample {
+                    t_s,
+                    grip_cmd_n,
+                    gripper,
+                    object,
+                    pusher: None,
+                    finger: [finger, None],
+                    pusher_wrench,
+                }
+            })
             .collect()
     })
 }
@@ -111,30 +88,16 @@ fn dataset(samples: Vec<Sample>, folder: &Path) -> Dataset {
         primitive: "linear_push".to_owned(),
         grip_n: Some(20.0),
         run: Some(1),
-        pusher: Some(Pose {
-            position_m: [0.1, 0.0, 0.0],
-            quaternion: [0.0, 0.0, 0.0, 1.0],
-        }),
+        pusher: Some(Pose { position_m: [0.1, 0.0, 0.0], quaternion: [0.0, 0.0, 0.0, 1.0] }),
         extra: BTreeMap::from([("note".to_owned(), "with, comma and \"quotes\"".to_owned())]),
         ..TrialInfo::default()
     };
-    Dataset {
-        folder: folder.to_owned(),
-        description: description(),
-        trials: vec![Trial { info, samples }],
-    }
+    Dataset { folder: folder.to_owned(), description: description(), trials: vec![Trial { info, samples }] }
 }
 
 /// Shortest form with `-0` kept: equality of bits, not of values.
 fn bits(dataset: &Dataset) -> String {
-    format!(
-        "{:?}",
-        dataset
-            .trials
-            .iter()
-            .map(|trial| &trial.samples)
-            .collect::<Vec<_>>()
-    )
+    format!("{:?}", dataset.trials.iter().map(|trial| &trial.samples).collect::<Vec<_>>())
 }
 
 proptest! {
@@ -201,31 +164,16 @@ enum Damage {
 #[test]
 fn what_the_reader_would_refuse_is_not_written() {
     let folder = TempDir::new().expect("folder");
-    let good = Sample {
-        t_s: 0.0,
-        ..Sample::default()
-    };
+    let good = Sample { t_s: 0.0, ..Sample::default() };
     let same_time = dataset(vec![good, good], folder.path());
     let error = write(&same_time, folder.path()).expect_err("time stands still");
     assert!(error.to_string().contains("t_s"), "{error}");
-    let infinite = Sample {
-        grip_cmd_n: Some(f64::INFINITY),
-        ..good
-    };
+    let infinite = Sample { grip_cmd_n: Some(f64::INFINITY), ..good };
     let error = write(&dataset(vec![infinite], folder.path()), folder.path()).expect_err("inf");
     assert!(error.to_string().contains("grip_cmd_n"), "{error}");
-    let pose = Pose {
-        position_m: [f64::NAN, 0.0, 0.0],
-        quaternion: [1.0, 0.0, 0.0, 0.0],
-    };
-    let unknown = Sample {
-        object: Some(pose),
-        ..good
-    };
+    let pose = Pose { position_m: [f64::NAN, 0.0, 0.0], quaternion: [1.0, 0.0, 0.0, 0.0] };
+    let unknown = Sample { object: Some(pose), ..good };
     let error = write(&dataset(vec![unknown], folder.path()), folder.path()).expect_err("NaN");
     assert!(error.to_string().contains("object_x_m"), "{error}");
-    assert!(
-        !folder.path().join("dataset.toml").exists(),
-        "nothing half written"
-    );
+    assert!(!folder.path().join("dataset.toml").exists(), "nothing half written");
 }

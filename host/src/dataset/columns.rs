@@ -92,11 +92,7 @@ pub const BODIES: [&str; 3] = ["gripper", "object", "pusher"];
 ///
 /// # Errors
 /// Time that does not rise after `previous_s`, a quaternion off by more than 1 %, negative grip.
-pub fn sample(
-    cells: &Cells,
-    previous_s: Option<f64>,
-    partial: &mut PartialPoses,
-) -> Result<Sample, BadCell> {
+pub fn sample(cells: &Cells, previous_s: Option<f64>, partial: &mut PartialPoses) -> Result<Sample, BadCell> {
     let t_s = cells[0];
     let bad = |column, problem| Err(BadCell { column, problem });
     if t_s.is_nan() {
@@ -112,10 +108,8 @@ pub fn sample(
         return bad(GRIP, Problem::Negative("a grip force"));
     }
     let mut poses = [None; 3];
-    for ((slot, first), partly) in poses
-        .iter_mut()
-        .zip([GRIPPER, OBJECT, PUSHER])
-        .zip(partial.rows.iter_mut())
+    for ((slot, first), partly) in
+        poses.iter_mut().zip([GRIPPER, OBJECT, PUSHER]).zip(partial.rows.iter_mut())
     {
         match pose(&cells[first..first + 7]) {
             Ok(PoseCells::Whole(pose)) => *slot = Some(pose),
@@ -143,9 +137,7 @@ pub fn cells(sample: &Sample) -> Cells {
     cells[0] = sample.t_s;
     cells[GRIP] = sample.grip_cmd_n.unwrap_or(f64::NAN);
     for (first, pose) in
-        [GRIPPER, OBJECT, PUSHER]
-            .into_iter()
-            .zip([sample.gripper, sample.object, sample.pusher])
+        [GRIPPER, OBJECT, PUSHER].into_iter().zip([sample.gripper, sample.object, sample.pusher])
     {
         if let Some(pose) = pose {
             cells[first..first + 3].copy_from_slice(&pose.position_m);
@@ -153,9 +145,7 @@ pub fn cells(sample: &Sample) -> Cells {
         }
     }
     for (first, wrench) in
-        WRENCHES
-            .into_iter()
-            .zip([sample.finger[0], sample.finger[1], sample.pusher_wrench])
+        WRENCHES.into_iter().zip([sample.finger[0], sample.finger[1], sample.pusher_wrench])
     {
         if let Some(wrench) = wrench {
             cells[first..first + 3].copy_from_slice(&wrench.force_n);
@@ -188,32 +178,24 @@ pub(super) fn pose(cells: &[f64]) -> Result<PoseCells, f64> {
         }
         if [x, y, z].iter().all(|p| !p.is_nan()) {
             // A unit quaternion stays as it was written, to the last bit.
-            let scale = if (norm - 1.0).abs() < 1e-12 {
-                1.0
-            } else {
-                norm
-            };
+            let scale = if (norm - 1.0).abs() < 1e-12 { 1.0 } else { norm };
             return Ok(PoseCells::Whole(Pose {
                 position_m: [x, y, z],
                 quaternion: quaternion.map(|q| q / scale),
             }));
         }
     }
-    if cells.iter().all(|cell| cell.is_nan()) {
-        Ok(PoseCells::Absent)
-    } else {
-        Ok(PoseCells::Part)
-    }
+    if cells.iter().all(|cell| cell.is_nan()) { Ok(PoseCells::Absent) } else { Ok(PoseCells::Part) }
 }
 
 fn wrench(cells: &[f64]) -> Option<Wrench> {
     let &[fx, fy, fz, tx, ty, tz] = cells else {
         return None;
     };
-    cells.iter().any(|cell| !cell.is_nan()).then_some(Wrench {
-        force_n: [fx, fy, fz],
-        torque_nm: [tx, ty, tz],
-    })
+    cells
+        .iter()
+        .any(|cell| !cell.is_nan())
+        .then_some(Wrench { force_n: [fx, fy, fz], torque_nm: [tx, ty, tz] })
 }
 
 #[cfg(test)]
@@ -235,10 +217,7 @@ mod tests {
         assert_eq!(COLUMNS[GRIPPER], "gripper_x_m");
         assert_eq!(COLUMNS[OBJECT], "object_x_m");
         assert_eq!(COLUMNS[PUSHER], "pusher_x_m");
-        assert_eq!(
-            WRENCHES.map(|first| COLUMNS[first]),
-            ["finger1_fx_n", "finger2_fx_n", "pusher_fx_n"]
-        );
+        assert_eq!(WRENCHES.map(|first| COLUMNS[first]), ["finger1_fx_n", "finger2_fx_n", "pusher_fx_n"]);
     }
 
     #[test]
@@ -248,10 +227,7 @@ mod tests {
         row[OBJECT..OBJECT + 7].copy_from_slice(&[0.1, 0.2, 0.3, 1.005, 0.0, 0.0, 0.0]);
         let mut partial = PartialPoses::default();
         let read = sample(&row, None, &mut partial).expect("within 1 %");
-        assert_eq!(
-            read.object.map(|pose| pose.quaternion),
-            Some([1.0, 0.0, 0.0, 0.0])
-        );
+        assert_eq!(read.object.map(|pose| pose.quaternion), Some([1.0, 0.0, 0.0, 0.0]));
         row[OBJECT + 3] = 1.02;
         let refused = sample(&row, None, &mut partial).expect_err("off by 2 %");
         assert_eq!(refused.column, OBJECT + 3);

@@ -20,18 +20,14 @@ pub fn read(bytes: &[u8], file: &Path) -> Result<TableReading, DatasetError> {
     table.unknown_columns(text.unknown());
     // A line of a wide table has some 300 bytes.
     table.reserve(bytes.len() / 300);
-    let present: Vec<usize> = (0..COLUMNS.len())
-        .filter(|column| text.has(*column))
-        .collect();
+    let present: Vec<usize> = (0..COLUMNS.len()).filter(|column| text.has(*column)).collect();
     while let Some(next) = text.next_row() {
         let mut row: Cells = EMPTY;
         let read = next.and_then(|()| {
             for column in &present {
                 row[*column] = text.number(*column)?;
             }
-            table
-                .push(&row)
-                .map_err(|bad| text.refuse_cell(bad.column, bad.problem))
+            table.push(&row).map_err(|bad| text.refuse_cell(bad.column, bad.problem))
         });
         if let Err(error) = read {
             let last = text.next_row().is_none();
@@ -76,7 +72,5 @@ pub(super) fn filled_columns(samples: &[Sample]) -> Vec<usize> {
             *filled |= !cell.is_nan();
         }
     }
-    (0..COLUMNS.len())
-        .filter(|column| filled[*column])
-        .collect()
+    (0..COLUMNS.len()).filter(|column| filled[*column]).collect()
 }

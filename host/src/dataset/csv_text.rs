@@ -29,42 +29,23 @@ impl<'a> CsvText<'a> {
         columns: &'static [&'static str],
     ) -> Result<Self, DatasetError> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        let mut reader = csv::ReaderBuilder::new()
-            .has_headers(false)
-            .flexible(true)
-            .from_reader(bytes);
+        let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(bytes);
         let mut record = ByteRecord::new();
         let refuse = |problem| DatasetError::of_file(file, problem).at(Line::Text(1));
         if !reader.read_byte_record(&mut record).unwrap_or(false) {
-            return Err(refuse(Problem::Csv(
-                "the file is empty; write a header line".to_owned(),
-            )));
+            return Err(refuse(Problem::Csv("the file is empty; write a header line".to_owned())));
         }
-        let header: Vec<String> = record
-            .iter()
-            .map(|cell| String::from_utf8_lossy(cell).trim().to_owned())
-            .collect();
+        let header: Vec<String> =
+            record.iter().map(|cell| String::from_utf8_lossy(cell).trim().to_owned()).collect();
         let mut places = Vec::with_capacity(columns.len());
         for column in columns {
-            let mut found = header
-                .iter()
-                .enumerate()
-                .filter(|(_, name)| name == column)
-                .map(|(at, _)| at);
+            let mut found = header.iter().enumerate().filter(|(_, name)| name == column).map(|(at, _)| at);
             places.push(found.next());
             if found.next().is_some() {
                 return Err(refuse(Problem::DuplicateColumn).column(*column));
             }
         }
-        Ok(CsvText {
-            bytes,
-            file,
-            reader,
-            header,
-            columns,
-            places,
-            record,
-        })
+        Ok(CsvText { bytes, file, reader, header, columns, places, record })
     }
 
     /// Refuses a header without `column` (index into the known columns).
@@ -88,10 +69,7 @@ impl<'a> CsvText<'a> {
 
     /// Names of the header that are no known columns.
     pub fn unknown(&self) -> impl Iterator<Item = &str> {
-        self.header
-            .iter()
-            .map(String::as_str)
-            .filter(|name| !self.columns.contains(name))
+        self.header.iter().map(String::as_str).filter(|name| !self.columns.contains(name))
     }
 
     /// The next row that is not blank; `None` at the end.
@@ -127,9 +105,7 @@ impl<'a> CsvText<'a> {
     #[must_use]
     pub fn text(&self, name: &str) -> String {
         let place = self.header.iter().position(|header| header == name);
-        let cell = place
-            .and_then(|place| self.record.get(place))
-            .unwrap_or_default();
+        let cell = place.and_then(|place| self.record.get(place)).unwrap_or_default();
         String::from_utf8_lossy(cell).trim().to_owned()
     }
 
@@ -152,11 +128,7 @@ impl<'a> CsvText<'a> {
     pub fn refuse_cell(&self, column: usize, problem: Problem) -> DatasetError {
         let value = String::from_utf8_lossy(self.cell(column)).into_owned();
         let refusal = self.refuse(problem).column(self.columns[column]);
-        if value.is_empty() {
-            refusal
-        } else {
-            refusal.value(value)
-        }
+        if value.is_empty() { refusal } else { refusal.value(value) }
     }
 
     /// Does the text end within a line? Its last number may be cut then.
@@ -170,11 +142,7 @@ impl<'a> CsvText<'a> {
     fn line(&self) -> u64 {
         let start = self.record.position().map_or(0, csv::Position::byte) as usize;
         let blank = self.bytes.get(start..).unwrap_or_default();
-        let start = start
-            + blank
-                .iter()
-                .take_while(|byte| matches!(byte, b'\r' | b'\n'))
-                .count();
+        let start = start + blank.iter().take_while(|byte| matches!(byte, b'\r' | b'\n')).count();
         let before = self.bytes.get(..start).unwrap_or(self.bytes);
         before.iter().filter(|byte| **byte == b'\n').count() as u64 + 1
     }
@@ -184,13 +152,7 @@ fn parse_number(cell: &[u8]) -> Result<f64, Problem> {
     if cell.is_empty() {
         return Ok(f64::NAN);
     }
-    let number: f64 = std::str::from_utf8(cell)
-        .ok()
-        .and_then(|text| text.parse().ok())
-        .ok_or(Problem::NotANumber)?;
-    if number.is_finite() {
-        Ok(number)
-    } else {
-        Err(Problem::NonFinite)
-    }
+    let number: f64 =
+        std::str::from_utf8(cell).ok().and_then(|text| text.parse().ok()).ok_or(Problem::NotANumber)?;
+    if number.is_finite() { Ok(number) } else { Err(Problem::NonFinite) }
 }

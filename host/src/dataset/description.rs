@@ -18,8 +18,7 @@ pub const FORMAT: &str = "stickslip-dataset/1";
 pub fn parse(text: &str, file: &Path) -> Result<(Description, Vec<Warning>), DatasetError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let locate = |error: toml::de::Error| {
-        let mut refusal =
-            DatasetError::of_file(file, Problem::Toml(advice(error.message().trim())));
+        let mut refusal = DatasetError::of_file(file, Problem::Toml(advice(error.message().trim())));
         if let Some(span) = error.span() {
             let (line, column) = line_and_column(text, span.start);
             refusal = refusal.at(Line::Text(line)).column(column.to_string());
@@ -28,15 +27,10 @@ pub fn parse(text: &str, file: &Path) -> Result<(Description, Vec<Warning>), Dat
     };
     let document = DeTable::parse(text).map_err(locate)?.into_inner();
     // The format first: under another one, every other complaint would mislead.
-    match document
-        .get("format")
-        .map(|format| (format.span(), format.get_ref().as_str()))
-    {
+    match document.get("format").map(|format| (format.span(), format.get_ref().as_str())) {
         None => {
             let key = Problem::MissingKey(format!("every data set (format = \"{FORMAT}\")"));
-            return Err(DatasetError::of_file(file, key)
-                .at(Line::Text(1))
-                .column("format"));
+            return Err(DatasetError::of_file(file, key).at(Line::Text(1)).column("format"));
         }
         Some((span, name)) if name != Some(FORMAT) => {
             let (line, _) = line_and_column(text, span.start);
@@ -99,30 +93,20 @@ pub fn check_description(description: &Description, folder: &Path) -> Result<(),
             .column("format")
             .value(description.format.clone()));
     }
-    check(description).map_err(|finding| {
-        DatasetError::of_file(file, finding.problem).column(display_path(&finding.path))
-    })
+    check(description)
+        .map_err(|finding| DatasetError::of_file(file, finding.problem).column(display_path(&finding.path)))
 }
 
 fn check(description: &Description) -> Result<(), Finding> {
     let top = |name: &str| vec![Step::Key(name.to_owned())];
-    positive(
-        description.sample_rate_hz,
-        top("sample_rate_hz"),
-        "a sample rate",
-    )?;
+    positive(description.sample_rate_hz, top("sample_rate_hz"), "a sample rate")?;
     for (axis, value) in description.gravity_m_s2.iter().enumerate() {
         finite(*value, with(&top("gravity_m_s2"), Step::Index(axis)))?;
     }
     for (index, object) in description.objects.iter().enumerate() {
         let path = with(&top("objects"), Step::Index(index));
         check_object(object, &path)?;
-        if description
-            .objects
-            .iter()
-            .take(index)
-            .any(|other| other.id == object.id)
-        {
+        if description.objects.iter().take(index).any(|other| other.id == object.id) {
             return refuse(key(&path, "id"), Problem::Duplicate);
         }
     }
@@ -158,20 +142,11 @@ fn check_object(object: &ObjectSpec, path: &[Step]) -> Result<(), Finding> {
         "polygon" => &["height_m"],
         _ => {
             let allowed = "prism, cylinder, polygon";
-            return refuse(
-                key(path, "shape"),
-                Problem::UnknownName {
-                    what: "shape",
-                    allowed,
-                },
-            );
+            return refuse(key(path, "shape"), Problem::UnknownName { what: "shape", allowed });
         }
     };
     for name in needed {
-        if lengths
-            .iter()
-            .any(|(other, length)| other == name && length.is_none())
-        {
+        if lengths.iter().any(|(other, length)| other == name && length.is_none()) {
             let problem = Problem::MissingKey(format!("shape \"{}\"", object.shape));
             return refuse(key(path, name), problem);
         }
@@ -190,41 +165,22 @@ fn check_object(object: &ObjectSpec, path: &[Step]) -> Result<(), Finding> {
     points_finite(object.vertices_m.as_deref(), &key(path, "vertices_m"))?;
     for (row, values) in object.inertia_kg_m2.iter().flatten().enumerate() {
         for (column, value) in values.iter().enumerate() {
-            let entry = with(
-                &with(&key(path, "inertia_kg_m2"), Step::Index(row)),
-                Step::Index(column),
-            );
+            let entry = with(&with(&key(path, "inertia_kg_m2"), Step::Index(row)), Step::Index(column));
             finite(*value, entry.clone())?;
             if row == column && *value <= 0.0 {
-                return refuse(
-                    entry,
-                    Problem::NotPositive("a principal diagonal of the inertia"),
-                );
+                return refuse(entry, Problem::NotPositive("a principal diagonal of the inertia"));
             }
         }
     }
     Ok(())
 }
 
-fn check_contact(
-    contact: &ContactSpec,
-    path: &[Step],
-    allowed: &'static str,
-) -> Result<(), Finding> {
+fn check_contact(contact: &ContactSpec, path: &[Step], allowed: &'static str) -> Result<(), Finding> {
     let kind = contact.contact.as_str();
     if !allowed.split(", ").any(|name| name == kind) {
-        return refuse(
-            key(path, "contact"),
-            Problem::UnknownName {
-                what: "contact",
-                allowed,
-            },
-        );
+        return refuse(key(path, "contact"), Problem::UnknownName { what: "contact", allowed });
     }
-    for (name, length) in [
-        ("diameter_m", contact.diameter_m),
-        ("length_m", contact.length_m),
-    ] {
+    for (name, length) in [("diameter_m", contact.diameter_m), ("length_m", contact.length_m)] {
         if let Some(length) = length {
             positive(length, key(path, name), "a length")?;
         }
@@ -236,17 +192,12 @@ fn check_contact(
     let missing = match kind {
         "disc" if contact.diameter_m.is_none() => Some("diameter_m"),
         "line" if contact.length_m.is_none() => Some("length_m"),
-        "point" if allowed.contains("plane") && contact.tip_radius_m.is_none() => {
-            Some("tip_radius_m")
-        }
+        "point" if allowed.contains("plane") && contact.tip_radius_m.is_none() => Some("tip_radius_m"),
         "points" if contact.points_m.as_ref().is_none_or(Vec::is_empty) => Some("points_m"),
         _ => None,
     };
     if let Some(name) = missing {
-        return refuse(
-            key(path, name),
-            Problem::MissingKey(format!("contact \"{kind}\"")),
-        );
+        return refuse(key(path, name), Problem::MissingKey(format!("contact \"{kind}\"")));
     }
     points_finite(contact.points_m.as_deref(), &key(path, "points_m"))
 }
@@ -277,10 +228,7 @@ fn check_sensors(sensors: &Sensors, path: &[Step]) -> Result<(), Finding> {
 fn points_finite(points: Option<&[[f64; 2]]>, path: &[Step]) -> Result<(), Finding> {
     for (index, point) in points.unwrap_or_default().iter().enumerate() {
         for (axis, value) in point.iter().enumerate() {
-            finite(
-                *value,
-                with(&with(path, Step::Index(index)), Step::Index(axis)),
-            )?;
+            finite(*value, with(&with(path, Step::Index(index)), Step::Index(axis)))?;
         }
     }
     Ok(())
@@ -288,37 +236,21 @@ fn points_finite(points: Option<&[[f64; 2]]>, path: &[Step]) -> Result<(), Findi
 
 fn refuse(path: Vec<Step>, problem: Problem) -> Result<(), Finding> {
     let names_value = !matches!(problem, Problem::MissingKey(_));
-    Err(Finding {
-        path,
-        problem,
-        names_value,
-    })
+    Err(Finding { path, problem, names_value })
 }
 
 fn finite(value: f64, path: Vec<Step>) -> Result<(), Finding> {
-    if value.is_finite() {
-        Ok(())
-    } else {
-        refuse(path, Problem::NonFinite)
-    }
+    if value.is_finite() { Ok(()) } else { refuse(path, Problem::NonFinite) }
 }
 
 fn not_negative(value: f64, path: Vec<Step>, what: &'static str) -> Result<(), Finding> {
     finite(value, path.clone())?;
-    if value < 0.0 {
-        refuse(path, Problem::Negative(what))
-    } else {
-        Ok(())
-    }
+    if value < 0.0 { refuse(path, Problem::Negative(what)) } else { Ok(()) }
 }
 
 fn positive(value: f64, path: Vec<Step>, what: &'static str) -> Result<(), Finding> {
     not_negative(value, path.clone(), what)?;
-    if value == 0.0 {
-        refuse(path, Problem::NotPositive(what))
-    } else {
-        Ok(())
-    }
+    if value == 0.0 { refuse(path, Problem::NotPositive(what)) } else { Ok(()) }
 }
 
 fn with(path: &[Step], step: Step) -> Vec<Step> {
@@ -389,12 +321,7 @@ fn unknown_keys(document: &DeTable<'_>, description: &Description) -> Option<Str
     (!unknown.is_empty()).then(|| unknown.join(", "))
 }
 
-fn collect_unknown(
-    document: &DeTable<'_>,
-    known: &toml::Table,
-    prefix: &str,
-    unknown: &mut Vec<String>,
-) {
+fn collect_unknown(document: &DeTable<'_>, known: &toml::Table, prefix: &str, unknown: &mut Vec<String>) {
     for (key, value) in document {
         let name = format!("{prefix}{}", key.get_ref());
         match (value.get_ref(), known.get(key.get_ref().as_ref())) {
@@ -404,9 +331,7 @@ fn collect_unknown(
             }
             (DeValue::Array(array), Some(toml::Value::Array(known))) => {
                 for (index, (value, known)) in array.iter().zip(known).enumerate() {
-                    if let (DeValue::Table(table), toml::Value::Table(known)) =
-                        (value.get_ref(), known)
-                    {
+                    if let (DeValue::Table(table), toml::Value::Table(known)) = (value.get_ref(), known) {
                         collect_unknown(table, known, &format!("{name}[{index}]."), unknown);
                     }
                 }

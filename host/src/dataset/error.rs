@@ -78,9 +78,7 @@ pub enum Problem {
     #[error("not a finite number; leave the cell empty if it was not measured")]
     NonFinite,
     /// Time stamps must rise strictly.
-    #[error(
-        "time does not rise: the sample before is at {previous_s} s; sort the rows and remove doubles"
-    )]
+    #[error("time does not rise: the sample before is at {previous_s} s; sort the rows and remove doubles")]
     TimeNotRising {
         /// Time stamp of the row before.
         previous_s: f64,
@@ -94,9 +92,7 @@ pub enum Problem {
         norm: f64,
     },
     /// trials.csv names an object that dataset.toml lacks.
-    #[error(
-        "no such object in dataset.toml, which has {known}; add an [[objects]] table or correct the id"
-    )]
+    #[error("no such object in dataset.toml, which has {known}; add an [[objects]] table or correct the id")]
     UnknownObject {
         /// The ids it has.
         known: String,
@@ -133,14 +129,8 @@ impl DatasetError {
     /// A refusal of the whole file.
     #[must_use]
     pub fn of_file(file: impl Into<PathBuf>, problem: Problem) -> Self {
-        let place = Place {
-            file: file.into(),
-            ..Place::default()
-        };
-        DatasetError {
-            place: Box::new(place),
-            problem,
-        }
+        let place = Place { file: file.into(), ..Place::default() };
+        DatasetError { place: Box::new(place), problem }
     }
 
     /// The same with a line.

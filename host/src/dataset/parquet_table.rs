@@ -72,11 +72,7 @@ fn read_columns(bytes: Vec<u8>, file: &Path) -> Result<TableReading, DatasetErro
             let column = read_column(group_reader.as_ref(), *place).map_err(broken)?;
             columns.push((*known, column));
         }
-        let rows = columns
-            .iter()
-            .map(|(_, column)| column.len())
-            .min()
-            .unwrap_or(0);
+        let rows = columns.iter().map(|(_, column)| column.len()).min().unwrap_or(0);
         for row in 0..rows {
             row_number += 1;
             let mut line = EMPTY;
@@ -90,20 +86,13 @@ fn read_columns(bytes: Vec<u8>, file: &Path) -> Result<TableReading, DatasetErro
             }
             let outcome = match refused {
                 Some((column, number)) => Err((column, Problem::NonFinite, number)),
-                None => table
-                    .push(&line)
-                    .map_err(|bad| (bad.column, bad.problem, line[bad.column])),
+                None => table.push(&line).map_err(|bad| (bad.column, bad.problem, line[bad.column])),
             };
             if let Err((column, problem, number)) = outcome {
                 let empty = number.is_nan() && problem != Problem::NonFinite;
-                let error = DatasetError::of_file(file, problem)
-                    .at(Line::Row(row_number))
-                    .column(COLUMNS[column]);
-                let error = if empty {
-                    error
-                } else {
-                    error.value(number.to_string())
-                };
+                let error =
+                    DatasetError::of_file(file, problem).at(Line::Row(row_number)).column(COLUMNS[column]);
+                let error = if empty { error } else { error.value(number.to_string()) };
                 return Ok(table.stop(error, row + 1 == rows && group + 1 == groups));
             }
         }
@@ -145,9 +134,7 @@ fn read_column(group: &dyn RowGroupReader, place: usize) -> Result<Vec<Option<f6
         ColumnReader::FloatColumnReader(reader) => numbers(reader, rows, f64::from),
         ColumnReader::Int32ColumnReader(reader) => numbers(reader, rows, f64::from),
         ColumnReader::Int64ColumnReader(reader) => numbers(reader, rows, |number| number as f64),
-        _ => Err(ParquetError::General(
-            "a column of another type than its schema".to_owned(),
-        )),
+        _ => Err(ParquetError::General("a column of another type than its schema".to_owned())),
     }
 }
 
@@ -171,11 +158,7 @@ fn numbers<T: DataType>(
             cells.extend(values.map(Some));
         } else {
             // Level 1 of an optional column: there is a value.
-            cells.extend(
-                levels
-                    .iter()
-                    .map(|level| if *level > 0 { values.next() } else { None }),
-            );
+            cells.extend(levels.iter().map(|level| if *level > 0 { values.next() } else { None }));
         }
     }
     Ok(cells)
@@ -191,40 +174,26 @@ pub fn write(samples: &[Sample], file: File) -> Result<(), ParquetError> {
     let fields = filled
         .iter()
         .map(|column| {
-            let repetition = if *column == 0 {
-                Repetition::REQUIRED
-            } else {
-                Repetition::OPTIONAL
-            };
+            let repetition = if *column == 0 { Repetition::REQUIRED } else { Repetition::OPTIONAL };
             Type::primitive_type_builder(COLUMNS[*column], Physical::DOUBLE)
                 .with_repetition(repetition)
                 .build()
                 .map(Arc::new)
         })
         .collect::<Result<Vec<_>, _>>()?;
-    let schema = Type::group_type_builder("trial")
-        .with_fields(fields)
-        .build()?;
-    let properties =
-        WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default()));
-    let mut writer =
-        SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties.build()))?;
+    let schema = Type::group_type_builder("trial").with_fields(fields).build()?;
+    let properties = WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default()));
+    let mut writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties.build()))?;
     let mut group = writer.next_row_group()?;
     for column in &filled {
         let Some(mut column_writer) = group.next_column()? else {
             break;
         };
         let column_cells = rows.iter().filter_map(|row| row.get(*column));
-        let values: Vec<f64> = column_cells
-            .clone()
-            .copied()
-            .filter(|cell| !cell.is_nan())
-            .collect();
+        let values: Vec<f64> = column_cells.clone().copied().filter(|cell| !cell.is_nan()).collect();
         let levels: Vec<i16> = column_cells.map(|cell| i16::from(!cell.is_nan())).collect();
         let levels = (*column != 0).then_some(levels.as_slice());
-        column_writer
-            .typed::<DoubleType>()
-            .write_batch(&values, levels, None)?;
+        column_writer.typed::<DoubleType>().write_batch(&values, levels, None)?;
         column_writer.close()?;
     }
     group.close()?;

@@ -57,20 +57,11 @@ pub struct TrialReading {
 /// # Errors
 /// The first refusal, in the order dataset.toml, trials.csv, trials.
 pub fn read(folder: &Path) -> Result<Dataset, DatasetError> {
-    let Index {
-        folder,
-        description,
-        trials,
-        errors,
-        ..
-    } = Index::open(folder)?;
+    let Index { folder, description, trials, errors, .. } = Index::open(folder)?;
     if let Some(error) = errors.into_iter().next() {
         return Err(error);
     }
-    let trials: Vec<_> = trials
-        .into_par_iter()
-        .map(|info| read_table(&folder, info, Keep::Whole))
-        .collect();
+    let trials: Vec<_> = trials.into_par_iter().map(|info| read_table(&folder, info, Keep::Whole)).collect();
     let mut read = Vec::with_capacity(trials.len());
     for TrialReading { trial, error, .. } in trials {
         match error {
@@ -78,11 +69,7 @@ pub fn read(folder: &Path) -> Result<Dataset, DatasetError> {
             None => read.extend(trial),
         }
     }
-    Ok(Dataset {
-        folder,
-        description,
-        trials: read,
-    })
+    Ok(Dataset { folder, description, trials: read })
 }
 
 /// Reads what is good of the data set in `folder` and lists the rest.
@@ -90,17 +77,9 @@ pub fn read(folder: &Path) -> Result<Dataset, DatasetError> {
 /// # Errors
 /// Without a readable dataset.toml and header of trials.csv nothing can be kept.
 pub fn read_lenient(folder: &Path) -> Result<Reading, DatasetError> {
-    let Index {
-        folder,
-        description,
-        trials,
-        mut errors,
-        mut warnings,
-    } = Index::open(folder)?;
-    let readings: Vec<_> = trials
-        .into_par_iter()
-        .map(|info| read_table(&folder, info, Keep::GoodRows))
-        .collect();
+    let Index { folder, description, trials, mut errors, mut warnings } = Index::open(folder)?;
+    let readings: Vec<_> =
+        trials.into_par_iter().map(|info| read_table(&folder, info, Keep::GoodRows)).collect();
     let mut kept = Vec::with_capacity(readings.len());
     for reading in readings {
         kept.extend(reading.trial);
@@ -108,11 +87,7 @@ pub fn read_lenient(folder: &Path) -> Result<Reading, DatasetError> {
         warnings.extend(reading.warnings);
     }
     Ok(Reading {
-        dataset: Dataset {
-            folder,
-            description,
-            trials: kept,
-        },
+        dataset: Dataset { folder, description, trials: kept },
         errors,
         warnings: join_warnings(warnings),
     })
@@ -128,35 +103,18 @@ impl Index {
         let file = folder.join("dataset.toml");
         let bytes = read_file(&file, "give the folder that holds dataset.toml")?;
         let text = String::from_utf8(bytes).map_err(|_| {
-            DatasetError::of_file(
-                &file,
-                Problem::Toml("not UTF-8 text; save it as UTF-8".into()),
-            )
+            DatasetError::of_file(&file, Problem::Toml("not UTF-8 text; save it as UTF-8".into()))
         })?;
         let (description, mut warnings) = description::parse(&text, &file)?;
         let file = folder.join("trials.csv");
         let bytes = read_file(&file, "a data set lists its trials there")?;
-        let TrialRows {
-            trials,
-            errors,
-            warnings: more,
-        } = trials::parse(&bytes, &file, &description)?;
+        let TrialRows { trials, errors, warnings: more } = trials::parse(&bytes, &file, &description)?;
         warnings.extend(more);
         if trials.is_empty() && errors.is_empty() {
             let text = "the data set lists no trials".to_owned();
-            warnings.push(Warning {
-                file,
-                files: 1,
-                text,
-            });
+            warnings.push(Warning { file, files: 1, text });
         }
-        Ok(Index {
-            folder: folder.to_owned(),
-            description,
-            trials,
-            errors,
-            warnings,
-        })
+        Ok(Index { folder: folder.to_owned(), description, trials, errors, warnings })
     }
 
     /// Reads one trial strictly.
@@ -189,47 +147,27 @@ enum Keep {
 
 fn read_table(folder: &Path, info: TrialInfo, keep: Keep) -> TrialReading {
     let path = trials::table_path(folder, &info);
-    let table =
-        read_file(&path, "trials.csv names it; restore it or remove the row").and_then(|bytes| {
-            if bytes.starts_with(b"PAR1") || path.extension().is_some_and(|end| end == "parquet") {
-                parquet_table::read(bytes, &path)
-            } else {
-                csv_table::read(&bytes, &path)
-            }
-        });
+    let table = read_file(&path, "trials.csv names it; restore it or remove the row").and_then(|bytes| {
+        if bytes.starts_with(b"PAR1") || path.extension().is_some_and(|end| end == "parquet") {
+            parquet_table::read(bytes, &path)
+        } else {
+            csv_table::read(&bytes, &path)
+        }
+    });
     match table {
-        Err(error) => TrialReading {
-            error: Some(error),
-            ..TrialReading::default()
-        },
-        Ok(TableReading {
-            samples,
-            error,
-            cut_at_end,
-            mut warnings,
-        }) => {
+        Err(error) => TrialReading { error: Some(error), ..TrialReading::default() },
+        Ok(TableReading { samples, error, cut_at_end, mut warnings }) => {
             let cut = error.is_some();
             let usable = !cut || (cut_at_end && keep == Keep::GoodRows);
-            let error = error.or_else(|| {
-                samples
-                    .is_empty()
-                    .then(|| DatasetError::of_file(&path, Problem::NoSamples))
-            });
+            let error = error
+                .or_else(|| samples.is_empty().then(|| DatasetError::of_file(&path, Problem::NoSamples)));
             let trial = (usable && !samples.is_empty()).then_some(Trial { info, samples });
             if let (true, Some(trial)) = (cut, &trial) {
                 let rows = trial.samples.len();
                 let text = format!("cut at the end: {rows} good samples are kept");
-                warnings.push(Warning {
-                    file: path,
-                    files: 1,
-                    text,
-                });
+                warnings.push(Warning { file: path, files: 1, text });
             }
-            TrialReading {
-                trial,
-                error,
-                warnings,
-            }
+            TrialReading { trial, error, warnings }
         }
     }
 }

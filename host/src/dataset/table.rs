@@ -50,20 +50,13 @@ impl TableReader {
     pub fn unknown_columns<'n>(&mut self, names: impl Iterator<Item = &'n str>) {
         let names: Vec<&str> = names.collect();
         if !names.is_empty() {
-            self.warn(format!(
-                "columns that the format does not name are ignored: {}",
-                names.join(", ")
-            ));
+            self.warn(format!("columns that the format does not name are ignored: {}", names.join(", ")));
         }
     }
 
     /// A remark on this file.
     pub fn warn(&mut self, text: impl Into<String>) {
-        self.warnings.push(Warning {
-            file: self.file.clone(),
-            files: 1,
-            text: text.into(),
-        });
+        self.warnings.push(Warning { file: self.file.clone(), files: 1, text: text.into() });
     }
 
     /// The next row.
@@ -72,8 +65,7 @@ impl TableReader {
     /// The cell that is refused; the reader can be used further.
     pub fn push(&mut self, row: &Cells) -> Result<(), BadCell> {
         let previous_s = self.samples.last().map(|previous| previous.t_s);
-        self.samples
-            .push(sample(row, previous_s, &mut self.partial)?);
+        self.samples.push(sample(row, previous_s, &mut self.partial)?);
         Ok(())
     }
 
@@ -82,26 +74,15 @@ impl TableReader {
     pub fn finish(mut self) -> TableReading {
         for (body, rows) in BODIES.iter().zip(self.partial.rows) {
             if rows > 0 {
-                self.warn(format!(
-                    "the pose of the {body} is given in part only and taken as not measured"
-                ));
+                self.warn(format!("the pose of the {body} is given in part only and taken as not measured"));
             }
         }
-        TableReading {
-            samples: self.samples,
-            error: None,
-            cut_at_end: false,
-            warnings: self.warnings,
-        }
+        TableReading { samples: self.samples, error: None, cut_at_end: false, warnings: self.warnings }
     }
 
     /// The end at a bad row, which is the `last` one or not.
     #[must_use]
     pub fn stop(self, error: DatasetError, last: bool) -> TableReading {
-        TableReading {
-            error: Some(error),
-            cut_at_end: last,
-            ..self.finish()
-        }
+        TableReading { error: Some(error), cut_at_end: last, ..self.finish() }
     }
 }

@@ -52,11 +52,7 @@ pub struct TrialRows {
 /// # Errors
 /// A header without the columns trial, object and primitive, or with a column twice. A bad row
 /// is one of [`TrialRows::errors`].
-pub fn parse(
-    bytes: &[u8],
-    file: &Path,
-    description: &Description,
-) -> Result<TrialRows, DatasetError> {
+pub fn parse(bytes: &[u8], file: &Path, description: &Description) -> Result<TrialRows, DatasetError> {
     let mut table = CsvText::open(bytes, file, &COLUMNS)?;
     for required in [TRIAL, OBJECT, PRIMITIVE] {
         table.require(required)?;
@@ -67,8 +63,7 @@ pub fn parse(
     while let Some(next) = table.next_row() {
         match next.and_then(|()| row(&table, description, &extra)) {
             Ok((info, _)) if !names.insert(info.trial.clone()) => {
-                rows.errors
-                    .push(table.refuse_cell(TRIAL, Problem::Duplicate));
+                rows.errors.push(table.refuse_cell(TRIAL, Problem::Duplicate));
             }
             Ok((info, warning)) => {
                 rows.warnings.extend(warning.map(|text| Warning {
@@ -157,34 +152,19 @@ fn row(
 
 /// The problem 'unknown object', with the ids there are.
 pub(super) fn unknown_object(description: &Description) -> Problem {
-    let known: Vec<&str> = description
-        .objects
-        .iter()
-        .map(|object| object.id.as_str())
-        .collect();
-    Problem::UnknownObject {
-        known: known.join(", "),
-    }
+    let known: Vec<&str> = description.objects.iter().map(|object| object.id.as_str()).collect();
+    Problem::UnknownObject { known: known.join(", ") }
 }
 
 /// A relative path without `..`.
 pub(super) fn stays_inside(path: &Path) -> bool {
-    path.components()
-        .all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
+    path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
 }
 
 /// The table of a trial: `file` in the folder, or in its `trials/`, as CSV or Parquet.
 pub(super) fn table_path(folder: &Path, info: &TrialInfo) -> PathBuf {
     let named = folder.join(&info.file);
     let in_trials = folder.join("trials").join(&info.file);
-    let candidates = [
-        named.clone(),
-        in_trials,
-        named.with_extension("parquet"),
-        named.with_extension("csv"),
-    ];
-    candidates
-        .into_iter()
-        .find(|path| path.is_file())
-        .unwrap_or(named)
+    let candidates = [named.clone(), in_trials, named.with_extension("parquet"), named.with_extension("csv")];
+    candidates.into_iter().find(|path| path.is_file()).unwrap_or(named)
 }

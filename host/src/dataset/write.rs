@@ -45,11 +45,7 @@ pub fn write_as(dataset: &Dataset, folder: &Path, format: TableFormat) -> Result
     if toml_file.exists() {
         fs::remove_file(&toml_file).map_err(|error| io(&toml_file, &error))?;
     }
-    let files: Vec<String> = dataset
-        .trials
-        .iter()
-        .map(|trial| table_file(&trial.info, format))
-        .collect();
+    let files: Vec<String> = dataset.trials.iter().map(|trial| table_file(&trial.info, format)).collect();
     dataset
         .trials
         .par_iter()
@@ -66,14 +62,8 @@ pub fn write_as(dataset: &Dataset, folder: &Path, format: TableFormat) -> Result
 
 /// The table's path: the trial's own, or `trials/<trial>`, with the format's ending.
 fn table_file(info: &TrialInfo, format: TableFormat) -> String {
-    let named = if info.file.is_empty() {
-        format!("trials/{}", info.trial)
-    } else {
-        info.file.clone()
-    };
-    let stem = named
-        .strip_suffix(".csv")
-        .or_else(|| named.strip_suffix(".parquet"));
+    let named = if info.file.is_empty() { format!("trials/{}", info.trial) } else { info.file.clone() };
+    let stem = named.strip_suffix(".csv").or_else(|| named.strip_suffix(".parquet"));
     let ending = match format {
         TableFormat::Csv => "csv",
         TableFormat::Parquet => "parquet",
@@ -89,49 +79,32 @@ fn check_trials(dataset: &Dataset, folder: &Path) -> Result<(), DatasetError> {
             let refusal = DatasetError::of_file(&file, problem).at(Line::Text(index as u64 + 2));
             Err(refusal.column(column).value(value))
         };
-        for (column, text) in [
-            ("trial", &info.trial),
-            ("object", &info.object),
-            ("primitive", &info.primitive),
-        ] {
+        for (column, text) in
+            [("trial", &info.trial), ("object", &info.object), ("primitive", &info.primitive)]
+        {
             if text.is_empty() {
-                let problem =
-                    Problem::EmptyCell("every trial needs a name, an object and a primitive");
+                let problem = Problem::EmptyCell("every trial needs a name, an object and a primitive");
                 return refuse(column, text, problem);
             }
         }
         if !names.insert(&info.trial) {
             return refuse("trial", &info.trial, Problem::Duplicate);
         }
-        if !dataset
-            .description
-            .objects
-            .iter()
-            .any(|object| object.id == info.object)
-        {
+        if !dataset.description.objects.iter().any(|object| object.id == info.object) {
             return refuse("object", &info.object, unknown_object(&dataset.description));
         }
         if !stays_inside(Path::new(&table_file(info, TableFormat::Csv))) {
             return refuse("file", &info.file, Problem::OutsideFolder);
         }
-        let conditions = [
-            info.grip_n,
-            info.speed_m_s,
-            info.speed_rad_s,
-            info.slope_rad,
-            info.pusher_offset_m,
-        ];
+        let conditions =
+            [info.grip_n, info.speed_m_s, info.speed_rad_s, info.slope_rad, info.pusher_offset_m];
         for (column, number) in COLUMNS.iter().skip(4).zip(conditions) {
             if let Some(number) = number.filter(|number| !number.is_finite()) {
                 return refuse(column, &number.to_string(), Problem::NonFinite);
             }
         }
         if let Some(grip) = info.grip_n.filter(|grip| *grip < 0.0) {
-            return refuse(
-                "grip_n",
-                &grip.to_string(),
-                Problem::Negative("a grip force"),
-            );
+            return refuse("grip_n", &grip.to_string(), Problem::Negative("a grip force"));
         }
         check_samples(samples, &folder.join(table_file(info, TableFormat::Csv)))?;
     }
@@ -195,18 +168,9 @@ fn write_table(trial: &Trial, path: &Path, format: TableFormat) -> Result<(), Da
 }
 
 fn write_trials(dataset: &Dataset, files: &[String], path: &Path) -> Result<(), csv::Error> {
-    let extra: BTreeSet<&String> = dataset
-        .trials
-        .iter()
-        .flat_map(|trial| trial.info.extra.keys())
-        .collect();
+    let extra: BTreeSet<&String> = dataset.trials.iter().flat_map(|trial| trial.info.extra.keys()).collect();
     let mut writer = csv::Writer::from_path(path)?;
-    writer.write_record(
-        COLUMNS
-            .iter()
-            .copied()
-            .chain(extra.iter().map(|name| name.as_str())),
-    )?;
+    writer.write_record(COLUMNS.iter().copied().chain(extra.iter().map(|name| name.as_str())))?;
     for (Trial { info, .. }, file) in dataset.trials.iter().zip(files) {
         let number = |number: Option<f64>| number.map(|n| n.to_string()).unwrap_or_default();
         let mut record = vec![
@@ -222,19 +186,12 @@ fn write_trials(dataset: &Dataset, files: &[String], path: &Path) -> Result<(), 
             info.run.map(|run| run.to_string()).unwrap_or_default(),
         ];
         match info.pusher {
-            Some(pose) => record.extend(
-                pose.position_m
-                    .iter()
-                    .chain(&pose.quaternion)
-                    .map(|number| number.to_string()),
-            ),
+            Some(pose) => {
+                record.extend(pose.position_m.iter().chain(&pose.quaternion).map(|number| number.to_string()))
+            }
             None => record.extend(std::iter::repeat_n(String::new(), 7)),
         }
-        record.extend(
-            extra
-                .iter()
-                .map(|name| info.extra.get(*name).cloned().unwrap_or_default()),
-        );
+        record.extend(extra.iter().map(|name| info.extra.get(*name).cloned().unwrap_or_default()));
         writer.write_record(&record)?;
     }
     writer.flush()?;

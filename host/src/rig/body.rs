@@ -57,8 +57,7 @@ impl Body {
     /// Kinetic energy, J.
     pub fn kinetic_energy_j(&self) -> f64 {
         let local = self.attitude.inverse() * self.spin_rad_s;
-        0.5 * self.mass_kg * self.velocity_m_s.norm_squared()
-            + 0.5 * local.dot(&(self.inertia * local))
+        0.5 * self.mass_kg * self.velocity_m_s.norm_squared() + 0.5 * local.dot(&(self.inertia * local))
     }
 
     /// Moves on by `dt_s` under a force and a torque about the centre of mass.

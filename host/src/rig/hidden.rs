@@ -110,9 +110,10 @@ impl FromStr for HiddenEffect {
         let (name, strength) = match text.split_once('=') {
             Some((name, number)) => {
                 let strength = number.trim().parse::<f64>().ok().filter(|s| s.is_finite());
-                (name.trim(), Some(strength.ok_or_else(|| {
-                    format!("'{text}': '{number}' is not a finite number")
-                })?))
+                (
+                    name.trim(),
+                    Some(strength.ok_or_else(|| format!("'{text}': '{number}' is not a finite number"))?),
+                )
             }
             None => (text.trim(), None),
         };

@@ -89,10 +89,7 @@ pub fn run(setup: &Setup, condition: &Condition, run: usize, seed: u64) -> Resul
         grip_n: used(p != Primitive::PlanarPush, condition.grip_n),
         speed_m_s: used(p != Primitive::Pivot, condition.speed_m_s),
         speed_rad_s: used(p == Primitive::Pivot, condition.speed_rad_s),
-        slope_rad: used(
-            matches!(p, Primitive::LinearPush | Primitive::PlanarPush),
-            condition.slope_rad,
-        ),
+        slope_rad: used(matches!(p, Primitive::LinearPush | Primitive::PlanarPush), condition.slope_rad),
         pusher_offset_m: used(
             matches!(p, Primitive::Pivot | Primitive::PlanarPush),
             condition.pusher_offset_m,

@@ -46,8 +46,7 @@ pub fn bench(name: &str) -> Description {
     let disc = ContactSpec { contact: "disc".into(), diameter_m: Some(0.02), ..Default::default() };
     let named = |contact: &str| ContactSpec { contact: contact.into(), ..Default::default() };
     let line = ContactSpec { contact: "line".into(), length_m: Some(0.028), ..Default::default() };
-    let rod =
-        ContactSpec { contact: "point".into(), tip_radius_m: Some(0.005), ..Default::default() };
+    let rod = ContactSpec { contact: "point".into(), tip_radius_m: Some(0.005), ..Default::default() };
     Description {
         format: "stickslip-dataset/1".into(),
         name: name.into(),
@@ -61,10 +60,7 @@ pub fn bench(name: &str) -> Description {
             ("roll".into(), named("plane")),
             ("planar_push".into(), rod),
         ]),
-        supports: BTreeMap::from([
-            ("lift".into(), named("patch")),
-            ("planar_push".into(), named("patch")),
-        ]),
+        supports: BTreeMap::from([("lift".into(), named("patch")), ("planar_push".into(), named("patch"))]),
         sensors: Sensors {
             finger: WrenchSensor {
                 force_noise_n: 0.02,

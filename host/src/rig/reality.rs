@@ -105,9 +105,7 @@ impl Reality {
         reality.wave_phase_rad = rng.random_range(0.0..std::f64::consts::TAU);
         reality.nuisance = nuisance;
         let sensors = &description.sensors;
-        for (bias, sensor) in
-            reality.bias.iter_mut().zip([sensors.finger, sensors.finger, sensors.pusher])
-        {
+        for (bias, sensor) in reality.bias.iter_mut().zip([sensors.finger, sensors.finger, sensors.pusher]) {
             *bias = constant_error(&sensor, nuisance.bias, &mut rng);
         }
         reality
@@ -217,8 +215,8 @@ fn constant_error(sensor: &WrenchSensor, share: f64, rng: &mut ChaCha8Rng) -> [f
 /// An independent stream of random numbers for each `name` under one seed.
 pub fn stream(seed: u64, name: &str) -> ChaCha8Rng {
     // FNV-1a: a hash that never changes with the compiler or the library.
-    let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, byte| {
-        (h ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-    });
+    let hash = name
+        .bytes()
+        .fold(0xcbf2_9ce4_8422_2325_u64, |h, byte| (h ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
     ChaCha8Rng::seed_from_u64(seed ^ hash)
 }

@@ -92,7 +92,12 @@ impl Builder<'_> {
         Ok(())
     }
 
-    fn body(&self, truth: &Truth, origin: Vector3<f64>, attitude: UnitQuaternion<f64>) -> Result<Body, String> {
+    fn body(
+        &self,
+        truth: &Truth,
+        origin: Vector3<f64>,
+        attitude: UnitQuaternion<f64>,
+    ) -> Result<Body, String> {
         let told = match self.object.inertia_kg_m2 {
             Some(rows) => Matrix3::from_fn(|i, j| rows[i][j]),
             None => self.shape.inertia(self.object.mass_kg),
@@ -124,9 +129,7 @@ impl Builder<'_> {
 
     fn finger_friction(&self) -> Course {
         match self.condition.scenario {
-            Scenario::FrictionDrop { share, at_s } => {
-                Course::through(vec![(at_s, 1.0), (at_s + 0.2, share)])
-            }
+            Scenario::FrictionDrop { share, at_s } => Course::through(vec![(at_s, 1.0), (at_s + 0.2, share)]),
             _ => Course::constant(1.0),
         }
     }
@@ -166,7 +169,13 @@ impl Builder<'_> {
     }
 
     /// Rest, motion (with a pause in the middle where wanted), rest.
-    fn motion(&self, start_s: f64, length: f64, speed: f64, twist: (Vector3<f64>, f64)) -> (Vec<Segment>, f64) {
+    fn motion(
+        &self,
+        start_s: f64,
+        length: f64,
+        speed: f64,
+        twist: (Vector3<f64>, f64),
+    ) -> (Vec<Segment>, f64) {
         let half = (length / speed) / 2.0;
         let still = (Vector3::zeros(), 0.0);
         let segment = |until_s: f64, (velocity_m_s, pitch_rate_rad_s): (Vector3<f64>, f64)| Segment {
@@ -246,14 +255,8 @@ impl Builder<'_> {
         let [tilt, yaw] = truth.plate_tilt_rad;
         let frame = Rotation3::from_euler_angles(tilt, 0.0, yaw).into_inner() * upward_frame();
         let length = self.pusher_spec()?.length_m.unwrap_or(0.0);
-        let pusher = Obstacle::new(
-            Feature::EdgeOnFace(face),
-            frame,
-            edge,
-            truth.hard_stiffness,
-            truth.pusher,
-            length,
-        );
+        let pusher =
+            Obstacle::new(Feature::EdgeOnFace(face), frame, edge, truth.hard_stiffness, truth.pusher, length);
         let attitude = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), placing.1 * 0.2);
         Ok(Scene {
             drive: self.drive(gripper, None, end + DWELL_S),
@@ -372,8 +375,8 @@ impl Builder<'_> {
         let inward = Vector3::new(-along.y, along.x, 0.0);
         let height = self.shape.half_height();
         let radius = self.pusher_spec()?.tip_radius_m.unwrap_or(0.005);
-        let contact = Vector3::new((p[0] + q[0]) / 2.0, (p[1] + q[1]) / 2.0, height)
-            + along * c.pusher_offset_m;
+        let contact =
+            Vector3::new((p[0] + q[0]) / 2.0, (p[1] + q[1]) / 2.0, height) + along * c.pusher_offset_m;
         let start = contact - inward * (radius + GAP_M);
         let direction = inward * c.slope_rad.cos() + along * c.slope_rad.sin();
         let (segments, end) = self.motion(REST_S, c.travel, c.speed_m_s, (direction * c.speed_m_s, 0.0));
@@ -397,11 +400,7 @@ impl Builder<'_> {
                 end + DWELL_S,
             ),
             pusher: None,
-            equipment: Equipment {
-                fingers: false,
-                pusher: true,
-                rod_attitude: [yaw.w, yaw.i, yaw.j, yaw.k],
-            },
+            equipment: Equipment { fingers: false, pusher: true, rod_attitude: [yaw.w, yaw.i, yaw.j, yaw.k] },
             world: World {
                 body: self.body(&truth, origin, attitude)?,
                 jaw: None,
@@ -416,14 +415,14 @@ impl Builder<'_> {
     /// A horizontal table at world height zero under the lower face or the point feet.
     fn table(&self, truth: &Truth) -> Result<Obstacle, String> {
         let name = self.condition.primitive.name();
-        let spec = self.description.supports.get(name).ok_or_else(|| {
-            format!("{}: the description has no supports.{name}", self.condition.label)
-        })?;
+        let spec = self
+            .description
+            .supports
+            .get(name)
+            .ok_or_else(|| format!("{}: the description has no supports.{name}", self.condition.label))?;
         let low = -self.shape.half_height();
         let points = match (spec.contact.as_str(), &spec.points_m) {
-            ("points", Some(points)) => {
-                points.iter().map(|p| Vector3::new(p[0], p[1], low)).collect()
-            }
+            ("points", Some(points)) => points.iter().map(|p| Vector3::new(p[0], p[1], low)).collect(),
             _ => self.shape.lower_points(),
         };
         let frame = Matrix3::from_columns(&[Vector3::z(), Vector3::x(), Vector3::y()]);

@@ -133,9 +133,7 @@ impl Shape {
                     let cross = p[0] * q[1] - q[0] * p[1];
                     xx += cross * (p[0] * p[0] + p[0] * q[0] + q[0] * q[0]) / 12.0;
                     yy += cross * (p[1] * p[1] + p[1] * q[1] + q[1] * q[1]) / 12.0;
-                    xy += cross
-                        * (p[0] * q[1] + 2.0 * p[0] * p[1] + 2.0 * q[0] * q[1] + q[0] * p[1])
-                        / 24.0;
+                    xy += cross * (p[0] * q[1] + 2.0 * p[0] * p[1] + 2.0 * q[0] * q[1] + q[0] * p[1]) / 24.0;
                 }
                 let per_area = mass_kg / area(vertices);
                 let (xx, yy, xy) = (xx * per_area, yy * per_area, xy * per_area);
@@ -184,9 +182,9 @@ impl Shape {
     /// Points of the end face at -X with their share of its area: a grid that includes the rim.
     pub fn end_face_points(&self) -> Vec<Vector3<f64>> {
         match self {
-            Self::Prism { length, side } => grid(4)
-                .map(|(u, v)| Vector3::new(-length / 2.0, u * side / 2.0, v * side / 2.0))
-                .collect(),
+            Self::Prism { length, side } => {
+                grid(4).map(|(u, v)| Vector3::new(-length / 2.0, u * side / 2.0, v * side / 2.0)).collect()
+            }
             Self::Cylinder { length, radius, half_flats } => {
                 let ring = |share: f64, count: usize| {
                     let (length, half_flats, r) = (*length, *half_flats, radius * share);
@@ -209,16 +207,15 @@ impl Shape {
     pub fn lower_points(&self) -> Vec<Vector3<f64>> {
         let low = -self.half_height();
         match self {
-            Self::Prism { length, side } => grid(4)
-                .map(|(u, v)| Vector3::new(u * length / 2.0, v * side / 2.0, low))
-                .collect(),
+            Self::Prism { length, side } => {
+                grid(4).map(|(u, v)| Vector3::new(u * length / 2.0, v * side / 2.0, low)).collect()
+            }
             Self::Cylinder { length, .. } => {
                 (0..9).map(|i| Vector3::new(length * (i as f64 / 8.0 - 0.5), 0.0, low)).collect()
             }
-            Self::Polygon { vertices, .. } => fill(vertices, 24)
-                .into_iter()
-                .map(|p| Vector3::new(p[0], p[1], low))
-                .collect(),
+            Self::Polygon { vertices, .. } => {
+                fill(vertices, 24).into_iter().map(|p| Vector3::new(p[0], p[1], low)).collect()
+            }
         }
     }
 
@@ -259,9 +256,7 @@ fn fill(vertices: &[[f64; 2]], count: usize) -> Vec<[f64; 2]> {
     let extent = vertices.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
     let cells = (extent / pitch).ceil() as i64 + 1;
     let inside = |p: &[f64; 2]| {
-        edges(vertices).all(|(a, b)| {
-            (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) >= 0.0
-        })
+        edges(vertices).all(|(a, b)| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) >= 0.0)
     };
     let mut points: Vec<[f64; 2]> = (-cells..=cells)
         .flat_map(|i| (-cells..=cells).map(move |j| [i as f64 * pitch, j as f64 * pitch]))

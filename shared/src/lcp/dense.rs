@@ -130,12 +130,8 @@ impl<R: Real, const N: usize> Dense<R, N> {
 
     fn search(&mut self, m: &[R], q: &[R], n: usize) -> Report<R> {
         self.best = [R::zero(); N];
-        let mut report = Report {
-            status: Status::Solved,
-            residual: R::zero(),
-            pivots: 0,
-            path: Path::Trivial,
-        };
+        let mut report =
+            Report { status: Status::Solved, residual: R::zero(), pivots: 0, path: Path::Trivial };
         if q.iter().all(|&x| x >= R::zero()) {
             return report;
         }
@@ -159,8 +155,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
             }
             if found < report.residual {
                 report.residual = found;
-                report.path =
-                    if index == 0 { Path::Lemke } else { Path::Restarted(index as u8) };
+                report.path = if index == 0 { Path::Lemke } else { Path::Restarted(index as u8) };
                 self.best = self.z;
             }
             if report.residual <= tolerance() {
@@ -185,9 +180,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
             let mut columns = [R::zero(); N];
             for (row, scale) in m.chunks_exact(n).zip(&mut self.row_scale) {
                 let mut largest = R::zero();
-                for ((&entry, &column), peak) in
-                    row.iter().zip(&self.column_scale).zip(&mut columns)
-                {
+                for ((&entry, &column), peak) in row.iter().zip(&self.column_scale).zip(&mut columns) {
                     let size = magnitude(entry) * column * *scale;
                     largest = most(size, largest);
                     *peak = most(size, *peak);
@@ -211,9 +204,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
         let shift = R::of(attempt.shift) * R::of(if R::EPSILON.to_f64() < 1e-12 { 1.0 } else { 1e5 });
         // A low-discrepancy sequence: the covering vector differs from row to row, always the same.
         let mut phase = 0.0_f64;
-        for (i, ((line, row), &constant)) in
-            self.table.iter_mut().zip(m.chunks_exact(n)).zip(q).enumerate()
-        {
+        for (i, ((line, row), &constant)) in self.table.iter_mut().zip(m.chunks_exact(n)).zip(q).enumerate() {
             let scale = self.row_scale.get(i).copied().unwrap_or(R::one());
             phase += 0.618_033_988_749_894_9;
             if phase >= 1.0 {

@@ -290,8 +290,7 @@ impl<R: Real, const ND: usize> Track<R, ND> {
     #[inline(always)]
     pub(super) fn kinks(&self, direction: R, mut offer: impl FnMut(R, R, Mode)) {
         let [n, a, b] = self.trial;
-        let (dn, da, db) =
-            (self.rate[0] * direction, self.rate[1] * direction, self.rate[2] * direction);
+        let (dn, da, db) = (self.rate[0] * direction, self.rate[1] * direction, self.rate[2] * direction);
         let (limit, dlimit) = (self.friction * n, self.friction * dn);
         match self.mode {
             Mode::Open => {

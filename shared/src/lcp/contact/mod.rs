@@ -113,10 +113,8 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
                 End::Limit => limits += 1,
                 _ => {}
             }
-            if residual < best.residual || start <= 1 {
-                if residual < best.residual {
-                    best.residual = residual;
-                }
+            if residual < best.residual || !best.residual.finite() {
+                best.residual = residual;
                 best.path = match (start, kinks) {
                     (0, 1) => Path::Warm,
                     (0, _) => Path::Repaired,
@@ -133,7 +131,7 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
         }
         best.pivots = pivots;
         if best.status != Status::Solved {
-            best.status = if rays > 0 {
+            best.status = if rays > STARTS / 2 || contradictory(tracks) {
                 Status::Ray
             } else if limits > 0 {
                 Status::PivotLimit
@@ -146,12 +144,21 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
 }
 
 fn nothing_found<R: Real>() -> Report<R> {
-    Report {
-        status: Status::Numerical,
-        residual: R::of(f64::INFINITY),
-        pivots: 0,
-        path: Path::Trivial,
+    Report { status: Status::Numerical, residual: R::of(f64::INFINITY), pivots: 0, path: Path::Trivial }
+}
+
+/// Whether the impulses of a failed solve push against each other: they cause no motion, and
+/// the contacts approach each other for it. They would grow without bound.
+fn contradictory<R: Real, const ND: usize>(tracks: &[Track<R, ND>]) -> bool {
+    let (mut y, mut size, mut work) = ([R::zero(); ND], R::zero(), R::zero());
+    for track in tracks {
+        for k in 0..3 {
+            add_scaled(&mut y, track.impulse[k], &track.rows[k]);
+            size += track.size[k] * track.impulse[k] * track.impulse[k];
+            work += track.impulse[k] * track.constant[k];
+        }
     }
+    law::dot(&y, &y) <= size * R::of(1e-6) && work < R::zero()
 }
 
 /// One way to the answer: warm (`start` 0) or from open contacts. Returns the residual.
@@ -161,6 +168,8 @@ fn attempt<R: Real, const ND: usize>(
     start: u32,
 ) -> (End, u32, R) {
     let limit = 20 * tracks.len() as u32 + 40;
+    // A repair that takes longer than a cold start is none.
+    let first_limit = if start == 0 { 2 * tracks.len() as u32 + 10 } else { limit };
     let infinite = R::of(f64::INFINITY);
     let mut shift = first_shift;
     let aim = tolerance::<R>() * R::of(1e-3);
@@ -174,10 +183,12 @@ fn attempt<R: Real, const ND: usize>(
     } else {
         open(tracks, start);
     }
-    let (end, kinks) = follow(tracks, &mut y, limit);
+    let (end, kinks) = follow(tracks, &mut y, first_limit);
     pivots += kinks;
     if end != End::Arrived {
-        return (end, pivots, infinite);
+        // The best there is: the solution for the offsets that are left.
+        let speeds = settle(tracks);
+        return (end, pivots, certify(tracks, &speeds));
     }
     let (mut residual, mut failed) = (infinite, End::Arrived);
     for round in 0..ROUNDS {
@@ -188,7 +199,9 @@ fn attempt<R: Real, const ND: usize>(
             break;
         }
         // Impulses that squeeze two stiff bodies converge slowly: less compliance.
-        if failed != End::Arrived { failed = End::Arrived; } else if residual > before * R::of(0.1) {
+        if failed != End::Arrived {
+            failed = End::Arrived;
+        } else if residual > before * R::of(0.1) {
             if residual <= tolerance() && residual > before * R::of(0.5) {
                 break;
             }

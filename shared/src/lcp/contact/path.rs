@@ -61,11 +61,7 @@ pub(super) fn follow<R: Real, const ND: usize>(
     let mut force = [zero; ND];
     for track in tracks.iter() {
         let [normal, first, second] = track.offset;
-        let trial = [
-            track.normal_gain * normal,
-            track.tangent_gain * first,
-            track.tangent_gain * second,
-        ];
+        let trial = [track.normal_gain * normal, track.tangent_gain * first, track.tangent_gain * second];
         let impulse = track.impulse_of(&trial);
         for k in 0..3 {
             add_scaled(&mut force, impulse[k], &track.rows[k]);
