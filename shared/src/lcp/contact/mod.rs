@@ -49,6 +49,15 @@ fn first_shift<R: Real>() -> R {
     if R::EPSILON.to_f64() < 1e-12 { R::of(1e-6) } else { R::of(1e-3) }
 }
 
+/// Residual that ends the rounds, and the least compliance. In f32 rounding ends both sooner.
+fn goal<R: Real>(first_shift: R) -> (R, R) {
+    if R::EPSILON.to_f64() < 1e-12 {
+        (tolerance::<R>() * R::of(1e-3), first_shift * R::of(1e-4))
+    } else {
+        (tolerance::<R>() * R::of(0.5), first_shift * R::of(0.3))
+    }
+}
+
 impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
     /// Empty working memory.
     pub fn new() -> Self {
@@ -172,7 +181,7 @@ fn attempt<R: Real, const ND: usize>(
     let first_limit = if start == 0 { 2 * tracks.len() as u32 + 10 } else { limit };
     let infinite = R::of(f64::INFINITY);
     let mut shift = first_shift;
-    let aim = tolerance::<R>() * R::of(1e-3);
+    let (aim, least_shift) = goal(first_shift);
     let mut y = [R::zero(); ND];
     let mut pivots = 1;
     for track in tracks.iter_mut() {
@@ -205,7 +214,7 @@ fn attempt<R: Real, const ND: usize>(
             if residual <= tolerance() && residual > before * R::of(0.5) {
                 break;
             }
-            shift = most(shift * R::of(0.03), first_shift * R::of(1e-4));
+            shift = most(shift * R::of(0.03), least_shift);
         }
         for track in tracks.iter_mut() {
             track.settled = track.mode;
