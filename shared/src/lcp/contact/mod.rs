@@ -18,8 +18,8 @@ mod path;
 
 use super::factors::{Factors, Impulses};
 use super::residual::Residual;
-use super::{Outcome, Path, Report, Status, magnitude, tolerance};
-use crate::real::{Real, most};
+use super::{Outcome, Path, Report, Status, magnitude, residual, tolerance};
+use crate::real::{Real, least, most};
 use law::{Mode, Normal, Track, add_scaled};
 use path::{End, follow};
 
@@ -320,6 +320,7 @@ fn certify<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &[R; ND]) -
         let friction = most(magnitude(first), magnitude(second));
         largest = most(most(track.slip, friction), most(normal, largest));
     }
+    let (mut worst, mut constant) = (R::zero(), R::zero());
     let mut sum = Residual::zero();
     let four = R::of(4.0);
     for track in tracks.iter() {
@@ -327,7 +328,12 @@ fn certify<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &[R; ND]) -
         let [separation, slip_first, slip_second] = track.speed;
         let diagonal = track.size[0] + track.compliance;
         let size = magnitude(track.constant[0]) + diagonal * largest;
-        sum.add_row(normal, separation + track.compliance * normal, size, largest);
+        let slack = separation + track.compliance * normal;
+        worst = least(slack, worst);
+        for k in 0..3 {
+            constant = most(magnitude(track.constant[k]), constant);
+        }
+        sum.add_row(normal, slack, size, largest);
         for (k, force, slip) in [(1, first, slip_first), (2, second, slip_second)] {
             // Both signs of the tangent count in the row, and the slip speed bound.
             let diagonal = track.size[k] + track.size[k] + R::one();
@@ -338,7 +344,7 @@ fn certify<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &[R; ND]) -
         let unused = track.friction * normal - magnitude(first) - magnitude(second);
         sum.add_row(track.slip, unused, (track.friction + four) * largest, largest);
     }
-    sum.value()
+    residual::credible(sum.value(), worst, constant)
 }
 
 fn store<R: Real, const NC: usize, const ND: usize>(
