@@ -23,3 +23,5 @@ pub mod report;
 pub mod rig;
 pub mod simulate;
 pub mod stages;
+pub mod rig;
+pub mod simulate;
