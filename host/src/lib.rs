@@ -1,3 +1,13 @@
 //! Host side of stickslip: data sets, replay, streaming, comparison, diagnosis.
 
+pub mod channels;
+pub mod commands;
 pub mod dataset;
+pub mod import;
+pub mod lcp_files;
+pub mod lcp_gen;
+pub mod lcp_solve;
+pub mod motion;
+pub mod output;
+pub mod rig;
+pub mod simulate;

@@ -1,2 +1,7 @@
-//! The `stickslip` command.
-fn main() {}
+//! The `stickslip` command: parses the arguments and dispatches.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    stickslip_host::commands::main()
+}

@@ -29,6 +29,8 @@
 use crate::real::{Real, Vec3, most};
 use heapless::Vec;
 
+/// Most contact points of one solve.
+pub const MAX_POINTS: usize = 64;
 /// Unknowns: linear velocity (3), angular velocity (3), opening speed of the jaw.
 pub const DOF: usize = 7;
 
@@ -188,7 +190,16 @@ fn relative_velocity<R: Real>(p: &ConePoint<R>, v: &Vec7<R>) -> [R; 3] {
 /// The balance `F(v)`, a scale of its terms (N), and optionally its Jacobian.
 struct Balance<R> {
     f: Vec7<R>,
+    /// Largest force in the balance.
     scale_n: R,
+    /// What rounding of velocities can do to the stiffest contact's force.
+    rounding_n: R,
+}
+
+impl<R: Real> Balance<R> {
+    fn tolerance_n(&self, options: &ConeOptions<R>) -> R {
+        options.tolerance * self.scale_n + self.rounding_n
+    }
 }
 
 /// A solve in progress: the problem and its scaling.
@@ -226,6 +237,10 @@ impl<R: Real> Problem<'_, R> {
         let mut f = self.inertial(v);
         let mut scale = f.iter().take(3).fold(R::of(1e-6), |s, x| most(s, x.abs()));
         scale = most(scale, f[6].abs());
+        let mut rounding = zero;
+        for (v, free) in v.iter().zip(self.free.iter()).take(3) {
+            rounding = most(rounding, self.mass_rate * (v.abs() + free.abs()));
+        }
         if let Some(h) = jacobian.as_deref_mut() {
             *h = [[zero; DOF]; DOF];
             for i in 0..3 {
@@ -254,11 +269,14 @@ impl<R: Real> Problem<'_, R> {
             }
             f[6] -= p.jaw * r.force[0];
             scale = most(scale, r.force[0].abs());
+            rounding = most(rounding, p.stiffness_n_s_m[0] * (u[0].abs() + p.bias_m_s[0].abs()));
+            let across = u[1].abs() + p.bias_m_s[1].abs() + u[2].abs() + p.bias_m_s[2].abs();
+            rounding = most(rounding, r.slope[1][1] * across);
             if let Some(h) = jacobian.as_deref_mut() {
                 add_slope(h, p, &r.slope);
             }
         }
-        Balance { f, scale_n: scale }
+        Balance { f, scale_n: scale, rounding_n: rounding * R::of(16.0) * R::EPSILON }
     }
 
     /// Largest entry in newtons.
@@ -406,6 +424,8 @@ fn valid<R: Real>(points: &[ConePoint<R>], bodies: &Bodies<R>) -> bool {
 
 /// Solves the step's contact problem, starting from the velocity `guess` (the last step's).
 ///
+/// Points beyond [`MAX_POINTS`] make it `BadInput`.
+///
 /// Never panics; the work is bounded by `options.max_iterations` times the contacts.
 pub fn solve<R: Real, const NC: usize>(
     points: &Vec<ConePoint<R>, NC>,
@@ -413,7 +433,7 @@ pub fn solve<R: Real, const NC: usize>(
     guess: &[R; DOF],
     options: &ConeOptions<R>,
 ) -> ConeSolution<R, NC> {
-    if !valid(points, bodies) {
+    if points.len() > MAX_POINTS || !valid(points, bodies) {
         return ConeSolution {
             velocity: *guess,
             force_n: Vec::new(),
@@ -446,35 +466,98 @@ pub fn solve<R: Real, const NC: usize>(
     ConeSolution { velocity, force_n, status, residual_n: problem.size(&end.f), iterations }
 }
 
+/// Where an iteration stands.
+struct Progress<R> {
+    velocity: Vec7<R>,
+    best: Vec7<R>,
+    best_size_n: R,
+    used: u32,
+}
+
+/// How a phase of the iteration ended.
+#[derive(PartialEq)]
+enum Phase {
+    Solved,
+    Stalled,
+    Limit,
+    Singular,
+}
+
 impl<R: Real> Problem<'_, R> {
-    /// Newton on the real problem; the Tresca fixed point where its descent stalls.
+    /// Newton on the real problem; where its descent stalls, the Tresca fixed point (bounds
+    /// frozen, convex problem minimised, bounds updated with a relaxation that halves when
+    /// the update turns back), with a few Newton steps on the real problem after each.
     fn coupled(&self, start: Vec7<R>, options: &ConeOptions<R>) -> (Vec7<R>, ConeStatus, u32) {
-        let mut v = start;
-        let mut used = 0;
+        let mut p = Progress { velocity: start, best: start, best_size_n: R::of(1e30), used: 0 };
+        let mut phase = self.newton(&mut p, options, options.max_iterations);
+        if phase == Phase::Stalled {
+            let mut bounds = [R::zero(); MAX_POINTS];
+            p.velocity = p.best;
+            self.normal_bounds(&p.best, &mut bounds);
+            let mut relaxation = R::one();
+            let mut before = [R::zero(); MAX_POINTS];
+            while p.used < options.max_iterations {
+                let relaxed = self.frozen(p.velocity, &bounds, &mut p.used, options);
+                p.velocity = relaxed;
+                phase = self.newton(&mut p, options, 6);
+                if phase != Phase::Stalled {
+                    break;
+                }
+                p.velocity = relaxed;
+                let mut next = bounds;
+                self.normal_bounds(&relaxed, &mut next);
+                let mut turned = R::zero();
+                for ((b, n), r) in bounds.iter().zip(next.iter_mut()).zip(before.iter_mut()) {
+                    let change = *n - *b;
+                    turned += change * *r;
+                    *r = change;
+                }
+                if turned < R::zero() {
+                    relaxation = most(relaxation * R::of(0.5), R::of(0.2));
+                }
+                for (b, change) in bounds.iter_mut().zip(before.iter()) {
+                    *b += relaxation * *change;
+                }
+            }
+        }
+        match phase {
+            Phase::Solved => (p.velocity, ConeStatus::Solved, p.used),
+            Phase::Singular => (p.best, ConeStatus::Numerical, p.used),
+            Phase::Stalled | Phase::Limit => (p.best, ConeStatus::IterationLimit, p.used),
+        }
+    }
+
+    /// At most `steps` Newton steps with a line search on the size of the balance.
+    fn newton(&self, p: &mut Progress<R>, options: &ConeOptions<R>, steps: u32) -> Phase {
         let mut jacobian = [[R::zero(); DOF]; DOF];
-        let mut best = (v, R::of(1e30));
-        let mut stalled = 0;
+        let mut taken = 0;
+        let mut trusted = 0;
         loop {
-            let at = self.balance(&v, Bound::Coupled, Some(&mut jacobian));
+            let at = self.balance(&p.velocity, Bound::Coupled, Some(&mut jacobian));
             let size = self.size(&at.f);
-            if size < best.1 {
-                best = (v, size);
+            if size < p.best_size_n {
+                p.best = p.velocity;
+                p.best_size_n = size;
             }
-            if size <= options.tolerance * at.scale_n {
-                return (v, ConeStatus::Solved, used);
+            if size <= at.tolerance_n(options) {
+                return Phase::Solved;
             }
-            if used >= options.max_iterations {
-                return (best.0, ConeStatus::IterationLimit, used);
+            if p.used >= options.max_iterations {
+                return Phase::Limit;
             }
-            used += 1;
+            if taken >= steps {
+                return Phase::Stalled;
+            }
+            taken += 1;
+            p.used += 1;
             let Some(d) = newton_direction(&jacobian, &at.f, self.radius_m) else {
-                return (best.0, ConeStatus::Numerical, used);
+                return Phase::Singular;
             };
             let merit = self.merit(&at.f);
             let mut step = R::one();
             let mut next = None;
-            for _ in 0..5 {
-                let trial = advance(&v, &d, step);
+            for _ in 0..4 {
+                let trial = advance(&p.velocity, &d, step);
                 let m = self.merit(&self.balance(&trial, Bound::Coupled, None).f);
                 if m < merit * (R::one() - R::of(0.1) * step) {
                     next = Some(trial);
@@ -482,37 +565,35 @@ impl<R: Real> Problem<'_, R> {
                 }
                 step *= R::of(0.4);
             }
-            v = match next {
-                Some(trial) => trial,
-                None => {
-                    stalled += 1;
-                    let before = v;
-                    let after = self.frozen(v, &mut used, options);
-                    // A fixed point that oscillates converges when averaged.
-                    let share = if stalled % 2 == 0 { R::of(0.5) } else { R::one() };
-                    let mut d = after;
-                    for (d, b) in d.iter_mut().zip(before.iter()) {
-                        *d -= *b;
-                    }
-                    advance(&before, &d, share)
+            match next {
+                Some(trial) => p.velocity = trial,
+                // Kinks of the law make the size rise before it falls: a few full steps are
+                // taken on trust.
+                None if trusted < 3 => {
+                    trusted += 1;
+                    p.velocity = advance(&p.velocity, &d, R::one());
                 }
-            };
+                None => return Phase::Stalled,
+            }
         }
     }
 
-    /// Minimises the convex problem with the friction bounds of `start` held fixed.
-    fn frozen(&self, start: Vec7<R>, used: &mut u32, options: &ConeOptions<R>) -> Vec7<R> {
-        let mut v = start;
-        let mut bounds = [R::zero(); 64];
+    /// Friction bound of each contact from its normal force at `v`.
+    fn normal_bounds(&self, v: &Vec7<R>, bounds: &mut [R; MAX_POINTS]) {
         for (b, p) in bounds.iter_mut().zip(self.points.iter()) {
-            let r = respond(p, relative_velocity(p, &start), None);
+            let r = respond(p, relative_velocity(p, v), None);
             *b = most(r.force[0] + p.adhesion_n, R::zero());
         }
-        let bound = Bound::Frozen(&bounds);
+    }
+
+    /// Minimises the convex problem with the friction bounds held fixed.
+    fn frozen(&self, start: Vec7<R>, bounds: &[R], used: &mut u32, options: &ConeOptions<R>) -> Vec7<R> {
+        let mut v = start;
+        let bound = Bound::Frozen(bounds);
         let mut jacobian = [[R::zero(); DOF]; DOF];
-        for _ in 0..12 {
+        for _ in 0..20 {
             let at = self.balance(&v, bound, Some(&mut jacobian));
-            if self.size(&at.f) <= options.tolerance * at.scale_n || *used >= options.max_iterations {
+            if self.size(&at.f) <= at.tolerance_n(options) || *used >= options.max_iterations {
                 break;
             }
             *used += 1;
@@ -524,14 +605,13 @@ impl<R: Real> Problem<'_, R> {
             let along = |f: &Vec7<R>| f.iter().zip(d.iter()).fold(R::zero(), |s, (f, d)| s + *f * *d);
             let slope = along(&at.f);
             let mut step = R::one();
-            for _ in 0..8 {
+            for _ in 0..12 {
                 let s = along(&self.balance(&advance(&v, &d, step), bound, None).f);
                 if s <= R::of(-0.5) * slope {
                     break;
                 }
                 // Secant estimate of the sign change, kept inside the bracket.
-                let cut = slope / (slope - s);
-                step *= most(R::of(0.1), cut);
+                step *= most(R::of(0.1), slope / (slope - s));
             }
             v = advance(&v, &d, step);
         }

@@ -13,7 +13,12 @@
 pub mod cone;
 pub mod contact;
 pub mod effects;
+pub mod lcp;
 pub mod model;
+pub mod predictor;
 pub mod real;
+pub mod selftest;
 pub mod shape;
 pub mod step;
+pub mod track;
+pub mod wire;

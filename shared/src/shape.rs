@@ -378,10 +378,19 @@ pub fn inertia<R: Real>(shape: &Shape<R>, mass_kg: R) -> [[R; 3]; 3] {
             let (l, s) = (*length_m * *length_m, *side_m * *side_m);
             diagonal([twelfth * (s + s), twelfth * (l + s), twelfth * (l + s)])
         }
-        Shape::Cylinder { length_m, diameter_m, .. } => {
-            let r2 = *diameter_m * *diameter_m * R::of(0.25);
-            let across = twelfth * (R::of(3.0) * r2 + *length_m * *length_m);
-            diagonal([mass_kg * r2 * R::of(0.5), across, across])
+        Shape::Cylinder { length_m, diameter_m, across_flats_m } => {
+            // Second moments of the disc |y| < h that the flats leave, over its area.
+            let (r, h) = (*diameter_m * R::of(0.5), *across_flats_m * R::of(0.5));
+            let h = crate::real::clamp(h, zero, r);
+            let (r2, edge) = (r * r, (r * r - h * h).root());
+            let segment = r2 * (h / most(r, R::of(1e-9))).asin();
+            let area = R::of(2.0) * (h * edge + segment);
+            let yy = R::of(0.5) * (r2 * segment - h * edge * (r2 - R::of(2.0) * h * h));
+            let zz = R::of(1.0 / 3.0) * h * edge * edge * edge + R::of(0.5) * r2 * (h * edge + segment);
+            let per = mass_kg / most(area, R::of(1e-12));
+            let (yy, zz) = (yy * per, zz * per);
+            let xx = twelfth * *length_m * *length_m;
+            diagonal([yy + zz, xx + zz, xx + yy])
         }
         Shape::Polygon { vertices_m, height_m } => {
             let (mut area, mut xx, mut yy, mut xy) = (zero, zero, zero, zero);

@@ -4,6 +4,22 @@
 //! object: fingers in gripper axes about their patch centre, pusher in world axes about
 //! its origin at the first sample.
 
+pub mod columns;
+mod csv_table;
+mod csv_text;
+mod description;
+pub mod error;
+mod parquet_table;
+mod read;
+mod table;
+mod trials;
+mod write;
+
+pub use description::FORMAT;
+pub use error::{DatasetError, Line, Place, Problem, Warning};
+pub use read::{Index, Reading, TrialReading, read, read_lenient};
+pub use write::{TableFormat, write, write_as};
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

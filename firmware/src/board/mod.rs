@@ -1,0 +1,25 @@
+//! One module a board; the chosen one is [`current`].
+//!
+//! A board gives: the two halves of its link (`embedded_io_async`), two interrupt
+//! executors with control above communication, a time driver for embassy, a free-running
+//! timer, a watchdog, strain gauges where it has them, and why it started.
+
+#[cfg(feature = "mps2-an386")]
+#[path = "mps2_an386.rs"]
+pub mod current;
+#[cfg(feature = "nucleo-g474re")]
+#[path = "nucleo_g474re.rs"]
+pub mod current;
+
+#[cfg(all(feature = "mps2-an386", feature = "nucleo-g474re"))]
+compile_error!("choose one board: --features mps2-an386 or --features nucleo-g474re");
+#[cfg(not(any(feature = "mps2-an386", feature = "nucleo-g474re")))]
+compile_error!("choose a board: --features mps2-an386 or --features nucleo-g474re");
+
+pub use stickslip_shared::wire::ResetCause;
+
+/// Twelve strain-gauge channels, six a finger, as raw converter counts.
+pub trait Gauges {
+    /// The newest readings; `None` where there are no gauges or the converter failed.
+    fn read(&mut self) -> Option<[u16; 12]>;
+}

@@ -1,0 +1,374 @@
+//! The Cortex-M4F that QEMU emulates as `mps2-an386` (25 MHz clock): the board of every
+//! test that runs without hardware.
+//!
+//! Registers from Arm's CMSDK manual (DDI 0479): two 32-bit down-counting timers, a UART
+//! without FIFO, a watchdog. Interrupts that have a handler here arrive through
+//! `DefaultHandler`, which saves this board its own vector table.
+
+use core::cell::RefCell;
+use core::convert::Infallible;
+use core::future::poll_fn;
+use core::mem::MaybeUninit;
+use core::sync::atomic::{AtomicU32, Ordering};
+use core::task::{Poll, Waker};
+
+use cortex_m::interrupt::InterruptNumber;
+use cortex_m_rt::{ExceptionFrame, exception};
+use cortex_m_semihosting::debug;
+use critical_section::{CriticalSection, Mutex};
+use defmt_semihosting as _;
+use embassy_executor::{InterruptExecutor, SendSpawner};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::pipe::Pipe;
+use embassy_sync::waitqueue::AtomicWaker;
+use embassy_time_driver::{Driver, time_driver_impl};
+use embassy_time_queue_utils::Queue;
+
+use super::{Gauges, ResetCause};
+use crate::stats::COUNTERS;
+
+/// Name that the board reports.
+pub const NAME: &str = "mps2-an386";
+/// Counts a second of [`timer`].
+pub const TIMER_HZ: u32 = 25_000_000;
+/// Whether strain gauges are wired to this board.
+pub const HAS_GAUGES: bool = false;
+
+/// Interrupts in use. The two highest are free on this board and carry the executors.
+#[derive(Clone, Copy)]
+#[repr(u16)]
+enum Irq {
+    UartRx = 0,
+    UartTx = 1,
+    Timer0 = 8,
+    Timer1 = 9,
+    Communication = 30,
+    Control = 31,
+}
+
+// SAFETY: the numbers are the board's interrupt lines.
+unsafe impl InterruptNumber for Irq {
+    fn number(self) -> u16 {
+        self as u16
+    }
+}
+
+/// Memory-mapped registers, `base + 4 i`.
+#[derive(Clone, Copy)]
+struct Registers(usize);
+
+impl Registers {
+    fn read(self, offset: usize) -> u32 {
+        // SAFETY: only this module's fixed peripheral addresses get here.
+        unsafe { ((self.0 + offset) as *const u32).read_volatile() }
+    }
+    fn write(self, offset: usize, value: u32) {
+        // SAFETY: as above.
+        unsafe { ((self.0 + offset) as *mut u32).write_volatile(value) }
+    }
+}
+
+const TIMER0: Registers = Registers(0x4000_0000);
+const TIMER1: Registers = Registers(0x4000_1000);
+const UART0: Registers = Registers(0x4000_4000);
+const WATCHDOG: Registers = Registers(0x4000_8000);
+
+/// Both timers: control, counter, reload, interrupt status (write one to clear).
+const T_CTRL: usize = 0x0;
+const T_VALUE: usize = 0x4;
+const T_RELOAD: usize = 0x8;
+const T_INT: usize = 0xc;
+const T_ENABLE: u32 = 1;
+const T_IRQ_ENABLE: u32 = 1 << 3;
+
+/// UART: data, state (bit 0 transmit full, bit 1 receive full), control, interrupt status.
+const U_DATA: usize = 0x0;
+const U_STATE: usize = 0x4;
+const U_CTRL: usize = 0x8;
+const U_INT: usize = 0xc;
+const U_BAUD_DIVIDER: usize = 0x10;
+const U_TX_FULL: u32 = 1;
+const U_RX_FULL: u32 = 2;
+/// Transmit, receive and receive interrupt enabled.
+const U_RUN: u32 = 0b1011;
+const U_TX_IRQ: u32 = 1 << 2;
+
+/// Time since reset: Timer0 counts down from all ones, wraps every 171.8 s; Timer1 is the
+/// alarm.
+struct Clock {
+    /// Finished wraps of Timer0.
+    wraps: AtomicU32,
+    queue: Mutex<RefCell<Queue>>,
+}
+
+time_driver_impl!(static CLOCK: Clock = Clock {
+    wraps: AtomicU32::new(0),
+    queue: Mutex::new(RefCell::new(Queue::new())),
+});
+
+impl Clock {
+    fn counts(&self) -> u64 {
+        critical_section::with(|_| {
+            let mut low = !TIMER0.read(T_VALUE);
+            let mut high = self.wraps.load(Ordering::Relaxed);
+            if TIMER0.read(T_INT) != 0 {
+                // Wrapped and not yet served: read again, after the wrap.
+                low = !TIMER0.read(T_VALUE);
+                high = high.wrapping_add(1);
+            }
+            (u64::from(high) << 32) | u64::from(low)
+        })
+    }
+
+    fn arm(&self, at: u64) -> bool {
+        const COUNTS: u64 = TIMER_HZ as u64 / embassy_time_driver::TICK_HZ;
+        TIMER1.write(T_CTRL, 0);
+        TIMER1.write(T_INT, 1);
+        if at == u64::MAX {
+            return true;
+        }
+        let Some(wait) = at.saturating_mul(COUNTS).checked_sub(self.counts()) else {
+            return false;
+        };
+        // A far alarm fires early and is armed again.
+        let wait = wait.clamp(1, u64::from(u32::MAX)) as u32;
+        TIMER1.write(T_RELOAD, wait);
+        TIMER1.write(T_VALUE, wait);
+        TIMER1.write(T_CTRL, T_ENABLE | T_IRQ_ENABLE);
+        true
+    }
+
+    fn alarm(&self, cs: CriticalSection) {
+        let mut queue = self.queue.borrow(cs).borrow_mut();
+        loop {
+            let next = queue.next_expiration(self.now());
+            if self.arm(next) {
+                break;
+            }
+        }
+    }
+}
+
+impl Driver for Clock {
+    fn now(&self) -> u64 {
+        self.counts() / (u64::from(TIMER_HZ) / embassy_time_driver::TICK_HZ)
+    }
+
+    fn schedule_wake(&self, at: u64, waker: &Waker) {
+        critical_section::with(|cs| {
+            if self.queue.borrow(cs).borrow_mut().schedule_wake(at, waker) {
+                self.alarm(cs);
+            }
+        });
+    }
+}
+
+/// Free-running count at [`TIMER_HZ`], for the cost of a tick. Under `-icount` it counts
+/// instructions, not cycles.
+pub fn timer() -> u32 {
+    !TIMER0.read(T_VALUE)
+}
+
+static RECEIVED: Pipe<CriticalSectionRawMutex, 2048> = Pipe::new();
+static SENT: AtomicWaker = AtomicWaker::new();
+
+/// Receiving half of the link.
+pub struct Rx;
+
+impl embedded_io_async::ErrorType for Rx {
+    type Error = Infallible;
+}
+
+impl embedded_io_async::Read for Rx {
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+        Ok(RECEIVED.read(buffer).await)
+    }
+}
+
+/// Sending half of the link.
+pub struct Tx;
+
+impl embedded_io_async::ErrorType for Tx {
+    type Error = Infallible;
+}
+
+impl embedded_io_async::Write for Tx {
+    async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        for byte in bytes {
+            // Waits on the transmit interrupt only where the line is busy: a host that
+            // stops reading stops this task and nothing else.
+            poll_fn(|context| {
+                if UART0.read(U_STATE) & U_TX_FULL == 0 {
+                    return Poll::Ready(());
+                }
+                SENT.register(context.waker());
+                UART0.write(U_CTRL, U_RUN | U_TX_IRQ);
+                if UART0.read(U_STATE) & U_TX_FULL == 0 { Poll::Ready(()) } else { Poll::Pending }
+            })
+            .await;
+            UART0.write(U_DATA, u32::from(*byte));
+        }
+        Ok(bytes.len())
+    }
+
+    async fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// No gauges on the emulated board.
+pub struct Channels;
+
+impl Gauges for Channels {
+    fn read(&mut self) -> Option<[u16; 12]> {
+        None
+    }
+}
+
+/// Fed by the control task only.
+pub struct Watchdog;
+
+impl Watchdog {
+    /// Starts it with [`crate::WATCHDOG_MS`]. The first expiry is an interrupt, the second
+    /// the reset, so each gets half.
+    pub fn start() -> Self {
+        WATCHDOG.write(0xc00, 0x1acc_e551);
+        WATCHDOG.write(0x0, TIMER_HZ / 1000 * (crate::WATCHDOG_MS / 2));
+        WATCHDOG.write(0x8, 0b11);
+        Self
+    }
+
+    /// Restarts its count.
+    pub fn feed(&mut self) {
+        WATCHDOG.write(0xc, 1);
+    }
+}
+
+/// What the application gets from the board.
+pub struct Board {
+    /// Link, receiving.
+    pub rx: Rx,
+    /// Link, sending.
+    pub tx: Tx,
+    /// Strain gauges.
+    pub gauges: Channels,
+    /// Why the processor started.
+    pub reset_cause: ResetCause,
+    /// Starts since power-on, as far as memory kept.
+    pub boots: u32,
+}
+
+/// Survives a reset, not a loss of power: a mark, and the starts since it was set.
+#[unsafe(link_section = ".uninit.BOOTS")]
+static mut BOOTS: MaybeUninit<[u32; 2]> = MaybeUninit::uninit();
+const MARK: u32 = 0x57_1c_51_1b;
+
+/// Brings up clock and link.
+pub fn init() -> Board {
+    // SAFETY: runs once, before any interrupt is enabled; every bit pattern is a `u32`.
+    let (boots, reset_cause) = unsafe {
+        let kept = (&raw mut BOOTS).cast::<[u32; 2]>();
+        let [mark, boots] = kept.read_volatile();
+        let (boots, cause) = if mark == MARK {
+            (boots.wrapping_add(1), ResetCause::WatchdogOrSoftware)
+        } else {
+            (1, ResetCause::PowerOn)
+        };
+        kept.write_volatile([MARK, boots]);
+        (boots, cause)
+    };
+    TIMER0.write(T_RELOAD, u32::MAX);
+    TIMER0.write(T_VALUE, u32::MAX);
+    TIMER0.write(T_CTRL, T_ENABLE | T_IRQ_ENABLE);
+    UART0.write(U_BAUD_DIVIDER, TIMER_HZ / crate::BAUD);
+    UART0.write(U_CTRL, U_RUN);
+    for (irq, priority) in [
+        (Irq::UartRx, 0x00),
+        (Irq::UartTx, 0x00),
+        (Irq::Timer0, 0x20),
+        (Irq::Timer1, 0x20),
+        (Irq::Control, 0x40),
+        (Irq::Communication, 0x80),
+    ] {
+        enable(irq, priority);
+    }
+    Board { rx: Rx, tx: Tx, gauges: Channels, reset_cause, boots }
+}
+
+fn enable(irq: Irq, priority: u8) {
+    // SAFETY: the handlers exist and share state only through critical sections.
+    unsafe {
+        let mut core = cortex_m::Peripherals::steal();
+        core.NVIC.set_priority(irq, priority);
+        if !matches!(irq, Irq::Control | Irq::Communication) {
+            cortex_m::peripheral::NVIC::unmask(irq);
+        }
+    }
+}
+
+static CONTROL: InterruptExecutor = InterruptExecutor::new();
+static COMMUNICATION: InterruptExecutor = InterruptExecutor::new();
+
+/// Spawner of the upper priority.
+pub fn control_executor() -> SendSpawner {
+    CONTROL.start(Irq::Control)
+}
+
+/// Spawner of the lower priority.
+pub fn communication_executor() -> SendSpawner {
+    COMMUNICATION.start(Irq::Communication)
+}
+
+#[exception]
+unsafe fn DefaultHandler(irqn: i16) {
+    match irqn {
+        0 => {
+            UART0.write(U_INT, 2);
+            while UART0.read(U_STATE) & U_RX_FULL != 0 {
+                let byte = [UART0.read(U_DATA) as u8];
+                if RECEIVED.try_write(&byte).is_err() {
+                    COUNTERS.bytes_lost.add(1);
+                }
+            }
+        }
+        1 => {
+            UART0.write(U_INT, 1);
+            UART0.write(U_CTRL, U_RUN);
+            SENT.wake();
+        }
+        8 => {
+            critical_section::with(|_| {
+                TIMER0.write(T_INT, 1);
+                CLOCK.wraps.fetch_add(1, Ordering::Relaxed);
+            });
+        }
+        9 => critical_section::with(|cs| CLOCK.alarm(cs)),
+        // SAFETY: these lines are pended by their executor only.
+        30 => unsafe { COMMUNICATION.on_interrupt() },
+        31 => unsafe { CONTROL.on_interrupt() },
+        // The watchdog's first expiry: the next one resets.
+        -14 => {}
+        other => {
+            defmt::error!("unexpected interrupt {=i16}", other);
+            halt();
+        }
+    }
+}
+
+#[exception]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    defmt::error!("hard fault at pc {=u32:#010x}, lr {=u32:#010x}", frame.pc(), frame.lr());
+    halt()
+}
+
+/// Ends the emulation with a non-zero exit code.
+pub fn halt() -> ! {
+    loop {
+        debug::exit(debug::EXIT_FAILURE);
+    }
+}
+
+/// Restarts the processor.
+pub fn reset() -> ! {
+    cortex_m::peripheral::SCB::sys_reset()
+}

@@ -1,0 +1,246 @@
+//! Talking to the host: frames in, commands checked and queued, answers and reports out.
+
+use embassy_futures::select::{Either, select};
+use embedded_io_async::{Read, Write};
+use heapless::Vec;
+use postcard_rpc::{Endpoint, Topic};
+use serde::Serialize;
+use stickslip_shared::wire::frame::{Frame, FrameError, FrameReader, MAX_LINE, encode};
+use stickslip_shared::wire::sequence::{Order, Sequence};
+use stickslip_shared::wire::{self, Answer, Info, Mode, Refusal, ResetCause, Sample, Source};
+
+use crate::board::current as board;
+use crate::queues::{ANSWERS, COMMANDS, Command, MODEL_CRC, REPORTS, SAMPLES, SPARE, mode};
+use crate::stats::COUNTERS;
+use crate::upload::Upload;
+
+/// State of the receiving task.
+pub struct Link {
+    upload: Upload,
+    sequence: Sequence,
+    reset_cause: ResetCause,
+    boots: u32,
+}
+
+impl Link {
+    /// After a start of the processor.
+    pub fn new(reset_cause: ResetCause, boots: u32) -> Self {
+        Self { upload: Upload::default(), sequence: Sequence::default(), reset_cause, boots }
+    }
+
+    /// Receives for ever.
+    pub async fn run<R: Read>(mut self, mut rx: R) -> ! {
+        let mut reader = FrameReader::new();
+        let mut bytes = [0; 64];
+        loop {
+            let Ok(count) = rx.read(&mut bytes).await else {
+                COUNTERS.frames_damaged.add(1);
+                continue;
+            };
+            for byte in bytes.iter().take(count) {
+                match reader.push(*byte) {
+                    None => {}
+                    Some(Ok(frame)) => self.handle(&frame).await,
+                    Some(Err(FrameError::TooLong)) => COUNTERS.frames_too_long.add(1),
+                    Some(Err(_)) => COUNTERS.frames_damaged.add(1),
+                }
+            }
+        }
+    }
+
+    async fn handle(&mut self, frame: &Frame<'_>) {
+        let key = frame.key;
+        if key == wire::Samples::TOPIC_KEY {
+            match frame.decode() {
+                Some(sample) => self.sample(sample),
+                None => COUNTERS.bodies_undecodable.add(1),
+            }
+        } else if key == wire::GetInfo::REQ_KEY {
+            answer::<wire::GetInfo>(frame.seq, &self.info()).await;
+        } else if key == wire::GetStatistics::REQ_KEY {
+            answer::<wire::GetStatistics>(frame.seq, &COUNTERS.read()).await;
+        } else if key == wire::LoadModelChunk::REQ_KEY {
+            self.command::<wire::LoadModelChunk>(frame, |link, chunk| link.upload.take(&chunk)).await;
+        } else if key == wire::CommitModel::REQ_KEY {
+            self.command::<wire::CommitModel>(frame, |link, commit| link.commit(&commit)).await;
+        } else if key == wire::SetPlan::REQ_KEY {
+            self.command::<wire::SetPlan>(frame, |_, plan| {
+                wire::check::plan(&plan)?;
+                queue(Command::Plan(plan))
+            })
+            .await;
+        } else if key == wire::SetGrip::REQ_KEY {
+            self.command::<wire::SetGrip>(frame, |_, force_n| {
+                wire::check::grip(force_n)?;
+                queue(Command::Grip(force_n))
+            })
+            .await;
+        } else if key == wire::SetCalibration::REQ_KEY {
+            self.command::<wire::SetCalibration>(frame, |_, calibration| {
+                wire::check::calibration(&calibration)?;
+                queue(Command::Calibration(calibration))
+            })
+            .await;
+        } else if key == wire::Tare::REQ_KEY {
+            self.command::<wire::Tare>(frame, |_, ()| {
+                if board::HAS_GAUGES { queue(Command::Tare) } else { Err(Refusal::NoGauges) }
+            })
+            .await;
+        } else if key == wire::Start::REQ_KEY {
+            self.command::<wire::Start>(frame, |link, request| link.start(request)).await;
+        } else if key == wire::Stop::REQ_KEY {
+            self.command::<wire::Stop>(frame, |_, ()| queue(Command::Stop)).await;
+        } else if key == wire::ResetBoard::REQ_KEY {
+            self.command::<wire::ResetBoard>(frame, |_, ()| Ok(())).await;
+            // Lets the answer out first.
+            embassy_time::Timer::after_millis(20).await;
+            board::reset();
+        } else {
+            COUNTERS.keys_unknown.add(1);
+            let unknown = wire::UnknownKey { key: key.to_bytes() };
+            send(wire::Unknown::TOPIC_KEY, frame.seq, &unknown).await;
+        }
+    }
+
+    async fn command<E: Endpoint<Response = Answer>>(
+        &mut self,
+        frame: &Frame<'_>,
+        carry_out: impl FnOnce(&mut Self, E::Request) -> Answer,
+    ) where
+        E::Request: serde::de::DeserializeOwned,
+    {
+        let Some(request) = frame.decode() else {
+            COUNTERS.bodies_undecodable.add(1);
+            return;
+        };
+        let result = carry_out(self, request);
+        if result.is_err() {
+            COUNTERS.commands_refused.add(1);
+            defmt::info!("refused {=str}", E::PATH);
+        }
+        answer::<E>(frame.seq, &result).await;
+    }
+
+    fn sample(&mut self, sample: Sample) {
+        match self.sequence.judge(sample.seq) {
+            Order::Next { lost } => {
+                COUNTERS.samples_lost.add(lost);
+                if SAMPLES.try_send(sample).is_err() {
+                    COUNTERS.samples_dropped.add(1);
+                }
+            }
+            Order::Repeated => COUNTERS.samples_repeated.add(1),
+            Order::Late => COUNTERS.samples_reordered.add(1),
+        }
+    }
+
+    fn start(&mut self, request: wire::StartRequest) -> Answer {
+        wire::check::start(&request)?;
+        match (mode(), request.source) {
+            (Mode::Safe, _) => return Err(Refusal::NoModel),
+            (Mode::Running, _) => return Err(Refusal::Busy),
+            (Mode::Ready, Source::Gauges) if !board::HAS_GAUGES => return Err(Refusal::NoGauges),
+            (Mode::Ready, _) => {}
+        }
+        let unasked = u32::try_from(SAMPLES.len()).unwrap_or(u32::MAX);
+        COUNTERS.samples_unasked.add(unasked);
+        SAMPLES.clear();
+        self.sequence = Sequence::default();
+        queue(Command::Start(request))
+    }
+
+    fn commit(&mut self, commit: &wire::ModelCommit) -> Answer {
+        let slot = SPARE.try_receive().map_err(|_| Refusal::Busy)?;
+        match self.upload.commit(commit) {
+            Ok(predictor) => {
+                slot.predictor = Some(predictor);
+                slot.crc = commit.crc;
+                match COMMANDS.try_send(Command::Install(slot)) {
+                    Ok(()) => Ok(()),
+                    Err(full) => {
+                        let embassy_sync::channel::TrySendError::Full(command) = full;
+                        if let Command::Install(slot) = command {
+                            let _ = SPARE.try_send(slot);
+                        }
+                        Err(Refusal::Busy)
+                    }
+                }
+            }
+            Err(refusal) => {
+                let _ = SPARE.try_send(slot);
+                Err(refusal)
+            }
+        }
+    }
+
+    fn info(&self) -> Info {
+        let mode = mode();
+        let crc = MODEL_CRC.load(core::sync::atomic::Ordering::Relaxed);
+        Info {
+            protocol: wire::PROTOCOL,
+            firmware: text(env!("CARGO_PKG_VERSION")),
+            board: text(board::NAME),
+            timer_hz: board::TIMER_HZ,
+            tick_us: wire::TICK_US,
+            sample_queue: wire::SAMPLE_QUEUE as u16,
+            contacts: stickslip_shared::contact::SLOTS as u16,
+            model_bytes: wire::MAX_MODEL_BYTES as u16,
+            gauges: board::HAS_GAUGES,
+            mode,
+            reset_cause: self.reset_cause,
+            boots: self.boots,
+            model_crc: (mode != Mode::Safe).then_some(crc),
+        }
+    }
+}
+
+fn text(from: &str) -> heapless::String<16> {
+    let mut text = heapless::String::new();
+    for letter in from.chars() {
+        if text.push(letter).is_err() {
+            break;
+        }
+    }
+    text
+}
+
+fn queue(command: Command) -> Answer {
+    COMMANDS.try_send(command).map_err(|_| Refusal::Busy)
+}
+
+async fn answer<E: Endpoint>(seq: u32, response: &E::Response)
+where
+    E::Response: Serialize,
+{
+    send(E::RESP_KEY, seq, response).await;
+}
+
+async fn send<T: Serialize>(key: postcard_rpc::Key, seq: u32, body: &T) {
+    let mut line = [0; MAX_LINE];
+    // Every message of the table fits: a test holds that.
+    if let Some(bytes) = encode(key, seq, body, &mut line)
+        && let Ok(bytes) = Vec::from_slice(bytes)
+    {
+        ANSWERS.send(bytes).await;
+    }
+}
+
+/// Sends for ever, answers before reports.
+pub async fn transmit<W: Write>(mut tx: W) -> ! {
+    // Ends whatever the line carried before.
+    let _ = tx.write_all(&[0]).await;
+    let mut line = [0; MAX_LINE];
+    loop {
+        match select(ANSWERS.receive(), REPORTS.receive()).await {
+            Either::First(bytes) => {
+                let _ = tx.write_all(&bytes).await;
+            }
+            Either::Second(report) => {
+                let key = wire::Telemetry::TOPIC_KEY;
+                if let Some(bytes) = encode(key, report.seq, &report, &mut line) {
+                    let _ = tx.write_all(bytes).await;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! Starts the application on the board that the build chose.
+#![no_std]
+#![no_main]
+
+use cortex_m_rt::entry;
+use static_cell::StaticCell;
+use stickslip_firmware::board::current as board;
+use stickslip_firmware::control::Control;
+use stickslip_firmware::link::{self, Link};
+use stickslip_firmware::queues::SPARE;
+use stickslip_firmware::slot::Slot;
+
+#[embassy_executor::task]
+async fn control(control: Control<board::Channels>, watchdog: board::Watchdog) -> ! {
+    control.run(watchdog).await
+}
+
+#[embassy_executor::task]
+async fn receive(link: Link, rx: board::Rx) -> ! {
+    link.run(rx).await
+}
+
+#[embassy_executor::task]
+async fn transmit(tx: board::Tx) -> ! {
+    link::transmit(tx).await
+}
+
+#[entry]
+fn main() -> ! {
+    static SLOTS: [StaticCell<Slot>; 2] = [StaticCell::new(), StaticCell::new()];
+    let [active, spare] = &SLOTS;
+    let board = board::init();
+    defmt::info!("stickslip on {=str}, start {=u32}", board::NAME, board.boots);
+    let _ = SPARE.try_send(spare.init(Slot::new()));
+    let app = Control::new(active.init(Slot::new()), board.gauges);
+    let link = Link::new(board.reset_cause, board.boots);
+    let upper = board::control_executor();
+    let lower = board::communication_executor();
+    // Each task is spawned once, so its one place is free.
+    if let Ok(token) = receive(link, board.rx) {
+        lower.spawn(token);
+    }
+    if let Ok(token) = transmit(board.tx) {
+        lower.spawn(token);
+    }
+    if let Ok(token) = control(app, board::Watchdog::start()) {
+        upper.spawn(token);
+    }
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+#[panic_handler]
+fn panic(info: &core::panic::PanicInfo) -> ! {
+    defmt::error!("{}", defmt::Display2Format(info));
+    board::halt()
+}

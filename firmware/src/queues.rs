@@ -1,0 +1,62 @@
+//! What the two priorities hand each other. The control task only ever tries: a full
+//! queue costs a counted loss, not time.
+
+use core::sync::atomic::{AtomicU8, Ordering};
+
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use heapless::Vec;
+use stickslip_shared::wire::frame::MAX_LINE;
+use stickslip_shared::predictor::Plan;
+use stickslip_shared::wire::{
+    Calibration, Mode, SAMPLE_QUEUE, Sample, StartRequest, TelemetryReport,
+};
+
+use crate::slot::Slot;
+
+/// A checked command, to be applied at the beginning of a tick.
+pub enum Command {
+    /// Swap the model; the old slot goes back to [`SPARE`].
+    Install(&'static mut Slot),
+    /// Planned motion.
+    Plan(Plan),
+    /// Grip set-point, N.
+    Grip(f32),
+    /// Of one finger's gauges.
+    Calibration(Calibration),
+    /// Take the gauges' present readings for no load.
+    Tare,
+    /// Begin a run.
+    Start(StartRequest),
+    /// End it.
+    Stop,
+}
+
+/// Samples from the host.
+pub static SAMPLES: Channel<CriticalSectionRawMutex, Sample, SAMPLE_QUEUE> = Channel::new();
+/// Commands from the host.
+pub static COMMANDS: Channel<CriticalSectionRawMutex, Command, 8> = Channel::new();
+/// Reports to the host.
+pub static REPORTS: Channel<CriticalSectionRawMutex, TelemetryReport, 16> = Channel::new();
+/// Encoded answers to the host.
+pub static ANSWERS: Channel<CriticalSectionRawMutex, Vec<u8, MAX_LINE>, 4> = Channel::new();
+/// The slot that is not in use: here a new model is built.
+pub static SPARE: Channel<CriticalSectionRawMutex, &'static mut Slot, 2> = Channel::new();
+
+static MODE: AtomicU8 = AtomicU8::new(0);
+/// CRC-32 of the model in use; meaningful where the mode is not `Safe`.
+pub static MODEL_CRC: core::sync::atomic::AtomicU32 = core::sync::atomic::AtomicU32::new(0);
+
+/// What the board is doing.
+pub fn mode() -> Mode {
+    match MODE.load(Ordering::Relaxed) {
+        0 => Mode::Safe,
+        1 => Mode::Ready,
+        _ => Mode::Running,
+    }
+}
+
+/// Set by the control task.
+pub fn set_mode(mode: Mode) {
+    MODE.store(mode as u8, Ordering::Relaxed);
+}

@@ -1,0 +1,44 @@
+//! Where a tick's sample comes from: the host (replay) or the board's own gauges.
+
+use stickslip_shared::wire::{Sample, StartRequest};
+
+use crate::queues::SAMPLES;
+
+/// One sample a tick.
+pub trait FingerSource {
+    /// The sample for this tick; `None` where there is none.
+    fn next(&mut self) -> Next;
+}
+
+/// What a source has for a tick.
+pub enum Next {
+    /// A sample.
+    Sample(Sample),
+    /// Nothing yet, by intention.
+    Filling,
+    /// Nothing, though there should be.
+    Starved,
+}
+
+/// Samples that the host sends, in its order, one a tick.
+pub struct LinkSource {
+    prefill: usize,
+    begun: bool,
+}
+
+impl LinkSource {
+    /// For one run.
+    pub fn new(request: &StartRequest) -> Self {
+        Self { prefill: usize::from(request.prefill), begun: false }
+    }
+}
+
+impl FingerSource for LinkSource {
+    fn next(&mut self) -> Next {
+        if !self.begun && SAMPLES.len() < self.prefill.max(1) {
+            return Next::Filling;
+        }
+        self.begun = true;
+        SAMPLES.try_receive().map_or(Next::Starved, Next::Sample)
+    }
+}

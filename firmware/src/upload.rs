@@ -1,0 +1,55 @@
+//! A model that arrives in pieces: collected, checked as a whole, then built.
+
+use heapless::Vec;
+use stickslip_shared::predictor::Predictor;
+use stickslip_shared::wire::frame::crc32;
+use stickslip_shared::wire::{MAX_MODEL_BYTES, ModelChunk, ModelCommit, ModelPackage, Refusal};
+
+/// Bytes received so far.
+#[derive(Default)]
+pub struct Upload {
+    bytes: Vec<u8, MAX_MODEL_BYTES>,
+}
+
+impl Upload {
+    /// Takes the next piece; offset 0 begins anew, and a piece that was already taken is
+    /// taken again (its answer may have been lost).
+    ///
+    /// # Errors
+    /// A piece is missing before this one, or the model is too long.
+    pub fn take(&mut self, chunk: &ModelChunk) -> Result<(), Refusal> {
+        let offset = usize::from(chunk.offset);
+        if offset > self.bytes.len() {
+            return Err(Refusal::Offset { expected: short(self.bytes.len()) });
+        }
+        self.bytes.truncate(offset);
+        self.bytes
+            .extend_from_slice(&chunk.bytes)
+            .map_err(|_| Refusal::TooLarge { limit: short(MAX_MODEL_BYTES) })
+    }
+
+    /// Builds what was received.
+    ///
+    /// # Errors
+    /// Length or checksum differ from the announced, the bytes are not a scene and a
+    /// model, or the model cannot be run here.
+    pub fn commit(&self, commit: &ModelCommit) -> Result<Predictor<f32>, Refusal> {
+        if self.bytes.len() != usize::from(commit.length) {
+            return Err(Refusal::Length { received: short(self.bytes.len()) });
+        }
+        let received = crc32(&self.bytes);
+        if received != commit.crc {
+            return Err(Refusal::Crc { received });
+        }
+        match postcard::take_from_bytes::<ModelPackage>(&self.bytes) {
+            Ok(((scene, model, limits), [])) => {
+                Predictor::new(scene, model, limits).map_err(Refusal::Model)
+            }
+            _ => Err(Refusal::Undecodable),
+        }
+    }
+}
+
+fn short(length: usize) -> u16 {
+    u16::try_from(length).unwrap_or(u16::MAX)
+}

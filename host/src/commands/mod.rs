@@ -1,0 +1,92 @@
+//! The commands of `stickslip`: one module each, with its `Args` and its `run`.
+//!
+//! To add one: a module with `pub struct Args` (clap derive, `after_help` with an example)
+//! and `pub fn run(args: &Args, output: &Output) -> anyhow::Result<()>`, a variant of
+//! [`Command`] and an arm of its `run`.
+
+pub mod check;
+pub mod import;
+pub mod lcp;
+pub mod rig;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::output::{Output, Style};
+
+/// Predicts slip and drop on a robot gripper, and compares contact models with measurements.
+#[derive(Debug, Parser)]
+#[command(name = "stickslip", version, max_term_width = 100, propagate_version = true)]
+pub struct Cli {
+    /// Print one JSON document to stdout instead of text
+    #[arg(long, global = true)]
+    pub json: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Check a data set: what it holds, errors, warnings, balance of the measured forces
+    Check(check::Args),
+    /// Make a data set with the synthetic rig: the paper's experiments, lifts, planar pushes, hidden effects
+    Rig(Box<rig::Args>),
+    /// Bring real data of others into the data set format
+    Import(import::Args),
+    /// Solve complementarity problems from files or generated ones, and judge the answers
+    Lcp(lcp::Args),
+}
+
+impl Command {
+    fn run(&self, output: &Output) -> anyhow::Result<()> {
+        match self {
+            Command::Check(args) => check::run(args, output),
+            Command::Rig(args) => rig::run(args, output),
+            Command::Import(args) => import::run(args, output),
+            Command::Lcp(args) => lcp::run(args, output),
+        }
+    }
+}
+
+/// Parses the command line, runs the command and reports its error.
+/// Exit code 0: done; 1: the command failed; 2: wrong usage.
+#[must_use]
+pub fn main() -> ExitCode {
+    // Clap prints its own message and exits with 2 on wrong usage.
+    let cli = Cli::parse();
+    let style = if cli.json { Style::Json } else { Style::Human };
+    let output = Output::new(style);
+    match cli.command.run(&output) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            output.error(&error);
+            ExitCode::FAILURE
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cli;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent_and_every_command_shows_an_example() {
+        fn visit(command: &clap::Command) {
+            let leaf = command
+                .get_subcommands()
+                .filter(|sub| sub.get_name() != "help")
+                .inspect(|sub| visit(sub))
+                .count()
+                == 0;
+            if leaf {
+                let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+                assert!(help.contains("Example"), "no example: {}", command.get_name());
+            }
+        }
+        let command = Cli::command();
+        command.clone().debug_assert();
+        visit(&command);
+    }
+}

@@ -1,0 +1,341 @@
+//! Contacts of a few bodies: the complementarity problem solved in the space of velocities.
+//!
+//! `W = J D J'` has no more than `ND` = 6 to 8 degrees of freedom behind it, whatever the
+//! number of contacts. Written for the velocities the problem is piecewise linear with `ND`
+//! unknowns, and a contact costs a few inner products of `ND` numbers: the cost is linear in
+//! the contacts. A solve follows the solution from a problem whose solution is known
+//! ([`path`]) with a small compliance in every contact ([`law`]), which makes the distribution
+//! of impulses unique where rigid contacts leave it free; then the compliance is taken out by
+//! repeating with the impulses found (a proximal method: each round is one factorisation).
+//! The known problem is the one without contact, or the last one solved (warm start).
+//!
+//! The answer solves the very problem that [`super::dense`] solves: the certificate is the
+//! residual of `z` by the rows of that problem, bounded from above at a cost linear in the
+//! contacts (a row's size is at least what its own contact gives to it).
+
+mod law;
+mod path;
+
+use super::factors::{Factors, Impulses};
+use super::residual::Residual;
+use super::{Outcome, Path, Report, Status, magnitude, tolerance};
+use crate::real::{Real, most};
+use law::{Mode, Normal, Track, add_scaled};
+use path::{End, follow};
+
+/// Rounds in which the compliance is taken out.
+const ROUNDS: u32 = 12;
+/// Starts from open contacts, each with other offsets.
+const STARTS: u32 = 4;
+
+/// Working memory, warm start and answer of the contact solver.
+#[derive(Clone)]
+pub struct ContactSolver<R, const NC: usize, const ND: usize> {
+    tracks: [Track<R, ND>; NC],
+    /// Contacts of the last problem where it was solved, else 0: the warm start.
+    known: usize,
+    answer: Impulses<R, NC, ND>,
+}
+
+impl<R: Real, const NC: usize, const ND: usize> Default for ContactSolver<R, NC, ND> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Relative compliance of the first round. Above the rounding of the velocities, below what
+/// the certificate sees after a second round.
+fn first_shift<R: Real>() -> R {
+    if R::EPSILON.to_f64() < 1e-12 { R::of(1e-6) } else { R::of(1e-3) }
+}
+
+impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
+    /// Empty working memory.
+    pub fn new() -> Self {
+        Self { tracks: [Track::nothing(); NC], known: 0, answer: Impulses::none() }
+    }
+
+    /// The answer of the last solve with a report that says what it is worth.
+    pub(super) fn last(&self, report: Report<R>) -> Outcome<'_, Impulses<R, NC, ND>, R> {
+        Outcome::new(&self.answer, report)
+    }
+
+    /// Forgets the last problem: the next solve starts from open contacts.
+    pub fn forget(&mut self) {
+        self.known = 0;
+    }
+
+    /// Solves a problem, from the last answer where it had as many contacts.
+    ///
+    /// Contacts are matched by their order. Bounded: a warm start and [`STARTS`] cold ones, each
+    /// of at most `20 nc + 40` kinks and [`ROUNDS`] rounds of the same.
+    pub fn solve(&mut self, problem: &Factors<R, NC, ND>) -> Outcome<'_, Impulses<R, NC, ND>, R> {
+        let report = match problem.defect() {
+            Some(defect) => {
+                self.answer = Impulses::none();
+                self.known = 0;
+                Report {
+                    status: Status::BadInput(defect),
+                    residual: R::of(f64::INFINITY),
+                    pivots: 0,
+                    path: Path::Trivial,
+                }
+            }
+            None => self.search(problem),
+        };
+        Outcome::new(&self.answer, report)
+    }
+
+    fn search(&mut self, problem: &Factors<R, NC, ND>) -> Report<R> {
+        let mut roots = [R::zero(); ND];
+        for (root, inverse) in roots.iter_mut().zip(problem.inverse_mass) {
+            *root = inverse.root();
+        }
+        let count = problem.contacts.len().min(NC);
+        for (track, contact) in self.tracks.iter_mut().zip(&problem.contacts) {
+            track.load(contact, &roots);
+        }
+        let warm = self.known == count;
+        self.known = 0;
+        let Some(tracks) = self.tracks.get_mut(..count) else { return nothing_found() };
+        let mut best = nothing_found();
+        let mut pivots = 0_u32;
+        let (mut rays, mut limits) = (0, 0);
+        for start in 0..=STARTS {
+            if start == 0 && !warm {
+                continue;
+            }
+            let shift = first_shift::<R>() * if start > 2 { R::of(10.0) } else { R::one() };
+            let (end, kinks, residual) = attempt(tracks, shift, start);
+            pivots = pivots.saturating_add(kinks);
+            match end {
+                End::Ray => rays += 1,
+                End::Limit => limits += 1,
+                _ => {}
+            }
+            if residual < best.residual || start <= 1 {
+                if residual < best.residual {
+                    best.residual = residual;
+                }
+                best.path = match (start, kinks) {
+                    (0, 1) => Path::Warm,
+                    (0, _) => Path::Repaired,
+                    (1, _) => Path::Velocities,
+                    (k, _) => Path::Restarted((k - 1) as u8),
+                };
+                store(tracks, &roots, &mut self.answer);
+            }
+            if residual <= tolerance() {
+                self.known = count;
+                best.status = Status::Solved;
+                break;
+            }
+        }
+        best.pivots = pivots;
+        if best.status != Status::Solved {
+            best.status = if rays > 0 {
+                Status::Ray
+            } else if limits > 0 {
+                Status::PivotLimit
+            } else {
+                Status::Numerical
+            };
+        }
+        best
+    }
+}
+
+fn nothing_found<R: Real>() -> Report<R> {
+    Report { status: Status::Numerical, residual: R::of(f64::INFINITY), pivots: 0, path: Path::Trivial }
+}
+
+/// One way to the answer: warm (`start` 0) or from open contacts. Returns the residual.
+fn attempt<R: Real, const ND: usize>(
+    tracks: &mut [Track<R, ND>],
+    first_shift: R,
+    start: u32,
+) -> (End, u32, R) {
+    let limit = 20 * tracks.len() as u32 + 40;
+    let infinite = R::of(f64::INFINITY);
+    let mut shift = first_shift;
+    let aim = tolerance::<R>() * R::of(1e-3);
+    let mut y = [R::zero(); ND];
+    let mut pivots = 1;
+    for track in tracks.iter_mut() {
+        track.regularise(shift, Normal::Whole);
+    }
+    if start == 0 {
+        anchor(tracks, &mut y);
+    } else {
+        open(tracks, start);
+    }
+    let (end, kinks) = follow(tracks, &mut y, limit);
+    pivots += kinks;
+    if end != End::Arrived {
+        return (end, pivots, infinite);
+    }
+    let (mut residual, mut failed) = (infinite, End::Arrived);
+    for round in 0..ROUNDS {
+        let speeds = settle(tracks);
+        let before = residual;
+        residual = certify(tracks, &speeds);
+        if residual <= aim || round + 1 == ROUNDS {
+            break;
+        }
+        // Impulses that squeeze two stiff bodies converge slowly: less compliance.
+        if failed != End::Arrived {
+            failed = End::Arrived;
+        } else if residual > before * R::of(0.1) {
+            if residual <= tolerance() && residual > before * R::of(0.5) {
+                break;
+            }
+            shift = most(shift * R::of(0.03), first_shift * R::of(1e-4));
+        }
+        for track in tracks.iter_mut() {
+            track.settled = track.mode;
+        }
+        for track in tracks.iter_mut() {
+            track.regularise(shift, Normal::Coupled);
+        }
+        anchor(tracks, &mut y);
+        let (end, kinks) = follow(tracks, &mut y, limit);
+        pivots += 1 + kinks;
+        if end != End::Arrived {
+            // More compliance takes a shorter step.
+            failed = end;
+            shift *= R::of(30.0);
+            for track in tracks.iter_mut() {
+                track.mode = track.settled;
+                track.trial = track.impulse;
+            }
+        }
+    }
+    (failed, pivots, residual)
+}
+
+/// Start without contact: offsets that open every contact, different for each so that no two
+/// close together.
+fn open<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], start: u32) {
+    let (mut approach, mut slip) = (R::zero(), R::zero());
+    for track in tracks.iter() {
+        approach = most(-track.constant[0], approach);
+        slip = most(most(magnitude(track.constant[1]), magnitude(track.constant[2])), slip);
+    }
+    let golden = R::of(0.618_033_988_749_894_9);
+    let silver = R::of(0.414_213_562_373_095_1);
+    let step = |x: R, by: R| if x + by < R::one() { x + by } else { x + by - R::one() };
+    let (mut first, mut second) = (R::zero(), R::zero());
+    for _ in 0..start {
+        first = step(first, silver);
+        second = step(second, golden);
+    }
+    let spread = R::of(0.1);
+    let half = R::of(0.5);
+    for track in tracks.iter_mut() {
+        first = step(first, golden);
+        second = step(second, silver);
+        track.mode = Mode::Open;
+        track.anchor = [R::zero(); 3];
+        track.offset = [
+            approach * (R::of(1.01) + spread * first),
+            slip * spread * (first - half),
+            slip * spread * (second - half),
+        ];
+        let mut speeds = track.constant;
+        for k in 0..3 {
+            speeds[k] += track.offset[k];
+        }
+        track.trial = track.trial_at(&speeds);
+    }
+}
+
+/// Start from the impulses, speeds and modes at hand, which become the known ones.
+fn anchor<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &mut [R; ND]) {
+    *y = [R::zero(); ND];
+    for track in tracks.iter() {
+        for k in 0..3 {
+            add_scaled(y, track.impulse[k], &track.rows[k]);
+        }
+    }
+    for track in tracks.iter_mut() {
+        track.anchor = track.impulse;
+        let wanted = track.consistent(&track.speed);
+        let true_speeds = track.speeds_at(y);
+        for k in 0..3 {
+            track.offset[k] = wanted[k] - true_speeds[k];
+        }
+        track.trial = track.trial_at(&wanted);
+    }
+}
+
+/// Impulses at the end of a path; returns the velocities that they cause.
+///
+/// The trial has grown by increments from impulses that were known, which keeps digits that
+/// are lost where `y` is inserted into the law: with light fingers `G y` and `q` cancel.
+#[inline]
+fn settle<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>]) -> [R; ND] {
+    let mut speeds = [R::zero(); ND];
+    for track in tracks.iter_mut() {
+        track.impulse = track.impulse_of(&track.trial);
+        for k in 0..3 {
+            add_scaled(&mut speeds, track.impulse[k], &track.rows[k]);
+        }
+    }
+    speeds
+}
+
+/// Upper bound of the residual of the impulses, which cause the velocities `y`; leaves the
+/// speeds and slip bounds that belong to them.
+fn certify<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &[R; ND]) -> R {
+    let mut largest = R::zero();
+    for track in tracks.iter_mut() {
+        track.speed = track.speeds_at(y);
+        let [normal, first, second] = track.impulse;
+        track.slip = most(magnitude(track.speed[1]), magnitude(track.speed[2]));
+        let friction = most(magnitude(first), magnitude(second));
+        largest = most(most(track.slip, friction), most(normal, largest));
+    }
+    let mut sum = Residual::zero();
+    let four = R::of(4.0);
+    for track in tracks.iter() {
+        let [normal, first, second] = track.impulse;
+        let [separation, slip_first, slip_second] = track.speed;
+        let diagonal = track.size[0] + track.compliance;
+        let size = magnitude(track.constant[0]) + diagonal * largest;
+        sum.add_row(normal, separation + track.compliance * normal, size, largest);
+        for (k, force, slip) in [(1, first, slip_first), (2, second, slip_second)] {
+            // Both signs of the tangent count in the row, and the slip speed bound.
+            let diagonal = track.size[k] + track.size[k] + R::one();
+            let size = magnitude(track.constant[k]) + diagonal * largest;
+            let slack = if force < R::zero() { track.slip - slip } else { track.slip + slip };
+            sum.add_row(magnitude(force), slack, size, largest);
+        }
+        let unused = track.friction * normal - magnitude(first) - magnitude(second);
+        sum.add_row(track.slip, unused, (track.friction + four) * largest, largest);
+    }
+    sum.value()
+}
+
+fn store<R: Real, const NC: usize, const ND: usize>(
+    tracks: &[Track<R, ND>],
+    roots: &[R; ND],
+    answer: &mut Impulses<R, NC, ND>,
+) {
+    answer.normal.clear();
+    answer.tangential.clear();
+    answer.slip.clear();
+    let mut y = [R::zero(); ND];
+    for track in tracks {
+        let [normal, first, second] = track.impulse;
+        // The capacity is that of the problem: nothing is refused.
+        let _ = answer.normal.push(normal);
+        let _ = answer.tangential.push([first, second]);
+        let _ = answer.slip.push(track.slip);
+        for k in 0..3 {
+            add_scaled(&mut y, track.impulse[k], &track.rows[k]);
+        }
+    }
+    for k in 0..ND {
+        answer.velocity_change[k] = y[k] * roots[k];
+    }
+}

@@ -1,0 +1,131 @@
+//! Follows the solution while the constants of the contacts move to their true values.
+//!
+//! With `y` the velocities that the impulses cause (masses scaled to one), the equations are
+//! `y = G'p(G y + q + (1 - t) offset)`. In each combination of modes they are linear, `t` runs
+//! until a contact reaches a kink of its law, its mode changes, and the inverse of the
+//! equations is updated by a matrix of rank one. Where the determinant changes sign the path
+//! turns back in `t`, as Lemke's does. From all contacts open this is Lemke's method in
+//! `ND` instead of `6 nc` unknowns; from the modes of the last problem it repairs them.
+
+use super::law::{Mode, Track, add_scaled, dot};
+use crate::lcp::small::Factorisation;
+use crate::real::{Real, most};
+
+/// How a path ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum End {
+    /// At the true constants.
+    Arrived,
+    /// It runs away from them for ever.
+    Ray,
+    /// The bound on kinks was reached.
+    Limit,
+    /// A kink could not be crossed under rounding.
+    Stuck,
+}
+
+/// Solves `(I + G'K G) x = b` in the present modes.
+#[inline]
+pub(super) fn factor<R: Real, const ND: usize>(tracks: &[Track<R, ND>]) -> Factorisation<R, ND> {
+    let mut matrix = [[R::zero(); ND]; ND];
+    for k in 0..ND {
+        matrix[k][k] = R::one();
+    }
+    for track in tracks {
+        track.add_to(&mut matrix);
+    }
+    Factorisation::of(&matrix)
+}
+
+#[inline]
+fn update_rates<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], dy: &[R; ND]) {
+    for track in tracks {
+        let [normal, first, second] = track.offset;
+        track.rate = [
+            track.normal_gain * (normal - dot(&track.rows[0], dy)),
+            track.tangent_gain * (first - dot(&track.rows[1], dy)),
+            track.tangent_gain * (second - dot(&track.rows[2], dy)),
+        ];
+    }
+}
+
+/// From trial impulses that are consistent with the modes, velocities `y` and offsets, to
+/// offsets of zero. Returns the number of kinks crossed.
+pub(super) fn follow<R: Real, const ND: usize>(
+    tracks: &mut [Track<R, ND>],
+    y: &mut [R; ND],
+    limit: u32,
+) -> (End, u32) {
+    let (zero, one) = (R::zero(), R::one());
+    let mut inverse = [[zero; ND]; ND];
+    let mut force = [zero; ND];
+    for track in tracks.iter() {
+        let [normal, first, second] = track.offset;
+        let trial = [track.normal_gain * normal, track.tangent_gain * first, track.tangent_gain * second];
+        let impulse = track.impulse_of(&trial);
+        for k in 0..3 {
+            add_scaled(&mut force, impulse[k], &track.rows[k]);
+        }
+    }
+    let open = tracks.iter().all(|track| track.mode == Mode::Open);
+    let factors = if open { Factorisation::identity() } else { factor(tracks) };
+    let mut dy = factors.solve(&force);
+    update_rates(tracks, &dy);
+    let mut t = zero;
+    let mut direction = one;
+    for count in 0..limit {
+        let forward = direction > zero;
+        let mut step = if forward { one - t } else { R::of(f32::MAX as f64) };
+        let mut hit: Option<(usize, Mode)> = None;
+        for (i, track) in tracks.iter().enumerate() {
+            track.kinks(direction, |value, rate, mode| {
+                if rate < zero {
+                    let value = most(value, zero);
+                    // Without a division: value / -rate < step.
+                    if value < -rate * step {
+                        step = value / -rate;
+                        hit = Some((i, mode));
+                    }
+                }
+            });
+        }
+        let signed = direction * step;
+        if hit.is_none() && !forward {
+            return (End::Ray, count);
+        }
+        add_scaled(y, signed, &dy);
+        for track in tracks.iter_mut() {
+            for k in 0..3 {
+                track.trial[k] += signed * track.rate[k];
+            }
+        }
+        t += signed;
+        let Some((i, mode)) = hit else { return (End::Arrived, count) };
+        let Some(kink) = tracks.get_mut(i).and_then(|track| track.change(mode)) else {
+            return (End::Stuck, count);
+        };
+        if count == 0 {
+            inverse = factors.inverse();
+        }
+        let (mut w, mut c) = ([zero; ND], [zero; ND]);
+        for k in 0..ND {
+            w[k] = dot(&inverse[k], &kink.a);
+            add_scaled(&mut c, kink.b[k], &inverse[k]);
+        }
+        // Ratio of the determinants of the equations after and before.
+        let ratio = one + dot(&kink.b, &w);
+        let reciprocal = one / ratio;
+        if !reciprocal.finite() {
+            return (End::Stuck, count);
+        }
+        add_scaled(&mut dy, -kink.phi * reciprocal, &w);
+        for k in 0..ND {
+            add_scaled(&mut inverse[k], -w[k] * reciprocal, &c);
+        }
+        if ratio < zero {
+            direction = -direction;
+        }
+        update_rates(tracks, &dy);
+    }
+    (End::Limit, limit)
+}

@@ -1,0 +1,125 @@
+//! Linear complementarity problems: find `z` with `w = M z + q`, `z >= 0`, `w >= 0`, `z'w = 0`.
+//!
+//! Contact with Coulomb friction, stepped with impulses and friction pyramids (Stewart and
+//! Trinkle 1996), is such a problem. Two solvers share one interface and one certificate:
+//! [`dense`] solves any `M` (Lemke's method), [`contact`] solves the problem of a few bodies
+//! from its factors in the space of their velocities, with a cost linear in the contacts.
+//! [`fallback`] joins them. What an answer is worth is said by [`residual`] and by nothing else.
+
+pub mod contact;
+pub mod dense;
+pub mod factors;
+pub mod fallback;
+pub mod residual;
+mod small;
+
+use crate::real::Real;
+
+/// What is wrong with the numbers of a problem.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Defect {
+    /// Lengths do not belong together, or exceed the capacity.
+    Size,
+    /// A problem without unknowns or without contacts.
+    Empty,
+    /// A NaN or an infinity.
+    NotFinite,
+    /// An inverse mass below zero (zero stands for a body that does not move).
+    Mass,
+    /// A coefficient of friction outside 0 to 10.
+    Friction,
+    /// A compliance below zero.
+    Compliance,
+    /// A normal and both tangents are zero: the contact acts on nothing.
+    Direction,
+}
+
+/// How a solve ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// The residual is at or below the tolerance.
+    Solved,
+    /// No solution was found along a ray: for a copositive matrix (every friction problem),
+    /// the problem has none. The contacts contradict each other.
+    Ray,
+    /// The bound on the cost was reached first.
+    PivotLimit,
+    /// Rounding won: the method finished, and the residual is above the tolerance.
+    Numerical,
+    /// The problem was refused before solving.
+    BadInput(Defect),
+}
+
+/// Which way an answer was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Path {
+    /// Nothing to do: `z = 0`, or no attempt was made.
+    Trivial,
+    /// The active set of the previous problem, verified.
+    Warm,
+    /// The active set of the previous problem, repaired.
+    Repaired,
+    /// The velocities followed from open contacts.
+    Velocities,
+    /// Lemke's pivots on the matrix as given.
+    Lemke,
+    /// Lemke's pivots after this many restarts on a perturbed matrix.
+    Restarted(u8),
+}
+
+/// What comes with every answer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Report<R> {
+    /// How it ended.
+    pub status: Status,
+    /// Scaled residual (see [`residual`]), or an upper bound of it; dimensionless.
+    pub residual: R,
+    /// Pivots of Lemke's method, or factorisations in the space of velocities.
+    pub pivots: u32,
+    /// Which way was taken.
+    pub path: Path,
+}
+
+/// An answer that cannot be read without deciding what to do when it is none.
+#[must_use]
+#[derive(Clone, Copy, Debug)]
+pub struct Outcome<'a, T: ?Sized, R> {
+    answer: &'a T,
+    report: Report<R>,
+}
+
+impl<'a, T: ?Sized, R: Real> Outcome<'a, T, R> {
+    pub(crate) fn new(answer: &'a T, report: Report<R>) -> Self {
+        Self { answer, report }
+    }
+
+    /// The answer, only where it is certified.
+    pub fn solved(&self) -> Option<&'a T> {
+        match self.report.status {
+            Status::Solved => Some(self.answer),
+            _ => None,
+        }
+    }
+
+    /// The best answer there is, with the report that marks it.
+    pub fn best(&self) -> (&'a T, Report<R>) {
+        (self.answer, self.report)
+    }
+
+    /// Status, residual, cost and path.
+    pub fn report(&self) -> Report<R> {
+        self.report
+    }
+}
+
+/// Largest scaled residual that counts as solved: 1e-8 in f64. In f32 the rounding of the
+/// sums alone is near 1e-6, and 2e-5 is what the solvers can promise.
+pub fn tolerance<R: Real>() -> R {
+    if R::EPSILON.to_f64() < 1e-12 { R::of(1e-8) } else { R::of(2e-5) }
+}
+
+/// Magnitude (without a call, unlike the trait's).
+#[inline(always)]
+pub(crate) fn magnitude<R: Real>(x: R) -> R {
+    if x < R::zero() { -x } else { x }
+}

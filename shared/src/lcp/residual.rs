@@ -1,0 +1,76 @@
+//! The certificate: how far `z` is from solving the problem, without units.
+//!
+//! With `Z = |z|_inf` and `s_i = |q_i| + sum_j |M_ij| Z` (the size of the numbers that make
+//! `w_i`), the residual is the largest of three: the most negative unknown `-min(z) / Z`, the
+//! most negative slack `-w_i / s_i`, and the sum of the products `(|z_i| / Z) (|w_i| / s_i)`.
+
+use super::magnitude;
+use crate::real::{Real, most};
+
+/// The three parts of the residual, dimensionless.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residual<R> {
+    /// `max(0, -min(z) / Z)`.
+    pub unknown: R,
+    /// `max(0, max_i(-w_i / s_i))`.
+    pub slack: R,
+    /// `sum_i (|z_i| / Z) (|w_i| / s_i)`.
+    pub complementarity: R,
+}
+
+impl<R: Real> Residual<R> {
+    /// Of `z = 0`, before rows are added.
+    pub fn zero() -> Self {
+        Self { unknown: R::zero(), slack: R::zero(), complementarity: R::zero() }
+    }
+
+    /// Adds a row: unknown `z`, slack `w`, row size `size` = `s_i`, largest unknown `largest` = `Z`.
+    pub fn add_row(&mut self, z: R, w: R, size: R, largest: R) {
+        if largest > R::zero() {
+            self.unknown = most(self.unknown, -z / largest);
+        }
+        if size > R::zero() {
+            let relative = w / size;
+            self.slack = most(self.slack, -relative);
+            if largest > R::zero() {
+                self.complementarity += magnitude(z) / largest * magnitude(relative);
+            }
+        }
+        // A row of size zero has w = 0 exactly. What is not a number solves nothing.
+        if !(z.finite() && w.finite() && size.finite()) {
+            self.complementarity = R::of(f64::INFINITY);
+        }
+    }
+
+    /// The largest part: the number that is compared with the tolerance.
+    pub fn value(&self) -> R {
+        most(most(self.unknown, self.slack), self.complementarity)
+    }
+}
+
+/// Largest magnitude in `z`.
+pub fn largest<R: Real>(z: &[R]) -> R {
+    z.iter().fold(R::zero(), |most_so_far, &x| most(magnitude(x), most_so_far))
+}
+
+/// Residual of `z` (n) for the dense problem `m` (n x n, row by row) and `q` (n).
+///
+/// Lengths that do not belong together give an infinite residual.
+pub fn dense<R: Real>(m: &[R], q: &[R], z: &[R]) -> Residual<R> {
+    let n = q.len();
+    let mut sum = Residual::zero();
+    if n == 0 || z.len() != n || m.len() / n != n || m.len() % n != 0 {
+        sum.slack = R::of(f64::INFINITY);
+        return sum;
+    }
+    let biggest = largest(z);
+    for ((row, &constant), &unknown) in m.chunks_exact(n).zip(q).zip(z) {
+        let (mut w, mut size) = (constant, R::zero());
+        for (&entry, &x) in row.iter().zip(z) {
+            w += entry * x;
+            size += magnitude(entry);
+        }
+        sum.add_row(unknown, w, magnitude(constant) + size * biggest, biggest);
+    }
+    sum
+}

@@ -1,0 +1,293 @@
+//! From sampled poses to the drive of a step.
+//!
+//! The carrier is the gripper where one is measured, otherwise a frame at rest where the
+//! object was first seen (planar pushing). A step runs from one sample to the next; its
+//! velocities are the differences of the two poses over the time between them.
+
+use crate::contact::{self, Body, Contacts};
+use crate::model::{Model, Scene};
+use crate::real::{Real, Rotation, Vec3, most};
+use crate::step::{Drive, Moving, State, step, support_under};
+use nalgebra::{Quaternion, UnitQuaternion};
+
+/// Position (m) and rotation (local axes to world axes).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose<R: Real> {
+    /// Origin, world.
+    pub position_m: Vec3<R>,
+    /// Local axes to world axes.
+    pub rotation: Rotation<R>,
+}
+
+impl<R: Real> Pose<R> {
+    /// From `x, y, z` and `w, x, y, z`. `None` where a number is not finite or the
+    /// quaternion's norm is off by more than 1 %; otherwise it is normalised.
+    pub fn new(position_m: [R; 3], quaternion: [R; 4]) -> Option<Self> {
+        let [w, x, y, z] = quaternion;
+        let norm = (w * w + x * x + y * y + z * z).root();
+        let good = position_m.iter().all(|p| p.finite()) && (norm - R::one()).abs() <= R::of(0.01);
+        good.then(|| Self {
+            position_m: Vec3::from(position_m),
+            rotation: UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z) / norm),
+        })
+    }
+
+    /// At the world's origin.
+    pub fn identity() -> Self {
+        Self { position_m: Vec3::zeros(), rotation: UnitQuaternion::identity() }
+    }
+
+    /// `other` as seen from this pose.
+    pub fn to_local(&self, other: &Pose<R>) -> Pose<R> {
+        Pose {
+            position_m: self.rotation.inverse_transform_vector(&(other.position_m - self.position_m)),
+            rotation: self.rotation.inverse() * other.rotation,
+        }
+    }
+
+    /// A pose seen from this one, in the world.
+    pub fn to_world(&self, local: &Pose<R>) -> Pose<R> {
+        Pose {
+            position_m: self.rotation.transform_vector(&local.position_m) + self.position_m,
+            rotation: self.rotation * local.rotation,
+        }
+    }
+}
+
+/// The poses of the prescribed bodies at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Poses<R: Real> {
+    /// Rises.
+    pub t_s: R,
+    /// The carrier.
+    pub carrier: Pose<R>,
+    /// World.
+    pub pusher: Option<Pose<R>>,
+    /// World; +X is the table's normal.
+    pub support: Option<Pose<R>>,
+}
+
+/// Velocity (m/s) and angular velocity (rad/s) that lead from one pose to the next, in the
+/// axes of the first.
+pub fn twist_between<R: Real>(from: &Pose<R>, to: &Pose<R>, dt_s: R) -> (Vec3<R>, Vec3<R>) {
+    let local = from.to_local(to);
+    let q = local.rotation.quaternion();
+    // Vector part of a small rotation: half the angle, to third order.
+    let sign = if q.w < R::zero() { -R::of(2.0) } else { R::of(2.0) };
+    let turn = Vec3::new(q.i, q.j, q.k) * sign;
+    (local.position_m / dt_s, turn / dt_s)
+}
+
+/// A prescribed body seen from the carrier.
+fn moving<R: Real>(
+    from: (&Pose<R>, &Pose<R>),
+    to: (&Pose<R>, &Pose<R>),
+    dt_s: R,
+    reference: &Vec3<R>,
+) -> Moving<R> {
+    let (carrier, body) = from;
+    let start = carrier.to_local(body);
+    let end = to.0.to_local(to.1);
+    let (_, turn) = twist_between(&start, &end, dt_s);
+    Moving {
+        position_m: start.position_m,
+        rotation: start.rotation,
+        velocity_m_s: (end.position_m - start.position_m) / dt_s,
+        angular_rad_s: start.rotation.transform_vector(&turn),
+        reference_m: carrier.rotation.inverse_transform_vector(&(reference - carrier.position_m)),
+    }
+}
+
+/// The drive that leads from the poses `from` to the poses `to`. `reference` is the
+/// pusher's origin at the first sample (world). `None` where time does not rise.
+pub fn drive_between<R: Real>(
+    from: &Poses<R>,
+    to: &Poses<R>,
+    reference: &Vec3<R>,
+    grip_n: R,
+    trial: R,
+) -> Option<Drive<R>> {
+    let dt_s = to.t_s - from.t_s;
+    if !(dt_s > R::of(1e-6)) {
+        return None;
+    }
+    let (carrier_m_s, carrier_rad_s) = twist_between(&from.carrier, &to.carrier, dt_s);
+    let seen = |a: &Option<Pose<R>>, b: &Option<Pose<R>>| match (a, b) {
+        (Some(a), Some(b)) => Some(moving((&from.carrier, a), (&to.carrier, b), dt_s, reference)),
+        _ => None,
+    };
+    Some(Drive {
+        dt_s,
+        carrier: from.carrier.rotation,
+        carrier_m_s,
+        carrier_rad_s,
+        pusher: seen(&from.pusher, &to.pusher),
+        support: seen(&from.support, &to.support),
+        grip_n,
+        trial,
+    })
+}
+
+/// The pose of the table under an object first seen at `object`, in the world.
+pub fn support_pose<R: Real>(scene: &Scene<R>, object: &Pose<R>) -> Option<Pose<R>> {
+    scene.support.as_ref()?;
+    let gravity = Vec3::from(scene.gravity_m_s2);
+    let size = gravity.norm();
+    let up = if size > R::of(1e-3) { -gravity / size } else { Vec3::z() };
+    let table = support_under(scene, &object.position_m, &object.rotation, &up);
+    Some(Pose { position_m: table.position_m, rotation: table.rotation })
+}
+
+/// How far the pusher must be moved along its contact normal so that it does not overlap
+/// the object at the start (m, world axes; zero where there is a gap). Pose noise of tens
+/// of micrometres would otherwise appear as hundreds of newtons.
+pub fn seat<R: Real, const NC: usize>(
+    scene: &Scene<R>,
+    model: &Model<R>,
+    state: &State<R, NC>,
+    drive: &Drive<R>,
+) -> Vec3<R> {
+    let mut found: Contacts<R, NC> = heapless::Vec::new();
+    contact::find(scene, model, state, drive, &mut found);
+    let mut deepest = R::zero();
+    let mut shift = Vec3::zeros();
+    for c in found.iter().filter(|c| c.body == Body::Pusher) {
+        if c.gap_m < deepest {
+            deepest = c.gap_m;
+            shift = c.axes[0] * c.gap_m;
+        }
+    }
+    drive.carrier.transform_vector(&shift)
+}
+
+/// Frees a measured path from sensor noise as the samples come: an alpha-beta tracker around
+/// the planned velocity.
+///
+/// Motion capture errs by tens of micrometres a sample; differentiated at 250 Hz that would
+/// be as fast as the push. The noise is estimated from third differences; a path without
+/// noise (a robot's own encoders) passes unchanged.
+#[derive(Clone, Debug)]
+pub struct PathFilter<R: Real> {
+    pose: Pose<R>,
+    /// Departure from the planned velocity, world.
+    drift_m_s: Vec3<R>,
+    drift_rad_s: Vec3<R>,
+    raw: [Vec3<R>; 3],
+    seen: u8,
+    /// Mean square of the noise, m² per axis.
+    noise_m2: R,
+}
+
+/// Noise below which a path passes unchanged, m.
+const QUIET_M: f64 = 2.0e-6;
+/// Distance from the tracked path that is a jump and no noise, m.
+const JUMP_M: f64 = 1.0e-3;
+
+impl<R: Real> PathFilter<R> {
+    /// Begins at the first sample.
+    pub fn new(first: Pose<R>) -> Self {
+        Self {
+            pose: first,
+            drift_m_s: Vec3::zeros(),
+            drift_rad_s: Vec3::zeros(),
+            raw: [first.position_m; 3],
+            seen: 1,
+            noise_m2: R::zero(),
+        }
+    }
+
+    /// The path's pose at a new sample. `planned`: velocity (m/s) and angular velocity
+    /// (rad/s), world axes, where the plan tells.
+    pub fn follow(&mut self, raw: &Pose<R>, dt_s: R, planned: Option<(Vec3<R>, Vec3<R>)>) -> Pose<R> {
+        let [a, b, c] = self.raw;
+        let third = raw.position_m - (c - b) * R::of(3.0) - a;
+        self.raw = [b, c, raw.position_m];
+        let square = third.dot(&third) / R::of(60.0);
+        if self.seen < 4 {
+            self.seen += 1;
+            self.noise_m2 = most(self.noise_m2, square);
+        } else {
+            // A start or stop is a few samples of large differences among many: limited.
+            let limit = most(self.noise_m2 * R::of(9.0), R::of(QUIET_M * QUIET_M * 0.1));
+            self.noise_m2 += (crate::real::least(square, limit) - self.noise_m2) * R::of(0.03);
+        }
+        let (linear, angular) = planned.unwrap_or((Vec3::zeros(), Vec3::zeros()));
+        let (alpha, beta) = if planned.is_some() { (0.05, 0.0015) } else { (0.2, 0.02) };
+        let (v, w) = (linear + self.drift_m_s, angular + self.drift_rad_s);
+        let ahead = Pose {
+            position_m: self.pose.position_m + v * dt_s,
+            rotation: crate::step::turned(&self.pose.rotation, &(w * dt_s)),
+        };
+        let miss = raw.position_m - ahead.position_m;
+        let quiet = self.noise_m2 < R::of(QUIET_M * QUIET_M);
+        if quiet || miss.norm() > R::of(JUMP_M) {
+            self.drift_m_s = (raw.position_m - self.pose.position_m) / dt_s - linear;
+            self.drift_rad_s = Vec3::zeros();
+            self.pose = *raw;
+            return *raw;
+        }
+        let (_, turn) = twist_between(&Pose { rotation: ahead.rotation, ..*raw }, raw, R::one());
+        let turn = ahead.rotation.transform_vector(&turn);
+        self.drift_m_s += miss * (R::of(beta) / dt_s);
+        self.drift_rad_s += turn * (R::of(beta) / dt_s);
+        self.pose = Pose {
+            position_m: ahead.position_m + miss * R::of(alpha),
+            rotation: crate::step::turned(&ahead.rotation, &(turn * R::of(alpha))),
+        };
+        self.pose
+    }
+}
+
+/// Steps of [`settle`].
+const SETTLE_STEPS: u8 = 12;
+/// A pusher closer than this at the start touches the object.
+const TOUCHING_M: f64 = 5.0e-5;
+
+/// Lets an object that lies on a table or platform when it is grasped load it with its
+/// whole weight: the fingers close on an object at rest, so their friction starts at zero.
+/// Local forces depend on history; without this a third of the weight would hang on the
+/// fingers from the start. Does nothing where only the fingers hold the object.
+pub fn settle<R: Real, const NC: usize>(
+    scene: &Scene<R>,
+    model: &Model<R>,
+    state: &mut State<R, NC>,
+    drive: &Drive<R>,
+) {
+    let gravity = drive.carrier.inverse_transform_vector(&Vec3::from(scene.gravity_m_s2));
+    let mut found: Contacts<R, NC> = heapless::Vec::new();
+    contact::find(scene, model, state, drive, &mut found);
+    let carried = found.iter().any(|c| {
+        matches!(c.body, Body::Pusher | Body::Support)
+            && c.gap_m < R::of(TOUCHING_M)
+            && c.axes[0].dot(&gravity) < R::of(-0.5) * gravity.norm()
+    });
+    if !carried || scene.fingers.is_none() {
+        return;
+    }
+    let mut base = Model::base(model.base, model.friction);
+    base.friction.finger = R::zero();
+    let still = Drive {
+        carrier_m_s: Vec3::zeros(),
+        carrier_rad_s: Vec3::zeros(),
+        pusher: drive.pusher.map(at_rest),
+        support: drive.support.map(at_rest),
+        ..*drive
+    };
+    state.absolute_m_s = Vec3::zeros();
+    state.absolute_rad_s = Vec3::zeros();
+    for _ in 0..SETTLE_STEPS {
+        step(scene, &base, state, &still);
+    }
+    for slot in state.slots.iter_mut().take(2 * contact::FINGER_POINTS) {
+        slot.spring_m = [R::zero(); 2];
+        slot.slip_m = R::zero();
+        slot.rest_s = R::zero();
+    }
+    state.time_s = R::zero();
+    state.absolute_m_s = drive.carrier_m_s + drive.carrier_rad_s.cross(&state.position_m);
+    state.absolute_rad_s = drive.carrier_rad_s;
+}
+
+fn at_rest<R: Real>(body: Moving<R>) -> Moving<R> {
+    Moving { velocity_m_s: Vec3::zeros(), angular_rad_s: Vec3::zeros(), ..body }
+}

@@ -1,0 +1,202 @@
+"""Complementarity solvers on the same problems, on one core, in one run.
+
+Generates problems with `stickslip lcp --generate --save`, solves them with our dense solver,
+our contact solver cold and warm, and with QuantEcon (numba), Drake (Moby) and Siconos, and
+prints one table. Success and false claims are judged here, by the residual of docs/solver.md,
+for every solver alike. Needs Python packages numpy, quantecon, drake, and a C compiler with
+libsiconos-numerics-dev for Siconos; what is missing is said and left out.
+
+Usage: python lcp_peers.py STICKSLIP [--number 40] [--contacts 10] [--files FILE.lcp ...]
+"""
+
+import argparse
+import os
+import pathlib
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+
+HERE = pathlib.Path(__file__).parent
+REPETITIONS = 5
+
+
+def read_problems(path):
+    data = path.read_bytes()
+    magic, number, n, _, _, _ = struct.unpack_from("<6i", data)
+    assert magic == 0x4C435031, path
+    values = np.frombuffer(data, "<f8", offset=24).reshape(number, n * n + n)
+    return [(v[: n * n].reshape(n, n).copy(), v[n * n :].copy()) for v in values]
+
+
+def read_answers(path):
+    data = path.read_bytes()
+    number, n = struct.unpack_from("<2i", data)
+    offset, answers = 8, []
+    for _ in range(number):
+        status, _, repetitions, _ = struct.unpack_from("<4i", data, offset)
+        values = np.frombuffer(data, "<f8", repetitions + n, offset + 16)
+        offset += 16 + 8 * (repetitions + n)
+        answers.append((status == 0, float(np.median(values[:repetitions])), values[repetitions:]))
+    return answers
+
+
+def residual(m, q, z):
+    if not np.all(np.isfinite(z)):
+        return np.inf
+    w = m @ z + q
+    largest = np.abs(z).max()
+    size = np.abs(q) + np.abs(m).sum(axis=1) * largest
+    size[size == 0] = 1.0
+    if largest == 0:
+        return max(0.0, (-w / size).max())
+    return max(-z.min() / largest, (-w / size).max(), (np.abs(z) / largest * np.abs(w) / size).sum())
+
+
+def timed(problems, solve):
+    answers = []
+    for m, q in problems:
+        times = []
+        for _ in range(REPETITIONS):
+            start = time.perf_counter()
+            claims, z = solve(m, q)
+            times.append(1e6 * (time.perf_counter() - start))
+        answers.append((claims, float(np.median(times)), z))
+    return answers
+
+
+def ours(program, solver, factors):
+    def run(path, _):
+        source = path.with_suffix(".fac") if factors else path
+        if not source.exists():
+            return None
+        with tempfile.NamedTemporaryFile(suffix=".res") as out:
+            command = [program, "lcp", str(source), "--solver", solver, "--out", out.name]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+            return read_answers(pathlib.Path(out.name))
+
+    return run
+
+
+def quantecon():
+    from quantecon.optimize import lcp_lemke
+
+    def solve(m, q):
+        result = lcp_lemke(m, q, max_iter=3000)
+        return bool(result.success), result.z
+
+    solve(np.eye(3), -np.ones(3))  # compiles
+    return lambda _, problems: timed(problems, solve)
+
+
+def drake():
+    from pydrake.solvers import MathematicalProgram, MobyLcpSolver
+
+    # The regularised Lemke of Moby is not in the Python interface by itself: the program that
+    # holds one complementarity constraint calls it. Building the program is not timed.
+    solver = MobyLcpSolver()
+
+    def run(_, problems):
+        answers = []
+        for m, q in problems:
+            program = MathematicalProgram()
+            z = program.NewContinuousVariables(len(q))
+            program.AddLinearComplementarityConstraint(m, q, z)
+            times = []
+            for _ in range(REPETITIONS):
+                start = time.perf_counter()
+                result = solver.Solve(program, None, None)
+                times.append(1e6 * (time.perf_counter() - start))
+            answers.append((result.is_success(), float(np.median(times)), result.GetSolution(z)))
+        return answers
+
+    return run
+
+
+def siconos(method):
+    program = pathlib.Path(tempfile.gettempdir()) / "stickslip_siconos_lcp"
+    includes = [f"-I/usr/include/siconos{part}" for part in ("", "/numerics", "/externals")]
+    subprocess.run(
+        ["cc", "-O2", "-w", *includes, "-o", program, HERE / "siconos_lcp.c",
+         "-lsiconos_numerics", "-lsiconos_externals", "-lm"],
+        check=True,
+    )
+
+    def run(path, _):
+        with tempfile.NamedTemporaryFile(suffix=".res") as out:
+            command = [program, str(path), method, out.name, str(REPETITIONS)]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            return read_answers(pathlib.Path(out.name))
+
+    return run
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("stickslip")
+    parser.add_argument("--number", type=int, default=40, help="problems of each family")
+    parser.add_argument("--contacts", type=int, default=10)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--files", nargs="*", type=pathlib.Path, help="these .lcp files instead")
+    args = parser.parse_args()
+    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    with tempfile.TemporaryDirectory() as directory:
+        if args.files:
+            files = args.files
+        else:
+            command = [args.stickslip, "lcp", "--generate", str(args.number), "--contacts",
+                       str(args.contacts), "--seed", str(args.seed), "--save", directory]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+            files = sorted(pathlib.Path(directory).glob("*.lcp"))
+        sets = [(path, read_problems(path)) for path in files]
+        solvers = [
+            ("(b) contact, warm", lambda: ours(args.stickslip, "warm", True)),
+            ("(b) contact, cold", lambda: ours(args.stickslip, "contact", True)),
+            ("(a) dense", lambda: ours(args.stickslip, "dense", False)),
+            ("QuantEcon lcp_lemke", quantecon),
+            ("Drake Moby, regularised", drake),
+            ("Siconos Lemke", lambda: siconos("lemke")),
+            ("Siconos Newton F-B", lambda: siconos("newton")),
+        ]
+        table = []
+        for name, make in solvers:
+            try:
+                solve = make()
+            except (ImportError, OSError, subprocess.CalledProcessError) as error:
+                print(f"{name} left out: {error}", file=sys.stderr)
+                continue
+            groups = {"grasp": [], "degenerate": [], "sequence": []}
+            for path, problems in sets:
+                answers = solve(path, problems)
+                if answers is None:
+                    continue
+                stem = path.stem.rstrip("0123456789_").removeprefix("b_")
+                group = {"sequence": "sequence", "force": "grasp", "approach": "grasp"}.get(
+                    stem.rstrip("68"), "degenerate")
+                for (m, q), (claims, us, z) in zip(problems, answers):
+                    groups[group].append((claims, residual(m, q, z), us))
+            table.append((name, groups))
+    reference = next((g for name, g in table if name.startswith("Quant")), None)
+    print("| solver | success % grasp / degenerate / sequence | false > 1e-8 | false > 1e-4 "
+          "| median us grasp / sequence | p99 us all | ratio to QuantEcon |")
+    print("|---|---|---|---|---|---|---|")
+    for name, groups in table:
+        everything = [x for group in groups.values() for x in group]
+        median = {k: np.median([us for _, _, us in v]) if v else np.nan for k, v in groups.items()}
+        success = [f"{100 * np.mean([c and r <= 1e-8 for c, r, _ in v]):.1f}" if v else "-"
+                   for v in groups.values()]
+        claims = [r for c, r, _ in everything if c]
+        ratio = np.nan
+        if reference:
+            ratio = np.median([us for _, _, us in reference["grasp"]]) / median["grasp"]
+        print(f"| {name} | {' / '.join(success)} | {sum(r > 1e-8 for r in claims)} "
+              f"| {sum(r > 1e-4 for r in claims)} "
+              f"| {median['grasp']:.1f} / {median['sequence']:.1f} "
+              f"| {np.percentile([us for _, _, us in everything], 99):.0f} | {ratio:.1f} |")
+
+
+if __name__ == "__main__":
+    main()
