@@ -3,10 +3,12 @@
 pub mod channels;
 pub mod commands;
 pub mod dataset;
+pub mod expression;
 pub mod import;
 pub mod lcp_files;
 pub mod lcp_gen;
 pub mod lcp_solve;
+pub mod model_file;
 pub mod motion;
 pub mod output;
 pub mod rig;
