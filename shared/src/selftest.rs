@@ -100,11 +100,7 @@ fn random_model(draw: &mut Draw) -> Model<f32> {
         }
         let _ = effects.push(Effect { code: info.code, parameters });
     }
-<<<<<<< HEAD
-    Model { base, friction, effects, formulas: Default::default() }
-=======
     Model { effects, ..Model::base(base, friction) }
->>>>>>> effects
 }
 
 fn scenario(draw: &mut Draw) -> Scenario {
