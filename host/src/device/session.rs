@@ -15,7 +15,7 @@ use super::package::Package;
 use super::{Device, DeviceError};
 
 /// Samples kept ahead of the board.
-pub const AHEAD: u32 = 16;
+pub const AHEAD: u32 = 24;
 /// Without a report for this long the board counts as silent.
 const SILENCE: Duration = Duration::from_secs(2);
 /// Without a sample taken for this long, while none waits on the board, those on their way
