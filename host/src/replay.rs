@@ -164,10 +164,7 @@ pub fn plan_for(trial: &Trial) -> Plan {
             })
             .collect()
     };
-    let mut plan = Plan {
-        start_s: 0.0,
-        segments: Default::default(),
-    };
+    let mut plan = Plan { start_s: 0.0, segments: Default::default() };
     for (from, to) in pieces(&moments) {
         let (a, b) = (&moments[from], &moments[to]);
         let v = velocity(a, b);
@@ -275,7 +272,9 @@ pub fn narrow_scene(s: &Scene<f64>) -> Scene<f32> {
         pusher: s.pusher.map(|p| match p {
             PusherContact::Plane => PusherContact::Plane,
             PusherContact::Line { length_m } => PusherContact::Line { length_m: length_m as f32 },
-            PusherContact::Point { tip_radius_m } => PusherContact::Point { tip_radius_m: tip_radius_m as f32 },
+            PusherContact::Point { tip_radius_m } => {
+                PusherContact::Point { tip_radius_m: tip_radius_m as f32 }
+            }
         }),
         support: s.support.as_ref().map(|s| match s {
             SupportContact::Patch => SupportContact::Patch,

@@ -21,7 +21,7 @@ pub const MODELS: [RGBColor; 4] = [
 ];
 
 /// Room for the labels, in the chart's pixels.
-const LEFT: i32 = 62;
+const LEFT: i32 = 50;
 const BOTTOM: i32 = 34;
 const MARGIN: i32 = 6;
 
@@ -70,7 +70,7 @@ impl Chart {
 
     /// Names need more room than numbers.
     fn left(&self) -> i32 {
-        if self.y_names.is_empty() { LEFT } else { 2 * LEFT + 10 }
+        if self.y_names.is_empty() { LEFT } else { 3 * LEFT }
     }
 
     fn x_range(&self) -> (f64, f64) {
