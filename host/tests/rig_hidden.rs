@@ -3,14 +3,12 @@
 
 use stickslip_host::rig::plan::{self, PlanName};
 use stickslip_host::rig::{
-    Condition, HiddenEffect, Kind, Nuisance, Outcome, Primitive, Reality, STEP_S, Setup, objects, run,
-    simulate,
+    Condition, HiddenEffect, Kind, Nuisance, Outcome, Primitive, Reality, STEP_S, Setup, objects, run, simulate,
 };
 
 fn bench(effects: &[(Kind, f64)]) -> Setup {
     let mut reality = Reality::ideal(0.4, 0.25);
-    reality.effects =
-        effects.iter().map(|(kind, strength)| HiddenEffect { kind: *kind, strength: *strength }).collect();
+    reality.effects = effects.iter().map(|(kind, strength)| HiddenEffect { kind: *kind, strength: *strength }).collect();
     Setup { description: objects::bench("test"), reality, step_s: STEP_S }
 }
 

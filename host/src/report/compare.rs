@@ -59,7 +59,13 @@ fn header(c: &Comparison) -> String {
     let worst = c.models.last().and_then(|m| m.errors.first());
     let tone = match worst {
         Some(r) if r.fails && r.multiples.unwrap_or(0.0) >= 1.5 => "bad",
-        Some(r) if r.fails || r.noise_source != Source::Repetitions => "fair",
+        Some(r)
+            if r.fails
+                || r.noise_source != Source::Repetitions
+                || r.multiples.is_some_and(|m| m >= 2.0) =>
+        {
+            "fair"
+        }
         Some(_) => "good",
         None => "fair",
     };
