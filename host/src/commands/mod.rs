@@ -8,6 +8,7 @@ pub mod check;
 pub mod compare;
 pub mod import;
 pub mod lcp;
+pub mod replay;
 pub mod rig;
 pub mod stream;
 
@@ -34,6 +35,8 @@ enum Command {
     Check(check::Args),
     /// Compare models with measurements: errors by channel and phase, where a model fails
     Compare(compare::Args),
+    /// Run the predictor over a recorded trial as the board does, and compare with its log
+    Replay(replay::Args),
     /// Make a data set with the synthetic rig: the paper's experiments, lifts, planar pushes, hidden effects
     Rig(Box<rig::Args>),
     /// Bring real data of others into the data set format
@@ -49,6 +52,7 @@ impl Command {
         match self {
             Command::Check(args) => check::run(args, output),
             Command::Compare(args) => compare::run(args, output),
+            Command::Replay(args) => replay::run(args, output),
             Command::Rig(args) => rig::run(args, output),
             Command::Import(args) => import::run(args, output),
             Command::Lcp(args) => lcp::run(args, output),
