@@ -76,10 +76,10 @@ mod tests {
             distance_m: 0.0,
             rest_s: 0.0,
         };
-        let mut law = FrictionLaw { mu: [0.4, 0.4], adhesion_n: 0.0 };
+        let mut law = FrictionLaw::<f64> { mu: [0.4, 0.4], adhesion_n: 0.0 };
         MyEffect.friction(&[0.1, 0.0, 0.0, 0.0, 0.0, 0.0], &context, &slip, &mut law);
         // Put the published value here.
-        let published = 0.44;
+        let published: f64 = 0.44;
         assert!((law.mu[0] - published).abs() < 1e-12, "{:?}", law.mu);
     }
 }
