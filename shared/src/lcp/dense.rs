@@ -17,7 +17,7 @@
 //! holds the inverse of the basis in its slack columns: ties are broken by these, exactly.
 
 use super::{Defect, Outcome, Path, Report, Status, magnitude, residual, tolerance};
-use crate::real::{Real, most};
+use crate::real::{Real, least, most};
 
 /// One run of Lemke's method.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +32,7 @@ struct Attempt {
 
 /// The order in which runs are tried. The first finds nearly every answer.
 const ATTEMPTS: [Attempt; 16] = [
-    Attempt { shift: 1e-11, spread: 0.0, pivot: 1e-12 },
+    Attempt { shift: 1e-9, spread: 0.0, pivot: 1e-9 },
     Attempt { shift: 1e-9, spread: 0.5, pivot: 1e-12 },
     Attempt { shift: 1e-10, spread: 0.9, pivot: 1e-13 },
     Attempt { shift: 0.0, spread: 0.0, pivot: 1e-11 },
@@ -389,10 +389,16 @@ impl<R: Real, const N: usize> Dense<R, N> {
     }
 
     fn judge(&self, m: &[R], q: &[R], n: usize) -> R {
-        match self.z.get(..n) {
-            Some(z) => residual::dense(m, q, z).value(),
-            None => R::of(f64::INFINITY),
+        let Some(z) = self.z.get(..n) else { return R::of(f64::INFINITY) };
+        let mut worst = R::zero();
+        for (row, &constant) in m.chunks_exact(n).zip(q) {
+            let mut w = constant;
+            for (&entry, &x) in row.iter().zip(z) {
+                w += entry * x;
+            }
+            worst = least(w, worst);
         }
+        residual::credible(residual::dense(m, q, z).value(), worst, residual::largest(q))
     }
 
     /// Corrects the answer on its own basis with the matrix as given: `M_BB dz = -(q + M z)_B`,
