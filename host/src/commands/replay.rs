@@ -203,7 +203,7 @@ fn write_log(
 ) -> anyhow::Result<()> {
     let header = log::Header {
         scene: postcard::to_allocvec(scene)?,
-        model: postcard::to_allocvec(&crate::replay::narrow_model(model))?,
+        model: postcard::to_allocvec(&model.cast::<f32>())?,
         meta: serde_json::json!({ "trial": trial, "device": "host replay" }),
     };
     let mut writer = log::Writer::create(path, &header)?;
