@@ -9,7 +9,7 @@ use core::mem::MaybeUninit;
 use cortex_m::peripheral::DWT;
 use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
-use embassy_stm32::adc::{Adc, AnyAdcChannel, AdcChannel, SampleTime};
+use embassy_stm32::adc::{Adc, AdcChannel, AnyAdcChannel, SampleTime};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::peripherals::{ADC1, ADC2, IWDG};
 use embassy_stm32::usart::{self, BufferedUart, BufferedUartRx, BufferedUartTx};
@@ -118,9 +118,7 @@ fn reset_cause() -> ResetCause {
 }
 
 fn clocks() -> embassy_stm32::Config {
-    use embassy_stm32::rcc::{
-        Pll, PllMul, PllPreDiv, PllQDiv, PllRDiv, PllSource, Sysclk, mux,
-    };
+    use embassy_stm32::rcc::{Pll, PllMul, PllPreDiv, PllQDiv, PllRDiv, PllSource, Sysclk, mux};
     let mut config = embassy_stm32::Config::default();
     // 16 MHz / 4 * 85 / 2 = 170 MHz.
     config.rcc.pll = Some(Pll {
@@ -158,15 +156,8 @@ pub fn init() -> Board {
     config.baudrate = crate::BAUD;
     static TX: StaticCell<[u8; 1024]> = StaticCell::new();
     static RX: StaticCell<[u8; 2048]> = StaticCell::new();
-    let uart = BufferedUart::new(
-        p.LPUART1,
-        p.PA3,
-        p.PA2,
-        TX.init([0; 1024]),
-        RX.init([0; 2048]),
-        Irqs,
-        config,
-    );
+    let uart =
+        BufferedUart::new(p.LPUART1, p.PA3, p.PA2, TX.init([0; 1024]), RX.init([0; 2048]), Irqs, config);
     let Ok(uart) = uart else {
         defmt::error!("LPUART1 does not take {=u32} baud", crate::BAUD);
         halt();
