@@ -12,7 +12,7 @@ use crate::diagnose::campaign::Campaign;
 use crate::diagnose::features::{FEATURES, Features};
 use crate::diagnose::gls::{self, Gram, OFFSETS, Whitener};
 use crate::diagnose::noise::{self, Noise};
-use crate::diagnose::phases::BINS;
+use crate::diagnose::phases::{BINS, PEAK};
 use crate::fit::Free;
 
 /// See the module.
@@ -179,7 +179,7 @@ impl<'a> Problem<'a> {
             .map(|r| {
                 let mut r = r.clone();
                 for channel in 6..COUNT {
-                    for f in &mut r[channel * BINS..(channel + 1) * BINS] {
+                    for f in &mut r[channel * BINS..channel * BINS + PEAK] {
                         *f -= offsets[channel - 6];
                     }
                 }
