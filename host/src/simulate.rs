@@ -368,6 +368,11 @@ impl Prepared {
         out.worst_residual_n = out.worst_residual_n.max(step.residual_n);
     }
 
+    /// Poses of the prescribed bodies, one for each sample.
+    pub fn poses(&self) -> &[Poses<f64>] {
+        &self.poses
+    }
+
     /// Speed of the prescribed motion at each sample, m/s: gripper and pusher relative to
     /// the world, a turn counted at a lever of 30 mm. Zero at rest.
     pub fn drive_speed(&self) -> Vec<f64> {

@@ -251,3 +251,40 @@ fn impossible_conditions_are_refused_with_their_value() {
     let far = Condition { pusher_offset_m: 0.06, ..Condition::new(Primitive::Pivot, "obj4") };
     assert!(refused(far).contains("0.06"));
 }
+
+#[test]
+fn a_creeping_pad_lets_the_object_down_at_its_rate_and_play_delays_the_push() {
+    use stickslip_host::rig::{HiddenEffect, Kind};
+    let condition = Condition {
+        grip_n: 10.0,
+        hold_s: 3.0,
+        speed_m_s: 0.06,
+        scenario: Scenario::SoftCreep { rate_m_n_s: 2e-4 },
+        ..Condition::new(Primitive::Lift, "obj4")
+    };
+    let outcome = measure(&bench(0.4, 0.25), &condition);
+    let sag = |s: &Exact| s.gripper.0[2] - s.object.0[2];
+    let (a, b) = (&outcome.exact[400], &outcome.exact[900]);
+    let rate = (sag(b) - sag(a)) / (b.t_s - a.t_s);
+    let expected = 2e-4 * 0.2005 * GRAVITY_M_S2 / 2.0;
+    assert!((rate / expected - 1.0).abs() < 0.02, "{rate} m/s, {expected} m/s");
+
+    let onset = |backlash_m: f64| {
+        let mut setup = bench(0.4, 0.25);
+        setup.reality.effects = vec![HiddenEffect { kind: Kind::Backlash, strength: backlash_m }];
+        let outcome = measure(&setup, &push(20.0));
+        outcome.exact.iter().find(|s| s.pusher[0] > 10.0).map_or(f64::NAN, |s| s.t_s)
+    };
+    // 1 mm of play, half of it ahead, is run through at 10 mm/s.
+    let delay = onset(1e-3) - onset(0.0);
+    assert!((0.03..0.07).contains(&delay), "{delay} s");
+}
+
+#[test]
+fn a_dropped_cylinder_comes_to_rest_on_the_table() {
+    let condition = Condition { grip_n: 1.0, ..Condition::new(Primitive::Lift, "obj3") };
+    let outcome = measure(&bench(0.4, 0.25), &condition);
+    let last = outcome.exact.last().unwrap();
+    assert!((last.object.0[2] - 0.0125).abs() < 1e-4, "{:?}", last.object.0);
+    assert!((last.support[2] - 0.145 * GRAVITY_M_S2).abs() < 0.05);
+}

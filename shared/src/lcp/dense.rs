@@ -32,7 +32,7 @@ struct Attempt {
 
 /// The order in which runs are tried. The first finds nearly every answer.
 const ATTEMPTS: [Attempt; 16] = [
-    Attempt { shift: 1e-11, spread: 0.0, pivot: 1e-12 },
+    Attempt { shift: 1e-9, spread: 0.0, pivot: 1e-9 },
     Attempt { shift: 1e-9, spread: 0.5, pivot: 1e-12 },
     Attempt { shift: 1e-10, spread: 0.9, pivot: 1e-13 },
     Attempt { shift: 0.0, spread: 0.0, pivot: 1e-11 },
