@@ -250,6 +250,8 @@ pub enum ModelError {
     UnknownEffect,
     /// An effect's parameter outside its bounds or not finite.
     EffectParameter,
+    /// A formula missing, left over or malformed.
+    Formula,
     /// Gravity not finite.
     Gravity,
 }
@@ -295,6 +297,10 @@ pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), Model
             || damping_s < R::zero())
     {
         return Err(ModelError::Compliance);
+    }
+    let formulas = model.effects.iter().filter(|e| e.code == crate::effects::formula::CODE).count();
+    if formulas != model.formulas.len() || model.formulas.iter().any(|f| f.check().is_err()) {
+        return Err(ModelError::Formula);
     }
     for e in &model.effects {
         let info = e.info().ok_or(ModelError::UnknownEffect)?;

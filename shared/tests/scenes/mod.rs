@@ -45,8 +45,7 @@ impl<R: Real> Record<R> {
 impl<R: Real> Run<R> {
     pub fn play(&self) -> Record<R> {
         let mut drive = self.drive;
-        let mut state =
-            State::held(&self.scene, &self.model, &drive, Vec3::zeros(), self.rotation);
+        let mut state = State::held(&self.scene, &self.model, &drive, Vec3::zeros(), self.rotation);
         state.velocity = [
             self.moving_m_s.x,
             self.moving_m_s.y,
@@ -172,18 +171,14 @@ pub fn pivot<R: Real>() -> Run<R> {
 
 /// A cylinder of radius 20 mm rolling freely along Y on a level table.
 pub fn roll<R: Real>() -> Run<R> {
-    let shape = Shape::Cylinder {
-        length_m: R::of(0.1),
-        diameter_m: R::of(0.04),
-        across_flats_m: R::of(0.04),
-    };
+    let shape =
+        Shape::Cylinder { length_m: R::of(0.1), diameter_m: R::of(0.04), across_flats_m: R::of(0.04) };
     let mut run = hold();
     let mass_kg = R::of(0.3);
     run.scene.object = Object { inertia_kg_m2: inertia(&shape, mass_kg), shape, mass_kg };
     run.scene.fingers = None;
     run.scene.support = Some(SupportContact::Patch);
-    run.drive.support =
-        Some(support_under(&run.scene, &Vec3::zeros(), &run.rotation, &v(0.0, 0.0, 1.0)));
+    run.drive.support = Some(support_under(&run.scene, &Vec3::zeros(), &run.rotation, &v(0.0, 0.0, 1.0)));
     run.moving_m_s = v(0.0, 0.2, 0.0);
     run.turning_rad_s = v(-10.0, 0.0, 0.0);
     run.steps = 100;
@@ -196,8 +191,7 @@ pub fn planar<R: Real>() -> Run<R> {
     run.scene.fingers = None;
     run.scene.pusher = Some(PusherContact::Point { tip_radius_m: R::of(0.005) });
     run.scene.support = Some(SupportContact::Patch);
-    run.drive.support =
-        Some(support_under(&run.scene, &Vec3::zeros(), &run.rotation, &v(0.0, 0.0, 1.0)));
+    run.drive.support = Some(support_under(&run.scene, &Vec3::zeros(), &run.rotation, &v(0.0, 0.0, 1.0)));
     let mut rod = fixed(v(0.02, -0.0176, 0.0));
     rod.velocity_m_s = v(0.0, 0.02, 0.0);
     run.drive.pusher = Some(rod);
