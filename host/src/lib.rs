@@ -10,6 +10,7 @@ pub mod device;
 pub mod diagnose;
 pub mod expression;
 pub mod fit;
+pub mod expression;
 pub mod import;
 pub mod lcp_files;
 pub mod lcp_gen;

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use stickslip_shared::model::{
-    Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
+    Model, Scene,
 };
 use stickslip_shared::predictor::{
     HASH_START, Intent, Limits, MAX_SEGMENTS, ModelError, Plan, Prediction, Predictor, Segment,

@@ -1,8 +1,169 @@
 //! Naming the physical effect that a contact model lacks.
+//!
+//! Trials become features (`features`, `phases`), repetitions give the noise (`noise`), a
+//! generalised least squares problem is built around the model (`problem`, `gls`), effects
+//! are screened and refitted (`screen`, `select`), and the verdict follows from held-out
+//! conditions (here). `docs/diagnosis.md` has the statistics.
 
 pub mod campaign;
 pub mod features;
 pub mod gls;
+pub mod misfit;
 pub mod noise;
 pub mod phases;
 pub mod problem;
+pub mod report;
+pub mod screen;
+pub mod select;
+pub mod structure;
+
+use std::time::Instant;
+
+use stickslip_shared::effects::REGISTRY;
+use stickslip_shared::model::Model;
+
+use crate::dataset::Dataset;
+use crate::fit::{self, FitError};
+use campaign::Campaign;
+use problem::Problem;
+use report::{Report, Verdict};
+use select::{Candidate, Held, candidates, explained, hold_out, paired};
+
+/// Family-wise probability of naming an effect where there is none.
+pub const FALSE_ALARM: f64 = 0.01;
+/// Systematic misfit of a channel in a phase beyond this many noise floors is worth a name.
+pub const RELEVANT: f64 = 1.7;
+/// Least share of the excess misfit that one effect must explain.
+const EXPLAINS: f64 = 0.65;
+/// Least share that several effects must explain together.
+const EXPLAIN_TOGETHER: f64 = 0.8;
+/// A further effect must explain this share of what the others leave.
+const EXPLAINS_FURTHER: f64 = 0.5;
+/// Candidates whose held-out losses differ by less than this many standard errors are equal.
+const EQUAL: f64 = 2.0;
+/// A candidate that explains this much less than the best is no equal.
+const EQUAL_SHARE: f64 = 0.1;
+/// Most effects named.
+const MOST_EFFECTS: usize = 3;
+/// Effects refitted at each stage.
+const SURVIVORS: usize = 8;
+/// Fewest conditions for a verdict.
+pub const FEWEST_CONDITIONS: usize = 4;
+
+/// A step of the diagnosis was done; for progress bars.
+pub type Tick<'a> = &'a (dyn Fn() + Sync);
+
+/// Everything that a diagnosis found; [`report::Report`] is its public form.
+#[derive(Debug)]
+pub struct Findings {
+    /// Base model, refitted.
+    pub base: Held,
+    /// Candidates of the first stage.
+    pub first: Vec<Candidate>,
+    /// Chosen effects in the order in which they were chosen.
+    pub chosen: Vec<Candidate>,
+    /// Sets that explain the data as well.
+    pub equal: Vec<Vec<&'static str>>,
+    /// Effects that change nothing in these data.
+    pub invisible: Vec<&'static str>,
+    /// What came out.
+    pub verdict: Verdict,
+    /// Model with the chosen effects (the base model where none is chosen).
+    pub model: Model<f64>,
+}
+
+/// Steps that [`diagnose`] reports to its `tick` at most.
+pub fn steps() -> u64 {
+    (MOST_EFFECTS as u64) * (REGISTRY.len() + SURVIVORS) as u64 + 4
+}
+
+/// Diagnoses `model` on `dataset`.
+///
+/// # Errors
+/// Where no trial can be simulated.
+pub fn diagnose(dataset: &Dataset, model: &Model<f64>, tick: Tick) -> Result<Report, FitError> {
+    let begun = Instant::now();
+    let campaign = Campaign::new(dataset, model);
+    tick();
+    if campaign.runs.is_empty() {
+        let why = campaign.refused.first().map_or("the data set has no trials".into(), ToString::to_string);
+        return Err(FitError::NoTrials(why));
+    }
+    let free = fit::base_parameters(&campaign);
+    let rough = Problem::new(&campaign, model);
+    tick();
+    let first = fit::solve(&rough, model, &free, 6);
+    tick();
+    let problem = Problem::new(&campaign, &first.model);
+    let solution = fit::solve(&problem, &first.model, &free, 4);
+    tick();
+    let base = hold_out(&problem, solution, free);
+    let findings = find(&problem, base, tick);
+    Ok(report::report(&problem, findings, begun.elapsed()))
+}
+
+/// Most effects named at once are [`MOST_EFFECTS`]; see `docs/diagnosis.md` for the rules.
+fn find(problem: &Problem, base: Held, tick: Tick) -> Findings {
+    let level = FALSE_ALARM / REGISTRY.len() as f64;
+    let relevant = base.misfit.places.first().is_some_and(|p| p.2 > RELEVANT) && base.misfit.excess > 0.0;
+    let enough = problem.campaign.conditions >= FEWEST_CONDITIONS;
+    let (first, invisible) = candidates(problem, &base, SURVIVORS, tick);
+    let mut chosen: Vec<Candidate> = Vec::new();
+    let mut equal = Vec::new();
+    if relevant && enough {
+        let mut stage = first.clone();
+        while chosen.len() < MOST_EFFECTS {
+            let before = chosen.last().map_or(&base, |c: &Candidate| &c.held);
+            let worth = if chosen.is_empty() { 0.25 } else { EXPLAINS_FURTHER };
+            let Some(best) = stage
+                .iter()
+                .position(|c| c.p_value < level && explained(&before.misfit, &c.held.misfit) > worth)
+            else {
+                break;
+            };
+            let winner = stage[best].clone();
+            if chosen.is_empty() {
+                equal = equals(&base, &winner, &stage);
+            }
+            chosen.push(winner);
+            let last = &chosen[chosen.len() - 1];
+            if last.held.misfit.places.first().is_none_or(|p| p.2 <= RELEVANT) {
+                break;
+            }
+            if chosen.len() < MOST_EFFECTS {
+                stage = candidates(problem, &last.held, SURVIVORS, tick).0;
+            }
+        }
+    }
+    let share = chosen.last().map_or(0.0, |c| explained(&base.misfit, &c.held.misfit));
+    let needed = if chosen.len() > 1 { EXPLAIN_TOGETHER } else { EXPLAINS };
+    let verdict = match (relevant && enough, chosen.is_empty() || share < needed) {
+        (false, _) => Verdict::NothingMissing,
+        (true, true) => Verdict::Unexplained,
+        (true, false) if chosen.len() == 1 && !equal.is_empty() => Verdict::Ambiguous,
+        (true, false) => Verdict::Effect,
+    };
+    if matches!(verdict, Verdict::Unexplained | Verdict::NothingMissing) {
+        equal.clear();
+    }
+    let model = match verdict {
+        Verdict::Effect | Verdict::Ambiguous => {
+            chosen.last().map_or_else(|| base.solution.model.clone(), |c| c.held.solution.model.clone())
+        }
+        _ => base.solution.model.clone(),
+    };
+    Findings { base, first, chosen, equal, invisible, verdict, model }
+}
+
+/// Candidates that do as well as the winner on held-out conditions.
+fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<Vec<&'static str>> {
+    stage
+        .iter()
+        .filter(|c| c.info.id != winner.info.id)
+        .filter(|c| {
+            let no_worse = paired(&c.held.loss, &winner.held.loss).is_none_or(|(t, _)| t < EQUAL);
+            no_worse && explained(&base.misfit, &c.held.misfit) > winner.explained - EQUAL_SHARE
+        })
+        .map(|c| vec![c.info.id])
+        .collect()
+}

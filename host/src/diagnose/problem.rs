@@ -12,7 +12,7 @@ use crate::diagnose::campaign::Campaign;
 use crate::diagnose::features::{FEATURES, Features};
 use crate::diagnose::gls::{self, Gram, OFFSETS, Whitener};
 use crate::diagnose::noise::{self, Noise};
-use crate::diagnose::phases::BINS;
+use crate::diagnose::phases::{BINS, PEAK};
 use crate::fit::Free;
 
 /// See the module.
@@ -32,6 +32,8 @@ pub struct Problem<'a> {
     pub offset_precision: [f64; OFFSETS],
     /// For each group: standard deviation of one run of each feature, floor included.
     pub single_run: Vec<Features>,
+    /// For each group: standard deviation of the floor of each feature.
+    pub floors: Vec<Features>,
     /// Residual of each run against the model it was built with.
     pub residuals: Vec<Features>,
     /// Groups in use.
@@ -75,6 +77,7 @@ impl<'a> Problem<'a> {
         let mut whiteners = Vec::with_capacity(groups.len());
         let mut targets = Vec::with_capacity(groups.len());
         let mut single_run = Vec::with_capacity(groups.len());
+        let mut floors = Vec::with_capacity(groups.len());
         for (g, group) in campaign.groups.iter().enumerate() {
             let runs = group.runs.len() as f64;
             let mean = noise::mean(group.runs.iter().map(|r| &residuals[*r]));
@@ -106,6 +109,7 @@ impl<'a> Problem<'a> {
             whiteners.push(Whitener::new(active, &variance, &common));
             targets.push(mean.iter().zip(&coarse[g]).map(|(m, c)| m + c).collect());
             single_run.push(one);
+            floors.push(floor2.iter().map(|x| x.sqrt()).collect());
         }
         let channels = noise::channel_noise(&campaign.description.sensors);
         let offset_precision = std::array::from_fn(|o| {
@@ -114,7 +118,23 @@ impl<'a> Problem<'a> {
             1.0 / (uncertainty * uncertainty / 3.0 + 0.01 * noise * noise)
         });
         let offsets = whiteners.iter().map(Whitener::offsets).collect();
-        Self { campaign, noise, targets, whiteners, offsets, offset_precision, single_run, residuals, groups }
+        Self {
+            campaign,
+            noise,
+            targets,
+            whiteners,
+            offsets,
+            offset_precision,
+            single_run,
+            floors,
+            residuals,
+            groups,
+        }
+    }
+
+    /// Standard deviation of the floor of a feature.
+    pub fn floor(&self, group: usize, feature: usize) -> f64 {
+        self.floors[group][feature]
     }
 
     /// Coarse predictions of all groups in use.
@@ -159,7 +179,7 @@ impl<'a> Problem<'a> {
             .map(|r| {
                 let mut r = r.clone();
                 for channel in 6..COUNT {
-                    for f in &mut r[channel * BINS..(channel + 1) * BINS] {
+                    for f in &mut r[channel * BINS..channel * BINS + PEAK] {
                         *f -= offsets[channel - 6];
                     }
                 }
