@@ -112,12 +112,7 @@ impl Solvers {
     ///
     /// # Errors
     /// See [`Solvers::dense`].
-    pub fn judge_dense(
-        &mut self,
-        m: &[f64],
-        q: &[f64],
-        repetitions: usize,
-    ) -> anyhow::Result<Judged> {
+    pub fn judge_dense(&mut self, m: &[f64], q: &[f64], repetitions: usize) -> anyhow::Result<Judged> {
         let mut times_us = Vec::with_capacity(repetitions);
         let mut last = None;
         for _ in 0..repetitions.max(1) {
@@ -148,12 +143,8 @@ impl Solvers {
         }
         let (contacts, freedoms) = (factors.friction.len(), factors.inverse_mass.len());
         let (z, report, times) = match (contacts, freedoms) {
-            (0..=16, 0..=6) => {
-                repeat(self.six.get_or_insert_default(), factors, solver, repetitions)?
-            }
-            (0..=16, _) => {
-                repeat(self.eight.get_or_insert_default(), factors, solver, repetitions)?
-            }
+            (0..=16, 0..=6) => repeat(self.six.get_or_insert_default(), factors, solver, repetitions)?,
+            (0..=16, _) => repeat(self.eight.get_or_insert_default(), factors, solver, repetitions)?,
             _ => repeat(self.many.get_or_insert_default(), factors, solver, repetitions)?,
         };
         Ok(judged(z, report, times, &m, &q))
@@ -210,16 +201,12 @@ pub fn solve_file(file: &ProblemFile, solver: Solver) -> anyhow::Result<Vec<Judg
             "the file holds matrices (.lcp); the contact solver needs factors (.fac): \
              use --solver dense"
         ),
-        ProblemFile::Dense(set) => set
-            .problems
-            .iter()
-            .map(|(m, q)| solvers.judge_dense(m, q, REPETITIONS))
-            .collect(),
-        ProblemFile::Factors(set) => set
-            .problems
-            .iter()
-            .map(|factors| solvers.judge_factors(factors, solver, REPETITIONS))
-            .collect(),
+        ProblemFile::Dense(set) => {
+            set.problems.iter().map(|(m, q)| solvers.judge_dense(m, q, REPETITIONS)).collect()
+        }
+        ProblemFile::Factors(set) => {
+            set.problems.iter().map(|factors| solvers.judge_factors(factors, solver, REPETITIONS)).collect()
+        }
     }
 }
 
@@ -240,8 +227,7 @@ pub fn summarise(name: &str, n: usize, judged: &[Judged]) -> Summary {
         })
         .collect();
     medians.sort_by(f64::total_cmp);
-    let claims: Vec<&Judged> =
-        judged.iter().filter(|j| j.report.status == Status::Solved).collect();
+    let claims: Vec<&Judged> = judged.iter().filter(|j| j.report.status == Status::Solved).collect();
     // Written so that a residual that is not a number counts as false.
     let certified = |j: &Judged| j.residual <= tolerance::<f64>();
     Summary {

@@ -1,8 +1,10 @@
 //! Host side of stickslip: data sets, replay, streaming, comparison, diagnosis.
 
+pub mod calibrate;
 pub mod channels;
 pub mod commands;
 pub mod dataset;
+pub mod findings;
 pub mod import;
 pub mod lcp_files;
 pub mod lcp_gen;

@@ -368,6 +368,18 @@ impl Prepared {
         out.worst_residual_n = out.worst_residual_n.max(step.residual_n);
     }
 
+    /// Poses of the prescribed bodies, one for each sample.
+    pub fn poses(&self) -> &[Poses<f64>] {
+        &self.poses
+    }
+
+    /// Grip force commanded while the trial moves (the median over its samples), N.
+    pub fn grip_n(&self) -> f64 {
+        let mut all = self.grip_n.clone();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied().unwrap_or(0.0)
+    }
+
     /// Speed of the prescribed motion at each sample, m/s: gripper and pusher relative to
     /// the world, a turn counted at a lever of 30 mm. Zero at rest.
     pub fn drive_speed(&self) -> Vec<f64> {

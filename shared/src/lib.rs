@@ -20,5 +20,5 @@ pub mod real;
 pub mod selftest;
 pub mod shape;
 pub mod step;
-pub mod wire;
 pub mod track;
+pub mod wire;

@@ -54,9 +54,7 @@ struct Document {
 /// A file cannot be read, is malformed (byte offset and reason) or does not fit the solver, or
 /// the answers cannot be written.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    if let (Some(number), Some(directory), Some(contacts)) =
-        (args.generate, &args.save, args.contacts)
-    {
+    if let (Some(number), Some(directory), Some(contacts)) = (args.generate, &args.save, args.contacts) {
         return save(number, directory, contacts, args.seed, output);
     }
     // The working memory of the largest problems is built on the stack before it is boxed.
@@ -74,8 +72,16 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         Err(_) => bail!("the solver stopped; please report the problem file"),
     };
     let mut rows = table([
-        "problems", "n", "number", "solved", "false", "no solution", "worst residual",
-        "median us", "p99 us", "most pivots",
+        "problems",
+        "n",
+        "number",
+        "solved",
+        "false",
+        "no solution",
+        "worst residual",
+        "median us",
+        "p99 us",
+        "most pivots",
     ]);
     for summary in sets.iter().chain(std::iter::once(&total)) {
         rows.add_row(vec![
@@ -96,11 +102,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         "solved {}/{}  false {}  median {:.2} us  p99 {:.2} us",
         total.solved, total.problems, total.false_claims, total.median_us, total.p99_us
     ));
-    output.document(&Document {
-        solver: format!("{:?}", args.solver).to_lowercase(),
-        sets,
-        total,
-    })
+    output.document(&Document { solver: format!("{:?}", args.solver).to_lowercase(), sets, total })
 }
 
 type Sets = anyhow::Result<(Vec<Summary>, Summary)>;
@@ -118,8 +120,7 @@ fn from_files(args: &Args) -> Sets {
             ProblemFile::Dense(set) => set.n,
             ProblemFile::Factors(set) => 6 * set.contacts,
         };
-        let judged =
-            solve_file(&file, args.solver).with_context(|| path.display().to_string())?;
+        let judged = solve_file(&file, args.solver).with_context(|| path.display().to_string())?;
         if let Some(out) = &args.out {
             let answers: Vec<_> = judged.iter().map(|j| j.answer.clone()).collect();
             std::fs::write(out, lcp_files::encode_answers(n, &answers))
@@ -168,13 +169,7 @@ fn generated(args: &Args, number: u64) -> Sets {
 }
 
 /// Writes `number` problems of each family, and as many steps of a push, as .fac and .lcp files.
-fn save(
-    number: u64,
-    directory: &Path,
-    contacts: usize,
-    seed: u64,
-    output: &Output,
-) -> anyhow::Result<()> {
+fn save(number: u64, directory: &Path, contacts: usize, seed: u64, output: &Output) -> anyhow::Result<()> {
     std::fs::create_dir_all(directory).with_context(|| directory.display().to_string())?;
     let mut lists: Vec<(String, Vec<Factors>)> = FAMILIES
         .into_iter()
@@ -208,10 +203,9 @@ fn save(
             };
             let factors = FactorSet { contacts, freedoms, problems };
             let stem = format!("{name}{freedoms}_{n}");
-            for (extension, bytes) in [
-                ("lcp", lcp_files::encode_dense(&dense)),
-                ("fac", lcp_files::encode_factors(&factors)),
-            ] {
+            for (extension, bytes) in
+                [("lcp", lcp_files::encode_dense(&dense)), ("fac", lcp_files::encode_factors(&factors))]
+            {
                 let path = directory.join(format!("{stem}.{extension}"));
                 std::fs::write(&path, bytes).with_context(|| path.display().to_string())?;
             }

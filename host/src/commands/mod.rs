@@ -4,10 +4,12 @@
 //! and `pub fn run(args: &Args, output: &Output) -> anyhow::Result<()>`, a variant of
 //! [`Command`] and an arm of its `run`.
 
+pub mod calibrate;
 pub mod check;
-pub mod rig;
+pub mod findings;
 pub mod import;
 pub mod lcp;
+pub mod rig;
 
 use std::process::ExitCode;
 
@@ -34,6 +36,10 @@ enum Command {
     Rig(Box<rig::Args>),
     /// Bring real data of others into the data set format
     Import(import::Args),
+    /// Find friction from a small share of the trials, and validate it on the rest
+    Calibrate(calibrate::Args),
+    /// The paper's statements checked: what it saw, what the hard and the soft model give
+    Findings(findings::Args),
     /// Solve complementarity problems from files or generated ones, and judge the answers
     Lcp(lcp::Args),
 }
@@ -44,6 +50,8 @@ impl Command {
             Command::Check(args) => check::run(args, output),
             Command::Rig(args) => rig::run(args, output),
             Command::Import(args) => import::run(args, output),
+            Command::Calibrate(args) => calibrate::run(args, output),
+            Command::Findings(args) => findings::run(args, output),
             Command::Lcp(args) => lcp::run(args, output),
         }
     }

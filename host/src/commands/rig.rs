@@ -128,7 +128,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let outcomes = trials
         .par_iter()
         .map(|(condition, run)| {
-            let mut outcome = crate::rig::run(&setup, condition, *run, args.seed).map_err(anyhow::Error::msg)?;
+            let mut outcome =
+                crate::rig::run(&setup, condition, *run, args.seed).map_err(anyhow::Error::msg)?;
             // Only the key needs more than the measurement.
             outcome.exact = Vec::new();
             bar.inc(1);

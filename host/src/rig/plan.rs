@@ -75,9 +75,7 @@ pub fn conditions(name: PlanName, objects: &[String], seed: u64, hours: f64) -> 
         PlanName::PushSmall => {
             pushes(&of(&["obj4"]), &[20.0, 27.0, 35.0], &[10.0, 20.0], &[-10.0, 0.0, 10.0])
         }
-        PlanName::PivotSmall => {
-            pivots(&of(&["obj4"]), &[20.0, 27.0, 35.0], &[5.0, 10.0, 20.0], &[0.0, 15.0])
-        }
+        PlanName::PivotSmall => pivots(&of(&["obj4"]), &[20.0, 27.0, 35.0], &[5.0, 10.0, 20.0], &[0.0, 15.0]),
         PlanName::RollSmall => rolls(&of(&["obj1"]), &[3.0, 5.0, 8.0], &[10.0, 20.0]),
         PlanName::Lift => lifts(&of(&["obj4", "obj5", "obj3"]), seed),
         PlanName::Planar => planar(&of(&["tri"])),
@@ -201,7 +199,8 @@ fn demo() -> Vec<Condition> {
 
 /// A lift with a grip that holds `margin` times what plain friction of 0.4 needs.
 fn lift(object: &str, margin: f64, hold_s: f64) -> Condition {
-    let weight = super::objects::catalogue().iter().find(|o| o.id == object).map_or(2.0, |o| o.mass_kg * 9.81);
+    let weight =
+        super::objects::catalogue().iter().find(|o| o.id == object).map_or(2.0, |o| o.mass_kg * 9.81);
     Condition {
         grip_n: (margin * weight / (2.0 * 0.4) * 10.0).round() / 10.0,
         speed_m_s: 0.06,
@@ -247,7 +246,10 @@ fn scenarios(lift: &Condition, margin: f64, rng: &mut ChaCha8Rng) -> Vec<(&'stat
         ),
         ("load", Scenario::SuddenLoad { force_n: down(margin * rng.random_range(1.1..1.5)), at_s }),
         ("held_load", Scenario::SuddenLoad { force_n: down((margin - 1.0) * 0.5), at_s }),
-        ("bumps", Scenario::Bumps { force_n: down((margin - 1.0) * rng.random_range(0.4..2.0)), from_s: at_s }),
+        (
+            "bumps",
+            Scenario::Bumps { force_n: down((margin - 1.0) * rng.random_range(0.4..2.0)), from_s: at_s },
+        ),
         ("creep", Scenario::SoftCreep { rate_m_n_s: rng.random_range(1e-4..4e-4) }),
         ("heavier", Scenario::HeavierThanTold { factor: margin * rng.random_range(0.8..1.6) }),
         ("off_centre", Scenario::OffCentre { offset_m: rng.random_range(0.004..0.02) }),
