@@ -5,6 +5,7 @@ pub mod channels;
 pub mod commands;
 pub mod dataset;
 pub mod findings;
+pub mod force_bands;
 pub mod import;
 pub mod lcp_files;
 pub mod lcp_gen;
