@@ -86,7 +86,8 @@ pub fn band(state: &State<f64, SLOTS>, step: &StepOutput<f64, SLOTS>, drive: &Dr
         for k in 0..6 {
             // Fingers report in carrier axes, the pusher in the world's.
             let axis = Vector3::ith(k % 3, 1.0);
-            let axis = if body == Body::Pusher { drive.carrier.inverse_transform_vector(&axis) } else { axis };
+            let axis =
+                if body == Body::Pusher { drive.carrier.inverse_transform_vector(&axis) } else { axis };
             let weigh = |p: &Point, force: &Vector3<f64>| {
                 let value = if k < 3 { *force } else { p.arm_m.cross(force) };
                 if p.body == body { axis.dot(&value) } else { 0.0 }
@@ -200,6 +201,6 @@ fn extreme(
         problem.add_constraint(line.clone(), ComparisonOp::Le, total + 1e-6);
         problem.add_constraint(line, ComparisonOp::Ge, total - 1e-6);
     }
-    let solution = problem.solve().ok()?.into_solution()?;
+    let solution = problem.solve().ok()?.into_solution().ok()?;
     Some(solution.objective()).filter(|x| x.is_finite())
 }

@@ -1,16 +1,29 @@
 //! Host side of stickslip: data sets, replay, streaming, comparison, diagnosis.
 
+pub mod balance;
 pub mod calibrate;
 pub mod channels;
+pub mod check;
 pub mod commands;
+pub mod compare;
 pub mod dataset;
+pub mod device;
+pub mod diagnose;
 pub mod findings;
+pub mod fit;
 pub mod force_bands;
 pub mod import;
 pub mod lcp_files;
 pub mod lcp_gen;
 pub mod lcp_solve;
+pub mod log;
 pub mod motion;
+pub mod noise;
 pub mod output;
+pub mod phases;
+pub mod planar;
+pub mod replay;
+pub mod report;
 pub mod rig;
 pub mod simulate;
+pub mod stages;

@@ -276,7 +276,7 @@ impl<R: Real> Problem<'_, R> {
                 add_slope(h, p, &r.slope);
             }
         }
-        Balance { f, scale_n: scale, rounding_n: rounding * R::of(16.0) * R::EPSILON }
+        Balance { f, scale_n: scale, rounding_n: rounding * R::of(32.0) * R::EPSILON }
     }
 
     /// Largest entry in newtons.

@@ -55,6 +55,11 @@ impl Body {
     }
 }
 
+/// Whether the body is one of the two fingertips.
+pub fn is_finger(body: Body) -> bool {
+    matches!(body, Body::Finger1 | Body::Finger2)
+}
+
 /// One point of contact before friction is known.
 #[derive(Clone, Copy, Debug)]
 pub struct Contact<R: Real> {
@@ -82,6 +87,8 @@ pub struct Contact<R: Real> {
     pub tangential_n_m: R,
     /// Damper over spring, s.
     pub damping_s: R,
+    /// Radius over which a single point is spread (see [`spread`]), m; normally 0.
+    pub spread_m: R,
 }
 
 /// All contacts of a step.
@@ -124,6 +131,37 @@ pub fn find<R: Real, const NC: usize>(
     lost
 }
 
+/// Replaces every point that is a whole contact by itself and has a `spread_m` above zero
+/// by three points at that radius, which bear torsion `mu N spread_m`. They take the slots
+/// after the point's own, which its body leaves free. Returns the points that did not fit.
+pub fn spread<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>) -> usize {
+    let third = R::of(1.0 / 3.0);
+    let (half, high) = (R::of(-0.5), R::of(0.866_025_403_784_438_6));
+    let mut lost = 0;
+    for i in 0..contacts.len() {
+        let Some(c) = contacts.get_mut(i) else { continue };
+        if !(c.spread_m > R::zero() && c.share > R::of(0.999)) {
+            continue;
+        }
+        let centre = *c;
+        let at = |k: usize, x: R, y: R| {
+            let (x, y) = (x * centre.spread_m, y * centre.spread_m);
+            Contact {
+                slot: centre.slot + k,
+                lever_m: centre.lever_m + centre.axes[1] * x + centre.axes[2] * y,
+                patch_m: [centre.patch_m[0] + x, centre.patch_m[1] + y],
+                share: centre.share * third,
+                ..centre
+            }
+        };
+        *c = at(0, R::one(), R::zero());
+        for point in [at(1, half, high), at(2, half, -high)] {
+            lost += usize::from(point.slot >= NC || contacts.push(point).is_err());
+        }
+    }
+    lost
+}
+
 impl<R: Real, const NC: usize> Builder<'_, R, NC> {
     /// `lever` in carrier axes; completes and stores a contact.
     #[allow(clippy::too_many_arguments)]
@@ -153,6 +191,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
             normal_n_m,
             tangential_n_m,
             damping_s,
+            spread_m: R::zero(),
         };
         usize::from(slot >= NC || self.out.push(contact).is_err())
     }

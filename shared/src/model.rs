@@ -6,6 +6,7 @@
 //! can send them to the board (`postcard`) and both sides hold the same numbers.
 
 use crate::effects::Effect;
+use crate::effects::formula::Formula;
 use crate::real::Real;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -16,6 +17,8 @@ pub const MAX_VERTICES: usize = 8;
 pub const MAX_SUPPORT_POINTS: usize = 8;
 /// Most effects in one model.
 pub const MAX_EFFECTS: usize = 6;
+/// Most of them given as formulas.
+pub const MAX_FORMULAS: usize = 2;
 
 /// Shape of the object, in its own axes (origin at the centre of mass, X along the length).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -126,9 +129,9 @@ pub struct Scene<R: Real> {
 pub struct Friction<R: Real> {
     /// Fingertips on the object.
     pub finger: R,
-    /// Pusher on the object.
+    /// Pusher on the object (a plane under the object is a platform: it has the support's).
     pub pusher: R,
-    /// Table under the object.
+    /// Table or platform under the object.
     pub support: R,
 }
 
@@ -174,4 +177,13 @@ pub struct Model<R: Real> {
     pub friction: Friction<R>,
     /// Effects on top of the base, applied in this order.
     pub effects: Vec<Effect<R>, MAX_EFFECTS>,
+    /// The user's formulas: the n-th effect of code 0 is the n-th formula.
+    pub formulas: Vec<Formula<R>, MAX_FORMULAS>,
+}
+
+impl<R: Real> Model<R> {
+    /// The base contact law alone.
+    pub fn base(base: Base<R>, friction: Friction<R>) -> Self {
+        Self { base, friction, effects: Vec::new(), formulas: Vec::new() }
+    }
 }

@@ -21,7 +21,7 @@ use crate::contact::SLOTS;
 use crate::model::{FingerContact, Model, Scene, Shape};
 use crate::real::{Real, Vec3, clamp, least, most};
 use crate::step::{Drive, State, StepOutput, step};
-use crate::track::{Pose, Poses, drive_between, seat, settle, support_pose};
+use crate::track::{PathFilter, Pose, Poses, drive_between, seat, settle, support_pose};
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -333,6 +333,8 @@ struct Tracked<R: Real> {
     reference_m: Vec3<R>,
     start: Pose<R>,
     pushing: bool,
+    gripper: PathFilter<R>,
+    pusher: Option<PathFilter<R>>,
 }
 
 impl<R: Real> Predictor<R> {
@@ -385,6 +387,27 @@ impl<R: Real> Predictor<R> {
         Some(Poses { t_s: sample.t_s, carrier, pusher, support: tracked.and_then(|t| t.support) })
     }
 
+    /// Takes sensor noise off the prescribed paths.
+    fn denoised(&self, raw: Poses<R>, tracked: &mut Tracked<R>) -> Poses<R> {
+        let dt = raw.t_s - tracked.poses.t_s;
+        if !(dt > R::zero()) {
+            return raw;
+        }
+        let widen = |a: [f32; 3]| Vec3::from(a.map(|x| R::of(f64::from(x))));
+        let planned =
+            self.plan.at(raw.t_s.to_f64() as f32).map(|s| (widen(s.velocity_m_s), widen(s.angular_rad_s)));
+        let carrier = if self.scene.fingers.is_some() {
+            tracked.gripper.follow(&raw.carrier, dt, planned)
+        } else {
+            raw.carrier
+        };
+        let pusher = match (&mut tracked.pusher, &raw.pusher) {
+            (Some(filter), Some(p)) => Some(filter.follow(p, dt, None)),
+            _ => raw.pusher,
+        };
+        Poses { carrier, pusher, ..raw }
+    }
+
     fn start(&mut self, sample: &Sample<R>) -> Option<()> {
         let object = sample.object?;
         let support = support_pose(&self.scene, &object);
@@ -412,6 +435,8 @@ impl<R: Real> Predictor<R> {
             reference_m: reference_m + seat_m,
             start: local,
             pushing: false,
+            gripper: PathFilter::new(poses.carrier),
+            pusher: poses.pusher.map(PathFilter::new),
         });
         Some(())
     }
@@ -449,7 +474,7 @@ impl<R: Real> Predictor<R> {
 
     fn follow(&mut self, sample: &Sample<R>, mut doubt: u32) -> Option<Prediction> {
         let mut tracked = self.tracked.take()?;
-        let poses = self.poses(sample, Some(&tracked));
+        let poses = self.poses(sample, Some(&tracked)).map(|raw| self.denoised(raw, &mut tracked));
         let next = poses.and_then(|poses| {
             let from = &tracked.poses;
             let drive = drive_between(from, &poses, &tracked.reference_m, sample.grip_cmd_n, self.trial)?;
@@ -573,20 +598,20 @@ impl<R: Real> Predictor<R> {
         let q = r.rotation.quaternion();
         p.quaternion = [narrow(q.w), narrow(q.i), narrow(q.j), narrow(q.k)];
         p.pusher_force_n = [narrow(r.pusher[0]), narrow(r.pusher[1]), narrow(r.pusher[2])];
-        p.sag_m = narrow(self.sag(tracked, &tracked.state.position_m));
+        p.sag_m = narrow(self.sag(&tracked.start, &tracked.poses.carrier, &tracked.state.position_m));
         p.rotation_rad = narrow(rotation_between(&tracked.start, &tracked.state));
         p
     }
 
     /// Motion in the grasp along gravity since the start.
-    fn sag(&self, tracked: &Tracked<R>, position_m: &Vec3<R>) -> R {
+    fn sag(&self, start: &Pose<R>, carrier: &Pose<R>, position_m: &Vec3<R>) -> R {
         let gravity = Vec3::from(self.scene.gravity_m_s2);
         let size = gravity.norm();
         if !(size > R::of(1e-3)) {
             return R::zero();
         }
-        let down = tracked.poses.carrier.rotation.inverse_transform_vector(&(gravity / size));
-        down.dot(&(position_m - tracked.start.position_m))
+        let down = carrier.rotation.inverse_transform_vector(&(gravity / size));
+        down.dot(&(position_m - start.position_m))
     }
 
     /// Share of a finger's limit surface used by a measured wrench.
@@ -680,8 +705,7 @@ impl<R: Real> Predictor<R> {
             pusher = next_pusher;
         }
         // Sag in the last carrier's axes: gravity has turned with it.
-        let end = Tracked { poses: Poses { carrier, ..tracked.poses }, ..tracked.clone() };
-        p.sag_ahead_m = self.sag(&end, &state.position_m).to_f64() as f32;
+        p.sag_ahead_m = self.sag(&tracked.start, &carrier, &state.position_m).to_f64() as f32;
         let used = p.finger.iter().fold(0.0f32, |u, f| {
             let measured = if f.measured_utilisation.is_nan() { 0.0 } else { f.measured_utilisation };
             u.max(f.peak_utilisation).max(measured)

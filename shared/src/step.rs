@@ -6,9 +6,9 @@
 //! that a stuck object has velocity zero exactly, also in `f32`.
 
 use crate::cone::{self, Bodies, ConeOptions, ConePoint, ConeStatus, DOF};
-use crate::contact::{self, Body, Contacts};
-use crate::effects::{self, FrictionLaw, Loads, MEMORY, Reading, Slip, StepContext};
-use crate::model::{MAX_EFFECTS, Model, Scene, SupportContact};
+use crate::contact::{self, Body, Contact, Contacts};
+use crate::effects::{self, Environment, FrictionLaw, Loads, MEMORY, Reading, Slip, StepContext};
+use crate::model::{MAX_EFFECTS, Model, PusherContact, Scene, SupportContact};
 use crate::real::{Real, Rotation, Vec3, most};
 use crate::shape::rotated_inertia;
 use heapless::Vec;
@@ -166,28 +166,46 @@ impl<R: Real, const NC: usize> State<R, NC> {
     }
 }
 
-fn effect_hooks<R: Real>(
-    model: &Model<R>,
-) -> impl Iterator<Item = (usize, &'static dyn effects::Law<R>, &[R; effects::MAX_PARAMETERS])> {
-    model
-        .effects
-        .iter()
-        .enumerate()
-        .filter_map(|(i, e)| effects::law::<R>(e.code).map(|law| (i, law, &e.parameters)))
+fn effect_hooks<'a, R: Real>(
+    model: &'a Model<R>,
+) -> impl Iterator<Item = (usize, &'a dyn effects::Law<R>, &'a [R; effects::MAX_PARAMETERS])> {
+    let mut formulas = model.formulas.iter();
+    model.effects.iter().enumerate().filter_map(move |(i, e)| {
+        let law: Option<&'a dyn effects::Law<R>> = match e.code {
+            effects::formula::CODE => formulas.next().map(|f| f as &dyn effects::Law<R>),
+            code => effects::law::<R>(code).map(|law| law as &dyn effects::Law<R>),
+        };
+        law.map(|law| (i, law, &e.parameters))
+    })
+}
+
+/// Zero in place of a negative number. NaN stays: the solver refuses it as `BadInput`.
+fn not_negative<R: Real>(x: R) -> R {
+    if x < R::zero() { R::zero() } else { x }
 }
 
 /// Coefficient of the base model at a body.
-fn base_mu<R: Real>(model: &Model<R>, body: Body) -> R {
-    match body {
+fn base_mu<R: Real>(scene: &Scene<R>, model: &Model<R>, contact: &Contact<R>, down: &Vec3<R>) -> R {
+    // A plane under the object is a platform, not the pusher's face: it has the support's
+    // friction (the paper's silicone platform beside its rubber-faced pusher).
+    let under = matches!(scene.pusher, Some(PusherContact::Plane))
+        && contact.axes[0].dot(down) < R::of(-0.7) * down.norm();
+    match contact.body {
         Body::Finger1 | Body::Finger2 => model.friction.finger,
+        Body::Pusher if under => model.friction.support,
         Body::Pusher => model.friction.pusher,
         Body::Support => model.friction.support,
     }
 }
 
-fn context<R: Real, const NC: usize>(state: &State<R, NC>, drive: &Drive<R>) -> StepContext<R> {
+fn context<R: Real, const NC: usize>(
+    scene: &Scene<R>,
+    state: &State<R, NC>,
+    drive: &Drive<R>,
+) -> StepContext<R> {
     let mut slip_m = [R::zero(); 4];
     let mut speed = slip_m;
+    let mut load_n = slip_m;
     let ranges = [
         (0, contact::FINGER_POINTS),
         (contact::FINGER_POINTS, 2 * contact::FINGER_POINTS),
@@ -200,6 +218,7 @@ fn context<R: Real, const NC: usize>(state: &State<R, NC>, drive: &Drive<R>) -> 
             if slot.load_n > R::zero() {
                 slip_m[k] += slot.slip_m;
                 speed[k] += slot.speed_m_s;
+                load_n[k] += slot.load_n;
                 count += R::one();
             }
         }
@@ -208,6 +227,14 @@ fn context<R: Real, const NC: usize>(state: &State<R, NC>, drive: &Drive<R>) -> 
             speed[k] /= count;
         }
     }
+    let [_, _, _, wx, wy, wz, _] = state.velocity;
+    let environment = [&drive.pusher, &drive.support].map(|moving| match moving {
+        Some(m) => Environment {
+            normal: m.rotation.transform_vector(&Vec3::x()),
+            turning_rad_s: Vec3::new(wx, wy, wz) - m.angular_rad_s,
+        },
+        None => Environment { normal: Vec3::zeros(), turning_rad_s: Vec3::zeros() },
+    });
     StepContext {
         time_s: state.time_s,
         dt_s: drive.dt_s,
@@ -218,6 +245,9 @@ fn context<R: Real, const NC: usize>(state: &State<R, NC>, drive: &Drive<R>) -> 
         carrier: drive.carrier,
         slip_m,
         slip_speed_m_s: speed,
+        load_n,
+        environment,
+        pusher: scene.pusher,
         velocity_m_s: state.absolute_m_s,
         angular_rad_s: state.absolute_rad_s,
     }
@@ -233,7 +263,7 @@ pub fn step<R: Real, const NC: usize>(
 ) -> StepOutput<R, NC> {
     let zero = R::zero();
     let dt = drive.dt_s;
-    let context = context(state, drive);
+    let context = context(scene, state, drive);
     let mut loads = Loads {
         gravity_m_s2: Vec3::from(scene.gravity_m_s2),
         mass_kg: scene.object.mass_kg,
@@ -243,16 +273,23 @@ pub fn step<R: Real, const NC: usize>(
     let mut grip_n = drive.grip_n;
     let mut memory = state.memory;
     for (i, law, p) in effect_hooks(model) {
-        law.loads(p, &context, &mut loads);
         if let Some(memory) = memory.get_mut(i) {
+            law.loads(p, &context, memory, &mut loads);
             law.grip(p, &context, memory, &mut grip_n);
         }
     }
     // A jaw cannot pull.
-    grip_n = most(grip_n, zero);
+    grip_n = not_negative(grip_n);
 
+    let gravity = drive.carrier.inverse_transform_vector(&loads.gravity_m_s2);
     let mut found: Contacts<R, NC> = Vec::new();
-    let points_lost = contact::find(scene, model, state, drive, &mut found);
+    let mut points_lost = contact::find(scene, model, state, drive, &mut found);
+    for c in &mut found {
+        for (_, law, p) in effect_hooks(model) {
+            law.contact(p, &context, c);
+        }
+    }
+    points_lost += contact::spread(&mut found);
     let mut patch_load = [zero; 4];
     for c in &found {
         patch_load[c.body.index()] += state.slots[c.slot].load_n;
@@ -260,10 +297,7 @@ pub fn step<R: Real, const NC: usize>(
     let mut contacts: Contacts<R, NC> = Vec::new();
     let mut points: Vec<ConePoint<R>, NC> = Vec::new();
     let mut friction: Vec<FrictionLaw<R>, NC> = Vec::new();
-    for c in &mut found {
-        for (_, law, p) in effect_hooks(model) {
-            law.contact(p, &context, c);
-        }
+    for c in &found {
         if c.gap_m > R::of(NEAR_M) || !(c.share > zero) {
             state.slots[c.slot].load_n = zero;
             state.slots[c.slot].spring_m = [zero; 2];
@@ -281,12 +315,12 @@ pub fn step<R: Real, const NC: usize>(
             distance_m: slot.slip_m,
             rest_s: slot.rest_s,
         };
-        let mu = base_mu(model, c.body);
+        let mu = base_mu(scene, model, c, &gravity);
         let mut law = FrictionLaw { mu: [mu; 2], adhesion_n: zero };
         for (_, effect, p) in effect_hooks(model) {
             effect.friction(p, &context, &slip, &mut law);
         }
-        law.mu = law.mu.map(|m| most(m, zero));
+        law.mu = law.mu.map(not_negative);
         if c.gap_m > R::of(ADHESION_RANGE_M) {
             law.adhesion_n = zero;
         }
@@ -325,7 +359,6 @@ pub fn step<R: Real, const NC: usize>(
     let inertia = inertia.map(|r| r.map(|x| x * ratio));
     let (turn, v, w) = (drive.carrier_rad_s, state.absolute_m_s, state.absolute_rad_s);
     let carried = drive.carrier_m_s + turn.cross(&state.position_m);
-    let gravity = drive.carrier.inverse_transform_vector(&loads.gravity_m_s2);
     // Velocity without contact; components turn with the carrier's axes.
     let v_free = v - turn.cross(&v) * dt + (gravity + loads.force_n / loads.mass_kg) * dt - carried;
     let w_free = w - turn.cross(&w) * dt + inverse_times(&inertia, &loads.torque_nm) * dt - turn;

@@ -6,7 +6,7 @@
 
 use crate::contact::{self, Body, Contacts};
 use crate::model::{Model, Scene};
-use crate::real::{Real, Rotation, Vec3};
+use crate::real::{Real, Rotation, Vec3, most};
 use crate::step::{Drive, Moving, State, step, support_under};
 use nalgebra::{Quaternion, UnitQuaternion};
 
@@ -158,6 +158,84 @@ pub fn seat<R: Real, const NC: usize>(
         }
     }
     drive.carrier.transform_vector(&shift)
+}
+
+/// Frees a measured path from sensor noise as the samples come: an alpha-beta tracker around
+/// the planned velocity.
+///
+/// Motion capture errs by tens of micrometres a sample; differentiated at 250 Hz that would
+/// be as fast as the push. The noise is estimated from third differences; a path without
+/// noise (a robot's own encoders) passes unchanged.
+#[derive(Clone, Debug)]
+pub struct PathFilter<R: Real> {
+    pose: Pose<R>,
+    /// Departure from the planned velocity, world.
+    drift_m_s: Vec3<R>,
+    drift_rad_s: Vec3<R>,
+    raw: [Vec3<R>; 3],
+    seen: u8,
+    /// Mean square of the noise, m² per axis.
+    noise_m2: R,
+}
+
+/// Noise below which a path passes unchanged, m.
+const QUIET_M: f64 = 2.0e-6;
+/// Distance from the tracked path that is a jump and no noise, m.
+const JUMP_M: f64 = 1.0e-3;
+
+impl<R: Real> PathFilter<R> {
+    /// Begins at the first sample.
+    pub fn new(first: Pose<R>) -> Self {
+        Self {
+            pose: first,
+            drift_m_s: Vec3::zeros(),
+            drift_rad_s: Vec3::zeros(),
+            raw: [first.position_m; 3],
+            seen: 1,
+            noise_m2: R::zero(),
+        }
+    }
+
+    /// The path's pose at a new sample. `planned`: velocity (m/s) and angular velocity
+    /// (rad/s), world axes, where the plan tells.
+    pub fn follow(&mut self, raw: &Pose<R>, dt_s: R, planned: Option<(Vec3<R>, Vec3<R>)>) -> Pose<R> {
+        let [a, b, c] = self.raw;
+        let third = raw.position_m - (c - b) * R::of(3.0) - a;
+        self.raw = [b, c, raw.position_m];
+        let square = third.dot(&third) / R::of(60.0);
+        if self.seen < 4 {
+            self.seen += 1;
+            self.noise_m2 = most(self.noise_m2, square);
+        } else {
+            // A start or stop is a few samples of large differences among many: limited.
+            let limit = most(self.noise_m2 * R::of(9.0), R::of(QUIET_M * QUIET_M * 0.1));
+            self.noise_m2 += (crate::real::least(square, limit) - self.noise_m2) * R::of(0.03);
+        }
+        let (linear, angular) = planned.unwrap_or((Vec3::zeros(), Vec3::zeros()));
+        let (alpha, beta) = if planned.is_some() { (0.05, 0.0015) } else { (0.2, 0.02) };
+        let (v, w) = (linear + self.drift_m_s, angular + self.drift_rad_s);
+        let ahead = Pose {
+            position_m: self.pose.position_m + v * dt_s,
+            rotation: crate::step::turned(&self.pose.rotation, &(w * dt_s)),
+        };
+        let miss = raw.position_m - ahead.position_m;
+        let quiet = self.noise_m2 < R::of(QUIET_M * QUIET_M);
+        if quiet || miss.norm() > R::of(JUMP_M) {
+            self.drift_m_s = (raw.position_m - self.pose.position_m) / dt_s - linear;
+            self.drift_rad_s = Vec3::zeros();
+            self.pose = *raw;
+            return *raw;
+        }
+        let (_, turn) = twist_between(&Pose { rotation: ahead.rotation, ..*raw }, raw, R::one());
+        let turn = ahead.rotation.transform_vector(&turn);
+        self.drift_m_s += miss * (R::of(beta) / dt_s);
+        self.drift_rad_s += turn * (R::of(beta) / dt_s);
+        self.pose = Pose {
+            position_m: ahead.position_m + miss * R::of(alpha),
+            rotation: crate::step::turned(&ahead.rotation, &(turn * R::of(alpha))),
+        };
+        self.pose
+    }
 }
 
 /// Steps of [`settle`].

@@ -18,7 +18,7 @@ fn roll(platform_mu: f64, finger_mu: f64, grip_n: f64, seconds: f64, each: impl 
     let up = turn([0.0, 1.0, 0.0], -core::f64::consts::FRAC_PI_2);
     let play = Play {
         scene: gripped(obj1(), Some(PusherContact::Plane)),
-        model: hard(finger_mu, platform_mu, 0.0),
+        model: hard(finger_mu, 0.0, platform_mu),
         gripper: &|t| pose(at(0.0, 0.010 * t, 0.0), turn([1.0, 0.0, 0.0], 0.0)),
         pusher: Some(&|_| pose(at(0.0, 0.0, -RADIUS_M), up)),
         object: pose(at(0.0, 0.0, 0.0), turn([1.0, 0.0, 0.0], 0.0)),

@@ -46,6 +46,7 @@ pub fn plain() -> Model<f64> {
         base: Base::Hard,
         friction: Friction { finger: 0.4, pusher: 0.25, support: 0.3 },
         effects: heapless::Vec::new(),
+        formulas: heapless::Vec::new(),
     }
 }
 

@@ -87,11 +87,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             let rows = [
                 ("samples, of them loaded", format!("{}, {}", v.samples, v.loaded)),
                 ("working normal force", format!("{:.3} N", v.normal_force_n)),
+                ("stroke, drive speed", format!("{:.3} mm, {:.3} mm/s", v.stroke_m * 1e3, v.speed_m_s * 1e3)),
                 (
-                    "stroke, sliding speed",
-                    format!("{:.3} mm, {:.3} mm/s", v.stroke_m * 1e3, v.speed_m_s * 1e3),
+                    "friction / normal, sliding (5 %, median, 95 %)",
+                    format!("{low:.3}, {middle:.3}, {high:.3}"),
                 ),
-                ("friction / normal (5 %, median, 95 %)", format!("{low:.3}, {middle:.3}, {high:.3}")),
                 (
                     "friction drags the object along",
                     format!("{:.1} % of sliding samples", v.dragging * 100.0),

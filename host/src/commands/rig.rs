@@ -232,6 +232,9 @@ fn write_key(
             .collect(),
     };
     let text = serde_json::to_string_pretty(&key)?;
+    if let Some(parent) = path.parent() {
+        std::fs::create_dir_all(parent).with_context(|| format!("making {}", parent.display()))?;
+    }
     std::fs::write(path, text).with_context(|| format!("writing the key {}", path.display()))
 }
 

@@ -1,7 +1,10 @@
 //! Linear pushing.
 
+use stickslip_shared::model::Base;
+
 use super::runs::texts;
 use super::{Bench, Finding, Outcome, Run};
+use crate::force_bands::{Band, bands};
 use crate::rig::{Condition, Primitive};
 
 const PUSHER_X: usize = 18;
@@ -162,6 +165,7 @@ pub fn findings() -> anyhow::Result<Vec<Finding>> {
         outcome: Outcome::of(peaks[1] < 1.05, peaks[2] < 1.05),
         reason: "Plain Coulomb friction has no peak, in the rig neither: it appears with the effect static_friction.".into(),
     });
+    out.push(spread(&low, &both[0]));
     let sums = each[0].each(|s| {
         let rows = &s[each[0].part(0.2, 0.95)];
         rows.iter().map(|r| (r[6] + r[12] + r[PUSHER_X]).abs()).sum::<f64>() / rows.len() as f64
@@ -180,4 +184,31 @@ pub fn findings() -> anyhow::Result<Vec<Finding>> {
             .into(),
     });
     Ok(out)
+}
+
+/// Force of finger 1 along the push: the range over all solutions with the same motion, at
+/// rest, while sliding, and after the gripper stopped.
+fn spread(bench: &Bench, run: &Run) -> Finding {
+    const FINGER_X: usize = 6;
+    let at = [run.moving.start.saturating_sub(5), run.part(0.7, 0.8).start, run.prepared.t_s.len() - 5];
+    let show = |base: Base<f64>| {
+        let bands = bands(&run.prepared, &bench.model(base), &at);
+        let range = |b: &(usize, Band)| format!("{:+.2} to {:+.2}", b.1[FINGER_X].0, b.1[FINGER_X].1);
+        bands.iter().map(range).collect::<Vec<_>>().join("; ")
+    };
+    let seen: Vec<String> = at.iter().map(|i| format!("{:+.2}", run.rig[*i][FINGER_X])).collect();
+    Finding {
+        about: "forces",
+        statement: "forces of equal runs differ by almost 2 N though their sums agree (finger 1 along the push, N: at rest; sliding; stopped)",
+        paper: "up to 2 N, up to 20 %".into(),
+        rig: seen.join("; "),
+        hard: show(Base::Hard),
+        soft: "a spring's force is determined by its history".into(),
+        outcome: Outcome::Yes,
+        reason: "Range over all force distributions with the same motion, net wrench and grip. While the pads stick (at \
+                 rest, at the onset, after a stop) the fingers can bear any part of each other's load: several newtons, so \
+                 2 N of difference are no error of the model. While both pads slide, the law leaves nothing open: there, \
+                 differences mean friction or grip that varies from run to run (20 % of mu)."
+            .into(),
+    }
 }

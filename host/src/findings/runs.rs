@@ -37,7 +37,7 @@ impl Bench {
     /// A model with this friction.
     pub fn model(&self, base: Base<f64>) -> Model<f64> {
         let friction = Friction { finger: self.finger, pusher: self.pusher, support: 0.3 };
-        Model { base, friction, effects: heapless::Vec::new() }
+        Model { base, friction, effects: heapless::Vec::new(), formulas: heapless::Vec::new() }
     }
 
     /// Runs rig and models on each condition.

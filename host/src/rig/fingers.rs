@@ -53,6 +53,8 @@ pub struct Jaw {
     /// How far each pad has given way, gripper X and Z, m: creep, then play.
     crept_m: [[f64; 2]; 2],
     play_m: [f64; 2],
+    /// How fast each pad gives way, gripper X and Z, m/s.
+    giving_m_s: [[f64; 2]; 2],
 }
 
 impl Jaw {
@@ -87,6 +89,7 @@ impl Jaw {
             lost: 0.0,
             crept_m: [[0.0; 2]; 2],
             play_m: [0.0; 2],
+            giving_m_s: [[0.0; 2]; 2],
         }
     }
 
@@ -115,7 +118,9 @@ impl Jaw {
             let centre = gripper.origin_m + y * (sign * self.opening_m);
             let [cx, cz] = self.crept_m[i];
             let pad = centre + x * (cx + self.play_m[i]) + z * cz;
-            let twist = relative_twist(body, &frame, &pad, &gripper.velocity_m_s, &spin, &gripper.origin_m);
+            let [gx, gz] = self.giving_m_s[i];
+            let velocity = gripper.velocity_m_s + x * gx + z * gz;
+            let twist = relative_twist(body, &frame, &pad, &velocity, &spin, &gripper.origin_m);
             let placed = self.place(i, sign, &frame, &pad, &origin, &object_axes, truth);
             let law = self.law(i, &placed, truth, friction_factor);
             let mut sum = self.patches[i].press(&twist, &truth.finger_stiffness, &law, dt_s);
@@ -150,17 +155,17 @@ impl Jaw {
         self.opening_m = self.opening_m.max(LEAST_OPENING_M);
     }
 
+    /// The pad yields to what the object exerts on it: creep, and play along gripper X.
     fn give_way(&mut self, i: usize, on_object: [f64; 2], truth: &Truth, dt_s: f64) {
-        // The object pushes back on the pad.
-        if truth.creep_m_n_s > 0.0 {
-            self.crept_m[i][0] -= on_object[0] * truth.creep_m_n_s * dt_s;
-            self.crept_m[i][1] -= on_object[1] * truth.creep_m_n_s * dt_s;
+        let creep = on_object.map(|f| -f * truth.creep_m_n_s);
+        for (place, rate) in self.crept_m[i].iter_mut().zip(creep) {
+            *place += rate * dt_s;
         }
-        if truth.backlash_m > 0.0 {
-            let half = truth.backlash_m / 2.0;
-            let moved = self.play_m[i] - on_object[0] / PLAY_DAMPING_N_S_M * dt_s;
-            self.play_m[i] = moved.clamp(-half, half);
-        }
+        let half = truth.backlash_m / 2.0;
+        let moved = (self.play_m[i] - on_object[0] / PLAY_DAMPING_N_S_M * dt_s).clamp(-half, half);
+        let play = (moved - self.play_m[i]) / dt_s;
+        self.play_m[i] = moved;
+        self.giving_m_s[i] = [creep[0] + play, creep[1]];
     }
 
     fn law(&self, i: usize, placed: &Placed, truth: &Truth, factor: f64) -> FrictionLaw {

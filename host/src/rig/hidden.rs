@@ -56,7 +56,7 @@ macro_rules! kinds {
 }
 
 kinds! {
-    StaticFriction "static_friction" "-" 0.3 "break-away over sliding friction less one; decays with slip speed (2 mm/s) and takes 1 ms";
+    StaticFriction "static_friction" "-" 0.3 "break-away over sliding friction less one; decays with slip speed (2 mm/s) within 3 ms";
     ViscousFriction "viscous_friction" "N s/m" 40.0 "resistance of each finger in proportion to its sliding speed, beyond the cone";
     DwellStrengthening "dwell_strengthening" "-" 0.08 "gain of friction for each e-fold of contact age (rate and state; renewed by 50 um of slip, onset 0.1 s)";
     LoadDependentFriction "load_dependent_friction" "-" 0.333 "mu falls with the finger's load to this power (nominal at 20 N)";

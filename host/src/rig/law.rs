@@ -100,7 +100,7 @@ impl FrictionLaw {
             mu,
             break_away: 0.0,
             break_away_speed_m_s: 2e-3,
-            speed_memory_s: 1e-3,
+            speed_memory_s: 3e-3,
             viscous_n_s_m: 0.0,
             ageing: 0.0,
             ageing_slip_m: 5e-5,

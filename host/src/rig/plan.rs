@@ -76,7 +76,7 @@ pub fn conditions(name: PlanName, objects: &[String], seed: u64, hours: f64) -> 
             pushes(&of(&["obj4"]), &[20.0, 27.0, 35.0], &[10.0, 20.0], &[-10.0, 0.0, 10.0])
         }
         PlanName::PivotSmall => pivots(&of(&["obj4"]), &[20.0, 27.0, 35.0], &[5.0, 10.0, 20.0], &[0.0, 15.0]),
-        PlanName::RollSmall => rolls(&of(&["obj1"]), &[3.0, 5.0, 8.0], &[10.0, 20.0]),
+        PlanName::RollSmall => rolls(&of(&["obj1"]), &[2.0, 3.5, 5.0], &[10.0, 20.0]),
         PlanName::Lift => lifts(&of(&["obj4", "obj5", "obj3"]), seed),
         PlanName::Planar => planar(&of(&["tri"])),
         PlanName::SlipHours => slip_hours(&of(&["obj3", "obj4", "obj5"]), seed, hours),
@@ -192,7 +192,7 @@ fn demo() -> Vec<Condition> {
     let push = pushes(&["obj4".into()], &[20.0], &[10.0], &[0.0]);
     let short = |c: Condition, travel: f64| Condition { travel, ..c };
     let pivot = pivots(&["obj4".into()], &[20.0], &[10.0], &[15.0]);
-    let roll = rolls(&["obj1".into()], &[5.0], &[15.0]);
+    let roll = rolls(&["obj1".into()], &[3.0], &[15.0]);
     let pivot = pivot.into_iter().map(|c| short(c, 0.2));
     push.into_iter().chain(pivot).chain(roll).collect()
 }

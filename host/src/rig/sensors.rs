@@ -1,5 +1,6 @@
 //! What the sensors make of the true values: gain, misalignment, crosstalk, constant
-//! errors, white noise and delay.
+//! errors, white noise, delay, and the steps of the recording: 0.1 mN, 1 uN m, 0.1 um and
+//! 1e-7 in a quaternion, all far below the noise.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::Rng;
@@ -33,8 +34,8 @@ pub fn measure(
             let now = &exact[i];
             let object = delayed(exact, i, errors.mocap_latency_s);
             Sample {
-                t_s: now.t_s,
-                grip_cmd_n: equipment.fingers.then_some(now.grip_n),
+                t_s: recorded(now.t_s, 1e6),
+                grip_cmd_n: equipment.fingers.then_some(recorded(now.grip_n, 1e4)),
                 gripper: equipment.fingers.then(|| noisy_pose(now.gripper, errors.pose_noise, rng)),
                 object: Some(noisy_pose(object, errors.pose_noise, rng)),
                 pusher: now.rod.map(|p| noisy_pose((p, equipment.rod_attitude), errors.pose_noise, rng)),
@@ -97,14 +98,23 @@ fn noisy_wrench(w: &[f64; 6], bias: &[f64; 6], noise: [f64; 2], rng: &mut impl R
         let sigma = if k < 3 { noise[0] } else { noise[1] };
         w[k] + bias[k] + sigma * rng.sample::<f64, _>(StandardNormal)
     });
-    Wrench { force_n: [x[0], x[1], x[2]], torque_nm: [x[3], x[4], x[5]] }
+    Wrench {
+        force_n: [x[0], x[1], x[2]].map(|f| recorded(f, 1e4)),
+        torque_nm: [x[3], x[4], x[5]].map(|t| recorded(t, 1e6)),
+    }
 }
 
 fn noisy_pose(pose: ([f64; 3], [f64; 4]), noise: [f64; 2], rng: &mut impl Rng) -> Pose {
-    let position_m = pose.0.map(|x| x + noise[0] * rng.sample::<f64, _>(StandardNormal));
+    let position_m = pose.0.map(|x| recorded(x + noise[0] * rng.sample::<f64, _>(StandardNormal), 1e7));
     let turn: [f64; 3] = std::array::from_fn(|_| noise[1] * rng.sample::<f64, _>(StandardNormal));
     let [w, x, y, z] = pose.1;
     let q = UnitQuaternion::from_scaled_axis(Vector3::from(turn))
         * UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z));
-    Pose { position_m, quaternion: [q.w, q.i, q.j, q.k] }
+    Pose { position_m, quaternion: [q.w, q.i, q.j, q.k].map(|x| recorded(x, 1e7)) }
+}
+
+/// Rounded to steps of `1 / per_unit`.
+fn recorded(x: f64, per_unit: f64) -> f64 {
+    // Adding zero turns a negative zero into a plain one.
+    (x * per_unit).round() / per_unit + 0.0
 }

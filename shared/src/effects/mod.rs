@@ -5,17 +5,42 @@
 //! one place: the list in [`registry`].
 
 use crate::contact::{Body, Contact};
+use crate::model::PusherContact;
 use crate::real::{Real, Rotation, Vec3};
 use serde::{Deserialize, Serialize};
 
+pub mod adhesion;
+pub mod anisotropic_friction;
+pub mod contact_compliance;
+pub mod dwell_strengthening;
+pub mod face_tilt;
+pub mod face_waviness;
+pub mod finger_friction_mismatch;
+pub mod formula;
+pub mod gravity_tilt;
+pub mod grip_force_lag;
+pub mod grip_force_loss;
+pub mod load_dependent_friction;
+pub mod mass_error;
+pub mod mocap_latency;
+pub mod plate_tilt;
+pub mod pressure_offset;
 mod registry;
+pub mod rolling_resistance;
+pub mod sensor_bias;
+pub mod sensor_crosstalk;
+pub mod sensor_gain;
+pub mod sensor_misalignment;
 pub mod static_friction;
+pub mod torsional_friction;
+pub mod viscous_friction;
+pub mod wear_drift;
 pub use registry::{REGISTRY, law};
 
 /// Most parameters of one effect.
 pub const MAX_PARAMETERS: usize = 6;
 /// Numbers that an effect may remember from step to step.
-pub const MEMORY: usize = 2;
+pub const MEMORY: usize = 3;
 
 /// An effect in a model: which, and its parameters (SI units, see its [`Info`]).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,6 +69,21 @@ pub struct Parameter {
     pub high: f64,
     /// What it is.
     pub what: &'static str,
+}
+
+impl Parameter {
+    /// In the order of the fields; `bounds` are the smallest and the largest value.
+    pub const fn new(
+        name: &'static str,
+        unit: &'static str,
+        typical: f64,
+        neutral: f64,
+        bounds: [f64; 2],
+        what: &'static str,
+    ) -> Self {
+        let [low, high] = bounds;
+        Self { name, unit, typical, neutral, low, high, what }
+    }
 }
 
 /// Description of an effect.
@@ -84,10 +124,25 @@ pub struct StepContext<R: Real> {
     pub slip_m: [R; 4],
     /// Slip speed of the last step, the same means.
     pub slip_speed_m_s: [R; 4],
+    /// Normal force of the last step, the same bodies.
+    pub load_n: [R; 4],
+    /// Pusher and support; zeros where there is none.
+    pub environment: [Environment<R>; 2],
+    /// Contact feature of the pusher.
+    pub pusher: Option<PusherContact<R>>,
     /// Absolute velocity of the centre of mass, carrier axes.
     pub velocity_m_s: Vec3<R>,
     /// Absolute angular velocity, carrier axes.
     pub angular_rad_s: Vec3<R>,
+}
+
+/// A body that the object leans on.
+#[derive(Clone, Copy, Debug)]
+pub struct Environment<R: Real> {
+    /// Its contact normal, into the object, carrier axes.
+    pub normal: Vec3<R>,
+    /// Angular velocity of the object relative to it, carrier axes.
+    pub turning_rad_s: Vec3<R>,
 }
 
 /// Loads and inertia of the object.
@@ -153,7 +208,14 @@ pub trait Law<R: Real>: Sync {
     /// Description; constant.
     fn info(&self) -> &'static Info;
     /// Changes mass, gravity or external loads.
-    fn loads(&self, _p: &[R; MAX_PARAMETERS], _c: &StepContext<R>, _loads: &mut Loads<R>) {}
+    fn loads(
+        &self,
+        _p: &[R; MAX_PARAMETERS],
+        _c: &StepContext<R>,
+        _memory: &mut [R; MEMORY],
+        _loads: &mut Loads<R>,
+    ) {
+    }
     /// Changes the grip force that really acts on both fingers, N.
     fn grip(
         &self,
@@ -186,16 +248,27 @@ pub fn find(id: &str) -> Option<&'static Info> {
 impl<R: Real> Effect<R> {
     /// Effect `id` with its typical parameters; `None` where there is no such effect.
     pub fn typical(id: &str) -> Option<Self> {
-        let info = find(id)?;
+        Some(Self::with(find(id)?, |p| p.typical))
+    }
+
+    /// Effect `id` with the parameters at which it is absent; `None` where there is no such effect.
+    pub fn neutral(id: &str) -> Option<Self> {
+        Some(Self::with(find(id)?, |p| p.neutral))
+    }
+
+    fn with(info: &Info, value: impl Fn(&Parameter) -> f64) -> Self {
         let mut parameters = [R::zero(); MAX_PARAMETERS];
         for (p, i) in parameters.iter_mut().zip(info.parameters) {
-            *p = R::of(i.typical);
+            *p = R::of(value(i));
         }
-        Some(Self { code: info.code, parameters })
+        Self { code: info.code, parameters }
     }
 
     /// Description; `None` where the code is not known to this build.
     pub fn info(&self) -> Option<&'static Info> {
-        law::<R>(self.code).map(Law::info)
+        match self.code {
+            formula::CODE => Some(&formula::INFO),
+            code => law::<R>(code).map(Law::info),
+        }
     }
 }

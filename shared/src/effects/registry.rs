@@ -1,7 +1,15 @@
 //! The one place where effects are listed. To add one: write its file beside this one and
-//! append a line here, with a number that was never used (it goes over the wire).
+//! append a line here, with a number that was never used (it goes over the wire). Number 0 is
+//! the user's own formula.
 
-use super::{Info, Law, static_friction};
+use super::{Info, Law};
+use super::{
+    adhesion, anisotropic_friction, contact_compliance, dwell_strengthening, face_tilt, face_waviness,
+    finger_friction_mismatch, gravity_tilt, grip_force_lag, grip_force_loss, load_dependent_friction,
+    mass_error, mocap_latency, plate_tilt, pressure_offset, rolling_resistance, sensor_bias,
+    sensor_crosstalk, sensor_gain, sensor_misalignment, static_friction, torsional_friction,
+    viscous_friction, wear_drift,
+};
 use crate::real::Real;
 
 macro_rules! registry {
@@ -21,4 +29,27 @@ macro_rules! registry {
 
 registry! {
     1 => static_friction::StaticFriction,
+    2 => viscous_friction::ViscousFriction,
+    3 => dwell_strengthening::DwellStrengthening,
+    4 => load_dependent_friction::LoadDependentFriction,
+    5 => anisotropic_friction::AnisotropicFriction,
+    6 => finger_friction_mismatch::FingerFrictionMismatch,
+    7 => wear_drift::WearDrift,
+    8 => contact_compliance::ContactCompliance,
+    9 => torsional_friction::TorsionalFriction,
+    10 => pressure_offset::PressureOffset,
+    11 => face_tilt::FaceTilt,
+    12 => face_waviness::FaceWaviness,
+    13 => plate_tilt::PlateTilt,
+    14 => adhesion::Adhesion,
+    15 => grip_force_loss::GripForceLoss,
+    16 => grip_force_lag::GripForceLag,
+    17 => mass_error::MassError,
+    18 => gravity_tilt::GravityTilt,
+    19 => rolling_resistance::RollingResistance,
+    20 => sensor_bias::SensorBias,
+    21 => sensor_gain::SensorGain,
+    22 => sensor_misalignment::SensorMisalignment,
+    23 => sensor_crosstalk::SensorCrosstalk,
+    24 => mocap_latency::MocapLatency,
 }

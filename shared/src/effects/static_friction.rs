@@ -50,6 +50,9 @@ impl<R: Real> Law<R> for StaticFriction {
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {
+        if p[0] == R::zero() {
+            return;
+        }
         let x = slip.speed_m_s / most(p[1], R::of(1e-6));
         let factor = R::one() + p[0] * (-x * x).exp();
         law.mu = law.mu.map(|mu| mu * factor);

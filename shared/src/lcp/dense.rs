@@ -31,19 +31,23 @@ struct Attempt {
 }
 
 /// The order in which runs are tried. The first finds nearly every answer.
-const ATTEMPTS: [Attempt; 12] = [
-    Attempt { shift: 1e-11, spread: 0.0, pivot: 1e-9 },
-    Attempt { shift: 1e-10, spread: 0.5, pivot: 1e-9 },
+const ATTEMPTS: [Attempt; 16] = [
+    Attempt { shift: 1e-9, spread: 0.0, pivot: 1e-9 },
+    Attempt { shift: 1e-9, spread: 0.5, pivot: 1e-12 },
+    Attempt { shift: 1e-10, spread: 0.9, pivot: 1e-13 },
     Attempt { shift: 0.0, spread: 0.0, pivot: 1e-11 },
-    Attempt { shift: 1e-9, spread: 0.0, pivot: 1e-8 },
+    Attempt { shift: 1e-8, spread: 0.3, pivot: 1e-12 },
     Attempt { shift: 1e-12, spread: 0.9, pivot: 1e-10 },
     Attempt { shift: 0.0, spread: 0.9, pivot: 1e-9 },
     Attempt { shift: 1e-9, spread: 0.8, pivot: 1e-9 },
-    Attempt { shift: 1e-8, spread: 0.3, pivot: 1e-8 },
+    Attempt { shift: 1e-7, spread: 0.6, pivot: 1e-12 },
     Attempt { shift: 1e-10, spread: 0.95, pivot: 1e-7 },
     Attempt { shift: 1e-13, spread: 0.2, pivot: 1e-11 },
-    Attempt { shift: 1e-7, spread: 0.6, pivot: 1e-8 },
-    Attempt { shift: 1e-6, spread: 0.1, pivot: 1e-7 },
+    Attempt { shift: 1e-8, spread: 0.99, pivot: 1e-10 },
+    Attempt { shift: 1e-6, spread: 0.1, pivot: 1e-12 },
+    Attempt { shift: 1e-5, spread: 0.7, pivot: 1e-12 },
+    Attempt { shift: 1e-9, spread: 0.97, pivot: 1e-14 },
+    Attempt { shift: 0.0, spread: 0.5, pivot: 1e-12 },
 ];
 
 /// How a run of pivots ended.
@@ -133,16 +137,17 @@ impl<R: Real, const N: usize> Dense<R, N> {
         }
         report.residual = R::of(f64::INFINITY);
         self.scale(m, q, n);
-        let (mut rays, mut limits) = (0, 0);
+        // Rays and runs without a shift: with one, a copositive problem always has a solution.
+        let (mut rays, mut unshifted, mut limits) = (0, 0, 0);
         for (index, attempt) in ATTEMPTS.iter().enumerate() {
             self.fill(m, q, n, attempt);
             let (end, pivots) = self.pivot_to_end(n, R::of(attempt.pivot));
             report.pivots = report.pivots.saturating_add(pivots);
-            match end {
-                End::Ray => rays += 1,
-                End::Limit => limits += 1,
-                End::Basis => {}
+            if attempt.shift == 0.0 {
+                unshifted += 1;
+                rays += u32::from(end == End::Ray);
             }
+            limits += u32::from(end == End::Limit);
             self.read(n);
             let mut found = self.judge(m, q, n);
             if !(found <= tolerance::<R>() * R::of(1e-2)) && end == End::Basis {
@@ -156,16 +161,13 @@ impl<R: Real, const N: usize> Dense<R, N> {
             if report.residual <= tolerance() {
                 return report;
             }
-            // Four rays in four different directions: there is nothing to be found.
-            if rays >= 4 && rays == index + 1 {
-                break;
-            }
         }
-        report.status = match (rays, limits) {
-            (0, 0) => Status::Numerical,
-            (0, _) => Status::PivotLimit,
-            (rays, _) if rays >= 4 => Status::Ray,
-            _ => Status::Numerical,
+        report.status = if rays == unshifted {
+            Status::Ray
+        } else if limits > 0 {
+            Status::PivotLimit
+        } else {
+            Status::Numerical
         };
         report
     }

@@ -14,13 +14,18 @@ pub enum Order {
     Late,
 }
 
-/// Follows the numbers of a stream that begins at 0.
+/// Follows the numbers of a stream, by default from 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sequence {
     next: u32,
 }
 
 impl Sequence {
+    /// A stream whose next message is `seq`.
+    pub fn starting_at(seq: u32) -> Self {
+        Self { next: seq }
+    }
+
     /// Judges `seq`; a message that is [`Order::Next`] moves the count on.
     pub fn judge(&mut self, seq: u32) -> Order {
         if seq >= self.next {

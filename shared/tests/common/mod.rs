@@ -41,7 +41,7 @@ pub fn gripped<R: Real>(object: Object<R>, pusher: Option<PusherContact<R>>) -> 
 
 pub fn hard<R: Real>(finger: f64, pusher: f64, support: f64) -> Model<R> {
     let friction = Friction { finger: R::of(finger), pusher: R::of(pusher), support: R::of(support) };
-    Model { base: Base::Hard, friction, effects: HVec::new() }
+    Model::base(Base::Hard, friction)
 }
 
 pub fn at<R: Real>(x: f64, y: f64, z: f64) -> Vec3<R> {

@@ -1,0 +1,243 @@
+//! `stickslip stream DATA`: a recorded trial through the firmware, live.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use indicatif::{ProgressBar, ProgressStyle};
+use stickslip_shared::model::{Base, Friction, Model};
+use stickslip_shared::predictor::{flags, validity};
+use stickslip_shared::wire::{Info, TelemetryReport};
+
+use crate::dataset::Index;
+use crate::device::Device;
+use crate::device::package::Package;
+use crate::device::session::{self, Event, Outcome};
+use crate::output::{Output, table};
+use crate::simulate;
+
+/// Command line of `stickslip stream`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  stickslip stream data/demo --trial push-r1 --device qemu
+  stickslip stream data/demo --device serial:/dev/ttyACM0 --model model.toml
+
+The board takes one sample every 4 ms by its own clock. Exit code 1 where the board and the
+predictor on this host differ in a single bit.")]
+pub struct Args {
+    /// Folder of the data set
+    #[arg(value_name = "DATA")]
+    pub data: PathBuf,
+    /// Trial to stream [default: the first]
+    #[arg(long, value_name = "ID")]
+    pub trial: Option<String>,
+    /// `qemu`, `qemu:FIRMWARE` or `serial:PORT`
+    #[arg(long, default_value = "qemu", value_name = "DEVICE")]
+    pub device: String,
+    /// Contact model [default: rigid, friction 0.4 at fingers, 0.25 at pusher, 0.3 at table]
+    #[arg(long, value_name = "MODEL.toml")]
+    pub model: Option<PathBuf>,
+}
+
+/// # Errors
+/// Where data or model cannot be read, the device is not there, refuses, falls silent or
+/// is cut off, or its predictions differ from this host's.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    let reader = Index::open(&args.data)?;
+    let (ordinal, info) = find(&reader, args.trial.as_deref(), &args.data)?;
+    let trial = reader.read_trial(&info)?;
+    let model = args.model.as_deref().map_or_else(|| Ok(default_model()), read_model)?;
+    let scene = simulate::scene(&reader.description, &trial)?;
+    let package = Package::new(&scene, &model, &trial, ordinal)?;
+
+    let mut device = Device::open(&args.device)?;
+    output.text(describe(device.info()));
+    output.text(format_args!("trial {}: {} samples", info.trial, package.samples.len()));
+    let mut display = Display::new(output.progress(package.samples.len() as u64, "streaming"));
+    let outcome = session::stream(&mut device, &package, &mut |event| {
+        if let Event::Report(report) = event {
+            display.show(report);
+        }
+        Ok(())
+    });
+    display.bar.finish();
+    let outcome = outcome?;
+    output.document(&outcome)?;
+    report(output, &outcome);
+    anyhow::ensure!(
+        outcome.first_difference.is_none(),
+        "board and host differ from sample {} on: firmware and host are not built from the same source",
+        outcome.first_difference.unwrap_or_default()
+    );
+    Ok(())
+}
+
+fn find(
+    reader: &Index,
+    name: Option<&str>,
+    folder: &Path,
+) -> anyhow::Result<(usize, crate::dataset::TrialInfo)> {
+    let trials = &reader.trials;
+    let found = match name {
+        None => trials.first().map(|info| (0, info)),
+        Some(name) => trials.iter().enumerate().find(|(_, info)| info.trial == name),
+    };
+    let (ordinal, info) = found.with_context(|| match name {
+        None => format!("{} has no trials", folder.display()),
+        Some(name) => {
+            format!("{} has no trial `{name}`; `stickslip check` lists them", folder.display())
+        }
+    })?;
+    Ok((ordinal, info.clone()))
+}
+
+fn read_model(path: &Path) -> anyhow::Result<Model<f64>> {
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    toml::from_str(&text).with_context(|| path.display().to_string())
+}
+
+fn default_model() -> Model<f64> {
+    Model {
+        base: Base::Hard,
+        friction: Friction { finger: 0.4, pusher: 0.25, support: 0.3 },
+        effects: heapless::Vec::new(),
+        formulas: heapless::Vec::new(),
+    }
+}
+
+fn describe(info: &Info) -> String {
+    format!(
+        "{} firmware {}, start {} ({:?}), {} ms tick",
+        info.board,
+        info.firmware,
+        info.boots,
+        info.reset_cause,
+        info.tick_us / 1000
+    )
+}
+
+/// Progress bar with the newest prediction below it.
+struct Display {
+    bar: ProgressBar,
+    shown: Instant,
+}
+
+impl Display {
+    /// Often enough for eyes, seldom enough for terminals.
+    const INTERVAL: Duration = Duration::from_millis(80);
+
+    fn new(bar: ProgressBar) -> Self {
+        let style = ProgressStyle::with_template("[{bar:40}] {pos}/{len} samples {elapsed_precise}\n{msg}");
+        if let Ok(style) = style {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar.set_message("");
+        Self { bar, shown: Instant::now() - Self::INTERVAL }
+    }
+
+    fn show(&mut self, report: &TelemetryReport) {
+        let Some(seq) = report.sample_seq else { return };
+        self.bar.set_position(u64::from(seq) + 1);
+        if self.shown.elapsed() >= Self::INTERVAL && !self.bar.is_hidden() {
+            self.shown = Instant::now();
+            self.bar.set_message(live(report));
+        }
+    }
+}
+
+fn live(report: &TelemetryReport) -> String {
+    let p = &report.prediction;
+    let mut table = table(["", "used", "model", "peak ahead", "slip", "towards", "begins"]);
+    for (name, f) in ["finger 1", "finger 2"].into_iter().zip(&p.finger) {
+        table.add_row([
+            name.to_owned(),
+            format!("{:.2}", f.measured_utilisation),
+            format!("{:.2}", f.model_utilisation),
+            format!("{:.2}", f.peak_utilisation),
+            format!("{:.1} mm/s", f.slip_speed_m_s * 1e3),
+            format!("{:.0}°", f.slip_direction_rad.to_degrees()),
+            when(f.slip_in_s),
+        ]);
+    }
+    format!(
+        "{table}\nsag {:.2} mm, {:.2} mm ahead, rotation {:.2}°, drop {}, grip to hold {:.1} N\nflags: {}\ndoubts: {}",
+        p.sag_m * 1e3,
+        p.sag_ahead_m * 1e3,
+        p.rotation_rad.to_degrees(),
+        when(p.drop_in_s),
+        p.holding_grip_n,
+        flag_names(p.flags),
+        doubt_names(p.validity),
+    )
+}
+
+fn when(seconds: f32) -> String {
+    if seconds < 0.0 {
+        "not ahead".into()
+    } else if seconds == 0.0 {
+        "now".into()
+    } else {
+        format!("in {:.0} ms", seconds * 1e3)
+    }
+}
+
+fn flag_names(bits: u32) -> String {
+    names(
+        bits,
+        &[
+            (flags::SLIP_1 | flags::SLIP_2, "slip"),
+            (flags::SLIP_AHEAD_1 | flags::SLIP_AHEAD_2, "slip ahead"),
+            (flags::UNEXPECTED, "UNEXPECTED SLIP"),
+            (flags::SAG, "SAG"),
+            (flags::ROTATION, "ROTATION"),
+            (flags::DROP, "DROP"),
+            (flags::PUSHING, "pushing"),
+        ],
+    )
+}
+
+fn doubt_names(bits: u32) -> String {
+    names(
+        bits,
+        &[
+            (validity::SOLVER, "solver"),
+            (validity::DIVERGED, "model diverged"),
+            (validity::SAMPLE, "sample unusable"),
+            (validity::GAP, "gap in the samples"),
+            (validity::NO_WRENCH, "no fingertip wrench"),
+            (validity::NO_PLAN, "no plan"),
+            (validity::WAITING, "waiting for the object's pose"),
+            (validity::POINTS_LOST, "contact points left out"),
+            (validity::WRENCH, "wrench not finite"),
+        ],
+    )
+}
+
+fn names(bits: u32, table: &[(u32, &str)]) -> String {
+    let set: Vec<&str> = table.iter().filter(|(bit, _)| bits & bit != 0).map(|(_, name)| *name).collect();
+    if set.is_empty() { "none".into() } else { set.join(", ") }
+}
+
+fn report(output: &Output, outcome: &Outcome) {
+    let s = &outcome.statistics;
+    let milliseconds = |cost: u32| f64::from(cost) / f64::from(outcome.timer_hz.max(1)) * 1e3;
+    output.text(format_args!(
+        "{} of {} samples taken in {:.2} s; {} reports, {} lost on the line",
+        outcome.taken, outcome.samples, outcome.seconds, outcome.reports, outcome.reports_lost
+    ));
+    output.text(format_args!(
+        "ticks missed {}, tick cost mean {:.3} ms, worst {:.3} ms; starved {}, samples lost {}, dropped {}, frames damaged {} there and {} here",
+        s.ticks_missed,
+        milliseconds(s.mean_cost),
+        milliseconds(s.worst_cost),
+        s.starved,
+        s.samples_lost,
+        s.samples_dropped,
+        s.frames_damaged,
+        outcome.frames_damaged
+    ));
+    output.text(format_args!(
+        "{} of {} predictions equal this host's bit for bit",
+        outcome.equal, outcome.taken
+    ));
+}

@@ -1,0 +1,439 @@
+//! Model against measurement: errors by channel and phase, where the model fails, and
+//! whether another model fails less.
+//!
+//! Every trial is simulated along its measured drive ([`crate::simulate`]) and split into
+//! phases ([`crate::phases`]). Errors are modelled minus measured, after taking out what may
+//! be called a sensor offset ([`tare`]), and are measured against the scatter of repetitions
+//! ([`noise`]). Lack of fit is an F test of the conditions' mean errors against that scatter
+//! ([`statistics`]), corrected for the number of channels and phases looked at.
+
+pub mod conditions;
+pub mod document;
+pub mod friction;
+pub mod noise;
+pub mod regions;
+pub mod rows;
+pub mod statistics;
+pub mod tare;
+pub mod trial;
+pub mod verdict;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rayon::prelude::*;
+use stickslip_shared::model::Model;
+
+use crate::channels::{COUNT, Signals};
+use crate::dataset::{Dataset, Description, Trial, TrialInfo};
+use crate::phases::{PHASES, Phases, split};
+use crate::simulate::{Prepared, prepare};
+use conditions::{HeldOut, VARIABLES};
+use document::{Comparison, DataSummary, ModelReport, SCHEMA, Skipped, Trace, TrialRow};
+use noise::{Floor, Source};
+use tare::Tare;
+use trial::TrialErrors;
+
+/// Family-wise chance of a false alarm.
+pub const SIGNIFICANCE: f64 = 0.01;
+
+/// A data set whose trials are read one by one, so that it need not fit memory.
+#[derive(Clone, Copy)]
+pub struct Data<'a> {
+    /// dataset.toml.
+    pub description: &'a Description,
+    /// trials.csv.
+    pub infos: &'a [TrialInfo],
+    /// Reads the trial at this place of `infos`.
+    pub load: &'a (dyn Fn(usize) -> Result<Trial, String> + Sync),
+}
+
+/// Compares a data set that is in memory; see [`compare`].
+///
+/// # Errors
+/// As [`compare`].
+pub fn compare_dataset(
+    data: &Dataset,
+    models: &[NamedModel],
+    options: &Options,
+) -> anyhow::Result<Comparison> {
+    let infos: Vec<TrialInfo> = data.trials.iter().map(|t| t.info.clone()).collect();
+    let load = |i: usize| Ok(data.trials[i].clone());
+    compare(
+        Data { description: &data.description, infos: &infos, load: &load },
+        models,
+        options,
+        &mut |_, _| {},
+        &|| {},
+    )
+}
+
+/// A model and where it comes from.
+#[derive(Clone, Debug)]
+pub struct NamedModel {
+    /// Short name for tables.
+    pub name: String,
+    /// In words.
+    pub origin: String,
+    /// The model.
+    pub model: Model<f64>,
+}
+
+/// What to compare.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Only this trial.
+    pub trial: Option<String>,
+    /// Only these trials are compared, and none of them is calibrated on.
+    pub held_out: HeldOut,
+    /// Sensor offsets.
+    pub tare: Tare,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { trial: None, held_out: HeldOut::Nothing, tare: Tare::BeforeContact }
+    }
+}
+
+/// Trials that were compared, with the errors of each model.
+struct Compared {
+    /// Places in the data set.
+    places: Vec<usize>,
+    phases: Vec<Phases>,
+    /// By model, then trial.
+    errors: Vec<Vec<TrialErrors>>,
+    skipped: Vec<Skipped>,
+}
+
+/// Compares `models` with the data. Without a model the base model is calibrated quickly.
+/// `begin` is told the name and length of each stage, `tick` when a step of it is done.
+///
+/// # Errors
+/// A trial that is not there, nothing to hold out, no trial that can be simulated.
+pub fn compare(
+    data: Data,
+    models: &[NamedModel],
+    options: &Options,
+    begin: &mut dyn FnMut(&'static str, usize),
+    tick: &(dyn Fn() + Sync),
+) -> anyhow::Result<Comparison> {
+    let infos = data.infos;
+    anyhow::ensure!(!infos.is_empty(), "the data set lists no trials");
+    let held_out = options.held_out.mask(infos).map_err(anyhow::Error::msg)?;
+    let groups = conditions::conditions(infos);
+    let mut condition_of = vec![0; infos.len()];
+    for (c, group) in groups.iter().enumerate() {
+        for i in group {
+            condition_of[*i] = c;
+        }
+    }
+    let noise = noise::sensor_noise(data.description);
+    let mut notes = Vec::new();
+    let calibrated;
+    let models = if models.is_empty() {
+        begin("calibrating", 1);
+        calibrated = [base_model(data, &groups, &held_out, &noise, &mut notes)];
+        tick();
+        &calibrated[..]
+    } else {
+        models
+    };
+    let chosen = chosen_trials(options, infos, &groups, &condition_of, &held_out)?;
+    begin("comparing", chosen.loaded.len());
+    let compared = simulate_all(data, &chosen.loaded, models, &noise, tick);
+    if compared.places.is_empty() {
+        let why = compared.skipped.first().map_or("no trial is left", |s| s.reason.as_str());
+        anyhow::bail!("no trial can be compared: {why}");
+    }
+    let reported: Vec<bool> = compared.places.iter().map(|i| chosen.reported.contains(i)).collect();
+    anyhow::ensure!(
+        reported.iter().any(|r| *r),
+        "{}",
+        compared.skipped.first().map_or("no trial is left", |s| s.reason.as_str())
+    );
+
+    let trials = rows::Trials {
+        infos,
+        places: &compared.places,
+        condition_of: &condition_of,
+        reported: &reported,
+        noise: &noise,
+    };
+    let mut floors: Option<BTreeMap<rows::Key, Floor>> = None;
+    let mut reports = Vec::new();
+    let mut tares_of_last = Vec::new();
+    for (named, errors) in models.iter().zip(&compared.errors) {
+        let (offsets, tares) =
+            tare::offsets(&errors.iter().collect::<Vec<_>>(), &data.description.sensors, options.tare);
+        let mut shifted = errors.clone();
+        for (e, tare) in shifted.iter_mut().zip(&tares) {
+            e.shift(tare);
+        }
+        // All models are measured against one floor: that of the first.
+        let floors = floors.get_or_insert_with(|| trials.floors(&shifted));
+        let mut errors = trials.rows(&shifted, &tares, floors);
+        if chosen.single {
+            for row in &mut errors {
+                row.lack_of_fit = None;
+                row.fails = false;
+            }
+        }
+        let (regions, trends, trends_tested) = if chosen.single {
+            Default::default()
+        } else {
+            regions::find(&trials, &shifted, &errors, floors)
+        };
+        reports.push(ModelReport {
+            name: named.name.clone(),
+            origin: named.origin.clone(),
+            friction: BTreeMap::from([
+                ("finger", named.model.friction.finger),
+                ("pusher", named.model.friction.pusher),
+                ("support", named.model.friction.support),
+            ]),
+            effects: named.model.effects.iter().map(effect_name).collect(),
+            offsets,
+            errors,
+            regions,
+            trends,
+            trends_tested,
+            unsolved_steps: shifted.iter().map(|e| e.unsolved).sum(),
+            trials: trials.trial_rows(&shifted, floors),
+        });
+        tares_of_last = tares;
+    }
+    let floors = floors.unwrap_or_default();
+    let trial_rows = &reports[reports.len() - 1].trials;
+    let traces = traces(data, &compared, &trials, models, &tares_of_last, &floors, trial_rows, chosen.single);
+    let sources: BTreeSet<Source> = reports[0].errors.iter().map(|r| r.noise_source).collect();
+    let noise_floor = [Source::Repetitions, Source::SensorNoise]
+        .into_iter()
+        .find(|s| sources.contains(s))
+        .unwrap_or(Source::Unknown);
+    let present: BTreeSet<usize> =
+        compared.places.iter().zip(&reported).filter(|(_, r)| **r).map(|(i, _)| condition_of[*i]).collect();
+    let repeats = |c: &&usize| compared.places.iter().filter(|i| condition_of[**i] == **c).count() > 1;
+    let data_summary = DataSummary {
+        name: data.description.name.clone(),
+        trials: reported.iter().filter(|r| **r).count(),
+        conditions: present.len(),
+        repeated_conditions: present.iter().filter(repeats).count(),
+        held_out: options.held_out != HeldOut::Nothing,
+        noise_floor,
+        significance: SIGNIFICANCE,
+    };
+    let changes = if reports.len() > 1 { rows::changes(&reports) } else { Vec::new() };
+    notes.extend(verdict::notes(&data_summary, &reports, &compared.skipped, options, chosen.single));
+    let summary = verdict::summary(&data_summary, &reports, &changes, chosen.single);
+    Ok(Comparison {
+        schema: SCHEMA,
+        summary,
+        notes,
+        data: data_summary,
+        models: reports,
+        changes,
+        skipped: compared.skipped,
+        traces,
+    })
+}
+
+fn effect_name(effect: &stickslip_shared::effects::Effect<f64>) -> String {
+    effect.info().map_or_else(|| format!("unknown effect {}", effect.code), |i| i.id.to_owned())
+}
+
+/// What is loaded, and what of it is reported.
+struct Chosen {
+    loaded: Vec<usize>,
+    reported: BTreeSet<usize>,
+    single: bool,
+}
+
+fn chosen_trials(
+    options: &Options,
+    infos: &[TrialInfo],
+    groups: &[Vec<usize>],
+    condition_of: &[usize],
+    held_out: &[bool],
+) -> anyhow::Result<Chosen> {
+    if let Some(id) = &options.trial {
+        let at = infos.iter().position(|i| i.trial == *id).ok_or_else(|| {
+            let some: Vec<&str> = infos.iter().take(5).map(|i| i.trial.as_str()).collect();
+            anyhow::anyhow!("no trial is named `{id}`; there are {} ({} ...)", infos.len(), some.join(", "))
+        })?;
+        // Its repetitions give the noise floor.
+        let loaded = groups[condition_of[at]].clone();
+        return Ok(Chosen { loaded, reported: BTreeSet::from([at]), single: true });
+    }
+    let any = held_out.iter().any(|h| *h);
+    let loaded: Vec<usize> = (0..infos.len()).filter(|i| !any || held_out[*i]).collect();
+    Ok(Chosen { reported: loaded.iter().copied().collect(), loaded, single: false })
+}
+
+/// The base model for a comparison without `--model`, with notes on where it comes from.
+fn base_model(
+    data: Data,
+    groups: &[Vec<usize>],
+    held_out: &[bool],
+    noise: &Signals,
+    notes: &mut Vec<String>,
+) -> NamedModel {
+    let usable: Vec<usize> =
+        groups.iter().filter_map(|g| g.iter().copied().find(|i| !held_out[*i])).collect();
+    let count = usable.len().min(friction::TRIALS);
+    let prepared: Vec<Prepared> = (0..count)
+        .into_par_iter()
+        .filter_map(|k| {
+            let i = usable[k * usable.len() / count];
+            let trial = (data.load)(i).ok()?;
+            prepare(data.description, &trial, i).ok()
+        })
+        .collect();
+    match friction::calibrate(&prepared, &data.description.sensors, noise) {
+        Some(c) => {
+            let origin = format!(
+                "no model was given: hard contact, friction calibrated quickly on {} trials",
+                c.trials
+            );
+            for name in &c.undetermined {
+                let value = match *name {
+                    "finger" => c.model.friction.finger,
+                    "pusher" => c.model.friction.pusher,
+                    _ => c.model.friction.support,
+                };
+                notes.push(format!("these data do not determine {name} friction; {value:.2} was taken"));
+            }
+            NamedModel { name: "base".into(), origin, model: c.model }
+        }
+        None => NamedModel {
+            name: "base".into(),
+            origin: "no model was given and no force measured to calibrate on: hard contact, friction 0.40 \
+                     (fingers), 0.25 (pusher), 0.30 (support)"
+                .into(),
+            model: friction::default_model(),
+        },
+    }
+}
+
+fn simulate_all(
+    data: Data,
+    loaded: &[usize],
+    models: &[NamedModel],
+    noise: &Signals,
+    tick: &(dyn Fn() + Sync),
+) -> Compared {
+    type One = (Phases, Vec<TrialErrors>);
+    let results: Vec<(usize, Result<One, String>)> = loaded
+        .par_iter()
+        .map(|&i| {
+            let one = || -> Result<One, String> {
+                let trial = (data.load)(i)?;
+                let prepared = prepare(data.description, &trial, i).map_err(|e| e.to_string())?;
+                drop(trial);
+                let mut phases = None;
+                let errors = models
+                    .iter()
+                    .map(|m| {
+                        let simulated = prepared.simulate(&m.model);
+                        // The first model settles the phases, so that models compare like with like.
+                        let p = *phases.get_or_insert_with(|| split(&prepared, &simulated, noise));
+                        TrialErrors::of(&prepared, &simulated, p)
+                    })
+                    .collect();
+                phases.map(|p| (p, errors)).ok_or_else(|| "no model was given".to_owned())
+            };
+            let result = one();
+            tick();
+            (i, result)
+        })
+        .collect();
+    let mut out = Compared {
+        places: Vec::new(),
+        phases: Vec::new(),
+        errors: vec![Vec::new(); models.len()],
+        skipped: Vec::new(),
+    };
+    for (i, result) in results {
+        match result {
+            Ok((phases, errors)) => {
+                out.places.push(i);
+                out.phases.push(phases);
+                for (all, e) in out.errors.iter_mut().zip(errors) {
+                    all.push(e);
+                }
+            }
+            Err(reason) => out.skipped.push(Skipped { trial: data.infos[i].trial.clone(), reason }),
+        }
+    }
+    out
+}
+
+/// Signals of the worst and the median trial (or of the one chosen), simulated once more.
+#[allow(clippy::too_many_arguments)]
+fn traces(
+    data: Data,
+    compared: &Compared,
+    trials: &rows::Trials,
+    models: &[NamedModel],
+    tares: &[Signals],
+    floors: &BTreeMap<rows::Key, Floor>,
+    rows: &[TrialRow],
+    single: bool,
+) -> Vec<Trace> {
+    let at = |row: &TrialRow| {
+        compared.places.iter().position(|i| data.infos[*i].trial == row.trial).unwrap_or_default()
+    };
+    let mut ranked: Vec<&TrialRow> = rows.iter().filter(|r| r.multiples.is_some()).collect();
+    if ranked.is_empty() {
+        ranked = rows.iter().collect();
+    }
+    ranked.sort_by(|a, b| b.multiples.unwrap_or(0.0).total_cmp(&a.multiples.unwrap_or(0.0)));
+    let mut wanted: Vec<(&TrialRow, &'static str)> = Vec::new();
+    match ranked.as_slice() {
+        [] => {}
+        [only] => wanted.push((only, if single { "chosen trial" } else { "only trial" })),
+        [worst, ..] => {
+            wanted.push((worst, "worst trial"));
+            wanted.push((ranked[ranked.len() / 2], "median trial"));
+        }
+    }
+    wanted
+        .into_iter()
+        .filter_map(|(row, role)| {
+            let k = at(row);
+            let i = compared.places[k];
+            let trial = (data.load)(i).ok()?;
+            let prepared = prepare(data.description, &trial, i).ok()?;
+            let modelled = models.iter().map(|m| prepared.simulate(&m.model).signals).collect();
+            let mut measured = prepared.measured;
+            for row in &mut measured {
+                for (x, tare) in row.iter_mut().zip(&tares[k]) {
+                    *x -= tare;
+                }
+            }
+            let primitive = trials.primitive(k);
+            let band = (0..COUNT)
+                .map(|c| {
+                    PHASES.map(|p| floors.get(&(primitive.to_owned(), c, p)).map_or(f64::NAN, |f| f.rms))
+                })
+                .collect();
+            let info = &data.infos[i];
+            let levels = VARIABLES.iter().filter_map(|v| {
+                let (name, unit) = v.label().split_once(", ").unwrap_or((v.label(), ""));
+                v.level(info).map(|l| format!("{name} {l} {unit}").trim_end().to_owned())
+            });
+            Some(Trace {
+                trial: row.trial.clone(),
+                role,
+                conditions: std::iter::once(info.primitive.replace('_', " "))
+                    .chain(levels)
+                    .collect::<Vec<_>>()
+                    .join(", "),
+                t_s: prepared.t_s,
+                measured,
+                modelled,
+                phases: compared.phases[k],
+                band,
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,113 @@
+//! Tests: lack of fit against pure error, regression, and the correction for many looks.
+
+use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
+
+/// Lack of fit of run means against the scatter of repetitions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LackOfFit {
+    /// Mean square of the conditions' mean errors over that of the repetitions.
+    pub f: f64,
+    /// Degrees of freedom of the numerator.
+    pub of_fit: f64,
+    /// Degrees of freedom of the denominator.
+    pub of_error: f64,
+    /// Chance of a ratio as large where the model is right.
+    pub p: f64,
+    /// Standard deviation of a run's mean error around that of its repetitions.
+    pub pure_error: f64,
+}
+
+/// F test that the mean errors of all conditions are zero. `conditions` holds the mean
+/// errors of the runs of each.
+///
+/// Parameters fitted to the same runs would lower the numerator: the test then rejects
+/// less often than stated, never more. Where conditions scatter unequally the degrees of
+/// freedom are reduced after Box (1954); the variance of each group enters with its own
+/// weight. `None` without two repetitions of any condition, or without scatter.
+pub fn lack_of_fit(conditions: &[Vec<f64>]) -> Option<LackOfFit> {
+    let mut count = 0.0;
+    let (mut fit, mut error, mut degrees) = (0.0, 0.0, 0.0);
+    // Sums of the variances and of their squares, weighted as they enter each mean square.
+    let (mut v_fit, mut v2_fit, mut v_error, mut v2_error, mut repeated) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for runs in conditions.iter().filter(|r| !r.is_empty()) {
+        let n = runs.len() as f64;
+        let mean = runs.iter().sum::<f64>() / n;
+        let squares = runs.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>();
+        count += 1.0;
+        fit += n * mean * mean;
+        error += squares;
+        degrees += n - 1.0;
+        if runs.len() > 1 {
+            let variance = squares / (n - 1.0);
+            // Unbiased for the square of the variance of a normal distribution.
+            let square = variance * variance * (n - 1.0) / (n + 1.0);
+            repeated += 1.0;
+            v_fit += variance;
+            v2_fit += square;
+            v_error += (n - 1.0) * variance;
+            v2_error += (n - 1.0) * square;
+        }
+    }
+    if !(degrees > 0.0 && error > 0.0) {
+        return None;
+    }
+    let pure = error / degrees;
+    let of_fit = (v_fit * v_fit / v2_fit * count / repeated).clamp(1.0, count);
+    let of_error = (v_error * v_error / v2_error).clamp(1.0, degrees);
+    let f = fit / count / pure;
+    let p = FisherSnedecor::new(of_fit, of_error).map_or(f64::NAN, |d| d.sf(f));
+    Some(LackOfFit { f, of_fit, of_error, p, pure_error: pure.sqrt() })
+}
+
+/// A straight line through points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// Change of y with x.
+    pub slope: f64,
+    /// y at x = 0.
+    pub intercept: f64,
+    /// Chance of a slope as large where there is none.
+    pub p: f64,
+}
+
+/// Least squares line; `estimated` is the number of parameters that the points have lost
+/// (2 for a line through points as they are). `None` with no more points than that, or no
+/// spread in x.
+pub fn regression(points: &[(f64, f64)], estimated: usize) -> Option<Line> {
+    let n = points.len() as f64;
+    let degrees = points.len().checked_sub(estimated).filter(|d| *d > 0)? as f64;
+    let (mx, my) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for (x, y) in points {
+        xx += (x - mx) * (x - mx);
+        xy += (x - mx) * (y - my);
+        yy += (y - my) * (y - my);
+    }
+    if !(xx > 1e-24 * (1.0 + mx * mx)) {
+        return None;
+    }
+    let slope = xy / xx;
+    let left = (yy - slope * xy).max(0.0) / degrees;
+    let p = if left > 0.0 {
+        let t = slope / (left / xx).sqrt();
+        StudentsT::new(0.0, 1.0, degrees).map_or(f64::NAN, |d| 2.0 * d.sf(t.abs()))
+    } else if slope == 0.0 {
+        1.0
+    } else {
+        0.0
+    };
+    Some(Line { slope, intercept: my - slope * mx, p })
+}
+
+/// p values corrected for their number (Holm 1979); NaN stays NaN and is not counted.
+pub fn holm(p: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..p.len()).filter(|i| p[*i].is_finite()).collect();
+    order.sort_by(|a, b| p[*a].total_cmp(&p[*b]));
+    let mut out = vec![f64::NAN; p.len()];
+    let mut running = 0.0f64;
+    for (rank, i) in order.iter().enumerate() {
+        running = running.max(p[*i] * (order.len() - rank) as f64).min(1.0);
+        out[*i] = running;
+    }
+    out
+}

@@ -1,0 +1,172 @@
+//! Errors of one trial: modelled minus measured, for each channel and phase.
+//!
+//! Sums are kept rather than errors, so that a constant sensor offset found later from the
+//! whole data set can still be taken out exactly.
+
+use crate::channels::{COUNT, Quantity, Signals, quantity};
+use crate::phases::{PHASES, Phase, Phases, white_noise_of};
+use crate::simulate::{Prepared, Simulated};
+
+/// Sections of equal length into which each phase is cut to see how runs scatter.
+pub const SECTIONS: usize = 8;
+/// Fewer samples than this say nothing about a phase.
+pub const FEWEST_SAMPLES: u32 = 3;
+/// Fewer samples than this before contact give no tare.
+const FEWEST_TARE_SAMPLES: u32 = 5;
+
+/// Sums of the error over one phase of one channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cell {
+    /// Samples in which both model and measurement are known.
+    pub samples: u32,
+    sum: f64,
+    sum_sq: f64,
+    low: f64,
+    high: f64,
+    /// Mean error of each section; NaN where it holds no sample.
+    pub sections: [f64; SECTIONS],
+}
+
+impl Cell {
+    const EMPTY: Self = Self {
+        samples: 0,
+        sum: 0.0,
+        sum_sq: 0.0,
+        low: f64::INFINITY,
+        high: f64::NEG_INFINITY,
+        sections: [f64::NAN; SECTIONS],
+    };
+
+    /// Sums of `errors`; NaN: not measured.
+    pub fn of(errors: &[f64]) -> Self {
+        let mut cell = Self::EMPTY;
+        let mut sections = [(0.0, 0u32); SECTIONS];
+        for (i, e) in errors.iter().enumerate().filter(|(_, e)| e.is_finite()) {
+            cell.samples += 1;
+            cell.sum += e;
+            cell.sum_sq += e * e;
+            cell.low = cell.low.min(*e);
+            cell.high = cell.high.max(*e);
+            let section = &mut sections[i * SECTIONS / errors.len()];
+            section.0 += e;
+            section.1 += 1;
+        }
+        for (mean, (sum, count)) in cell.sections.iter_mut().zip(sections) {
+            *mean = if count > 0 { sum / f64::from(count) } else { f64::NAN };
+        }
+        cell
+    }
+
+    /// Whether enough samples stand behind it.
+    pub fn is_known(&self) -> bool {
+        self.samples >= FEWEST_SAMPLES
+    }
+
+    /// The same with `offset` added to every error.
+    #[must_use]
+    pub fn shifted(mut self, offset: f64) -> Self {
+        let n = f64::from(self.samples);
+        self.sum_sq += offset * (2.0 * self.sum + n * offset);
+        self.sum += n * offset;
+        self.low += offset;
+        self.high += offset;
+        for s in &mut self.sections {
+            *s += offset;
+        }
+        self
+    }
+
+    /// Mean error.
+    pub fn bias(&self) -> f64 {
+        self.sum / f64::from(self.samples)
+    }
+
+    /// Mean square error.
+    pub fn mean_square(&self) -> f64 {
+        (self.sum_sq / f64::from(self.samples)).max(0.0)
+    }
+
+    /// Largest error, without sign.
+    pub fn largest(&self) -> f64 {
+        self.low.abs().max(self.high.abs())
+    }
+}
+
+/// Errors of one trial against one model.
+#[derive(Clone, Debug)]
+pub struct TrialErrors {
+    /// By channel and phase; [`cell`](Self::cell) finds one.
+    cells: Vec<Cell>,
+    /// Mean of measured minus modelled before contact; NaN where not known. Force and torque only.
+    pub offset: Signals,
+    /// Standard deviation of the measurement's noise from sample to sample.
+    pub white: Signals,
+    /// Times at which the phases begin, and the end of the trial.
+    pub phase_s: [(f64, f64); 5],
+    /// How the phases were found.
+    pub phases: Phases,
+    /// Samples.
+    pub samples: usize,
+    /// Steps whose solve did not reach its tolerance.
+    pub unsolved: usize,
+    /// Largest momentum error of the solver.
+    pub residual_n: f64,
+}
+
+impl TrialErrors {
+    /// Compares `simulated` with the measurement. The tare is not applied yet.
+    pub fn of(prepared: &Prepared, simulated: &Simulated, phases: Phases) -> Self {
+        let t = &prepared.t_s;
+        let mut cells = vec![Cell::EMPTY; COUNT * PHASES.len()];
+        let mut errors = Vec::new();
+        let mut offset = [f64::NAN; COUNT];
+        for channel in 0..COUNT {
+            for phase in PHASES {
+                let range = phases.range(phase);
+                errors.clear();
+                errors.extend(
+                    simulated.signals[range.clone()]
+                        .iter()
+                        .zip(&prepared.measured[range])
+                        .map(|(model, measured)| model[channel] - measured[channel]),
+                );
+                let cell = Cell::of(&errors);
+                if phase == Phase::BeforeContact
+                    && cell.samples >= FEWEST_TARE_SAMPLES
+                    && matches!(quantity(channel), Quantity::Force | Quantity::Torque)
+                {
+                    offset[channel] = -cell.bias();
+                }
+                cells[channel * PHASES.len() + phase as usize] = cell;
+            }
+        }
+        let at = |i: usize| t.get(i).or(t.last()).copied().unwrap_or(0.0);
+        Self {
+            cells,
+            offset,
+            white: std::array::from_fn(|k| white_noise_of(prepared.measured.iter().map(|s| s[k]))),
+            phase_s: PHASES.map(|p| {
+                let r = phases.range(p);
+                (at(r.start), at(r.end))
+            }),
+            phases,
+            samples: t.len(),
+            unsolved: simulated.unsolved,
+            residual_n: simulated.worst_residual_n,
+        }
+    }
+
+    /// Errors of `channel` in `phase`, without a tare.
+    pub fn raw(&self, channel: usize, phase: Phase) -> &Cell {
+        &self.cells[channel * PHASES.len() + phase as usize]
+    }
+
+    /// Takes a constant of each channel out of the measurement.
+    pub fn shift(&mut self, tare: &Signals) {
+        for (channel, offset) in tare.iter().enumerate().filter(|(_, x)| x.is_finite()) {
+            for cell in &mut self.cells[channel * PHASES.len()..(channel + 1) * PHASES.len()] {
+                *cell = cell.shifted(*offset);
+            }
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! Streams a trial to a board, sample by sample at the board's pace.
+//!
+//! The board's clock rules: it takes one sample a tick, and the host keeps a few ahead of
+//! what the telemetry says was taken. So neither side's clock drifts against the other's,
+//! and the host's jitter (up to [`AHEAD`] ticks) does not reach the tick.
+
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+use stickslip_shared::predictor::{HASH_START, Predictor};
+use stickslip_shared::wire::sequence::{Order, Sequence};
+use stickslip_shared::wire::{self, Mode, Source, StartRequest, Statistics, TelemetryReport};
+
+use super::package::Package;
+use super::{Device, DeviceError};
+
+/// Samples kept ahead of the board.
+pub const AHEAD: u32 = 16;
+/// Without a report for this long the board counts as silent.
+const SILENCE: Duration = Duration::from_secs(2);
+/// Without a sample taken for this long, while none waits on the board, those on their way
+/// count as lost.
+const STARVED: Duration = Duration::from_millis(500);
+
+/// What happens in a run, in order, for a log or a display.
+pub enum Event<'a> {
+    /// A sample went out.
+    Sent(&'a wire::Sample),
+    /// A report came in.
+    Report(&'a TelemetryReport),
+}
+
+/// How a run went.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Outcome {
+    /// Samples in the trial.
+    pub samples: usize,
+    /// Samples that the board took, as far as its reports tell.
+    pub taken: usize,
+    /// Reports received in the run.
+    pub reports: usize,
+    /// Reports that the board sent and the line lost.
+    pub reports_lost: u32,
+    /// Damaged frames received.
+    pub frames_damaged: u64,
+    /// Reports whose hash equals that of the same predictor on this host.
+    pub equal: usize,
+    /// The first sample after which they differed.
+    pub first_difference: Option<u32>,
+    /// Duration of the run.
+    pub seconds: f64,
+    /// The board's counts since its reset.
+    pub statistics: Statistics,
+    /// Counts a second of the costs in `statistics`.
+    pub timer_hz: u32,
+}
+
+/// Loads the model, streams every sample, and compares each report with the predictor run
+/// on this host over the same samples.
+///
+/// # Errors
+/// Where the board refuses, falls silent, restarts, or the line is cut. What happened
+/// before was told to `watch`.
+pub fn stream(
+    device: &mut Device,
+    package: &Package,
+    watch: &mut dyn FnMut(Event<'_>) -> std::io::Result<()>,
+) -> anyhow::Result<Outcome> {
+    let count = package.samples.len();
+    device.load_model(&package.bytes()?)?;
+    await_model(device)?;
+    device.command::<wire::SetPlan>(&package.plan)?;
+    let request = StartRequest {
+        source: Source::Link,
+        trial: package.ordinal,
+        prefill: AHEAD.min(count as u32) as u8,
+        length: Some(count as u32),
+    };
+    device.command::<wire::Start>(&request)?;
+    device.forget_reports();
+    let began = Instant::now();
+    let mut run = Run::new(package)?;
+    let mut heard = Instant::now();
+    loop {
+        while let Some(sample) = run.to_send() {
+            device.publish::<wire::Samples>(sample.seq, sample)?;
+            watch(Event::Sent(sample))?;
+            run.sent += 1;
+        }
+        let Some(report) = device.report(Duration::from_millis(100))? else {
+            if heard.elapsed() > SILENCE {
+                return Err(DeviceError::Silent { last: run.last, count }.into());
+            }
+            continue;
+        };
+        heard = Instant::now();
+        if report.mode == Mode::Safe {
+            return Err(DeviceError::Restarted { last: run.last }.into());
+        }
+        watch(Event::Report(&report))?;
+        run.take(&report, package);
+        if run.ended(&report, count) {
+            break;
+        }
+    }
+    if run.last.is_none_or(|last| (last as usize) + 1 < count) {
+        device.command::<wire::Stop>(&())?;
+    }
+    let outcome = Outcome {
+        samples: count,
+        seconds: began.elapsed().as_secs_f64(),
+        statistics: device.statistics()?,
+        timer_hz: device.info().timer_hz,
+        frames_damaged: device.damaged_frames(),
+        ..run.outcome
+    };
+    Ok(outcome)
+}
+
+/// Waits until the tick took the model over.
+fn await_model(device: &mut Device) -> Result<(), DeviceError> {
+    for _ in 0..100 {
+        let info = device.patient::<wire::GetInfo>(&())?;
+        if info.mode != Mode::Safe {
+            return Ok(());
+        }
+        std::thread::sleep(Duration::from_millis(4));
+    }
+    Err(DeviceError::NoAnswer { request: "stickslip/model/commit" })
+}
+
+struct Run<'a> {
+    package: &'a Package,
+    predictor: Predictor<f32>,
+    hash: u32,
+    /// The next sample that the predictor on this host takes.
+    next: u32,
+    sent: u32,
+    /// Samples before this one are done with: taken or lost.
+    done: u32,
+    last: Option<u32>,
+    /// When the board last took a sample.
+    fed: Instant,
+    reports: Option<Sequence>,
+    outcome: Outcome,
+    begun: bool,
+}
+
+impl<'a> Run<'a> {
+    fn new(package: &'a Package) -> anyhow::Result<Self> {
+        let (scene, model, limits) = package.model.clone();
+        let mut predictor = Predictor::new(scene, model, limits)
+            .map_err(|fault| anyhow::anyhow!("the predictor cannot run the model ({fault:?})"))?;
+        predictor.set_trial(package.ordinal);
+        predictor.set_plan(package.plan.clone());
+        Ok(Self {
+            package,
+            predictor,
+            hash: HASH_START,
+            next: 0,
+            sent: 0,
+            done: 0,
+            last: None,
+            fed: Instant::now(),
+            reports: None,
+            outcome: Outcome::default(),
+            begun: false,
+        })
+    }
+
+    fn to_send(&self) -> Option<&'a wire::Sample> {
+        let room = self.sent < self.done.saturating_add(AHEAD);
+        room.then(|| self.package.samples.get(self.sent as usize)).flatten()
+    }
+
+    fn take(&mut self, report: &TelemetryReport, package: &Package) {
+        self.begun |= report.mode == Mode::Running || report.sample_seq.is_some();
+        if !self.begun {
+            return;
+        }
+        self.outcome.reports += 1;
+        let sequence = self.reports.get_or_insert_with(|| Sequence::starting_at(report.seq));
+        if let Order::Next { lost } = sequence.judge(report.seq) {
+            self.outcome.reports_lost += lost;
+        }
+        let Some(seq) = report.sample_seq else {
+            if report.waiting == 0 && self.fed.elapsed() > STARVED {
+                self.done = self.sent;
+                self.fed = Instant::now();
+            }
+            return;
+        };
+        self.fed = Instant::now();
+        self.done = self.done.max(seq.saturating_add(1));
+        self.last = Some(seq);
+        self.outcome.taken += 1;
+        self.replay(seq, report, package);
+    }
+
+    /// The predictor here takes the samples that the board took: with lost reports in
+    /// between, all of them up to this one.
+    fn replay(&mut self, seq: u32, report: &TelemetryReport, package: &Package) {
+        let lost_report = self.outcome.reports_lost > 0;
+        let from = if lost_report { self.next } else { seq };
+        for index in from..=seq {
+            if let Some(sample) = package.samples.get(index as usize) {
+                let prediction = self.predictor.tick(&sample.into());
+                self.hash = prediction.hash(self.hash);
+            }
+        }
+        self.next = seq.saturating_add(1);
+        if self.hash == report.hash {
+            self.outcome.equal += 1;
+        } else if self.outcome.first_difference.is_none() {
+            self.outcome.first_difference = Some(seq);
+        }
+    }
+
+    fn ended(&self, report: &TelemetryReport, count: usize) -> bool {
+        let all = self.done as usize >= count;
+        (self.begun && report.mode != Mode::Running) || (all && self.sent as usize >= count)
+    }
+}

@@ -1,0 +1,174 @@
+//! Generalised least squares on whitened group means, by Gram matrices.
+//!
+//! Each group of repetitions has a mean residual with covariance `D + U U^T`: independent
+//! noise and floor on the diagonal, run-to-run friction and common directions in `U`.
+//! [`Whitener`] turns that into the identity. All further statistics (fits, held-out errors,
+//! tests, resampling of conditions) are sums over groups of small Gram matrices of
+//! `[parameters | sensor offsets | residual]`, so that none of them simulates again.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::channels::COUNT;
+use crate::diagnose::features::{FEATURES, Features};
+use crate::diagnose::phases::BINS;
+
+/// Constant errors of the force and torque channels: nuisance with a prior.
+pub const OFFSETS: usize = COUNT - 6;
+
+/// Turns features of one group into uncorrelated ones of unit variance.
+#[derive(Clone, Debug)]
+pub struct Whitener {
+    /// Features in use.
+    pub active: Vec<usize>,
+    scale: Vec<f64>,
+    basis: DMatrix<f64>,
+    shrink: Vec<f64>,
+}
+
+impl Whitener {
+    /// For features `active` with variances `variance` and common directions `common` (all
+    /// given for every feature).
+    pub fn new(active: Vec<usize>, variance: &[f64], common: &[Features]) -> Self {
+        let scale: Vec<f64> = active.iter().map(|f| 1.0 / variance[*f].sqrt()).collect();
+        let d = active.len();
+        let u = DMatrix::from_fn(d, common.len(), |i, k| {
+            let x = common[k][active[i]];
+            if x.is_finite() { x * scale[i] } else { 0.0 }
+        });
+        // (I + U U^T)^(-1/2) = I - Q (1 - 1 / sqrt(1 + s^2)) Q^T with U = Q S V^T, from U^T U.
+        let eigen = nalgebra::SymmetricEigen::new(u.transpose() * &u);
+        let kept: Vec<usize> = (0..common.len()).filter(|k| eigen.eigenvalues[*k] > 1e-9).collect();
+        let basis = DMatrix::from_fn(d, kept.len(), |i, k| {
+            let k = kept[k];
+            let x: f64 = (0..common.len()).map(|j| u[(i, j)] * eigen.eigenvectors[(j, k)]).sum();
+            x / eigen.eigenvalues[k].sqrt()
+        });
+        let shrink = kept.iter().map(|k| 1.0 - 1.0 / (1.0 + eigen.eigenvalues[*k]).sqrt()).collect();
+        Self { active, scale, basis, shrink }
+    }
+
+    /// Whitened features; what is not finite counts as zero.
+    pub fn apply(&self, features: &[f64]) -> DVector<f64> {
+        let mut x = DVector::from_iterator(
+            self.active.len(),
+            self.active.iter().zip(&self.scale).map(|(f, s)| {
+                let v = features[*f] * s;
+                if v.is_finite() { v } else { 0.0 }
+            }),
+        );
+        for (k, g) in self.shrink.iter().enumerate() {
+            let q = self.basis.column(k);
+            let along = q.dot(&x) * g;
+            x.axpy(-along, &q, 1.0);
+        }
+        x
+    }
+
+    /// Whitened columns of the sensor offsets.
+    pub fn offsets(&self) -> Vec<DVector<f64>> {
+        (0..OFFSETS)
+            .map(|o| {
+                let mut column = vec![0.0; FEATURES];
+                column[(o + 6) * BINS..(o + 7) * BINS].fill(1.0);
+                self.apply(&column)
+            })
+            .collect()
+    }
+}
+
+/// Gram matrix of `[parameters | offsets | residual]` of one group.
+#[derive(Clone, Debug)]
+pub struct Gram {
+    /// Index of the condition.
+    pub condition: usize,
+    /// Square, symmetric.
+    pub matrix: DMatrix<f64>,
+    /// Number of features.
+    pub features: usize,
+}
+
+/// Gram matrix of whitened columns.
+pub fn gram(
+    condition: usize,
+    parameters: &[DVector<f64>],
+    offsets: &[DVector<f64>],
+    residual: &DVector<f64>,
+) -> Gram {
+    let columns: Vec<&DVector<f64>> =
+        parameters.iter().chain(offsets).chain(std::iter::once(residual)).collect();
+    let n = columns.len();
+    let mut matrix = DMatrix::zeros(n, n);
+    for i in 0..n {
+        for j in i..n {
+            let x = columns[i].dot(columns[j]);
+            matrix[(i, j)] = x;
+            matrix[(j, i)] = x;
+        }
+    }
+    Gram { condition, matrix, features: residual.len() }
+}
+
+/// Coefficients of `[parameters | offsets]` that minimise the summed loss; `precision` is
+/// the prior precision of every coefficient.
+pub fn solve<'a>(grams: impl Iterator<Item = (f64, &'a Gram)>, precision: &[f64]) -> Option<DVector<f64>> {
+    let n = precision.len();
+    let mut a = DMatrix::zeros(n, n);
+    let mut b = DVector::zeros(n);
+    for (weight, g) in grams {
+        a += g.matrix.view((0, 0), (n, n)) * weight;
+        b += g.matrix.view((0, n), (n, 1)) * weight;
+    }
+    solve_normal(a, b, precision)
+}
+
+/// Solves `(A + diag(precision)) x = b`, scaled; what the data do not see stays at zero.
+pub fn solve_normal(mut a: DMatrix<f64>, mut b: DVector<f64>, precision: &[f64]) -> Option<DVector<f64>> {
+    let n = precision.len();
+    for i in 0..n {
+        a[(i, i)] += precision[i];
+    }
+    let scale: Vec<f64> =
+        (0..n).map(|i| if a[(i, i)] > 0.0 { 1.0 / a[(i, i)].sqrt() } else { 0.0 }).collect();
+    for i in 0..n {
+        b[i] *= scale[i];
+        for j in 0..n {
+            a[(i, j)] *= scale[i] * scale[j];
+        }
+        a[(i, i)] += 1e-9;
+        if scale[i] == 0.0 {
+            a[(i, i)] = 1.0;
+        }
+    }
+    let x = a.cholesky()?.solve(&b);
+    Some(DVector::from_fn(n, |i, _| x[i] * scale[i]))
+}
+
+/// Loss of a group at coefficients `x`: squared whitened residual that remains.
+pub fn loss(g: &Gram, x: &DVector<f64>) -> f64 {
+    let n = x.len();
+    let a = g.matrix.view((0, 0), (n, n));
+    let b = g.matrix.view((0, n), (n, 1));
+    let quadratic = (x.transpose() * a * x)[(0, 0)];
+    let cross = (x.transpose() * b)[(0, 0)];
+    (g.matrix[(n, n)] - 2.0 * cross + quadratic).max(0.0)
+}
+
+/// Which of `folds` parts a condition belongs to; neighbouring conditions fall into different parts.
+pub fn fold(condition: usize, folds: usize) -> usize {
+    (condition * 7 + condition / folds) % folds
+}
+
+/// Coefficients fitted without each of `folds` parts of the conditions in turn.
+pub fn fold_solutions(grams: &[Gram], precision: &[f64], folds: usize) -> Vec<DVector<f64>> {
+    (0..folds)
+        .map(|k| {
+            let others = grams.iter().filter(|g| fold(g.condition, folds) != k).map(|g| (1.0, g));
+            solve(others, precision).unwrap_or_else(|| DVector::zeros(precision.len()))
+        })
+        .collect()
+}
+
+/// Loss of every group when it is predicted from the other conditions.
+pub fn held_out(grams: &[Gram], solutions: &[DVector<f64>]) -> Vec<f64> {
+    grams.iter().map(|g| loss(g, &solutions[fold(g.condition, solutions.len())])).collect()
+}

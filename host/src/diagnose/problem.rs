@@ -1,0 +1,175 @@
+//! The fitting problem of a data set: group means, their covariance, and the model's
+//! predictions for them.
+//!
+//! Predictions are cheap ones with a correction: `f(theta) = fine(theta0) + coarse(theta) -
+//! coarse(theta0)`, coarse in time and for one run of each group.
+
+use nalgebra::DVector;
+use stickslip_shared::model::Model;
+
+use crate::channels::COUNT;
+use crate::diagnose::campaign::Campaign;
+use crate::diagnose::features::{FEATURES, Features};
+use crate::diagnose::gls::{self, Gram, OFFSETS, Whitener};
+use crate::diagnose::noise::{self, Noise};
+use crate::diagnose::phases::BINS;
+use crate::fit::Free;
+
+/// See the module.
+#[derive(Debug)]
+pub struct Problem<'a> {
+    /// The data.
+    pub campaign: &'a Campaign,
+    /// What chance does.
+    pub noise: Noise,
+    /// For each group: features that the coarse model should show.
+    pub targets: Vec<Features>,
+    /// For each group.
+    pub whiteners: Vec<Whitener>,
+    /// Whitened offset columns of each group.
+    pub offsets: Vec<Vec<DVector<f64>>>,
+    /// Prior precision of the offsets.
+    pub offset_precision: [f64; OFFSETS],
+    /// For each group: standard deviation of one run of each feature, floor included.
+    pub single_run: Vec<Features>,
+    /// Residual of each run against the model it was built with.
+    pub residuals: Vec<Features>,
+    /// Groups in use.
+    pub groups: Vec<usize>,
+}
+
+/// Relative step with which friction is varied.
+const STEP: f64 = 0.02;
+
+impl<'a> Problem<'a> {
+    /// Around `model`.
+    pub fn new(campaign: &'a Campaign, model: &Model<f64>) -> Self {
+        let groups: Vec<usize> = (0..campaign.groups.len()).collect();
+        let fine = campaign.simulate_all(model);
+        let coarse = campaign.simulate_groups(model, &groups);
+        let residuals: Vec<Features> = campaign
+            .runs
+            .iter()
+            .zip(&fine)
+            .map(|(r, f)| r.measured.iter().zip(f).map(|(y, f)| y - f).collect())
+            .collect();
+        let base = [Free::FingerFriction, Free::PusherFriction, Free::SupportFriction];
+        let sensitivity: Vec<Vec<Features>> = base
+            .iter()
+            .map(|free| {
+                let mut changed = model.clone();
+                free.set(&mut changed, free.get(model) * (1.0 + STEP));
+                let with = campaign.simulate_groups(&changed, &groups);
+                with.iter().zip(&coarse).map(|(w, c)| difference(w, c, STEP)).collect()
+            })
+            .collect();
+        let mut of_run = vec![0; campaign.runs.len()];
+        for (g, group) in campaign.groups.iter().enumerate() {
+            group.runs.iter().for_each(|r| of_run[*r] = g);
+        }
+        let friction: Vec<[Features; 3]> = of_run
+            .iter()
+            .map(|g| [sensitivity[0][*g].clone(), sensitivity[1][*g].clone(), sensitivity[2][*g].clone()])
+            .collect();
+        let noise = noise::estimate(campaign, &residuals, &friction);
+        let mut whiteners = Vec::with_capacity(groups.len());
+        let mut targets = Vec::with_capacity(groups.len());
+        let mut single_run = Vec::with_capacity(groups.len());
+        for (g, group) in campaign.groups.iter().enumerate() {
+            let runs = group.runs.len() as f64;
+            let mean = noise::mean(group.runs.iter().map(|r| &residuals[*r]));
+            let first = &campaign.runs[group.runs[0]];
+            let ranges = first.bins.ranges(&first.prepared.simulate_every(model, first.stride));
+            let floor2: Vec<f64> = (0..FEATURES)
+                .map(|f| noise.floor[f].powi(2) + (noise::FLOOR_OF_RANGE * ranges[f]).powi(2))
+                .collect();
+            let variance: Vec<f64> =
+                (0..FEATURES).map(|f| noise.spread[f].powi(2) / runs + floor2[f]).collect();
+            let mut common: Vec<Features> =
+                noise.directions.iter().map(|d| d.iter().map(|x| x / runs.sqrt()).collect()).collect();
+            for k in 0..3 {
+                let sd = (noise.friction[k].powi(2) / runs + noise::CONDITION_FRICTION.powi(2)).sqrt();
+                common.push(sensitivity[k][g].iter().map(|x| x * sd).collect());
+            }
+            let one: Features = (0..FEATURES)
+                .map(|f| {
+                    let mut v = floor2[f] + noise.spread[f].powi(2);
+                    v += noise.directions.iter().map(|d| d[f] * d[f]).sum::<f64>();
+                    for k in 0..3 {
+                        let x = sensitivity[k][g][f] * noise.friction[k];
+                        v += if x.is_finite() { x * x } else { 0.0 };
+                    }
+                    v.sqrt()
+                })
+                .collect();
+            let active: Vec<usize> = (0..FEATURES).filter(|f| mean[*f].is_finite()).collect();
+            whiteners.push(Whitener::new(active, &variance, &common));
+            targets.push(mean.iter().zip(&coarse[g]).map(|(m, c)| m + c).collect());
+            single_run.push(one);
+        }
+        let channels = noise::channel_noise(&campaign.description.sensors);
+        let offset_precision = std::array::from_fn(|o| {
+            let (noise, uncertainty) = channels[o + 6];
+            // A bound on a constant error, taken as uniform.
+            1.0 / (uncertainty * uncertainty / 3.0 + 0.01 * noise * noise)
+        });
+        let offsets = whiteners.iter().map(Whitener::offsets).collect();
+        Self { campaign, noise, targets, whiteners, offsets, offset_precision, single_run, residuals, groups }
+    }
+
+    /// Coarse predictions of all groups in use.
+    pub fn predict(&self, model: &Model<f64>) -> Vec<Features> {
+        self.campaign.simulate_groups(model, &self.groups)
+    }
+
+    /// Residual features of all groups in use for coarse predictions.
+    pub fn residual(&self, predicted: &[Features]) -> Vec<Features> {
+        self.groups
+            .iter()
+            .zip(predicted)
+            .map(|(g, p)| self.targets[*g].iter().zip(p).map(|(t, p)| t - p).collect())
+            .collect()
+    }
+
+    /// Gram matrices for a residual and parameter columns (each a list over groups in use).
+    pub fn grams(&self, residual: &[Features], columns: &[Vec<Features>]) -> Vec<Gram> {
+        self.groups
+            .iter()
+            .enumerate()
+            .map(|(i, g)| {
+                let w = &self.whiteners[*g];
+                let parameters: Vec<DVector<f64>> = columns.iter().map(|c| w.apply(&c[i])).collect();
+                let condition = self.campaign.groups[*g].condition;
+                gls::gram(condition, &parameters, &self.offsets[*g], &w.apply(&residual[i]))
+            })
+            .collect()
+    }
+
+    /// Prior precision of `parameters` free coefficients and the offsets.
+    pub fn precision(&self, parameters: usize) -> Vec<f64> {
+        let mut p = vec![0.0; parameters];
+        p.extend(self.offset_precision);
+        p
+    }
+
+    /// Residual with the fitted sensor offsets taken out.
+    pub fn without_offsets(&self, residual: &[Features], offsets: &[f64]) -> Vec<Features> {
+        residual
+            .iter()
+            .map(|r| {
+                let mut r = r.clone();
+                for channel in 6..COUNT {
+                    for f in &mut r[channel * BINS..(channel + 1) * BINS] {
+                        *f -= offsets[channel - 6];
+                    }
+                }
+                r
+            })
+            .collect()
+    }
+}
+
+/// `(with - without) / step`.
+pub fn difference(with: &Features, without: &Features, step: f64) -> Features {
+    with.iter().zip(without).map(|(a, b)| (a - b) / step).collect()
+}

@@ -1,0 +1,465 @@
+//! Fitting model parameters to a data set: Gauss-Newton on whitened features.
+//!
+//! Minimises the generalised least squares loss of `diagnose::gls` over friction and effect
+//! parameters, with constant sensor errors as nuisance within the stated uncertainty.
+//! Intervals come from resampling whole conditions, so that they stay honest where the
+//! model is wrong.
+
+use nalgebra::{DMatrix, DVector};
+use rand::{Rng, SeedableRng};
+use serde::Serialize;
+use stickslip_shared::effects::Info;
+use stickslip_shared::model::Model;
+use thiserror::Error;
+
+use crate::diagnose::campaign::Campaign;
+use crate::diagnose::features::Features;
+use crate::diagnose::gls::{self, Gram};
+use crate::diagnose::problem::{Problem, difference};
+
+/// Parts of the conditions that are held out in turn.
+pub const FOLDS: usize = 10;
+
+/// A parameter of the model that is fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Free {
+    /// Friction of the fingertips.
+    FingerFriction,
+    /// Friction of the pusher.
+    PusherFriction,
+    /// Friction of the table.
+    SupportFriction,
+    /// A parameter of an effect.
+    Effect {
+        /// Place of the effect in the model.
+        slot: usize,
+        /// Place of the parameter in its description.
+        parameter: usize,
+    },
+}
+
+impl Free {
+    /// All parameters of the effect in `slot`.
+    pub fn of_effect(info: &Info, slot: usize) -> Vec<Free> {
+        (0..info.parameters.len()).map(|parameter| Free::Effect { slot, parameter }).collect()
+    }
+
+    /// Value in `model`; NaN where it does not have it.
+    pub fn get(&self, model: &Model<f64>) -> f64 {
+        match self {
+            Free::FingerFriction => model.friction.finger,
+            Free::PusherFriction => model.friction.pusher,
+            Free::SupportFriction => model.friction.support,
+            Free::Effect { slot, parameter } => model
+                .effects
+                .get(*slot)
+                .and_then(|e| e.parameters.get(*parameter))
+                .copied()
+                .unwrap_or(f64::NAN),
+        }
+    }
+
+    /// Sets it, within its bounds.
+    pub fn set(&self, model: &mut Model<f64>, value: f64) {
+        let (low, high) = self.bounds(model);
+        let value = value.clamp(low, high);
+        match self {
+            Free::FingerFriction => model.friction.finger = value,
+            Free::PusherFriction => model.friction.pusher = value,
+            Free::SupportFriction => model.friction.support = value,
+            Free::Effect { slot, parameter } => {
+                if let Some(p) = model.effects.get_mut(*slot).and_then(|e| e.parameters.get_mut(*parameter)) {
+                    *p = value;
+                }
+            }
+        }
+    }
+
+    /// Smallest and largest value that makes sense.
+    pub fn bounds(&self, model: &Model<f64>) -> (f64, f64) {
+        match self.described(model) {
+            Some(p) => (p.low, p.high),
+            None => (1e-3, 5.0),
+        }
+    }
+
+    /// Step of finite differences.
+    fn step(&self, model: &Model<f64>) -> f64 {
+        let value = self.get(model);
+        let size = match self.described(model) {
+            Some(p) => {
+                let scale = (p.typical - p.neutral).abs();
+                if scale > 0.0 { 0.1 * scale } else { 0.1 * p.typical.abs().max(1e-6) }
+            }
+            None => 0.02 * value.abs().max(0.05),
+        };
+        let (low, high) = self.bounds(model);
+        if value + size > high && value - size >= low { -size } else { size }
+    }
+
+    fn described(&self, model: &Model<f64>) -> Option<&'static stickslip_shared::effects::Parameter> {
+        match self {
+            Free::Effect { slot, parameter } => model.effects.get(*slot)?.info()?.parameters.get(*parameter),
+            _ => None,
+        }
+    }
+
+    /// Name with unit suffix; effects as `effect.parameter`.
+    pub fn name(&self, model: &Model<f64>) -> String {
+        match self {
+            Free::FingerFriction => "friction.finger".into(),
+            Free::PusherFriction => "friction.pusher".into(),
+            Free::SupportFriction => "friction.support".into(),
+            Free::Effect { slot, parameter } => {
+                let info = model.effects.get(*slot).and_then(stickslip_shared::effects::Effect::info);
+                match (info, self.described(model)) {
+                    (Some(i), Some(p)) => format!("{}.{}", i.id, p.name),
+                    _ => format!("effect{slot}.{parameter}"),
+                }
+            }
+        }
+    }
+
+    /// Unit as people write it.
+    pub fn unit(&self, model: &Model<f64>) -> &'static str {
+        self.described(model).map_or("1", |p| p.unit)
+    }
+}
+
+/// The friction coefficients that the data set's contacts have.
+pub fn base_parameters(campaign: &Campaign) -> Vec<Free> {
+    let any = |f: &dyn Fn(&stickslip_shared::model::Scene<f64>) -> bool| {
+        campaign.runs.iter().any(|r| f(&r.prepared.scene))
+    };
+    let mut out = Vec::new();
+    if any(&|s| s.fingers.is_some()) {
+        out.push(Free::FingerFriction);
+    }
+    if any(&|s| s.pusher.is_some()) {
+        out.push(Free::PusherFriction);
+    }
+    if any(&|s| s.support.is_some()) {
+        out.push(Free::SupportFriction);
+    }
+    out
+}
+
+/// How a fit is done.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Most Gauss-Newton iterations.
+    pub iterations: usize,
+    /// Resamples of the conditions for the intervals; 0: none.
+    pub resamples: usize,
+    /// Of the resampling.
+    pub seed: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { iterations: 8, resamples: 400, seed: 1 }
+    }
+}
+
+/// One fitted parameter.
+#[derive(Clone, Debug, Serialize)]
+pub struct Estimate {
+    /// See [`Free::name`].
+    pub name: String,
+    /// Best value.
+    pub value: f64,
+    /// Lower end of the 95 % interval.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+    /// Unit.
+    pub unit: &'static str,
+}
+
+/// Why nothing can be fitted.
+#[derive(Debug, Error)]
+pub enum FitError {
+    /// Nothing to fit to.
+    #[error("no trial can be simulated: {0}")]
+    NoTrials(String),
+    /// Nothing to fit.
+    #[error("no free parameter: the data set has no contact whose friction could be fitted")]
+    NoParameters,
+}
+
+/// A fitted model.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// With the best values.
+    pub model: Model<f64>,
+    /// One for each free parameter.
+    pub estimates: Vec<Estimate>,
+    /// Covariance of the free parameters, robust to a wrong noise model (clustered by condition).
+    pub covariance: Vec<Vec<f64>>,
+    /// What cannot be told apart or seen, in words.
+    pub notes: Vec<String>,
+    /// Loss before and after.
+    pub loss: (f64, f64),
+    /// Held-out loss of each group at the solution.
+    pub held_out: Vec<f64>,
+    /// Number of iterations made.
+    pub iterations: usize,
+}
+
+/// Fits `free` parameters of `model` to all trials of `campaign`.
+///
+/// # Errors
+/// Where no trial can be simulated or nothing is free.
+pub fn calibrate(
+    campaign: &Campaign,
+    model: &Model<f64>,
+    free: &[Free],
+    options: &Options,
+) -> Result<Fit, FitError> {
+    if campaign.runs.is_empty() {
+        let why = campaign.refused.first().map_or("the data set is empty".into(), ToString::to_string);
+        return Err(FitError::NoTrials(why));
+    }
+    if free.is_empty() {
+        return Err(FitError::NoParameters);
+    }
+    // The noise model is estimated around the first solution and once more around the second.
+    let rough = Problem::new(campaign, model);
+    let first = solve(&rough, model, free, options.iterations);
+    let problem = Problem::new(campaign, &first.model);
+    let solution = solve(&problem, &first.model, free, options.iterations);
+    Ok(summary(&problem, solution, first.loss.0, free, options))
+}
+
+/// Intervals, covariance and notes of a solution.
+pub fn summary(problem: &Problem, solution: Solution, before: f64, free: &[Free], options: &Options) -> Fit {
+    let precision = problem.precision(free.len());
+    let covariance = clustered_covariance(&solution.grams, &precision, free.len());
+    let intervals = resample(&solution.grams, &precision, free.len(), options);
+    let model = solution.model;
+    let estimates: Vec<Estimate> = free
+        .iter()
+        .enumerate()
+        .map(|(k, f)| {
+            let (low, high) = f.bounds(&model);
+            let value = f.get(&model);
+            let [a, b] = intervals.get(k).copied().unwrap_or([f64::NAN; 2]);
+            Estimate {
+                name: f.name(&model),
+                value,
+                low: (value + a).clamp(low, high),
+                high: (value + b).clamp(low, high),
+                unit: f.unit(&model),
+            }
+        })
+        .collect();
+    let notes = notes(&estimates, &covariance, free, &model);
+    let folds = gls::fold_solutions(&solution.grams, &precision, FOLDS);
+    let held_out = gls::held_out(&solution.grams, &folds);
+    Fit {
+        model,
+        estimates,
+        covariance: (0..free.len()).map(|i| (0..free.len()).map(|j| covariance[(i, j)]).collect()).collect(),
+        notes,
+        loss: (before, solution.loss.1),
+        held_out,
+        iterations: solution.iterations,
+    }
+}
+
+/// Where Gauss-Newton ended.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// With the best values.
+    pub model: Model<f64>,
+    /// Gram matrices around it (parameters, offsets, residual).
+    pub grams: Vec<Gram>,
+    /// Residual of each group at it.
+    pub residual: Vec<Features>,
+    /// Sensitivities of the groups' features, one list for each free parameter.
+    pub columns: Vec<Vec<Features>>,
+    /// Fitted sensor offsets.
+    pub offsets: Vec<f64>,
+    /// Loss at the start and here.
+    pub loss: (f64, f64),
+    /// Iterations made.
+    pub iterations: usize,
+}
+
+/// Loss minimised over the offsets, and the offsets.
+fn profile(problem: &Problem, residual: &[Features]) -> (f64, Vec<f64>) {
+    let grams = problem.grams(residual, &[]);
+    let precision = problem.precision(0);
+    let Some(x) = gls::solve(grams.iter().map(|g| (1.0, g)), &precision) else {
+        return (f64::INFINITY, vec![0.0; precision.len()]);
+    };
+    let prior: f64 = x.iter().zip(&precision).map(|(x, p)| p * x * x).sum();
+    (grams.iter().map(|g| gls::loss(g, &x)).sum::<f64>() + prior, x.iter().copied().collect())
+}
+
+/// Columns of the sensitivities of the groups' features to `free`.
+pub fn sensitivities(
+    problem: &Problem,
+    model: &Model<f64>,
+    predicted: &[Features],
+    free: &[Free],
+) -> Vec<Vec<Features>> {
+    free.iter()
+        .map(|f| {
+            let step = f.step(model);
+            let mut changed = model.clone();
+            f.set(&mut changed, f.get(model) + step);
+            let step = f.get(&changed) - f.get(model);
+            let with = problem.predict(&changed);
+            with.iter()
+                .zip(predicted)
+                .map(|(w, p)| difference(w, p, if step == 0.0 { f64::INFINITY } else { step }))
+                .collect()
+        })
+        .collect()
+}
+
+/// Gauss-Newton with Levenberg damping from `model`.
+pub fn solve(problem: &Problem, model: &Model<f64>, free: &[Free], iterations: usize) -> Solution {
+    let mut model = model.clone();
+    let mut predicted = problem.predict(&model);
+    let mut residual = problem.residual(&predicted);
+    let (start, mut offsets) = profile(problem, &residual);
+    let mut here = start;
+    let mut damping = 1e-3;
+    let mut made = 0;
+    let mut columns = sensitivities(problem, &model, &predicted, free);
+    let mut grams = problem.grams(&residual, &columns);
+    for _ in 0..iterations {
+        made += 1;
+        let n = free.len();
+        let mut precision = problem.precision(n);
+        let total: DMatrix<f64> =
+            grams.iter().fold(DMatrix::zeros(precision.len() + 1, precision.len() + 1), |a, g| a + &g.matrix);
+        let mut accepted = false;
+        for _ in 0..4 {
+            for (k, p) in precision.iter_mut().enumerate().take(n) {
+                *p = damping * total[(k, k)];
+            }
+            let Some(x) = gls::solve(grams.iter().map(|g| (1.0, g)), &precision) else { break };
+            let mut trial = model.clone();
+            for (k, f) in free.iter().enumerate() {
+                f.set(&mut trial, f.get(&model) + x[k]);
+            }
+            let p = problem.predict(&trial);
+            let r = problem.residual(&p);
+            let (loss, o) = profile(problem, &r);
+            if loss < here {
+                accepted = here - loss > 1e-4 * here + 1e-3;
+                (model, predicted, residual, offsets, here) = (trial, p, r, o, loss);
+                damping = (damping * 0.2).max(1e-6);
+                columns = sensitivities(problem, &model, &predicted, free);
+                grams = problem.grams(&residual, &columns);
+                break;
+            }
+            damping = (damping * 8.0).min(1e3);
+        }
+        if !accepted {
+            break;
+        }
+    }
+    Solution { model, grams, residual, columns, offsets, loss: (start, here), iterations: made }
+}
+
+/// Covariance of the first `n` coefficients: `A^-1 (sum of squared scores by condition) A^-1`.
+pub fn clustered_covariance(grams: &[Gram], precision: &[f64], n: usize) -> DMatrix<f64> {
+    let size = precision.len();
+    let mut a = DMatrix::from_diagonal(&DVector::from_row_slice(precision));
+    for g in grams {
+        a += g.matrix.view((0, 0), (size, size));
+    }
+    for i in 0..size {
+        a[(i, i)] += 1e-12 + 1e-9 * a[(i, i)];
+    }
+    let Some(x) = gls::solve(grams.iter().map(|g| (1.0, g)), precision) else {
+        return DMatrix::from_element(n, n, f64::NAN);
+    };
+    let conditions = grams.iter().map(|g| g.condition + 1).max().unwrap_or(0);
+    let mut scores = vec![DVector::zeros(size); conditions];
+    for g in grams {
+        scores[g.condition] += g.matrix.view((0, size), (size, 1)) - g.matrix.view((0, 0), (size, size)) * &x;
+    }
+    let mut middle = DMatrix::zeros(size, size);
+    for s in &scores {
+        middle += s * s.transpose();
+    }
+    let used = scores.iter().filter(|s| s.norm() > 0.0).count().max(2) as f64;
+    middle *= used / (used - 1.0);
+    // The prior's own spread belongs to the offsets.
+    for i in 0..size {
+        middle[(i, i)] += precision[i];
+    }
+    match a.cholesky() {
+        Some(c) => {
+            let inverse = c.inverse();
+            (&inverse * middle * &inverse).view((0, 0), (n, n)).into_owned()
+        }
+        None => DMatrix::from_element(n, n, f64::NAN),
+    }
+}
+
+/// 95 % interval of each coefficient's deviation from the best one, by resampling whole conditions.
+fn resample(grams: &[Gram], precision: &[f64], n: usize, options: &Options) -> Vec<[f64; 2]> {
+    let conditions = grams.iter().map(|g| g.condition + 1).max().unwrap_or(0);
+    if options.resamples < 20 || conditions < 3 {
+        return Vec::new();
+    }
+    let Some(best) = gls::solve(grams.iter().map(|g| (1.0, g)), precision) else { return Vec::new() };
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(options.seed);
+    let mut draws: Vec<Vec<f64>> = vec![Vec::with_capacity(options.resamples); n];
+    for _ in 0..options.resamples {
+        let mut weight = vec![0.0; conditions];
+        for _ in 0..conditions {
+            weight[rng.random_range(0..conditions)] += 1.0;
+        }
+        if let Some(x) = gls::solve(grams.iter().map(|g| (weight[g.condition], g)), precision) {
+            for k in 0..n {
+                draws[k].push(x[k] - best[k]);
+            }
+        }
+    }
+    draws
+        .iter_mut()
+        .map(|d| {
+            d.sort_by(f64::total_cmp);
+            let at = |q: f64| {
+                d.get((q * (d.len().max(1) - 1) as f64).round() as usize).copied().unwrap_or(f64::NAN)
+            };
+            [at(0.025), at(0.975)]
+        })
+        .collect()
+}
+
+fn notes(
+    estimates: &[Estimate],
+    covariance: &DMatrix<f64>,
+    free: &[Free],
+    model: &Model<f64>,
+) -> Vec<String> {
+    let mut out = Vec::new();
+    for (k, e) in estimates.iter().enumerate() {
+        let (low, high) = free[k].bounds(model);
+        let sd = covariance[(k, k)].sqrt();
+        if !sd.is_finite() || sd > 0.5 * (high - low) || covariance[(k, k)] == 0.0 {
+            out.push(format!("{} cannot be seen in these data", e.name));
+        } else if e.value <= low || e.value >= high {
+            out.push(format!("{} ended at its bound {}", e.name, e.value));
+        }
+        for j in 0..k {
+            let r = covariance[(k, j)] / (covariance[(k, k)] * covariance[(j, j)]).sqrt();
+            if r.abs() > 0.97 {
+                out.push(format!(
+                    "{} and {} cannot be told apart (correlation {r:.3}): only a combination of them is known",
+                    estimates[j].name, e.name
+                ));
+            }
+        }
+    }
+    out
+}

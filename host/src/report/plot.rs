@@ -1,0 +1,219 @@
+//! One small chart as inline SVG: shaded spans, a band, lines, points, a zero line.
+//!
+//! plotters draws it; the style sheet recolours its fixed colours in dark mode by
+//! attribute selectors, so the colours here and there must agree.
+
+use plotters::prelude::*;
+
+/// Axis text.
+const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
+/// Axes and the zero line.
+const AXIS: RGBColor = RGBColor(0x88, 0x88, 0x88);
+const GRID: RGBColor = RGBColor(0xe2, 0xe2, 0xe2);
+/// Measured signals.
+pub const MEASURED: RGBColor = RGBColor(0x4a, 0x4a, 0x4a);
+/// Colours of the models (Okabe and Ito 2008: told apart by the colour-blind).
+pub const MODELS: [RGBColor; 4] = [
+    RGBColor(0xd5, 0x5e, 0x00),
+    RGBColor(0x00, 0x72, 0xb2),
+    RGBColor(0x00, 0x9e, 0x73),
+    RGBColor(0xcc, 0x79, 0xa7),
+];
+
+/// Room for the labels, in the chart's pixels.
+const LEFT: i32 = 62;
+const BOTTOM: i32 = 34;
+const MARGIN: i32 = 6;
+
+/// A line through points.
+#[derive(Clone, Debug)]
+pub struct Line {
+    /// In order of x.
+    pub points: Vec<(f64, f64)>,
+    /// Of the line.
+    pub colour: RGBColor,
+    /// Pixels.
+    pub width: u32,
+}
+
+/// What a chart shows.
+#[derive(Clone, Debug, Default)]
+pub struct Chart {
+    /// Pixels.
+    pub size: (u32, u32),
+    /// Under the x axis.
+    pub x_label: String,
+    /// Beside the y axis.
+    pub y_label: String,
+    /// x range; empty: that of the lines and dots.
+    pub x: (f64, f64),
+    /// The y axis spans at least this much.
+    pub least_span: f64,
+    /// From, to, colour, opacity.
+    pub spans: Vec<(f64, f64, RGBColor, f64)>,
+    /// Pieces of a band: x, low, high.
+    pub bands: Vec<(Vec<(f64, f64, f64)>, RGBColor)>,
+    /// Drawn in order.
+    pub lines: Vec<Line>,
+    /// Dots.
+    pub dots: Vec<(f64, f64, RGBColor)>,
+    /// Text beside the ticks of the y axis instead of numbers.
+    pub y_names: Vec<String>,
+}
+
+impl Chart {
+    /// Where the plot area begins and ends, as shares of the chart's width.
+    pub fn inside(&self) -> (f64, f64) {
+        let w = f64::from(self.size.0);
+        (f64::from(LEFT + MARGIN) / w, 1.0 - f64::from(MARGIN) / w)
+    }
+
+    fn x_range(&self) -> (f64, f64) {
+        if self.x.1 > self.x.0 {
+            return self.x;
+        }
+        let all = self.lines.iter().flat_map(|l| l.points.iter().map(|p| p.0));
+        range(all.chain(self.dots.iter().map(|d| d.0)), 0.0, 0.05)
+    }
+
+    fn y_range(&self) -> (f64, f64) {
+        let all = self.lines.iter().flat_map(|l| l.points.iter().map(|p| p.1));
+        range(all.chain(self.dots.iter().map(|d| d.1)), self.least_span, 0.07)
+    }
+
+    /// The chart as an `<svg>` element.
+    pub fn svg(&self) -> String {
+        let mut text = String::new();
+        let drawn = {
+            let area = SVGBackend::with_string(&mut text, self.size).into_drawing_area();
+            self.draw(&area).and_then(|()| area.present().map_err(|e| e.to_string()))
+        };
+        if let Err(why) = drawn {
+            return format!("<p>This plot could not be drawn: {}</p>", super::html::escape(&why));
+        }
+        // Inline SVG needs no namespace, and its size is the style sheet's.
+        let (w, h) = self.size;
+        let text = text.replace(" xmlns=\"http://www.w3.org/2000/svg\"", "");
+        text.replacen(&format!("<svg width=\"{w}\" height=\"{h}\""), "<svg role=\"img\"", 1)
+    }
+
+    fn draw(&self, area: &DrawingArea<SVGBackend, plotters::coord::Shift>) -> Result<(), String> {
+        let wrong = |e: &dyn std::fmt::Display| e.to_string();
+        let ((x0, x1), (y0, y1)) = (self.x_range(), self.y_range());
+        let mut chart = ChartBuilder::on(area)
+            .margin(MARGIN)
+            .x_label_area_size(BOTTOM)
+            .y_label_area_size(LEFT)
+            .build_cartesian_2d(x0..x1, y0..y1)
+            .map_err(|e| wrong(&e))?;
+        let inside = |x: f64| x.clamp(x0, x1);
+        chart
+            .draw_series(self.spans.iter().map(|(a, b, colour, opacity)| {
+                Rectangle::new([(inside(*a), y0), (inside(*b), y1)], colour.mix(*opacity).filled())
+            }))
+            .map_err(|e| wrong(&e))?;
+        let step = tick_step(y0, y1, 5);
+        let names = &self.y_names;
+        let y_text = |y: &f64| match names.get(y.round().max(0.0) as usize) {
+            Some(name) if (y - y.round()).abs() < 1e-9 && *y > -0.5 => name.clone(),
+            _ if !names.is_empty() => String::new(),
+            _ => number(*y, step),
+        };
+        let x_step = tick_step(x0, x1, 6);
+        chart
+            .configure_mesh()
+            .disable_x_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(GRID)
+            .axis_style(AXIS)
+            .x_labels(6)
+            .y_labels(if names.is_empty() { 5 } else { names.len() + 2 })
+            .label_style(("sans-serif", 12).into_font().color(&INK))
+            .axis_desc_style(("sans-serif", 12).into_font().color(&INK))
+            .x_desc(&self.x_label)
+            .y_desc(&self.y_label)
+            .x_label_formatter(&|x| number(*x, x_step))
+            .y_label_formatter(&y_text)
+            .draw()
+            .map_err(|e| wrong(&e))?;
+        if y0 < 0.0 && y1 > 0.0 && names.is_empty() {
+            chart.draw_series(LineSeries::new([(x0, 0.0), (x1, 0.0)], AXIS)).map_err(|e| wrong(&e))?;
+        }
+        for (band, colour) in &self.bands {
+            let limit = |y: f64| y.clamp(y0, y1);
+            let mut outline: Vec<(f64, f64)> = band.iter().map(|p| (inside(p.0), limit(p.2))).collect();
+            outline.extend(band.iter().rev().map(|p| (inside(p.0), limit(p.1))));
+            chart
+                .draw_series(std::iter::once(Polygon::new(outline, colour.mix(0.22).filled())))
+                .map_err(|e| wrong(&e))?;
+        }
+        for line in &self.lines {
+            for piece in line.points.split(|p| !p.1.is_finite()).filter(|p| !p.is_empty()) {
+                let style = line.colour.stroke_width(line.width);
+                chart.draw_series(LineSeries::new(piece.iter().copied(), style)).map_err(|e| wrong(&e))?;
+            }
+        }
+        chart
+            .draw_series(self.dots.iter().map(|(x, y, c)| Circle::new((*x, *y), 3, c.filled())))
+            .map_err(|e| wrong(&e))?;
+        Ok(())
+    }
+}
+
+/// Range of finite values, widened by `share` on both sides and to `least` in all.
+fn range(values: impl Iterator<Item = f64>, least: f64, share: f64) -> (f64, f64) {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for v in values.filter(|v| v.is_finite()) {
+        low = low.min(v);
+        high = high.max(v);
+    }
+    if low > high {
+        return (0.0, 1.0);
+    }
+    let centre = 0.5 * (low + high);
+    // A constant still gets an axis that its value can be read from.
+    let half = (0.5 * (high - low)).max(0.5 * least).max(1e-9 * (1.0 + centre.abs())) * (1.0 + 2.0 * share);
+    (centre - half, centre + half)
+}
+
+/// About the distance of `count` ticks.
+fn tick_step(low: f64, high: f64, count: u32) -> f64 {
+    let rough = (high - low) / f64::from(count);
+    10f64.powf(rough.max(1e-12).log10().floor())
+}
+
+/// As many decimals as the distance of the ticks needs.
+fn number(x: f64, step: f64) -> String {
+    let digits = (-step.log10().floor()).clamp(0.0, 6.0) as usize;
+    let text = format!("{x:.digits$}");
+    if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') {
+        text.trim_start_matches('-').to_owned()
+    } else {
+        text
+    }
+}
+
+/// At most about `2 count` points: smallest and largest of each stretch, so that peaks stay.
+pub fn thinned(t: &[f64], values: &[f64], count: usize) -> Vec<(f64, f64)> {
+    let n = t.len().min(values.len());
+    if n <= 2 * count {
+        return t.iter().copied().zip(values.iter().copied()).collect();
+    }
+    let mut out = Vec::with_capacity(2 * count);
+    for k in 0..count {
+        let stretch = k * n / count..(k + 1) * n / count;
+        let known = || stretch.clone().filter(|i| values[*i].is_finite());
+        let by = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
+        match (known().min_by(by), known().max_by(by)) {
+            (Some(a), Some(b)) => {
+                let (first, second) = (a.min(b), a.max(b));
+                out.push((t[first], values[first]));
+                if second != first {
+                    out.push((t[second], values[second]));
+                }
+            }
+            _ => out.push((t[stretch.start], f64::NAN)),
+        }
+    }
+    out
+}

@@ -1,0 +1,49 @@
+//! Fingertip friction that differs along and across the object.
+//!
+//! `mu_x = mu sqrt(ratio)`, `mu_across = mu / sqrt(ratio)` along the object's X axis and
+//! across it: the elliptic cone of Michalowski and Mroz 1978 (brushed or machined faces). The
+//! mean coefficient in the geometric sense stays the base model's.
+
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use crate::contact::is_finger;
+use crate::real::{Real, most};
+
+/// See the module.
+pub struct AnisotropicFriction;
+
+/// Description.
+pub const INFO: Info = Info {
+    id: "anisotropic_friction",
+    code: 5,
+    summary: "fingertip friction differs along and across the object's length",
+    signature: "a push force too high (or low) while forces or sag across it are too low (or high)",
+    source: "Michalowski and Mroz 1978, elliptic friction cone",
+    parameters: &[Parameter::new(
+        "ratio",
+        "1",
+        1.4,
+        1.0,
+        [0.2, 5.0],
+        "friction along object X over friction across it",
+    )],
+};
+
+impl<R: Real> Law<R> for AnisotropicFriction {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn friction(
+        &self,
+        p: &[R; MAX_PARAMETERS],
+        _: &StepContext<R>,
+        slip: &Slip<R>,
+        law: &mut FrictionLaw<R>,
+    ) {
+        if p[0] == R::one() || !is_finger(slip.body) {
+            return;
+        }
+        let root = most(p[0], R::of(1e-3)).root();
+        law.mu = [law.mu[0] * root, law.mu[1] / root];
+    }
+}

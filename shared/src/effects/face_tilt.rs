@@ -1,0 +1,75 @@
+//! The gripped faces are not parallel, or their friction changes along them.
+//!
+//! Both faces of the object rise towards +X by `slope` (a wedge of twice that angle), and
+//! friction grows along object X:
+//!
+//! ```text
+//! gap = gap - tan(slope) x,  normals turned by slope,  mu = mu (1 + friction_gradient x)
+//! ```
+//!
+//! with `x` the object coordinate of the pad's middle: the pads are taken to lie flat on the
+//! face. A slide towards +X then needs the push `2 N (mu cos - sin) / (cos + mu sin)`.
+
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use crate::contact::{Contact, is_finger};
+use crate::real::{Real, most};
+
+/// See the module.
+pub struct FaceTilt;
+
+/// Description.
+pub const INFO: Info = Info {
+    id: "face_tilt",
+    code: 11,
+    summary: "gripped faces form a wedge, or friction changes along the object",
+    signature: "tangential force or grip opening that drifts with the position along the object, the same in every run",
+    source: "wedge statics: Meriam, Statics, ch. 6",
+    parameters: &[
+        Parameter::new(
+            "slope_rad",
+            "rad",
+            0.01,
+            0.0,
+            [-0.1, 0.1],
+            "rise of each gripped face towards object +X",
+        ),
+        Parameter::new(
+            "friction_gradient_1_m",
+            "1/m",
+            6.0,
+            0.0,
+            [-30.0, 30.0],
+            "relative change of fingertip friction along object X",
+        ),
+    ],
+};
+
+impl<R: Real> Law<R> for FaceTilt {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn contact(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, contact: &mut Contact<R>) {
+        if p[0] == R::zero() || !is_finger(contact.body) {
+            return;
+        }
+        let (sin, cos) = (p[0].sin(), p[0].cos());
+        contact.gap_m -= sin / cos * (contact.object_m.x - contact.patch_m[0]);
+        let [n, t, _] = contact.axes;
+        contact.axes[0] = n * cos + t * sin;
+        contact.axes[1] = t * cos - n * sin;
+    }
+
+    fn friction(
+        &self,
+        p: &[R; MAX_PARAMETERS],
+        _: &StepContext<R>,
+        slip: &Slip<R>,
+        law: &mut FrictionLaw<R>,
+    ) {
+        if is_finger(slip.body) {
+            let factor = most(R::one() + p[1] * (slip.object_m.x - slip.patch_m[0]), R::of(0.1));
+            law.mu = law.mu.map(|mu| mu * factor);
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! A friction coefficient that falls (or rises) with load.
+//!
+//! `mu = mu (N / N0)^-exponent` with `N` the normal force of the whole contact and
+//! `N0 = 20 N`, as for soft fingertips whose real contact area grows slower than the load
+//! (exponent 1/3 for Hertz contact: Bowden and Tabor 1950; Xydas and Kao 1999). `N0` is a
+//! constant because it and the base coefficient cannot be told apart.
+
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use crate::real::{Real, most};
+
+/// Load at which the base coefficient holds, N.
+pub const REFERENCE_N: f64 = 20.0;
+/// Lighter loads count as this much, N: the power law has no limit at zero.
+const LEAST_N: f64 = 0.05;
+
+/// See the module.
+pub struct LoadDependentFriction;
+
+/// Description.
+pub const INFO: Info = Info {
+    id: "load_dependent_friction",
+    code: 4,
+    summary: "the friction coefficient depends on the normal force",
+    signature: "tangential force not proportional to grip: relatively stronger at low grip (exponent above zero)",
+    source: "Bowden and Tabor 1950; Xydas and Kao 1999, soft finger contact",
+    parameters: &[Parameter::new(
+        "exponent",
+        "1",
+        0.15,
+        0.0,
+        [-0.5, 0.9],
+        "exponent of the fall with load; 1/3 for Hertz contact",
+    )],
+};
+
+impl<R: Real> Law<R> for LoadDependentFriction {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn friction(
+        &self,
+        p: &[R; MAX_PARAMETERS],
+        _: &StepContext<R>,
+        slip: &Slip<R>,
+        law: &mut FrictionLaw<R>,
+    ) {
+        let load = slip.patch_load_n;
+        // Before the first step there is no load to go by.
+        if p[0] == R::zero() || !(load > R::zero()) {
+            return;
+        }
+        let ratio = most(load, R::of(LEAST_N)) / R::of(REFERENCE_N);
+        let factor = (-p[0] * ratio.ln()).exp();
+        law.mu = law.mu.map(|mu| mu * factor);
+    }
+}

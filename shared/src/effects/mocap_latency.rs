@@ -1,0 +1,35 @@
+//! The object's pose arrives late.
+//!
+//! `x' = x - latency v`, and the rotation turned back by `latency omega`, with the object's
+//! absolute velocity: the tracked object trails, the robot's own pose does not.
+
+use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext};
+use crate::real::Real;
+use crate::step::turned;
+
+/// See the module.
+pub struct MocapLatency;
+
+/// Description.
+pub const INFO: Info = Info {
+    id: "mocap_latency",
+    code: 24,
+    summary: "motion capture shows the object late",
+    signature: "pose errors in proportion to speed that vanish at rest and do not grow with distance",
+    source: "Merriaux et al. 2017, latency of Vicon systems",
+    parameters: &[Parameter::new("latency_s", "s", 0.02, 0.0, [-0.2, 0.2], "delay of the object's pose")],
+};
+
+impl<R: Real> Law<R> for MocapLatency {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn sense(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, reading: &mut Reading<R>) {
+        if p[0] == R::zero() {
+            return;
+        }
+        reading.position_m -= c.velocity_m_s * p[0];
+        reading.rotation = turned(&reading.rotation, &(c.angular_rad_s * -p[0]));
+    }
+}

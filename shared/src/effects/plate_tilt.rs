@@ -1,0 +1,53 @@
+//! The pusher is not mounted square.
+//!
+//! The pusher's frame is turned about its own Y (`pitch`) and Z (`yaw`) axes; small angles.
+//! A plane turns its normal and meets one edge of the object first; a line turns in yaw (one
+//! end first) and keeps the face's normal; a rod or a sphere does not notice.
+
+use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext};
+use crate::contact::{Body, Contact};
+use crate::model::PusherContact;
+use crate::real::{Real, most};
+
+/// See the module.
+pub struct PlateTilt;
+
+/// Description.
+pub const INFO: Info = Info {
+    id: "plate_tilt",
+    code: 13,
+    summary: "the pusher's face is not square to the push",
+    signature: "a constant sideways share of the push force, and the object turns until it lies flat on the pusher",
+    source: "rigid body geometry",
+    parameters: &[
+        Parameter::new("pitch_rad", "rad", 0.01, 0.0, [-0.1, 0.1], "about pusher Y"),
+        Parameter::new("yaw_rad", "rad", 0.01, 0.0, [-0.1, 0.1], "about pusher Z"),
+    ],
+};
+
+impl<R: Real> Law<R> for PlateTilt {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn contact(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, contact: &mut Contact<R>) {
+        if contact.body != Body::Pusher || (p[0] == R::zero() && p[1] == R::zero()) {
+            return;
+        }
+        let [n, t1, t2] = contact.axes;
+        match c.pusher {
+            Some(PusherContact::Plane) => {
+                // The point seen from the pusher's origin, on the turned axes.
+                let from = n * contact.gap_m + t1 * contact.patch_m[0] + t2 * contact.patch_m[1];
+                let turned = n + t1 * p[1] - t2 * p[0];
+                let n = turned / turned.norm();
+                let t1 = t1 - n * n.dot(&t1);
+                let t1 = t1 / most(t1.norm(), R::of(1e-6));
+                contact.axes = [n, t1, n.cross(&t1)];
+                contact.gap_m = n.dot(&from);
+            }
+            Some(PusherContact::Line { .. }) => contact.gap_m += contact.patch_m[0] * p[1],
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! The grip presses off the middle of the pads.
+//!
+//! All points of both fingertips move by the same offset in the pad's plane, gripper X and Z:
+//! the centre of pressure and with it the centre of torsion. The wrench is still reported
+//! about the pad's middle, so that a normal force `N` shows torques `-N offset` there.
+
+use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext};
+use crate::contact::{Contact, is_finger};
+use crate::real::{Real, Vec3};
+
+/// See the module.
+pub struct PressureOffset;
+
+/// Description.
+pub const INFO: Info = Info {
+    id: "pressure_offset",
+    code: 10,
+    summary: "the fingers' centre of pressure is off the middle of the pads",
+    signature: "finger torques in proportion to grip before anything moves; sliding or lifting turns the object",
+    source: "Howe and Cutkosky 1996, limit surface about the centre of pressure",
+    parameters: &[
+        Parameter::new("offset_x_m", "m", 0.002, 0.0, [-0.01, 0.01], "along gripper X"),
+        Parameter::new("offset_z_m", "m", 0.001, 0.0, [-0.01, 0.01], "along gripper Z"),
+    ],
+};
+
+impl<R: Real> Law<R> for PressureOffset {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn contact(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, contact: &mut Contact<R>) {
+        if !is_finger(contact.body) || (p[0] == R::zero() && p[1] == R::zero()) {
+            return;
+        }
+        let offset = Vec3::new(p[0], R::zero(), p[1]);
+        contact.lever_m += offset;
+        contact.object_m += c.rotation.inverse_transform_vector(&offset);
+    }
+}

@@ -1,0 +1,35 @@
+//! Force sensors are miscalibrated in scale.
+//!
+//! All channels of both fingers times `1 + finger`, those of the pusher times `1 + pusher`.
+//! The balance of forces shows it: the sensors no longer sum to the object's weight.
+
+use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext};
+use crate::real::Real;
+
+/// See the module.
+pub struct SensorGain;
+
+/// Description.
+pub const INFO: Info = Info {
+    id: "sensor_gain",
+    code: 21,
+    summary: "force sensors read too much or too little by a constant share",
+    signature: "forces that do not balance: fingers and pusher disagree in proportion to the force",
+    source: "ATI F/T calibration, gain error",
+    parameters: &[
+        Parameter::new("finger", "1", 0.05, 0.0, [-0.5, 0.5], "relative error of both fingers"),
+        Parameter::new("pusher", "1", 0.05, 0.0, [-0.5, 0.5], "relative error of the pusher"),
+    ],
+};
+
+impl<R: Real> Law<R> for SensorGain {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn sense(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, reading: &mut Reading<R>) {
+        let (finger, pusher) = (R::one() + p[0], R::one() + p[1]);
+        reading.finger = reading.finger.map(|wrench| wrench.map(|x| x * finger));
+        reading.pusher = reading.pusher.map(|x| x * pusher);
+    }
+}

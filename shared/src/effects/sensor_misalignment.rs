@@ -1,0 +1,42 @@
+//! A sensor's axes are turned against the frame in which it reports.
+//!
+//! Both finger sensors by a small angle about their normal, gripper Y; the pusher's about
+//! world Y and Z. Force and torque turn alike: `w' = w + r x w`, to first order.
+
+use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext};
+use crate::real::{Real, Vec3};
+
+/// See the module.
+pub struct SensorMisalignment;
+
+/// Description.
+pub const INFO: Info = Info {
+    id: "sensor_misalignment",
+    code: 22,
+    summary: "a force sensor is mounted turned",
+    signature: "a share of the largest force appears in a channel across it, in proportion, with unchanged size",
+    source: "sensor mounting; Traversaro et al. 2015, in situ calibration",
+    parameters: &[
+        Parameter::new("finger_rad", "rad", 0.03, 0.0, [-0.3, 0.3], "both fingers about gripper Y"),
+        Parameter::new("pusher_y_rad", "rad", 0.03, 0.0, [-0.3, 0.3], "pusher about world Y"),
+        Parameter::new("pusher_z_rad", "rad", 0.03, 0.0, [-0.3, 0.3], "pusher about world Z"),
+    ],
+};
+
+impl<R: Real> Law<R> for SensorMisalignment {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn sense(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, reading: &mut Reading<R>) {
+        let zero = R::zero();
+        let turn = |w: [R; 6], r: Vec3<R>| {
+            let [a, b, c, d, e, f] = w;
+            let (force, torque) = (Vec3::new(a, b, c), Vec3::new(d, e, f));
+            let (force, torque) = (force + r.cross(&force), torque + r.cross(&torque));
+            [force.x, force.y, force.z, torque.x, torque.y, torque.z]
+        };
+        reading.finger = reading.finger.map(|w| turn(w, Vec3::new(zero, p[0], zero)));
+        reading.pusher = turn(reading.pusher, Vec3::new(zero, p[1], p[2]));
+    }
+}

@@ -1,0 +1,63 @@
+//! Torsion of the patches differs from the nominal geometry's.
+//!
+//! The effective friction radius of fingertips and support is `r + radius_change`: every point
+//! moves outward from the centre of its patch by `radius_change`, so that the torsional limit
+//! becomes `mu N (r + radius_change)` exactly (uniform disc of radius a: r = 2a/3; a patch
+//! pressed at its rim: a; Goyal, Ruina and Papadopoulos 1991). A point contact is spread into
+//! three points at that radius and so gets torsion `mu N radius_change` (the soft finger of
+//! Salisbury 1982).
+
+use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext};
+use crate::contact::{Body, Contact};
+use crate::real::{Real, most};
+
+/// Points nearer to the centre of their patch have no outward direction, m.
+const POINT_M: f64 = 1e-5;
+
+/// See the module.
+pub struct TorsionalFriction;
+
+/// Description.
+pub const INFO: Info = Info {
+    id: "torsional_friction",
+    code: 9,
+    summary: "patches bear more (or less) torsion than their nominal shape",
+    signature: "rotation or torque about the contact normal is wrong while forces in a straight slide are right",
+    source: "Goyal, Ruina and Papadopoulos 1991, limit surface; Salisbury 1982, soft finger",
+    parameters: &[Parameter::new(
+        "radius_change_m",
+        "m",
+        0.002,
+        0.0,
+        [-0.02, 0.05],
+        "effective friction radius less the nominal one",
+    )],
+};
+
+impl<R: Real> Law<R> for TorsionalFriction {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn contact(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, contact: &mut Contact<R>) {
+        if p[0] == R::zero() || contact.body == Body::Pusher {
+            return;
+        }
+        let out = match contact.body {
+            // The load of a support is centred under the centre of mass.
+            Body::Support => contact.lever_m - contact.axes[0] * contact.axes[0].dot(&contact.lever_m),
+            _ => contact.axes[1] * contact.patch_m[0] + contact.axes[2] * contact.patch_m[1],
+        };
+        let radius = out.norm();
+        if !(radius > R::of(POINT_M)) {
+            contact.spread_m = most(p[0], R::zero());
+            return;
+        }
+        // A patch can shrink to nearly a point, not turn inside out.
+        let change = most(p[0] / radius, R::of(-0.95));
+        contact.lever_m += out * change;
+        if contact.body != Body::Support {
+            contact.patch_m = contact.patch_m.map(|at| at * (R::one() + change));
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! Friction that rises with slip speed.
+//!
+//! `mu(v) = mu + viscosity v`, the viscous term of Armstrong-Helouvry 1991 per unit of load.
+//! The speed is that of the last step: the law is explicit, stable while
+//! `viscosity N dt < m` for an object that nothing drives.
+
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use crate::real::Real;
+
+/// See the module.
+pub struct ViscousFriction;
+
+/// Description.
+pub const INFO: Info = Info {
+    id: "viscous_friction",
+    code: 2,
+    summary: "friction rises in proportion to slip speed",
+    signature: "tangential forces that differ between fast and slow runs in proportion to speed, at the same grip",
+    source: "Armstrong-Helouvry 1991, Control of Machines with Friction",
+    parameters: &[Parameter::new(
+        "viscosity_s_m",
+        "s/m",
+        2.0,
+        0.0,
+        [-5.0, 50.0],
+        "rise of the friction coefficient with slip speed",
+    )],
+};
+
+impl<R: Real> Law<R> for ViscousFriction {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn friction(
+        &self,
+        p: &[R; MAX_PARAMETERS],
+        _: &StepContext<R>,
+        slip: &Slip<R>,
+        law: &mut FrictionLaw<R>,
+    ) {
+        let rise = p[0] * slip.speed_m_s;
+        law.mu = law.mu.map(|mu| mu + rise);
+    }
+}
