@@ -1,6 +1,7 @@
 //! Host side of stickslip: data sets, replay, streaming, comparison, diagnosis.
 
 pub mod balance;
+pub mod calibrate;
 pub mod channels;
 pub mod check;
 pub mod commands;
@@ -11,6 +12,9 @@ pub mod diagnose;
 pub mod expression;
 pub mod fit;
 pub mod expression;
+pub mod findings;
+pub mod fit;
+pub mod force_bands;
 pub mod import;
 pub mod lcp_files;
 pub mod lcp_gen;
@@ -21,6 +25,7 @@ pub mod motion;
 pub mod noise;
 pub mod output;
 pub mod phases;
+pub mod planar;
 pub mod replay;
 pub mod report;
 pub mod rig;

@@ -4,11 +4,14 @@
 //! and `pub fn run(args: &Args, output: &Output) -> anyhow::Result<()>`, a variant of
 //! `Command` and an arm of its `run`.
 
+pub mod calibrate;
 pub mod check;
 pub mod compare;
+pub mod findings;
 pub mod import;
 pub mod lcp;
 pub mod replay;
+pub mod planar;
 pub mod rig;
 pub mod stream;
 
@@ -41,6 +44,12 @@ enum Command {
     Rig(Box<rig::Args>),
     /// Bring real data of others into the data set format
     Import(import::Args),
+    /// Find friction from a small share of the trials, and validate it on the rest
+    Calibrate(calibrate::Args),
+    /// Predict planar pushes from friction found on a few of them
+    Planar(planar::Args),
+    /// The paper's statements checked: what it saw, what the hard and the soft model give
+    Findings(findings::Args),
     /// Solve complementarity problems from files or generated ones, and judge the answers
     Lcp(lcp::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
@@ -55,6 +64,9 @@ impl Command {
             Command::Replay(args) => replay::run(args, output),
             Command::Rig(args) => rig::run(args, output),
             Command::Import(args) => import::run(args, output),
+            Command::Calibrate(args) => calibrate::run(args, output),
+            Command::Planar(args) => planar::run(args, output),
+            Command::Findings(args) => findings::run(args, output),
             Command::Lcp(args) => lcp::run(args, output),
             Command::Stream(args) => stream::run(args, output),
         }
