@@ -10,8 +10,6 @@ pub mod dataset;
 pub mod device;
 pub mod diagnose;
 pub mod expression;
-pub mod fit;
-pub mod expression;
 pub mod findings;
 pub mod fit;
 pub mod force_bands;
