@@ -7,6 +7,7 @@
 pub mod calibrate;
 pub mod check;
 pub mod compare;
+pub mod demo;
 pub mod findings;
 pub mod import;
 pub mod lcp;
@@ -40,6 +41,8 @@ enum Command {
     Compare(compare::Args),
     /// Run the predictor over a recorded trial as the board does, and compare with its log
     Replay(replay::Args),
+    /// The whole path on a recorded push and on a bench with a hidden effect
+    Demo(demo::Args),
     /// Make a data set with the synthetic rig: the paper's experiments, lifts, planar pushes, hidden effects
     Rig(Box<rig::Args>),
     /// Bring real data of others into the data set format
@@ -62,6 +65,7 @@ impl Command {
             Command::Check(args) => check::run(args, output),
             Command::Compare(args) => compare::run(args, output),
             Command::Replay(args) => replay::run(args, output),
+            Command::Demo(args) => demo::run(args, output),
             Command::Rig(args) => rig::run(args, output),
             Command::Import(args) => import::run(args, output),
             Command::Calibrate(args) => calibrate::run(args, output),
