@@ -43,6 +43,11 @@ pub struct Outcome {
     pub reports_lost: u32,
     /// Damaged frames received.
     pub frames_damaged: u64,
+    /// Reports that could be compared with the same predictor on this host.
+    pub compared: usize,
+    /// From this sample on reports and samples were lost together, so that it is not known
+    /// what the board took, and nothing is compared.
+    pub unknown_from: Option<u32>,
     /// Reports whose hash equals that of the same predictor on this host.
     pub equal: usize,
     /// The first sample after which they differed.
@@ -135,6 +140,8 @@ struct Run<'a> {
     hash: u32,
     /// The next sample that the predictor on this host takes.
     next: u32,
+    /// Samples that it took.
+    replayed: u32,
     sent: u32,
     /// Samples before this one are done with: taken or lost.
     done: u32,
@@ -158,6 +165,7 @@ impl<'a> Run<'a> {
             predictor,
             hash: HASH_START,
             next: 0,
+            replayed: 0,
             sent: 0,
             done: 0,
             last: None,
@@ -197,18 +205,25 @@ impl<'a> Run<'a> {
         self.replay(seq, report, package);
     }
 
-    /// The predictor here takes the samples that the board took: with lost reports in
-    /// between, all of them up to this one.
+    /// The predictor here takes the samples that the board took. Where reports were lost,
+    /// their samples are known only if none of those in between was lost too.
     fn replay(&mut self, seq: u32, report: &TelemetryReport, package: &Package) {
-        let lost_report = self.outcome.reports_lost > 0;
-        let from = if lost_report { self.next } else { seq };
-        for index in from..=seq {
-            if let Some(sample) = package.samples.get(index as usize) {
-                let prediction = self.predictor.tick(&sample.into());
-                self.hash = prediction.hash(self.hash);
-            }
+        if self.outcome.unknown_from.is_some() {
+            return;
+        }
+        let unreported = report.taken.wrapping_sub(self.replayed).wrapping_sub(1);
+        let from = seq.saturating_sub(unreported);
+        if unreported > 0 && from != self.next {
+            self.outcome.unknown_from = Some(self.next);
+            return;
+        }
+        for sample in package.samples.iter().take(seq as usize + 1).skip(from as usize) {
+            let prediction = self.predictor.tick(&sample.into());
+            self.hash = prediction.hash(self.hash);
         }
         self.next = seq.saturating_add(1);
+        self.replayed = report.taken;
+        self.outcome.compared += 1;
         if self.hash == report.hash {
             self.outcome.equal += 1;
         } else if self.outcome.first_difference.is_none() {
