@@ -103,7 +103,7 @@ pub fn stream(
             return Err(DeviceError::Restarted { last: run.last }.into());
         }
         watch(Event::Report(&report))?;
-        run.take(&report, package);
+        run.take(&report);
         if run.ended(&report, count) {
             break;
         }
@@ -111,9 +111,14 @@ pub fn stream(
     if run.last.is_none_or(|last| (last as usize) + 1 < count) {
         device.command::<wire::Stop>(&())?;
     }
+    let seconds = began.elapsed().as_secs_f64();
+    // Only now: in the run it would hold up the samples.
+    for (seq, report) in std::mem::take(&mut run.answered) {
+        run.replay(seq, &report, package);
+    }
     let outcome = Outcome {
         samples: count,
-        seconds: began.elapsed().as_secs_f64(),
+        seconds,
         statistics: device.statistics()?,
         timer_hz: device.info().timer_hz,
         frames_damaged: device.damaged_frames(),
@@ -149,6 +154,8 @@ struct Run<'a> {
     /// When the board last took a sample.
     fed: Instant,
     reports: Option<Sequence>,
+    /// Reports on samples, to be compared after the run.
+    answered: Vec<(u32, TelemetryReport)>,
     outcome: Outcome,
     begun: bool,
 }
@@ -171,6 +178,7 @@ impl<'a> Run<'a> {
             last: None,
             fed: Instant::now(),
             reports: None,
+            answered: Vec::new(),
             outcome: Outcome::default(),
             begun: false,
         })
@@ -181,7 +189,7 @@ impl<'a> Run<'a> {
         room.then(|| self.package.samples.get(self.sent as usize)).flatten()
     }
 
-    fn take(&mut self, report: &TelemetryReport, package: &Package) {
+    fn take(&mut self, report: &TelemetryReport) {
         self.begun |= report.mode == Mode::Running || report.sample_seq.is_some();
         if !self.begun {
             return;
@@ -202,7 +210,7 @@ impl<'a> Run<'a> {
         self.done = self.done.max(seq.saturating_add(1));
         self.last = Some(seq);
         self.outcome.taken += 1;
-        self.replay(seq, report, package);
+        self.answered.push((seq, *report));
     }
 
     /// The predictor here takes the samples that the board took. Where reports were lost,
