@@ -155,9 +155,10 @@ pub fn init() -> Board {
     let mut config = usart::Config::default();
     config.baudrate = crate::BAUD;
     static TX: StaticCell<[u8; 1024]> = StaticCell::new();
-    static RX: StaticCell<[u8; 2048]> = StaticCell::new();
+    // Room for every sample that the host keeps ahead.
+    static RX: StaticCell<[u8; 8192]> = StaticCell::new();
     let uart =
-        BufferedUart::new(p.LPUART1, p.PA3, p.PA2, TX.init([0; 1024]), RX.init([0; 2048]), Irqs, config);
+        BufferedUart::new(p.LPUART1, p.PA3, p.PA2, TX.init([0; 1024]), RX.init([0; 8192]), Irqs, config);
     let Ok(uart) = uart else {
         defmt::error!("LPUART1 does not take {=u32} baud", crate::BAUD);
         halt();

@@ -264,6 +264,11 @@ fn report(output: &Output, outcome: &Outcome) {
     ));
     output.text(format_args!(
         "{} of {} predictions equal this host's bit for bit",
-        outcome.equal, outcome.taken
+        outcome.equal, outcome.compared
     ));
+    if let Some(seq) = outcome.unknown_from {
+        output.note(format_args!(
+            "from sample {seq} on samples and reports were lost together: nothing is compared there"
+        ));
+    }
 }
