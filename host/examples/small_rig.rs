@@ -1,7 +1,9 @@
 //! Writes a small data set made by the rig, for trying `compare` on: `small_rig FOLDER [EFFECT STRENGTH]`.
 use stickslip_host::dataset::{Dataset, write};
 use stickslip_host::rig::objects::{bench, trimmed};
-use stickslip_host::rig::{Condition, HiddenEffect, Kind, Nuisance, Primitive, Reality, STEP_S, Setup, simulate};
+use stickslip_host::rig::{
+    Condition, HiddenEffect, Kind, Nuisance, Primitive, Reality, STEP_S, Setup, simulate,
+};
 
 fn main() {
     let args: Vec<String> = std::env::args().collect();
@@ -26,10 +28,8 @@ fn main() {
     }
     use rayon::prelude::*;
     let jobs: Vec<(usize, usize)> = (0..conditions.len()).flat_map(|c| (0..3).map(move |r| (c, r))).collect();
-    let trials = jobs
-        .par_iter()
-        .map(|(c, r)| simulate(&setup, &conditions[*c], *r, 7).expect("a trial"))
-        .collect();
+    let trials =
+        jobs.par_iter().map(|(c, r)| simulate(&setup, &conditions[*c], *r, 7).expect("a trial")).collect();
     let folder = std::path::PathBuf::from(&args[1]);
     write(&Dataset { folder: folder.clone(), description, trials }, &folder).expect("written");
 }

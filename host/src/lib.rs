@@ -1,6 +1,7 @@
 //! Host side of stickslip: data sets, replay, streaming, comparison, diagnosis.
 
 pub mod balance;
+pub mod blind;
 pub mod channels;
 pub mod check;
 pub mod commands;
@@ -8,8 +9,8 @@ pub mod compare;
 pub mod dataset;
 pub mod device;
 pub mod diagnose;
-pub mod fit;
 pub mod expression;
+pub mod fit;
 pub mod import;
 pub mod lcp_files;
 pub mod lcp_gen;

@@ -133,7 +133,9 @@ fn narrow_pose(pose: &dataset::Pose) -> Pose<f32> {
     Pose {
         position_m: p.position_m.map(|x| x as f32),
         // Rounded, not normalised again: the board gets these very numbers.
-        rotation: UnitQuaternion::new_unchecked(Quaternion::new(q.w as f32, q.i as f32, q.j as f32, q.k as f32)),
+        rotation: UnitQuaternion::new_unchecked(Quaternion::new(
+            q.w as f32, q.i as f32, q.j as f32, q.k as f32,
+        )),
     }
 }
 
@@ -157,10 +159,8 @@ pub fn plan_for(trial: &Trial) -> Plan {
             })
             .collect()
     };
-    let mut plan = Plan {
-        start_s: trial.samples.first().map_or(0.0, |s| s.t_s as f32),
-        segments: Default::default(),
-    };
+    let mut plan =
+        Plan { start_s: trial.samples.first().map_or(0.0, |s| s.t_s as f32), segments: Default::default() };
     for (from, to) in pieces(&moments) {
         let (a, b) = (&moments[from], &moments[to]);
         let v = velocity(a, b);
@@ -268,7 +268,9 @@ pub fn narrow_scene(s: &Scene<f64>) -> Scene<f32> {
         pusher: s.pusher.map(|p| match p {
             PusherContact::Plane => PusherContact::Plane,
             PusherContact::Line { length_m } => PusherContact::Line { length_m: length_m as f32 },
-            PusherContact::Point { tip_radius_m } => PusherContact::Point { tip_radius_m: tip_radius_m as f32 },
+            PusherContact::Point { tip_radius_m } => {
+                PusherContact::Point { tip_radius_m: tip_radius_m as f32 }
+            }
         }),
         support: s.support.as_ref().map(|s| match s {
             SupportContact::Patch => SupportContact::Patch,

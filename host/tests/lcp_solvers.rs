@@ -32,9 +32,7 @@ fn enumerate(m: &[f64], q: &[f64]) -> Vec<Vec<f64>> {
     let mut found = Vec::new();
     for mask in 0..1_u32 << n {
         let basis: Vec<usize> = (0..n).filter(|i| mask >> i & 1 == 1).collect();
-        let a = nalgebra::DMatrix::from_fn(basis.len(), basis.len(), |r, c| {
-            m[basis[r] * n + basis[c]]
-        });
+        let a = nalgebra::DMatrix::from_fn(basis.len(), basis.len(), |r, c| m[basis[r] * n + basis[c]]);
         let b = nalgebra::DVector::from_fn(basis.len(), |r, _| -q[basis[r]]);
         let Some(x) = a.lu().solve(&b) else { continue };
         let mut z = vec![0.0; n];
@@ -227,9 +225,7 @@ fn contact_solver_agrees_with_enumeration_for_one_and_two_contacts() {
         let problem = to_problem::<16, 8>(&factors).expect("fits");
         solver.forget();
         let impulses = solver.solve(&problem).solved().expect("solved").clone();
-        let near = solutions.iter().any(|z| {
-            (0..2).all(|i| (z[i] - impulses.normal[i]).abs() < 1e-6)
-        });
+        let near = solutions.iter().any(|z| (0..2).all(|i| (z[i] - impulses.normal[i]).abs() < 1e-6));
         assert!(near, "{seed}: {:?} is none of {solutions:?}", impulses.normal);
     }
 }
@@ -301,10 +297,7 @@ fn single(
         };
         list.push(contact).expect("the same capacity");
     }
-    stickslip_shared::lcp::factors::Factors {
-        inverse_mass: p.inverse_mass.map(|x| x as f32),
-        contacts: list,
-    }
+    stickslip_shared::lcp::factors::Factors { inverse_mass: p.inverse_mass.map(|x| x as f32), contacts: list }
 }
 
 #[test]

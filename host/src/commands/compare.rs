@@ -134,8 +134,7 @@ fn print(comparison: &Comparison, output: &Output) {
 /// Origin and parameters of a model.
 pub fn describe(report: &ModelReport) -> String {
     let friction: Vec<String> = report.friction.iter().map(|(k, v)| format!("{k} {v:.3}")).collect();
-    let effects =
-        if report.effects.is_empty() { "no effects".to_owned() } else { report.effects.join(", ") };
+    let effects = if report.effects.is_empty() { "no effects".to_owned() } else { report.effects.join(", ") };
     format!("{}; friction {}; {effects}", report.origin, friction.join(", "))
 }
 
@@ -145,9 +144,8 @@ fn print_errors(report: &ModelReport, output: &Output) {
     let mut channels: Vec<(&str, usize)> = Vec::new();
     let worst = |primitive: &str, index: usize| {
         let rows = report.errors.iter().filter(|r| r.place.primitive == primitive && r.index == index);
-        rows.map(|r| (r.fails, r.multiples.unwrap_or(0.0))).fold((false, 0.0f64), |a, b| {
-            (a.0 || b.0, a.1.max(b.1))
-        })
+        rows.map(|r| (r.fails, r.multiples.unwrap_or(0.0)))
+            .fold((false, 0.0f64), |a, b| (a.0 || b.0, a.1.max(b.1)))
     };
     for row in &report.errors {
         if !channels.contains(&(&row.place.primitive, row.index)) {

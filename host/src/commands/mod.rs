@@ -4,12 +4,16 @@
 //! and `pub fn run(args: &Args, output: &Output) -> anyhow::Result<()>`, a variant of
 //! `Command` and an arm of its `run`.
 
+pub mod add;
+pub mod blind;
 pub mod check;
 pub mod compare;
+pub mod diagnose;
 pub mod import;
 pub mod lcp;
 pub mod rig;
 pub mod stream;
+pub mod suggest;
 
 use std::process::ExitCode;
 
@@ -32,6 +36,14 @@ pub struct Cli {
 enum Command {
     /// Check a data set: what it holds, errors, warnings, balance of the measured forces
     Check(check::Args),
+    /// Find out which physical effect a model lacks, from measurements
+    Diagnose(diagnose::Args),
+    /// Add an effect to a model and fit it together with the rest
+    Add(add::Args),
+    /// The experiment that would tell candidates apart best, and how many runs it takes
+    Suggest(suggest::Args),
+    /// Blind test of the diagnosis: hidden effects in synthetic data, named without the key
+    Blind(blind::Args),
     /// Compare models with measurements: errors by channel and phase, where a model fails
     Compare(compare::Args),
     /// Make a data set with the synthetic rig: the paper's experiments, lifts, planar pushes, hidden effects
@@ -48,6 +60,10 @@ impl Command {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
         match self {
             Command::Check(args) => check::run(args, output),
+            Command::Diagnose(args) => diagnose::run(args, output),
+            Command::Add(args) => add::run(args, output),
+            Command::Suggest(args) => suggest::run(args, output),
+            Command::Blind(args) => blind::run(args, output),
             Command::Compare(args) => compare::run(args, output),
             Command::Rig(args) => rig::run(args, output),
             Command::Import(args) => import::run(args, output),

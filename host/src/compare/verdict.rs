@@ -92,7 +92,8 @@ fn of_one(data: &DataSummary, report: &ModelReport, single: bool) -> String {
     };
     let error = |row: &ErrorRow| readable(row.rms, row.unit);
     if single || data.noise_floor != Source::Repetitions {
-        let floor = if data.noise_floor == Source::Repetitions { "the noise floor" } else { "the sensor noise" };
+        let floor =
+            if data.noise_floor == Source::Repetitions { "the noise floor" } else { "the sensor noise" };
         let verdict = if largest < 2.0 { "agrees with" } else { "does not agree with" };
         let what = if single { "the trial" } else { "the measurement" };
         return format!(
@@ -209,8 +210,7 @@ fn offset_notes(report: &ModelReport, tare: Tare) -> Vec<String> {
             )
         });
     }
-    let beyond: Vec<&str> =
-        offsets.channels.iter().filter(|c| c.beyond_bound).map(|c| c.channel).collect();
+    let beyond: Vec<&str> = offsets.channels.iter().filter(|c| c.beyond_bound).map(|c| c.channel).collect();
     if !beyond.is_empty() {
         notes.push(format!(
             "Offsets beyond what dataset.toml states, hardly the sensors': {}.",

@@ -22,7 +22,8 @@ const POINTS: usize = 260;
 
 /// Legend and charts of a trace; `models` are their names.
 pub fn panel(trace: &Trace, models: &[&str]) -> String {
-    let mut out = format!("<p>{} <b>{}</b>: {}</p>\n", trace.role, escape(&trace.trial), escape(&trace.conditions));
+    let mut out =
+        format!("<p>{} <b>{}</b>: {}</p>\n", trace.role, escape(&trace.trial), escape(&trace.conditions));
     out += &legend(models);
     out += "<div class=\"grid\">\n";
     for channel in (0..COUNT).filter(|k| trace.measured.iter().any(|s| s[*k].is_finite())) {
