@@ -463,3 +463,22 @@ fn notes(
     }
     out
 }
+
+/// Settings from which the fit of one more effect may start: its best two by screening, or
+/// the effect as given where it cannot be screened.
+pub fn starts(
+    campaign: &Campaign,
+    model: &Model<f64>,
+    free: &[Free],
+    effect: stickslip_shared::effects::Effect<f64>,
+) -> Vec<[f64; stickslip_shared::effects::MAX_PARAMETERS]> {
+    let screened = effect.info().map(|info| {
+        let problem = Problem::new(campaign, model);
+        let base = solve(&problem, model, free, 0);
+        crate::diagnose::screen::screen(&problem, &base, free.len(), info).starts
+    });
+    match screened {
+        Some(starts) if !starts.is_empty() => starts.into_iter().take(2).collect(),
+        _ => vec![effect.parameters],
+    }
+}

@@ -1,6 +1,7 @@
 //! Host side of stickslip: data sets, replay, streaming, comparison, diagnosis.
 
 pub mod balance;
+pub mod blind;
 pub mod calibrate;
 pub mod channels;
 pub mod check;

@@ -395,6 +395,20 @@ impl Prepared {
         all.get(all.len() / 2).copied().unwrap_or(0.0)
     }
 
+    /// Length of the prescribed path, m; see [`Prepared::drive_speed`].
+    pub fn drive_path(&self) -> f64 {
+        let speed = self.drive_speed();
+        self.t_s.windows(2).zip(&speed).map(|(t, v)| v * (t[1] - t[0])).sum()
+    }
+
+    /// The same trial with every commanded grip force multiplied by `factor`.
+    #[must_use]
+    pub fn with_grip(&self, factor: f64) -> Self {
+        let mut out = self.clone();
+        out.grip_n.iter_mut().for_each(|g| *g *= factor);
+        out
+    }
+
     /// Speed of the prescribed motion at each sample, m/s: gripper and pusher relative to
     /// the world, a turn counted at a lever of 30 mm. Zero at rest.
     pub fn drive_speed(&self) -> Vec<f64> {

@@ -9,12 +9,18 @@ pub mod check;
 pub mod compare;
 pub mod demo;
 pub mod findings;
+pub mod add;
+pub mod blind;
+pub mod check;
+pub mod compare;
+pub mod diagnose;
 pub mod import;
 pub mod lcp;
 pub mod replay;
 pub mod planar;
 pub mod rig;
 pub mod stream;
+pub mod suggest;
 
 use std::process::ExitCode;
 
@@ -37,6 +43,14 @@ pub struct Cli {
 enum Command {
     /// Check a data set: what it holds, errors, warnings, balance of the measured forces
     Check(check::Args),
+    /// Find out which physical effect a model lacks, from measurements
+    Diagnose(diagnose::Args),
+    /// Add an effect to a model and fit it together with the rest
+    Add(add::Args),
+    /// The experiment that would tell candidates apart best, and how many runs it takes
+    Suggest(suggest::Args),
+    /// Blind test of the diagnosis: hidden effects in synthetic data, named without the key
+    Blind(blind::Args),
     /// Compare models with measurements: errors by channel and phase, where a model fails
     Compare(compare::Args),
     /// Run the predictor over a recorded trial as the board does, and compare with its log
@@ -63,6 +77,10 @@ impl Command {
     fn run(&self, output: &Output) -> anyhow::Result<()> {
         match self {
             Command::Check(args) => check::run(args, output),
+            Command::Diagnose(args) => diagnose::run(args, output),
+            Command::Add(args) => add::run(args, output),
+            Command::Suggest(args) => suggest::run(args, output),
+            Command::Blind(args) => blind::run(args, output),
             Command::Compare(args) => compare::run(args, output),
             Command::Replay(args) => replay::run(args, output),
             Command::Demo(args) => demo::run(args, output),

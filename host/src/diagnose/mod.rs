@@ -6,10 +6,12 @@
 //! conditions (here). `docs/diagnosis.md` has the statistics.
 
 pub mod campaign;
+pub mod experiment;
 pub mod features;
 pub mod gls;
 pub mod misfit;
 pub mod noise;
+pub mod page;
 pub mod phases;
 pub mod problem;
 pub mod report;
@@ -99,7 +101,45 @@ pub fn diagnose(dataset: &Dataset, model: &Model<f64>, tick: Tick) -> Result<Rep
     tick();
     let base = hold_out(&problem, solution, free);
     let findings = find(&problem, base, tick);
-    Ok(report::report(&problem, findings, begun.elapsed()))
+    let pair = findings.equal.first().and_then(|set| {
+        let other = findings.first.iter().find(|c| set.contains(&c.info.id))?;
+        Some([&findings.chosen.first()?.held.solution.model, &other.held.solution.model])
+    });
+    let experiment = pair.and_then(|[a, b]| experiment::experiments(&problem, a, b, 1).into_iter().next());
+    let mut report = report::report(&problem, findings, begun.elapsed());
+    report.suggested_experiment = experiment;
+    Ok(report)
+}
+
+/// The best experiments between the two effects of `between` (or the two best candidates):
+/// which two, and where they differ most. `None` where there are no two.
+///
+/// # Errors
+/// Where no trial can be simulated.
+pub fn suggest(
+    dataset: &Dataset,
+    model: &Model<f64>,
+    between: &[String],
+    most: usize,
+    tick: Tick,
+) -> Result<Option<([&'static str; 2], Vec<experiment::Experiment>)>, FitError> {
+    let campaign = Campaign::new(dataset, model);
+    if campaign.runs.is_empty() {
+        let why = campaign.refused.first().map_or("the data set has no trials".into(), ToString::to_string);
+        return Err(FitError::NoTrials(why));
+    }
+    let free = fit::base_parameters(&campaign);
+    let first = fit::solve(&Problem::new(&campaign, model), model, &free, 6);
+    let problem = Problem::new(&campaign, &first.model);
+    let base = hold_out(&problem, fit::solve(&problem, &first.model, &free, 4), free);
+    let survivors = if between.is_empty() { SURVIVORS } else { REGISTRY.len() };
+    let mut found = candidates(&problem, &base, survivors, tick).0;
+    if !between.is_empty() {
+        found.retain(|c| between.iter().any(|b| b == c.info.id));
+    }
+    let [a, b, ..] = found.as_slice() else { return Ok(None) };
+    let (x, y) = (&a.held.solution.model, &b.held.solution.model);
+    Ok(Some(([a.info.id, b.info.id], experiment::experiments(&problem, x, y, most))))
 }
 
 /// Most effects named at once are [`MOST_EFFECTS`]; see `docs/diagnosis.md` for the rules.

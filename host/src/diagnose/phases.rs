@@ -92,7 +92,8 @@ pub fn bins(prepared: &Prepared, simulated: &Simulated) -> (Vec<Option<u8>>, std
     let of: Vec<Option<u8>> = (0..n)
         .map(|i| {
             if i < onset {
-                return (t[onset] - t[i] > GUARD_S && (t[start] - t[i] > GUARD_S || i >= start)).then_some(0);
+                // The approach belongs to no phase: the true contact may come before the model's.
+                return (i < start && t[start] - t[i] > GUARD_S).then_some(0);
             }
             if i > end {
                 if t[i] - t[end] < GUARD_S {

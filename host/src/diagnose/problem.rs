@@ -83,8 +83,12 @@ impl<'a> Problem<'a> {
             let mean = noise::mean(group.runs.iter().map(|r| &residuals[*r]));
             let first = &campaign.runs[group.runs[0]];
             let ranges = first.bins.ranges(&first.prepared.simulate_every(model, first.stride));
+            let path = noise::FLOOR_OF_PATH * first.prepared.drive_path();
             let floor2: Vec<f64> = (0..FEATURES)
-                .map(|f| noise.floor[f].powi(2) + (noise::FLOOR_OF_RANGE * ranges[f]).powi(2))
+                .map(|f| {
+                    let place = if f < 3 * BINS { path } else { 0.0 };
+                    noise.floor[f].powi(2) + (noise::FLOOR_OF_RANGE * ranges[f]).powi(2) + place * place
+                })
                 .collect();
             let variance: Vec<f64> =
                 (0..FEATURES).map(|f| noise.spread[f].powi(2) / runs + floor2[f]).collect();

@@ -101,7 +101,7 @@ pub struct Report {
     /// What structure is left.
     pub unexplained: Vec<Structure>,
     /// What to measure next; see `stickslip suggest`.
-    pub suggested_experiment: Option<serde_json::Value>,
+    pub suggested_experiment: Option<crate::diagnose::experiment::Experiment>,
     /// Fitted friction of the base model, and all parameters with the chosen effects.
     pub parameters: BTreeMap<String, Value>,
     /// Where the model misses most.

@@ -7,7 +7,8 @@
 //! excess misfit that is left). Effects whose held-out losses do not differ from the
 //! best one's are equally good.
 
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 use stickslip_shared::effects::{Effect, Info, REGISTRY};
 use stickslip_shared::model::{MAX_EFFECTS, Model};
 
@@ -85,6 +86,42 @@ pub fn p_value(a: &[f64], b: &[f64]) -> f64 {
     match StudentsT::new(0.0, 1.0, freedom) {
         Ok(d) => 1.0 - d.cdf(t),
         Err(_) => 1.0,
+    }
+}
+
+/// Probability that the effect's strengths differ from neutral by chance: Wald's test with the
+/// covariance clustered by condition, against F.
+fn parameter_p_value(problem: &Problem, solution: &Solution, free: &[Free], from: usize, info: &Info) -> f64 {
+    let covariance = fit::clustered_covariance(&solution.grams, &problem.precision(free.len()), free.len());
+    let strengths: Vec<(usize, f64)> = free
+        .iter()
+        .enumerate()
+        .skip(from)
+        .zip(info.parameters)
+        .filter(|(_, p)| p.typical != p.neutral)
+        .map(|((k, f), p)| (k, f.get(&solution.model) - p.neutral))
+        .filter(|(k, _)| covariance[(*k, *k)] > 0.0)
+        .collect();
+    let q = strengths.len();
+    let conditions = problem.campaign.conditions as f64;
+    let freedom = conditions - q as f64 - from as f64;
+    if q == 0 || freedom < 1.0 {
+        return 1.0;
+    }
+    let sd: Vec<f64> = strengths.iter().map(|(k, _)| covariance[(*k, *k)].sqrt()).collect();
+    let correlation = DMatrix::from_fn(q, q, |i, j| {
+        let c = covariance[(strengths[i].0, strengths[j].0)] / (sd[i] * sd[j]);
+        // Nearly equal directions count once.
+        if i == j { 1.0 + 1e-6 } else { c * (1.0 - 1e-6) }
+    });
+    let z = DVector::from_fn(q, |i, _| strengths[i].1 / sd[i]);
+    let Some(c) = correlation.cholesky() else { return 1.0 };
+    let wald = z.dot(&c.solve(&z));
+    // Hotelling's correction for few conditions.
+    let f = wald / q as f64 * freedom / (conditions - from as f64).max(1.0);
+    match FisherSnedecor::new(q as f64, freedom) {
+        Ok(d) if f.is_finite() && f > 0.0 => 1.0 - d.cdf(f),
+        _ => 1.0,
     }
 }
 
@@ -169,8 +206,10 @@ fn refit(problem: &Problem, base: &Held, screened: &Screened) -> Option<Candidat
             fit::solve(problem, &model, &free, 5)
         })
         .min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))?;
+    let parameters = parameter_p_value(problem, &best, &free, base.free.len(), screened.info);
     let held = hold_out(problem, best, free);
-    let p_value = p_value(&base.loss, &held.loss);
+    // Two tests of the same question: the better one counts, at twice its probability.
+    let p_value = (2.0 * p_value(&base.loss, &held.loss).min(parameters)).min(1.0);
     let explained = explained(&base.misfit, &held.misfit);
     Some(Candidate { info: screened.info, held, p_value, explained })
 }
