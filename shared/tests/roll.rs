@@ -67,7 +67,7 @@ fn rolling_needs_platform_friction_above_what_the_fingers_friction_asks() {
     let rotation = |platform| {
         let mut angle = 0.0;
         roll(platform, mu, grip_n, 0.8, |s| {
-            assert_eq!(s.out.status, ConeStatus::Solved);
+            assert_eq!(s.out.status, ConeStatus::Solved, "platform {platform} t {} residual {}", s.t_s, s.out.residual_n);
             angle = -s.world.rotation.scaled_axis().x;
         });
         angle

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector, Dyn, Owned};
 use rayon::prelude::*;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
-use stickslip_shared::model::Model;
+use stickslip_shared::model::{Model, PusherContact};
 
 use super::residual;
 use super::windows::Windowed;
@@ -159,10 +159,10 @@ pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], scale: &[f64; COUNT], b
     if has(&|w| w.prepared.scene.fingers.is_some()) {
         free.push(Coefficient::Finger);
     }
-    if has(&|w| w.prepared.scene.pusher.is_some()) {
+    if has(&|w| w.prepared.scene.pusher.is_some() && !on_platform(w)) {
         free.push(Coefficient::Pusher);
     }
-    if has(&|w| w.prepared.scene.support.is_some()) {
+    if has(&|w| w.prepared.scene.support.is_some() || on_platform(w)) {
         free.push(Coefficient::Support);
     }
     let mut start = base.clone();
@@ -172,6 +172,16 @@ pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], scale: &[f64; COUNT], b
     let (problem, _) = LevenbergMarquardt::new().with_patience(30).minimize(problem);
     let estimates = judge(&problem);
     Fit { model: problem.model(&problem.at), estimates }
+}
+
+/// Whether the pusher is a plane under the object: it has the support's friction.
+fn on_platform(w: &Windowed) -> bool {
+    let normal = |p: &stickslip_shared::track::Poses<f64>| {
+        p.pusher.map(|p| p.rotation.transform_vector(&nalgebra::Vector3::x()))
+    };
+    let down = nalgebra::Vector3::from(w.prepared.scene.gravity_m_s2);
+    matches!(w.prepared.scene.pusher, Some(PusherContact::Plane))
+        && w.prepared.poses().first().and_then(normal).is_some_and(|n| n.dot(&down) < -0.7 * down.norm())
 }
 
 /// Start from a coarse grid: the cost has plateaus (contacts that never slide) and, where

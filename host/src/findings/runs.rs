@@ -36,7 +36,8 @@ impl Bench {
 
     /// A model with this friction.
     pub fn model(&self, base: Base<f64>) -> Model<f64> {
-        let friction = Friction { finger: self.finger, pusher: self.pusher, support: 0.3 };
+        // A platform under the object has the support's coefficient.
+        let friction = Friction { finger: self.finger, pusher: self.pusher, support: self.pusher };
         Model { base, friction, effects: heapless::Vec::new(), formulas: heapless::Vec::new() }
     }
 
