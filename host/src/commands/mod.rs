@@ -11,8 +11,6 @@ pub mod demo;
 pub mod findings;
 pub mod add;
 pub mod blind;
-pub mod check;
-pub mod compare;
 pub mod diagnose;
 pub mod import;
 pub mod lcp;
