@@ -122,8 +122,7 @@ pub fn findings() -> anyhow::Result<Vec<Finding>> {
         hard,
         soft,
         outcome: Outcome::of(fast[1] > 1.02, fast[2] > 1.02),
-        reason: "Coulomb friction and a quasi-static balance know no speed, so the model as the paper states it cannot \
-                 give this. It comes out with the effect viscous_friction or load through faster dwell."
+        reason: "Coulomb friction and a quasi-static balance know no speed, so the model as the paper states it cannot give this."
             .into(),
     });
     let fall = run.each(|s| edge_torque(run, s, 0.8, 0.95) / edge_torque(run, s, 0.3, 0.45) - 1.0);
@@ -136,8 +135,7 @@ pub fn findings() -> anyhow::Result<Vec<Finding>> {
         hard,
         soft,
         outcome: Outcome::of(fall[1].abs() < 0.02, fall[2] < -0.02),
-        reason: "A hard model keeps the torque within 2 %. In MuJoCo it falls because the object creeps and the contact \
-                 opens; linear springs alone do not: the moment stays 4/3 mu N a whatever the compliance."
+        reason: "A hard model keeps the torque within 2 %. MuJoCo itself was not run for this table. Linear springs alone do not lower it: the moment stays 4/3 mu N a whatever the compliance."
             .into(),
     });
     Ok(out)
