@@ -1,9 +1,7 @@
 //! A recorded trial through the predictor, tick by tick in `f32`, as the board does it.
 
 use nalgebra::Vector3;
-use stickslip_shared::model::{
-    Model, Scene,
-};
+use stickslip_shared::model::{Model, Scene};
 use stickslip_shared::predictor::{
     HASH_START, Intent, Limits, MAX_SEGMENTS, ModelError, Plan, Prediction, Predictor, Segment,
 };

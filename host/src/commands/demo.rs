@@ -53,7 +53,17 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let findings = path(&args.out.join("diagnosis.html"));
     let change = path(&args.out.join("before-after.html"));
     steps.title("A bench on which something is missing from the model");
-    steps.step(&["rig", "--out", &bench, "--plan", "push-small", "--seed", "11", "--hidden", &args.hidden])?;
+    steps.step(&[
+        "rig",
+        "--out",
+        &bench,
+        "--plan",
+        "push-small",
+        "--seed",
+        "11",
+        "--hidden",
+        &args.hidden,
+    ])?;
     steps.step(&["calibrate", &bench, "--out", &base])?;
     steps.title("What is missing?");
     let found = steps.step(&["diagnose", &bench, "--model", &base, "--html", &findings])?;
@@ -104,7 +114,8 @@ impl Steps<'_> {
         let result = command.spawn()?.wait_with_output()?;
         ensure!(result.status.success(), "`{line}` failed");
         let document = if captured {
-            serde_json::from_slice(&result.stdout).with_context(|| format!("`{line}` printed no JSON document"))?
+            serde_json::from_slice(&result.stdout)
+                .with_context(|| format!("`{line}` printed no JSON document"))?
         } else {
             Value::Null
         };

@@ -4,18 +4,18 @@
 //! and `pub fn run(args: &Args, output: &Output) -> anyhow::Result<()>`, a variant of
 //! `Command` and an arm of its `run`.
 
+pub mod add;
+pub mod blind;
 pub mod calibrate;
 pub mod check;
 pub mod compare;
 pub mod demo;
-pub mod findings;
-pub mod add;
-pub mod blind;
 pub mod diagnose;
+pub mod findings;
 pub mod import;
 pub mod lcp;
-pub mod replay;
 pub mod planar;
+pub mod replay;
 pub mod rig;
 pub mod stream;
 pub mod suggest;

@@ -97,7 +97,12 @@ fn start_log(path: &Path, package: &Package, trial: &str) -> anyhow::Result<log:
     Ok(log::Writer::create(path, &header)?)
 }
 
-fn keep<T: serde::Serialize>(log: &mut Option<log::Writer>, kind: u8, ns: u64, what: &T) -> std::io::Result<()> {
+fn keep<T: serde::Serialize>(
+    log: &mut Option<log::Writer>,
+    kind: u8,
+    ns: u64,
+    what: &T,
+) -> std::io::Result<()> {
     let Some(writer) = log else { return Ok(()) };
     let bytes = postcard::to_allocvec(what).map_err(std::io::Error::other)?;
     writer.record(kind, ns, &bytes).map_err(std::io::Error::other)

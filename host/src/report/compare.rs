@@ -60,9 +60,7 @@ fn header(c: &Comparison) -> String {
     let tone = match worst {
         Some(r) if r.fails && r.multiples.unwrap_or(0.0) >= 1.5 => "bad",
         Some(r)
-            if r.fails
-                || r.noise_source != Source::Repetitions
-                || r.multiples.is_some_and(|m| m >= 2.0) =>
+            if r.fails || r.noise_source != Source::Repetitions || r.multiples.is_some_and(|m| m >= 2.0) =>
         {
             "fair"
         }
