@@ -83,7 +83,7 @@ pub fn evaluate(
                     count += 1.0;
                 }
             }
-            debug_assert!(COUNT > 19);
+            const { assert!(COUNT > 19) };
             Some(Push {
                 trial: trial.info.trial.clone(),
                 position_m: flat(predicted.position_m - truth.position_m),

@@ -378,7 +378,6 @@ proptest! {
 #[test]
 fn every_problem_of_the_example_files_is_solved_by_both_solvers() {
     let directory = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/lcp");
-    let alternative = std::path::Path::new("/work/shared/data/lcp").to_path_buf();
     let Ok(entries) = std::fs::read_dir(&directory) else {
         println!("skipped: {} is absent", directory.display());
         return;

@@ -36,6 +36,9 @@ pub struct Line {
     pub width: u32,
 }
 
+/// Abscissa, lower and upper edge.
+pub type Band = Vec<(f64, f64, f64)>;
+
 /// What a chart shows.
 #[derive(Clone, Debug, Default)]
 pub struct Chart {
@@ -52,7 +55,7 @@ pub struct Chart {
     /// From, to, colour, opacity.
     pub spans: Vec<(f64, f64, RGBColor, f64)>,
     /// Pieces of a band: x, low, high.
-    pub bands: Vec<(Vec<(f64, f64, f64)>, RGBColor)>,
+    pub bands: Vec<(Band, RGBColor)>,
     /// Drawn in order.
     pub lines: Vec<Line>,
     /// Dots.

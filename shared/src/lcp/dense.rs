@@ -11,7 +11,7 @@
 //!   the residual and far above the noise, so that the pivots are made of something. The
 //!   answer is then corrected on its own basis with the matrix as given;
 //! - the sequence of pivots fails all the same: it starts again with another covering vector
-//!   and a larger multiple ([`ATTEMPTS`]). The best answer by the residual is kept.
+//!   and a larger multiple (`ATTEMPTS`). The best answer by the residual is kept.
 //!
 //! The pivots work on a dictionary (basic variables as functions of the nonbasic ones), which
 //! holds the inverse of the basis in its slack columns: ties are broken by these, exactly.

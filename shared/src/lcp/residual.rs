@@ -71,7 +71,7 @@ pub fn largest<R: Real>(z: &[R]) -> R {
 pub fn dense<R: Real>(m: &[R], q: &[R], z: &[R]) -> Residual<R> {
     let n = q.len();
     let mut sum = Residual::zero();
-    if n == 0 || z.len() != n || m.len() / n != n || m.len() % n != 0 {
+    if n == 0 || z.len() != n || m.len() / n != n || !m.len().is_multiple_of(n) {
         sum.slack = R::of(f64::INFINITY);
         return sum;
     }

@@ -4,7 +4,7 @@
 //! number of contacts. Written for the velocities the problem is piecewise linear with `ND`
 //! unknowns, and a contact costs a few inner products of `ND` numbers: the cost is linear in
 //! the contacts. A solve follows the solution from a problem whose solution is known
-//! ([`path`]) with a small compliance in every contact ([`law`]), which makes the distribution
+//! (`path`) with a small compliance in every contact (`law`), which makes the distribution
 //! of impulses unique where rigid contacts leave it free; then the compliance is taken out by
 //! repeating with the impulses found (a proximal method: each round is one factorisation).
 //! The known problem is the one without contact, or the last one solved (warm start).
@@ -76,8 +76,8 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
 
     /// Solves a problem, from the last answer where it had as many contacts.
     ///
-    /// Contacts are matched by their order. Bounded: a warm start and [`STARTS`] cold ones, each
-    /// of at most `20 nc + 40` kinks and [`ROUNDS`] rounds of the same.
+    /// Contacts are matched by their order. Bounded: a warm start and `STARTS` cold ones, each
+    /// of at most `20 nc + 40` kinks and `ROUNDS` rounds of the same.
     pub fn solve(&mut self, problem: &Factors<R, NC, ND>) -> Outcome<'_, Impulses<R, NC, ND>, R> {
         let report = match problem.defect() {
             Some(defect) => {
