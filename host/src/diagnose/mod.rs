@@ -34,7 +34,9 @@ use select::{Candidate, Held, candidates, explained, hold_out, paired};
 /// Family-wise probability of naming an effect where there is none.
 pub const FALSE_ALARM: f64 = 0.01;
 /// Systematic misfit of a channel in a phase beyond this many noise floors is worth a name.
-pub const RELEVANT: f64 = 1.7;
+pub const RELEVANT: f64 = 1.5;
+/// Systematic misfit that no effect explains is reported beyond this many noise floors.
+const UNEXPLAINED: f64 = 2.5;
 /// Least share of the excess misfit that one effect must explain.
 const EXPLAINS: f64 = 0.65;
 /// Least share that several effects must explain together.
@@ -145,7 +147,7 @@ pub fn suggest(
 /// Most effects named at once are [`MOST_EFFECTS`]; see `docs/diagnosis.md` for the rules.
 fn find(problem: &Problem, base: Held, tick: Tick) -> Findings {
     let level = FALSE_ALARM / REGISTRY.len() as f64;
-    let relevant = base.misfit.places.first().is_some_and(|p| p.2 > RELEVANT) && base.misfit.excess > 0.0;
+    let relevant = base.misfit.exceeds(RELEVANT) && base.misfit.excess > 0.0;
     let enough = problem.campaign.conditions >= FEWEST_CONDITIONS;
     let (first, invisible) = candidates(problem, &base, SURVIVORS, tick);
     let mut chosen: Vec<Candidate> = Vec::new();
@@ -167,7 +169,7 @@ fn find(problem: &Problem, base: Held, tick: Tick) -> Findings {
             }
             chosen.push(winner);
             let last = &chosen[chosen.len() - 1];
-            if last.held.misfit.places.first().is_none_or(|p| p.2 <= RELEVANT) {
+            if !last.held.misfit.exceeds(RELEVANT) {
                 break;
             }
             if chosen.len() < MOST_EFFECTS {
@@ -179,7 +181,8 @@ fn find(problem: &Problem, base: Held, tick: Tick) -> Findings {
     let needed = if chosen.len() > 1 { EXPLAIN_TOGETHER } else { EXPLAINS };
     let verdict = match (relevant && enough, chosen.is_empty() || share < needed) {
         (false, _) => Verdict::NothingMissing,
-        (true, true) => Verdict::Unexplained,
+        (true, true) if base.misfit.exceeds(UNEXPLAINED) => Verdict::Unexplained,
+        (true, true) => Verdict::NothingMissing,
         (true, false) if chosen.len() == 1 && !equal.is_empty() => Verdict::Ambiguous,
         (true, false) => Verdict::Effect,
     };
