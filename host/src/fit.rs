@@ -15,6 +15,8 @@ use thiserror::Error;
 use crate::diagnose::campaign::Campaign;
 use crate::diagnose::features::Features;
 use crate::diagnose::gls::{self, Gram};
+use crate::diagnose::noise;
+use crate::diagnose::phases::BINS;
 use crate::diagnose::problem::{Problem, difference};
 
 /// Parts of the conditions that are held out in turn.
@@ -225,11 +227,61 @@ pub fn calibrate(
         return Err(FitError::NoParameters);
     }
     // The noise model is estimated around the first solution and once more around the second.
-    let rough = Problem::new(campaign, model);
-    let first = solve(&rough, model, free, options.iterations);
+    let begin = if free.contains(&Free::FingerFriction) || free.contains(&Free::SupportFriction) {
+        rough_start(campaign, model)
+    } else {
+        model.clone()
+    };
+    let rough = Problem::new(campaign, &begin);
+    let first = solve(&rough, &begin, free, options.iterations);
     let problem = Problem::new(campaign, &first.model);
     let solution = solve(&problem, &first.model, free, options.iterations);
     Ok(summary(&problem, solution, first.loss.0, free, options))
+}
+
+/// Friction coefficients tried before a fit: fingers, then pusher (rubber platforms grip hard).
+const TRIED: [&[f64]; 3] = [&[0.15, 0.4, 0.8], &[0.1, 0.25, 0.7, 2.5], &[0.15, 0.3, 0.6]];
+
+/// `model` with the friction that fits best on a coarse grid around it, by a robust cost: far
+/// from the truth an object may be dropped, and least squares would look nowhere else.
+pub fn rough_start(campaign: &Campaign, model: &Model<f64>) -> Model<f64> {
+    let groups: Vec<usize> = (0..campaign.groups.len()).step_by(campaign.groups.len().div_ceil(40)).collect();
+    let channels = noise::channel_noise(&campaign.description.sensors);
+    let cost = |model: &Model<f64>| -> f64 {
+        let predicted = campaign.simulate_groups(model, &groups);
+        let mut total = 0.0;
+        for (g, p) in groups.iter().zip(&predicted) {
+            let measured = &campaign.runs[campaign.groups[*g].runs[0]].measured;
+            for (f, (y, x)) in measured.iter().zip(p).enumerate() {
+                let (noise, uncertainty) = channels[f / BINS];
+                let e = (y - x) / (5.0 * noise + uncertainty);
+                if e.is_finite() {
+                    total += (e * e).ln_1p();
+                }
+            }
+        }
+        total
+    };
+    let present = base_parameters(campaign);
+    let mut best = (cost(model), model.clone());
+    for _ in 0..2 {
+        for free in &present {
+            let values = match free {
+                Free::FingerFriction => TRIED[0],
+                Free::PusherFriction => TRIED[1],
+                _ => TRIED[2],
+            };
+            for value in values {
+                let mut changed = best.1.clone();
+                free.set(&mut changed, *value);
+                let c = cost(&changed);
+                if c < best.0 {
+                    best = (c, changed);
+                }
+            }
+        }
+    }
+    best.1
 }
 
 /// Intervals, covariance and notes of a solution.

@@ -34,7 +34,7 @@ use select::{Candidate, Held, candidates, explained, hold_out, paired};
 /// Family-wise probability of naming an effect where there is none.
 pub const FALSE_ALARM: f64 = 0.01;
 /// Systematic misfit of a channel in a phase beyond this many noise floors is worth a name.
-pub const RELEVANT: f64 = 1.5;
+pub const RELEVANT: f64 = 2.0;
 /// Systematic misfit that no effect explains is reported beyond this many noise floors.
 const UNEXPLAINED: f64 = 2.5;
 /// Least share of the excess misfit that one effect must explain.
@@ -47,6 +47,8 @@ const EXPLAINS_FURTHER: f64 = 0.5;
 const EQUAL: f64 = 2.0;
 /// A candidate that explains this much less than the best is no equal.
 const EQUAL_SHARE: f64 = 0.1;
+/// One effect is preferred to several that explain no more than this above it.
+const SIMPLER: f64 = 0.05;
 /// Most effects named.
 const MOST_EFFECTS: usize = 3;
 /// Effects refitted at each stage.
@@ -94,9 +96,10 @@ pub fn diagnose(dataset: &Dataset, model: &Model<f64>, tick: Tick) -> Result<Rep
         return Err(FitError::NoTrials(why));
     }
     let free = fit::base_parameters(&campaign);
-    let rough = Problem::new(&campaign, model);
+    let start = fit::rough_start(&campaign, model);
+    let rough = Problem::new(&campaign, &start);
     tick();
-    let first = fit::solve(&rough, model, &free, 6);
+    let first = fit::solve(&rough, &start, &free, 6);
     tick();
     let problem = Problem::new(&campaign, &first.model);
     let solution = fit::solve(&problem, &first.model, &free, 4);
@@ -131,7 +134,8 @@ pub fn suggest(
         return Err(FitError::NoTrials(why));
     }
     let free = fit::base_parameters(&campaign);
-    let first = fit::solve(&Problem::new(&campaign, model), model, &free, 6);
+    let start = fit::rough_start(&campaign, model);
+    let first = fit::solve(&Problem::new(&campaign, &start), &start, &free, 6);
     let problem = Problem::new(&campaign, &first.model);
     let base = hold_out(&problem, fit::solve(&problem, &first.model, &free, 4), free);
     let survivors = if between.is_empty() { SURVIVORS } else { REGISTRY.len() };
@@ -175,6 +179,15 @@ fn find(problem: &Problem, base: Held, tick: Tick) -> Findings {
             if chosen.len() < MOST_EFFECTS {
                 stage = candidates(problem, &last.held, SURVIVORS, tick).0;
             }
+        }
+    }
+    // One effect that does what several do together is the better answer.
+    if chosen.len() > 1 {
+        let together = chosen.last().map_or(0.0, |c| explained(&base.misfit, &c.held.misfit));
+        let alone = first.iter().find(|c| c.p_value < level && c.explained > together - SIMPLER);
+        if let Some(alone) = alone {
+            equal = equals(&base, alone, &first);
+            chosen = vec![alone.clone()];
         }
     }
     let share = chosen.last().map_or(0.0, |c| explained(&base.misfit, &c.held.misfit));
