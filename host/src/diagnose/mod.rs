@@ -96,13 +96,10 @@ pub fn diagnose(dataset: &Dataset, model: &Model<f64>, tick: Tick) -> Result<Rep
         return Err(FitError::NoTrials(why));
     }
     let free = fit::base_parameters(&campaign);
-    let start = fit::rough_start(&campaign, model);
-    let rough = Problem::new(&campaign, &start);
+    let first = fit::first_fit(&campaign, model, &free, 6);
     tick();
-    let first = fit::solve(&rough, &start, &free, 6);
-    tick();
-    let problem = Problem::new(&campaign, &first.model);
-    let solution = fit::solve(&problem, &first.model, &free, 4);
+    let problem = Problem::new(&campaign, &first);
+    let solution = fit::solve(&problem, &first, &free, 5);
     tick();
     let base = hold_out(&problem, solution, free);
     let findings = find(&problem, base, tick);
@@ -134,10 +131,9 @@ pub fn suggest(
         return Err(FitError::NoTrials(why));
     }
     let free = fit::base_parameters(&campaign);
-    let start = fit::rough_start(&campaign, model);
-    let first = fit::solve(&Problem::new(&campaign, &start), &start, &free, 6);
-    let problem = Problem::new(&campaign, &first.model);
-    let base = hold_out(&problem, fit::solve(&problem, &first.model, &free, 4), free);
+    let first = fit::first_fit(&campaign, model, &free, 6);
+    let problem = Problem::new(&campaign, &first);
+    let base = hold_out(&problem, fit::solve(&problem, &first, &free, 5), free);
     let survivors = if between.is_empty() { SURVIVORS } else { REGISTRY.len() };
     let mut found = candidates(&problem, &base, survivors, tick).0;
     if !between.is_empty() {

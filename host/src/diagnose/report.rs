@@ -260,6 +260,13 @@ fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
             campaign.refused[0]
         ));
     }
+    if let Some(first) = problem.failed.first() {
+        out.push(format!(
+            "the model fails altogether in {} trial(s), which were left out; the first: {}",
+            problem.failed.len(),
+            campaign.runs[*first].info.trial
+        ));
+    }
     let seen = |from: usize| {
         campaign.runs.iter().any(|r| {
             r.measured[from * crate::diagnose::phases::BINS..(from + 6) * crate::diagnose::phases::BINS]
