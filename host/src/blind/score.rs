@@ -25,6 +25,8 @@ pub struct Opened {
     pub error: [f64; 3],
     /// Worst systematic misfit of a channel in a phase, in noise floors.
     pub worst: f64,
+    /// Where that is.
+    pub worst_place: String,
     /// Time of the diagnosis, s.
     pub seconds: f64,
 }
@@ -91,6 +93,7 @@ pub fn open(key: Key, report: &Report) -> Opened {
         ambiguous_with: report.ambiguous_with.clone(),
         error: [report.error.before, report.error.after, report.error.noise_floor],
         worst: report.error.worst_before,
+        worst_place: report.places.first().map_or(String::new(), |p| format!("{} {}", p.channel, p.phase)),
         seconds: report.seconds,
     }
 }

@@ -77,7 +77,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
 fn line(number: usize, o: &Opened) -> String {
     let hidden: Vec<String> = o.key.effects.iter().map(ToString::to_string).collect();
     format!(
-        "{number}: {} {} trials, hidden [{}]: {:?} {:?} ~ {:?}; error {:.2} -> {:.2} (floor {:.2}), worst {:.1}; {:.1} s",
+        "{number}: {} {} trials, hidden [{}]: {:?} {:?} ~ {:?}; error {:.2} -> {:.2} (floor {:.2}), worst {:.1} ({}); {:.1} s",
         o.key.primitive,
         o.key.trials,
         hidden.join(", "),
@@ -88,6 +88,7 @@ fn line(number: usize, o: &Opened) -> String {
         o.error[1],
         o.error[2],
         o.worst,
+        o.worst_place,
         o.seconds
     )
 }

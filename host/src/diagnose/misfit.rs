@@ -24,8 +24,33 @@ pub struct Misfit {
     pub systematic: Features,
     /// Sum over features of the systematic square above the floor's own one.
     pub excess: f64,
-    /// By channel and phase: root mean square of the systematic part, worst first.
-    pub places: Vec<(usize, Phase, f64)>,
+    /// By channel and phase, worst first.
+    pub places: Vec<Place>,
+}
+
+/// Systematic misfit of one channel in one phase.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Channel.
+    pub channel: usize,
+    /// Phase.
+    pub phase: Phase,
+    /// Root mean square, in noise floors.
+    pub size: f64,
+    /// What the size is at least, by its scatter over conditions (three standard errors).
+    pub at_least: f64,
+}
+
+impl Misfit {
+    /// Size of the worst place; zero where nothing is measured.
+    pub fn worst(&self) -> f64 {
+        self.places.first().map_or(0.0, |p| p.size)
+    }
+
+    /// Whether some place misses by more than `floors` noise floors, beyond chance.
+    pub fn exceeds(&self, floors: f64) -> bool {
+        self.places.iter().any(|p| p.size > floors && p.at_least > 1.0)
+    }
 }
 
 /// Misfit for residuals of the groups, sensor offsets already taken out.
@@ -48,7 +73,10 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
     let mut systematic = vec![0.0; FEATURES];
     let mut count = vec![0.0; FEATURES];
     let (mut square, mut scatter, mut seen, mut scattered) = (0.0, 0.0, 0.0, 0.0);
+    // For each place: mean square of each condition.
+    let mut by_place: BTreeMap<(usize, Phase), Vec<f64>> = BTreeMap::new();
     for of in campaign.runs_of() {
+        let mut here: BTreeMap<(usize, Phase), (f64, f64)> = BTreeMap::new();
         let of: Vec<&Features> = of.iter().filter_map(|r| runs[*r].as_ref()).collect();
         for f in 0..FEATURES {
             let x: Vec<f64> = of.iter().map(|e| e[f]).filter(|x| x.is_finite()).collect();
@@ -61,13 +89,18 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
             square += squares;
             seen += n;
             count[f] += 1.0;
+            let part = if x.len() > 1 { (sum * sum - squares) / (n * (n - 1.0)) } else { squares - 1.0 };
+            systematic[f] += part;
+            let place = here.entry((f / BINS, Phase::of(f % BINS))).or_default();
+            place.0 += part;
+            place.1 += 1.0;
             if x.len() > 1 {
-                systematic[f] += (sum * sum - squares) / (n * (n - 1.0));
                 scatter += (squares - sum * sum / n) * n / (n - 1.0);
                 scattered += n;
-            } else {
-                systematic[f] += squares - 1.0;
             }
+        }
+        for (place, (sum, n)) in here {
+            by_place.entry(place).or_default().push(sum / n);
         }
     }
     let systematic: Features =
@@ -84,14 +117,16 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
     }
     let noise_floor =
         if scattered > 0.0 { (scatter / scattered + floor / f64::max(floors, 1.0)).sqrt() } else { 1.0 };
-    let mut places: BTreeMap<(usize, Phase), (f64, f64)> = BTreeMap::new();
-    for (f, s) in systematic.iter().enumerate().filter(|(_, s)| s.is_finite()) {
-        let p = places.entry((f / BINS, Phase::of(f % BINS))).or_default();
-        p.0 += s.max(0.0);
-        p.1 += 1.0;
-    }
-    let mut places: Vec<(usize, Phase, f64)> =
-        places.into_iter().map(|((c, p), (s, n))| (c, p, (s / n).sqrt())).collect();
-    places.sort_by(|a, b| b.2.total_cmp(&a.2));
+    let mut places: Vec<Place> = by_place
+        .into_iter()
+        .map(|((channel, phase), squares)| {
+            let n = squares.len() as f64;
+            let mean = squares.iter().sum::<f64>() / n;
+            let variance = squares.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+            let least = mean - 3.0 * (variance / n).sqrt();
+            Place { channel, phase, size: mean.max(0.0).sqrt(), at_least: least.max(0.0).sqrt() }
+        })
+        .collect();
+    places.sort_by(|a, b| b.size.total_cmp(&a.size));
     Misfit { error: (square / f64::max(seen, 1.0)).sqrt(), noise_floor, systematic, excess, places }
 }

@@ -34,7 +34,9 @@ use select::{Candidate, Held, candidates, explained, hold_out, paired};
 /// Family-wise probability of naming an effect where there is none.
 pub const FALSE_ALARM: f64 = 0.01;
 /// Systematic misfit of a channel in a phase beyond this many noise floors is worth a name.
-pub const RELEVANT: f64 = 1.7;
+pub const RELEVANT: f64 = 2.0;
+/// Systematic misfit that no effect explains is reported beyond this many noise floors.
+const UNEXPLAINED: f64 = 2.5;
 /// Least share of the excess misfit that one effect must explain.
 const EXPLAINS: f64 = 0.65;
 /// Least share that several effects must explain together.
@@ -45,6 +47,8 @@ const EXPLAINS_FURTHER: f64 = 0.5;
 const EQUAL: f64 = 2.0;
 /// A candidate that explains this much less than the best is no equal.
 const EQUAL_SHARE: f64 = 0.1;
+/// One effect is preferred to several that explain no more than this above it.
+const SIMPLER: f64 = 0.05;
 /// Most effects named.
 const MOST_EFFECTS: usize = 3;
 /// Effects refitted at each stage.
@@ -92,12 +96,10 @@ pub fn diagnose(dataset: &Dataset, model: &Model<f64>, tick: Tick) -> Result<Rep
         return Err(FitError::NoTrials(why));
     }
     let free = fit::base_parameters(&campaign);
-    let rough = Problem::new(&campaign, model);
+    let first = fit::first_fit(&campaign, model, &free, 6);
     tick();
-    let first = fit::solve(&rough, model, &free, 6);
-    tick();
-    let problem = Problem::new(&campaign, &first.model);
-    let solution = fit::solve(&problem, &first.model, &free, 4);
+    let problem = Problem::new(&campaign, &first);
+    let solution = fit::solve(&problem, &first, &free, 5);
     tick();
     let base = hold_out(&problem, solution, free);
     let findings = find(&problem, base, tick);
@@ -132,9 +134,9 @@ pub fn suggest(
         return Err(FitError::NoTrials(why));
     }
     let free = fit::base_parameters(&campaign);
-    let first = fit::solve(&Problem::new(&campaign, model), model, &free, 6);
-    let problem = Problem::new(&campaign, &first.model);
-    let base = hold_out(&problem, fit::solve(&problem, &first.model, &free, 4), free);
+    let first = fit::first_fit(&campaign, model, &free, 6);
+    let problem = Problem::new(&campaign, &first);
+    let base = hold_out(&problem, fit::solve(&problem, &first, &free, 5), free);
     let survivors = if between.is_empty() { SURVIVORS } else { REGISTRY.len() };
     let mut found = candidates(&problem, &base, survivors, tick).0;
     if !between.is_empty() {
@@ -148,7 +150,7 @@ pub fn suggest(
 /// Most effects named at once are [`MOST_EFFECTS`]; see `docs/diagnosis.md` for the rules.
 fn find(problem: &Problem, base: Held, tick: Tick) -> Findings {
     let level = FALSE_ALARM / REGISTRY.len() as f64;
-    let relevant = base.misfit.places.first().is_some_and(|p| p.2 > RELEVANT) && base.misfit.excess > 0.0;
+    let relevant = base.misfit.exceeds(RELEVANT) && base.misfit.excess > 0.0;
     let enough = problem.campaign.conditions >= FEWEST_CONDITIONS;
     let (first, invisible) = candidates(problem, &base, SURVIVORS, tick);
     let mut chosen: Vec<Candidate> = Vec::new();
@@ -170,7 +172,7 @@ fn find(problem: &Problem, base: Held, tick: Tick) -> Findings {
             }
             chosen.push(winner);
             let last = &chosen[chosen.len() - 1];
-            if last.held.misfit.places.first().is_none_or(|p| p.2 <= RELEVANT) {
+            if !last.held.misfit.exceeds(RELEVANT) {
                 break;
             }
             if chosen.len() < MOST_EFFECTS {
@@ -178,11 +180,21 @@ fn find(problem: &Problem, base: Held, tick: Tick) -> Findings {
             }
         }
     }
+    // One effect that does what several do together is the better answer.
+    if chosen.len() > 1 {
+        let together = chosen.last().map_or(0.0, |c| explained(&base.misfit, &c.held.misfit));
+        let alone = first.iter().find(|c| c.p_value < level && c.explained > together - SIMPLER);
+        if let Some(alone) = alone {
+            equal = equals(&base, alone, &first);
+            chosen = vec![alone.clone()];
+        }
+    }
     let share = chosen.last().map_or(0.0, |c| explained(&base.misfit, &c.held.misfit));
     let needed = if chosen.len() > 1 { EXPLAIN_TOGETHER } else { EXPLAINS };
     let verdict = match (relevant && enough, chosen.is_empty() || share < needed) {
         (false, _) => Verdict::NothingMissing,
-        (true, true) => Verdict::Unexplained,
+        (true, true) if base.misfit.exceeds(UNEXPLAINED) => Verdict::Unexplained,
+        (true, true) => Verdict::NothingMissing,
         (true, false) if chosen.len() == 1 && !equal.is_empty() => Verdict::Ambiguous,
         (true, false) => Verdict::Effect,
     };

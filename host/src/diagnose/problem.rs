@@ -38,6 +38,32 @@ pub struct Problem<'a> {
     pub residuals: Vec<Features>,
     /// Groups in use.
     pub groups: Vec<usize>,
+    /// Runs left out because the model fails in them altogether.
+    pub failed: Vec<usize>,
+}
+
+/// Runs whose error is far beyond that of all others (the model drops or jams the object
+/// there); their residuals are struck out.
+fn failed(campaign: &Campaign, residuals: &mut [Features]) -> Vec<usize> {
+    let channels = noise::channel_noise(&campaign.description.sensors);
+    let score = |r: &Features| -> f64 {
+        let (mut sum, mut n) = (0.0, 0.0);
+        for (f, e) in r.iter().enumerate().filter(|(_, e)| e.is_finite()) {
+            let (noise, uncertainty) = channels[f / BINS];
+            sum += (e / (5.0 * noise + uncertainty)).powi(2);
+            n += 1.0;
+        }
+        (sum / f64::max(n, 1.0)).sqrt()
+    };
+    let scores: Vec<f64> = residuals.iter().map(score).collect();
+    let mut sorted = scores.clone();
+    sorted.sort_by(f64::total_cmp);
+    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let out: Vec<usize> = (0..scores.len()).filter(|r| scores[*r] > f64::max(20.0, 15.0 * median)).collect();
+    for r in &out {
+        residuals[*r].fill(f64::NAN);
+    }
+    out
 }
 
 /// Relative step with which friction is varied.
@@ -46,15 +72,16 @@ const STEP: f64 = 0.02;
 impl<'a> Problem<'a> {
     /// Around `model`.
     pub fn new(campaign: &'a Campaign, model: &Model<f64>) -> Self {
-        let groups: Vec<usize> = (0..campaign.groups.len()).collect();
+        let mut groups: Vec<usize> = (0..campaign.groups.len()).collect();
         let fine = campaign.simulate_all(model);
         let coarse = campaign.simulate_groups(model, &groups);
-        let residuals: Vec<Features> = campaign
+        let mut residuals: Vec<Features> = campaign
             .runs
             .iter()
             .zip(&fine)
             .map(|(r, f)| r.measured.iter().zip(f).map(|(y, f)| y - f).collect())
             .collect();
+        let failed = failed(campaign, &mut residuals);
         let base = [Free::FingerFriction, Free::PusherFriction, Free::SupportFriction];
         let sensitivity: Vec<Vec<Features>> = base
             .iter()
@@ -115,6 +142,7 @@ impl<'a> Problem<'a> {
             single_run.push(one);
             floors.push(floor2.iter().map(|x| x.sqrt()).collect());
         }
+        groups.retain(|g| !whiteners[*g].active.is_empty() && !failed.contains(&campaign.groups[*g].runs[0]));
         let channels = noise::channel_noise(&campaign.description.sensors);
         let offset_precision = std::array::from_fn(|o| {
             let (noise, uncertainty) = channels[o + 6];
@@ -133,6 +161,7 @@ impl<'a> Problem<'a> {
             floors,
             residuals,
             groups,
+            failed,
         }
     }
 

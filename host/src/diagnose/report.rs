@@ -134,24 +134,28 @@ pub fn report(problem: &Problem, findings: Findings, took: Duration) -> Report {
         candidates.push(candidate(problem, c.held.free.len() - c.info.parameters.len(), c));
     }
     let floor = base.misfit.noise_floor;
-    let worst = |m: &crate::diagnose::misfit::Misfit| m.places.first().map_or(0.0, |p| p.2);
     let error = ErrorReport {
         before: base.misfit.error,
         after: last.misfit.error,
         noise_floor: floor,
-        worst_before: worst(&base.misfit),
-        worst_after: worst(&last.misfit),
+        worst_before: base.misfit.worst(),
+        worst_after: last.misfit.worst(),
     };
     let places = base
         .misfit
         .places
         .iter()
         .take(12)
-        .map(|(channel, phase, before)| Place {
-            channel: channel_name(*channel),
-            phase: phase.name(),
-            before: *before,
-            after: last.misfit.places.iter().find(|p| p.0 == *channel && p.1 == *phase).map_or(0.0, |p| p.2),
+        .map(|p| Place {
+            channel: channel_name(p.channel),
+            phase: p.phase.name(),
+            before: p.size,
+            after: last
+                .misfit
+                .places
+                .iter()
+                .find(|q| q.channel == p.channel && q.phase == p.phase)
+                .map_or(0.0, |q| q.size),
         })
         .collect();
     let unexplained = match verdict {
@@ -254,6 +258,13 @@ fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
             "{} trial(s) could not be used, the first: {}",
             campaign.refused.len(),
             campaign.refused[0]
+        ));
+    }
+    if let Some(first) = problem.failed.first() {
+        out.push(format!(
+            "the model fails altogether in {} trial(s), which were left out; the first: {}",
+            problem.failed.len(),
+            campaign.runs[*first].info.trial
         ));
     }
     let seen = |from: usize| {

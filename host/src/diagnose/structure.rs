@@ -34,13 +34,13 @@ pub fn describe(problem: &Problem, held: &Held) -> Vec<Structure> {
     held.misfit
         .places
         .iter()
-        .filter(|p| p.2 > crate::diagnose::RELEVANT)
+        .filter(|p| p.size > crate::diagnose::RELEVANT && p.at_least > 1.0)
         .take(PLACES)
-        .map(|(channel, phase, size)| Structure {
-            channel: channel_name(*channel),
-            phase: phase.name(),
-            size: *size,
-            depends_on: depends_on(problem, held, *channel, *phase),
+        .map(|p| Structure {
+            channel: channel_name(p.channel),
+            phase: p.phase.name(),
+            size: p.size,
+            depends_on: depends_on(problem, held, p.channel, p.phase),
         })
         .collect()
 }
