@@ -375,8 +375,15 @@ proptest! {
     }
 }
 
+/// The dense solver for the largest size keeps its tableau on the stack: more than a test
+/// thread has without optimisation.
 #[test]
 fn every_problem_of_the_example_files_is_solved_by_both_solvers() {
+    let worker = std::thread::Builder::new().stack_size(256 << 20).spawn(solve_example_files);
+    worker.expect("a thread").join().expect("every problem is solved");
+}
+
+fn solve_example_files() {
     let directory = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/lcp");
     let Ok(entries) = std::fs::read_dir(&directory) else {
         println!("skipped: {} is absent", directory.display());

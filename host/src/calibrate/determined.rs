@@ -3,6 +3,7 @@
 use std::fmt;
 
 use serde::Serialize;
+use stickslip_shared::model::Model;
 
 use super::friction::{Coefficient, Fit};
 use super::windows::Windowed;
@@ -111,6 +112,31 @@ fn slid(trials: &[&Windowed]) -> Slid {
         })
     };
     if trials.iter().any(moved) { Slid::Yes } else { Slid::No }
+}
+
+/// Where nothing slides in the grasp, forces bound friction only from below: whatever a fit
+/// made of elastic details is withdrawn, and the base model's value stands where it bears what was borne.
+pub fn withdraw(calibration: &[&Windowed], fit: &mut Fit, base: &Model<f64>) {
+    if slid(calibration) != Slid::No {
+        return;
+    }
+    fit.model.friction = base.friction;
+    let at_least = largest_share(calibration);
+    if let Some(mu) = at_least {
+        fit.model.friction.finger = base.friction.finger.max(mu);
+    }
+    for e in &mut fit.estimates {
+        e.determined = false;
+        e.high = None;
+        if e.coefficient == Coefficient::Finger {
+            e.low = at_least;
+        }
+        e.value = match e.coefficient {
+            Coefficient::Finger => fit.model.friction.finger,
+            Coefficient::Pusher => fit.model.friction.pusher,
+            Coefficient::Support => fit.model.friction.support,
+        };
+    }
 }
 
 /// Remarks on a fit, from what was measured and what moved.

@@ -130,7 +130,8 @@ pub fn calibrate(
     let (offsets, tared) = windows::tare(&calibration, base);
     remarks.extend(tared);
     let scale = windows::scales(&calibration, &offsets);
-    let fit = friction::fit(&calibration, &offsets, &scale, base);
+    let mut fit = friction::fit(&calibration, &offsets, &scale, base);
+    determined::withdraw(&calibration, &mut fit, base);
     remarks.extend(determined::remarks(&calibration, &held_out, &fit));
     let before = squares(&held_out, &offsets, base);
     let inside = squares(&calibration, &offsets, &fit.model);

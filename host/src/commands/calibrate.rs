@@ -10,6 +10,7 @@ use stickslip_shared::model::{Base, Friction, Model};
 use crate::calibrate::{Calibration, calibrate};
 use crate::channels;
 use crate::dataset::{self, Trial};
+use crate::model_file::ModelFile;
 use crate::output::{Output, table};
 
 /// Arguments of `stickslip calibrate`.
@@ -50,12 +51,6 @@ pub fn plain() -> Model<f64> {
     }
 }
 
-/// Reads a model file.
-pub fn read_model(path: &Path) -> anyhow::Result<Model<f64>> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-    toml::from_str(&text).with_context(|| path.display().to_string())
-}
-
 #[derive(Serialize)]
 struct Written {
     #[serde(flatten)]
@@ -68,7 +63,11 @@ struct Written {
 /// # Errors
 /// Where data or model cannot be read, or no trial can be simulated.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let base = args.model.as_deref().map_or_else(|| Ok(plain()), read_model)?;
+    let mut file = match &args.model {
+        Some(path) => ModelFile::read(path)?,
+        None => ModelFile::new(plain().base, plain().friction),
+    };
+    let base = file.to_model();
     let reading = dataset::read_lenient(&args.data)?;
     for error in &reading.errors {
         output.note(format_args!("left out: {error}"));
@@ -92,13 +91,19 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         let calibration = calibrate(&data.description, primitive, trials, &base, args.share)
             .with_context(|| format!("{}: {primitive}", args.data.display()))?;
         print(&calibration, output);
-        let file = args.out.as_ref().map(|out| named(out, primitive, several));
-        if let Some(file) = &file {
-            let text = toml::to_string(&calibration.model).context("the model cannot be written as TOML")?;
-            std::fs::write(file, text).with_context(|| format!("cannot write {}", file.display()))?;
-            output.note(format_args!("model of {primitive} written to {}", file.display()));
+        let path = args.out.as_ref().map(|out| named(out, primitive, several));
+        if let Some(path) = &path {
+            file.set_values(&calibration.model);
+            file.friction_intervals.clear();
+            for e in &calibration.estimates {
+                if let (Some(low), Some(high)) = (e.low, e.high) {
+                    file.friction_intervals.insert(crate::calibrate::name(e.coefficient).into(), [low, high]);
+                }
+            }
+            std::fs::write(path, file.write()).with_context(|| format!("cannot write {}", path.display()))?;
+            output.note(format_args!("model of {primitive} written to {}", path.display()));
         }
-        documents.push(Written { calibration, file: file.map(|f| f.display().to_string()) });
+        documents.push(Written { calibration, file: path.map(|f| f.display().to_string()) });
     }
     output.document(&documents)
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, bail};
 use serde::Serialize;
 
-use super::calibrate::{plain, read_model};
+use super::calibrate::plain;
 use crate::calibrate::{Calibration, calibrate};
 use crate::dataset::{self, Trial};
 use crate::output::{Output, table};
@@ -39,7 +39,10 @@ struct Document {
 /// # Errors
 /// Where the data cannot be read or hold no planar pushes.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let base = args.model.as_deref().map_or_else(|| Ok(plain()), read_model)?;
+    let base = args
+        .model
+        .as_deref()
+        .map_or_else(|| Ok(plain()), |path| super::compare::read_model(path).map(|m| m.model))?;
     let data = dataset::read(&args.data)?;
     let trials: Vec<(usize, Trial)> =
         data.trials.into_iter().enumerate().filter(|(_, t)| t.info.primitive == "planar_push").collect();
