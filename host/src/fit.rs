@@ -238,7 +238,7 @@ pub fn calibrate(
 const TRIED: [&[f64]; 3] = [&[0.15, 0.4, 0.8], &[0.1, 0.25, 0.7, 2.5], &[0.15, 0.3, 0.6]];
 
 /// Cost of a model in which single failures of the simulation or of the model weigh little:
-/// the sum of `ln(1 + e^2)` over features of at most forty groups.
+/// the sum of `e^2 / (1 + e^2 / 100)` over features of at most forty groups.
 fn robust_cost(campaign: &Campaign, model: &Model<f64>) -> f64 {
     let step = campaign.groups.len().div_ceil(40).max(1);
     let groups: Vec<usize> = (0..campaign.groups.len()).step_by(step).collect();
@@ -249,9 +249,9 @@ fn robust_cost(campaign: &Campaign, model: &Model<f64>) -> f64 {
         let measured = &campaign.runs[campaign.groups[*g].runs[0]].measured;
         for (f, (y, x)) in measured.iter().zip(p).enumerate() {
             let (noise, uncertainty) = channels[f / BINS];
-            let e = (y - x) / (5.0 * noise + uncertainty);
+            let e = (y - x) / (10.0 * noise + uncertainty);
             if e.is_finite() {
-                total += (e * e).ln_1p();
+                total += e * e / (1.0 + e * e / 100.0);
             }
         }
     }

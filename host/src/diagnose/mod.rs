@@ -34,9 +34,9 @@ use select::{Candidate, Held, candidates, explained, hold_out, paired};
 /// Family-wise probability of naming an effect where there is none.
 pub const FALSE_ALARM: f64 = 0.01;
 /// Systematic misfit of a channel in a phase beyond this many noise floors is worth a name.
-pub const RELEVANT: f64 = 2.0;
+pub const RELEVANT: f64 = 2.5;
 /// Systematic misfit that no effect explains is reported beyond this many noise floors.
-const UNEXPLAINED: f64 = 2.5;
+const UNEXPLAINED: f64 = 3.0;
 /// Least share of the excess misfit that one effect must explain.
 const EXPLAINS: f64 = 0.65;
 /// Least share that several effects must explain together.
@@ -49,6 +49,8 @@ const EQUAL: f64 = 2.0;
 const EQUAL_SHARE: f64 = 0.1;
 /// One effect is preferred to several that explain no more than this above it.
 const SIMPLER: f64 = 0.05;
+/// Candidates whose explained shares differ by less are equal whatever the test says.
+const SAME_SHARE: f64 = 0.02;
 /// Most effects named.
 const MOST_EFFECTS: usize = 3;
 /// Effects refitted at each stage.
@@ -217,7 +219,9 @@ fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<Vec<&'sta
         .filter(|c| c.info.id != winner.info.id)
         .filter(|c| {
             let no_worse = paired(&c.held.loss, &winner.held.loss).is_none_or(|(t, _)| t < EQUAL);
-            no_worse && explained(&base.misfit, &c.held.misfit) > winner.explained - EQUAL_SHARE
+            let behind = winner.explained - explained(&base.misfit, &c.held.misfit);
+            // Significant or not: what differs by so little is below the noise floor.
+            (no_worse && behind < EQUAL_SHARE) || behind < SAME_SHARE
         })
         .map(|c| vec![c.info.id])
         .collect()
