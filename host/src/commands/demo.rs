@@ -39,6 +39,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let data = path(&args.data);
     let log = path(&args.out.join("run.sslog"));
     let page = path(&args.out.join("comparison.html"));
+    // Logs are never overwritten; the demo's own may be.
+    if Path::new(&log).exists() {
+        std::fs::remove_file(&log).with_context(|| format!("cannot replace {log}"))?;
+    }
 
     steps.title("A recorded push through the firmware, in real time");
     steps.step(&["stream", &data, "--device", &args.device, "--log", &log])?;
