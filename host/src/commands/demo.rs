@@ -27,7 +27,7 @@ pub struct Args {
     #[arg(long, default_value = "qemu", value_name = "DEVICE")]
     pub device: String,
     /// Effect hidden in the second data set
-    #[arg(long, default_value = "grip_force_loss", value_name = "EFFECT")]
+    #[arg(long, default_value = "finger_friction_mismatch", value_name = "EFFECT")]
     pub hidden: String,
 }
 
