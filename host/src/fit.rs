@@ -259,7 +259,7 @@ fn robust_cost(campaign: &Campaign, model: &Model<f64>) -> f64 {
 }
 
 /// `model` with `free` friction fitted, from the values given and from a rough start: what fits
-/// better by [`robust_cost`].
+/// better by `robust_cost`.
 pub fn first_fit(campaign: &Campaign, model: &Model<f64>, free: &[Free], iterations: usize) -> Model<f64> {
     let from = |start: &Model<f64>| solve(&Problem::new(campaign, start), start, free, iterations).model;
     let rough = rough_start(campaign, model);
