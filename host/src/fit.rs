@@ -15,6 +15,8 @@ use thiserror::Error;
 use crate::diagnose::campaign::Campaign;
 use crate::diagnose::features::Features;
 use crate::diagnose::gls::{self, Gram};
+use crate::diagnose::noise;
+use crate::diagnose::phases::BINS;
 use crate::diagnose::problem::{Problem, difference};
 
 /// Parts of the conditions that are held out in turn.
@@ -225,11 +227,72 @@ pub fn calibrate(
         return Err(FitError::NoParameters);
     }
     // The noise model is estimated around the first solution and once more around the second.
-    let rough = Problem::new(campaign, model);
-    let first = solve(&rough, model, free, options.iterations);
-    let problem = Problem::new(campaign, &first.model);
-    let solution = solve(&problem, &first.model, free, options.iterations);
-    Ok(summary(&problem, solution, first.loss.0, free, options))
+    let first = first_fit(campaign, model, free, options.iterations);
+    let problem = Problem::new(campaign, &first);
+    let before = solve(&problem, model, free, 0).loss.0;
+    let solution = solve(&problem, &first, free, options.iterations);
+    Ok(summary(&problem, solution, before, free, options))
+}
+
+/// Friction coefficients tried before a fit: fingers, then pusher (rubber platforms grip hard).
+const TRIED: [&[f64]; 3] = [&[0.15, 0.4, 0.8], &[0.1, 0.25, 0.7, 2.5], &[0.15, 0.3, 0.6]];
+
+/// Cost of a model in which single failures of the simulation or of the model weigh little:
+/// the sum of `e^2 / (1 + e^2 / 100)` over features of at most forty groups.
+fn robust_cost(campaign: &Campaign, model: &Model<f64>) -> f64 {
+    let step = campaign.groups.len().div_ceil(40).max(1);
+    let groups: Vec<usize> = (0..campaign.groups.len()).step_by(step).collect();
+    let channels = noise::channel_noise(&campaign.description.sensors);
+    let predicted = campaign.simulate_groups(model, &groups);
+    let mut total = 0.0;
+    for (g, p) in groups.iter().zip(&predicted) {
+        let measured = &campaign.runs[campaign.groups[*g].runs[0]].measured;
+        for (f, (y, x)) in measured.iter().zip(p).enumerate() {
+            let (noise, uncertainty) = channels[f / BINS];
+            let e = (y - x) / (10.0 * noise + uncertainty);
+            if e.is_finite() {
+                total += e * e / (1.0 + e * e / 100.0);
+            }
+        }
+    }
+    total
+}
+
+/// `model` with `free` friction fitted, from the values given and from a rough start: what fits
+/// better by `robust_cost`.
+pub fn first_fit(campaign: &Campaign, model: &Model<f64>, free: &[Free], iterations: usize) -> Model<f64> {
+    let from = |start: &Model<f64>| solve(&Problem::new(campaign, start), start, free, iterations).model;
+    let rough = rough_start(campaign, model);
+    let tries = [from(model), from(&rough), model.clone(), rough];
+    let costs = tries.each_ref().map(|m| robust_cost(campaign, m));
+    let best = (0..tries.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
+    tries[best].clone()
+}
+
+/// `model` with the friction that fits best on a coarse grid around it, by a robust cost: far
+/// from the truth an object may be dropped, and least squares would look nowhere else.
+pub fn rough_start(campaign: &Campaign, model: &Model<f64>) -> Model<f64> {
+    let cost = |model: &Model<f64>| robust_cost(campaign, model);
+    let present = base_parameters(campaign);
+    let mut best = (cost(model), model.clone());
+    for _ in 0..2 {
+        for free in &present {
+            let values = match free {
+                Free::FingerFriction => TRIED[0],
+                Free::PusherFriction => TRIED[1],
+                _ => TRIED[2],
+            };
+            for value in values {
+                let mut changed = best.1.clone();
+                free.set(&mut changed, *value);
+                let c = cost(&changed);
+                if c < best.0 {
+                    best = (c, changed);
+                }
+            }
+        }
+    }
+    best.1
 }
 
 /// Intervals, covariance and notes of a solution.
@@ -462,4 +525,23 @@ fn notes(
         }
     }
     out
+}
+
+/// Settings from which the fit of one more effect may start: its best two by screening, or
+/// the effect as given where it cannot be screened.
+pub fn starts(
+    campaign: &Campaign,
+    model: &Model<f64>,
+    free: &[Free],
+    effect: stickslip_shared::effects::Effect<f64>,
+) -> Vec<[f64; stickslip_shared::effects::MAX_PARAMETERS]> {
+    let screened = effect.info().map(|info| {
+        let problem = Problem::new(campaign, model);
+        let base = solve(&problem, model, free, 0);
+        crate::diagnose::screen::screen(&problem, &base, free.len(), info).starts
+    });
+    match screened {
+        Some(starts) if !starts.is_empty() => starts.into_iter().take(2).collect(),
+        _ => vec![effect.parameters],
+    }
 }

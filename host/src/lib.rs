@@ -1,6 +1,8 @@
 //! Host side of stickslip: data sets, replay, streaming, comparison, diagnosis.
 
 pub mod balance;
+pub mod blind;
+pub mod calibrate;
 pub mod channels;
 pub mod check;
 pub mod commands;
@@ -8,16 +10,21 @@ pub mod compare;
 pub mod dataset;
 pub mod device;
 pub mod diagnose;
+pub mod expression;
+pub mod findings;
 pub mod fit;
+pub mod force_bands;
 pub mod import;
 pub mod lcp_files;
 pub mod lcp_gen;
 pub mod lcp_solve;
 pub mod log;
+pub mod model_file;
 pub mod motion;
 pub mod noise;
 pub mod output;
 pub mod phases;
+pub mod planar;
 pub mod replay;
 pub mod report;
 pub mod rig;

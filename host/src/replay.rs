@@ -1,10 +1,7 @@
 //! A recorded trial through the predictor, tick by tick in `f32`, as the board does it.
 
 use nalgebra::Vector3;
-use stickslip_shared::effects::formula::Formula;
-use stickslip_shared::model::{
-    Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
-};
+use stickslip_shared::model::{Model, Scene};
 use stickslip_shared::predictor::{
     HASH_START, Intent, Limits, MAX_SEGMENTS, ModelError, Plan, Prediction, Predictor, Segment,
 };
@@ -60,7 +57,7 @@ pub fn feed(description: &Description, trial: &Trial) -> Result<Feed, SceneError
     let scene = scene(description, trial)?;
     let mut convert = Converter::new(trial);
     let samples = trial.samples.iter().map(|s| convert.sample(s)).collect();
-    Ok(Feed { scene: narrow_scene(&scene), plan: plan_for(trial), samples })
+    Ok(Feed { scene: scene.cast(), plan: plan_for(trial), samples })
 }
 
 /// Runs the predictor over a trial; `ordinal` is the trial's place in its data set.
@@ -75,7 +72,7 @@ pub fn replay(
     ordinal: usize,
 ) -> Result<Replayed, ReplayError> {
     let feed = feed(description, trial)?;
-    let mut predictor = Predictor::new(feed.scene, narrow_model(model), limits)
+    let mut predictor = Predictor::new(feed.scene, model.cast(), limits)
         .map_err(|why| ReplayError::Refused { trial: trial.info.trial.clone(), why })?;
     predictor.set_plan(feed.plan);
     predictor.set_trial(ordinal as f32);
@@ -165,10 +162,7 @@ pub fn plan_for(trial: &Trial) -> Plan {
             })
             .collect()
     };
-    let mut plan = Plan {
-        start_s: 0.0,
-        segments: Default::default(),
-    };
+    let mut plan = Plan { start_s: 0.0, segments: Default::default() };
     for (from, to) in pieces(&moments) {
         let (a, b) = (&moments[from], &moments[to]);
         let v = velocity(a, b);
@@ -245,87 +239,12 @@ fn pieces(moments: &[Moment]) -> Vec<(usize, usize)> {
     pieces
 }
 
-/// A scene rounded to what the board computes with.
-pub fn narrow_scene(s: &Scene<f64>) -> Scene<f32> {
-    let shape = match &s.object.shape {
-        Shape::Prism { length_m, side_m } => {
-            Shape::Prism { length_m: *length_m as f32, side_m: *side_m as f32 }
-        }
-        Shape::Cylinder { length_m, diameter_m, across_flats_m } => Shape::Cylinder {
-            length_m: *length_m as f32,
-            diameter_m: *diameter_m as f32,
-            across_flats_m: *across_flats_m as f32,
-        },
-        Shape::Polygon { vertices_m, height_m } => Shape::Polygon {
-            vertices_m: vertices_m.iter().map(|v| v.map(|x| x as f32)).collect(),
-            height_m: *height_m as f32,
-        },
-    };
-    Scene {
-        gravity_m_s2: s.gravity_m_s2.map(|x| x as f32),
-        object: Object {
-            shape,
-            mass_kg: s.object.mass_kg as f32,
-            inertia_kg_m2: s.object.inertia_kg_m2.map(|r| r.map(|x| x as f32)),
-        },
-        fingers: s.fingers.map(|f| match f {
-            FingerContact::Point => FingerContact::Point,
-            FingerContact::Line { length_m } => FingerContact::Line { length_m: length_m as f32 },
-            FingerContact::Disc { diameter_m } => FingerContact::Disc { diameter_m: diameter_m as f32 },
-        }),
-        pusher: s.pusher.map(|p| match p {
-            PusherContact::Plane => PusherContact::Plane,
-            PusherContact::Line { length_m } => PusherContact::Line { length_m: length_m as f32 },
-            PusherContact::Point { tip_radius_m } => PusherContact::Point { tip_radius_m: tip_radius_m as f32 },
-        }),
-        support: s.support.as_ref().map(|s| match s {
-            SupportContact::Patch => SupportContact::Patch,
-            SupportContact::Points(p) => {
-                SupportContact::Points(p.iter().map(|v| v.map(|x| x as f32)).collect())
-            }
-        }),
-    }
-}
-
-/// A model rounded to what the board computes with.
-pub fn narrow_model(m: &Model<f64>) -> Model<f32> {
-    Model {
-        base: match m.base {
-            Base::Hard => Base::Hard,
-            Base::Soft { normal_n_m, tangential_n_m, damping_s } => Base::Soft {
-                normal_n_m: normal_n_m as f32,
-                tangential_n_m: tangential_n_m as f32,
-                damping_s: damping_s as f32,
-            },
-        },
-        friction: Friction {
-            finger: m.friction.finger as f32,
-            pusher: m.friction.pusher as f32,
-            support: m.friction.support as f32,
-        },
-        effects: m
-            .effects
-            .iter()
-            .map(|e| stickslip_shared::effects::Effect {
-                code: e.code,
-                parameters: e.parameters.map(|p| p as f32),
-            })
-            .collect(),
-        formulas: m.formulas.iter().map(narrow_formula).collect(),
-    }
-}
-
-/// Rounds the constants; serde does it, being told the type only.
-fn narrow_formula(formula: &Formula<f64>) -> Formula<f32> {
-    serde_json::to_value(formula)
-        .and_then(serde_json::from_value)
-        .expect("a checked formula holds finite numbers and names only")
-}
-
 /// Kind of a log's record whose payload is `postcard(Prediction)`: one for each tick, in order.
 pub const PREDICTION_RECORD: u8 = 1;
 /// Kind of a log's record whose payload is `postcard(TelemetryReport)`, as the board sends it.
 pub const TELEMETRY_RECORD: u8 = 2;
+/// Kind of a log record: a `wire::Sample` as it was sent.
+pub const SAMPLE_RECORD: u8 = 3;
 
 /// The predictions in a log, each with its tick. Telemetry is placed by the number of its
 /// sample; reports that repeat one (no new sample) are passed over.

@@ -129,9 +129,9 @@ pub struct Scene<R: Real> {
 pub struct Friction<R: Real> {
     /// Fingertips on the object.
     pub finger: R,
-    /// Pusher on the object.
+    /// Pusher on the object (a plane under the object is a platform: it has the support's).
     pub pusher: R,
-    /// Table under the object.
+    /// Table or platform under the object.
     pub support: R,
 }
 
@@ -186,4 +186,84 @@ impl<R: Real> Model<R> {
     pub fn base(base: Base<R>, friction: Friction<R>) -> Self {
         Self { base, friction, effects: Vec::new(), formulas: Vec::new() }
     }
+}
+
+impl<R: Real> Scene<R> {
+    /// The same scene in another scalar.
+    pub fn cast<S: Real>(&self) -> Scene<S> {
+        let c = to::<R, S>;
+        let shape = match &self.object.shape {
+            Shape::Prism { length_m, side_m } => Shape::Prism { length_m: c(*length_m), side_m: c(*side_m) },
+            Shape::Cylinder { length_m, diameter_m, across_flats_m } => Shape::Cylinder {
+                length_m: c(*length_m),
+                diameter_m: c(*diameter_m),
+                across_flats_m: c(*across_flats_m),
+            },
+            Shape::Polygon { vertices_m, height_m } => Shape::Polygon {
+                vertices_m: vertices_m.iter().map(|v| v.map(c)).collect(),
+                height_m: c(*height_m),
+            },
+        };
+        Scene {
+            gravity_m_s2: self.gravity_m_s2.map(c),
+            object: Object {
+                shape,
+                mass_kg: c(self.object.mass_kg),
+                inertia_kg_m2: self.object.inertia_kg_m2.map(|row| row.map(c)),
+            },
+            fingers: self.fingers.map(|f| match f {
+                FingerContact::Point => FingerContact::Point,
+                FingerContact::Line { length_m } => FingerContact::Line { length_m: c(length_m) },
+                FingerContact::Disc { diameter_m } => FingerContact::Disc { diameter_m: c(diameter_m) },
+            }),
+            pusher: self.pusher.map(|p| match p {
+                PusherContact::Plane => PusherContact::Plane,
+                PusherContact::Line { length_m } => PusherContact::Line { length_m: c(length_m) },
+                PusherContact::Point { tip_radius_m } => {
+                    PusherContact::Point { tip_radius_m: c(tip_radius_m) }
+                }
+            }),
+            support: self.support.as_ref().map(|s| match s {
+                SupportContact::Patch => SupportContact::Patch,
+                SupportContact::Points(feet) => {
+                    SupportContact::Points(feet.iter().map(|p| p.map(c)).collect())
+                }
+            }),
+        }
+    }
+}
+
+impl<R: Real> Model<R> {
+    /// The same model in another scalar.
+    pub fn cast<S: Real>(&self) -> Model<S> {
+        let c = to::<R, S>;
+        let base = match self.base {
+            Base::Hard => Base::Hard,
+            Base::Soft { normal_n_m, tangential_n_m, damping_s } => Base::Soft {
+                normal_n_m: c(normal_n_m),
+                tangential_n_m: c(tangential_n_m),
+                damping_s: c(damping_s),
+            },
+        };
+        let friction = Friction {
+            finger: c(self.friction.finger),
+            pusher: c(self.friction.pusher),
+            support: c(self.friction.support),
+        };
+        Model {
+            base,
+            friction,
+            effects: self
+                .effects
+                .iter()
+                .map(|e| Effect { code: e.code, parameters: e.parameters.map(c) })
+                .collect(),
+            formulas: self.formulas.iter().map(Formula::cast).collect(),
+        }
+    }
+}
+
+/// The nearest number of another scalar.
+fn to<R: Real, S: Real>(x: R) -> S {
+    S::of(x.to_f64())
 }

@@ -283,6 +283,8 @@ pub enum ModelError {
     UnknownEffect,
     /// An effect's parameter outside its bounds or not finite.
     EffectParameter,
+    /// A formula missing, left over or malformed.
+    Formula,
     /// Gravity not finite.
     Gravity,
 }
@@ -328,6 +330,10 @@ pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), Model
             || damping_s < R::zero())
     {
         return Err(ModelError::Compliance);
+    }
+    let formulas = model.effects.iter().filter(|e| e.code == crate::effects::formula::CODE).count();
+    if formulas != model.formulas.len() || model.formulas.iter().any(|f| f.check().is_err()) {
+        return Err(ModelError::Formula);
     }
     for e in &model.effects {
         let info = e.info().ok_or(ModelError::UnknownEffect)?;
@@ -572,7 +578,7 @@ impl<R: Real> Predictor<R> {
         }
         let grip_n = sample.grip_cmd_n.to_f64() as f32;
         self.combine(&mut p, &observed, present.intent, grip_n, doubt);
-        judge(&mut p, &out, present.intent, &self.limits, tracked.pushing);
+        judge(&mut p, present.intent, &self.limits, tracked.pushing);
         if worst.status != ConeStatus::Solved {
             doubt |= validity::SOLVER;
         }
@@ -955,17 +961,10 @@ fn rotation_between<R: Real>(start: &Pose<R>, now: &Rotation<R>) -> R {
 }
 
 /// Sets the flags from the figures.
-fn judge<R: Real>(
-    p: &mut Prediction,
-    out: &StepOutput<R, SLOTS>,
-    intent: Intent,
-    limits: &Limits,
-    pushing: bool,
-) {
+fn judge(p: &mut Prediction, intent: Intent, limits: &Limits, pushing: bool) {
     let mut set = 0;
     let (slip, ahead) = ([flags::SLIP_1, flags::SLIP_2], [flags::SLIP_AHEAD_1, flags::SLIP_AHEAD_2]);
     let mut any = false;
-    let mut spinning = false;
     for k in 0..2 {
         let f = &p.finger[k];
         if f.slip_speed_m_s > limits.slip_m_s || f.slip_in_s == 0.0 {
@@ -974,7 +973,6 @@ fn judge<R: Real>(
             set |= ahead[k];
         }
         any |= f.slip_in_s >= 0.0;
-        spinning |= out.spin_rad_s[k].abs() > R::of(f64::from(limits.slip_m_s) * 100.0);
     }
     let sag = p.sag_m.max(p.sag_ahead_m) > limits.sag_m;
     let turned = p.rotation_rad > limits.rotation_rad;
@@ -986,7 +984,7 @@ fn judge<R: Real>(
     }
     let unexpected = match intent {
         Intent::Hold => any,
-        Intent::Slide => sag || turned || spinning,
+        Intent::Slide => sag || turned,
         Intent::Pivot => sag,
         Intent::Free => false,
     };

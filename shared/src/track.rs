@@ -264,7 +264,7 @@ pub fn settle<R: Real, const NC: usize>(
     if !carried || scene.fingers.is_none() {
         return;
     }
-    let mut base = Model { effects: heapless::Vec::new(), ..model.clone() };
+    let mut base = Model::base(model.base, model.friction);
     base.friction.finger = R::zero();
     let still = Drive {
         carrier_m_s: Vec3::zeros(),

@@ -100,8 +100,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
 
 /// Reads a model file.
 pub fn read_model(path: &std::path::Path) -> anyhow::Result<NamedModel> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let model = toml::from_str(&text).with_context(|| path.display().to_string())?;
+    let model = crate::model_file::ModelFile::read(path)?.to_model();
     let name = path.file_stem().map_or_else(|| "model".into(), |s| s.to_string_lossy().into_owned());
     Ok(NamedModel { name, origin: path.display().to_string(), model })
 }
@@ -134,8 +133,7 @@ fn print(comparison: &Comparison, output: &Output) {
 /// Origin and parameters of a model.
 pub fn describe(report: &ModelReport) -> String {
     let friction: Vec<String> = report.friction.iter().map(|(k, v)| format!("{k} {v:.3}")).collect();
-    let effects =
-        if report.effects.is_empty() { "no effects".to_owned() } else { report.effects.join(", ") };
+    let effects = if report.effects.is_empty() { "no effects".to_owned() } else { report.effects.join(", ") };
     format!("{}; friction {}; {effects}", report.origin, friction.join(", "))
 }
 
@@ -145,9 +143,8 @@ fn print_errors(report: &ModelReport, output: &Output) {
     let mut channels: Vec<(&str, usize)> = Vec::new();
     let worst = |primitive: &str, index: usize| {
         let rows = report.errors.iter().filter(|r| r.place.primitive == primitive && r.index == index);
-        rows.map(|r| (r.fails, r.multiples.unwrap_or(0.0))).fold((false, 0.0f64), |a, b| {
-            (a.0 || b.0, a.1.max(b.1))
-        })
+        rows.map(|r| (r.fails, r.multiples.unwrap_or(0.0)))
+            .fold((false, 0.0f64), |a, b| (a.0 || b.0, a.1.max(b.1)))
     };
     for row in &report.errors {
         if !channels.contains(&(&row.place.primitive, row.index)) {

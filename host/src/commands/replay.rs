@@ -203,7 +203,7 @@ fn write_log(
 ) -> anyhow::Result<()> {
     let header = log::Header {
         scene: postcard::to_allocvec(scene)?,
-        model: postcard::to_allocvec(&crate::replay::narrow_model(model))?,
+        model: postcard::to_allocvec(&model.cast::<f32>())?,
         meta: serde_json::json!({ "trial": trial, "device": "host replay" }),
     };
     let mut writer = log::Writer::create(path, &header)?;
@@ -233,7 +233,8 @@ fn against(path: &Path, predictions: &[Prediction]) -> anyhow::Result<Against> {
 
 fn summary(t_s: &[f64], predictions: &[Prediction]) -> Summary {
     let fingers = || predictions.iter().flat_map(|p| p.finger.iter());
-    let peak = |values: &mut dyn Iterator<Item = f32>| values.filter(|x| x.is_finite()).fold(0.0f32, f32::max);
+    let peak =
+        |values: &mut dyn Iterator<Item = f32>| values.filter(|x| x.is_finite()).fold(0.0f32, f32::max);
     let measured = fingers().map(|f| f.measured_utilisation).filter(|u| u.is_finite()).reduce(f32::max);
     let slips = |p: &Prediction| p.finger.iter().any(|f| f.slip_in_s == 0.0);
     let warns = |p: &Prediction| p.finger.iter().any(|f| f.slip_in_s > 0.0);
@@ -311,7 +312,8 @@ fn print(d: &Document, output: &Output) {
         p.peak_sag_m * 1e3,
         p.peak_rotation_rad * 1e3
     ));
-    let ticks: Vec<String> = d.solver.ticks.iter().map(|(k, n)| format!("{} {n}", k.replace('_', " "))).collect();
+    let ticks: Vec<String> =
+        d.solver.ticks.iter().map(|(k, n)| format!("{} {n}", k.replace('_', " "))).collect();
     output.text(format_args!(
         "solver: {}; momentum error at most {:.1e} N; Newton steps {:.1} a tick, at most {}",
         ticks.join(", "),
@@ -335,7 +337,11 @@ fn print(d: &Document, output: &Output) {
                 "{}: {} predictions, all equal bit for bit{}",
                 a.file,
                 a.predictions,
-                if a.missing > 0 { format!("; {} ticks are not in the log", a.missing) } else { String::new() }
+                if a.missing > 0 {
+                    format!("; {} ticks are not in the log", a.missing)
+                } else {
+                    String::new()
+                }
             )),
             Some(f) => output.text(format_args!(
                 "{}: tick {} differs first, in output word {}: log {:08x}, replay {:08x}",

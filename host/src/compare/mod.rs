@@ -178,8 +178,11 @@ pub fn compare(
                 row.fails = false;
             }
         }
-        let (regions, trends, trends_tested) =
-            if chosen.single { Default::default() } else { regions::find(&trials, &shifted, &errors, floors) };
+        let (regions, trends, trends_tested) = if chosen.single {
+            Default::default()
+        } else {
+            regions::find(&trials, &shifted, &errors, floors)
+        };
         reports.push(ModelReport {
             name: named.name.clone(),
             origin: named.origin.clone(),
@@ -274,7 +277,8 @@ fn base_model(
     noise: &Signals,
     notes: &mut Vec<String>,
 ) -> NamedModel {
-    let usable: Vec<usize> = groups.iter().filter_map(|g| g.iter().copied().find(|i| !held_out[*i])).collect();
+    let usable: Vec<usize> =
+        groups.iter().filter_map(|g| g.iter().copied().find(|i| !held_out[*i])).collect();
     let count = usable.len().min(friction::TRIALS);
     let prepared: Vec<Prepared> = (0..count)
         .into_par_iter()
@@ -286,8 +290,10 @@ fn base_model(
         .collect();
     match friction::calibrate(&prepared, &data.description.sensors, noise) {
         Some(c) => {
-            let origin =
-                format!("no model was given: hard contact, friction calibrated quickly on {} trials", c.trials);
+            let origin = format!(
+                "no model was given: hard contact, friction calibrated quickly on {} trials",
+                c.trials
+            );
             for name in &c.undetermined {
                 let value = match *name {
                     "finger" => c.model.friction.finger,

@@ -84,9 +84,7 @@ fn region(
                 levels.push((v.value(info), text));
             }
         }
-        levels.sort_by(|a, b| {
-            a.0.unwrap_or(0.0).total_cmp(&b.0.unwrap_or(0.0)).then_with(|| a.1.cmp(&b.1))
-        });
+        levels.sort_by(|a, b| a.0.unwrap_or(0.0).total_cmp(&b.0.unwrap_or(0.0)).then_with(|| a.1.cmp(&b.1)));
         levels.into_iter().map(|l| l.1).collect::<Vec<String>>()
     };
     let (x_levels, y_levels) = (levels(x), levels(y));

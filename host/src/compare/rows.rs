@@ -63,8 +63,7 @@ impl<'a> Trials<'a> {
     pub fn floors(&self, errors: &[TrialErrors]) -> BTreeMap<Key, Floor> {
         let mut out = BTreeMap::new();
         for primitive in self.primitives() {
-            let ks: Vec<usize> =
-                (0..self.places.len()).filter(|k| self.primitive(*k) == primitive).collect();
+            let ks: Vec<usize> = (0..self.places.len()).filter(|k| self.primitive(*k) == primitive).collect();
             let groups: Vec<Vec<&TrialErrors>> =
                 self.repetitions(&ks).iter().map(|g| g.iter().map(|k| &errors[*k]).collect()).collect();
             for channel in 0..COUNT {

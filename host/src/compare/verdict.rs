@@ -24,7 +24,7 @@ pub fn channel_words(channel: &str) -> String {
 /// A value in the unit that people read: mm, mrad, N, N mm.
 pub fn readable(value: f64, unit: &str) -> String {
     let (factor, shown) = scale(unit);
-    format!("{} {shown}", super::conditions::trimmed(value * factor))
+    format!("{} {shown}", super::conditions::trimmed(value * factor, 3))
 }
 
 /// Factor from SI, and the unit that people read.
@@ -92,7 +92,8 @@ fn of_one(data: &DataSummary, report: &ModelReport, single: bool) -> String {
     };
     let error = |row: &ErrorRow| readable(row.rms, row.unit);
     if single || data.noise_floor != Source::Repetitions {
-        let floor = if data.noise_floor == Source::Repetitions { "the noise floor" } else { "the sensor noise" };
+        let floor =
+            if data.noise_floor == Source::Repetitions { "the noise floor" } else { "the sensor noise" };
         let verdict = if largest < 2.0 { "agrees with" } else { "does not agree with" };
         let what = if single { "the trial" } else { "the measurement" };
         return format!(
@@ -105,6 +106,13 @@ fn of_one(data: &DataSummary, report: &ModelReport, single: bool) -> String {
     let tested = report.errors.iter().filter(|r| r.lack_of_fit.is_some()).count();
     let failing = report.errors.iter().filter(|r| r.fails).count();
     match worst(&mut report.errors.iter().filter(|r| r.fails)) {
+        None if largest >= 2.0 => format!(
+            "Model {model} shows no lack of fit in its mean errors ({tested} channels and phases), but misses the \
+             course of {}: {} RMS, {} times the noise floor.",
+            place_words(&row.place, many),
+            error(&row),
+            factor(largest),
+        ),
         None => format!(
             "Model {model} agrees with the measurement: none of {tested} channels and phases shows lack of fit \
              (family-wise level {}).",
@@ -209,8 +217,7 @@ fn offset_notes(report: &ModelReport, tare: Tare) -> Vec<String> {
             )
         });
     }
-    let beyond: Vec<&str> =
-        offsets.channels.iter().filter(|c| c.beyond_bound).map(|c| c.channel).collect();
+    let beyond: Vec<&str> = offsets.channels.iter().filter(|c| c.beyond_bound).map(|c| c.channel).collect();
     if !beyond.is_empty() {
         notes.push(format!(
             "Offsets beyond what dataset.toml states, hardly the sensors': {}.",

@@ -10,7 +10,9 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum DeviceError {
     /// Not a device name.
-    #[error("`{name}` is no device: use `qemu`, `qemu:FIRMWARE` or `serial:PORT` (for example serial:/dev/ttyACM0)")]
+    #[error(
+        "`{name}` is no device: use `qemu`, `qemu:FIRMWARE` or `serial:PORT` (for example serial:/dev/ttyACM0)"
+    )]
     Name {
         /// As given.
         name: String,
@@ -48,7 +50,9 @@ pub enum DeviceError {
         cause: String,
     },
     /// Silence.
-    #[error("the board did not answer `{request}`: is the stickslip firmware on it, and the line at 1 Mbaud?")]
+    #[error(
+        "the board did not answer `{request}`: is the stickslip firmware on it, and the line at 1 Mbaud?"
+    )]
     NoAnswer {
         /// Path of the request.
         request: &'static str,
@@ -116,7 +120,9 @@ fn reason(refusal: &Refusal) -> String {
         Refusal::TooLarge { limit } => format!("it is longer than {limit} bytes"),
         Refusal::Offset { expected } => format!("it waits for the piece at byte {expected}"),
         Refusal::Length { received } => format!("{received} bytes arrived, not the announced number"),
-        Refusal::Crc { received } => format!("the checksum of what arrived is {received:#010x}, not the announced"),
+        Refusal::Crc { received } => {
+            format!("the checksum of what arrived is {received:#010x}, not the announced")
+        }
         Refusal::Undecodable => "the bytes are not a model of this firmware's version".into(),
         Refusal::Model(fault) => format!("the predictor cannot run the model ({fault:?})"),
         Refusal::OutOfRange { field, value, low, high } => {

@@ -135,8 +135,7 @@ impl Device {
     where
         E::Request: Serialize,
     {
-        self.request::<E>(request)?
-            .map_err(|refusal| DeviceError::Refused { request: E::PATH, refusal })
+        self.request::<E>(request)?.map_err(|refusal| DeviceError::Refused { request: E::PATH, refusal })
     }
 
     /// Sends a serialised model in pieces and puts it to use.
@@ -169,8 +168,8 @@ impl Device {
         T::Message: Serialize + Sized,
     {
         let mut line = [0; MAX_LINE];
-        let bytes = encode(T::TOPIC_KEY, seq, message, &mut line)
-            .ok_or(DeviceError::TooLong { request: T::PATH })?;
+        let bytes =
+            encode(T::TOPIC_KEY, seq, message, &mut line).ok_or(DeviceError::TooLong { request: T::PATH })?;
         self.line.write(bytes)
     }
 

@@ -1,12 +1,12 @@
 //! A trial as a short vector: the mean of every channel in every phase bin.
 //!
-//! Twenty-four channels in fifteen bins. Finger wrenches enter as their sum and their
+//! Twenty-four channels in sixteen bins. Finger wrenches enter as their sum and their
 //! difference: the sum follows from balance, the difference is how two rigid fingers share
 //! a load, which is statically indeterminate and varies from run to run. Positions and
 //! rotations enter as change since the rest before.
 
 use crate::channels::{self, COUNT, Quantity, Signals};
-use crate::diagnose::phases::BINS;
+use crate::diagnose::phases::{BINS, PEAK};
 use crate::simulate::{Prepared, Simulated};
 
 /// Length of a feature vector: `channel * BINS + bin`.
@@ -20,6 +20,8 @@ pub type Features = Vec<f64>;
 pub struct Bins {
     /// Bin of each sample.
     bin: Vec<Option<u8>>,
+    /// Samples among which the onset's peak lies.
+    peak: std::ops::Range<usize>,
     /// For each sample and channel: measured.
     seen: Vec<u32>,
 }
@@ -45,13 +47,13 @@ fn combined(s: &Signals) -> Signals {
 
 impl Bins {
     /// Bins of a trial, with the samples that were measured.
-    pub fn new(prepared: &Prepared, bin: Vec<Option<u8>>) -> Self {
+    pub fn new(prepared: &Prepared, (bin, peak): (Vec<Option<u8>>, std::ops::Range<usize>)) -> Self {
         let seen = prepared
             .measured
             .iter()
             .map(|s| combined(s).iter().enumerate().fold(0, |m, (k, x)| m | (u32::from(x.is_finite()) << k)))
             .collect();
-        Self { bin, seen }
+        Self { bin, peak, seen }
     }
 
     /// Features of the measurement.
@@ -77,7 +79,35 @@ impl Bins {
                 high[f] = high[f].max(x[k]);
             }
         }
-        low.iter().zip(&high).map(|(l, h)| if h >= l { h - l } else { 0.0 }).collect()
+        let mut out: Features =
+            low.iter().zip(&high).map(|(l, h)| if h >= l { h - l } else { 0.0 }).collect();
+        for k in 0..COUNT {
+            out[k * BINS + PEAK] = (1..=4).map(|b| out[k * BINS + b]).fold(0.0, f64::max);
+        }
+        out
+    }
+
+    /// Largest departure of each force and torque beyond its mean at the beginning of the
+    /// sliding path.
+    fn peaks(&self, signals: &[Signals], out: &mut Features) {
+        let mut most = [f64::NAN; COUNT];
+        for i in self.peak.clone() {
+            let (Some(s), Some(seen)) = (signals.get(i), self.seen.get(i)) else { continue };
+            let x = combined(s);
+            for k in (6..COUNT).filter(|k| seen >> k & 1 == 1) {
+                let level = out[k * BINS + 5];
+                // Beyond the level, as seen from the rest before: an overshoot.
+                let side = (level - out[k * BINS]).signum();
+                let d = side * (x[k] - level);
+                if !(most[k] >= d) {
+                    most[k] = d;
+                }
+            }
+        }
+        for k in 6..COUNT {
+            let side = (out[k * BINS + 5] - out[k * BINS]).signum();
+            out[k * BINS + PEAK] = side * most[k];
+        }
     }
 
     fn reduce(&self, signals: &[Signals]) -> Features {
@@ -110,6 +140,7 @@ impl Bins {
             // Zero by definition: it says nothing.
             out[k * BINS] = f64::NAN;
         }
+        self.peaks(signals, &mut out);
         out
     }
 }

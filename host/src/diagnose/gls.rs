@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::channels::COUNT;
 use crate::diagnose::features::{FEATURES, Features};
-use crate::diagnose::phases::BINS;
+use crate::diagnose::phases::{BINS, PEAK};
 
 /// Constant errors of the force and torque channels: nuisance with a prior.
 pub const OFFSETS: usize = COUNT - 6;
@@ -69,7 +69,7 @@ impl Whitener {
         (0..OFFSETS)
             .map(|o| {
                 let mut column = vec![0.0; FEATURES];
-                column[(o + 6) * BINS..(o + 7) * BINS].fill(1.0);
+                column[(o + 6) * BINS..(o + 6) * BINS + PEAK].fill(1.0);
                 self.apply(&column)
             })
             .collect()

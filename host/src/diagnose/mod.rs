@@ -1,8 +1,228 @@
 //! Naming the physical effect that a contact model lacks.
+//!
+//! Trials become features (`features`, `phases`), repetitions give the noise (`noise`), a
+//! generalised least squares problem is built around the model (`problem`, `gls`), effects
+//! are screened and refitted (`screen`, `select`), and the verdict follows from held-out
+//! conditions (here). `docs/diagnosis.md` has the statistics.
 
 pub mod campaign;
+pub mod experiment;
 pub mod features;
 pub mod gls;
+pub mod misfit;
 pub mod noise;
+pub mod page;
 pub mod phases;
 pub mod problem;
+pub mod report;
+pub mod screen;
+pub mod select;
+pub mod structure;
+
+use std::time::Instant;
+
+use stickslip_shared::effects::REGISTRY;
+use stickslip_shared::model::Model;
+
+use crate::dataset::Dataset;
+use crate::fit::{self, FitError};
+use campaign::Campaign;
+use problem::Problem;
+use report::{Report, Verdict};
+use select::{Candidate, Held, candidates, explained, hold_out, paired};
+
+/// Family-wise probability of naming an effect where there is none.
+pub const FALSE_ALARM: f64 = 0.01;
+/// Systematic misfit of a channel in a phase beyond this many noise floors is worth a name.
+pub const RELEVANT: f64 = 2.5;
+/// Systematic misfit that no effect explains is reported beyond this many noise floors.
+const UNEXPLAINED: f64 = 3.0;
+/// Least share of the excess misfit that one effect must explain.
+const EXPLAINS: f64 = 0.65;
+/// Least share that several effects must explain together.
+const EXPLAIN_TOGETHER: f64 = 0.8;
+/// A further effect must explain this share of what the others leave.
+const EXPLAINS_FURTHER: f64 = 0.5;
+/// Candidates whose held-out losses differ by less than this many standard errors are equal.
+const EQUAL: f64 = 2.0;
+/// A candidate that explains this much less than the best is no equal.
+const EQUAL_SHARE: f64 = 0.1;
+/// One effect is preferred to several that explain no more than this above it.
+const SIMPLER: f64 = 0.05;
+/// Candidates whose explained shares differ by less are equal whatever the test says.
+const SAME_SHARE: f64 = 0.02;
+/// Most effects named.
+const MOST_EFFECTS: usize = 3;
+/// Effects refitted at each stage.
+const SURVIVORS: usize = 8;
+/// Fewest conditions for a verdict.
+pub const FEWEST_CONDITIONS: usize = 4;
+
+/// A step of the diagnosis was done; for progress bars.
+pub type Tick<'a> = &'a (dyn Fn() + Sync);
+
+/// Everything that a diagnosis found; [`report::Report`] is its public form.
+#[derive(Debug)]
+pub struct Findings {
+    /// Base model, refitted.
+    pub base: Held,
+    /// Candidates of the first stage.
+    pub first: Vec<Candidate>,
+    /// Chosen effects in the order in which they were chosen.
+    pub chosen: Vec<Candidate>,
+    /// Sets that explain the data as well.
+    pub equal: Vec<Vec<&'static str>>,
+    /// Effects that change nothing in these data.
+    pub invisible: Vec<&'static str>,
+    /// What came out.
+    pub verdict: Verdict,
+    /// Model with the chosen effects (the base model where none is chosen).
+    pub model: Model<f64>,
+}
+
+/// Steps that [`diagnose`] reports to its `tick` at most.
+pub fn steps() -> u64 {
+    (MOST_EFFECTS as u64) * (REGISTRY.len() + SURVIVORS) as u64 + 4
+}
+
+/// Diagnoses `model` on `dataset`.
+///
+/// # Errors
+/// Where no trial can be simulated.
+pub fn diagnose(dataset: &Dataset, model: &Model<f64>, tick: Tick) -> Result<Report, FitError> {
+    let begun = Instant::now();
+    let campaign = Campaign::new(dataset, model);
+    tick();
+    if campaign.runs.is_empty() {
+        let why = campaign.refused.first().map_or("the data set has no trials".into(), ToString::to_string);
+        return Err(FitError::NoTrials(why));
+    }
+    let free = fit::base_parameters(&campaign);
+    let first = fit::first_fit(&campaign, model, &free, 6);
+    tick();
+    let problem = Problem::new(&campaign, &first);
+    let solution = fit::solve(&problem, &first, &free, 5);
+    tick();
+    let base = hold_out(&problem, solution, free);
+    let findings = find(&problem, base, tick);
+    let pair = findings.equal.first().and_then(|set| {
+        let other = findings.first.iter().find(|c| set.contains(&c.info.id))?;
+        Some([&findings.chosen.first()?.held.solution.model, &other.held.solution.model])
+    });
+    let experiment = pair.and_then(|[a, b]| experiment::experiments(&problem, a, b, 1).into_iter().next());
+    let mut report = report::report(&problem, findings, begun.elapsed());
+    report.suggested_experiment = experiment;
+    Ok(report)
+}
+
+/// Two effects that the data cannot tell apart, and the experiments that would.
+pub type Telling = ([&'static str; 2], Vec<experiment::Experiment>);
+
+/// The best experiments between the two effects of `between` (or the two best candidates):
+/// which two, and where they differ most. `None` where there are no two.
+///
+/// # Errors
+/// Where no trial can be simulated.
+pub fn suggest(
+    dataset: &Dataset,
+    model: &Model<f64>,
+    between: &[String],
+    most: usize,
+    tick: Tick,
+) -> Result<Option<Telling>, FitError> {
+    let campaign = Campaign::new(dataset, model);
+    if campaign.runs.is_empty() {
+        let why = campaign.refused.first().map_or("the data set has no trials".into(), ToString::to_string);
+        return Err(FitError::NoTrials(why));
+    }
+    let free = fit::base_parameters(&campaign);
+    let first = fit::first_fit(&campaign, model, &free, 6);
+    let problem = Problem::new(&campaign, &first);
+    let base = hold_out(&problem, fit::solve(&problem, &first, &free, 5), free);
+    let survivors = if between.is_empty() { SURVIVORS } else { REGISTRY.len() };
+    let mut found = candidates(&problem, &base, survivors, tick).0;
+    if !between.is_empty() {
+        found.retain(|c| between.iter().any(|b| b == c.info.id));
+    }
+    let [a, b, ..] = found.as_slice() else { return Ok(None) };
+    let (x, y) = (&a.held.solution.model, &b.held.solution.model);
+    Ok(Some(([a.info.id, b.info.id], experiment::experiments(&problem, x, y, most))))
+}
+
+/// Most effects named at once are [`MOST_EFFECTS`]; see `docs/diagnosis.md` for the rules.
+fn find(problem: &Problem, base: Held, tick: Tick) -> Findings {
+    let level = FALSE_ALARM / REGISTRY.len() as f64;
+    let relevant = base.misfit.exceeds(RELEVANT) && base.misfit.excess > 0.0;
+    let enough = problem.campaign.conditions >= FEWEST_CONDITIONS;
+    let (first, invisible) = candidates(problem, &base, SURVIVORS, tick);
+    let mut chosen: Vec<Candidate> = Vec::new();
+    let mut equal = Vec::new();
+    if relevant && enough {
+        let mut stage = first.clone();
+        while chosen.len() < MOST_EFFECTS {
+            let before = chosen.last().map_or(&base, |c: &Candidate| &c.held);
+            let worth = if chosen.is_empty() { 0.25 } else { EXPLAINS_FURTHER };
+            let Some(best) = stage
+                .iter()
+                .position(|c| c.p_value < level && explained(&before.misfit, &c.held.misfit) > worth)
+            else {
+                break;
+            };
+            let winner = stage[best].clone();
+            if chosen.is_empty() {
+                equal = equals(&base, &winner, &stage);
+            }
+            chosen.push(winner);
+            let last = &chosen[chosen.len() - 1];
+            if !last.held.misfit.exceeds(RELEVANT) {
+                break;
+            }
+            if chosen.len() < MOST_EFFECTS {
+                stage = candidates(problem, &last.held, SURVIVORS, tick).0;
+            }
+        }
+    }
+    // One effect that does what several do together is the better answer.
+    if chosen.len() > 1 {
+        let together = chosen.last().map_or(0.0, |c| explained(&base.misfit, &c.held.misfit));
+        let alone = first.iter().find(|c| c.p_value < level && c.explained > together - SIMPLER);
+        if let Some(alone) = alone {
+            equal = equals(&base, alone, &first);
+            chosen = vec![alone.clone()];
+        }
+    }
+    let share = chosen.last().map_or(0.0, |c| explained(&base.misfit, &c.held.misfit));
+    let needed = if chosen.len() > 1 { EXPLAIN_TOGETHER } else { EXPLAINS };
+    let verdict = match (relevant && enough, chosen.is_empty() || share < needed) {
+        (false, _) => Verdict::NothingMissing,
+        (true, true) if base.misfit.exceeds(UNEXPLAINED) => Verdict::Unexplained,
+        (true, true) => Verdict::NothingMissing,
+        (true, false) if chosen.len() == 1 && !equal.is_empty() => Verdict::Ambiguous,
+        (true, false) => Verdict::Effect,
+    };
+    if matches!(verdict, Verdict::Unexplained | Verdict::NothingMissing) {
+        equal.clear();
+    }
+    let model = match verdict {
+        Verdict::Effect | Verdict::Ambiguous => {
+            chosen.last().map_or_else(|| base.solution.model.clone(), |c| c.held.solution.model.clone())
+        }
+        _ => base.solution.model.clone(),
+    };
+    Findings { base, first, chosen, equal, invisible, verdict, model }
+}
+
+/// Candidates that do as well as the winner on held-out conditions.
+fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<Vec<&'static str>> {
+    stage
+        .iter()
+        .filter(|c| c.info.id != winner.info.id)
+        .filter(|c| {
+            let no_worse = paired(&c.held.loss, &winner.held.loss).is_none_or(|(t, _)| t < EQUAL);
+            let behind = winner.explained - explained(&base.misfit, &c.held.misfit);
+            // Significant or not: what differs by so little is below the noise floor.
+            (no_worse && behind < EQUAL_SHARE) || behind < SAME_SHARE
+        })
+        .map(|c| vec![c.info.id])
+        .collect()
+}

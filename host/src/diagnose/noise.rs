@@ -18,6 +18,9 @@ use crate::diagnose::phases::BINS;
 /// Contacts of real pads and plates give way: 20 N on 1e6 N/m is 20 um, and 0.1 N m on the
 /// face of such a contact turns it by some mrad. No rigid model is better than that, m.
 const FLOOR_POSITION_M: f64 = 5e-5;
+/// Share of the prescribed path by which the object's place may differ: slip follows the
+/// direction of forces to about half a degree.
+pub const FLOOR_OF_PATH: f64 = 0.01;
 /// As above, rad.
 const FLOOR_ROTATION_RAD: f64 = 3e-3;
 /// Share of a sensor's uncertainty in the floor.

@@ -7,7 +7,10 @@
 use crate::simulate::{Prepared, Simulated};
 
 /// Number of bins.
-pub const BINS: usize = 15;
+pub const BINS: usize = 16;
+/// The bin of the onset's peak: not a mean, but the largest departure from the first part of the
+/// sliding path.
+pub const PEAK: usize = 15;
 /// Path after the onset at which the fine bins end, m.
 const ONSET_EDGES_M: [f64; 4] = [1.5e-4, 4e-4, 9e-4, 1.8e-3];
 /// Parts of the path after that.
@@ -42,7 +45,7 @@ impl Phase {
     pub fn of(bin: usize) -> Phase {
         match bin {
             0 => Phase::Before,
-            1..=4 => Phase::Onset,
+            1..=4 | PEAK => Phase::Onset,
             5..=10 => Phase::Sliding,
             11 => Phase::Pause,
             12 => Phase::Restart,
@@ -63,9 +66,9 @@ impl Phase {
     }
 }
 
-/// Bin of each sample; `None` for samples at the seams. `simulated` says when the contact
-/// with the pusher begins.
-pub fn bins(prepared: &Prepared, simulated: &Simulated) -> Vec<Option<u8>> {
+/// Bin of each sample (`None` for samples at the seams), and the samples among which the
+/// onset's peak is looked for. `simulated` says when the contact with the pusher begins.
+pub fn bins(prepared: &Prepared, simulated: &Simulated) -> (Vec<Option<u8>>, std::ops::Range<usize>) {
     let t = &prepared.t_s;
     let n = t.len();
     let speed = prepared.drive_speed();
@@ -73,7 +76,7 @@ pub fn bins(prepared: &Prepared, simulated: &Simulated) -> Vec<Option<u8>> {
     let moving: Vec<bool> = speed.iter().map(|v| *v > 0.1 * fastest && *v > 1e-5).collect();
     let (Some(start), Some(end)) = (moving.iter().position(|m| *m), moving.iter().rposition(|m| *m)) else {
         // Nothing moves: equal parts of the time.
-        return (0..n).map(|i| Some((5 + i * PARTS / n.max(1)) as u8)).collect();
+        return ((0..n).map(|i| Some((5 + i * PARTS / n.max(1)) as u8)).collect(), 0..0);
     };
     let mut path = vec![0.0; n];
     for i in 1..n {
@@ -86,10 +89,11 @@ pub fn bins(prepared: &Prepared, simulated: &Simulated) -> Vec<Option<u8>> {
     let scale = (0.3 * length / ONSET_EDGES_M[3]).min(1.0);
     let rest = (length - scale * ONSET_EDGES_M[3]).max(1e-9);
     let mut last_pause: Option<usize> = None;
-    (0..n)
+    let of: Vec<Option<u8>> = (0..n)
         .map(|i| {
             if i < onset {
-                return (t[onset] - t[i] > GUARD_S && (t[start] - t[i] > GUARD_S || i >= start)).then_some(0);
+                // The approach belongs to no phase: the true contact may come before the model's.
+                return (i < start && t[start] - t[i] > GUARD_S).then_some(0);
             }
             if i > end {
                 if t[i] - t[end] < GUARD_S {
@@ -114,5 +118,9 @@ pub fn bins(prepared: &Prepared, simulated: &Simulated) -> Vec<Option<u8>> {
                 }
             })
         })
-        .collect()
+        .collect();
+    // The true contact may come a little before the model's.
+    let from = (0..onset).rev().find(|i| t[onset] - t[*i] > 0.05).unwrap_or(0);
+    let until = of.iter().rposition(|b| b.is_some_and(|b| (1..=4).contains(&b))).map_or(onset, |i| i + 1);
+    (of, from..until.max(from))
 }

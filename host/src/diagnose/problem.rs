@@ -12,7 +12,7 @@ use crate::diagnose::campaign::Campaign;
 use crate::diagnose::features::{FEATURES, Features};
 use crate::diagnose::gls::{self, Gram, OFFSETS, Whitener};
 use crate::diagnose::noise::{self, Noise};
-use crate::diagnose::phases::BINS;
+use crate::diagnose::phases::{BINS, PEAK};
 use crate::fit::Free;
 
 /// See the module.
@@ -32,10 +32,38 @@ pub struct Problem<'a> {
     pub offset_precision: [f64; OFFSETS],
     /// For each group: standard deviation of one run of each feature, floor included.
     pub single_run: Vec<Features>,
+    /// For each group: standard deviation of the floor of each feature.
+    pub floors: Vec<Features>,
     /// Residual of each run against the model it was built with.
     pub residuals: Vec<Features>,
     /// Groups in use.
     pub groups: Vec<usize>,
+    /// Runs left out because the model fails in them altogether.
+    pub failed: Vec<usize>,
+}
+
+/// Runs whose error is far beyond that of all others (the model drops or jams the object
+/// there); their residuals are struck out.
+fn failed(campaign: &Campaign, residuals: &mut [Features]) -> Vec<usize> {
+    let channels = noise::channel_noise(&campaign.description.sensors);
+    let score = |r: &Features| -> f64 {
+        let (mut sum, mut n) = (0.0, 0.0);
+        for (f, e) in r.iter().enumerate().filter(|(_, e)| e.is_finite()) {
+            let (noise, uncertainty) = channels[f / BINS];
+            sum += (e / (5.0 * noise + uncertainty)).powi(2);
+            n += 1.0;
+        }
+        (sum / f64::max(n, 1.0)).sqrt()
+    };
+    let scores: Vec<f64> = residuals.iter().map(score).collect();
+    let mut sorted = scores.clone();
+    sorted.sort_by(f64::total_cmp);
+    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let out: Vec<usize> = (0..scores.len()).filter(|r| scores[*r] > f64::max(20.0, 15.0 * median)).collect();
+    for r in &out {
+        residuals[*r].fill(f64::NAN);
+    }
+    out
 }
 
 /// Relative step with which friction is varied.
@@ -44,15 +72,16 @@ const STEP: f64 = 0.02;
 impl<'a> Problem<'a> {
     /// Around `model`.
     pub fn new(campaign: &'a Campaign, model: &Model<f64>) -> Self {
-        let groups: Vec<usize> = (0..campaign.groups.len()).collect();
+        let mut groups: Vec<usize> = (0..campaign.groups.len()).collect();
         let fine = campaign.simulate_all(model);
         let coarse = campaign.simulate_groups(model, &groups);
-        let residuals: Vec<Features> = campaign
+        let mut residuals: Vec<Features> = campaign
             .runs
             .iter()
             .zip(&fine)
             .map(|(r, f)| r.measured.iter().zip(f).map(|(y, f)| y - f).collect())
             .collect();
+        let failed = failed(campaign, &mut residuals);
         let base = [Free::FingerFriction, Free::PusherFriction, Free::SupportFriction];
         let sensitivity: Vec<Vec<Features>> = base
             .iter()
@@ -75,13 +104,18 @@ impl<'a> Problem<'a> {
         let mut whiteners = Vec::with_capacity(groups.len());
         let mut targets = Vec::with_capacity(groups.len());
         let mut single_run = Vec::with_capacity(groups.len());
+        let mut floors = Vec::with_capacity(groups.len());
         for (g, group) in campaign.groups.iter().enumerate() {
             let runs = group.runs.len() as f64;
             let mean = noise::mean(group.runs.iter().map(|r| &residuals[*r]));
             let first = &campaign.runs[group.runs[0]];
             let ranges = first.bins.ranges(&first.prepared.simulate_every(model, first.stride));
+            let path = noise::FLOOR_OF_PATH * first.prepared.drive_path();
             let floor2: Vec<f64> = (0..FEATURES)
-                .map(|f| noise.floor[f].powi(2) + (noise::FLOOR_OF_RANGE * ranges[f]).powi(2))
+                .map(|f| {
+                    let place = if f < 3 * BINS { path } else { 0.0 };
+                    noise.floor[f].powi(2) + (noise::FLOOR_OF_RANGE * ranges[f]).powi(2) + place * place
+                })
                 .collect();
             let variance: Vec<f64> =
                 (0..FEATURES).map(|f| noise.spread[f].powi(2) / runs + floor2[f]).collect();
@@ -106,7 +140,9 @@ impl<'a> Problem<'a> {
             whiteners.push(Whitener::new(active, &variance, &common));
             targets.push(mean.iter().zip(&coarse[g]).map(|(m, c)| m + c).collect());
             single_run.push(one);
+            floors.push(floor2.iter().map(|x| x.sqrt()).collect());
         }
+        groups.retain(|g| !whiteners[*g].active.is_empty() && !failed.contains(&campaign.groups[*g].runs[0]));
         let channels = noise::channel_noise(&campaign.description.sensors);
         let offset_precision = std::array::from_fn(|o| {
             let (noise, uncertainty) = channels[o + 6];
@@ -114,7 +150,24 @@ impl<'a> Problem<'a> {
             1.0 / (uncertainty * uncertainty / 3.0 + 0.01 * noise * noise)
         });
         let offsets = whiteners.iter().map(Whitener::offsets).collect();
-        Self { campaign, noise, targets, whiteners, offsets, offset_precision, single_run, residuals, groups }
+        Self {
+            campaign,
+            noise,
+            targets,
+            whiteners,
+            offsets,
+            offset_precision,
+            single_run,
+            floors,
+            residuals,
+            groups,
+            failed,
+        }
+    }
+
+    /// Standard deviation of the floor of a feature.
+    pub fn floor(&self, group: usize, feature: usize) -> f64 {
+        self.floors[group][feature]
     }
 
     /// Coarse predictions of all groups in use.
@@ -159,7 +212,7 @@ impl<'a> Problem<'a> {
             .map(|r| {
                 let mut r = r.clone();
                 for channel in 6..COUNT {
-                    for f in &mut r[channel * BINS..(channel + 1) * BINS] {
+                    for f in &mut r[channel * BINS..channel * BINS + PEAK] {
                         *f -= offsets[channel - 6];
                     }
                 }

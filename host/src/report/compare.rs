@@ -23,12 +23,8 @@ pub fn page(comparison: &Comparison) -> String {
     if let Some(report) = comparison.models.last() {
         body += "<h2>Errors by channel and phase</h2>\n<p class=\"soft\">RMS of modelled less measured, in multiples \
                  of the noise floor (1: as good as a perfect model), and in units. Bold: lack of fit.</p>\n";
-        let panes: Vec<(String, String)> = comparison
-            .models
-            .iter()
-            .rev()
-            .map(|m| (format!("model {}", m.name), matrix(m)))
-            .collect();
+        let panes: Vec<(String, String)> =
+            comparison.models.iter().rev().map(|m| (format!("model {}", m.name), matrix(m))).collect();
         body += &tabs("matrix", &panes);
         if !comparison.changes.is_empty() {
             body += &changes(comparison);
@@ -63,7 +59,11 @@ fn header(c: &Comparison) -> String {
     let worst = c.models.last().and_then(|m| m.errors.first());
     let tone = match worst {
         Some(r) if r.fails && r.multiples.unwrap_or(0.0) >= 1.5 => "bad",
-        Some(r) if r.fails || r.noise_source != Source::Repetitions => "fair",
+        Some(r)
+            if r.fails || r.noise_source != Source::Repetitions || r.multiples.is_some_and(|m| m >= 2.0) =>
+        {
+            "fair"
+        }
         Some(_) => "good",
         None => "fair",
     };
@@ -87,7 +87,11 @@ fn header(c: &Comparison) -> String {
     }
     out += "</div>\n";
     for m in &c.models {
-        out += &format!("<div class=\"soft\">model <b>{}</b>: {}</div>\n", escape(&m.name), escape(&describe(m)));
+        out += &format!(
+            "<div class=\"soft\">model <b>{}</b>: {}</div>\n",
+            escape(&m.name),
+            escape(&describe(m))
+        );
     }
     out
 }
@@ -98,15 +102,19 @@ fn matrix(report: &ModelReport) -> String {
     let mut primitives: Vec<&str> = report.errors.iter().map(|r| r.place.primitive.as_str()).collect();
     primitives.sort_unstable();
     primitives.dedup();
-    let mut out = String::from("<div class=\"scroll\"><table class=\"matrix\"><tr><th class=\"left\">channel</th>");
+    let mut out =
+        String::from("<div class=\"scroll\"><table class=\"matrix\"><tr><th class=\"left\">channel</th>");
     for phase in PHASES {
         out += &format!("<th>{}</th>", phase.label());
     }
     out += "</tr>\n";
     for primitive in primitives {
         for channel in 0..COUNT {
-            let rows: Vec<&ErrorRow> =
-                report.errors.iter().filter(|r| r.index == channel && r.place.primitive == primitive).collect();
+            let rows: Vec<&ErrorRow> = report
+                .errors
+                .iter()
+                .filter(|r| r.index == channel && r.place.primitive == primitive)
+                .collect();
             let Some(first) = rows.first() else { continue };
             let name = channel_words(first.place.channel);
             let name = if many { format!("{}: {name}", primitive.replace('_', " ")) } else { name };
@@ -227,7 +235,11 @@ fn trends(report: &ModelReport) -> String {
          0.05){}. Dots: mean error of each condition (order: of each run, less the mean of its repetitions).</p>\n",
         report.trends.len(),
         report.trends_tested,
-        if report.trends.len() > TRENDS { format!("; the {TRENDS} largest are drawn") } else { String::new() }
+        if report.trends.len() > TRENDS {
+            format!("; the {TRENDS} largest are drawn")
+        } else {
+            String::new()
+        }
     );
     out += "<div class=\"grid\">\n";
     for t in report.trends.iter().take(TRENDS) {
@@ -246,14 +258,15 @@ fn trend(t: &Trend, report: &ModelReport, many: bool) -> String {
     let high = t.points.iter().map(|p| p.0).fold(ends[1], f64::max);
     let on_line = |v: f64| (x(v), (t.intercept + t.slope * v) * factor);
     let chart = Chart {
-        size: (420, 200),
+        size: (360, 190),
         x_label: t.variable.label().into(),
         y_label: format!("mean error, {shown}"),
         lines: vec![Line { points: vec![on_line(low), on_line(high)], colour: MODELS[0], width: 2 }],
         dots: dots.into_iter().map(|(x, y)| (x, y, MEASURED)).collect(),
         ..Chart::default()
     };
-    let span = t.span_multiples.map_or_else(String::new, |m| format!("{}\u{d7} over the range, ", short(m.abs())));
+    let span =
+        t.span_multiples.map_or_else(String::new, |m| format!("{}\u{d7} over the range, ", short(m.abs())));
     format!(
         "<figure><figcaption>{}<span>{span}p {}</span></figcaption>{}</figure>\n",
         escape(&place_words(&t.place, many)),
@@ -280,7 +293,7 @@ fn ranking(report: &ModelReport) -> String {
         let multiples = r.multiples.map_or_else(|| "-".into(), short);
         let (f, p) = r.lack_of_fit.map_or_else(
             || ("-".into(), "-".into()),
-            |t| (trimmed(t.f), probability(t.p_corrected).trim_start_matches("= ").to_owned()),
+            |t| (trimmed(t.f, 3), probability(t.p_corrected).trim_start_matches("= ").to_owned()),
         );
         let class = if r.fails { " class=\"fails\"" } else { "" };
         out += &format!(

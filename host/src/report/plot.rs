@@ -21,7 +21,7 @@ pub const MODELS: [RGBColor; 4] = [
 ];
 
 /// Room for the labels, in the chart's pixels.
-const LEFT: i32 = 62;
+const LEFT: i32 = 50;
 const BOTTOM: i32 = 34;
 const MARGIN: i32 = 6;
 
@@ -35,6 +35,9 @@ pub struct Line {
     /// Pixels.
     pub width: u32,
 }
+
+/// Abscissa, lower and upper edge.
+pub type Band = Vec<(f64, f64, f64)>;
 
 /// What a chart shows.
 #[derive(Clone, Debug, Default)]
@@ -52,7 +55,7 @@ pub struct Chart {
     /// From, to, colour, opacity.
     pub spans: Vec<(f64, f64, RGBColor, f64)>,
     /// Pieces of a band: x, low, high.
-    pub bands: Vec<(Vec<(f64, f64, f64)>, RGBColor)>,
+    pub bands: Vec<(Band, RGBColor)>,
     /// Drawn in order.
     pub lines: Vec<Line>,
     /// Dots.
@@ -70,7 +73,7 @@ impl Chart {
 
     /// Names need more room than numbers.
     fn left(&self) -> i32 {
-        if self.y_names.is_empty() { LEFT } else { 2 * LEFT + 10 }
+        if self.y_names.is_empty() { LEFT } else { 3 * LEFT }
     }
 
     fn x_range(&self) -> (f64, f64) {

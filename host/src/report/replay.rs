@@ -8,7 +8,7 @@ use crate::commands::replay::Document;
 use crate::replay::FLAGS;
 use stickslip_shared::predictor::Prediction;
 
-const SIZE: (u32, u32) = (560, 220);
+const SIZE: (u32, u32) = (360, 170);
 const POINTS: usize = 300;
 
 /// The whole page; `t_s` goes with `predictions`.
@@ -41,10 +41,12 @@ pub fn page(document: &Document, t_s: &[f64], predictions: &[Prediction]) -> Str
         let chart = Chart {
             size: SIZE,
             x_label: "time, s".into(),
-            y_label: unit.into(),
             x: ends(t_s),
             least_span: least,
-            lines: lines.iter().map(|(f, colour)| Line { points: series(f), colour: *colour, width: 2 }).collect(),
+            lines: lines
+                .iter()
+                .map(|(f, colour)| Line { points: series(f), colour: *colour, width: 2 })
+                .collect(),
             ..Chart::default()
         };
         body += &figure(title, unit, &chart);
@@ -52,7 +54,7 @@ pub fn page(document: &Document, t_s: &[f64], predictions: &[Prediction]) -> Str
     for k in 0..2 {
         add(
             &format!("finger {}: share of the friction limit", k + 1),
-            "1",
+            "",
             &[
                 (&move |p: &Prediction| p.finger[k].measured_utilisation, MEASURED),
                 (&move |p: &Prediction| p.finger[k].peak_utilisation, MODELS[1]),
@@ -73,19 +75,11 @@ pub fn page(document: &Document, t_s: &[f64], predictions: &[Prediction]) -> Str
     add(
         "sag",
         "mm",
-        &[
-            (&|p: &Prediction| p.sag_ahead_m * 1e3, MODELS[1]),
-            (&|p: &Prediction| p.sag_m * 1e3, MODELS[0]),
-        ],
+        &[(&|p: &Prediction| p.sag_ahead_m * 1e3, MODELS[1]), (&|p: &Prediction| p.sag_m * 1e3, MODELS[0])],
         0.2,
     );
     add("rotation in the grasp", "mrad", &[(&|p: &Prediction| p.rotation_rad * 1e3, MODELS[0])], 1.0);
-    add(
-        "Newton steps a tick",
-        "1",
-        &[(&|p: &Prediction| f32::from(p.solver_iterations), MODELS[0])],
-        5.0,
-    );
+    add("Newton steps a tick", "", &[(&|p: &Prediction| f32::from(p.solver_iterations), MODELS[0])], 5.0);
     body += "</div>\n";
     whole(&format!("stickslip replay: {}", document.trial), &body)
 }

@@ -13,7 +13,7 @@ use stickslip_shared::model::Model;
 use stickslip_shared::predictor::{Limits, Prediction, Predictor, flags};
 
 use crate::dataset::{DatasetError, Description, Index, Trial, TrialInfo};
-use crate::replay::{Feed, feed, narrow_model};
+use crate::replay::{Feed, feed};
 use crate::simulate::scene;
 use alarms::{Episode, episodes};
 use truth::{Kind, Truth};
@@ -198,7 +198,7 @@ fn predict(
     pose: ObjectPose,
     trial: &str,
 ) -> Result<Vec<Prediction>, ScoreError> {
-    let mut predictor = Predictor::new(feed.scene.clone(), narrow_model(model), limits)
+    let mut predictor = Predictor::new(feed.scene.clone(), model.cast(), limits)
         .map_err(|why| crate::replay::ReplayError::Refused { trial: trial.to_owned(), why })?;
     predictor.set_plan(feed.plan.clone());
     predictor.set_trial(ordinal as f32);

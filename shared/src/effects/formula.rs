@@ -177,8 +177,43 @@ impl<R: Real> Formula<R> {
     /// Refuses programs that do not leave exactly one value or break a limit.
     pub fn new(target: Target, bodies: u8, ops: &[Op<R>]) -> Result<Self, FormulaError> {
         let program = Vec::from_slice(ops).map_err(|_| FormulaError::TooLong)?;
+        let formula = Self { target, bodies, program };
+        formula.check().map(|()| formula)
+    }
+
+    /// The same formula in another scalar.
+    pub fn cast<S: Real>(&self) -> Formula<S> {
+        let program = self.program.iter().map(|op| match *op {
+            Op::Constant(x) => Op::Constant(S::of(x.to_f64())),
+            Op::Variable(v) => Op::Variable(v),
+            Op::Parameter(k) => Op::Parameter(k),
+            Op::Negate => Op::Negate,
+            Op::Add => Op::Add,
+            Op::Subtract => Op::Subtract,
+            Op::Multiply => Op::Multiply,
+            Op::Divide => Op::Divide,
+            Op::Power => Op::Power,
+            Op::Minimum => Op::Minimum,
+            Op::Maximum => Op::Maximum,
+            Op::Less => Op::Less,
+            Op::Greater => Op::Greater,
+            Op::Absolute => Op::Absolute,
+            Op::Root => Op::Root,
+            Op::Exponential => Op::Exponential,
+            Op::Logarithm => Op::Logarithm,
+            Op::Sine => Op::Sine,
+            Op::Cosine => Op::Cosine,
+            Op::Tangent => Op::Tangent,
+            Op::HyperbolicTangent => Op::HyperbolicTangent,
+            Op::Sign => Op::Sign,
+        });
+        Formula { target: self.target, bodies: self.bodies, program: program.collect() }
+    }
+
+    /// Whether the program can run: it may have come over a wire.
+    pub fn check(&self) -> Result<(), FormulaError> {
         let mut depth = 0_usize;
-        for op in &program {
+        for op in &self.program {
             if matches!(op, Op::Parameter(k) if usize::from(*k) >= FORMULA_PARAMETERS) {
                 return Err(FormulaError::Malformed);
             }
@@ -187,7 +222,7 @@ impl<R: Real> Formula<R> {
                 return Err(FormulaError::TooDeep);
             }
         }
-        if depth == 1 { Ok(Self { target, bodies, program }) } else { Err(FormulaError::Malformed) }
+        if depth == 1 { Ok(()) } else { Err(FormulaError::Malformed) }
     }
 
     /// Value of the program; NaN where it is malformed (it may have come over a wire).

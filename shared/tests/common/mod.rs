@@ -1,7 +1,6 @@
 //! The paper's scenes, driven in world coordinates through `track` as a recorded trial is.
 #![allow(dead_code)]
 
-use heapless::Vec as HVec;
 use nalgebra::{UnitQuaternion, Vector3};
 use stickslip_shared::contact::SLOTS;
 use stickslip_shared::model::*;

@@ -3,7 +3,7 @@
 
 use nalgebra::UnitQuaternion;
 use stickslip_shared::contact::SLOTS;
-use stickslip_shared::effects::Effect;
+use stickslip_shared::effects::{Effect, Environment, StepContext};
 use stickslip_shared::model::*;
 use stickslip_shared::real::{Real, Rotation, Vec3};
 use stickslip_shared::shape::inertia;
@@ -45,8 +45,7 @@ impl<R: Real> Record<R> {
 impl<R: Real> Run<R> {
     pub fn play(&self) -> Record<R> {
         let mut drive = self.drive;
-        let mut state =
-            State::held(&self.scene, &self.model, &drive, Vec3::zeros(), self.rotation);
+        let mut state = State::held(&self.scene, &self.model, &drive, Vec3::zeros(), self.rotation);
         state.velocity = [
             self.moving_m_s.x,
             self.moving_m_s.y,
@@ -172,18 +171,14 @@ pub fn pivot<R: Real>() -> Run<R> {
 
 /// A cylinder of radius 20 mm rolling freely along Y on a level table.
 pub fn roll<R: Real>() -> Run<R> {
-    let shape = Shape::Cylinder {
-        length_m: R::of(0.1),
-        diameter_m: R::of(0.04),
-        across_flats_m: R::of(0.04),
-    };
+    let shape =
+        Shape::Cylinder { length_m: R::of(0.1), diameter_m: R::of(0.04), across_flats_m: R::of(0.04) };
     let mut run = hold();
     let mass_kg = R::of(0.3);
     run.scene.object = Object { inertia_kg_m2: inertia(&shape, mass_kg), shape, mass_kg };
     run.scene.fingers = None;
     run.scene.support = Some(SupportContact::Patch);
-    run.drive.support =
-        Some(support_under(&run.scene, &Vec3::zeros(), &run.rotation, &v(0.0, 0.0, 1.0)));
+    run.drive.support = Some(support_under(&run.scene, &Vec3::zeros(), &run.rotation, &v(0.0, 0.0, 1.0)));
     run.moving_m_s = v(0.0, 0.2, 0.0);
     run.turning_rad_s = v(-10.0, 0.0, 0.0);
     run.steps = 100;
@@ -196,8 +191,7 @@ pub fn planar<R: Real>() -> Run<R> {
     run.scene.fingers = None;
     run.scene.pusher = Some(PusherContact::Point { tip_radius_m: R::of(0.005) });
     run.scene.support = Some(SupportContact::Patch);
-    run.drive.support =
-        Some(support_under(&run.scene, &Vec3::zeros(), &run.rotation, &v(0.0, 0.0, 1.0)));
+    run.drive.support = Some(support_under(&run.scene, &Vec3::zeros(), &run.rotation, &v(0.0, 0.0, 1.0)));
     let mut rod = fixed(v(0.02, -0.0176, 0.0));
     rod.velocity_m_s = v(0.0, 0.02, 0.0);
     run.drive.pusher = Some(rod);
@@ -215,4 +209,25 @@ pub fn all<R: Real>() -> [(&'static str, Run<R>); 6] {
         ("roll", roll()),
         ("planar", planar()),
     ]
+}
+
+/// What a hook sees of an object at rest in the gripper.
+pub fn at_rest_context(dt_s: f64) -> StepContext<f64> {
+    let none = Environment { normal: Vec3::zeros(), turning_rad_s: Vec3::zeros() };
+    StepContext {
+        time_s: 0.0,
+        dt_s,
+        trial: 0.0,
+        grip_cmd_n: 20.0,
+        position_m: Vec3::zeros(),
+        rotation: UnitQuaternion::identity(),
+        carrier: UnitQuaternion::identity(),
+        slip_m: [0.0; 4],
+        slip_speed_m_s: [0.0; 4],
+        load_n: [20.0, 20.0, 0.0, 0.0],
+        environment: [none; 2],
+        pusher: None,
+        velocity_m_s: Vec3::zeros(),
+        angular_rad_s: Vec3::zeros(),
+    }
 }

@@ -1,0 +1,176 @@
+//! Opens the key: compares what was hidden with what was named.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::blind::generate::{Class, Key};
+use crate::diagnose::report::{Report, Verdict};
+
+/// A single effect counts as strong if the error before exceeds this many noise floors.
+const STRONG: f64 = 2.0;
+
+/// One run with its key.
+#[derive(Clone, Debug, Serialize)]
+pub struct Opened {
+    /// What was hidden.
+    pub key: Key,
+    /// Verdict.
+    pub verdict: Verdict,
+    /// Effects named.
+    pub named: Vec<&'static str>,
+    /// As good as those.
+    pub ambiguous_with: Vec<Vec<&'static str>>,
+    /// Held-out error before and after, and noise floor.
+    pub error: [f64; 3],
+    /// Worst systematic misfit of a channel in a phase, in noise floors.
+    pub worst: f64,
+    /// Where that is.
+    pub worst_place: String,
+    /// Time of the diagnosis, s.
+    pub seconds: f64,
+}
+
+/// A share with its count.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Share {
+    /// Successes.
+    pub of: usize,
+    /// Trials.
+    pub among: usize,
+}
+
+impl Share {
+    fn count(&mut self, success: bool) {
+        self.among += 1;
+        self.of += usize::from(success);
+    }
+
+    /// In per cent; `-` where there was nothing to count.
+    pub fn text(&self) -> String {
+        if self.among == 0 {
+            return "- (0)".into();
+        }
+        format!("{:.1} % ({} of {})", 100.0 * self.of as f64 / self.among as f64, self.of, self.among)
+    }
+}
+
+/// Figures of the study.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Figures {
+    /// Single strong effect named alone or in an ambiguous set of at most three.
+    pub strong_named: Share,
+    /// Single strong effect named alone.
+    pub strong_alone: Share,
+    /// Single effect of any strength named, alone or in a set of at most three.
+    pub single_named: Share,
+    /// Single effect of any strength given a wrong name.
+    pub single_wrong: Share,
+    /// `nothing_missing` where nothing was.
+    pub nothing_right: Share,
+    /// Unknown effects not given a wrong name.
+    pub unknown_not_named: Share,
+    /// Two effects, both named.
+    pub both_named: Share,
+    /// Two effects, at least one named and none wrong.
+    pub one_of_two: Share,
+    /// Held-out error after adding at most 1.3 noise floors, where rightly named.
+    pub error_fell: Share,
+    /// Mean size of ambiguous sets.
+    pub mean_set: f64,
+    /// Hidden against named.
+    pub confusion: BTreeMap<String, BTreeMap<String, usize>>,
+    /// Longest diagnosis, s.
+    pub slowest_s: f64,
+}
+
+/// Opens one run.
+pub fn open(key: Key, report: &Report) -> Opened {
+    Opened {
+        key,
+        verdict: report.verdict,
+        named: report.effects.clone(),
+        ambiguous_with: report.ambiguous_with.clone(),
+        error: [report.error.before, report.error.after, report.error.noise_floor],
+        worst: report.error.worst_before,
+        worst_place: report.places.first().map_or(String::new(), |p| format!("{} {}", p.channel, p.phase)),
+        seconds: report.seconds,
+    }
+}
+
+impl Opened {
+    fn hidden(&self) -> Vec<&'static str> {
+        self.key.effects.iter().map(|e| e.kind.name()).collect()
+    }
+
+    /// The truth is the single name, or in an ambiguous set of at most three.
+    fn right(&self) -> bool {
+        let hidden = self.hidden();
+        let set: Vec<&str> = self.named.iter().chain(self.ambiguous_with.iter().flatten()).copied().collect();
+        match self.verdict {
+            Verdict::Effect => self.named == hidden,
+            Verdict::Ambiguous => set.len() <= 3 && hidden.iter().all(|h| set.contains(h)),
+            _ => false,
+        }
+    }
+
+    fn wrong(&self) -> bool {
+        let hidden = self.hidden();
+        let names = matches!(self.verdict, Verdict::Effect | Verdict::Ambiguous);
+        let any = self.named.iter().chain(self.ambiguous_with.iter().flatten());
+        match self.verdict {
+            Verdict::Ambiguous => !any.into_iter().any(|n| hidden.contains(n)),
+            _ => names && self.named.iter().any(|n| !hidden.contains(n)),
+        }
+    }
+
+    /// For the confusion matrix.
+    fn answer(&self) -> String {
+        match self.verdict {
+            Verdict::NothingMissing => "nothing_missing".into(),
+            Verdict::Unexplained => "unexplained".into(),
+            Verdict::Effect => self.named.join("+"),
+            Verdict::Ambiguous => {
+                let others: Vec<String> = self.ambiguous_with.iter().map(|s| s.join("+")).collect();
+                format!("{} ~ {}", self.named.join("+"), others.join(" ~ "))
+            }
+        }
+    }
+}
+
+/// Sums up.
+pub fn figures(runs: &[Opened]) -> Figures {
+    let mut f = Figures::default();
+    let (mut sets, mut size) = (0.0, 0.0);
+    for r in runs {
+        let truth = if r.key.effects.is_empty() { "nothing".into() } else { r.hidden().join("+") };
+        *f.confusion.entry(truth).or_default().entry(r.answer()).or_default() += 1;
+        f.slowest_s = f.slowest_s.max(r.seconds);
+        if r.verdict == Verdict::Ambiguous {
+            sets += 1.0;
+            size += 1.0 + r.ambiguous_with.len() as f64;
+        }
+        match r.key.class {
+            Class::Nothing => f.nothing_right.count(r.verdict == Verdict::NothingMissing),
+            Class::One => {
+                f.single_named.count(r.right());
+                f.single_wrong.count(r.wrong());
+                if r.error[0] > STRONG * r.error[2] {
+                    f.strong_named.count(r.right());
+                    f.strong_alone.count(r.right() && r.verdict == Verdict::Effect);
+                }
+                if r.right() {
+                    f.error_fell.count(r.error[1] <= 1.3 * r.error[2]);
+                }
+            }
+            Class::Two => {
+                let hidden = r.hidden();
+                f.both_named.count(hidden.iter().all(|h| r.named.contains(h)));
+                f.one_of_two.count(!r.named.is_empty() && r.named.iter().all(|n| hidden.contains(n)));
+            }
+            Class::Unknown => f.unknown_not_named.count(r.named.is_empty()),
+        }
+    }
+    f.mean_set = if sets > 0.0 { size / sets } else { 0.0 };
+    f
+}

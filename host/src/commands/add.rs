@@ -1,0 +1,137 @@
+//! `stickslip add EFFECT`: the model with one more effect, fitted together with the rest.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, bail};
+use comfy_table::{Cell, CellAlignment};
+use stickslip_shared::effects::{Effect, REGISTRY, find};
+
+use crate::commands::diagnose::{read_data, short};
+use crate::diagnose::campaign::{Campaign, default_model};
+use crate::fit::{self, Fit, Free, Options};
+use crate::model_file::{EffectEntry, ModelFile};
+use crate::output::{Output, table};
+
+/// Arguments of `stickslip add`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:
+  stickslip add torsional_friction --model model.toml --fit data/demo --out better.toml")]
+pub struct Args {
+    /// Effect to add, by its identifier; several one after the other
+    #[arg(required = true, value_name = "EFFECT")]
+    pub effects: Vec<String>,
+    /// Model to add it to [default: the base model]
+    #[arg(long, value_name = "MODEL.toml")]
+    pub model: Option<PathBuf>,
+    /// Data set to fit all parameters to
+    #[arg(long, value_name = "DATA")]
+    pub fit: PathBuf,
+    /// Where the new model goes
+    #[arg(long, value_name = "BETTER.toml")]
+    pub out: PathBuf,
+}
+
+/// Fits and writes.
+///
+/// # Errors
+/// Where an effect is unknown or already there, data or model cannot be read, or nothing can be fitted.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    let mut file = match &args.model {
+        Some(path) => ModelFile::read(path)?,
+        None => {
+            let base = default_model();
+            ModelFile::new(base.base, base.friction)
+        }
+    };
+    for id in &args.effects {
+        let Some(info) = find(id) else {
+            let known: Vec<&str> = REGISTRY.iter().map(|i| i.id).collect();
+            bail!("unknown effect `{id}`; there are {}", known.join(", "));
+        };
+        if file.effects.iter().any(|e| &e.id == id) {
+            bail!("the model already has {id}; `stickslip calibrate` fits its parameters");
+        }
+        let values = info.parameters.iter().map(|p| p.typical).collect();
+        file.effects.push(EffectEntry {
+            id: id.clone(),
+            values,
+            intervals: Default::default(),
+            formula: None,
+        });
+    }
+    let dataset = read_data(&args.fit, output)?;
+    let bar = output.spinner("fitting");
+    let fit = with_effects(&Campaign::new(&dataset, &file.to_model()), &mut file, args.effects.len())?;
+    bar.finish_and_clear();
+    std::fs::write(&args.out, file.write())
+        .with_context(|| format!("{}: cannot be written", args.out.display()))?;
+    let mut t = table(["parameter", "value", "95 % interval", "unit"]);
+    for e in &fit.estimates {
+        t.add_row(vec![
+            Cell::new(&e.name),
+            Cell::new(short(e.value)).set_alignment(CellAlignment::Right),
+            Cell::new(format!("{} to {}", short(e.low), short(e.high))),
+            Cell::new(e.unit),
+        ]);
+    }
+    output.table(&t);
+    for note in &fit.notes {
+        output.text(format!("note: {note}"));
+    }
+    output.text(format!("written to {}", args.out.display()));
+    output.document(&serde_json::json!({
+        "model": args.out, "parameters": fit.estimates, "notes": fit.notes, "covariance": fit.covariance,
+    }))
+}
+
+/// Fits friction and all effects of `file`, whose last `new` effects start from a screening of
+/// their settings; writes values and intervals into it.
+///
+/// # Errors
+/// See [`fit::calibrate`].
+pub fn with_effects(campaign: &Campaign, file: &mut ModelFile, new: usize) -> Result<Fit, fit::FitError> {
+    let whole = file.to_model();
+    let mut model = whole.clone();
+    model.effects.truncate(whole.effects.len() - new.min(whole.effects.len()));
+    let base = fit::base_parameters(campaign);
+    let all = |count: usize| -> Vec<Free> {
+        let mut free = base.clone();
+        for (slot, e) in whole.effects.iter().enumerate().take(count) {
+            free.extend(e.info().map(|i| Free::of_effect(i, slot)).unwrap_or_default());
+        }
+        free
+    };
+    let mut fitted = fit::calibrate(campaign, &model, &all(model.effects.len()), &Options::default())?;
+    for _ in 0..new {
+        let slot = fitted.model.effects.len();
+        let mut best: Option<Fit> = None;
+        for parameters in fit::starts(campaign, &fitted.model, &all(slot), whole.effects[slot]) {
+            let mut with = fitted.model.clone();
+            let _ = with.effects.push(Effect { code: whole.effects[slot].code, parameters });
+            let fit = fit::calibrate(campaign, &with, &all(slot + 1), &Options::default())?;
+            if best.as_ref().is_none_or(|b| fit.loss.1 < b.loss.1) {
+                best = Some(fit);
+            }
+        }
+        if let Some(best) = best {
+            fitted = best;
+        }
+    }
+    file.set_values(&fitted.model);
+    file.friction_intervals.clear();
+    for (free, e) in all(fitted.model.effects.len()).iter().zip(&fitted.estimates) {
+        let range = [e.low, e.high];
+        match free {
+            Free::Effect { slot, parameter } => {
+                let described = fitted.model.effects[*slot].info().and_then(|i| i.parameters.get(*parameter));
+                if let (Some(entry), Some(p)) = (file.effects.get_mut(*slot), described) {
+                    entry.intervals.insert(p.name.into(), range);
+                }
+            }
+            Free::FingerFriction => drop(file.friction_intervals.insert("finger".into(), range)),
+            Free::PusherFriction => drop(file.friction_intervals.insert("pusher".into(), range)),
+            Free::SupportFriction => drop(file.friction_intervals.insert("support".into(), range)),
+        }
+    }
+    Ok(fitted)
+}

@@ -1,0 +1,94 @@
+//! `stickslip blind`: blind test of the diagnosis on synthetic data.
+
+use anyhow::anyhow;
+use comfy_table::Cell;
+use serde_json::json;
+
+use crate::blind::generate::{data, draw};
+use crate::blind::score::{Opened, figures, open};
+use crate::diagnose::campaign::default_model;
+use crate::diagnose::diagnose;
+use crate::output::{Output, table};
+
+/// Arguments of `stickslip blind`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:
+  stickslip blind --runs 60 --seed 1")]
+pub struct Args {
+    /// Data sets to make and diagnose
+    #[arg(long, default_value_t = 20)]
+    pub runs: usize,
+    /// Everything follows from it
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Most conditions of a plan; each is run two or three times
+    #[arg(long, default_value_t = 12)]
+    pub conditions: usize,
+}
+
+/// Makes, diagnoses, opens the key, sums up.
+///
+/// # Errors
+/// Where the rig or the diagnosis fails.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    let bar = output.progress(args.runs as u64, "blind test");
+    let mut opened: Vec<Opened> = Vec::with_capacity(args.runs);
+    for number in 0..args.runs {
+        let seed = args.seed.wrapping_mul(1_000_003).wrapping_add(number as u64);
+        let (key, list) = draw(args.seed, number, args.conditions);
+        let dataset = data(&key, &list, seed).map_err(|e| anyhow!(e))?;
+        let report = diagnose(&dataset, &default_model(), &|| ())?;
+        let o = open(key, &report);
+        bar.suspend(|| output.note(line(number, &o)));
+        opened.push(o);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let f = figures(&opened);
+    let mut t = table(["figure", "share", "aim"]);
+    for (what, share, aim) in [
+        ("single strong effect, alone or in a set of at most three", f.strong_named, "98 %"),
+        ("single strong effect, alone", f.strong_alone, "85 %"),
+        ("single effect of any strength, so named", f.single_named, "-"),
+        ("single effect of any strength, wrongly named", f.single_wrong, "-"),
+        ("nothing missing, said so", f.nothing_right, "99 %"),
+        ("unknown effect, not given a name", f.unknown_not_named, "90 %"),
+        ("two effects, both named", f.both_named, "80 %"),
+        ("two effects, none wrongly named", f.one_of_two, "-"),
+        ("rightly named, error after within 1.3 noise floors", f.error_fell, "95 %"),
+    ] {
+        t.add_row(vec![Cell::new(what), Cell::new(share.text()), Cell::new(aim)]);
+    }
+    output.table(&t);
+    output.text(format!(
+        "mean size of ambiguous sets {:.1}; slowest diagnosis {:.1} s\n",
+        f.mean_set, f.slowest_s
+    ));
+    let mut c = table(["hidden", "named", "runs"]);
+    for (hidden, answers) in &f.confusion {
+        for (answer, count) in answers {
+            c.add_row(vec![Cell::new(hidden), Cell::new(answer), Cell::new(count)]);
+        }
+    }
+    output.table(&c);
+    output.document(&json!({ "figures": f, "runs": opened }))
+}
+
+fn line(number: usize, o: &Opened) -> String {
+    let hidden: Vec<String> = o.key.effects.iter().map(ToString::to_string).collect();
+    format!(
+        "{number}: {} {} trials, hidden [{}]: {:?} {:?} ~ {:?}; error {:.2} -> {:.2} (floor {:.2}), worst {:.1} ({}); {:.1} s",
+        o.key.primitive,
+        o.key.trials,
+        hidden.join(", "),
+        o.verdict,
+        o.named,
+        o.ambiguous_with,
+        o.error[0],
+        o.error[1],
+        o.error[2],
+        o.worst,
+        o.worst_place,
+        o.seconds
+    )
+}

@@ -1,0 +1,174 @@
+//! Screening: how much of the misfit each effect could explain, to first order.
+//!
+//! Each effect is switched on at a few settings (its typical strength, several values of
+//! what only shapes it), and the change of all features is an added variable beside the
+//! friction coefficients and the sensor offsets. The settings that explain most are where
+//! the joint refit starts.
+
+use stickslip_shared::effects::{Effect, Info, MAX_PARAMETERS};
+use stickslip_shared::model::Model;
+
+use crate::diagnose::features::Features;
+use crate::diagnose::gls;
+use crate::diagnose::problem::Problem;
+use crate::fit::Solution;
+
+/// An effect to try, with where its fit may start.
+#[derive(Clone, Debug)]
+pub struct Screened {
+    /// Description.
+    pub info: &'static Info,
+    /// Decrease of the loss to first order.
+    pub gain: f64,
+    /// Settings of its parameters to start from, best first.
+    pub starts: Vec<[f64; MAX_PARAMETERS]>,
+    /// No setting changes any feature by more than a hundredth of its noise.
+    pub invisible: bool,
+}
+
+/// Values that a parameter which only shapes an effect is tried at.
+fn shapes(p: &stickslip_shared::effects::Parameter) -> Vec<f64> {
+    let tries = if p.typical == 0.0 {
+        vec![0.0, 0.5 * p.high]
+    } else {
+        vec![p.typical, 0.25 * p.typical, 4.0 * p.typical]
+    };
+    tries.into_iter().filter(|x| *x >= p.low && *x <= p.high).collect()
+}
+
+/// Combinations of the shaping parameters: the typical ones, and each varied alone.
+fn settings(info: &Info, shaping: &[usize]) -> Vec<[f64; MAX_PARAMETERS]> {
+    let mut typical = [0.0; MAX_PARAMETERS];
+    for (k, p) in info.parameters.iter().enumerate() {
+        typical[k] = if shaping.contains(&k) { p.typical } else { p.neutral };
+    }
+    let mut out = vec![typical];
+    for k in shaping {
+        for value in shapes(&info.parameters[*k]) {
+            let mut s = typical;
+            s[*k] = value;
+            if !out.contains(&s) {
+                out.push(s);
+            }
+        }
+    }
+    out
+}
+
+/// Screens one effect on top of a solution. `slot` is where it would stand in the model.
+pub fn screen(problem: &Problem, base: &Solution, base_columns: usize, info: &'static Info) -> Screened {
+    let predicted = problem.predict(&base.model);
+    let changed = |parameters: [f64; MAX_PARAMETERS]| -> Vec<Features> {
+        let mut model: Model<f64> = base.model.clone();
+        let _ = model.effects.push(Effect { code: info.code, parameters });
+        let with = problem.predict(&model);
+        with.iter().zip(&predicted).map(|(w, p)| w.iter().zip(p).map(|(a, b)| a - b).collect()).collect()
+    };
+    let size = |d: &[Features]| -> f64 {
+        d.iter()
+            .zip(&problem.groups)
+            .flat_map(|(d, g)| {
+                problem.whiteners[*g].active.iter().map(move |f| (d[*f] / problem.single_run[*g][*f]).abs())
+            })
+            .filter(|x| x.is_finite())
+            .fold(0.0, f64::max)
+    };
+    // A parameter is a strength if it alone makes a difference; otherwise it shapes.
+    let mut strengths = Vec::new();
+    let mut shaping = Vec::new();
+    for (k, p) in info.parameters.iter().enumerate() {
+        if p.typical == p.neutral {
+            shaping.push(k);
+        } else {
+            strengths.push(k);
+        }
+    }
+    let mut starts: Vec<(f64, [f64; MAX_PARAMETERS])> = Vec::new();
+    let mut largest: f64 = 0.0;
+    for setting in settings(info, &shaping) {
+        let mut columns = Vec::new();
+        let mut varied = Vec::new();
+        for k in &strengths {
+            let mut s = setting;
+            s[*k] = info.parameters[*k].typical;
+            let mut d = changed(s);
+            let mut dead = size(&d) < 1e-2;
+            if dead && strengths.len() > 1 {
+                // It may need the others to act.
+                for j in &strengths {
+                    s[*j] = info.parameters[*j].typical;
+                }
+                if size(&changed(s)) >= 1e-2 && columns.is_empty() {
+                    d = changed(s);
+                    dead = false;
+                }
+            }
+            largest = largest.max(size(&d));
+            if !dead {
+                columns.push(d);
+                varied.push((*k, s));
+            }
+        }
+        if columns.is_empty() {
+            continue;
+        }
+        let single: Vec<(f64, f64)> = columns
+            .iter()
+            .map(|c| gain(problem, base, base_columns, std::slice::from_ref(c)))
+            .map(|(g, x)| (g, x[0]))
+            .collect();
+        let (together, x) = gain(problem, base, base_columns, &columns);
+        let mut joint = setting;
+        for ((k, s), a) in varied.iter().zip(&x) {
+            let p = &info.parameters[*k];
+            for j in &strengths {
+                if j != k && !varied.iter().any(|(v, _)| v == j) {
+                    joint[*j] = s[*j];
+                }
+            }
+            joint[*k] = (p.neutral + a * (p.typical - p.neutral)).clamp(p.low, p.high);
+        }
+        starts.push((together, joint));
+        for ((k, s), (g, a)) in varied.iter().zip(&single) {
+            if varied.len() > 1 {
+                let p = &info.parameters[*k];
+                let mut one = *s;
+                one[*k] = (p.neutral + a * (p.typical - p.neutral)).clamp(p.low, p.high);
+                starts.push((0.98 * g, one));
+            }
+        }
+    }
+    starts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    Screened {
+        info,
+        gain: starts.first().map_or(0.0, |s| s.0),
+        starts: starts.into_iter().take(3).map(|s| s.1).collect(),
+        invisible: largest < 1e-2,
+    }
+}
+
+/// Decrease of the loss when `columns` are added, and their coefficients.
+fn gain(
+    problem: &Problem,
+    base: &Solution,
+    base_columns: usize,
+    columns: &[Vec<Features>],
+) -> (f64, Vec<f64>) {
+    let mut all: Vec<Vec<Features>> = base.columns[..base_columns].to_vec();
+    all.extend(columns.iter().cloned());
+    let grams = problem.grams(&base.residual, &all);
+    let with = problem.precision(all.len());
+    let (before, _) = total(&base.grams, &problem.precision(base.columns.len()));
+    let (after, x) = total(&grams, &with);
+    (before - after, x[base_columns..all.len()].to_vec())
+}
+
+fn total(grams: &[gls::Gram], precision: &[f64]) -> (f64, Vec<f64>) {
+    match gls::solve(grams.iter().map(|g| (1.0, g)), precision) {
+        Some(x) => {
+            let prior: f64 = x.iter().zip(precision).map(|(x, p)| p * x * x).sum();
+            (grams.iter().map(|g| gls::loss(g, &x)).sum::<f64>() + prior, x.iter().copied().collect())
+        }
+        None => (f64::INFINITY, vec![0.0; precision.len()]),
+    }
+}

@@ -1,0 +1,215 @@
+//! Selection: which effects the data demand.
+//!
+//! The survivors of the screening are refitted together with friction and compared by
+//! their loss on held-out conditions. An effect is taken when it predicts held-out
+//! conditions better by more than chance (Student's t over conditions, corrected for the
+//! number of effects tried) and by more than the noise floor (it explains most of the
+//! excess misfit that is left). Effects whose held-out losses do not differ from the
+//! best one's are equally good.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
+use stickslip_shared::effects::{Effect, Info, REGISTRY};
+use stickslip_shared::model::{MAX_EFFECTS, Model};
+
+use crate::diagnose::features::Features;
+use crate::diagnose::gls;
+use crate::diagnose::misfit::{self, Misfit};
+use crate::diagnose::problem::Problem;
+use crate::diagnose::screen::{Screened, screen};
+use crate::fit::{self, FOLDS, Free, Solution};
+
+/// A fitted model and how it does on held-out conditions.
+#[derive(Clone, Debug)]
+pub struct Held {
+    /// The fit.
+    pub solution: Solution,
+    /// Its free parameters.
+    pub free: Vec<Free>,
+    /// Loss of each condition when held out.
+    pub loss: Vec<f64>,
+    /// Residual of each group when held out, sensor offsets taken out.
+    pub residual: Vec<Features>,
+    /// Misfit of that.
+    pub misfit: Misfit,
+}
+
+/// An effect that was refitted.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// Description.
+    pub info: &'static Info,
+    /// Its fit on top of what was chosen before.
+    pub held: Held,
+    /// Probability of its gain on held-out conditions by chance.
+    pub p_value: f64,
+    /// Share of the excess misfit that it explains.
+    pub explained: f64,
+}
+
+/// Held-out performance of a solution.
+pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held {
+    let n = free.len();
+    let precision = problem.precision(n);
+    let folds = gls::fold_solutions(&solution.grams, &precision, FOLDS);
+    let by_group = gls::held_out(&solution.grams, &folds);
+    let mut loss = vec![0.0; problem.campaign.conditions];
+    for (g, l) in solution.grams.iter().zip(&by_group) {
+        loss[g.condition] += l;
+    }
+    let residual: Vec<Features> = solution
+        .residual
+        .iter()
+        .enumerate()
+        .map(|(i, r)| {
+            let condition = problem.campaign.groups[problem.groups[i]].condition;
+            let x = &folds[gls::fold(condition, FOLDS)];
+            let mut r = problem.without_offsets(std::slice::from_ref(r), &x.as_slice()[n..]).remove(0);
+            for k in 0..n {
+                for (r, c) in r.iter_mut().zip(&solution.columns[k][i]) {
+                    if c.is_finite() {
+                        *r -= c * x[k];
+                    }
+                }
+            }
+            r
+        })
+        .collect();
+    let misfit = misfit::of(problem, &residual);
+    Held { solution, free, loss, residual, misfit }
+}
+
+/// One-sided probability that held-out losses `a` exceed `b` by this much by chance, over
+/// conditions. Large values are drawn in to the tenth largest, so that no single condition decides.
+pub fn p_value(a: &[f64], b: &[f64]) -> f64 {
+    let Some((t, freedom)) = paired(a, b) else { return 1.0 };
+    match StudentsT::new(0.0, 1.0, freedom) {
+        Ok(d) => 1.0 - d.cdf(t),
+        Err(_) => 1.0,
+    }
+}
+
+/// Probability that the effect's strengths differ from neutral by chance: Wald's test with the
+/// covariance clustered by condition, against F.
+fn parameter_p_value(problem: &Problem, solution: &Solution, free: &[Free], from: usize, info: &Info) -> f64 {
+    let covariance = fit::clustered_covariance(&solution.grams, &problem.precision(free.len()), free.len());
+    let strengths: Vec<(usize, f64)> = free
+        .iter()
+        .enumerate()
+        .skip(from)
+        .zip(info.parameters)
+        .filter(|(_, p)| p.typical != p.neutral)
+        .map(|((k, f), p)| (k, f.get(&solution.model) - p.neutral))
+        .filter(|(k, _)| covariance[(*k, *k)] > 0.0)
+        .collect();
+    let q = strengths.len();
+    let conditions = problem.campaign.conditions as f64;
+    let freedom = conditions - q as f64 - from as f64;
+    if q == 0 || freedom < 1.0 {
+        return 1.0;
+    }
+    let sd: Vec<f64> = strengths.iter().map(|(k, _)| covariance[(*k, *k)].sqrt()).collect();
+    let correlation = DMatrix::from_fn(q, q, |i, j| {
+        let c = covariance[(strengths[i].0, strengths[j].0)] / (sd[i] * sd[j]);
+        // Nearly equal directions count once.
+        if i == j { 1.0 + 1e-6 } else { c * (1.0 - 1e-6) }
+    });
+    let z = DVector::from_fn(q, |i, _| strengths[i].1 / sd[i]);
+    let Some(c) = correlation.cholesky() else { return 1.0 };
+    let wald = z.dot(&c.solve(&z));
+    // Hotelling's correction for few conditions.
+    let f = wald / q as f64 * freedom / (conditions - from as f64).max(1.0);
+    match FisherSnedecor::new(q as f64, freedom) {
+        Ok(d) if f.is_finite() && f > 0.0 => 1.0 - d.cdf(f),
+        _ => 1.0,
+    }
+}
+
+/// Student's t of the mean of `a - b`, with its degrees of freedom.
+pub fn paired(a: &[f64], b: &[f64]) -> Option<(f64, f64)> {
+    let mut d: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    let n = d.len();
+    if n < 3 {
+        return None;
+    }
+    let mut sizes: Vec<f64> = d.iter().map(|x| x.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let most = sizes[n - 1 - n / 10];
+    d.iter_mut().for_each(|x| *x = x.clamp(-most, most));
+    let n = n as f64;
+    let mean = d.iter().sum::<f64>() / n;
+    let variance = d.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    if variance <= 0.0 {
+        return Some((if mean > 0.0 { 1e3 } else { 0.0 }, n - 1.0));
+    }
+    Some((mean / (variance / n).sqrt(), n - 1.0))
+}
+
+/// Share of the excess of `before` that `after` explains.
+pub fn explained(before: &Misfit, after: &Misfit) -> f64 {
+    if before.excess > 0.0 { 1.0 - after.excess / before.excess } else { 0.0 }
+}
+
+/// Screens and refits all effects that `base` does not have. Returns candidates with the
+/// best held-out loss first, and the effects that cannot be seen.
+pub fn candidates(
+    problem: &Problem,
+    base: &Held,
+    survivors: usize,
+    tick: &(dyn Fn() + Sync),
+) -> (Vec<Candidate>, Vec<&'static str>) {
+    let model = &base.solution.model;
+    if model.effects.len() >= MAX_EFFECTS {
+        return (Vec::new(), Vec::new());
+    }
+    let absent: Vec<&'static Info> =
+        REGISTRY.iter().copied().filter(|i| !model.effects.iter().any(|e| e.code == i.code)).collect();
+    let mut screened: Vec<Screened> = absent
+        .iter()
+        .map(|i| {
+            let s = screen(problem, &base.solution, base.free.len(), i);
+            tick();
+            s
+        })
+        .collect();
+    let invisible = screened.iter().filter(|s| s.invisible).map(|s| s.info.id).collect();
+    screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    let most = screened.first().map_or(0.0, |s| s.gain);
+    let kept = screened.into_iter().filter(|s| s.gain > 0.02 * most && s.gain > 1.0).take(survivors);
+    let mut out: Vec<Candidate> = kept
+        .filter_map(|s| {
+            let c = refit(problem, base, &s);
+            tick();
+            c
+        })
+        .collect();
+    out.sort_by(|a, b| total(&a.held).total_cmp(&total(&b.held)));
+    (out, invisible)
+}
+
+/// Summed held-out loss.
+pub fn total(held: &Held) -> f64 {
+    held.loss.iter().sum()
+}
+
+fn refit(problem: &Problem, base: &Held, screened: &Screened) -> Option<Candidate> {
+    let slot = base.solution.model.effects.len();
+    let mut free = base.free.clone();
+    free.extend(Free::of_effect(screened.info, slot));
+    let best = screened
+        .starts
+        .iter()
+        .take(2)
+        .map(|start| {
+            let mut model: Model<f64> = base.solution.model.clone();
+            let _ = model.effects.push(Effect { code: screened.info.code, parameters: *start });
+            fit::solve(problem, &model, &free, 5)
+        })
+        .min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))?;
+    let parameters = parameter_p_value(problem, &best, &free, base.free.len(), screened.info);
+    let held = hold_out(problem, best, free);
+    // Two tests of the same question: the better one counts, at twice its probability.
+    let p_value = (2.0 * p_value(&base.loss, &held.loss).min(parameters)).min(1.0);
+    let explained = explained(&base.misfit, &held.misfit);
+    Some(Candidate { info: screened.info, held, p_value, explained })
+}
