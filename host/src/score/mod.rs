@@ -166,7 +166,8 @@ fn judge_trial(
         .iter()
         .map(|method| match method {
             Method::Predictor { model, pose, .. } => {
-                predict(&feed, model, limits, ordinal, *pose, &info.trial).map(|p| predicted(&t_s, &p, &truth))
+                predict(&feed, model, limits, ordinal, *pose, &info.trial)
+                    .map(|p| predicted(&t_s, &p, &truth))
             }
             Method::Ratio(limit) => Ok(threshold(&t_s, truth.ratio.iter().map(|r| r > limit), &truth)),
             Method::Rate(limit) => {
