@@ -74,12 +74,17 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         None => default_model(),
     };
     let pose = args.object_pose;
-    let mut methods = vec![Method::Predictor { name: "stickslip".into(), model: model.clone(), pose }];
+    let mut methods =
+        vec![Method::Predictor { name: "stickslip".into(), model: Box::new(model.clone()), pose }];
     if !model.effects.is_empty() {
         let mut plain = model;
         plain.effects.clear();
         plain.formulas.clear();
-        methods.push(Method::Predictor { name: "without added effects".into(), model: plain, pose });
+        methods.push(Method::Predictor {
+            name: "without added effects".into(),
+            model: Box::new(plain),
+            pose,
+        });
     }
     methods.extend([Method::Ratio(args.ratio), Method::Rate(args.rate)]);
     let bar = output.progress(index.trials.len() as u64, "scoring");
