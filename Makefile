@@ -32,10 +32,11 @@ lint: ## Formatting, clippy and documentation without warnings
 test-host: ## Tests of shared and host
 	cargo test
 
-hil: setup ## Tests on the emulated board
+hil: setup firmware ## Tests on the emulated board, and of the line to it
 	elf=$$(cargo test --no-run -p stickslip-hil-tests --features mps2-an386 $(BOARD_BUILD) --message-format=json \
 		| grep -o '"executable":"[^"]*"' | tail -1 | cut -d'"' -f4); \
 	STICKSLIP_HIL_ELF=$$elf cargo test -p stickslip-host --test hil
+	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test -p stickslip-host --test device
 
 firmware: ## Firmware for the emulated board
 	cargo build -p stickslip-firmware --features mps2-an386 $(BOARD_BUILD)

@@ -6,6 +6,11 @@ use std::process::{Child, Command, Stdio};
 
 use super::DeviceError;
 
+/// The emulated clock advances 8 ns an instruction, about what a 168 MHz Cortex-M4F needs,
+/// and at most as fast as the real one: whether a tick is missed depends on the firmware,
+/// not on what else this machine does.
+const ICOUNT: &str = "shift=3,align=off,sleep=on";
+
 /// A running emulator; dropped, it ends.
 pub struct Qemu {
     child: Child,
@@ -35,6 +40,7 @@ impl Qemu {
         }
         let mut child = Command::new("qemu-system-arm")
             .args(["-machine", "mps2-an386", "-display", "none", "-monitor", "none"])
+            .args(["-icount", ICOUNT])
             .args(["-semihosting-config", "enable=on,target=native", "-serial", "pty", "-kernel"])
             .arg(firmware)
             .stdin(Stdio::null())
@@ -68,6 +74,11 @@ impl Qemu {
         std::thread::spawn(move || std::io::copy(&mut stdout, &mut std::io::sink()));
         std::thread::spawn(move || std::io::copy(&mut BufReader::new(stderr), &mut std::io::sink()));
         Ok(Self { child, port })
+    }
+
+    /// Number of its process.
+    pub(super) fn process(&self) -> u32 {
+        self.child.id()
     }
 
     /// The line's path, and the emulator to keep.
