@@ -25,6 +25,8 @@ pub mod noise;
 pub mod output;
 pub mod phases;
 pub mod planar;
+#[cfg(feature = "probe")]
+pub mod probe;
 pub mod replay;
 pub mod report;
 pub mod rig;
