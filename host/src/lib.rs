@@ -30,5 +30,6 @@ pub mod probe;
 pub mod replay;
 pub mod report;
 pub mod rig;
+pub mod score;
 pub mod simulate;
 pub mod stages;

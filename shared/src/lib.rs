@@ -13,8 +13,10 @@
 pub mod cone;
 pub mod contact;
 pub mod effects;
+pub mod health;
 pub mod lcp;
 pub mod model;
+pub mod observer;
 pub mod predictor;
 pub mod real;
 pub mod selftest;

@@ -18,8 +18,10 @@
 
 use crate::cone::ConeStatus;
 use crate::contact::SLOTS;
+use crate::health::Health;
 use crate::model::{FingerContact, Model, Scene, Shape};
-use crate::real::{Real, Vec3, clamp, least, most};
+use crate::observer::{Observed, Observer};
+use crate::real::{Real, Rotation, Vec3, clamp, least, most};
 use crate::step::{Drive, State, StepOutput, step};
 use crate::track::{PathFilter, Pose, Poses, drive_between, seat, settle, support_pose};
 use heapless::Vec;
@@ -106,6 +108,14 @@ pub struct Limits {
     pub target_utilisation: f32,
     /// Distance between model and measured pose at which the model starts anew.
     pub divergence_m: f32,
+    /// Slip nearer than this, by the trend of the measured load, is flagged.
+    pub slip_warning_s: f32,
+    /// Loss of a held grasp nearer than this, by the same trend, is flagged.
+    pub drop_warning_s: f32,
+    /// Range of the fingertip sensors: a force at or beyond it is saturated.
+    pub force_range_n: f32,
+    /// Range of their torques.
+    pub torque_range_nm: f32,
 }
 
 impl Default for Limits {
@@ -117,6 +127,10 @@ impl Default for Limits {
             slip_m_s: 0.0005,
             target_utilisation: 0.8,
             divergence_m: 0.003,
+            slip_warning_s: 0.25,
+            drop_warning_s: 0.5,
+            force_range_n: 200.0,
+            torque_range_nm: 5.0,
         }
     }
 }
@@ -175,6 +189,8 @@ pub struct Prediction {
     pub drop_in_s: f32,
     /// Grip force of each finger that keeps the target utilisation; NaN where the plan means to slide.
     pub holding_grip_n: f32,
+    /// Friction coefficient of the fingers, learnt on-line from slips and near slips.
+    pub friction: f32,
     /// Object in the grasp, model: position (m) in the gripper frame.
     pub position_m: [f32; 3],
     /// Object in the grasp, model: `w, x, y, z`.
@@ -211,6 +227,8 @@ pub mod flags {
     pub const DROP: u32 = 1 << 7;
     /// The object touches the pusher.
     pub const PUSHING: u32 = 1 << 8;
+    /// The flags cannot be relied on, raised or not: see the validity word.
+    pub const UNSURE: u32 = 1 << 9;
 }
 
 /// Bits of [`Prediction::validity`]: reasons to doubt the prediction.
@@ -233,6 +251,21 @@ pub mod validity {
     pub const POINTS_LOST: u32 = 1 << 7;
     /// The measured wrench was not finite.
     pub const WRENCH: u32 = 1 << 8;
+    /// One finger's wrench is missing: the other stands for both.
+    pub const ONE_FINGER: u32 = 1 << 9;
+    /// A wrench repeats itself: the sensor is stuck or its link stale. It is not used.
+    pub const STUCK: u32 = 1 << 10;
+    /// A wrench is at the end of its range. It is not used.
+    pub const SATURATED: u32 = 1 << 11;
+    /// Constant error: the fingers' normal forces do not cancel while holding, or the start shows
+    /// more than a constant error may be.
+    pub const BIASED: u32 = 1 << 12;
+    /// Model and measured wrench or pose disagree for three samples: slip by the model alone is
+    /// not flagged.
+    pub const MODEL: u32 = 1 << 13;
+
+    /// Doubts under which the flags cannot be relied on.
+    pub const UNRELIABLE: u32 = SOLVER | SAMPLE | WAITING | WRENCH | ONE_FINGER | STUCK | SATURATED | BIASED;
 }
 
 /// Why scene and model were refused.
@@ -325,6 +358,8 @@ pub struct Predictor<R: Real> {
     plan: Plan,
     trial: R,
     tracked: Option<Tracked<R>>,
+    health: Health<R>,
+    observer: Observer<R>,
     last: Prediction,
 }
 
@@ -339,6 +374,8 @@ struct Tracked<R: Real> {
     reference_m: Vec3<R>,
     start: Pose<R>,
     pushing: bool,
+    /// Samples in a row in which model and measurement disagree.
+    apart: u8,
     gripper: PathFilter<R>,
     pusher: Option<PathFilter<R>>,
 }
@@ -348,6 +385,8 @@ impl<R: Real> Predictor<R> {
     pub fn new(scene: Scene<R>, model: Model<R>, limits: Limits) -> Result<Self, ModelError> {
         validate(&scene, &model)?;
         Ok(Self {
+            health: Health::default(),
+            observer: Observer::new(model.friction.finger),
             scene,
             model,
             limits,
@@ -373,7 +412,12 @@ impl<R: Real> Predictor<R> {
         self.tracked = None;
     }
 
-    /// The scene and model in use.
+    /// Forgets what was learnt about friction: the next object or finger is another one.
+    pub fn reset_friction(&mut self) {
+        self.observer.reset_friction();
+    }
+
+    /// The scene and model in use; the fingers' friction is the estimate.
     pub fn model(&self) -> (&Scene<R>, &Model<R>) {
         (&self.scene, &self.model)
     }
@@ -423,6 +467,7 @@ impl<R: Real> Predictor<R> {
         let later = Poses { t_s: poses.t_s + R::of(0.004), ..poses };
         let drive = drive_between(&poses, &later, &reference_m, sample.grip_cmd_n, self.trial)?;
         let local = poses.carrier.to_local(&object);
+        self.observer = self.observer.restarted();
         let mut state = State::held(&self.scene, &self.model, &drive, local.position_m, local.rotation);
         let seat_m = seat(&self.scene, &self.model, &state, &drive);
         if let Some(p) = &mut poses.pusher {
@@ -441,6 +486,7 @@ impl<R: Real> Predictor<R> {
             reference_m: reference_m + seat_m,
             start: local,
             pushing: false,
+            apart: 0,
             gripper: PathFilter::new(poses.carrier),
             pusher: poses.pusher.map(PathFilter::new),
         });
@@ -475,7 +521,11 @@ impl<R: Real> Predictor<R> {
     }
 
     fn repeat(&mut self, doubt: u32) -> Prediction {
-        Prediction { validity: self.last.validity | doubt, ..self.last }
+        Prediction {
+            validity: self.last.validity | doubt,
+            flags: self.last.flags | flags::UNSURE,
+            ..self.last
+        }
     }
 
     fn follow(&mut self, sample: &Sample<R>, mut doubt: u32) -> Option<Prediction> {
@@ -490,6 +540,7 @@ impl<R: Real> Predictor<R> {
             self.tracked = Some(tracked);
             return None;
         };
+        self.model.friction.finger = self.observer.friction();
         let mut out = advance(&self.scene, &self.model, &mut tracked.state, &drive);
         let mut worst = Worst::default();
         worst.note(&out);
@@ -513,11 +564,26 @@ impl<R: Real> Predictor<R> {
         if plan.is_none() {
             doubt |= validity::NO_PLAN;
         }
-        let mut p = self.describe(&tracked, &out, sample, &mut doubt);
+        let seen = sample.object.zip(sample.gripper).map(|(object, gripper)| gripper.to_local(&object));
+        let observed = self.observe(&mut tracked, &out, sample, &drive, &present, seen.as_ref(), &mut doubt);
+        let mut p = self.describe(&tracked, &out, &observed, &present);
+        let model_sag = p.sag_m;
         self.look_ahead(&tracked, &drive, sample, &present, &mut p, &mut worst);
+        if let Some(seen) = &seen {
+            // The model knows what comes, the measurement what is.
+            let to_come = p.sag_ahead_m - model_sag;
+            p.sag_m = self.sag(&tracked, &poses.carrier, &present, &seen.position_m).to_f64() as f32;
+            p.sag_ahead_m = p.sag_m + to_come;
+            p.rotation_rad = rotation_between(&tracked.start, &seen.rotation).to_f64() as f32;
+        }
+        let grip_n = sample.grip_cmd_n.to_f64() as f32;
+        self.combine(&mut p, &observed, present.intent, grip_n, doubt);
         judge(&mut p, present.intent, &self.limits, tracked.pushing);
         if worst.status != ConeStatus::Solved {
             doubt |= validity::SOLVER;
+        }
+        if doubt & validity::UNRELIABLE != 0 {
+            p.flags |= flags::UNSURE;
         }
         p.validity = doubt;
         p.solver_status = match worst.status {
@@ -573,27 +639,88 @@ impl<R: Real> Predictor<R> {
         state
     }
 
+    /// Checks the sensors and takes from them what they tell.
+    #[allow(clippy::too_many_arguments)]
+    fn observe(
+        &mut self,
+        tracked: &mut Tracked<R>,
+        out: &StepOutput<R, SLOTS>,
+        sample: &Sample<R>,
+        drive: &Drive<R>,
+        present: &Segment,
+        seen: Option<&Pose<R>>,
+        doubt: &mut u32,
+    ) -> Observed<R> {
+        let (usable, bits) = self.health.check(sample, &self.limits);
+        *doubt |= bits;
+        let speed = present.velocity_m_s.iter().chain(&present.angular_rad_s).fold(0.0, |s, v| s + v.abs());
+        // An object that stands on a table loads the fingers with the grip alone.
+        let mut expected = out.reading.finger;
+        if tracked.support.is_some() {
+            expected = [[R::zero(); 6]; 2];
+            expected[0][1] = -sample.grip_cmd_n;
+            expected[1][1] = sample.grip_cmd_n;
+        }
+        if self.observer.tare(&usable, &expected, speed < 0.005) {
+            *doubt |= validity::BIASED;
+        }
+        let wrenches = self.observer.corrected(&usable);
+        if let [Some(a), Some(b)] = &wrenches {
+            let holding = present.intent == Intent::Hold && !tracked.pushing;
+            let allowed = R::of(1.0) + sample.grip_cmd_n.abs() * R::of(0.15);
+            let left = if holding { a[1] + b[1] } else { R::zero() };
+            if self.health.biased(left, allowed) {
+                *doubt |= validity::BIASED;
+            }
+            let (mut miss, mut size) = (R::zero(), R::zero());
+            for i in [0, 2] {
+                let (measured, model) = (a[i] + b[i], out.reading.finger[0][i] + out.reading.finger[1][i]);
+                miss += (measured - model).abs();
+                size += most(measured.abs(), model.abs());
+            }
+            let parted =
+                seen.is_some_and(|s| (s.position_m - tracked.state.position_m).norm() > R::of(0.0015));
+            let apart = miss > size * R::of(0.3) + R::of(0.5) || parted;
+            tracked.apart = if apart { tracked.apart.saturating_add(1) } else { 0 };
+        }
+        if tracked.apart >= 3 {
+            *doubt |= validity::MODEL;
+        }
+        let points = seen.map(|s| {
+            let turn = s.rotation * tracked.start.rotation.inverse();
+            let half = tracked.state.jaw_half_m;
+            let about_y = turn.into_inner().j * R::of(2.0) * self.arm();
+            [half, -half].map(|y| {
+                let pad = Vec3::new(R::zero(), y, R::zero());
+                let moved = s.position_m + turn.transform_vector(&(pad - tracked.start.position_m)) - pad;
+                Vec3::new(moved.x, about_y, moved.z)
+            })
+        });
+        self.observer.observe(&wrenches, sample.grip_cmd_n, points, self.arm(), drive.dt_s)
+    }
+
     fn describe(
         &self,
         tracked: &Tracked<R>,
         out: &StepOutput<R, SLOTS>,
-        sample: &Sample<R>,
-        doubt: &mut u32,
+        observed: &Observed<R>,
+        present: &Segment,
     ) -> Prediction {
         let mut p = Prediction { drop_in_s: -1.0, ..Prediction::default() };
         let narrow = |x: R| x.to_f64() as f32;
-        for k in 0..2 {
-            let f = &mut p.finger[k];
+        let friction = self.observer.friction();
+        for (k, f) in p.finger.iter_mut().enumerate() {
             f.model_utilisation = narrow(out.utilisation[k]);
-            f.measured_utilisation = f32::NAN;
-            match sample.finger[k] {
-                Some(w) if w.iter().all(|x| x.finite()) => {
-                    f.measured_utilisation = narrow(self.utilisation(&w))
-                }
-                Some(_) => *doubt |= validity::WRENCH,
-                None => *doubt |= validity::NO_WRENCH,
+            f.measured_utilisation = match observed.finger[k] {
+                Some(r) if friction > R::zero() => narrow(r / friction),
+                _ => f32::NAN,
+            };
+            let mut slip = out.slip_m_s[k];
+            if let Some(measured) = observed.slip_m_s
+                && present.intent == Intent::Hold
+            {
+                slip = measured[k];
             }
-            let slip = out.slip_m_s[k];
             f.slip_speed_m_s = narrow(slip.norm());
             f.slip_direction_rad = direction(&slip);
             f.slip_in_s = -1.0;
@@ -604,38 +731,93 @@ impl<R: Real> Predictor<R> {
         let q = r.rotation.quaternion();
         p.quaternion = [narrow(q.w), narrow(q.i), narrow(q.j), narrow(q.k)];
         p.pusher_force_n = [narrow(r.pusher[0]), narrow(r.pusher[1]), narrow(r.pusher[2])];
-        p.sag_m = narrow(self.sag(&tracked.start, &tracked.poses.carrier, &tracked.state.position_m));
-        p.rotation_rad = narrow(rotation_between(&tracked.start, &tracked.state));
+        p.sag_m = narrow(self.sag(tracked, &tracked.poses.carrier, present, &tracked.state.position_m));
+        p.rotation_rad = narrow(rotation_between(&tracked.start, &tracked.state.rotation));
+        p.friction = narrow(friction);
         p
     }
 
-    /// Motion in the grasp along gravity since the start.
-    fn sag(&self, start: &Pose<R>, carrier: &Pose<R>, position_m: &Vec3<R>) -> R {
-        let gravity = Vec3::from(self.scene.gravity_m_s2);
-        let size = gravity.norm();
+    /// Motion in the grasp along gravity since the start; while sliding, only that across the slide.
+    fn sag(&self, tracked: &Tracked<R>, carrier: &Pose<R>, present: &Segment, position_m: &Vec3<R>) -> R {
+        let mut down = Vec3::from(self.scene.gravity_m_s2);
+        if present.intent == Intent::Slide {
+            let v = Vec3::from(present.velocity_m_s.map(|x| R::of(f64::from(x))));
+            let square = v.norm_squared();
+            if square > R::of(1e-8) {
+                down -= v * (v.dot(&down) / square);
+            }
+        }
+        let size = down.norm();
         if !(size > R::of(1e-3)) {
             return R::zero();
         }
-        let down = carrier.rotation.inverse_transform_vector(&(gravity / size));
-        down.dot(&(position_m - start.position_m))
+        let down = carrier.rotation.inverse_transform_vector(&(down / size));
+        down.dot(&(position_m - tracked.start.position_m))
     }
 
-    /// Share of a finger's limit surface used by a measured wrench.
-    fn utilisation(&self, w: &[R; 6]) -> R {
-        let normal = w[1].abs();
-        let mu = self.model.friction.finger;
-        let limit = mu * normal;
-        if !(limit > R::of(1e-6)) {
-            return R::zero();
-        }
-        let tangential = (w[0] * w[0] + w[2] * w[2]).root() / limit;
-        let arm = match self.scene.fingers {
+    /// Arm of a finger's torsional friction: torsion limit over force limit.
+    fn arm(&self) -> R {
+        match self.scene.fingers {
             Some(FingerContact::Disc { diameter_m }) => diameter_m * R::of(1.0 / 3.0),
             Some(FingerContact::Line { length_m }) => length_m * R::of(0.5),
             _ => R::zero(),
-        };
-        let torsion = if arm > R::zero() { w[4] / (limit * arm) } else { R::zero() };
-        (tangential * tangential + torsion * torsion).root()
+        }
+    }
+
+    /// Brings together what the model foresees and what the measured load tells of a held grasp.
+    fn combine(&self, p: &mut Prediction, observed: &Observed<R>, intent: Intent, grip_n: f32, doubt: u32) {
+        let slip_m_s = R::of(f64::from(self.limits.slip_m_s));
+        if let Some(slip) = &observed.slip_m_s {
+            for (f, v) in p.finger.iter_mut().zip(slip) {
+                if v.norm() > slip_m_s {
+                    f.slip_in_s = 0.0;
+                    f.slip_speed_m_s = f.slip_speed_m_s.max(v.norm().to_f64() as f32);
+                } else if intent == Intent::Hold && f.slip_in_s == 0.0 {
+                    // The model slips, the object does not.
+                    f.slip_in_s = self.limits.horizon_s / f32::from(LOOK_AHEAD_STEPS);
+                }
+            }
+        }
+        if intent != Intent::Hold {
+            return;
+        }
+        // Without any wrench the model alone speaks; while the sensors are tared, nobody does.
+        if observed.ratio.is_none() && observed.finger.iter().all(Option::is_none) {
+            return;
+        }
+        let ratio = observed.ratio.unwrap_or_else(R::zero);
+        let (friction, least_friction) = (self.observer.friction(), self.observer.least_friction());
+        let near = ratio > least_friction * R::of(0.8);
+        if doubt & validity::MODEL != 0 || !near {
+            // The measured load is far from any limit, or the model is wrong: its slip is not believed.
+            for f in &mut p.finger {
+                if f.slip_in_s > 0.0 || observed.slip_m_s.is_none() {
+                    f.slip_in_s = -1.0;
+                }
+                if observed.slip_m_s.is_none() {
+                    f.slip_speed_m_s = 0.0;
+                }
+            }
+            p.drop_in_s = -1.0;
+        }
+        let within = |t: Option<R>, most: f32| t.map(|t| t.to_f64() as f32).filter(|t| *t <= most);
+        if let Some(t) = within(observed.limit_in_s, self.limits.slip_warning_s) {
+            // At the limit without slip yet is a step ahead of it; without a pose it is slip.
+            let t = if observed.slip_m_s.is_none() && ratio > friction { 0.0 } else { t.max(0.004) };
+            for f in &mut p.finger {
+                f.slip_in_s = if f.slip_in_s < 0.0 { t } else { f.slip_in_s.min(t) };
+            }
+        }
+        if observed.running {
+            p.drop_in_s = p.drop_in_s.max(self.limits.horizon_s);
+        }
+        if let Some(t) = within(observed.lasting_limit_in_s, self.limits.drop_warning_s) {
+            p.drop_in_s = if p.drop_in_s < 0.0 { t } else { p.drop_in_s.min(t) };
+        }
+        let enough = least_friction * R::of(f64::from(self.limits.target_utilisation.max(0.05)));
+        if enough > R::zero() && ratio > R::zero() {
+            p.holding_grip_n = grip_n * (ratio / enough).to_f64() as f32;
+        }
     }
 
     fn look_ahead(
@@ -664,6 +846,8 @@ impl<R: Real> Predictor<R> {
                 f.slip_in_s = now;
             }
         }
+        // A grip command that departs from the plan goes on doing so.
+        let departure = sample.grip_cmd_n - R::of(f64::from(present.grip_n));
         let mut ahead = R::zero();
         while ahead < horizon {
             let t = (sample.t_s + ahead).to_f64() as f32;
@@ -680,7 +864,7 @@ impl<R: Real> Predictor<R> {
             };
             let from = Poses { t_s: R::zero(), carrier, pusher, support: tracked.support };
             let to = Poses { t_s: dt, carrier: next_carrier, pusher: next_pusher, support: tracked.support };
-            let grip = R::of(f64::from(segment.grip_n));
+            let grip = most(R::of(f64::from(segment.grip_n)) + departure, R::zero());
             let Some(next) = drive_between(&from, &to, &tracked.reference_m, grip, self.trial) else {
                 break;
             };
@@ -711,7 +895,7 @@ impl<R: Real> Predictor<R> {
             pusher = next_pusher;
         }
         // Sag in the last carrier's axes: gravity has turned with it.
-        p.sag_ahead_m = self.sag(&tracked.start, &carrier, &state.position_m).to_f64() as f32;
+        p.sag_ahead_m = self.sag(tracked, &carrier, present, &state.position_m).to_f64() as f32;
         let used = p.finger.iter().fold(0.0f32, |u, f| {
             let measured = if f.measured_utilisation.is_nan() { 0.0 } else { f.measured_utilisation };
             u.max(f.peak_utilisation).max(measured)
@@ -770,8 +954,8 @@ fn direction<R: Real>(slip_m_s: &Vec3<R>) -> f32 {
     if x == 0.0 && z == 0.0 { 0.0 } else { F32Ext::atan2(z, x) }
 }
 
-fn rotation_between<R: Real>(start: &Pose<R>, state: &State<R, SLOTS>) -> R {
-    let q = (start.rotation.inverse() * state.rotation).into_inner();
+fn rotation_between<R: Real>(start: &Pose<R>, now: &Rotation<R>) -> R {
+    let q = (start.rotation.inverse() * now).into_inner();
     let vector = (q.i * q.i + q.j * q.j + q.k * q.k).root();
     R::of(2.0) * vector.atan2(q.w.abs())
 }
@@ -783,7 +967,7 @@ fn judge(p: &mut Prediction, intent: Intent, limits: &Limits, pushing: bool) {
     let mut any = false;
     for k in 0..2 {
         let f = &p.finger[k];
-        if f.slip_speed_m_s > limits.slip_m_s {
+        if f.slip_speed_m_s > limits.slip_m_s || f.slip_in_s == 0.0 {
             set |= slip[k];
         } else if f.slip_in_s >= 0.0 {
             set |= ahead[k];
@@ -854,7 +1038,14 @@ impl Prediction {
             ]
             .map(bits)
         });
-        let rest = [self.sag_m, self.sag_ahead_m, self.rotation_rad, self.drop_in_s, self.holding_grip_n];
+        let rest = [
+            self.sag_m,
+            self.sag_ahead_m,
+            self.rotation_rad,
+            self.drop_in_s,
+            self.holding_grip_n,
+            self.friction,
+        ];
         [self.flags, self.validity, u32::from(self.solver_status), u32::from(self.solver_iterations)]
             .into_iter()
             .chain(fingers)

@@ -17,6 +17,7 @@ pub mod lcp;
 pub mod planar;
 pub mod replay;
 pub mod rig;
+pub mod score;
 pub mod stream;
 pub mod suggest;
 
@@ -67,6 +68,8 @@ enum Command {
     Findings(findings::Args),
     /// Solve complementarity problems from files or generated ones, and judge the answers
     Lcp(lcp::Args),
+    /// Score the predictor: lead times and false alarms for slip and drop, beside simple thresholds
+    Score(score::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
     Stream(stream::Args),
 }
@@ -88,6 +91,7 @@ impl Command {
             Command::Planar(args) => planar::run(args, output),
             Command::Findings(args) => findings::run(args, output),
             Command::Lcp(args) => lcp::run(args, output),
+            Command::Score(args) => score::run(args, output),
             Command::Stream(args) => stream::run(args, output),
         }
     }

@@ -233,6 +233,7 @@ fn flag_names(bits: u32) -> String {
             (flags::ROTATION, "ROTATION"),
             (flags::DROP, "DROP"),
             (flags::PUSHING, "pushing"),
+            (flags::UNSURE, "UNSURE"),
         ],
     )
 }
@@ -250,6 +251,11 @@ fn doubt_names(bits: u32) -> String {
             (validity::WAITING, "waiting for the object's pose"),
             (validity::POINTS_LOST, "contact points left out"),
             (validity::WRENCH, "wrench not finite"),
+            (validity::ONE_FINGER, "one finger's wrench missing"),
+            (validity::STUCK, "wrench stuck"),
+            (validity::SATURATED, "wrench at the end of its range"),
+            (validity::BIASED, "constant error of the wrench"),
+            (validity::MODEL, "model and measurement disagree"),
         ],
     )
 }
