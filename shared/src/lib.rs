@@ -16,6 +16,7 @@ pub mod effects;
 pub mod lcp;
 pub mod model;
 pub mod predictor;
+pub mod probe;
 pub mod real;
 pub mod selftest;
 pub mod shape;

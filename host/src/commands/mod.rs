@@ -9,6 +9,7 @@ pub mod blind;
 pub mod calibrate;
 pub mod check;
 pub mod compare;
+pub mod cost;
 pub mod demo;
 pub mod diagnose;
 pub mod findings;
@@ -67,6 +68,8 @@ enum Command {
     Findings(findings::Args),
     /// Solve complementarity problems from files or generated ones, and judge the answers
     Lcp(lcp::Args),
+    /// Count the instructions of the tick and its parts on the emulated board
+    Cost(cost::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
     Stream(stream::Args),
 }
@@ -88,6 +91,7 @@ impl Command {
             Command::Planar(args) => planar::run(args, output),
             Command::Findings(args) => findings::run(args, output),
             Command::Lcp(args) => lcp::run(args, output),
+            Command::Cost(args) => cost::run(args, output),
             Command::Stream(args) => stream::run(args, output),
         }
     }
