@@ -7,6 +7,7 @@ pub mod channels;
 pub mod check;
 pub mod commands;
 pub mod compare;
+pub mod cost;
 pub mod dataset;
 pub mod device;
 pub mod diagnose;

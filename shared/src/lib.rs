@@ -18,6 +18,7 @@ pub mod lcp;
 pub mod model;
 pub mod observer;
 pub mod predictor;
+pub mod probe;
 pub mod real;
 pub mod selftest;
 pub mod shape;

@@ -9,6 +9,7 @@ use crate::cone::{self, Bodies, ConeOptions, ConePoint, ConeStatus, DOF};
 use crate::contact::{self, Body, Contact, Contacts};
 use crate::effects::{self, Environment, FrictionLaw, Loads, MEMORY, Reading, Slip, StepContext};
 use crate::model::{MAX_EFFECTS, Model, PusherContact, Scene, SupportContact};
+use crate::probe::{self, Part};
 use crate::real::{Real, Rotation, Vec3, most};
 use crate::shape::rotated_inertia;
 use heapless::Vec;
@@ -261,6 +262,7 @@ pub fn step<R: Real, const NC: usize>(
     state: &mut State<R, NC>,
     drive: &Drive<R>,
 ) -> StepOutput<R, NC> {
+    let _span = probe::span(Part::Step);
     let zero = R::zero();
     let dt = drive.dt_s;
     let context = context(scene, state, drive);
@@ -283,6 +285,7 @@ pub fn step<R: Real, const NC: usize>(
 
     let gravity = drive.carrier.inverse_transform_vector(&loads.gravity_m_s2);
     let mut found: Contacts<R, NC> = Vec::new();
+    let part = probe::span(Part::Contacts);
     let mut points_lost = contact::find(scene, model, state, drive, &mut found);
     for c in &mut found {
         for (_, law, p) in effect_hooks(model) {
@@ -290,6 +293,7 @@ pub fn step<R: Real, const NC: usize>(
         }
     }
     points_lost += contact::spread(&mut found);
+    drop(part);
     let mut patch_load = [zero; 4];
     for c in &found {
         patch_load[c.body.index()] += state.slots[c.slot].load_n;
@@ -371,7 +375,9 @@ pub fn step<R: Real, const NC: usize>(
         dt_s: dt,
         free: [v_free.x, v_free.y, v_free.z, w_free.x, w_free.y, w_free.z, jaw_free],
     };
+    let part = probe::span(Part::Cone);
     let solution = cone::solve(&points, &bodies, &state.velocity, &ConeOptions::default());
+    drop(part);
     let mut output = StepOutput {
         status: solution.status,
         residual_n: solution.residual_n,

@@ -9,6 +9,7 @@ pub mod blind;
 pub mod calibrate;
 pub mod check;
 pub mod compare;
+pub mod cost;
 pub mod demo;
 pub mod diagnose;
 pub mod findings;
@@ -70,6 +71,8 @@ enum Command {
     Lcp(lcp::Args),
     /// Score the predictor: lead times and false alarms for slip and drop, beside simple thresholds
     Score(score::Args),
+    /// Count the instructions of the tick and its parts on the emulated board
+    Cost(cost::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
     Stream(stream::Args),
 }
@@ -92,6 +95,7 @@ impl Command {
             Command::Findings(args) => findings::run(args, output),
             Command::Lcp(args) => lcp::run(args, output),
             Command::Score(args) => score::run(args, output),
+            Command::Cost(args) => cost::run(args, output),
             Command::Stream(args) => stream::run(args, output),
         }
     }

@@ -137,7 +137,8 @@ fn find(
     Ok((ordinal, info.clone()))
 }
 
-fn default_model() -> Model<f64> {
+/// The model where none is given.
+pub(super) fn default_model() -> Model<f64> {
     Model {
         base: Base::Hard,
         friction: Friction { finger: 0.4, pusher: 0.25, support: 0.3 },

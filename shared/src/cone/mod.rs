@@ -26,13 +26,23 @@
 //! Certificate: forces obey the contact law by construction, so the only error is that of
 //! the momentum balance; it is returned in newtons with every solution.
 
+mod linear;
+mod patch;
+
 use crate::real::{Real, Vec3, most};
 use heapless::Vec;
+use linear::Factors;
+use patch::{Local, Patch, add_slopes, subtract_forces};
 
 /// Most contact points of one solve.
 pub const MAX_POINTS: usize = 64;
 /// Unknowns: linear velocity (3), angular velocity (3), opening speed of the jaw.
 pub const DOF: usize = 7;
+
+/// A step that left less than this share of the merit (sum of squares) was a good one.
+const GOOD: f64 = 0.04;
+/// Most steps that reuse the factors of the last one.
+const POLISH_STEPS: u8 = 3;
 
 /// What became of a solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -93,8 +103,10 @@ pub struct ConeSolution<R: Real, const NC: usize> {
     pub status: ConeStatus,
     /// Largest error of the momentum balance, N (torques divided by the radius of gyration).
     pub residual_n: R,
-    /// Newton steps taken.
+    /// Newton steps taken, each with one factorisation.
     pub iterations: u32,
+    /// Evaluations of the momentum balance.
+    pub evaluations: u32,
 }
 
 /// Limits of the iteration.
@@ -128,65 +140,6 @@ enum Bound<'a, R> {
 type Vec7<R> = [R; DOF];
 type Mat7<R> = [[R; DOF]; DOF];
 
-/// Force of one contact and its negative derivative with respect to `u`.
-struct Response<R> {
-    force: [R; 3],
-    /// `-d f_i / d u_j`; the normal row has only its diagonal.
-    slope: [[R; 3]; 3],
-}
-
-fn respond<R: Real>(point: &ConePoint<R>, u: [R; 3], frozen: Option<R>) -> Response<R> {
-    let zero = R::zero();
-    let [kn, k1, k2] = point.stiffness_n_s_m;
-    let pressed = -kn * u[0];
-    let touching = pressed > -point.adhesion_n;
-    let normal = if touching { pressed } else { -point.adhesion_n };
-    let mut slope = [[zero; 3]; 3];
-    if touching {
-        slope[0][0] = kn;
-    }
-    let bound = match frozen {
-        Some(given) => given,
-        None => normal + point.adhesion_n,
-    };
-    let [mu1, mu2] = point.mu;
-    if !(bound > zero && mu1 > zero && mu2 > zero) {
-        return Response { force: [normal, zero, zero], slope };
-    }
-    // In tangents scaled by mu the cone is a disc of radius `bound`.
-    let y1 = -k1 * u[1] / mu1;
-    let y2 = -k2 * u[2] / mu2;
-    let square = y1 * y1 + y2 * y2;
-    if square <= bound * bound {
-        slope[1][1] = k1;
-        slope[2][2] = k2;
-        return Response { force: [normal, mu1 * y1, mu2 * y2], slope };
-    }
-    let inverse = R::one() / square.root();
-    let (e1, e2) = (y1 * inverse, y2 * inverse);
-    let (q1, q2) = (mu1 * e1, mu2 * e2);
-    let s = bound * inverse;
-    slope[1][1] = s * (R::one() - e1 * e1) * k1;
-    slope[1][2] = -s * mu1 * e1 * e2 * k2 / mu2;
-    slope[2][1] = -s * mu2 * e2 * e1 * k1 / mu1;
-    slope[2][2] = s * (R::one() - e2 * e2) * k2;
-    if touching && frozen.is_none() {
-        slope[1][0] = q1 * kn;
-        slope[2][0] = q2 * kn;
-    }
-    Response { force: [normal, bound * q1, bound * q2], slope }
-}
-
-fn relative_velocity<R: Real>(p: &ConePoint<R>, v: &Vec7<R>) -> [R; 3] {
-    let w = Vec3::new(v[3], v[4], v[5]);
-    let at = Vec3::new(v[0], v[1], v[2]) + w.cross(&p.lever_m);
-    [
-        p.axes[0].dot(&at) + p.jaw * v[6] + p.bias_m_s[0],
-        p.axes[1].dot(&at) + p.bias_m_s[1],
-        p.axes[2].dot(&at) + p.bias_m_s[2],
-    ]
-}
-
 /// The balance `F(v)`, a scale of its terms (N), and optionally its Jacobian.
 struct Balance<R> {
     f: Vec7<R>,
@@ -202,16 +155,18 @@ impl<R: Real> Balance<R> {
     }
 }
 
-/// A solve in progress: the problem and its scaling.
+/// A solve in progress. Angular velocities are multiplied by the radius of gyration, moments
+/// divided by it: all components of a vector are then comparable.
 struct Problem<'a, R: Real> {
-    points: &'a [ConePoint<R>],
+    patches: &'a [Patch<R>],
+    points: &'a mut [Local<R>],
     /// `M / dt`.
     momentum: [[R; 3]; 3],
     mass_rate: R,
     jaw_rate: R,
     free: Vec7<R>,
-    /// Radius of gyration, m: weighs torques against forces.
-    radius_m: R,
+    /// Evaluations of the balance made.
+    evaluations: u32,
 }
 
 impl<R: Real> Problem<'_, R> {
@@ -232,165 +187,61 @@ impl<R: Real> Problem<'_, R> {
         ]
     }
 
-    fn balance(&self, v: &Vec7<R>, bound: Bound<'_, R>, mut jacobian: Option<&mut Mat7<R>>) -> Balance<R> {
-        let zero = R::zero();
+    /// The balance at `v`; the points keep their answers for [`Self::slopes`].
+    fn balance(&mut self, v: &Vec7<R>, bound: Bound<'_, R>) -> Balance<R> {
+        self.evaluations += 1;
         let mut f = self.inertial(v);
-        let mut scale = f.iter().take(3).fold(R::of(1e-6), |s, x| most(s, x.abs()));
-        scale = most(scale, f[6].abs());
-        let mut rounding = zero;
+        let mut scale = R::of(1e-6);
+        for k in [0, 1, 2, 6] {
+            scale = most(scale, magnitude(f[k]));
+        }
+        let mut rounding = R::zero();
         for (v, free) in v.iter().zip(self.free.iter()).take(3) {
-            rounding = most(rounding, self.mass_rate * (v.abs() + free.abs()));
+            rounding = most(rounding, self.mass_rate * (magnitude(*v) + magnitude(*free)));
         }
-        if let Some(h) = jacobian.as_deref_mut() {
-            *h = [[zero; DOF]; DOF];
-            for i in 0..3 {
-                h[i][i] = self.mass_rate;
-                for j in 0..3 {
-                    h[3 + i][3 + j] = self.momentum[i][j];
-                }
-            }
-            h[6][6] = self.jaw_rate;
-        }
-        for (i, p) in self.points.iter().enumerate() {
-            let u = relative_velocity(p, v);
-            let frozen = match bound {
-                Bound::Coupled => None,
-                Bound::Frozen(b) => Some(b.get(i).copied().unwrap_or(zero)),
-            };
-            let r = respond(p, u, frozen);
-            if r.force[0] == zero && r.slope[0][0] == zero && r.force[1] == zero && r.force[2] == zero {
-                continue;
-            }
-            let force = p.axes[0] * r.force[0] + p.axes[1] * r.force[1] + p.axes[2] * r.force[2];
-            let torque = p.lever_m.cross(&force);
-            for k in 0..3 {
-                f[k] -= force[k];
-                f[3 + k] -= torque[k];
-            }
-            f[6] -= p.jaw * r.force[0];
-            scale = most(scale, r.force[0].abs());
-            rounding = most(rounding, p.stiffness_n_s_m[0] * (u[0].abs() + p.bias_m_s[0].abs()));
-            let across = u[1].abs() + p.bias_m_s[1].abs() + u[2].abs() + p.bias_m_s[2].abs();
-            rounding = most(rounding, r.slope[1][1] * across);
-            if let Some(h) = jacobian.as_deref_mut() {
-                add_slope(h, p, &r.slope);
-            }
-        }
+        subtract_forces(self.patches, self.points, v, bound, &mut f, &mut scale, &mut rounding);
         Balance { f, scale_n: scale, rounding_n: rounding * R::of(32.0) * R::EPSILON }
     }
 
-    /// Largest entry in newtons.
-    fn size(&self, f: &Vec7<R>) -> R {
-        let mut s = R::zero();
-        for (i, x) in f.iter().enumerate() {
-            let n = if (3..6).contains(&i) { x.abs() / self.radius_m } else { x.abs() };
-            // A NaN must win: it is the worst residual there is.
-            if !(n <= s) {
-                s = n;
+    /// Factors of the Jacobian where the last balance was taken.
+    fn slopes(&self, bound: Bound<'_, R>) -> Option<Factors<R>> {
+        let mut h = [[R::zero(); DOF]; DOF];
+        for i in 0..3 {
+            h[i][i] = self.mass_rate;
+            for j in 0..3 {
+                h[3 + i][3 + j] = self.momentum[i][j];
             }
         }
-        s
-    }
-
-    /// Sum of squares in newtons, the merit of a line search.
-    fn merit(&self, f: &Vec7<R>) -> R {
-        let mut s = R::zero();
-        for (i, x) in f.iter().enumerate() {
-            let n = if (3..6).contains(&i) { *x / self.radius_m } else { *x };
-            s += n * n;
-        }
-        s
+        h[6][6] = self.jaw_rate;
+        add_slopes(self.patches, self.points, bound, &mut h);
+        Factors::of(&h)
     }
 }
 
-/// Adds `J' S J` of one contact.
-fn add_slope<R: Real>(h: &mut Mat7<R>, p: &ConePoint<R>, s: &[[R; 3]; 3]) {
-    let [n, t1, t2] = &p.axes;
-    // Columns of S contracted with the axes: force change per unit relative velocity.
-    let gn = n * s[0][0] + t1 * s[1][0] + t2 * s[2][0];
-    let g1 = t1 * s[1][1] + t2 * s[2][1];
-    let g2 = t1 * s[1][2] + t2 * s[2][2];
-    let r = &p.lever_m;
-    // d(relative velocity)/d(angular velocity) along each axis.
-    let (an, a1, a2) = (r.cross(n), r.cross(t1), r.cross(t2));
-    // d(torque)/d(relative velocity) along each axis.
-    let (mn, m1, m2) = (r.cross(&gn), r.cross(&g1), r.cross(&g2));
-    for i in 0..3 {
-        for j in 0..3 {
-            h[i][j] += gn[i] * n[j] + g1[i] * t1[j] + g2[i] * t2[j];
-            h[i][3 + j] += gn[i] * an[j] + g1[i] * a1[j] + g2[i] * a2[j];
-            h[3 + i][j] += mn[i] * n[j] + m1[i] * t1[j] + m2[i] * t2[j];
-            h[3 + i][3 + j] += mn[i] * an[j] + m1[i] * a1[j] + m2[i] * a2[j];
-        }
-        if p.jaw != R::zero() {
-            h[i][6] += gn[i] * p.jaw;
-            h[3 + i][6] += mn[i] * p.jaw;
-            h[6][i] += p.jaw * s[0][0] * n[i];
-            h[6][3 + i] += p.jaw * s[0][0] * an[i];
+/// Largest entry, N.
+fn size<R: Real>(f: &Vec7<R>) -> R {
+    let mut s = R::zero();
+    for x in f {
+        let n = magnitude(*x);
+        // A NaN must win: it is the worst residual there is.
+        if !(n <= s) {
+            s = n;
         }
     }
-    h[6][6] += p.jaw * p.jaw * s[0][0];
+    s
 }
 
-/// Solves `A x = b` in place by elimination with row pivoting; `None` where A is singular.
-fn eliminate<R: Real>(a: &mut Mat7<R>, b: &mut Vec7<R>) -> Option<()> {
-    for k in 0..DOF {
-        let mut pivot = k;
-        for i in k + 1..DOF {
-            if a[i][k].abs() > a[pivot][k].abs() {
-                pivot = i;
-            }
-        }
-        if !(a[pivot][k].abs() > R::zero()) {
-            return None;
-        }
-        a.swap(k, pivot);
-        b.swap(k, pivot);
-        let inverse = R::one() / a[k][k];
-        let row = a[k];
-        let right = b[k];
-        for i in k + 1..DOF {
-            let m = a[i][k] * inverse;
-            if m != R::zero() {
-                for j in k + 1..DOF {
-                    a[i][j] -= m * row[j];
-                }
-                b[i] -= m * right;
-            }
-        }
+/// Sum of squares, the merit of a line search.
+fn merit<R: Real>(f: &Vec7<R>) -> R {
+    let mut s = R::zero();
+    for x in f {
+        s += *x * *x;
     }
-    for k in (0..DOF).rev() {
-        let mut s = b[k];
-        for j in k + 1..DOF {
-            s -= a[k][j] * b[j];
-        }
-        b[k] = s / a[k][k];
-    }
-    b.iter().all(|x| x.finite()).then_some(())
+    s
 }
 
-fn newton_direction<R: Real>(h: &Mat7<R>, f: &Vec7<R>, radius: R) -> Option<Vec7<R>> {
-    // Angles are measured as arc length at the radius of gyration: rows and columns of
-    // one magnitude, so that pivoting compares like with like.
-    let mut a = *h;
-    let mut b = *f;
-    let scale = R::one() / radius;
-    for i in 0..DOF {
-        for j in 0..DOF {
-            if (3..6).contains(&i) {
-                a[i][j] *= scale;
-            }
-            if (3..6).contains(&j) {
-                a[i][j] *= scale;
-            }
-        }
-        b[i] = if (3..6).contains(&i) { -b[i] * scale } else { -b[i] };
-    }
-    eliminate(&mut a, &mut b)?;
-    for x in b.iter_mut().take(6).skip(3) {
-        *x *= scale;
-    }
-    Some(b)
+fn magnitude<R: Real>(x: R) -> R {
+    if x < R::zero() { -x } else { x }
 }
 
 fn advance<R: Real>(v: &Vec7<R>, d: &Vec7<R>, step: R) -> Vec7<R> {
@@ -440,29 +291,54 @@ pub fn solve<R: Real, const NC: usize>(
             status: ConeStatus::BadInput,
             residual_n: R::zero(),
             iterations: 0,
+            evaluations: 0,
         };
     }
     let rate = R::one() / bodies.dt_s;
-    let mut momentum = bodies.inertia_kg_m2;
-    let trace = momentum[0][0] + momentum[1][1] + momentum[2][2];
-    momentum.iter_mut().flatten().for_each(|x| *x *= rate);
-    let problem = Problem {
-        points,
-        momentum,
+    let inertia = &bodies.inertia_kg_m2;
+    let trace = inertia[0][0] + inertia[1][1] + inertia[2][2];
+    let radius = (trace / (R::of(3.0) * bodies.mass_kg)).root();
+    let scale = R::one() / radius;
+    let mut patches: Vec<Patch<R>, NC> = Vec::new();
+    let mut locals: Vec<Local<R>, NC> = Vec::new();
+    let mut rest = points.as_slice();
+    while let Some(patch) = Patch::first(rest, scale) {
+        let (own, others) = rest.split_at(patch.count.min(rest.len()));
+        rest = others;
+        // The capacities are that of `points`: nothing is refused.
+        let _ = patches.push(patch);
+        for p in own {
+            let _ = locals.push(patch.local(p, scale));
+        }
+    }
+    let scaled = |v: &Vec7<R>, by: R| {
+        let mut v = *v;
+        for x in v.iter_mut().take(6).skip(3) {
+            *x *= by;
+        }
+        v
+    };
+    let mut problem = Problem {
+        patches: &patches,
+        points: &mut locals,
+        momentum: inertia.map(|row| row.map(|x| x * rate * scale * scale)),
         mass_rate: bodies.mass_kg * rate,
         jaw_rate: bodies.jaw_mass_kg * rate,
-        free: bodies.free,
-        radius_m: (trace / (R::of(3.0) * bodies.mass_kg)).root(),
+        free: scaled(&bodies.free, radius),
+        evaluations: 0,
     };
-    let start = if guess.iter().all(|x| x.finite()) { *guess } else { bodies.free };
-    let (velocity, residual_n, status, iterations) = problem.coupled(start, options);
-    let mut force_n = Vec::new();
-    for p in points {
-        let u = relative_velocity(p, &velocity);
-        // Capacity is that of `points`, so this cannot fail.
-        let _ = force_n.push(respond(p, u, None).force);
+    let start = if guess.iter().all(|x| x.finite()) { guess } else { &bodies.free };
+    let (velocity, residual_n, status, iterations) = problem.coupled(scaled(start, radius), options);
+    if status != ConeStatus::Solved {
+        // What was evaluated last need not be the best.
+        problem.balance(&velocity, Bound::Coupled);
     }
-    ConeSolution { velocity, force_n, status, residual_n, iterations }
+    let evaluations = problem.evaluations;
+    let mut force_n = Vec::new();
+    for p in &locals {
+        let _ = force_n.push(p.given_force());
+    }
+    ConeSolution { velocity: scaled(&velocity, scale), force_n, status, residual_n, iterations, evaluations }
 }
 
 /// Where an iteration stands.
@@ -486,7 +362,7 @@ impl<R: Real> Problem<'_, R> {
     /// Newton on the real problem; where its descent stalls, the Tresca fixed point (bounds
     /// frozen, convex problem minimised, bounds updated with a relaxation that halves when
     /// the update turns back), with a few Newton steps on the real problem after each.
-    fn coupled(&self, start: Vec7<R>, options: &ConeOptions<R>) -> (Vec7<R>, R, ConeStatus, u32) {
+    fn coupled(&mut self, start: Vec7<R>, options: &ConeOptions<R>) -> (Vec7<R>, R, ConeStatus, u32) {
         let mut p = Progress { velocity: start, best: start, best_size_n: R::of(1e30), used: 0 };
         let mut phase = self.newton(&mut p, options, options.max_iterations);
         if phase == Phase::Stalled {
@@ -529,15 +405,12 @@ impl<R: Real> Problem<'_, R> {
     }
 
     /// At most `steps` Newton steps with a line search on the size of the balance.
-    fn newton(&self, p: &mut Progress<R>, options: &ConeOptions<R>, steps: u32) -> Phase {
-        let mut jacobian = [[R::zero(); DOF]; DOF];
+    fn newton(&mut self, p: &mut Progress<R>, options: &ConeOptions<R>, steps: u32) -> Phase {
         let mut taken = 0;
         let mut trusted = 0u8;
-        let mut at = self.balance(&p.velocity, Bound::Coupled, Some(&mut jacobian));
-        // Matrix and balance of the full step: mostly the next iterate's.
-        let mut ahead = jacobian;
+        let mut at = self.balance(&p.velocity, Bound::Coupled);
         loop {
-            let size = self.size(&at.f);
+            let size = size(&at.f);
             let solved = size <= at.tolerance_n(options);
             if solved || size < p.best_size_n {
                 p.best = p.velocity;
@@ -554,64 +427,100 @@ impl<R: Real> Problem<'_, R> {
             }
             taken += 1;
             p.used += 1;
-            let Some(d) = newton_direction(&jacobian, &at.f, self.radius_m) else {
+            let Some(factors) = self.slopes(Bound::Coupled) else {
                 return Phase::Singular;
             };
-            let merit = self.merit(&at.f);
-            let enough = |m: R, step: R| m < merit * (R::one() - R::of(0.1) * step);
+            let Some(d) = factors.solve_negative(&at.f) else {
+                return Phase::Singular;
+            };
+            let before = merit(&at.f);
+            let enough = |m: R, step: R| m < before * (R::one() - R::of(0.1) * step);
             let full = advance(&p.velocity, &d, R::one());
-            let there = self.balance(&full, Bound::Coupled, Some(&mut ahead));
+            let there = self.balance(&full, Bound::Coupled);
+            if enough(merit(&there.f), R::one()) {
+                p.velocity = full;
+                at = there;
+                if merit(&at.f) < before * R::of(GOOD) {
+                    at = self.polish(p, at, &factors, options);
+                }
+                continue;
+            }
             let mut shorter = None;
-            let accepted = enough(self.merit(&there.f), R::one());
-            if !accepted {
-                let mut step = R::one();
-                for _ in 0..3 {
-                    step *= R::of(0.4);
-                    let trial = advance(&p.velocity, &d, step);
-                    if enough(self.merit(&self.balance(&trial, Bound::Coupled, None).f), step) {
-                        shorter = Some(trial);
-                        break;
-                    }
+            let mut step = R::one();
+            for _ in 0..3 {
+                step *= R::of(0.4);
+                let trial = advance(&p.velocity, &d, step);
+                let there = self.balance(&trial, Bound::Coupled);
+                if enough(merit(&there.f), step) {
+                    shorter = Some((trial, there));
+                    break;
                 }
             }
-            match shorter {
-                Some(trial) => {
-                    p.velocity = trial;
-                    at = self.balance(&trial, Bound::Coupled, Some(&mut jacobian));
-                }
-                // Kinks of the law make the size rise before it falls: a few full steps are
-                // taken on trust.
-                None if accepted || trusted < 3 => {
-                    trusted += u8::from(!accepted);
-                    p.velocity = full;
-                    at = there;
-                    jacobian = ahead;
+            // Kinks of the law make the size rise before it falls: a few full steps are
+            // taken on trust.
+            let (trial, there) = match shorter {
+                Some(found) => found,
+                None if trusted < 3 => {
+                    trusted += 1;
+                    (full, self.balance(&full, Bound::Coupled))
                 }
                 None => return Phase::Stalled,
-            }
+            };
+            p.velocity = trial;
+            at = there;
         }
     }
 
+    /// Further steps with the same factors while they are worth their cost: a step without a
+    /// new matrix costs a fifth of one with it.
+    fn polish(
+        &mut self,
+        p: &mut Progress<R>,
+        mut at: Balance<R>,
+        factors: &Factors<R>,
+        options: &ConeOptions<R>,
+    ) -> Balance<R> {
+        for _ in 0..POLISH_STEPS {
+            if size(&at.f) <= at.tolerance_n(options) {
+                break;
+            }
+            let Some(d) = factors.solve_negative(&at.f) else { break };
+            let trial = advance(&p.velocity, &d, R::one());
+            let there = self.balance(&trial, Bound::Coupled);
+            let (before, after) = (merit(&at.f), merit(&there.f));
+            if !(after < before) {
+                // The points answer for the velocity that is kept.
+                return self.balance(&p.velocity, Bound::Coupled);
+            }
+            p.velocity = trial;
+            at = there;
+            if !(after < before * R::of(GOOD)) {
+                break;
+            }
+        }
+        at
+    }
+
     /// Friction bound of each contact from its normal force at `v`.
-    fn normal_bounds(&self, v: &Vec7<R>, bounds: &mut [R; MAX_POINTS]) {
+    fn normal_bounds(&mut self, v: &Vec7<R>, bounds: &mut [R; MAX_POINTS]) {
+        self.balance(v, Bound::Coupled);
         for (b, p) in bounds.iter_mut().zip(self.points.iter()) {
-            let r = respond(p, relative_velocity(p, v), None);
-            *b = most(r.force[0] + p.adhesion_n, R::zero());
+            *b = p.bound();
         }
     }
 
     /// Minimises the convex problem with the friction bounds held fixed.
-    fn frozen(&self, start: Vec7<R>, bounds: &[R], used: &mut u32, options: &ConeOptions<R>) -> Vec7<R> {
+    fn frozen(&mut self, start: Vec7<R>, bounds: &[R], used: &mut u32, options: &ConeOptions<R>) -> Vec7<R> {
         let mut v = start;
         let bound = Bound::Frozen(bounds);
-        let mut jacobian = [[R::zero(); DOF]; DOF];
         for _ in 0..20 {
-            let at = self.balance(&v, bound, Some(&mut jacobian));
-            if self.size(&at.f) <= at.tolerance_n(options) || *used >= options.max_iterations {
+            let at = self.balance(&v, bound);
+            if size(&at.f) <= at.tolerance_n(options) || *used >= options.max_iterations {
                 break;
             }
             *used += 1;
-            let Some(d) = newton_direction(&jacobian, &at.f, self.radius_m) else {
+            let direction = self.slopes(bound).and_then(|factors| factors.solve_negative(&at.f));
+            let Some(d) = direction else {
                 break;
             };
             // F is the gradient of a convex function: along a descent direction its
@@ -620,7 +529,7 @@ impl<R: Real> Problem<'_, R> {
             let slope = along(&at.f);
             let mut step = R::one();
             for _ in 0..12 {
-                let s = along(&self.balance(&advance(&v, &d, step), bound, None).f);
+                let s = along(&self.balance(&advance(&v, &d, step), bound).f);
                 if s <= R::of(-0.5) * slope {
                     break;
                 }
