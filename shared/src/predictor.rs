@@ -16,11 +16,11 @@
 //! the intended direction, slip while holding, sag and rotation beyond their limits are
 //! flagged as unexpected.
 
-use crate::cone::ConeStatus;
+use crate::cone::{ConeOptions, ConeStatus};
 use crate::contact::SLOTS;
 use crate::model::{FingerContact, Model, Scene, Shape};
 use crate::real::{Real, Vec3, clamp, least, most};
-use crate::step::{Drive, State, StepOutput, step};
+use crate::step::{Drive, State, StepSummary, Workspace, step_in};
 use crate::track::{PathFilter, Pose, Poses, drive_between, seat, settle, support_pose};
 use heapless::Vec;
 use postcard_schema::Schema;
@@ -490,7 +490,8 @@ impl<R: Real> Predictor<R> {
             self.tracked = Some(tracked);
             return None;
         };
-        let mut out = advance(&self.scene, &self.model, &mut tracked.state, &drive);
+        let mut work = Workspace::new();
+        let mut out = advance(&self.scene, &self.model, &mut tracked.state, &drive, &mut work);
         let mut worst = Worst::default();
         worst.note(&out);
         tracked.poses = poses;
@@ -514,7 +515,7 @@ impl<R: Real> Predictor<R> {
             doubt |= validity::NO_PLAN;
         }
         let mut p = self.describe(&tracked, &out, sample, &mut doubt);
-        self.look_ahead(&tracked, &drive, sample, &present, &mut p, &mut worst);
+        self.look_ahead(&tracked, &drive, sample, &present, &mut p, &mut worst, &mut work);
         judge(&mut p, present.intent, &self.limits, tracked.pushing);
         if worst.status != ConeStatus::Solved {
             doubt |= validity::SOLVER;
@@ -576,7 +577,7 @@ impl<R: Real> Predictor<R> {
     fn describe(
         &self,
         tracked: &Tracked<R>,
-        out: &StepOutput<R, SLOTS>,
+        out: &StepSummary<R>,
         sample: &Sample<R>,
         doubt: &mut u32,
     ) -> Prediction {
@@ -638,6 +639,7 @@ impl<R: Real> Predictor<R> {
         (tangential * tangential + torsion * torsion).root()
     }
 
+    #[allow(clippy::too_many_arguments)]
     fn look_ahead(
         &self,
         tracked: &Tracked<R>,
@@ -646,6 +648,7 @@ impl<R: Real> Predictor<R> {
         present: &Segment,
         p: &mut Prediction,
         worst: &mut Worst<R>,
+        work: &mut Workspace<R, SLOTS>,
     ) {
         let horizon = R::of(f64::from(self.limits.horizon_s));
         let dt = clamp(horizon / R::of(f64::from(LOOK_AHEAD_STEPS)), R::of(1e-3), R::of(LONGEST_STEP_S));
@@ -684,7 +687,7 @@ impl<R: Real> Predictor<R> {
             let Some(next) = drive_between(&from, &to, &tracked.reference_m, grip, self.trial) else {
                 break;
             };
-            let out = step(&self.scene, &self.model, &mut state, &next);
+            let out = step_in(&self.scene, &self.model, &mut state, &next, &ConeOptions::look_ahead(), work);
             worst.note(&out);
             ahead += dt;
             let when = ahead.to_f64() as f32;
@@ -730,20 +733,22 @@ fn advance<R: Real>(
     model: &Model<R>,
     state: &mut State<R, SLOTS>,
     drive: &Drive<R>,
-) -> StepOutput<R, SLOTS> {
+    work: &mut Workspace<R, SLOTS>,
+) -> StepSummary<R> {
     let mut parts: u8 = 1;
     while drive.dt_s / R::of(f64::from(parts)) > R::of(LONGEST_STEP_S * 1.001) && parts < 16 {
         parts += 1;
     }
     let mut part = *drive;
     part.dt_s = drive.dt_s / R::of(f64::from(parts));
-    let mut out = step(scene, model, state, &part);
+    let options = ConeOptions::default();
+    let mut out = step_in(scene, model, state, &part, &options, work);
     for _ in 1..parts {
         for m in [&mut part.pusher, &mut part.support].into_iter().flatten() {
             m.position_m += m.velocity_m_s * part.dt_s;
             m.rotation = crate::step::turned(&m.rotation, &(m.angular_rad_s * part.dt_s));
         }
-        out = step(scene, model, state, &part);
+        out = step_in(scene, model, state, &part, &options, work);
     }
     out
 }
@@ -830,7 +835,7 @@ impl<R: Real> Default for Worst<R> {
 }
 
 impl<R: Real> Worst<R> {
-    fn note(&mut self, out: &StepOutput<R, SLOTS>) {
+    fn note(&mut self, out: &StepSummary<R>) {
         if out.status != ConeStatus::Solved {
             self.status = out.status;
         }
