@@ -15,6 +15,7 @@ pub mod contact;
 pub mod effects;
 pub mod health;
 pub mod lcp;
+mod look_ahead;
 pub mod model;
 pub mod observer;
 pub mod predictor;

@@ -7,7 +7,8 @@
 use crate::contact::{self, Body, Contacts};
 use crate::model::{Model, Scene};
 use crate::real::{Real, Rotation, Vec3, most};
-use crate::step::{Drive, Moving, State, step, support_under};
+use crate::cone::ConeOptions;
+use crate::step::{Drive, Moving, State, Workspace, step_in, support_under};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// Position (m) and rotation (local axes to world axes).
@@ -275,8 +276,9 @@ pub fn settle<R: Real, const NC: usize>(
     };
     state.absolute_m_s = Vec3::zeros();
     state.absolute_rad_s = Vec3::zeros();
+    let mut work = Workspace::new();
     for _ in 0..SETTLE_STEPS {
-        step(scene, &base, state, &still);
+        step_in(scene, &base, state, &still, &ConeOptions::default(), &mut work);
     }
     for slot in state.slots.iter_mut().take(2 * contact::FINGER_POINTS) {
         slot.spring_m = [R::zero(); 2];

@@ -44,6 +44,10 @@ const GOOD: f64 = 0.04;
 /// Most steps that reuse the factors of the last one.
 const POLISH_STEPS: u8 = 3;
 
+/// Iterations and relative tolerance of [`ConeOptions::look_ahead`].
+const LOOK_AHEAD_ITERATIONS: u32 = 12;
+const LOOK_AHEAD_TOLERANCE: f64 = 1e-3;
+
 /// What became of a solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum ConeStatus {
@@ -125,6 +129,14 @@ impl<R: Real> Default for ConeOptions<R> {
             // f32: what summing some twenty forces leaves; f64: far below any use.
             tolerance: most(R::of(100.0) * R::EPSILON, R::of(1e-10)),
         }
+    }
+}
+
+impl<R: Real> ConeOptions<R> {
+    /// For steps into the future, which is known far less exactly than a solve: the balance
+    /// to a thousandth of the largest force, few iterations.
+    pub fn look_ahead() -> Self {
+        Self { max_iterations: LOOK_AHEAD_ITERATIONS, tolerance: R::of(LOOK_AHEAD_TOLERANCE) }
     }
 }
 
@@ -253,41 +265,98 @@ fn advance<R: Real>(v: &Vec7<R>, d: &Vec7<R>, step: R) -> Vec7<R> {
 }
 
 fn valid<R: Real>(points: &[ConePoint<R>], bodies: &Bodies<R>) -> bool {
-    let positive = |x: R| x.finite() && x > R::zero();
+    let zero = R::zero();
     let i = &bodies.inertia_kg_m2;
-    positive(bodies.mass_kg)
-        && positive(bodies.jaw_mass_kg)
-        && positive(bodies.dt_s)
-        && bodies.free.iter().all(|x| x.finite())
-        && i.iter().flatten().all(|x| x.finite())
-        && (0..3).all(|k| positive(i[k][k]))
-        && points.iter().all(|p| {
-            p.lever_m.iter().all(|x| x.finite())
-                && p.axes.iter().all(|a| a.iter().all(|x| x.finite()))
-                && p.bias_m_s.iter().all(|x| x.finite())
-                && p.stiffness_n_s_m.iter().all(|k| positive(*k))
-                && p.mu.iter().all(|m| m.finite() && *m >= R::zero())
-                && p.adhesion_n.finite()
-                && p.adhesion_n >= R::zero()
-                && p.jaw.finite()
-        })
+    let mut probe = (bodies.mass_kg + bodies.jaw_mass_kg + bodies.dt_s) * zero;
+    let mut good = bodies.mass_kg > zero && bodies.jaw_mass_kg > zero && bodies.dt_s > zero;
+    for k in 0..3 {
+        good &= i[k][k] > zero;
+        probe += (i[k][0] + i[k][1] + i[k][2]) * zero;
+    }
+    for p in points {
+        let [n, t1, t2] = &p.axes;
+        let [k0, k1, k2] = p.stiffness_n_s_m;
+        good &= k0 > zero && k1 > zero && k2 > zero;
+        good &= p.mu[0] >= zero && p.mu[1] >= zero && p.adhesion_n >= zero;
+        let geometry = p.lever_m + n + t1 + t2;
+        let numbers = geometry.x + geometry.y + geometry.z + p.bias_m_s[0] + p.bias_m_s[1] + p.bias_m_s[2];
+        probe += (numbers + k0 + k1 + k2 + p.mu[0] + p.mu[1] + p.adhesion_n + p.jaw) * zero;
+    }
+    good && probe == zero && finite(&bodies.free)
 }
 
-/// Solves the step's contact problem, starting from the velocity `guess` (the last step's).
-///
-/// Points beyond [`MAX_POINTS`] make it `BadInput`.
-///
-/// Never panics; the work is bounded by `options.max_iterations` times the contacts.
+/// Working memory of a solve.
+#[derive(Clone, Debug)]
+pub struct Workspace<R: Real, const NC: usize> {
+    patches: Vec<Patch<R>, NC>,
+    locals: Vec<Local<R>, NC>,
+}
+
+impl<R: Real, const NC: usize> Workspace<R, NC> {
+    /// Empty.
+    pub fn new() -> Self {
+        Self { patches: Vec::new(), locals: Vec::new() }
+    }
+}
+
+impl<R: Real, const NC: usize> Default for Workspace<R, NC> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// What a solve says besides the forces; `velocity` is worth its `status` and `residual_n`.
+#[derive(Clone, Copy, Debug)]
+pub struct Solved<R> {
+    /// m/s, rad/s, m/s at the end of the step.
+    pub velocity: [R; DOF],
+    /// How far `velocity` can be trusted.
+    pub status: ConeStatus,
+    /// Largest error of the momentum balance, N (torques divided by the radius of gyration).
+    pub residual_n: R,
+    /// Newton steps taken, each with one factorisation.
+    pub iterations: u32,
+    /// Evaluations of the momentum balance.
+    pub evaluations: u32,
+}
+
+/// [`solve_in`] with its own working memory.
 pub fn solve<R: Real, const NC: usize>(
     points: &Vec<ConePoint<R>, NC>,
     bodies: &Bodies<R>,
     guess: &[R; DOF],
     options: &ConeOptions<R>,
 ) -> ConeSolution<R, NC> {
+    let mut force_n = Vec::new();
+    let s = solve_in(points, bodies, guess, options, &mut Workspace::new(), &mut force_n);
+    ConeSolution {
+        velocity: s.velocity,
+        force_n,
+        status: s.status,
+        residual_n: s.residual_n,
+        iterations: s.iterations,
+        evaluations: s.evaluations,
+    }
+}
+
+/// Solves the step's contact problem, starting from the velocity `guess` (the last step's);
+/// `force_n` gets the force on the object at each point along its axes (normal, tangents).
+///
+/// Points beyond [`MAX_POINTS`] make it `BadInput`.
+///
+/// Never panics; the work is bounded by `options.max_iterations` times the contacts.
+pub fn solve_in<R: Real, const NC: usize>(
+    points: &Vec<ConePoint<R>, NC>,
+    bodies: &Bodies<R>,
+    guess: &[R; DOF],
+    options: &ConeOptions<R>,
+    work: &mut Workspace<R, NC>,
+    force_n: &mut Vec<[R; 3], NC>,
+) -> Solved<R> {
+    force_n.clear();
     if points.len() > MAX_POINTS || !valid(points, bodies) {
-        return ConeSolution {
+        return Solved {
             velocity: *guess,
-            force_n: Vec::new(),
             status: ConeStatus::BadInput,
             residual_n: R::zero(),
             iterations: 0,
@@ -299,16 +368,16 @@ pub fn solve<R: Real, const NC: usize>(
     let trace = inertia[0][0] + inertia[1][1] + inertia[2][2];
     let radius = (trace / (R::of(3.0) * bodies.mass_kg)).root();
     let scale = R::one() / radius;
-    let mut patches: Vec<Patch<R>, NC> = Vec::new();
-    let mut locals: Vec<Local<R>, NC> = Vec::new();
+    work.patches.clear();
+    work.locals.clear();
     let mut rest = points.as_slice();
     while let Some(patch) = Patch::first(rest, scale) {
         let (own, others) = rest.split_at(patch.count.min(rest.len()));
         rest = others;
         // The capacities are that of `points`: nothing is refused.
-        let _ = patches.push(patch);
+        let _ = work.patches.push(patch);
         for p in own {
-            let _ = locals.push(patch.local(p, scale));
+            let _ = work.locals.push(patch.local(p, scale));
         }
     }
     let scaled = |v: &Vec7<R>, by: R| {
@@ -319,26 +388,34 @@ pub fn solve<R: Real, const NC: usize>(
         v
     };
     let mut problem = Problem {
-        patches: &patches,
-        points: &mut locals,
+        patches: &work.patches,
+        points: &mut work.locals,
         momentum: inertia.map(|row| row.map(|x| x * rate * scale * scale)),
         mass_rate: bodies.mass_kg * rate,
         jaw_rate: bodies.jaw_mass_kg * rate,
         free: scaled(&bodies.free, radius),
         evaluations: 0,
     };
-    let start = if guess.iter().all(|x| x.finite()) { guess } else { &bodies.free };
+    let start = if finite(guess) { guess } else { &bodies.free };
     let (velocity, residual_n, status, iterations) = problem.coupled(scaled(start, radius), options);
     if status != ConeStatus::Solved {
         // What was evaluated last need not be the best.
         problem.balance(&velocity, Bound::Coupled);
     }
     let evaluations = problem.evaluations;
-    let mut force_n = Vec::new();
-    for p in &locals {
+    for p in &work.locals {
         let _ = force_n.push(p.given_force());
     }
-    ConeSolution { velocity: scaled(&velocity, scale), force_n, status, residual_n, iterations, evaluations }
+    Solved { velocity: scaled(&velocity, scale), status, residual_n, iterations, evaluations }
+}
+
+/// Only finite numbers times zero add up to zero: one test for many.
+fn finite<'a, R: Real>(numbers: impl IntoIterator<Item = &'a R>) -> bool {
+    let mut probe = R::zero();
+    for x in numbers {
+        probe += *x * R::zero();
+    }
+    probe == R::zero()
 }
 
 /// Where an iteration stands.

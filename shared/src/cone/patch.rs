@@ -13,7 +13,7 @@ use super::{Bound, ConePoint, Mat7, Vec7};
 use crate::real::{Real, Vec3, most};
 
 /// Axes and centre of a patch, and how many points it has.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Patch<R: Real> {
     /// Normal and tangents, right-handed.
     axes: [Vec3<R>; 3],
@@ -23,7 +23,7 @@ pub(super) struct Patch<R: Real> {
 }
 
 /// What friction does at a point.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Friction {
     None,
     Stick,
@@ -31,7 +31,7 @@ enum Friction {
 }
 
 /// A point in the axes of its patch, and its answer to the last velocity it was shown.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Local<R> {
     at: [R; 3],
     bias: [R; 3],
