@@ -6,9 +6,7 @@ use std::path::Path;
 use postcard_rpc::{Endpoint, Topic};
 use proptest::prelude::*;
 use stickslip_host::dataset::Index;
-use stickslip_shared::model::{
-    Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape,
-};
+use stickslip_shared::model::{Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape};
 use stickslip_shared::predictor::{Intent, Limits, Plan, Predictor, Segment, flags, validity};
 use stickslip_shared::shape::inertia;
 use stickslip_shared::wire::frame::{FrameError, FrameReader, MAX_LINE, encode};

@@ -18,13 +18,40 @@ use crate::track::{Pose, Poses, drive_between};
 pub const LOOK_AHEAD_STEPS: u8 = 5;
 /// Longest single step of the model.
 pub(crate) const LONGEST_STEP_S: f64 = 0.02;
+/// Work of a tick beyond which the look-ahead waits for the next one: about half a tick of
+/// the emulated board.
+const ENOUGH_WORK: u32 = 75;
+/// Work beyond which not even a first step is begun: the dearest step still ends in time.
+const MOST_WORK: u32 = 116;
 /// Work of a Newton step besides its evaluations: matrix and factors cost four of them.
 const FACTORS_WORK: u32 = 4;
+/// Work of a step around its solve; each effect adds half a unit a contact point.
+const AROUND_WORK: u32 = 8;
 
 /// Work of a step, in evaluations of the momentum balance.
-pub(crate) fn work_of<R: Real>(out: &StepSummary<R>) -> u32 {
-    // What surrounds a solve costs about two.
-    out.iterations.saturating_mul(FACTORS_WORK).saturating_add(out.evaluations).saturating_add(2)
+fn work_of<R: Real>(out: &StepSummary<R>) -> u32 {
+    let around = AROUND_WORK.saturating_add(u32::from(out.hooks) / 2);
+    out.iterations.saturating_mul(FACTORS_WORK).saturating_add(out.evaluations).saturating_add(around)
+}
+
+/// Work done in a tick.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Work {
+    done: u32,
+    steps_ahead: u8,
+}
+
+impl Work {
+    /// Books a step.
+    pub fn add<R: Real>(&mut self, out: &StepSummary<R>) {
+        self.done = self.done.saturating_add(work_of(out));
+    }
+
+    /// Whether this tick has room for a step of the look-ahead. One is done in nearly every
+    /// tick, so that it gets on however dear the present is.
+    pub fn room(&self) -> bool {
+        self.done < if self.steps_ahead == 0 { MOST_WORK } else { ENOUGH_WORK }
+    }
 }
 
 /// What does not change on the way.
@@ -105,7 +132,7 @@ impl<R: Real> Ahead<R> {
     pub fn go_on(
         &mut self,
         course: &Course<'_, R>,
-        budget: &mut u32,
+        work: &mut Work,
         space: &mut Workspace<R, SLOTS>,
         mut note: impl FnMut(&StepSummary<R>),
     ) -> Option<Foreseen<R>> {
@@ -113,7 +140,7 @@ impl<R: Real> Ahead<R> {
         let dt = clamp(course.horizon_s / steps, R::of(1e-3), R::of(LONGEST_STEP_S));
         let held = course.scene.fingers.is_some();
         while self.ahead_s < course.horizon_s {
-            if *budget == 0 {
+            if !work.room() {
                 return None;
             }
             let t_s = self.found.began_s + self.ahead_s;
@@ -138,7 +165,8 @@ impl<R: Real> Ahead<R> {
             let options = ConeOptions::look_ahead();
             let out = step_in(course.scene, course.model, &mut self.state, &drive, &options, space);
             note(&out);
-            *budget = budget.saturating_sub(work_of(&out));
+            work.add(&out);
+            work.steps_ahead = work.steps_ahead.saturating_add(1);
             self.found.marked |= out.status != ConeStatus::Solved;
             self.ahead_s += dt;
             let when = self.ahead_s.to_f64() as f32;

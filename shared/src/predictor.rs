@@ -19,21 +19,22 @@
 use crate::cone::{ConeOptions, ConeStatus};
 use crate::contact::SLOTS;
 use crate::health::Health;
-use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S, LOOK_AHEAD_STEPS, work_of};
+use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S, LOOK_AHEAD_STEPS, Work};
 use crate::model::{FingerContact, Model, Scene, Shape};
 use crate::observer::{Observed, Observer};
 use crate::real::{Real, Rotation, Vec3, least, most};
 use crate::step::{Drive, State, StepSummary, Workspace, step_in};
-use crate::track::{PathFilter, Pose, Poses, drive_between, seat, settle, support_pose};
+use crate::track::{PathFilter, Pose, Poses, Settling, drive_between, seat, support_pose};
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// Most segments of a plan.
 pub const MAX_SEGMENTS: usize = 8;
-/// Work of a tick, in evaluations of the momentum balance, beyond which the look-ahead waits
-/// for the next.
-const TICK_WORK: u32 = 100;
+/// Steps in which the object settles, a tick: four ticks at the start of a trial.
+const SETTLE_STEPS_A_TICK: u8 = 3;
+/// Most Newton steps of the step from sample to sample: a tick must end.
+const MOST_ITERATIONS: u32 = 22;
 /// Samples in a row that must show the object elsewhere before the model starts anew there.
 const STRAYED_SAMPLES: u8 = 3;
 /// A restart keeps jaw and contact memory where the jaw is within this of holding the object, m.
@@ -388,6 +389,8 @@ struct Tracked<R: Real> {
     apart: u8,
     /// Samples in a row whose measured pose has parted from the model's.
     strayed: u8,
+    /// The object still settles on what carries it.
+    settling: Option<Settling<R>>,
     /// A look-ahead under way.
     ahead: Option<Ahead<R>>,
     /// What the newest finished one found.
@@ -493,7 +496,7 @@ impl<R: Real> Predictor<R> {
         if let Some(p) = &mut seated.pusher {
             p.position_m += drive.carrier.inverse_transform_vector(&seat_m);
         }
-        settle(&self.scene, &self.model, &mut state, &seated);
+        let settling = Settling::begin(&self.scene, &self.model, &mut state, &seated);
         self.tracked = Some(Tracked {
             state,
             poses,
@@ -504,6 +507,7 @@ impl<R: Real> Predictor<R> {
             pushing: false,
             apart: 0,
             strayed: 0,
+            settling,
             ahead: None,
             foreseen: None,
             gripper: PathFilter::new(poses.carrier),
@@ -530,6 +534,9 @@ impl<R: Real> Predictor<R> {
             self.last = Prediction { drop_in_s: -1.0, validity: doubt, ..Prediction::default() };
             return self.last;
         }
+        if self.settle() {
+            return self.repeat(doubt | validity::WAITING);
+        }
         match self.follow(sample, doubt) {
             Some(p) => {
                 self.last = p;
@@ -537,6 +544,16 @@ impl<R: Real> Predictor<R> {
             }
             None => self.repeat(validity::SAMPLE),
         }
+    }
+
+    /// Settles the object for a tick; `false` where it has nothing to settle.
+    fn settle(&mut self) -> bool {
+        let Some(Tracked { state, settling, .. }) = &mut self.tracked else { return false };
+        let Some(going) = settling else { return false };
+        if going.go_on(&self.scene, &self.model, state, SETTLE_STEPS_A_TICK, &mut Workspace::new()) {
+            *settling = None;
+        }
+        true
     }
 
     fn repeat(&mut self, doubt: u32) -> Prediction {
@@ -878,9 +895,9 @@ impl<R: Real> Predictor<R> {
             support: tracked.support,
             reference_m: tracked.reference_m,
         };
-        let mut budget = TICK_WORK.saturating_sub(worst.work);
+        let mut done = worst.work;
         let mut begun = false;
-        while budget > 0 && !begun {
+        while done.room() && !begun {
             let mut ahead = tracked.ahead.take().unwrap_or_else(|| {
                 begun = true;
                 // A grip command that departs from the plan goes on doing so.
@@ -891,7 +908,7 @@ impl<R: Real> Predictor<R> {
                 });
                 Ahead::begin(&tracked.state, &tracked.poses, sample.t_s, pusher_m_s, departure_n)
             });
-            match ahead.go_on(&course, &mut budget, work, |out| worst.count(out)) {
+            match ahead.go_on(&course, &mut done, work, |out| worst.count(out)) {
                 Some(found) => tracked.foreseen = Some(found),
                 None => tracked.ahead = Some(ahead),
             }
@@ -908,7 +925,8 @@ impl<R: Real> Predictor<R> {
             Some(found) => {
                 let age_s = (sample.t_s - found.began_s).to_f64() as f32;
                 // Foreseen for a moment that has come without it: it is due.
-                let from_now = |after_s: f32| if after_s < 0.0 { after_s } else { (after_s - age_s).max(0.004) };
+                let from_now =
+                    |after_s: f32| if after_s < 0.0 { after_s } else { (after_s - age_s).max(0.004) };
                 for (k, f) in p.finger.iter_mut().enumerate() {
                     f.peak_utilisation = f.peak_utilisation.max(found.peak_utilisation[k]);
                     if f.slip_in_s < 0.0 && found.slip_after_s[k] >= 0.0 {
@@ -920,8 +938,7 @@ impl<R: Real> Predictor<R> {
                     p.drop_in_s = from_now(found.drop_after_s);
                 }
                 // Sag in the last carrier's axes: gravity has turned with it.
-                p.sag_ahead_m =
-                    self.sag(tracked, &found.carrier, present, &found.position_m).to_f64() as f32;
+                p.sag_ahead_m = self.sag(tracked, &found.carrier, present, &found.position_m).to_f64() as f32;
                 if found.marked {
                     *doubt |= validity::FORESIGHT;
                 }
@@ -953,7 +970,7 @@ fn advance<R: Real>(
     }
     let mut part = *drive;
     part.dt_s = drive.dt_s / R::of(f64::from(parts));
-    let options = ConeOptions::default();
+    let options = ConeOptions { max_iterations: MOST_ITERATIONS, ..ConeOptions::default() };
     let mut out = step_in(scene, model, state, &part, &options, work);
     for _ in 1..parts {
         for m in [&mut part.pusher, &mut part.support].into_iter().flatten() {
@@ -1038,20 +1055,20 @@ struct Worst<R> {
     status: ConeStatus,
     residual_n: R,
     iterations: u16,
-    /// Of the tick so far, in evaluations.
-    work: u32,
+    /// Of the tick so far.
+    work: Work,
 }
 
 impl<R: Real> Default for Worst<R> {
     fn default() -> Self {
-        Self { status: ConeStatus::Solved, residual_n: R::zero(), iterations: 0, work: 0 }
+        Self { status: ConeStatus::Solved, residual_n: R::zero(), iterations: 0, work: Work::default() }
     }
 }
 
 impl<R: Real> Worst<R> {
     /// A step of the look-ahead: its status goes with what it foresees.
     fn count(&mut self, out: &StepSummary<R>) {
-        self.work = self.work.saturating_add(work_of(out));
+        self.work.add(out);
         self.iterations = self.iterations.saturating_add(least(f64::from(out.iterations), 1e4) as u16);
     }
 

@@ -116,6 +116,8 @@ pub struct StepSummary<R: Real> {
     pub iterations: u32,
     /// Evaluations of the momentum balance.
     pub evaluations: u32,
+    /// Contact points times effects: how often an effect was asked for its friction.
+    pub hooks: u16,
     /// What the sensors would show at the end of the step.
     pub reading: Reading<R>,
     /// Share of the friction limit used by each finger, force and torsion together (1: slipping).
@@ -485,6 +487,7 @@ pub fn step_in<R: Real, const NC: usize>(
         residual_n: solution.residual_n,
         iterations: solution.iterations,
         evaluations: solution.evaluations,
+        hooks: (work.contacts.len() * model.effects.len()) as u16,
         reading: Reading {
             position_m: state.position_m,
             rotation: state.rotation,

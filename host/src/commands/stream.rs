@@ -7,7 +7,7 @@ use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
 use stickslip_shared::model::{Base, Friction, Model};
 use stickslip_shared::predictor::{flags, validity};
-use stickslip_shared::wire::{Info, TelemetryReport};
+use stickslip_shared::wire::{self, Info, TelemetryReport};
 
 use super::compare::read_model;
 use crate::dataset::Index;
@@ -289,10 +289,12 @@ fn report(output: &Output, outcome: &Outcome) {
         outcome.equal, outcome.compared
     ));
     if outcome.ticks_missed > 0 {
-        output.note(format_args!(
-            "{} ticks began a period late or later: the model is too dear for this board's 4 ms",
-            outcome.ticks_missed
-        ));
+        let period = f64::from(wire::TICK_US) * 1e-3;
+        output.note(if milliseconds(s.worst_cost) > period {
+            "the model is too dear for this board: a tick took longer than its period"
+        } else {
+            "no tick took longer than its period: the emulator was held up by this machine and woke late"
+        });
     }
     if let Some(i) = &outcome.injected {
         output.text(format_args!(

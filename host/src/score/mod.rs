@@ -39,6 +39,8 @@ pub enum ObjectPose {
 
 /// What is scored against the events.
 #[derive(Clone, Debug)]
+// A handful of them exist.
+#[allow(clippy::large_enum_variant)]
 pub enum Method {
     /// The predictor.
     Predictor {

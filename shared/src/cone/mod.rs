@@ -45,7 +45,7 @@ const GOOD: f64 = 0.04;
 const POLISH_STEPS: u8 = 3;
 
 /// Iterations and relative tolerance of [`ConeOptions::look_ahead`].
-const LOOK_AHEAD_ITERATIONS: u32 = 12;
+const LOOK_AHEAD_ITERATIONS: u32 = 8;
 const LOOK_AHEAD_TOLERANCE: f64 = 1e-3;
 
 /// What became of a solve.

@@ -258,8 +258,7 @@ impl<R: Real> Slopes<R> {
     #[inline(always)]
     fn of(points: &[Local<R>], coupled: bool) -> Self {
         let zero = R::zero();
-        let mut s =
-            Self { normal: [[zero; 3]; 3], tangential: [[zero; 5]; 5], coupling: [[zero; 3]; 5] };
+        let mut s = Self { normal: [[zero; 3]; 3], tangential: [[zero; 5]; 5], coupling: [[zero; 3]; 5] };
         for p in points {
             let [dn, d1, d2] = p.at;
             if p.touching {
@@ -325,7 +324,8 @@ impl<R: Real> Patch<R> {
     fn add(&self, s: &Slopes<R>, h: &mut Mat7<R>) {
         let (n, t, c) = (&s.normal, &s.tangential, &s.coupling);
         // Force and moment (rows n, 1, 2) per velocity and angular velocity (columns n, 1, 2).
-        let force_v = [[n[0][0], R::zero(), R::zero()], [c[0][0], t[0][0], t[1][0]], [c[1][0], t[1][0], t[1][1]]];
+        let force_v =
+            [[n[0][0], R::zero(), R::zero()], [c[0][0], t[0][0], t[1][0]], [c[1][0], t[1][0], t[1][1]]];
         let force_w = [
             [R::zero(), n[1][0], n[2][0]],
             [t[2][0], c[0][1] + t[3][0], c[0][2] + t[4][0]],
@@ -368,9 +368,8 @@ impl<R: Real> Patch<R> {
     fn add_jaw(&self, s: &Slopes<R>, h: &mut Mat7<R>) {
         let (axes, c, jaw) = (&self.axes, &s.coupling, self.jaw);
         let force = axes[0] * s.normal[0][0] + axes[1] * c[0][0] + axes[2] * c[1][0];
-        let own = axes[0] * c[2][0]
-            + axes[1] * (s.normal[1][0] + c[3][0])
-            + axes[2] * (s.normal[2][0] + c[4][0]);
+        let own =
+            axes[0] * c[2][0] + axes[1] * (s.normal[1][0] + c[3][0]) + axes[2] * (s.normal[2][0] + c[4][0]);
         let moment = own + self.centre.cross(&force);
         // The normal force alone, per velocity and angular velocity.
         let row_v = axes[0] * s.normal[0][0];
