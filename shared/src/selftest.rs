@@ -241,12 +241,7 @@ fn run_trial(
 }
 
 /// The trials of [`run`], each tick made by `tick`.
-pub fn each(
-    seed: u32,
-    ticks: u32,
-    horizon_s: f32,
-    mut tick: impl FnMut(&mut Predictor<f32>, &Sample<f32>),
-) {
+pub fn each(seed: u32, ticks: u32, horizon_s: f32, mut tick: impl FnMut(&mut Predictor<f32>, &Sample<f32>)) {
     trials(seed, ticks, horizon_s, &mut tick, |_| {});
 }
 

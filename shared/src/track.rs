@@ -4,10 +4,10 @@
 //! object was first seen (planar pushing). A step runs from one sample to the next; its
 //! velocities are the differences of the two poses over the time between them.
 
+use crate::cone::ConeOptions;
 use crate::contact::{self, Body, Contacts};
 use crate::model::{Model, Scene};
 use crate::real::{Real, Rotation, Vec3, most};
-use crate::cone::ConeOptions;
 use crate::step::{Drive, Moving, State, Workspace, step_in, support_under};
 use nalgebra::{Quaternion, UnitQuaternion};
 

@@ -76,12 +76,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         output.text(format_args!("{} ticks of the self-test's trials", args.selftest));
         print(output, &selftest);
     }
-    let worst = recorded
-        .ticks
-        .iter()
-        .chain(&varied.ticks)
-        .copied()
-        .max_by(|a, b| a.tick_all.total_cmp(&b.tick_all));
+    let worst =
+        recorded.ticks.iter().chain(&varied.ticks).copied().max_by(|a, b| a.tick_all.total_cmp(&b.tick_all));
     if let Some(worst) = worst {
         let share = 100.0 * worst.tick_all / TICK_INSTRUCTIONS;
         output.text(format_args!(
