@@ -268,6 +268,7 @@ pub fn summarise(counts: &Counts) -> Vec<Part> {
         part("  comparison, utilisation", ticks(|t| t.observe)),
         part("  look-ahead", ticks(|t| t.look_ahead)),
         part("  flags", ticks(|t| t.judge)),
+        part("  iterations (a count)", ticks(|t| f64::from(t.iterations))),
         part("hash of the outputs", ticks(|t| t.hash)),
         part("telemetry frame", ticks(|t| t.encode)),
     ]

@@ -29,10 +29,10 @@
 mod linear;
 mod patch;
 
-use crate::real::{Real, Vec3, most};
+use crate::real::{Real, Vec3, clamp, most};
 use heapless::Vec;
 use linear::Factors;
-use patch::{Local, Patch, add_slopes, subtract_forces};
+use patch::{Local, Patch, add_slopes, curvature, find_kinks, subtract_forces};
 
 /// Most contact points of one solve.
 pub const MAX_POINTS: usize = 64;
@@ -47,6 +47,11 @@ const POLISH_STEPS: u8 = 3;
 /// Iterations and relative tolerance of [`ConeOptions::look_ahead`].
 const LOOK_AHEAD_ITERATIONS: u32 = 8;
 const LOOK_AHEAD_TOLERANCE: f64 = 1e-3;
+
+/// Most evaluations of a line search after the first.
+const SEARCH_STEPS: u8 = 8;
+/// Newton steps before friction bounds are held.
+const FIRST_STEPS: u32 = 12;
 
 /// What became of a solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -241,6 +246,11 @@ fn size<R: Real>(f: &Vec7<R>) -> R {
         }
     }
     s
+}
+
+/// Component of `f` along `d`.
+fn slope<R: Real>(f: &Vec7<R>, d: &Vec7<R>) -> R {
+    f.iter().zip(d).fold(R::zero(), |s, (f, d)| s + *f * *d)
 }
 
 /// Sum of squares, the merit of a line search.
@@ -441,7 +451,7 @@ impl<R: Real> Problem<'_, R> {
     /// the update turns back), with a few Newton steps on the real problem after each.
     fn coupled(&mut self, start: Vec7<R>, options: &ConeOptions<R>) -> (Vec7<R>, R, ConeStatus, u32) {
         let mut p = Progress { velocity: start, best: start, best_size_n: R::of(1e30), used: 0 };
-        let mut phase = self.newton(&mut p, options, options.max_iterations);
+        let mut phase = self.newton(&mut p, options, FIRST_STEPS);
         if phase == Phase::Stalled {
             let mut bounds = [R::zero(); MAX_POINTS];
             p.velocity = p.best;
@@ -484,7 +494,7 @@ impl<R: Real> Problem<'_, R> {
     /// At most `steps` Newton steps with a line search on the size of the balance.
     fn newton(&mut self, p: &mut Progress<R>, options: &ConeOptions<R>, steps: u32) -> Phase {
         let mut taken = 0;
-        let mut trusted = 0u8;
+        let mut trusted = 0_u8;
         let mut at = self.balance(&p.velocity, Bound::Coupled);
         loop {
             let size = size(&at.f);
@@ -511,41 +521,93 @@ impl<R: Real> Problem<'_, R> {
                 return Phase::Singular;
             };
             let before = merit(&at.f);
-            let enough = |m: R, step: R| m < before * (R::one() - R::of(0.1) * step);
-            let full = advance(&p.velocity, &d, R::one());
-            let there = self.balance(&full, Bound::Coupled);
-            if enough(merit(&there.f), R::one()) {
-                p.velocity = full;
-                at = there;
-                if merit(&at.f) < before * R::of(GOOD) {
-                    at = self.polish(p, at, &factors, options);
-                }
-                continue;
-            }
-            let mut shorter = None;
-            let mut step = R::one();
-            for _ in 0..3 {
-                step *= R::of(0.4);
-                let trial = advance(&p.velocity, &d, step);
-                let there = self.balance(&trial, Bound::Coupled);
-                if enough(merit(&there.f), step) {
-                    shorter = Some((trial, there));
-                    break;
-                }
-            }
-            // Kinks of the law make the size rise before it falls: a few full steps are
-            // taken on trust.
-            let (trial, there) = match shorter {
-                Some(found) => found,
-                None if trusted < 3 => {
-                    trusted += 1;
-                    (full, self.balance(&full, Bound::Coupled))
-                }
-                None => return Phase::Stalled,
+            let (trial, there) = if slope(&at.f, &d) < R::zero() {
+                self.search(&p.velocity, &d, &at.f, Bound::Coupled)
+            } else if trusted < 2 {
+                // Where friction couples strongly to the normal force, the step need not descend.
+                trusted += 1;
+                let full = advance(&p.velocity, &d, R::one());
+                (full, self.balance(&full, Bound::Coupled))
+            } else {
+                return Phase::Stalled;
             };
             p.velocity = trial;
             at = there;
+            if merit(&at.f) < before * R::of(GOOD) {
+                at = self.polish(p, at, &factors, options);
+            }
         }
+    }
+
+    /// Along a direction of descent `d` from `v`, where the balance is `f`: the full step, or
+    /// one that ends before the balance has turned against it. With friction bounds held, the
+    /// balance is the gradient of a convex function: its component along `d` changes sign
+    /// once, at the minimum. A contact that closes turns it by orders of magnitude.
+    fn search(
+        &mut self,
+        v: &Vec7<R>,
+        d: &Vec7<R>,
+        f: &Vec7<R>,
+        bound: Bound<'_, R>,
+    ) -> (Vec7<R>, Balance<R>) {
+        let zero = R::zero();
+        let along = |f: &Vec7<R>| slope(f, d);
+        let enough = magnitude(along(f)) * R::of(0.5);
+        let mut kinks: Vec<R, { 2 * MAX_POINTS }> = Vec::new();
+        // Ends of the bracket, and the components there.
+        let (mut low, mut high) = ((zero, along(f)), (zero, zero));
+        let mut step = R::one();
+        let mut trial = advance(v, d, step);
+        let mut there = self.balance(&trial, bound);
+        let mut turned = along(&there.f);
+        if !(turned > enough) {
+            return (trial, there);
+        }
+        // Where the component turns, it mostly does at the kink of one contact.
+        find_kinks(self.patches, self.points, v, d, &mut kinks);
+        for _ in 0..SEARCH_STEPS {
+            // Newton's method on the component, which has kinks, kept inside the bracket.
+            if turned > zero {
+                high = (step, turned);
+            } else {
+                low = (step, turned);
+            }
+            let width = high.0 - low.0;
+            let newton = step - turned / self.curvature(d, bound);
+            let margin = width * R::of(0.01);
+            let estimate = if newton > low.0 + margin && newton < high.0 - margin {
+                newton
+            } else {
+                let share = low.1 / (low.1 - high.1);
+                low.0 + width * clamp(share, R::of(0.1), R::of(0.9))
+            };
+            let mut nearest = None;
+            let mut distance = width;
+            for kink in &kinks {
+                let away = magnitude(*kink - estimate);
+                if *kink > low.0 && *kink < high.0 && away < distance {
+                    (nearest, distance) = (Some(*kink), away);
+                }
+            }
+            step = nearest.unwrap_or(estimate);
+            trial = advance(v, d, step);
+            there = self.balance(&trial, bound);
+            turned = along(&there.f);
+            if magnitude(turned) <= enough {
+                break;
+            }
+        }
+        (trial, there)
+    }
+
+    /// `d' J d` where the last balance was taken.
+    fn curvature(&self, d: &Vec7<R>, bound: Bound<'_, R>) -> R {
+        let mut still = self.free;
+        for (s, d) in still.iter_mut().zip(d) {
+            *s += *d;
+        }
+        let inertia = self.inertial(&still).iter().zip(d).fold(R::zero(), |s, (f, d)| s + *f * *d);
+        inertia + curvature(self.patches, self.points, d, bound)
     }
 
     /// Further steps with the same factors while they are worth their cost: a step without a
@@ -590,8 +652,8 @@ impl<R: Real> Problem<'_, R> {
     fn frozen(&mut self, start: Vec7<R>, bounds: &[R], used: &mut u32, options: &ConeOptions<R>) -> Vec7<R> {
         let mut v = start;
         let bound = Bound::Frozen(bounds);
+        let mut at = self.balance(&v, bound);
         for _ in 0..20 {
-            let at = self.balance(&v, bound);
             if size(&at.f) <= at.tolerance_n(options) || *used >= options.max_iterations {
                 break;
             }
@@ -600,20 +662,7 @@ impl<R: Real> Problem<'_, R> {
             let Some(d) = direction else {
                 break;
             };
-            // F is the gradient of a convex function: along a descent direction its
-            // component changes sign once, at the minimum.
-            let along = |f: &Vec7<R>| f.iter().zip(d.iter()).fold(R::zero(), |s, (f, d)| s + *f * *d);
-            let slope = along(&at.f);
-            let mut step = R::one();
-            for _ in 0..12 {
-                let s = along(&self.balance(&advance(&v, &d, step), bound).f);
-                if s <= R::of(-0.5) * slope {
-                    break;
-                }
-                // Secant estimate of the sign change, kept inside the bracket.
-                step *= most(R::of(0.1), slope / (slope - s));
-            }
-            v = advance(&v, &d, step);
+            (v, at) = self.search(&v, &d, &at.f, bound);
         }
         v
     }

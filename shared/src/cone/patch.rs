@@ -170,24 +170,18 @@ pub(super) fn subtract_forces<R: Real>(
     rounding: &mut R,
 ) {
     let zero = R::zero();
-    let (linear, turning) = (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]));
     let mut rest = points;
     let mut index = 0;
     for patch in patches {
         let (own, others) = rest.split_at_mut(patch.count.min(rest.len()));
         rest = others;
-        let at = linear + turning.cross(&patch.centre);
         let [n, t1, t2] = &patch.axes;
-        let (vn, v1, v2) = (n.dot(&at) + patch.jaw * v[6], t1.dot(&at), t2.dot(&at));
-        let (wn, w1, w2) = (n.dot(&turning), t1.dot(&turning), t2.dot(&turning));
+        let twist = patch.twist(v);
         let mut sum = Sum { force: [zero; 3], moment: [zero; 3] };
         for p in own {
             let [dn, d1, d2] = p.at;
-            let u = [
-                vn + w1 * d2 - w2 * d1 + p.bias[0],
-                v1 + w2 * dn - wn * d2 + p.bias[1],
-                v2 + wn * d1 - w1 * dn + p.bias[2],
-            ];
+            let u = p.moved(&twist);
+            let u = [u[0] + p.bias[0], u[1] + p.bias[1], u[2] + p.bias[2]];
             let frozen = match bound {
                 Bound::Coupled => None,
                 Bound::Frozen(list) => Some(list.get(index).copied().unwrap_or(zero)),
@@ -219,6 +213,106 @@ pub(super) fn subtract_forces<R: Real>(
             f[3 + k] -= moment[k];
         }
         f[6] -= patch.jaw * sum.force[0];
+    }
+}
+
+/// Sum of `u' S u` with the velocities `u` that `d` gives to the points, in their present modes.
+#[inline(never)]
+pub(super) fn curvature<R: Real>(
+    patches: &[Patch<R>],
+    points: &[Local<R>],
+    d: &Vec7<R>,
+    bound: Bound<'_, R>,
+) -> R {
+    let coupled = matches!(bound, Bound::Coupled);
+    let mut sum = R::zero();
+    let mut rest = points;
+    for patch in patches {
+        let (own, others) = rest.split_at(patch.count.min(rest.len()));
+        rest = others;
+        let twist = patch.twist(d);
+        for p in own {
+            let [u0, u1, u2] = p.moved(&twist);
+            if p.touching {
+                sum += p.normal_stiffness * u0 * u0;
+            }
+            match p.friction {
+                Friction::None => {}
+                Friction::Stick => sum += p.stiffness[0] * u1 * u1 + p.stiffness[1] * u2 * u2,
+                Friction::Slip => {
+                    let [q1, q2] = p.q;
+                    let across = q1 * p.across[1] * u2 - q2 * p.across[0] * u1;
+                    sum += p.s * p.weight * across * across;
+                    if coupled && p.touching {
+                        sum += p.normal_stiffness * u0 * (q1 * u1 + q2 * u2);
+                    }
+                }
+            }
+        }
+    }
+    sum
+}
+
+/// Velocity and angular velocity of a patch in its axes.
+struct Twist<R> {
+    linear: [R; 3],
+    angular: [R; 3],
+}
+
+impl<R: Real> Patch<R> {
+    #[inline(always)]
+    fn twist(&self, v: &Vec7<R>) -> Twist<R> {
+        let (linear, turning) = (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]));
+        let at = linear + turning.cross(&self.centre);
+        let [n, t1, t2] = &self.axes;
+        Twist {
+            linear: [n.dot(&at) + self.jaw * v[6], t1.dot(&at), t2.dot(&at)],
+            angular: [n.dot(&turning), t1.dot(&turning), t2.dot(&turning)],
+        }
+    }
+}
+
+impl<R: Real> Local<R> {
+    /// Velocity of the point, without bias.
+    #[inline(always)]
+    fn moved(&self, twist: &Twist<R>) -> [R; 3] {
+        let ([vn, v1, v2], [wn, w1, w2], [dn, d1, d2]) = (twist.linear, twist.angular, self.at);
+        [vn + w1 * d2 - w2 * d1, v1 + w2 * dn - wn * d2, v2 + wn * d1 - w1 * dn]
+    }
+}
+
+/// Steps in 0 to 1 along `d` from `v` at which a contact opens or closes, or its slip is least.
+#[inline(never)]
+pub(super) fn find_kinks<R: Real, const N: usize>(
+    patches: &[Patch<R>],
+    points: &[Local<R>],
+    v: &Vec7<R>,
+    d: &Vec7<R>,
+    out: &mut heapless::Vec<R, N>,
+) {
+    let zero = R::zero();
+    let mut add = |over: R, under: R| {
+        if under > zero && over > zero && over < under {
+            // Two a point, and room for that.
+            let _ = out.push(over / under);
+        } else if under < zero && over < zero && over > under {
+            let _ = out.push(over / under);
+        }
+    };
+    let mut rest = points;
+    for patch in patches {
+        let (own, others) = rest.split_at(patch.count.min(rest.len()));
+        rest = others;
+        let (from, along) = (patch.twist(v), patch.twist(d));
+        for p in own {
+            let (u, du) = (p.moved(&from), p.moved(&along));
+            let u = [u[0] + p.bias[0], u[1] + p.bias[1], u[2] + p.bias[2]];
+            add(p.adhesion / p.normal_stiffness - u[0], du[0]);
+            if p.gain[0] > zero {
+                let square = du[1] * du[1] + du[2] * du[2];
+                add(-(u[1] * du[1] + u[2] * du[2]), square);
+            }
+        }
     }
 }
 
