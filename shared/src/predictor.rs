@@ -17,11 +17,12 @@
 //! flagged as unexpected.
 
 use crate::cone::{ConeOptions, ConeStatus};
-use crate::contact::SLOTS;
+use crate::contact::{Body, SLOTS};
 use crate::health::Health;
-use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S, LOOK_AHEAD_STEPS, Work};
+use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S, Work};
 use crate::model::{FingerContact, Model, Scene, Shape};
-use crate::observer::{Observed, Observer};
+use crate::observer::motion::Moved;
+use crate::observer::{Observed, Observer, Seen};
 use crate::real::{Real, Rotation, Vec3, least, most};
 use crate::step::{Drive, State, StepSummary, Workspace, step_in};
 use crate::track::{PathFilter, Pose, Poses, Settling, drive_between, seat, support_pose};
@@ -41,6 +42,23 @@ const STRAYED_SAMPLES: u8 = 3;
 const JAW_KEPT_M: f64 = 1.0e-4;
 /// Longest time between two samples that the model bridges; after a longer gap it starts anew.
 pub const LONGEST_GAP_S: f64 = 0.1;
+/// A warning stays up for so long after its cause was last seen.
+const HELD_S: f32 = 0.15;
+/// A change of the planned motion moves the load for so long.
+const SETTLING_S: f64 = 0.1;
+/// Without a pose, what lasts longer than a knock is taken for the loss of the grasp.
+const LASTING_S: f64 = 0.06;
+/// A slip is extrapolated no further than this multiple of the time for which it has been
+/// seen, and a little: most slips that a knock causes end by themselves.
+const EXTRAPOLATED: f32 = 4.0;
+const AT_ONCE_S: f32 = 0.03;
+/// A slip ahead is at least a sample ahead.
+const LEAST_AHEAD_S: f32 = 0.004;
+/// An object that leaves the grasp moves at least this fast, m/s.
+const LEAVING_M_S: f64 = 0.01;
+/// Slip that the model alone foresees must be foreseen in so many samples in a row.
+const FORESEEN_SAMPLES: u8 = 3;
+
 /// What a plan segment means to do with the grasp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
 pub enum Intent {
@@ -394,9 +412,35 @@ struct Tracked<R: Real> {
     /// A look-ahead under way.
     ahead: Option<Ahead<R>>,
     /// What the newest finished one found.
-    foreseen: Option<Foreseen<R>>,
+    outlook: Option<Foreseen<R>>,
+    /// Samples in a row in which the model of a held grasp foresees slip and the measurement is with it.
+    foreseen: u8,
+    /// Planned velocity and angular velocity, and how long a change of it still matters.
+    motion: [[f32; 3]; 2],
+    settling_s: R,
+    /// What a held grasp was last warned of.
+    slip_warning: Warning,
+    drop_warning: Warning,
     gripper: PathFilter<R>,
     pusher: Option<PathFilter<R>>,
+}
+
+/// A warning stays up for a while after its cause was last seen: one episode, one alarm.
+#[derive(Clone, Copy, Debug, Default)]
+struct Warning {
+    in_s: f32,
+    left_s: f32,
+}
+
+impl Warning {
+    /// Time left by what is seen now, or what is left of the last warning.
+    fn hold(&mut self, seen: Option<f32>, dt_s: f32) -> Option<f32> {
+        match seen {
+            Some(in_s) => *self = Self { in_s, left_s: HELD_S },
+            None => self.left_s -= dt_s,
+        }
+        (self.left_s > 0.0).then_some(self.in_s)
+    }
 }
 
 impl<R: Real> Predictor<R> {
@@ -509,7 +553,12 @@ impl<R: Real> Predictor<R> {
             strayed: 0,
             settling,
             ahead: None,
-            foreseen: None,
+            outlook: None,
+            foreseen: 0,
+            motion: [[0.0; 3]; 2],
+            settling_s: R::zero(),
+            slip_warning: Warning::default(),
+            drop_warning: Warning::default(),
             gripper: PathFilter::new(poses.carrier),
             pusher: poses.pusher.map(PathFilter::new),
         });
@@ -579,6 +628,7 @@ impl<R: Real> Predictor<R> {
         self.model.friction.finger = self.observer.friction();
         let mut work = Workspace::new();
         let mut out = advance(&self.scene, &self.model, &mut tracked.state, &drive, &mut work);
+        let effects = self.effects_on_friction(&work);
         let mut worst = Worst::default();
         worst.note(&out);
         tracked.poses = poses;
@@ -596,7 +646,7 @@ impl<R: Real> Predictor<R> {
             } else if strayed {
                 tracked.strayed = 0;
                 tracked.ahead = None;
-                tracked.foreseen = None;
+                tracked.outlook = None;
                 doubt |= validity::DIVERGED;
                 let seen = Self::restarted(&self.scene, &self.model, &tracked, &drive, &measured);
                 tracked.state = seen;
@@ -611,7 +661,8 @@ impl<R: Real> Predictor<R> {
         }
         let object = sample.object.filter(|_| doubt & validity::POSE == 0);
         let seen = object.zip(sample.gripper).map(|(object, gripper)| gripper.to_local(&object));
-        let observed = self.observe(&mut tracked, &out, sample, &drive, &present, seen.as_ref(), &mut doubt);
+        let observed =
+            self.observe(&mut tracked, &out, sample, &drive, &present, seen.as_ref(), effects, &mut doubt);
         let mut p = self.describe(&tracked, &out, &observed, &present);
         let model_sag = p.sag_m;
         self.look_ahead(&mut tracked, &drive, sample, &present, &mut p, &mut worst, &mut work, &mut doubt);
@@ -622,8 +673,17 @@ impl<R: Real> Predictor<R> {
             p.sag_ahead_m = p.sag_m + to_come;
             p.rotation_rad = rotation_between(&tracked.start, &seen.rotation).to_f64() as f32;
         }
-        let grip_n = sample.grip_cmd_n.to_f64() as f32;
-        self.combine(&mut p, &observed, present.intent, grip_n, doubt);
+        if present.intent == Intent::Hold {
+            let edge_m = seen.as_ref().map(|seen| (self.to_the_edge(&tracked, seen), seen.rotation));
+            let grip_n = sample.grip_cmd_n.to_f64() as f32;
+            let dt_s = drive.dt_s.to_f64() as f32;
+            self.combine(&mut p, &mut tracked, &observed, Now { grip_n, edge_m, doubt, dt_s });
+        } else if let Some(moved) = observed.moved.as_ref().filter(|m| m.slip_s > R::zero()) {
+            for (f, v) in p.finger.iter_mut().zip(&moved.velocity_m_s) {
+                f.slip_in_s = 0.0;
+                f.slip_speed_m_s = f.slip_speed_m_s.max(v.norm().to_f64() as f32);
+            }
+        }
         judge(&mut p, present.intent, &self.limits, tracked.pushing);
         if worst.status != ConeStatus::Solved {
             doubt |= validity::SOLVER;
@@ -699,11 +759,12 @@ impl<R: Real> Predictor<R> {
         drive: &Drive<R>,
         present: &Segment,
         seen: Option<&Pose<R>>,
+        effects: R,
         doubt: &mut u32,
     ) -> Observed<R> {
         let (usable, bits) = self.health.check(sample, &self.limits);
         *doubt |= bits;
-        let speed = present.velocity_m_s.iter().chain(&present.angular_rad_s).fold(0.0, |s, v| s + v.abs());
+        let at_rest = apart(&[present.velocity_m_s, present.angular_rad_s], &[[0.0; 3]; 2]) < 0.5;
         // An object that stands on a table loads the fingers with the grip alone.
         let mut expected = out.reading.finger;
         if tracked.support.is_some() {
@@ -711,7 +772,7 @@ impl<R: Real> Predictor<R> {
             expected[0][1] = -sample.grip_cmd_n;
             expected[1][1] = sample.grip_cmd_n;
         }
-        if self.observer.tare(&usable, &expected, speed < 0.005) {
+        if self.observer.tare(&usable, &expected, at_rest) {
             *doubt |= validity::BIASED;
         }
         let wrenches = self.observer.corrected(&usable);
@@ -736,7 +797,7 @@ impl<R: Real> Predictor<R> {
         if tracked.apart >= 3 {
             *doubt |= validity::MODEL;
         }
-        let points = seen.map(|s| {
+        let points_m = seen.map(|s| {
             let turn = s.rotation * tracked.start.rotation.inverse();
             let half = tracked.state.jaw_half_m;
             let about_y = turn.into_inner().j * R::of(2.0) * self.arm();
@@ -746,7 +807,48 @@ impl<R: Real> Predictor<R> {
                 Vec3::new(moved.x, about_y, moved.z)
             })
         });
-        self.observer.observe(&wrenches, sample.grip_cmd_n, points, self.arm(), drive.dt_s)
+        // The planned motion changes: so does the load, for a while.
+        let motion = [present.velocity_m_s, present.angular_rad_s];
+        tracked.settling_s -= drive.dt_s;
+        if apart(&motion, &tracked.motion) > 1.0 {
+            tracked.settling_s = R::of(SETTLING_S);
+            tracked.motion = motion;
+        }
+        let up = -drive.carrier.inverse_transform_vector(&Vec3::from(self.scene.gravity_m_s2));
+        let bears = |w: &[[R; 6]; 2]| {
+            let sum = |i: usize| w[0][i] + w[1][i];
+            Vec3::new(sum(0), sum(1), sum(2)).dot(&up) / up.norm()
+        };
+        let bearing_n = match &wrenches {
+            [Some(a), Some(b)] if up.norm() > R::of(1e-3) => {
+                Some([bears(&[*a, *b]), bears(&out.reading.finger)])
+            }
+            _ => None,
+        };
+        self.observer.observe(&Seen {
+            wrenches: &wrenches,
+            grip_n: sample.grip_cmd_n,
+            points_m,
+            arm_m: self.arm(),
+            bearing_n,
+            steered: tracked.settling_s > R::zero(),
+            effects,
+            dt_s: drive.dt_s,
+        })
+    }
+
+    /// What the model's effects make of the fingers' friction limit: a factor on the base coefficient.
+    fn effects_on_friction(&self, work: &Workspace<R, SLOTS>) -> R {
+        let (mut limit, mut normal) = (R::zero(), R::zero());
+        for ((c, law), f) in work.contacts.iter().zip(&work.friction).zip(&work.force_n) {
+            if matches!(c.body, Body::Finger1 | Body::Finger2) {
+                let bound = most(f[0] + law.adhesion_n, R::zero());
+                limit += (law.mu[0] + law.mu[1]) * R::of(0.5) * bound;
+                normal += most(f[0], R::zero());
+            }
+        }
+        let base = self.model.friction.finger * normal;
+        if base > R::zero() { limit / base } else { R::one() }
     }
 
     fn describe(
@@ -758,18 +860,18 @@ impl<R: Real> Predictor<R> {
     ) -> Prediction {
         let mut p = Prediction { drop_in_s: -1.0, ..Prediction::default() };
         let narrow = |x: R| x.to_f64() as f32;
-        let friction = self.observer.friction();
         for (k, f) in p.finger.iter_mut().enumerate() {
             f.model_utilisation = narrow(out.utilisation[k]);
             f.measured_utilisation = match observed.finger[k] {
-                Some(r) if friction > R::zero() => narrow(r / friction),
+                Some(r) if observed.limit > R::zero() => narrow(r / observed.limit),
                 _ => f32::NAN,
             };
             let mut slip = out.slip_m_s[k];
-            if let Some(measured) = observed.slip_m_s
+            if let Some(moved) = &observed.moved
                 && present.intent == Intent::Hold
             {
-                slip = measured[k];
+                let now = moved.slip_s > R::zero();
+                slip = if now { moved.velocity_m_s[k] } else { Vec3::zeros() };
             }
             f.slip_speed_m_s = narrow(slip.norm());
             f.slip_direction_rad = direction(&slip);
@@ -783,7 +885,7 @@ impl<R: Real> Predictor<R> {
         p.pusher_force_n = [narrow(r.pusher[0]), narrow(r.pusher[1]), narrow(r.pusher[2])];
         p.sag_m = narrow(self.sag(tracked, &tracked.poses.carrier, present, &tracked.state.position_m));
         p.rotation_rad = narrow(rotation_between(&tracked.start, &tracked.state.rotation));
-        p.friction = narrow(friction);
+        p.friction = narrow(self.observer.friction());
         p
     }
 
@@ -814,59 +916,118 @@ impl<R: Real> Predictor<R> {
         }
     }
 
-    /// Brings together what the model foresees and what the measured load tells of a held grasp.
-    fn combine(&self, p: &mut Prediction, observed: &Observed<R>, intent: Intent, grip_n: f32, doubt: u32) {
-        let slip_m_s = R::of(f64::from(self.limits.slip_m_s));
-        if let Some(slip) = &observed.slip_m_s {
-            for (f, v) in p.finger.iter_mut().zip(slip) {
-                if v.norm() > slip_m_s {
-                    f.slip_in_s = 0.0;
-                    f.slip_speed_m_s = f.slip_speed_m_s.max(v.norm().to_f64() as f32);
-                } else if intent == Intent::Hold && f.slip_in_s == 0.0 {
-                    // The model slips, the object does not.
-                    f.slip_in_s = self.limits.horizon_s / f32::from(LOOK_AHEAD_STEPS);
-                }
+    /// How far each way (object X and Z) the object can still move until a pad's centre is off
+    /// its face.
+    fn to_the_edge(&self, tracked: &Tracked<R>, seen: &Pose<R>) -> [[R; 2]; 2] {
+        // The grasp point in object axes, and how far the object reaches along each of them.
+        let pad = seen.rotation.inverse_transform_vector(&-seen.position_m);
+        let first = tracked.start.rotation.inverse_transform_vector(&-tracked.start.position_m);
+        [Vec3::x(), Vec3::z()].map(|axis| {
+            let reach = self.scene.object.shape.reach(&axis);
+            let at = pad.dot(&axis);
+            if first.dot(&axis).abs() < reach {
+                // The pad goes the other way than the object.
+                [reach + at, reach - at]
+            } else {
+                [R::of(1.0); 2]
+            }
+        })
+    }
+
+    /// Brings together what the model foresees and what is measured of a held grasp.
+    ///
+    /// Slip now is what the pose shows; slip ahead needs a proven trend, or a model that
+    /// agrees with the measured load and foresees slip from the plan. To be near the limit
+    /// is neither.
+    fn combine(&self, p: &mut Prediction, tracked: &mut Tracked<R>, observed: &Observed<R>, now: Now<R>) {
+        // Without any wrench the model alone speaks, and the pose.
+        let blind = observed.finger.iter().all(Option::is_none);
+        let agrees =
+            now.doubt & validity::MODEL == 0 && observed.ratio.is_some_and(|r| self.agrees(p, observed, r));
+        let foresees = p.finger.iter().any(|f| f.slip_in_s >= 0.0) && (agrees || blind);
+        tracked.foreseen = if foresees { tracked.foreseen.saturating_add(1) } else { 0 };
+        let mut ahead = within(observed.limit_in_s, self.limits.slip_warning_s);
+        let mut drop = within(observed.limit_in_s, self.limits.drop_warning_s);
+        if tracked.foreseen >= FORESEEN_SAMPLES {
+            let soonest =
+                p.finger.iter().filter(|f| f.slip_in_s >= 0.0).map(|f| f.slip_in_s).reduce(f32::min);
+            ahead = sooner(ahead, soonest);
+            drop = sooner(drop, Some(p.drop_in_s).filter(|t| *t >= 0.0));
+        }
+        let slips = match &observed.moved {
+            Some(moved) => moved.slip_s > R::zero(),
+            None if blind => foresees,
+            None => observed.over_s > R::zero(),
+        };
+        if let (Some(moved), Some(edge)) = (&observed.moved, &now.edge_m) {
+            let (edge_m, attitude) = edge;
+            let leaves = self
+                .leaves_in(moved, edge_m, attitude)
+                .filter(|t| *t <= self.limits.drop_warning_s.min(foresight(moved)));
+            drop = sooner(drop, leaves);
+            self.sag_ahead(p, tracked, moved);
+        } else if slips && (blind || observed.over_s > R::of(LASTING_S)) {
+            drop = sooner(drop, Some(self.limits.horizon_s));
+        }
+        ahead = tracked.slip_warning.hold(ahead, now.dt_s);
+        for f in &mut p.finger {
+            f.slip_in_s = if slips { 0.0 } else { ahead.map_or(-1.0, |t| t.max(LEAST_AHEAD_S)) };
+            if !slips {
+                f.slip_speed_m_s = 0.0;
             }
         }
-        if intent != Intent::Hold {
+        p.drop_in_s = tracked.drop_warning.hold(drop, now.dt_s).unwrap_or(-1.0);
+        let enough = observed.least_limit * R::of(f64::from(self.limits.target_utilisation.max(0.05)));
+        if let Some(ratio) = observed.ratio
+            && enough > R::zero()
+        {
+            p.holding_grip_n = now.grip_n * (ratio / enough).to_f64() as f32;
+        }
+    }
+
+    /// The model carries the load that is measured.
+    fn agrees(&self, p: &Prediction, observed: &Observed<R>, ratio: R) -> bool {
+        let used = (ratio / most(observed.limit, R::of(1e-6))).to_f64() as f32;
+        p.finger.iter().all(|f| (f.model_utilisation - used).abs() < 0.1)
+    }
+
+    /// Time until the pads are off the object, if it goes on as it moves now: `d = v t + a t^2 / 2`.
+    fn leaves_in(&self, moved: &Moved<R>, edge_m: &[[R; 2]; 2], attitude: &Rotation<R>) -> Option<f32> {
+        if !(moved.slip_s > R::zero()) {
+            return None;
+        }
+        let mut soonest: Option<f32> = None;
+        let mean = (moved.velocity_m_s[0] + moved.velocity_m_s[1]) * R::of(0.5);
+        // Without the turn.
+        let velocity = attitude.inverse_transform_vector(&Vec3::new(mean.x, R::zero(), mean.z));
+        let speed = velocity.norm();
+        for (v, sides) in [velocity.x, velocity.z].into_iter().zip(edge_m) {
+            let way = if v > R::zero() { sides[0] } else { sides[1] };
+            let v = v.abs();
+            // The gain of speed along this axis.
+            let a = if speed > R::zero() { moved.acceleration_m_s2 * v / speed } else { R::zero() };
+            let reached = v * v + R::of(2.0) * a * way;
+            if v > R::of(LEAVING_M_S) && reached > R::zero() {
+                let t = R::of(2.0) * most(way, R::zero()) / (v + reached.root());
+                soonest = sooner(soonest, Some(t.to_f64() as f32));
+            }
+        }
+        soonest
+    }
+
+    /// Sag that the present slip leads to, where that is more than the model's.
+    fn sag_ahead(&self, p: &mut Prediction, tracked: &Tracked<R>, moved: &Moved<R>) {
+        if !(moved.slip_s > R::zero()) {
             return;
         }
-        // Without any wrench the model alone speaks; while the sensors are tared, nobody does.
-        if observed.ratio.is_none() && observed.finger.iter().all(Option::is_none) {
-            return;
-        }
-        let ratio = observed.ratio.unwrap_or_else(R::zero);
-        let (friction, least_friction) = (self.observer.friction(), self.observer.least_friction());
-        let near = ratio > least_friction * R::of(0.8);
-        if doubt & validity::MODEL != 0 || !near {
-            // The measured load is far from any limit, or the model is wrong: its slip is not believed.
-            for f in &mut p.finger {
-                if f.slip_in_s > 0.0 || observed.slip_m_s.is_none() {
-                    f.slip_in_s = -1.0;
-                }
-                if observed.slip_m_s.is_none() {
-                    f.slip_speed_m_s = 0.0;
-                }
-            }
-            p.drop_in_s = -1.0;
-        }
-        let within = |t: Option<R>, most: f32| t.map(|t| t.to_f64() as f32).filter(|t| *t <= most);
-        if let Some(t) = within(observed.limit_in_s, self.limits.slip_warning_s) {
-            // At the limit without slip yet is a step ahead of it; without a pose it is slip.
-            let t = if observed.slip_m_s.is_none() && ratio > friction { 0.0 } else { t.max(0.004) };
-            for f in &mut p.finger {
-                f.slip_in_s = if f.slip_in_s < 0.0 { t } else { f.slip_in_s.min(t) };
-            }
-        }
-        if observed.running {
-            p.drop_in_s = p.drop_in_s.max(self.limits.horizon_s);
-        }
-        if let Some(t) = within(observed.lasting_limit_in_s, self.limits.drop_warning_s) {
-            p.drop_in_s = if p.drop_in_s < 0.0 { t } else { p.drop_in_s.min(t) };
-        }
-        let enough = least_friction * R::of(f64::from(self.limits.target_utilisation.max(0.05)));
-        if enough > R::zero() && ratio > R::zero() {
-            p.holding_grip_n = grip_n * (ratio / enough).to_f64() as f32;
+        let down =
+            tracked.poses.carrier.rotation.inverse_transform_vector(&Vec3::from(self.scene.gravity_m_s2));
+        let size = down.norm();
+        if size > R::of(1e-3) {
+            let v = (moved.velocity_m_s[0] + moved.velocity_m_s[1]) * R::of(0.5);
+            let sinking = (v.x * down.x + v.z * down.z) / size;
+            let to_come = sinking.to_f64() as f32 * self.limits.horizon_s.min(foresight(moved));
+            p.sag_ahead_m = p.sag_ahead_m.max(p.sag_m + to_come);
         }
     }
 
@@ -909,7 +1070,7 @@ impl<R: Real> Predictor<R> {
                 Ahead::begin(&tracked.state, &tracked.poses, sample.t_s, pusher_m_s, departure_n)
             });
             match ahead.go_on(&course, &mut done, work, |out| worst.count(out)) {
-                Some(found) => tracked.foreseen = Some(found),
+                Some(found) => tracked.outlook = Some(found),
                 None => tracked.ahead = Some(ahead),
             }
         }
@@ -920,7 +1081,7 @@ impl<R: Real> Predictor<R> {
             }
         }
         p.sag_ahead_m = p.sag_m;
-        match &tracked.foreseen {
+        match &tracked.outlook {
             None => *doubt |= validity::NO_FORESIGHT,
             Some(found) => {
                 let age_s = (sample.t_s - found.began_s).to_f64() as f32;
@@ -1008,6 +1169,37 @@ fn rotation_between<R: Real>(start: &Pose<R>, now: &Rotation<R>) -> R {
     let q = (start.rotation.inverse() * now).into_inner();
     let vector = (q.i * q.i + q.j * q.j + q.k * q.k).root();
     R::of(2.0) * vector.atan2(q.w.abs())
+}
+
+/// What a held grasp is judged by besides the observer's figures.
+struct Now<R: Real> {
+    grip_n: f32,
+    /// See [`Predictor::to_the_edge`]; the object's attitude in the gripper.
+    edge_m: Option<([[R; 2]; 2], Rotation<R>)>,
+    doubt: u32,
+    dt_s: f32,
+}
+
+/// How far two velocities (m/s, rad/s) are apart: 1 is 10 mm/s or 0.1 rad/s on an axis.
+fn apart(a: &[[f32; 3]; 2], b: &[[f32; 3]; 2]) -> f32 {
+    let of = |a: &[f32; 3], b: &[f32; 3]| a.iter().zip(b).fold(0.0f32, |m, (a, b)| m.max((a - b).abs()));
+    (of(&a[0], &b[0]) * 100.0).max(of(&a[1], &b[1]) * 10.0)
+}
+
+/// How far ahead a slip can be extrapolated.
+fn foresight<R: Real>(moved: &Moved<R>) -> f32 {
+    AT_ONCE_S + moved.slip_s.to_f64() as f32 * EXTRAPOLATED
+}
+
+fn within<R: Real>(t: Option<R>, most: f32) -> Option<f32> {
+    t.map(|t| t.to_f64() as f32).filter(|t| *t <= most)
+}
+
+fn sooner(a: Option<f32>, b: Option<f32>) -> Option<f32> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(a.min(b)),
+        _ => a.or(b),
+    }
 }
 
 /// Sets the flags from the figures.

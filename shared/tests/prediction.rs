@@ -257,3 +257,56 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_grasp_that_rests_just_below_the_limit_is_a_state_and_no_alarm() {
+    for pose in [true, false] {
+        let grip = 1.06 * WEIGHT_N / (2.0 * MU);
+        let mut hold = Hold { pose, ..Hold::new(grip) };
+        for tick in 0..15_000 {
+            let p = hold.tick(grip, WEIGHT_N, 0.0);
+            assert_eq!(p.flags & ALARMS, 0, "pose {pose}, tick {tick}: {p:?}");
+            if tick > 100 {
+                let used = p.finger[0].measured_utilisation;
+                assert!(used > 0.75, "utilisation {used} at tick {tick}");
+                assert!(p.holding_grip_n > grip, "a grip of {} holds with margin", p.holding_grip_n);
+            }
+        }
+    }
+}
+
+#[test]
+fn knocks_that_move_nothing_raise_no_alarm_even_beyond_the_friction_told() {
+    let grip = 2.0 * WEIGHT_N / (2.0 * MU);
+    let mut hold = Hold::new(grip);
+    for tick in 0..10_000u32 {
+        // 40 ms every 0.7 s; the last ones need 1.1 times the friction told.
+        let phase = (tick % 175) as f32 / 5.0 - 1.0;
+        let knock = (1.0 - phase.abs()).max(0.0) * 1.2 * (tick as f32 / 10_000.0) * WEIGHT_N;
+        let p = hold.tick(grip, WEIGHT_N + knock, 0.0);
+        assert_eq!(p.flags & ALARMS, 0, "tick {tick}: {p:?}");
+    }
+}
+
+#[test]
+fn an_effect_of_the_model_on_friction_moves_the_limit_that_the_load_is_held_against() {
+    use stickslip_shared::effects::Effect;
+    let grip = 2.0 * WEIGHT_N / (2.0 * MU);
+    let used = |effect: Option<Effect<f32>>| {
+        let mut model = model();
+        model.effects.extend(effect);
+        let mut hold = Hold::new(grip);
+        hold.predictor = Predictor::new(scene(), model, Limits::default()).unwrap();
+        let mut p = Prediction::default();
+        for _ in 0..300 {
+            p = hold.tick(grip, WEIGHT_N, 0.0);
+        }
+        p.finger[0].measured_utilisation
+    };
+    // mu (N / 20 N)^(-1/3) at this grip.
+    let mut effect = Effect::<f32>::neutral("load_dependent_friction").unwrap();
+    effect.parameters[0] = 1.0 / 3.0;
+    let factor = (grip / 20.0).powf(-1.0 / 3.0);
+    let (plain, with) = (used(None), used(Some(effect)));
+    assert!((plain / with / factor - 1.0).abs() < 0.05, "{plain} against {with}, factor {factor}");
+}

@@ -11,6 +11,7 @@ use crate::compare::friction::default_model;
 use crate::dataset::Index;
 use crate::output::{Output, table};
 use crate::report;
+use crate::score::calibration::{Calibration, Stated};
 use crate::score::figures::{Row, rows};
 use crate::score::{Judged, Method, ObjectPose, judge};
 
@@ -58,6 +59,8 @@ pub struct Document {
     pub doubtful_share: f64,
     /// One for each kind of event and method.
     pub rows: Vec<Row>,
+    /// One for each predictor.
+    pub calibration: Vec<Calibration>,
 }
 
 /// Scores and reports.
@@ -86,6 +89,16 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let names: Vec<String> = methods.iter().map(Method::name).collect();
     let ticks: usize = judged.iter().map(|j| j.alarms[0].ticks).sum();
     let doubtful: usize = judged.iter().map(|j| j.alarms[0].doubtful).sum();
+    let calibration = methods
+        .iter()
+        .enumerate()
+        .filter(|(_, method)| matches!(method, Method::Predictor { .. }))
+        .map(|(m, method)| {
+            let mut all = Stated::default();
+            judged.iter().filter_map(|j| j.alarms.get(m)).for_each(|a| all.add(&a.stated));
+            all.figures(&method.name())
+        })
+        .collect();
     let document = Document {
         schema: "stickslip-score/1",
         data: args.data.clone(),
@@ -94,6 +107,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         object_pose: pose,
         doubtful_share: doubtful as f64 / ticks.max(1) as f64,
         rows: rows(&judged, &names),
+        calibration,
     };
     if let Some(path) = &args.html {
         std::fs::write(path, report::score::page(&document))
@@ -120,6 +134,7 @@ fn print(d: &Document, output: &Output) {
         "in time",
         "lead 5/50/95 %, ms",
         "false/h",
+        "near/h",
         "onset error, ms",
     ]);
     for r in d.rows.iter().filter(|r| r.events > 0) {
@@ -128,13 +143,54 @@ fn print(d: &Document, output: &Output) {
     output.table(&shown);
     output.text(
         "\nin time: slip that builds up 100 ms ahead, sudden or intended slip at most 20 ms after its onset, sag and \
-         rotation and drop before they happen, a foreseeable drop 360 ms ahead",
+         rotation and drop before they happen, a foreseeable drop 360 ms ahead; near: alarms that met something \
+         less (a motion short of a slip; for a drop, a slip that ended in time)",
     );
+    for c in &d.calibration {
+        output.text(format_args!("\n{}", c.method));
+        let stated = [
+            ("stated utilisation and slip within 0.1 s", utilisation(c)),
+            ("time left stated and actual 5/50/95 %", time_left(c)),
+        ];
+        for (of, shown) in stated {
+            if !shown.is_empty() {
+                output.text(format_args!("  {of}: {}", shown.join("; ")));
+            }
+        }
+        if let Some([low, middle, high]) = c.grip {
+            output.text(format_args!(
+                "  grip at which it slipped over the grip stated as just enough, 5/50/95 %: {low:.2} / {middle:.2} / \
+                 {high:.2} ({} slips)",
+                c.grips
+            ));
+        }
+    }
+}
+
+/// Stated utilisation and how often slip followed within 0.1 s.
+pub fn utilisation(c: &Calibration) -> Vec<String> {
+    c.utilisation
+        .iter()
+        .map(|b| format!("{:.1}-{:.1} {:.2} %", b.stated[0], b.stated[1], 100.0 * b.actual[0]))
+        .collect()
+}
+
+/// Stated time left and the actual one.
+pub fn time_left(c: &Calibration) -> Vec<String> {
+    let ms = |s: &f64| format!("{:.0}", s * 1e3);
+    c.time_left
+        .iter()
+        .map(|b| {
+            let actual: Vec<String> = b.actual.iter().map(ms).collect();
+            format!("{}-{} ms stated, {} ms", ms(&b.stated[0]), ms(&b.stated[1]), actual.join("/"))
+        })
+        .collect()
 }
 
 /// A row as text.
-pub fn cells(r: &Row) -> [String; 8] {
+pub fn cells(r: &Row) -> [String; 9] {
     let percent = |n: usize| format!("{:.1} %", 100.0 * n as f64 / r.events.max(1) as f64);
+    let per_hour = |f: Option<f64>| f.map_or_else(|| "-".into(), |f| format!("{f:.1}"));
     let ms = |q: Option<[f64; 3]>| {
         q.map_or_else(|| "-".into(), |q| q.map(|x| format!("{:.0}", x * 1e3)).join(" / "))
     };
@@ -145,7 +201,8 @@ pub fn cells(r: &Row) -> [String; 8] {
         percent(r.found),
         percent(r.in_time),
         ms(r.lead_s),
-        r.false_alarms_per_hour.map_or_else(|| "-".into(), |f| format!("{f:.1}")),
+        per_hour(r.false_alarms_per_hour),
+        per_hour(r.near_alarms_per_hour),
         ms(r.onset_error_s),
     ]
 }

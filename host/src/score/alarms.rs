@@ -52,12 +52,16 @@ pub fn leads(events: &[&Event], episodes: &[Episode]) -> Vec<Option<f64>> {
         .collect()
 }
 
-/// Episodes that met none of `events`.
-pub fn false_alarms(events: &[&Event], episodes: &[Episode]) -> usize {
-    let meets = |a: &&Episode| {
-        events.iter().any(|e| a.from_s <= e.end_s + ANNOUNCED_S && a.to_s + ANNOUNCED_S >= e.onset_s)
+/// Episodes that met none of `events`: those that met one of the lesser ones (from, to), and
+/// the false alarms.
+pub fn unmet(events: &[&Event], lesser: &[(f64, f64)], episodes: &[Episode]) -> (Vec<Episode>, Vec<Episode>) {
+    let meets = |a: &Episode, from_s: f64, to_s: f64| {
+        a.from_s <= to_s + ANNOUNCED_S && a.to_s + ANNOUNCED_S >= from_s
     };
-    episodes.len() - episodes.iter().filter(meets).count()
+    episodes
+        .iter()
+        .filter(|a| !events.iter().any(|e| meets(a, e.onset_s, e.end_s)))
+        .partition(|a| lesser.iter().any(|(from, to)| meets(a, *from, *to)))
 }
 
 #[cfg(test)]
@@ -80,7 +84,10 @@ mod tests {
         assert!((leads[0].unwrap() - 0.5).abs() < 0.005);
         assert!((leads[1].unwrap() + 0.05).abs() < 0.005);
         assert_eq!(leads[2], None);
-        assert_eq!(false_alarms(&[&a, &b, &c], &alarms), 1);
+        let (near, wrong) = unmet(&[&a, &b, &c], &[], &alarms);
+        assert_eq!((near.len(), wrong.len()), (0, 1));
+        let (near, wrong) = unmet(&[&a, &b, &c], &[(8.0, 8.05)], &alarms);
+        assert_eq!((near.len(), wrong.len()), (1, 0));
     }
 
     #[test]

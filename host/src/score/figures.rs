@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::alarms::{false_alarms, leads};
+use super::alarms::{leads, unmet};
 use super::truth::{Cause, Event, Kind};
 use super::{DROP_AHEAD_S, Judged, SLIP_AHEAD_S, SUDDEN_WITHIN_S};
 
@@ -92,8 +92,11 @@ pub struct Row {
     pub in_time: usize,
     /// 5, 50 and 95 % of the lead over those found, s; negative: late.
     pub lead_s: Option<[f64; 3]>,
-    /// For the whole kind (slip: only in trials that mean none).
+    /// Alarms that met nothing, for the whole kind (slip: only in trials that mean none).
     pub false_alarms_per_hour: Option<f64>,
+    /// Alarms that met only something less: slip, a motion short of a slip; sag and rotation, a
+    /// slip; drop, a slip that ended in time.
+    pub near_alarms_per_hour: Option<f64>,
     /// Median of 'slips now' minus the measured onset, over fingers, s.
     pub onset_error_s: Option<[f64; 3]>,
     /// Leads of the events found, s, sorted.
@@ -101,7 +104,12 @@ pub struct Row {
     pub leads: Vec<f64>,
     /// Names of the trials with an event missed or late.
     pub not_in_time: Vec<String>,
+    /// Where the false alarms are.
+    pub false_alarms: Vec<String>,
 }
+
+/// A sample's time stamp may lie this far off the grid of samples.
+const STAMP_S: f64 = 5e-4;
 
 /// All rows, class by class.
 pub fn rows(judged: &[Judged], methods: &[String]) -> Vec<Row> {
@@ -121,11 +129,13 @@ fn row(judged: &[Judged], class: Class, m: usize, method: &str) -> Row {
         in_time: 0,
         lead_s: None,
         false_alarms_per_hour: None,
+        near_alarms_per_hour: None,
         onset_error_s: None,
         leads: Vec::new(),
         not_in_time: Vec::new(),
+        false_alarms: Vec::new(),
     };
-    let (mut wrong, mut watched_s, mut errors) = (0, 0.0, Vec::new());
+    let (mut nearly, mut watched_s, mut errors) = (0, 0.0, Vec::new());
     for j in judged {
         let alarms = &j.alarms[m];
         let episodes = alarms.of(kind);
@@ -133,7 +143,7 @@ fn row(judged: &[Judged], class: Class, m: usize, method: &str) -> Row {
         for (event, lead) in events.iter().zip(leads(&events, episodes)) {
             row.events += 1;
             row.found += usize::from(lead.is_some());
-            let good = lead.is_some_and(|l| l >= class.in_time_s());
+            let good = lead.is_some_and(|l| l >= class.in_time_s() - STAMP_S);
             row.in_time += usize::from(good);
             if !good {
                 row.not_in_time.push(format!("{} at {:.3} s", j.trial, event.onset_s));
@@ -147,10 +157,16 @@ fn row(judged: &[Judged], class: Class, m: usize, method: &str) -> Row {
             }
         }
         if kind != Kind::Slip || j.holds {
-            let all: Vec<&Event> =
-                j.truth.events.iter().filter(|e| e.kind == kind || kind == Kind::Drop).collect();
-            let own: Vec<&Event> = all.into_iter().filter(|e| e.kind == kind).collect();
-            wrong += false_alarms(&own, episodes);
+            let own: Vec<&Event> = j.truth.events.iter().filter(|e| e.kind == kind).collect();
+            let slips = j.truth.events.iter().filter(|e| e.kind == Kind::Slip).map(|e| (e.onset_s, e.end_s));
+            let lesser: Vec<(f64, f64)> = match kind {
+                Kind::Slip => j.truth.near.clone(),
+                Kind::Moved => slips.chain(j.truth.near.iter().copied()).collect(),
+                Kind::Drop => slips.collect(),
+            };
+            let (near, wrong) = unmet(&own, &lesser, episodes);
+            nearly += near.len();
+            row.false_alarms.extend(wrong.iter().map(|a| format!("{} at {:.3} s", j.trial, a.from_s)));
             watched_s += j.truth.until_s;
         }
     }
@@ -159,13 +175,15 @@ fn row(judged: &[Judged], class: Class, m: usize, method: &str) -> Row {
     errors.sort_by(f64::total_cmp);
     row.onset_error_s = quantiles(&errors);
     if watched_s > 0.0 && class != Class::SlipIntended {
-        row.false_alarms_per_hour = Some(wrong as f64 / (watched_s / 3600.0));
+        let hours = watched_s / 3600.0;
+        row.false_alarms_per_hour = Some(row.false_alarms.len() as f64 / hours);
+        row.near_alarms_per_hour = Some(nearly as f64 / hours);
     }
     row
 }
 
 /// 5, 50 and 95 % of sorted values.
-fn quantiles(sorted: &[f64]) -> Option<[f64; 3]> {
+pub(super) fn quantiles(sorted: &[f64]) -> Option<[f64; 3]> {
     let last = sorted.len().checked_sub(1)?;
     Some([0.05, 0.5, 0.95].map(|q| sorted[(q * last as f64).round() as usize]))
 }

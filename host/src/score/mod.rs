@@ -5,6 +5,7 @@
 //! not in it. Baselines see the same wrenches.
 
 pub mod alarms;
+pub mod calibration;
 pub mod figures;
 pub mod truth;
 
@@ -16,6 +17,7 @@ use crate::dataset::{DatasetError, Description, Index, Trial, TrialInfo};
 use crate::replay::{Feed, feed};
 use crate::simulate::scene;
 use alarms::{Episode, episodes};
+use calibration::Stated;
 use truth::{Kind, Truth};
 
 /// Lead that a drop is to be warned with.
@@ -83,6 +85,8 @@ pub struct Alarms {
     pub doubtful: usize,
     /// Ticks scored.
     pub ticks: usize,
+    /// The figures that it stated.
+    pub stated: Stated,
 }
 
 impl Alarms {
@@ -168,8 +172,10 @@ fn judge_trial(
         .iter()
         .map(|method| match method {
             Method::Predictor { model, pose, .. } => {
-                predict(&feed, model, limits, ordinal, *pose, &info.trial)
-                    .map(|p| predicted(&t_s, &p, &truth))
+                predict(&feed, model, limits, ordinal, *pose, &info.trial).map(|p| Alarms {
+                    stated: Stated::in_trial(&t_s, &p, &feed, &truth, &limits),
+                    ..predicted(&t_s, &p, &truth)
+                })
             }
             Method::Ratio(limit) => Ok(threshold(&t_s, truth.ratio.iter().map(|r| r > limit), &truth)),
             Method::Rate(limit) => {
@@ -233,6 +239,7 @@ fn predicted(t_s: &[f64], predictions: &[Prediction], truth: &Truth) -> Alarms {
         slipping: [flags::SLIP_1, flags::SLIP_2].map(|f| episodes(t_s, any(f), until)),
         doubtful: scored().filter(|p| p.validity & UNTRUSTED != 0).count(),
         ticks: scored().count(),
+        stated: Stated::default(),
     }
 }
 

@@ -4,7 +4,8 @@
 //! `m_k = x + R (p_k - x0) - p_k` (gripper axes, across the finger), joined with the turn
 //! about the finger axis at two thirds of the patch radius. The pose is averaged over five
 //! samples; a slow mean of it (0.2 s) is the anchor. Slip is a departure from the anchor by
-//! [`SLIPPED_M`], dated back to where the departure left the noise. What moves slower than
+//! [`SLIPPED_M`], dated back to where the departure left the noise; one that stops short of
+//! it, but beyond [`NEAR_M`], is a near slip. What moves slower than
 //! about [`SLIPPED_M`] in 0.2 s, a creeping pad, is no slip; it shows as sag.
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -17,13 +18,18 @@ use crate::dataset::Trial;
 
 /// Departure from the anchor that counts as slip.
 pub const SLIPPED_M: f64 = 3e-4;
-/// Departure that may still be noise: onset is the last sample below it.
-const NOISE_M: f64 = 4.5e-5;
+/// Departure that is motion beyond doubt: six standard deviations of the smoothed pose.
+pub const NEAR_M: f64 = 1.2e-4;
+/// Departure that may still be noise: onset is the last sample below it. Poses of gripper and
+/// object with 30 um each leave 19 um on an axis after smoothing; this is 3.7 times that.
+const NOISE_M: f64 = 7e-5;
 const ANCHOR_S: f64 = 0.2;
 /// Smoothing of the pose: this many samples to either side.
 const HALF_WINDOW: usize = 2;
 /// A cause builds up over this time or it is sudden.
 pub const BUILD_UP_S: f64 = 0.1;
+/// The ratio at which it slips is looked for so long after onset.
+const SETTLED_S: f64 = 0.04;
 /// Samples over which forces are averaged.
 const FORCE_WINDOW: usize = 10;
 
@@ -73,6 +79,8 @@ pub struct Event {
 pub struct Truth {
     /// In order of kind, then time.
     pub events: Vec<Event>,
+    /// The object moved measurably, but not as far as a slip: from, to, s.
+    pub near: Vec<(f64, f64)>,
     /// Scored up to here.
     pub until_s: f64,
     /// Smoothed ratio of tangential to normal force at each sample, NaN: not measured.
@@ -96,12 +104,18 @@ pub fn find(scene: &Scene<f64>, plan: &Plan, trial: &Trial, limits: &Limits) -> 
         return Truth { until_s: last_s, ratio, tangential_n, ..Truth::default() };
     };
     let intent = |at_s: f64| plan.at(at_s as f32).map_or(Intent::Hold, |s| s.intent);
-    let mut truth = Truth { until_s: last_s, ratio, tangential_n, events: Vec::new() };
+    let mut truth = Truth { until_s: last_s, ratio, tangential_n, ..Truth::default() };
     let lost = lost(scene, trial, &t, &motion, &start);
     truth.until_s = lost.unwrap_or(last_s);
-    let ends: Vec<(usize, f64, f64)> =
-        (0..2).flat_map(|k| slips(&t, &path(scene, &motion, &start, k, arm_m), truth.until_s, k)).collect();
-    for (onset_s, end_s, finger_s) in joined(ends) {
+    let paths = [0, 1].map(|k| path(scene, &motion, &start, k, arm_m));
+    let beyond = |limit_m: f64| {
+        let of = |k: usize| slips(&t, &paths[k], truth.until_s, k, limit_m);
+        joined((0..2).flat_map(of).collect())
+    };
+    let (slips, near) = (beyond(SLIPPED_M), beyond(NEAR_M));
+    let apart = |n: &(f64, f64)| slips.iter().all(|s| n.1 < s.0 || n.0 > s.1);
+    truth.near = near.into_iter().map(|(from, to, _)| (from, to)).filter(apart).collect();
+    for (onset_s, end_s, finger_s) in slips {
         let cause = cause(&t, &truth.ratio, onset_s, BUILD_UP_S);
         let intended = intent(onset_s) != Intent::Hold;
         truth.events.push(Event { kind: Kind::Slip, onset_s, end_s, intended, cause, finger_s });
@@ -178,8 +192,14 @@ fn path(
         .collect()
 }
 
-/// Slips of one finger: finger, onset, end.
-fn slips(t: &[f64], path: &[Option<Vector3<f64>>], until_s: f64, k: usize) -> Vec<(usize, f64, f64)> {
+/// Departures of one finger by `limit_m`: finger, onset, end.
+fn slips(
+    t: &[f64],
+    path: &[Option<Vector3<f64>>],
+    until_s: f64,
+    k: usize,
+    limit_m: f64,
+) -> Vec<(usize, f64, f64)> {
     let mut found: Vec<(usize, f64, f64)> = Vec::new();
     let Some(mut anchor) = path.iter().flatten().next().copied() else { return found };
     let mut quiet_s = 0.0;
@@ -194,10 +214,10 @@ fn slips(t: &[f64], path: &[Option<Vector3<f64>>], until_s: f64, k: usize) -> Ve
         if away < NOISE_M {
             quiet_s = *t;
         }
-        if !slipping && away > SLIPPED_M {
+        if !slipping && away > limit_m {
             slipping = true;
             found.push((k, quiet_s, *t));
-        } else if slipping && away < SLIPPED_M / 3.0 {
+        } else if slipping && away < NEAR_M.min(limit_m) * 0.8 {
             slipping = false;
             if let Some(last) = found.last_mut() {
                 last.2 = *t;
@@ -343,7 +363,11 @@ fn cause_at(t: &[f64], ratio: &[f64], onset_s: f64, seen_s: f64) -> Cause {
         let i = t.partition_point(|t| *t <= s).saturating_sub(1);
         ratio.get(i).copied().unwrap_or(f64::NAN)
     };
-    let (first, half, last) = (at(seen_s), at(0.5 * (seen_s + onset_s)), at(onset_s));
+    let from = t.partition_point(|t| *t < onset_s);
+    let to = t.partition_point(|t| *t <= onset_s + SETTLED_S);
+    // What it slips at: the highest ratio about the onset (a lift-off is still rising there).
+    let last = ratio.get(from..to).unwrap_or(&[]).iter().fold(at(onset_s), |a, b| a.max(*b));
+    let (first, half) = (at(seen_s), at(0.5 * (seen_s + onset_s)));
     let share = first / last;
     let steadily = half - first > 0.25 * (last - first);
     if seen_s > 0.0 && (0.5..0.97).contains(&share) && steadily { Cause::BuildsUp } else { Cause::Sudden }
