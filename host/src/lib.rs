@@ -21,6 +21,7 @@ pub mod lcp_solve;
 pub mod log;
 pub mod model_file;
 pub mod motion;
+pub mod mujoco;
 pub mod noise;
 pub mod output;
 pub mod phases;

@@ -25,6 +25,8 @@ pub enum Remark {
     LeftOut(String),
     /// A trial without any prescribed motion.
     NothingMoves(String),
+    /// A trial that the calibrated model misses altogether; it had hardly any say.
+    Missed(String),
     /// No trial has a rest before its motion.
     NoRest,
     /// Nothing slides in the grasp; the largest measured share of tangential to normal force.
@@ -51,6 +53,10 @@ impl fmt::Display for Remark {
         match self {
             Self::LeftOut(why) => write!(f, "left out: {why}"),
             Self::NothingMoves(trial) => write!(f, "left out: trial {trial}: nothing moves in it"),
+            Self::Missed(trial) => write!(
+                f,
+                "the calibrated model misses trial {trial} altogether (grip lost, or dropped?): it had hardly any say"
+            ),
             Self::NoRest => write!(
                 f,
                 "no trial rests before it moves: sensor offsets could not be removed and count as force"

@@ -102,7 +102,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
 pub fn read_model(path: &std::path::Path) -> anyhow::Result<NamedModel> {
     let model = crate::model_file::ModelFile::read(path)?.to_model();
     let name = path.file_stem().map_or_else(|| "model".into(), |s| s.to_string_lossy().into_owned());
-    Ok(NamedModel { name, origin: path.display().to_string(), model })
+    Ok(NamedModel::own(name, path.display().to_string(), model))
 }
 
 fn print(comparison: &Comparison, output: &Output) {

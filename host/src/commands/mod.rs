@@ -12,8 +12,10 @@ pub mod compare;
 pub mod demo;
 pub mod diagnose;
 pub mod findings;
+pub mod grid;
 pub mod import;
 pub mod lcp;
+pub mod mujoco;
 pub mod planar;
 pub mod replay;
 pub mod rig;
@@ -65,6 +67,10 @@ enum Command {
     Planar(planar::Args),
     /// The paper's statements checked: what it saw, what the hard and the soft model give
     Findings(findings::Args),
+    /// Run a model along every trial of a data set in parallel, and time its steps
+    Grid(grid::Args),
+    /// Run MuJoCo along recorded trials, beside the own model and the measurement
+    Mujoco(mujoco::Args),
     /// Solve complementarity problems from files or generated ones, and judge the answers
     Lcp(lcp::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
@@ -87,6 +93,8 @@ impl Command {
             Command::Calibrate(args) => calibrate::run(args, output),
             Command::Planar(args) => planar::run(args, output),
             Command::Findings(args) => findings::run(args, output),
+            Command::Grid(args) => grid::run(args, output),
+            Command::Mujoco(args) => mujoco::run(args, output),
             Command::Lcp(args) => lcp::run(args, output),
             Command::Stream(args) => stream::run(args, output),
         }

@@ -19,6 +19,7 @@ pub mod trial;
 pub mod verdict;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use stickslip_shared::model::Model;
@@ -26,7 +27,7 @@ use stickslip_shared::model::Model;
 use crate::channels::{COUNT, Signals};
 use crate::dataset::{Dataset, Description, Trial, TrialInfo};
 use crate::phases::{PHASES, Phases, split};
-use crate::simulate::{Prepared, prepare};
+use crate::simulate::{Prepared, Simulated, prepare};
 use conditions::{HeldOut, VARIABLES};
 use document::{Comparison, DataSummary, ModelReport, SCHEMA, Skipped, Trace, TrialRow};
 use noise::{Floor, Source};
@@ -76,6 +77,22 @@ pub struct NamedModel {
     pub origin: String,
     /// The model.
     pub model: Model<f64>,
+    /// Signals of another engine, by trial; the own model is not run then.
+    pub recorded: Option<Arc<BTreeMap<String, Simulated>>>,
+}
+
+impl NamedModel {
+    /// A model of the own engine.
+    pub fn own(name: impl Into<String>, origin: impl Into<String>, model: Model<f64>) -> Self {
+        Self { name: name.into(), origin: origin.into(), model, recorded: None }
+    }
+
+    fn simulate(&self, trial: &str, prepared: &Prepared) -> Result<Simulated, String> {
+        match &self.recorded {
+            None => Ok(prepared.simulate(&self.model)),
+            Some(all) => all.get(trial).cloned().ok_or_else(|| format!("{} was not run on it", self.name)),
+        }
+    }
 }
 
 /// What to compare.
@@ -302,15 +319,14 @@ fn base_model(
                 };
                 notes.push(format!("these data do not determine {name} friction; {value:.2} was taken"));
             }
-            NamedModel { name: "base".into(), origin, model: c.model }
+            NamedModel::own("base", origin, c.model)
         }
-        None => NamedModel {
-            name: "base".into(),
-            origin: "no model was given and no force measured to calibrate on: hard contact, friction 0.40 \
-                     (fingers), 0.25 (pusher), 0.30 (support)"
-                .into(),
-            model: friction::default_model(),
-        },
+        None => NamedModel::own(
+            "base",
+            "no model was given and no force measured to calibrate on: hard contact, friction 0.40 (fingers), 0.25 \
+             (pusher), 0.30 (support)",
+            friction::default_model(),
+        ),
     }
 }
 
@@ -333,12 +349,12 @@ fn simulate_all(
                 let errors = models
                     .iter()
                     .map(|m| {
-                        let simulated = prepared.simulate(&m.model);
+                        let simulated = m.simulate(&data.infos[i].trial, &prepared)?;
                         // The first model settles the phases, so that models compare like with like.
                         let p = *phases.get_or_insert_with(|| split(&prepared, &simulated, noise));
-                        TrialErrors::of(&prepared, &simulated, p)
+                        Ok(TrialErrors::of(&prepared, &simulated, p))
                     })
-                    .collect();
+                    .collect::<Result<_, String>>()?;
                 phases.map(|p| (p, errors)).ok_or_else(|| "no model was given".to_owned())
             };
             let result = one();
@@ -403,7 +419,11 @@ fn traces(
             let i = compared.places[k];
             let trial = (data.load)(i).ok()?;
             let prepared = prepare(data.description, &trial, i).ok()?;
-            let modelled = models.iter().map(|m| prepared.simulate(&m.model).signals).collect();
+            let modelled = models
+                .iter()
+                .map(|m| m.simulate(&row.trial, &prepared).map(|s| s.signals))
+                .collect::<Result<_, _>>()
+                .ok()?;
             let mut measured = prepared.measured;
             for row in &mut measured {
                 for (x, tare) in row.iter_mut().zip(&tares[k]) {
