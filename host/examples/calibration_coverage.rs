@@ -4,7 +4,7 @@
 //!
 //! `cargo run --release -p stickslip-host --example calibration_coverage [SEEDS [SHARE]]`
 
-use stickslip_host::calibrate::{Coefficient, calibrate, name};
+use stickslip_host::calibrate::{Coefficient, Share, calibrate, name};
 use stickslip_host::commands::calibrate::plain;
 use stickslip_host::rig::plan::{PlanName, conditions, trials};
 use stickslip_host::rig::{self, Nuisance, Reality, STEP_S, Setup, objects};
@@ -39,7 +39,7 @@ fn main() -> anyhow::Result<()> {
                     rig::simulate(&setup, condition, *run, seed).map(|t| (at, t)).map_err(anyhow::Error::msg)
                 })
                 .collect::<anyhow::Result<Vec<_>>>()?;
-            let found = calibrate(&setup.description, primitive, &recorded, &plain(), share)?;
+            let found = calibrate(&setup.description, primitive, &recorded, &plain(), Share::of(share))?;
             for e in &found.estimates {
                 let truth = match e.coefficient {
                     Coefficient::Finger => truth.0,

@@ -31,3 +31,4 @@ pub mod report;
 pub mod rig;
 pub mod simulate;
 pub mod stages;
+pub mod tribometer;

@@ -16,8 +16,9 @@ except ImportError as error:
     print(f"{sys.executable}: {error}", file=sys.stderr)
     sys.exit(3)
 
-# Grip builds up for this long without gravity before the trial begins: the object shall
-# not fall while nothing holds it yet.
+# Grip builds up for this long before the trial begins: without gravity, as the object
+# shall not fall while nothing holds it yet; what lies on a table or platform rests there
+# with its weight first, and is gripped then.
 SETTLE_S = 0.1
 
 
@@ -41,6 +42,7 @@ class Trial:
         self.t = np.array(job["t_s"])
         self.gripper = np.array(job["gripper"]) if job["gripper"] else None
         self.grip = np.array(job["grip_n"])
+        self.rests = job["rests"]
         self.reference = np.array(job["reference_m"])
         m = self.model
         name = lambda kind, n: mujoco.mj_name2id(m, kind, n)
@@ -87,7 +89,6 @@ class Trial:
         f = np.zeros(6)
         turn = np.eye(3)
         if self.g_q is not None:
-            mujoco.mju_quat2Mat(turn.ravel(), d.qpos[self.g_q + 3 : self.g_q + 7])
             turn = np.zeros(9)
             mujoco.mju_quat2Mat(turn, d.qpos[self.g_q + 3 : self.g_q + 7])
             turn = turn.reshape(3, 3)
@@ -119,13 +120,15 @@ class Trial:
         out = {k: [] for k in keys}
         step = m.opt.timestep
         gravity = m.opt.gravity.copy()
-        m.opt.gravity[:] = 0.0
         pose = lambda i: self.gripper[i] if self.gripper is not None else None
-        for _ in range(int(SETTLE_S / step)):
-            self.drive(pose(0), pose(0), 0.0, 0.0)
+        phases = [(gravity, 0.0), (gravity, self.grip[0])] if self.rests else [(0 * gravity, self.grip[0])]
+        for g, grip in phases:
+            m.opt.gravity[:] = g
             if m.nu:
-                d.ctrl[:] = self.grip[0]
-            mujoco.mj_step(m, d)
+                d.ctrl[:] = grip
+            for _ in range(int(SETTLE_S / step)):
+                self.drive(pose(0), pose(0), 0.0, 0.0)
+                mujoco.mj_step(m, d)
         m.opt.gravity[:] = gravity
         self.drive(pose(0), pose(0), 0.0, 0.0)
         self.step()

@@ -145,6 +145,17 @@ pub fn withdraw(calibration: &[&Windowed], fit: &mut Fit, base: &Model<f64>) {
     }
 }
 
+/// What the data leave open stays what the base model says, as far as its bounds allow: the
+/// least squares value on a plateau means nothing.
+pub fn keep_base(fit: &mut Fit, base: &Model<f64>) {
+    let mut base = base.clone();
+    for e in fit.estimates.iter_mut().filter(|e| !e.determined) {
+        let known = *e.coefficient.of(&mut base);
+        e.value = known.max(e.low.unwrap_or(known)).min(e.high.unwrap_or(f64::INFINITY));
+        *e.coefficient.of(&mut fit.model) = e.value;
+    }
+}
+
 /// Remarks on a fit, from what was measured and what moved.
 pub fn remarks(calibration: &[&Windowed], held_out: &[&Windowed], fit: &Fit) -> Vec<Remark> {
     let mut out = Vec::new();

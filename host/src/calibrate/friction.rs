@@ -12,7 +12,7 @@ use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 use rayon::prelude::*;
 use serde::Serialize;
-use stickslip_shared::model::{Model, PusherContact};
+use stickslip_shared::model::Model;
 
 use super::intervals;
 use super::windows::{SEEN, Seen, Windowed, resolution};
@@ -31,7 +31,8 @@ pub enum Coefficient {
 }
 
 impl Coefficient {
-    fn of(self, model: &mut Model<f64>) -> &mut f64 {
+    /// Its place in a model.
+    pub fn of(self, model: &mut Model<f64>) -> &mut f64 {
         match self {
             Self::Finger => &mut model.friction.finger,
             Self::Pusher => &mut model.friction.pusher,
@@ -211,12 +212,7 @@ fn misses(weights: &[[f64; SEEN]], i: usize) -> bool {
 
 /// Whether the pusher is a plane under the object: it has the support's friction.
 fn on_platform(w: &Windowed) -> bool {
-    let normal = |p: &stickslip_shared::track::Poses<f64>| {
-        p.pusher.map(|p| p.rotation.transform_vector(&nalgebra::Vector3::x()))
-    };
-    let down = nalgebra::Vector3::from(w.prepared.scene.gravity_m_s2);
-    matches!(w.prepared.scene.pusher, Some(PusherContact::Plane))
-        && w.prepared.poses().first().and_then(normal).is_some_and(|n| n.dot(&down) < -0.7 * down.norm())
+    w.prepared.rests() && w.prepared.scene.support.is_none()
 }
 
 /// Start from a coarse grid: the cost has plateaus (contacts that never slide) and, where

@@ -11,8 +11,10 @@
 //! quadratic in the other coefficients (which each draw thus profiles out). Each draw has a
 //! set of values that fit it equally well; the interval reaches from the low quantile of
 //! these sets' lower ends to the high quantile of their upper ends. A contact that never
-//! slides has sets without an end: the coefficient is only bounded. Conditions are few, so
-//! the quantiles are those of Student's t, expanded (Hesterberg 2015).
+//! slides has sets without an end: the coefficient is only bounded. Conditions are few: the
+//! quantiles are those of Student's t, expanded (Hesterberg 2015), and as no draw leaves the
+//! range of the few, the interval is at least as wide as the t interval from the draws'
+//! standard deviation.
 
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
@@ -94,16 +96,29 @@ fn estimate(problem: &Problem<'_>, groups: &[usize], draws: &[Draw], k: usize) -
     let low = at(sets.iter().map(|s| s.0).collect(), tail).filter(|i| *i > 0);
     let high = at(sets.iter().map(|s| s.1).collect(), 1.0 - tail).filter(|i| *i + 1 < scan.len());
     let value = best.exp();
-    let (low, high) = (low.map(|i| scan[i].exp().min(value)), high.map(|i| scan[i].exp().max(value)));
+    let inside: Vec<f64> = sets
+        .iter()
+        .filter(|s| s.0 > 0 && s.1 + 1 < scan.len())
+        .map(|s| 0.5 * (scan[s.0] + scan[s.1]) - best)
+        .collect();
+    // Exponential weights on n conditions scatter a mean too little by (n - 1) / (n + 1).
+    let variance = inside.iter().map(|d| d * d).sum::<f64>() / inside.len().max(1) as f64;
+    let least = student(clusters) * (variance * (clusters + 1.0) / (clusters - 1.0).max(0.5)).sqrt();
+    let low = low.map(|i| scan[i].min(best - least).exp());
+    let high = high.map(|i| scan[i].max(best + least).exp());
     let determined = low.zip(high).is_some_and(|(low, high)| high / low < DETERMINED);
     Estimate { coefficient: problem.free[k], value, low, high, determined }
 }
 
 /// Share of the draws left out on either side for a 95 % interval from so many conditions.
 fn tail(conditions: f64) -> f64 {
-    let t = StudentsT::new(0.0, 1.0, (conditions - 1.0).max(1.0)).map_or(2.0, |t| t.inverse_cdf(0.975));
-    let expanded = t * (conditions / (conditions - 1.0).max(0.5)).sqrt();
+    let expanded = student(conditions) * (conditions / (conditions - 1.0).max(0.5)).sqrt();
     Normal::new(0.0, 1.0).map_or(0.0, |n| n.cdf(-expanded))
+}
+
+/// Quantile of Student's t for a 95 % interval.
+fn student(conditions: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, (conditions - 1.0).max(1.0)).map_or(2.0, |t| t.inverse_cdf(0.975))
 }
 
 /// Costs with coefficient `k` at the logarithm `x`, by trial and signal.

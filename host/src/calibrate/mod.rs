@@ -24,8 +24,24 @@ pub use windows::Windowed;
 
 /// Most calibration trials: more of them only cost time.
 pub const MOST_TRIALS: usize = 60;
-/// Fewest, where there are as many: intervals come from their scatter.
-pub const FEWEST_TRIALS: usize = 6;
+/// Fewest that a calibration should have: its intervals come from their scatter.
+pub const FEWEST_TRIALS: usize = 8;
+
+/// How many of the trials friction is found from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Share {
+    /// Share of them.
+    pub share: f64,
+    /// At least so many, where there are as many.
+    pub fewest: usize,
+}
+
+impl Share {
+    /// A share of the trials, at least [`FEWEST_TRIALS`].
+    pub fn of(share: f64) -> Self {
+        Self { share, fewest: FEWEST_TRIALS }
+    }
+}
 
 /// Root mean square error of one quantity over windows of the motion.
 #[derive(Clone, Debug, Serialize)]
@@ -68,12 +84,12 @@ pub struct Calibration {
 }
 
 /// Places of the calibration trials in a list of `conditions`, one for each trial: a `share`
-/// of them, at least [`FEWEST_TRIALS`] where there are that many, of as many conditions as
+/// of them, of as many conditions as
 /// possible and spread evenly over the list, so that whatever changes along it is touched.
-pub fn pick(conditions: &[&str], share: f64) -> Vec<usize> {
+pub fn pick(conditions: &[&str], share: Share) -> Vec<usize> {
     let count = conditions.len();
-    let wanted = ((count as f64 * share).round() as usize)
-        .clamp(FEWEST_TRIALS.min(count), MOST_TRIALS.max(FEWEST_TRIALS).min(count));
+    let wanted = ((count as f64 * share.share).round() as usize)
+        .clamp(share.fewest.min(count), MOST_TRIALS.max(share.fewest).min(count));
     // Multiples of the golden ratio fill the range evenly and never fall in step with a
     // regular plan.
     let mut taken: Vec<usize> = Vec::with_capacity(wanted);
@@ -101,7 +117,7 @@ pub fn calibrate(
     primitive: &str,
     trials: &[(usize, Trial)],
     base: &Model<f64>,
-    share: f64,
+    share: Share,
 ) -> anyhow::Result<Calibration> {
     let ready: Vec<Result<Windowed, crate::simulate::SceneError>> =
         trials.par_iter().map(|(at, trial)| Windowed::new(description, trial, *at)).collect();
@@ -138,6 +154,7 @@ pub fn calibrate(
     remarks.extend(tared);
     let mut fit = friction::fit(&calibration, &offsets, base);
     remarks.extend(fit.missed.iter().map(|i| Remark::Missed(calibration[*i].trial.clone())));
+    determined::keep_base(&mut fit, base);
     determined::withdraw(&calibration, &mut fit, base);
     remarks.extend(determined::remarks(&calibration, &held_out, &fit));
     let before = squares(&held_out, &offsets, base);
@@ -211,19 +228,19 @@ fn squares(trials: &[&Windowed], offsets: &[f64; COUNT], model: &Model<f64>) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::pick;
+    use super::{Share, pick};
 
     #[test]
     fn calibration_trials_are_distinct_conditions_spread_over_the_list() {
         let names: Vec<String> = (0..420).map(|i| format!("{}", i % 140)).collect();
         let conditions: Vec<&str> = names.iter().map(String::as_str).collect();
-        let taken = pick(&conditions, 0.1);
+        let taken = pick(&conditions, Share::of(0.1));
         assert_eq!(taken.len(), 42);
         assert!(taken.windows(2).all(|w| w[0] < w[1] && w[1] - w[0] < 30), "{taken:?}");
         let mut touched: Vec<&str> = taken.iter().map(|i| conditions[*i]).collect();
         touched.sort_unstable();
         touched.dedup();
         assert_eq!(touched.len(), 42);
-        assert_eq!(pick(&conditions[..2], 0.1), vec![0, 1]);
+        assert_eq!(pick(&conditions[..2], Share::of(0.1)), vec![0, 1]);
     }
 }

@@ -70,7 +70,7 @@ pub struct Windowed {
     pub prepared: Prepared,
     /// Means of the measured channels over each window, NaN where nothing was measured.
     pub measured: Vec<Signals>,
-    drifted: [Prepared; 2],
+    drifted: Vec<Prepared>,
     windows: Vec<Range<usize>>,
     rest: Range<usize>,
 }
@@ -95,10 +95,13 @@ impl Windowed {
         let measured = windows.iter().map(|w| mean(&prepared.measured[w.clone()])).collect();
         // The last samples at rest may see the onset through the smoothing of the motion.
         let rest = 0..first.saturating_sub(REST / 2);
-        let drifted = [1.0, -1.0].map(|sign| {
+        let gripped = prepared.scene.fingers.is_some();
+        let signs: &[f64] = if gripped { &[1.0, -1.0] } else { &[] };
+        let drift = |sign: &f64| {
             let turn = Vector3::new(DRIFT_RAD, 0.0, sign * DRIFT_RAD);
             prepared.with_drift(&(Vector3::y() * (sign * DRIFT_M)), &turn)
-        });
+        };
+        let drifted = signs.iter().map(drift).collect();
         let condition = crate::compare::conditions::key(&trial.info);
         Ok(Self { trial: trial.info.trial.clone(), condition, prepared, drifted, measured, windows, rest })
     }
@@ -116,13 +119,14 @@ impl Windowed {
     /// smaller by what a drift changes in it (see the module); NaN where nothing was measured.
     pub fn residual(&self, offsets: &Signals, model: &Model<f64>) -> Vec<Seen> {
         let rows = self.model(model);
-        let drifted = self.drifted.each_ref().map(|prepared| self.run(prepared, model));
+        let drifted: Vec<Vec<Signals>> = self.drifted.iter().map(|p| self.run(p, model)).collect();
         let difference = |(i, measured): (usize, &Signals)| {
             let d = std::array::from_fn(|c| rows[i][c] - (measured[c] - offsets[c]));
-            let moved = drifted.each_ref().map(|d| {
+            let moved = drifted.iter().map(|d| {
                 let change = std::array::from_fn(|c| d[i][c] - rows[i][c]);
                 seen(&change, measured)
             });
+            let moved: Vec<Seen> = moved.collect();
             let r = seen(&d, measured);
             std::array::from_fn(|k| {
                 let change = moved.iter().map(|m| m[k] * m[k]).sum::<f64>() / resolution(k).powi(2);

@@ -21,6 +21,7 @@ pub mod replay;
 pub mod rig;
 pub mod stream;
 pub mod suggest;
+pub mod tribometer;
 
 use std::process::ExitCode;
 
@@ -65,6 +66,8 @@ enum Command {
     Calibrate(calibrate::Args),
     /// Predict planar pushes from friction found on a few of them
     Planar(planar::Args),
+    /// Rigid friction, and a spring before it, on the record of a single contact
+    Tribometer(tribometer::Args),
     /// The paper's statements checked: what it saw, what the hard and the soft model give
     Findings(findings::Args),
     /// Run a model along every trial of a data set in parallel, and time its steps
@@ -92,6 +95,7 @@ impl Command {
             Command::Import(args) => import::run(args, output),
             Command::Calibrate(args) => calibrate::run(args, output),
             Command::Planar(args) => planar::run(args, output),
+            Command::Tribometer(args) => tribometer::run(args, output),
             Command::Findings(args) => findings::run(args, output),
             Command::Grid(args) => grid::run(args, output),
             Command::Mujoco(args) => mujoco::run(args, output),

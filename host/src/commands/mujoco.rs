@@ -13,7 +13,7 @@ use stickslip_shared::model::Model;
 use crate::channels::{COUNT, Quantity, Signals, quantity};
 use crate::compare::conditions::HeldOut;
 use crate::compare::tare::Tare;
-use crate::compare::{Data, NamedModel, Options, compare};
+use crate::compare::{Data, Forces, NamedModel, Options, compare};
 use crate::dataset::{Index, Trial};
 use crate::mujoco::engine::{self, Run};
 use crate::mujoco::{Setting, mjcf::mjcf};
@@ -167,6 +167,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             trial: None,
             held_out: HeldOut::Trials(loaded.iter().map(|l| l.id.clone()).collect()),
             tare: Tare::BeforeContact,
+            forces: Forces::OutsideBand,
         };
         let load = |i: usize| index.read_trial(&index.trials[i]).map_err(|e| e.to_string());
         let data = Data { description: &index.description, infos: &index.trials, load: &load };
@@ -181,7 +182,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
 fn words(setting: Setting) -> &'static str {
     match setting {
         Setting::Default => "default contacts, 2 ms",
-        Setting::Tuned => "elliptic cone, impratio 100, stiff contacts, 1 ms",
+        Setting::Tuned => "elliptic cone, impratio 100, contacts of 5 ms, 1 ms",
     }
 }
 

@@ -70,6 +70,7 @@ struct Job {
     gripper: Option<Vec<[f64; 7]>>,
     grip_n: Vec<f64>,
     reference_m: [f64; 3],
+    rests: bool,
 }
 
 #[derive(Deserialize)]
@@ -182,6 +183,7 @@ fn job(prepared: &Prepared, xml: String) -> Job {
         gripper: prepared.scene.fingers.map(|_| poses.iter().map(|p| flat(&p.carrier)).collect()),
         grip_n: prepared.grips_n().to_vec(),
         reference_m: reference.into(),
+        rests: prepared.rests(),
     }
 }
 

@@ -34,7 +34,7 @@ pub fn mjcf(prepared: &Prepared, friction: &Friction<f64>, setting: Setting) -> 
     let cone = if tuned { " cone=\"elliptic\" impratio=\"100\"" } else { "" };
     let step_s = setting.step_s();
     let _ = writeln!(s, "  <option timestep=\"{step_s}\" gravity=\"{gx} {gy} {gz}\"{cone}/>");
-    let stiff = if tuned { " solref=\"0.002 1\" solimp=\"0.99 0.999 0.0001\"" } else { "" };
+    let stiff = if tuned { " solref=\"0.005 1\"" } else { "" };
     let _ = writeln!(s, "  <default>\n    <geom condim=\"3\"{stiff}/>\n    <equality{stiff}/>\n  </default>");
     let _ = writeln!(s, "  <worldbody>");
     if let Some(finger) = &scene.fingers {
@@ -49,9 +49,8 @@ pub fn mjcf(prepared: &Prepared, friction: &Friction<f64>, setting: Setting) -> 
         if !poses.iter().filter_map(|p| p.pusher).all(|p| still(&p)) {
             return Err("its pusher moves: only pushers that stand still are exported".into());
         }
-        let down = Vector3::from(scene.gravity_m_s2);
-        let normal = pose.rotation.transform_vector(&Vector3::x());
-        let platform = matches!(pusher, PusherContact::Plane) && normal.dot(&down) < -0.7 * down.norm();
+        // A plane under the object has the platform's friction, as in the own model.
+        let platform = prepared.rests() && scene.support.is_none();
         let mu = if platform { friction.support } else { friction.pusher };
         environment(&mut s, pusher, pose, mu);
     }
