@@ -10,13 +10,16 @@ OUT := target/$(TARGET)/firmware
 FLASH_LIMIT := 524288
 RAM_LIMIT := 98304
 
-.PHONY: help setup test lint test-host hil hil-probe soak soak-short firmware firmware-g474 flash-g474 size demo bench
+.PHONY: help setup mujoco-setup test lint test-host hil hil-probe soak soak-short firmware firmware-g474 flash-g474 size demo bench
 
 help: ## This list
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
 
 setup: ## Install what is missing: thumbv7em target, QEMU
 	@tools/setup.sh
+
+mujoco-setup: ## A Python environment with MuJoCo for `stickslip mujoco`, outside the repository
+	@tools/mujoco/setup.sh
 
 demo: setup firmware ## A recorded push through the firmware in QEMU, replayed and compared
 	cargo run --release -p stickslip-host -- demo
