@@ -116,6 +116,7 @@ impl<G: Gauges> Control<G> {
                 }
                 self.gauges.restart();
                 self.report.hash = HASH_START;
+                self.report.taken = 0;
                 self.report.prediction = Prediction::default();
                 self.run = Some(Run { request, link: LinkSource::new(&request) });
             }
@@ -137,6 +138,7 @@ impl<G: Gauges> Control<G> {
         match next {
             Next::Sample(sample) => {
                 COUNTERS.samples.add(1);
+                self.report.taken = self.report.taken.wrapping_add(1);
                 if run.request.length.is_some_and(|length| sample.seq.saturating_add(1) >= length) {
                     self.run = None;
                 }

@@ -6,11 +6,9 @@ use core::sync::atomic::{AtomicU8, Ordering};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use heapless::Vec;
-use stickslip_shared::wire::frame::MAX_LINE;
 use stickslip_shared::predictor::Plan;
-use stickslip_shared::wire::{
-    Calibration, Mode, SAMPLE_QUEUE, Sample, StartRequest, TelemetryReport,
-};
+use stickslip_shared::wire::frame::MAX_LINE;
+use stickslip_shared::wire::{Calibration, Mode, SAMPLE_QUEUE, Sample, StartRequest, TelemetryReport};
 
 use crate::slot::Slot;
 

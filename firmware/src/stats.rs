@@ -79,11 +79,7 @@ impl Counters {
         critical_section::with(|cs| {
             let cell = self.cost.borrow(cs);
             let (ticks, sum, worst) = cell.get();
-            cell.set((
-                ticks.saturating_add(1),
-                sum.saturating_add(u64::from(cost)),
-                worst.max(cost),
-            ));
+            cell.set((ticks.saturating_add(1), sum.saturating_add(u64::from(cost)), worst.max(cost)));
         });
     }
 

@@ -42,9 +42,7 @@ impl Upload {
             return Err(Refusal::Crc { received });
         }
         match postcard::take_from_bytes::<ModelPackage>(&self.bytes) {
-            Ok(((scene, model, limits), [])) => {
-                Predictor::new(scene, model, limits).map_err(Refusal::Model)
-            }
+            Ok(((scene, model, limits), [])) => Predictor::new(scene, model, limits).map_err(Refusal::Model),
             _ => Err(Refusal::Undecodable),
         }
     }

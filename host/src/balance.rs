@@ -50,6 +50,8 @@ impl StageBalance {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NotChecked {
+    /// Something touches the object whose force is not measured.
+    PusherNotMeasured,
     /// The table carries the object, and its force is not measured.
     SupportNotMeasured,
     /// No finger force in all three axes with the gripper's pose.
@@ -63,6 +65,7 @@ impl NotChecked {
     #[must_use]
     pub fn label(self) -> &'static str {
         match self {
+            NotChecked::PusherNotMeasured => "the pusher's force is not measured",
             NotChecked::SupportNotMeasured => "the support's force is not measured",
             NotChecked::FingersNotMeasured => {
                 "finger forces in three axes and the gripper's pose are not measured"
@@ -89,18 +92,20 @@ pub fn balance(
         return Err(NotChecked::FingersNotMeasured);
     }
     let pushed = description.pushers.contains_key(&trial.info.primitive);
+    // Whether it touches the object already before it pushes cannot be known either.
+    if pushed && !pusher_measured(trial) {
+        return Err(NotChecked::PusherNotMeasured);
+    }
     let sensors = &description.sensors;
     let slow = slow(&trial.samples, mass_kg(description, trial), weight.norm());
     let mut balances = Vec::new();
     for stage in STAGES {
-        // Before contact a pusher without a sensor adds nothing.
-        let pusher_known_zero = !pushed || (stage == Stage::BeforeContact && !pusher_measured(trial));
         let range = stages.range(stage);
         let sums: Vec<Vector3<f64>> = range
             .filter(|at| slow.get(*at).copied().unwrap_or(false))
             .filter_map(|at| trial.samples.get(at))
             .filter_map(|sample| {
-                let pusher = match (pusher_n(sample), pusher_known_zero) {
+                let pusher = match (pusher_n(sample), !pushed) {
                     (Some(force), _) => force,
                     (None, true) => Vector3::zeros(),
                     (None, false) => return None,
@@ -114,7 +119,7 @@ pub fn balance(
         let count = sums.len() as f64;
         let mean = sums.iter().sum::<Vector3<f64>>() / count;
         let spread = sums.iter().map(|sum| (sum - mean).component_mul(&(sum - mean))).sum::<Vector3<f64>>();
-        let measured_pusher = if pusher_known_zero { 0.0 } else { 1.0 };
+        let measured_pusher = if pushed { 1.0 } else { 0.0 };
         let noise = 2.0 * sensors.finger.force_noise_n.powi(2)
             + measured_pusher * sensors.pusher.force_noise_n.powi(2);
         balances.push(StageBalance {
@@ -149,7 +154,9 @@ pub struct Tare {
 /// contact not found, an object that stands on a table).
 #[must_use]
 pub fn tare(description: &Description, trial: &Trial, stages: &Stages) -> Option<Tare> {
-    if description.supports.contains_key(&trial.info.primitive) {
+    let primitive = &trial.info.primitive;
+    let unmeasured = description.pushers.contains_key(primitive) && !pusher_measured(trial);
+    if unmeasured || description.supports.contains_key(primitive) {
         return None;
     }
     stages.contact?;

@@ -258,29 +258,15 @@ fn robust_cost(campaign: &Campaign, model: &Model<f64>) -> f64 {
     total
 }
 
-/// `model` with `free` parameters fitted, from the values given and from a rough start: what
-/// leaves the smaller error in noise floors, every feature's error counting at most 100.
+/// `model` with `free` friction fitted, from the values given and from a rough start: what fits
+/// better by `robust_cost`.
 pub fn first_fit(campaign: &Campaign, model: &Model<f64>, free: &[Free], iterations: usize) -> Model<f64> {
-    let from = |start: &Model<f64>| {
-        let fitted = solve(&Problem::new(campaign, start), start, free, iterations).model;
-        let problem = Problem::new(campaign, &fitted);
-        let here = solve(&problem, &fitted, free, iterations);
-        let (mut sum, mut n) = (0.0, 1.0);
-        for (g, r) in problem.groups.iter().zip(problem.without_offsets(&here.residual, &here.offsets)) {
-            for f in &problem.whiteners[*g].active {
-                let e = r[*f] / problem.single_run[*g][*f];
-                if e.is_finite() {
-                    sum += (e * e).min(1e4);
-                    n += 1.0;
-                }
-            }
-        }
-        // Trials in which the model fails count as if every feature missed by the most.
-        let failed = problem.failed.len() as f64 / campaign.runs.len().max(1) as f64;
-        (sum / n + 1e4 * failed, here.model)
-    };
-    let (given, rough) = (from(model), from(&rough_start(campaign, model)));
-    if rough.0 < given.0 { rough.1 } else { given.1 }
+    let from = |start: &Model<f64>| solve(&Problem::new(campaign, start), start, free, iterations).model;
+    let rough = rough_start(campaign, model);
+    let tries = [from(model), from(&rough), model.clone(), rough];
+    let costs = tries.each_ref().map(|m| robust_cost(campaign, m));
+    let best = (0..tries.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
+    tries[best].clone()
 }
 
 /// `model` with the friction that fits best on a coarse grid around it, by a robust cost: far

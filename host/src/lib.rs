@@ -2,6 +2,7 @@
 
 pub mod balance;
 pub mod blind;
+pub mod calibrate;
 pub mod channels;
 pub mod check;
 pub mod commands;
@@ -10,7 +11,9 @@ pub mod dataset;
 pub mod device;
 pub mod diagnose;
 pub mod expression;
+pub mod findings;
 pub mod fit;
+pub mod force_bands;
 pub mod import;
 pub mod lcp_files;
 pub mod lcp_gen;
@@ -21,6 +24,7 @@ pub mod motion;
 pub mod noise;
 pub mod output;
 pub mod phases;
+pub mod planar;
 pub mod replay;
 pub mod report;
 pub mod rig;

@@ -305,10 +305,11 @@ fn base(raw: &Raw) -> Result<Base<f64>, Fault> {
         ("soft" | "", Some(soft)) => {
             let s = soft.get_ref();
             let positive = |x: f64| x.is_finite() && x > 0.0;
-            if !positive(s.normal_n_m)
-                || !positive(s.tangential_n_m)
-                || !(s.damping_s >= 0.0 && s.damping_s.is_finite())
-            {
+            let good = positive(s.normal_n_m)
+                && positive(s.tangential_n_m)
+                && s.damping_s >= 0.0
+                && s.damping_s.is_finite();
+            if !good {
                 let message = "[soft]: stiffnesses must be above 0 and damping_s not negative";
                 return Err((soft.span(), message.into()));
             }

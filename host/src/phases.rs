@@ -5,7 +5,8 @@
 //!
 //! - contact: the pusher's force, averaged over 20 ms, has left its mean of the first 50 ms
 //!   by more than 5 sigma and by more than 2 % of its largest change. Without a pusher
-//!   sensor: the model's pusher touches. Without a pusher (lift): the gripper starts to move.
+//!   sensor (roll): the model's pusher touches and gripper or pusher have started to move.
+//!   Without a pusher (lift): the gripper starts to move.
 //! - motion: the object, averaged over 20 ms, has left its start in the grasp by more than
 //!   6 sigma, in position or in rotation, and goes further. Without measured poses: by the
 //!   model's.
@@ -142,7 +143,8 @@ fn find_contact(
     }
     if coverage(&prepared.measured, 18..21) < 0.5 {
         return match by_model {
-            Some(at) => (at, Evidence::Model),
+            // Before anything moves a touch loads nothing.
+            Some(at) => (at.max(begin), Evidence::Model),
             None => (n, Evidence::Never),
         };
     }
@@ -155,7 +157,7 @@ fn find_contact(
     match change.iter().position(|c| *c > threshold) {
         Some(at) if threshold > 0.0 => (at, Evidence::Measured),
         // Already in contact when the recording began: the force never changes.
-        _ if by_model.is_some_and(|at| at <= 1) => (0, Evidence::Model),
+        _ if by_model.is_some_and(|at| at <= 1) => (begin, Evidence::Model),
         _ => (n, Evidence::Never),
     }
 }

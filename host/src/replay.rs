@@ -1,13 +1,12 @@
 //! A recorded trial through the predictor, tick by tick in `f32`, as the board does it.
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use stickslip_shared::model::{
-    Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
-};
+use nalgebra::Vector3;
+use stickslip_shared::model::{Model, Scene};
 use stickslip_shared::predictor::{
-    HASH_START, Intent, Limits, MAX_SEGMENTS, ModelError, Plan, Prediction, Predictor, Sample, Segment,
+    HASH_START, Intent, Limits, MAX_SEGMENTS, ModelError, Plan, Prediction, Predictor, Segment,
 };
 use stickslip_shared::track::Pose;
+use stickslip_shared::wire;
 use thiserror::Error;
 
 use crate::channels;
@@ -38,7 +37,7 @@ pub struct Feed {
     /// Derived from the gripper's measured motion.
     pub plan: Plan,
     /// One for each recorded sample.
-    pub samples: Vec<Sample<f32>>,
+    pub samples: Vec<wire::Sample>,
 }
 
 /// What a replay gave.
@@ -56,9 +55,9 @@ pub struct Replayed {
 /// See [`scene`].
 pub fn feed(description: &Description, trial: &Trial) -> Result<Feed, SceneError> {
     let scene = scene(description, trial)?;
-    let mut convert = Converter::new(trial, &scene);
+    let mut convert = Converter::new(trial);
     let samples = trial.samples.iter().map(|s| convert.sample(s)).collect();
-    Ok(Feed { scene: narrow_scene(&scene), plan: plan_for(trial), samples })
+    Ok(Feed { scene: scene.cast(), plan: plan_for(trial), samples })
 }
 
 /// Runs the predictor over a trial; `ordinal` is the trial's place in its data set.
@@ -73,11 +72,11 @@ pub fn replay(
     ordinal: usize,
 ) -> Result<Replayed, ReplayError> {
     let feed = feed(description, trial)?;
-    let mut predictor = Predictor::new(feed.scene, narrow_model(model), limits)
+    let mut predictor = Predictor::new(feed.scene, model.cast(), limits)
         .map_err(|why| ReplayError::Refused { trial: trial.info.trial.clone(), why })?;
     predictor.set_plan(feed.plan);
     predictor.set_trial(ordinal as f32);
-    let predictions: Vec<Prediction> = feed.samples.iter().map(|s| predictor.tick(s)).collect();
+    let predictions: Vec<Prediction> = feed.samples.iter().map(|s| predictor.tick(&s.into())).collect();
     let hash = hash(&predictions);
     Ok(Replayed { predictions, hash })
 }
@@ -87,39 +86,44 @@ pub fn hash<'a>(predictions: impl IntoIterator<Item = &'a Prediction>) -> u32 {
     predictions.into_iter().fold(HASH_START, |h, p| p.hash(h))
 }
 
-/// Turns recorded samples into the predictor's, one after the other: what is commanded
-/// (grip) or fixed (pusher) holds until it is given anew; what is measured does not.
+/// Turns recorded samples into those that go over the wire, one after the other: what is
+/// commanded (grip) or fixed (pusher) holds until it is given anew; what is measured does
+/// not. Time counts from the first sample.
 #[derive(Clone, Debug)]
 pub struct Converter {
+    seq: u32,
+    start_s: f64,
     grip_n: f32,
-    pusher: Option<Pose<f32>>,
-    has_pusher: bool,
+    pusher: Option<wire::Pose>,
 }
 
 impl Converter {
     /// For the samples of `trial`.
-    pub fn new(trial: &Trial, scene: &Scene<f64>) -> Self {
+    pub fn new(trial: &Trial) -> Self {
         Self {
+            seq: 0,
+            start_s: start_s(trial),
             grip_n: trial.info.grip_n.unwrap_or(0.0) as f32,
             pusher: trial.info.pusher.as_ref().map(narrow_pose),
-            has_pusher: scene.pusher.is_some(),
         }
     }
 
     /// The next sample. Only the first needs the object's pose.
-    pub fn sample(&mut self, s: &dataset::Sample) -> Sample<f32> {
+    pub fn sample(&mut self, s: &dataset::Sample) -> wire::Sample {
         self.grip_n = s.grip_cmd_n.map_or(self.grip_n, |g| g as f32);
         self.pusher = s.pusher.as_ref().map(narrow_pose).or(self.pusher);
-        Sample {
-            t_s: s.t_s as f32,
+        let seq = self.seq;
+        self.seq = self.seq.wrapping_add(1);
+        wire::Sample {
+            seq,
+            t_us: ((s.t_s - self.start_s) * 1e6).round() as u32,
             grip_cmd_n: self.grip_n,
             gripper: s.gripper.as_ref().map(narrow_pose),
             object: s.object.as_ref().map(narrow_pose),
-            pusher: self.pusher.filter(|_| self.has_pusher),
+            pusher: self.pusher,
             finger: s.finger.map(|w| {
                 w.map(|w| {
-                    let [fx, fy, fz] = w.force_n;
-                    let [tx, ty, tz] = w.torque_nm;
+                    let ([fx, fy, fz], [tx, ty, tz]) = (w.force_n, w.torque_nm);
                     [fx, fy, fz, tx, ty, tz].map(|x| x as f32)
                 })
             }),
@@ -127,20 +131,19 @@ impl Converter {
     }
 }
 
-fn narrow_pose(pose: &dataset::Pose) -> Pose<f32> {
-    let p = channels::pose(pose);
-    let q = p.rotation.quaternion();
-    Pose {
-        position_m: p.position_m.map(|x| x as f32),
-        // Rounded, not normalised again: the board gets these very numbers.
-        rotation: UnitQuaternion::new_unchecked(Quaternion::new(
-            q.w as f32, q.i as f32, q.j as f32, q.k as f32,
-        )),
+fn start_s(trial: &Trial) -> f64 {
+    trial.samples.first().map_or(0.0, |s| s.t_s)
+}
+
+fn narrow_pose(pose: &dataset::Pose) -> wire::Pose {
+    wire::Pose {
+        position_m: pose.position_m.map(|x| x as f32),
+        quaternion: pose.quaternion.map(|x| x as f32),
     }
 }
 
-/// The plan that a trial followed, as far as the gripper's measured motion tells: up to
-/// eight segments of nearly constant velocity, with the intent of the primitive.
+/// The plan that a trial followed, counted from its first sample, as far as the gripper's
+/// measured motion tells: up to eight segments of nearly constant velocity, with the intent of the primitive.
 pub fn plan_for(trial: &Trial) -> Plan {
     let intent = match trial.info.primitive.as_str() {
         "linear_push" => Intent::Slide,
@@ -159,8 +162,7 @@ pub fn plan_for(trial: &Trial) -> Plan {
             })
             .collect()
     };
-    let mut plan =
-        Plan { start_s: trial.samples.first().map_or(0.0, |s| s.t_s as f32), segments: Default::default() };
+    let mut plan = Plan { start_s: 0.0, segments: Default::default() };
     for (from, to) in pieces(&moments) {
         let (a, b) = (&moments[from], &moments[to]);
         let v = velocity(a, b);
@@ -237,74 +239,126 @@ fn pieces(moments: &[Moment]) -> Vec<(usize, usize)> {
     pieces
 }
 
-/// A scene rounded to what the board computes with.
-pub fn narrow_scene(s: &Scene<f64>) -> Scene<f32> {
-    let shape = match &s.object.shape {
-        Shape::Prism { length_m, side_m } => {
-            Shape::Prism { length_m: *length_m as f32, side_m: *side_m as f32 }
+/// Kind of a log's record whose payload is `postcard(Prediction)`: one for each tick, in order.
+pub const PREDICTION_RECORD: u8 = 1;
+/// Kind of a log's record whose payload is `postcard(TelemetryReport)`, as the board sends it.
+pub const TELEMETRY_RECORD: u8 = 2;
+/// Kind of a log record: a `wire::Sample` as it was sent.
+pub const SAMPLE_RECORD: u8 = 3;
+
+/// The predictions in a log, each with its tick. Telemetry is placed by the number of its
+/// sample; reports that repeat one (no new sample) are passed over.
+///
+/// # Errors
+/// A payload that does not decode.
+pub fn read_predictions(records: &[crate::log::Record]) -> Result<Vec<(usize, Prediction)>, postcard::Error> {
+    let mut out: Vec<(usize, Prediction)> = Vec::new();
+    for r in records {
+        match r.kind {
+            PREDICTION_RECORD => out.push((out.len(), postcard::from_bytes(&r.payload)?)),
+            TELEMETRY_RECORD => {
+                let report: wire::TelemetryReport = postcard::from_bytes(&r.payload)?;
+                if let Some(tick) = report.sample_seq.and_then(|s| usize::try_from(s).ok())
+                    && out.last().is_none_or(|l| l.0 != tick)
+                {
+                    out.push((tick, report.prediction));
+                }
+            }
+            _ => {}
         }
-        Shape::Cylinder { length_m, diameter_m, across_flats_m } => Shape::Cylinder {
-            length_m: *length_m as f32,
-            diameter_m: *diameter_m as f32,
-            across_flats_m: *across_flats_m as f32,
-        },
-        Shape::Polygon { vertices_m, height_m } => Shape::Polygon {
-            vertices_m: vertices_m.iter().map(|v| v.map(|x| x as f32)).collect(),
-            height_m: *height_m as f32,
-        },
-    };
-    Scene {
-        gravity_m_s2: s.gravity_m_s2.map(|x| x as f32),
-        object: Object {
-            shape,
-            mass_kg: s.object.mass_kg as f32,
-            inertia_kg_m2: s.object.inertia_kg_m2.map(|r| r.map(|x| x as f32)),
-        },
-        fingers: s.fingers.map(|f| match f {
-            FingerContact::Point => FingerContact::Point,
-            FingerContact::Line { length_m } => FingerContact::Line { length_m: length_m as f32 },
-            FingerContact::Disc { diameter_m } => FingerContact::Disc { diameter_m: diameter_m as f32 },
-        }),
-        pusher: s.pusher.map(|p| match p {
-            PusherContact::Plane => PusherContact::Plane,
-            PusherContact::Line { length_m } => PusherContact::Line { length_m: length_m as f32 },
-            PusherContact::Point { tip_radius_m } => {
-                PusherContact::Point { tip_radius_m: tip_radius_m as f32 }
-            }
-        }),
-        support: s.support.as_ref().map(|s| match s {
-            SupportContact::Patch => SupportContact::Patch,
-            SupportContact::Points(p) => {
-                SupportContact::Points(p.iter().map(|v| v.map(|x| x as f32)).collect())
-            }
-        }),
     }
+    Ok(out)
 }
 
-/// A model rounded to what the board computes with.
-pub fn narrow_model(m: &Model<f64>) -> Model<f32> {
-    Model {
-        base: match m.base {
-            Base::Hard => Base::Hard,
-            Base::Soft { normal_n_m, tangential_n_m, damping_s } => Base::Soft {
-                normal_n_m: normal_n_m as f32,
-                tangential_n_m: tangential_n_m as f32,
-                damping_s: damping_s as f32,
-            },
-        },
-        friction: Friction {
-            finger: m.friction.finger as f32,
-            pusher: m.friction.pusher as f32,
-            support: m.friction.support as f32,
-        },
-        effects: m
-            .effects
-            .iter()
-            .map(|e| stickslip_shared::effects::Effect {
-                code: e.code,
-                parameters: e.parameters.map(|p| p as f32),
-            })
-            .collect(),
-        formulas: Default::default(),
+/// Where two runs part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Difference {
+    /// Tick.
+    pub tick: usize,
+    /// Place in [`Prediction::words`].
+    pub word: usize,
+    /// Bits in the log; all ones where the replay has no such tick.
+    pub logged: u32,
+    /// Bits of the replay.
+    pub replayed: u32,
+}
+
+/// The first logged prediction that is not the replay's, bit for bit.
+pub fn first_difference(logged: &[(usize, Prediction)], replayed: &[Prediction]) -> Option<Difference> {
+    logged.iter().find_map(|(tick, log)| match replayed.get(*tick) {
+        None => Some(Difference { tick: *tick, word: 0, logged: u32::MAX, replayed: 0 }),
+        Some(own) => log
+            .words()
+            .zip(own.words())
+            .enumerate()
+            .find(|(_, (a, b))| a != b)
+            .map(|(word, (logged, replayed))| Difference { tick: *tick, word, logged, replayed }),
+    })
+}
+
+/// Names of the bits of [`Prediction::flags`], in order.
+pub const FLAGS: [&str; 9] = [
+    "slip, finger 1",
+    "slip, finger 2",
+    "slip ahead, finger 1",
+    "slip ahead, finger 2",
+    "unexpected",
+    "sag",
+    "rotation",
+    "drop",
+    "pushing",
+];
+
+/// Names of the bits of [`Prediction::validity`], in order.
+pub const VALIDITY: [&str; 9] = [
+    "doubt: solver",
+    "doubt: model restarted at the measurement",
+    "doubt: unusable sample",
+    "doubt: gap in the samples",
+    "doubt: no fingertip wrench",
+    "doubt: no plan",
+    "doubt: waiting for the object's pose",
+    "doubt: contact points left out",
+    "doubt: wrench not finite",
+];
+
+/// One stretch of time in which a bit is set.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Span {
+    /// Name of the bit.
+    pub flag: &'static str,
+    /// Time stamp at which it rises.
+    pub rises_s: f64,
+    /// Time stamp at which it falls; `null`: up at the end.
+    pub falls_s: Option<f64>,
+    /// Ticks with it.
+    pub ticks: usize,
+}
+
+/// When each bit of `word` was set, in order of rising.
+pub fn spans(
+    t_s: &[f64],
+    predictions: &[Prediction],
+    names: &[&'static str],
+    word: impl Fn(&Prediction) -> u32,
+) -> Vec<Span> {
+    let mut out = Vec::new();
+    for (bit, flag) in names.iter().enumerate() {
+        let mut open: Option<Span> = None;
+        for (t, p) in t_s.iter().zip(predictions) {
+            let set = word(p) >> bit & 1 == 1;
+            match (&mut open, set) {
+                (None, true) => open = Some(Span { flag, rises_s: *t, falls_s: None, ticks: 1 }),
+                (Some(span), true) => span.ticks += 1,
+                (Some(span), false) => {
+                    span.falls_s = Some(*t);
+                    out.extend(open.take());
+                }
+                (None, false) => {}
+            }
+        }
+        out.extend(open);
     }
+    out.sort_by(|a, b| a.rises_s.total_cmp(&b.rises_s));
+    out
 }

@@ -9,7 +9,7 @@ use stickslip_shared::cone::ConeStatus;
 use stickslip_shared::contact::SLOTS;
 use stickslip_shared::model::{FingerContact, Model, Object, PusherContact, Scene, Shape, SupportContact};
 use stickslip_shared::shape::inertia;
-use stickslip_shared::step::{State, StepOutput, step};
+use stickslip_shared::step::{Drive, State, StepOutput, step};
 use stickslip_shared::track::{Pose, Poses, drive_between, seat, settle, support_pose};
 use thiserror::Error;
 
@@ -299,13 +299,31 @@ impl Prepared {
             slip_m_s: Vec::with_capacity(n),
             normal_n: Vec::with_capacity(n),
         };
+        self.observe(model, stride, |sample, _, step, _| {
+            while out.signals.len() <= sample {
+                self.record(step, &mut out);
+            }
+        });
+        out
+    }
+
+    /// Runs the model along the trial and shows the last step before each sample it reaches:
+    /// sample, state after the step, what the step produced, its drive. The first call is
+    /// for sample 0, at rest in the grasp.
+    pub fn observe(
+        &self,
+        model: &Model<f64>,
+        stride: usize,
+        mut each: impl FnMut(usize, &State<f64, SLOTS>, &StepOutput<f64, SLOTS>, &Drive<f64>),
+    ) {
+        let n = self.poses.len();
         let Some(first) = self.poses.first() else {
-            return out;
+            return;
         };
         let unseated = first.pusher.map_or_else(Vector3::zeros, |p| p.position_m);
         let still = Poses { t_s: first.t_s + 0.004, ..*first };
         let Some(mut drive) = drive_between(first, &still, &unseated, self.grip_n[0], self.ordinal) else {
-            return out;
+            return;
         };
         // The object is at rest in the grasp; the carrier's own speed enters with the first step.
         let mut state: State<f64, SLOTS> =
@@ -316,7 +334,7 @@ impl Prepared {
         }
         settle(&self.scene, model, &mut state, &drive);
         let settled = step(&self.scene, model, &mut state, &drive);
-        self.record(&settled, &mut out);
+        each(0, &state, &settled, &drive);
         let stride = stride.max(1);
         let mut from = 0;
         while from + 1 < n {
@@ -338,13 +356,10 @@ impl Prepared {
                     }
                     last = step(&self.scene, model, &mut state, &part);
                 }
-                for _ in from..to {
-                    self.record(&last, &mut out);
-                }
+                each(to, &state, &last, &part);
             }
             from = to;
         }
-        out
     }
 
     fn record(&self, step: &StepOutput<f64, SLOTS>, out: &mut Simulated) {
@@ -371,6 +386,13 @@ impl Prepared {
     /// Poses of the prescribed bodies, one for each sample.
     pub fn poses(&self) -> &[Poses<f64>] {
         &self.poses
+    }
+
+    /// Grip force commanded while the trial moves (the median over its samples), N.
+    pub fn grip_n(&self) -> f64 {
+        let mut all = self.grip_n.clone();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied().unwrap_or(0.0)
     }
 
     /// Length of the prescribed path, m; see [`Prepared::drive_speed`].

@@ -276,7 +276,7 @@ impl<R: Real> Problem<'_, R> {
                 add_slope(h, p, &r.slope);
             }
         }
-        Balance { f, scale_n: scale, rounding_n: rounding * R::of(16.0) * R::EPSILON }
+        Balance { f, scale_n: scale, rounding_n: rounding * R::of(32.0) * R::EPSILON }
     }
 
     /// Largest entry in newtons.
@@ -455,15 +455,14 @@ pub fn solve<R: Real, const NC: usize>(
         radius_m: (trace / (R::of(3.0) * bodies.mass_kg)).root(),
     };
     let start = if guess.iter().all(|x| x.finite()) { *guess } else { bodies.free };
-    let (velocity, status, iterations) = problem.coupled(start, options);
-    let end = problem.balance(&velocity, Bound::Coupled, None);
+    let (velocity, residual_n, status, iterations) = problem.coupled(start, options);
     let mut force_n = Vec::new();
     for p in points {
         let u = relative_velocity(p, &velocity);
         // Capacity is that of `points`, so this cannot fail.
         let _ = force_n.push(respond(p, u, None).force);
     }
-    ConeSolution { velocity, force_n, status, residual_n: problem.size(&end.f), iterations }
+    ConeSolution { velocity, force_n, status, residual_n, iterations }
 }
 
 /// Where an iteration stands.
@@ -487,7 +486,7 @@ impl<R: Real> Problem<'_, R> {
     /// Newton on the real problem; where its descent stalls, the Tresca fixed point (bounds
     /// frozen, convex problem minimised, bounds updated with a relaxation that halves when
     /// the update turns back), with a few Newton steps on the real problem after each.
-    fn coupled(&self, start: Vec7<R>, options: &ConeOptions<R>) -> (Vec7<R>, ConeStatus, u32) {
+    fn coupled(&self, start: Vec7<R>, options: &ConeOptions<R>) -> (Vec7<R>, R, ConeStatus, u32) {
         let mut p = Progress { velocity: start, best: start, best_size_n: R::of(1e30), used: 0 };
         let mut phase = self.newton(&mut p, options, options.max_iterations);
         if phase == Phase::Stalled {
@@ -520,26 +519,31 @@ impl<R: Real> Problem<'_, R> {
                 }
             }
         }
-        match phase {
-            Phase::Solved => (p.velocity, ConeStatus::Solved, p.used),
-            Phase::Singular => (p.best, ConeStatus::Numerical, p.used),
-            Phase::Stalled | Phase::Limit => (p.best, ConeStatus::IterationLimit, p.used),
-        }
+        // What was evaluated last is the best there is where it is solved.
+        let status = match phase {
+            Phase::Solved => ConeStatus::Solved,
+            Phase::Singular => ConeStatus::Numerical,
+            Phase::Stalled | Phase::Limit => ConeStatus::IterationLimit,
+        };
+        (p.best, p.best_size_n, status, p.used)
     }
 
     /// At most `steps` Newton steps with a line search on the size of the balance.
     fn newton(&self, p: &mut Progress<R>, options: &ConeOptions<R>, steps: u32) -> Phase {
         let mut jacobian = [[R::zero(); DOF]; DOF];
         let mut taken = 0;
-        let mut trusted = 0;
+        let mut trusted = 0u8;
+        let mut at = self.balance(&p.velocity, Bound::Coupled, Some(&mut jacobian));
+        // Matrix and balance of the full step: mostly the next iterate's.
+        let mut ahead = jacobian;
         loop {
-            let at = self.balance(&p.velocity, Bound::Coupled, Some(&mut jacobian));
             let size = self.size(&at.f);
-            if size < p.best_size_n {
+            let solved = size <= at.tolerance_n(options);
+            if solved || size < p.best_size_n {
                 p.best = p.velocity;
                 p.best_size_n = size;
             }
-            if size <= at.tolerance_n(options) {
+            if solved {
                 return Phase::Solved;
             }
             if p.used >= options.max_iterations {
@@ -554,24 +558,34 @@ impl<R: Real> Problem<'_, R> {
                 return Phase::Singular;
             };
             let merit = self.merit(&at.f);
-            let mut step = R::one();
-            let mut next = None;
-            for _ in 0..4 {
-                let trial = advance(&p.velocity, &d, step);
-                let m = self.merit(&self.balance(&trial, Bound::Coupled, None).f);
-                if m < merit * (R::one() - R::of(0.1) * step) {
-                    next = Some(trial);
-                    break;
+            let enough = |m: R, step: R| m < merit * (R::one() - R::of(0.1) * step);
+            let full = advance(&p.velocity, &d, R::one());
+            let there = self.balance(&full, Bound::Coupled, Some(&mut ahead));
+            let mut shorter = None;
+            let accepted = enough(self.merit(&there.f), R::one());
+            if !accepted {
+                let mut step = R::one();
+                for _ in 0..3 {
+                    step *= R::of(0.4);
+                    let trial = advance(&p.velocity, &d, step);
+                    if enough(self.merit(&self.balance(&trial, Bound::Coupled, None).f), step) {
+                        shorter = Some(trial);
+                        break;
+                    }
                 }
-                step *= R::of(0.4);
             }
-            match next {
-                Some(trial) => p.velocity = trial,
+            match shorter {
+                Some(trial) => {
+                    p.velocity = trial;
+                    at = self.balance(&trial, Bound::Coupled, Some(&mut jacobian));
+                }
                 // Kinks of the law make the size rise before it falls: a few full steps are
                 // taken on trust.
-                None if trusted < 3 => {
-                    trusted += 1;
-                    p.velocity = advance(&p.velocity, &d, R::one());
+                None if accepted || trusted < 3 => {
+                    trusted += u8::from(!accepted);
+                    p.velocity = full;
+                    at = there;
+                    jacobian = ahead;
                 }
                 None => return Phase::Stalled,
             }

@@ -129,9 +129,9 @@ pub struct Scene<R: Real> {
 pub struct Friction<R: Real> {
     /// Fingertips on the object.
     pub finger: R,
-    /// Pusher on the object.
+    /// Pusher on the object (a plane under the object is a platform: it has the support's).
     pub pusher: R,
-    /// Table under the object.
+    /// Table or platform under the object.
     pub support: R,
 }
 

@@ -515,7 +515,7 @@ impl<R: Real> Predictor<R> {
         }
         let mut p = self.describe(&tracked, &out, sample, &mut doubt);
         self.look_ahead(&tracked, &drive, sample, &present, &mut p, &mut worst);
-        judge(&mut p, &out, present.intent, &self.limits, tracked.pushing);
+        judge(&mut p, present.intent, &self.limits, tracked.pushing);
         if worst.status != ConeStatus::Solved {
             doubt |= validity::SOLVER;
         }
@@ -777,17 +777,10 @@ fn rotation_between<R: Real>(start: &Pose<R>, state: &State<R, SLOTS>) -> R {
 }
 
 /// Sets the flags from the figures.
-fn judge<R: Real>(
-    p: &mut Prediction,
-    out: &StepOutput<R, SLOTS>,
-    intent: Intent,
-    limits: &Limits,
-    pushing: bool,
-) {
+fn judge(p: &mut Prediction, intent: Intent, limits: &Limits, pushing: bool) {
     let mut set = 0;
     let (slip, ahead) = ([flags::SLIP_1, flags::SLIP_2], [flags::SLIP_AHEAD_1, flags::SLIP_AHEAD_2]);
     let mut any = false;
-    let mut spinning = false;
     for k in 0..2 {
         let f = &p.finger[k];
         if f.slip_speed_m_s > limits.slip_m_s {
@@ -796,7 +789,6 @@ fn judge<R: Real>(
             set |= ahead[k];
         }
         any |= f.slip_in_s >= 0.0;
-        spinning |= out.spin_rad_s[k].abs() > R::of(f64::from(limits.slip_m_s) * 100.0);
     }
     let sag = p.sag_m.max(p.sag_ahead_m) > limits.sag_m;
     let turned = p.rotation_rad > limits.rotation_rad;
@@ -808,7 +800,7 @@ fn judge<R: Real>(
     }
     let unexpected = match intent {
         Intent::Hold => any,
-        Intent::Slide => sag || turned || spinning,
+        Intent::Slide => sag || turned,
         Intent::Pivot => sag,
         Intent::Free => false,
     };

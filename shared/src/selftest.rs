@@ -100,7 +100,7 @@ fn random_model(draw: &mut Draw) -> Model<f32> {
         }
         let _ = effects.push(Effect { code: info.code, parameters });
     }
-    Model { base, friction, effects, formulas: Default::default() }
+    Model { effects, ..Model::base(base, friction) }
 }
 
 fn scenario(draw: &mut Draw) -> Scenario {
@@ -151,7 +151,7 @@ fn scenario(draw: &mut Draw) -> Scenario {
                 .unwrap_or_else(UnitQuaternion::identity);
             s.pusher = Some(Pose { position_m: Vec3::new(0.3, 0.1, 0.2 - 0.01251), rotation: up });
             s.velocity_m_s = Vec3::new(0.0, speed, -0.0002);
-            s.model.friction.pusher = 2.5;
+            s.model.friction.support = 2.5;
             s.grip_n *= 0.3;
             s.intent = Intent::Free;
         }

@@ -181,6 +181,20 @@ impl<R: Real> Face<R> {
     }
 }
 
+/// The lateral face of a square prism that a direction points to most: +X, +Y, -X, -Y;
+/// `None` where a face at ±Z is closer.
+fn prism_side<R: Real>(direction: &Vec3<R>) -> Option<usize> {
+    let mut best = None;
+    let mut score = direction.z.abs();
+    for (k, s) in [direction.x, direction.y, -direction.x, -direction.y].into_iter().enumerate() {
+        if s > score {
+            score = s;
+            best = Some(k);
+        }
+    }
+    best
+}
+
 /// Consecutive corners, closing the ring.
 fn edges<R: Real>(corners: &[[R; 2]]) -> impl Iterator<Item = ([R; 2], [R; 2])> + '_ {
     corners.iter().copied().zip(corners.iter().copied().cycle().skip(1))
@@ -233,6 +247,21 @@ impl<R: Real> Shape<R> {
                         Vec3::new(R::zero(), if y < R::zero() { -R::one() } else { R::one() }, R::zero());
                     let width = (*diameter_m * *diameter_m - *across_flats_m * *across_flats_m).root();
                     rectangle(normal, *across_flats_m * half, Vec3::x(), [*length_m * half, width * half])
+                })
+            }
+            // The hot case: faces along the axes, without outline and roots.
+            Shape::Prism { length_m, side_m } if prism_side(direction).is_some() => {
+                let (x, y) = (*length_m * half, *side_m * half);
+                let (one, zero) = (R::one(), R::zero());
+                let side = |n: [R; 2], reach: R, width: R| {
+                    let normal = Vec3::new(n[0], n[1], zero);
+                    rectangle(normal, reach, Vec3::new(-n[1], n[0], zero), [width, y])
+                };
+                prism_side(direction).map(|k| match k {
+                    0 => side([one, zero], x, y),
+                    1 => side([zero, one], y, x),
+                    2 => side([-one, zero], x, y),
+                    _ => side([zero, -one], y, x),
                 })
             }
             Shape::Prism { .. } | Shape::Polygon { .. } => {

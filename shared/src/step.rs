@@ -6,9 +6,9 @@
 //! that a stuck object has velocity zero exactly, also in `f32`.
 
 use crate::cone::{self, Bodies, ConeOptions, ConePoint, ConeStatus, DOF};
-use crate::contact::{self, Body, Contacts};
+use crate::contact::{self, Body, Contact, Contacts};
 use crate::effects::{self, Environment, FrictionLaw, Loads, MEMORY, Reading, Slip, StepContext};
-use crate::model::{MAX_EFFECTS, Model, Scene, SupportContact};
+use crate::model::{MAX_EFFECTS, Model, PusherContact, Scene, SupportContact};
 use crate::real::{Real, Rotation, Vec3, most};
 use crate::shape::rotated_inertia;
 use heapless::Vec;
@@ -185,9 +185,14 @@ fn not_negative<R: Real>(x: R) -> R {
 }
 
 /// Coefficient of the base model at a body.
-fn base_mu<R: Real>(model: &Model<R>, body: Body) -> R {
-    match body {
+fn base_mu<R: Real>(scene: &Scene<R>, model: &Model<R>, contact: &Contact<R>, down: &Vec3<R>) -> R {
+    // A plane under the object is a platform, not the pusher's face: it has the support's
+    // friction (the paper's silicone platform beside its rubber-faced pusher).
+    let under = matches!(scene.pusher, Some(PusherContact::Plane))
+        && contact.axes[0].dot(down) < R::of(-0.7) * down.norm();
+    match contact.body {
         Body::Finger1 | Body::Finger2 => model.friction.finger,
+        Body::Pusher if under => model.friction.support,
         Body::Pusher => model.friction.pusher,
         Body::Support => model.friction.support,
     }
@@ -276,6 +281,7 @@ pub fn step<R: Real, const NC: usize>(
     // A jaw cannot pull.
     grip_n = not_negative(grip_n);
 
+    let gravity = drive.carrier.inverse_transform_vector(&loads.gravity_m_s2);
     let mut found: Contacts<R, NC> = Vec::new();
     let mut points_lost = contact::find(scene, model, state, drive, &mut found);
     for c in &mut found {
@@ -309,7 +315,7 @@ pub fn step<R: Real, const NC: usize>(
             distance_m: slot.slip_m,
             rest_s: slot.rest_s,
         };
-        let mu = base_mu(model, c.body);
+        let mu = base_mu(scene, model, c, &gravity);
         let mut law = FrictionLaw { mu: [mu; 2], adhesion_n: zero };
         for (_, effect, p) in effect_hooks(model) {
             effect.friction(p, &context, &slip, &mut law);
@@ -353,7 +359,6 @@ pub fn step<R: Real, const NC: usize>(
     let inertia = inertia.map(|r| r.map(|x| x * ratio));
     let (turn, v, w) = (drive.carrier_rad_s, state.absolute_m_s, state.absolute_rad_s);
     let carried = drive.carrier_m_s + turn.cross(&state.position_m);
-    let gravity = drive.carrier.inverse_transform_vector(&loads.gravity_m_s2);
     // Velocity without contact; components turn with the carrier's axes.
     let v_free = v - turn.cross(&v) * dt + (gravity + loads.force_n / loads.mass_kg) * dt - carried;
     let w_free = w - turn.cross(&w) * dt + inverse_times(&inertia, &loads.torque_nm) * dt - turn;

@@ -169,7 +169,8 @@ pub fn timer() -> u32 {
     !TIMER0.read(T_VALUE)
 }
 
-static RECEIVED: Pipe<CriticalSectionRawMutex, 2048> = Pipe::new();
+/// Room for every sample that the host keeps ahead.
+static RECEIVED: Pipe<CriticalSectionRawMutex, 8192> = Pipe::new();
 static SENT: AtomicWaker = AtomicWaker::new();
 
 /// Receiving half of the link.

@@ -99,9 +99,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
 }
 
 /// Reads a model file.
-fn read_model(path: &std::path::Path) -> anyhow::Result<NamedModel> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let model = toml::from_str(&text).with_context(|| path.display().to_string())?;
+pub fn read_model(path: &std::path::Path) -> anyhow::Result<NamedModel> {
+    let model = crate::model_file::ModelFile::read(path)?.to_model();
     let name = path.file_stem().map_or_else(|| "model".into(), |s| s.to_string_lossy().into_owned());
     Ok(NamedModel { name, origin: path.display().to_string(), model })
 }

@@ -6,11 +6,16 @@
 
 pub mod add;
 pub mod blind;
+pub mod calibrate;
 pub mod check;
 pub mod compare;
+pub mod demo;
 pub mod diagnose;
+pub mod findings;
 pub mod import;
 pub mod lcp;
+pub mod planar;
+pub mod replay;
 pub mod rig;
 pub mod stream;
 pub mod suggest;
@@ -46,10 +51,20 @@ enum Command {
     Blind(blind::Args),
     /// Compare models with measurements: errors by channel and phase, where a model fails
     Compare(compare::Args),
+    /// Run the predictor over a recorded trial as the board does, and compare with its log
+    Replay(replay::Args),
+    /// The whole path on a recorded push and on a bench with a hidden effect
+    Demo(demo::Args),
     /// Make a data set with the synthetic rig: the paper's experiments, lifts, planar pushes, hidden effects
     Rig(Box<rig::Args>),
     /// Bring real data of others into the data set format
     Import(import::Args),
+    /// Find friction from a small share of the trials, and validate it on the rest
+    Calibrate(calibrate::Args),
+    /// Predict planar pushes from friction found on a few of them
+    Planar(planar::Args),
+    /// The paper's statements checked: what it saw, what the hard and the soft model give
+    Findings(findings::Args),
     /// Solve complementarity problems from files or generated ones, and judge the answers
     Lcp(lcp::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
@@ -65,8 +80,13 @@ impl Command {
             Command::Suggest(args) => suggest::run(args, output),
             Command::Blind(args) => blind::run(args, output),
             Command::Compare(args) => compare::run(args, output),
+            Command::Replay(args) => replay::run(args, output),
+            Command::Demo(args) => demo::run(args, output),
             Command::Rig(args) => rig::run(args, output),
             Command::Import(args) => import::run(args, output),
+            Command::Calibrate(args) => calibrate::run(args, output),
+            Command::Planar(args) => planar::run(args, output),
+            Command::Findings(args) => findings::run(args, output),
             Command::Lcp(args) => lcp::run(args, output),
             Command::Stream(args) => stream::run(args, output),
         }

@@ -9,12 +9,14 @@ use stickslip_shared::model::{Base, Friction, Model};
 use stickslip_shared::predictor::{flags, validity};
 use stickslip_shared::wire::{Info, TelemetryReport};
 
+use super::compare::read_model;
 use crate::dataset::Index;
 use crate::device::Device;
 use crate::device::package::Package;
 use crate::device::session::{self, Event, Outcome};
+use crate::log;
 use crate::output::{Output, table};
-use crate::simulate;
+use crate::replay::{SAMPLE_RECORD, TELEMETRY_RECORD};
 
 /// Command line of `stickslip stream`.
 #[derive(Debug, clap::Args)]
@@ -37,6 +39,9 @@ pub struct Args {
     /// Contact model [default: rigid, friction 0.4 at fingers, 0.25 at pusher, 0.3 at table]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
+    /// Record the run, as it happens; `stickslip replay --against FILE` compares it later
+    #[arg(long, value_name = "FILE.sslog")]
+    pub log: Option<PathBuf>,
 }
 
 /// # Errors
@@ -46,17 +51,26 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let reader = Index::open(&args.data)?;
     let (ordinal, info) = find(&reader, args.trial.as_deref(), &args.data)?;
     let trial = reader.read_trial(&info)?;
-    let model = args.model.as_deref().map_or_else(|| Ok(default_model()), read_model)?;
-    let scene = simulate::scene(&reader.description, &trial)?;
-    let package = Package::new(&scene, &model, &trial, ordinal)?;
+    let model = match &args.model {
+        Some(path) => read_model(path)?.model,
+        None => default_model(),
+    };
+    let package = Package::new(&reader.description, &model, &trial, ordinal)?;
 
     let mut device = Device::open(&args.device)?;
     output.text(describe(device.info()));
     output.text(format_args!("trial {}: {} samples", info.trial, package.samples.len()));
+    let mut log = args.log.as_deref().map(|path| start_log(path, &package, &info.trial)).transpose()?;
+    let began = Instant::now();
     let mut display = Display::new(output.progress(package.samples.len() as u64, "streaming"));
     let outcome = session::stream(&mut device, &package, &mut |event| {
-        if let Event::Report(report) = event {
-            display.show(report);
+        let now_ns = began.elapsed().as_nanos() as u64;
+        match event {
+            Event::Report(report) => {
+                display.show(report);
+                keep(&mut log, TELEMETRY_RECORD, now_ns, report)?;
+            }
+            Event::Sent(sample) => keep(&mut log, SAMPLE_RECORD, now_ns, sample)?,
         }
         Ok(())
     });
@@ -70,6 +84,28 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         outcome.first_difference.unwrap_or_default()
     );
     Ok(())
+}
+
+/// A log whose header holds what the board was told.
+fn start_log(path: &Path, package: &Package, trial: &str) -> anyhow::Result<log::Writer> {
+    let (scene, model, _) = &package.model;
+    let header = log::Header {
+        scene: postcard::to_allocvec(scene)?,
+        model: postcard::to_allocvec(model)?,
+        meta: serde_json::json!({ "trial": trial, "device": "stream" }),
+    };
+    Ok(log::Writer::create(path, &header)?)
+}
+
+fn keep<T: serde::Serialize>(
+    log: &mut Option<log::Writer>,
+    kind: u8,
+    ns: u64,
+    what: &T,
+) -> std::io::Result<()> {
+    let Some(writer) = log else { return Ok(()) };
+    let bytes = postcard::to_allocvec(what).map_err(std::io::Error::other)?;
+    writer.record(kind, ns, &bytes).map_err(std::io::Error::other)
 }
 
 fn find(
@@ -89,11 +125,6 @@ fn find(
         }
     })?;
     Ok((ordinal, info.clone()))
-}
-
-fn read_model(path: &Path) -> anyhow::Result<Model<f64>> {
-    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    toml::from_str(&text).with_context(|| path.display().to_string())
 }
 
 fn default_model() -> Model<f64> {
@@ -238,6 +269,11 @@ fn report(output: &Output, outcome: &Outcome) {
     ));
     output.text(format_args!(
         "{} of {} predictions equal this host's bit for bit",
-        outcome.equal, outcome.taken
+        outcome.equal, outcome.compared
     ));
+    if let Some(seq) = outcome.unknown_from {
+        output.note(format_args!(
+            "from sample {seq} on samples and reports were lost together: nothing is compared there"
+        ));
+    }
 }

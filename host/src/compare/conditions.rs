@@ -87,17 +87,17 @@ impl Variable {
     pub fn level(self, info: &TrialInfo) -> Option<String> {
         match self {
             Variable::Object => Some(info.object.clone()),
-            _ => self.value(info).map(|v| trimmed(self.shown(v))),
+            _ => self.value(info).map(|v| trimmed(self.shown(v), 4)),
         }
     }
 }
 
-/// Four significant digits without trailing zeros.
-pub fn trimmed(x: f64) -> String {
+/// So many significant digits, without trailing zeros.
+pub fn trimmed(x: f64, significant: i32) -> String {
     if x == 0.0 || !x.is_finite() {
         return if x == 0.0 { "0".into() } else { "-".into() };
     }
-    let digits = (3 - x.abs().log10().floor() as i32).max(0) as usize;
+    let digits = (significant - 1 - x.abs().log10().floor() as i32).max(0) as usize;
     let text = format!("{x:.digits$}");
     if !text.contains('.') {
         return text;

@@ -1,8 +1,7 @@
 //! Friction coefficients for a comparison that was given no model: a quick calibration.
 //!
 //! Least squares (Gauss-Newton in the logarithms, finite differences) on the mean force and
-//! torque errors of sticking and sliding of at most twelve trials spread over the
-//! conditions. It serves to look at a data set; `calibrate` does it properly.
+//! torque errors while sliding of at most twelve trials spread over the conditions. It serves to look at a data set; `calibrate` does it properly.
 
 use rayon::prelude::*;
 use stickslip_shared::model::{Base, Friction, Model};
@@ -110,8 +109,8 @@ pub fn calibrate(trials: &[Prepared], sensors: &Sensors, noise: &Signals) -> Opt
     Some(Calibrated { model, undetermined, trials: trials.len() })
 }
 
-/// Mean errors of sticking and sliding in units of a tenth of a newton or two millinewton
-/// metres; 0 where not known.
+/// Mean errors while sliding (of trials that never slide: while sticking) in units of a tenth
+/// of a newton or two millinewton metres; 0 where not known.
 fn residuals(trials: &[Prepared], phases: &[Phases], model: &Model<f64>, sensors: &Sensors) -> Vec<f64> {
     let mut errors: Vec<TrialErrors> = trials
         .par_iter()
@@ -122,15 +121,19 @@ fn residuals(trials: &[Prepared], phases: &[Phases], model: &Model<f64>, sensors
     let mut out = Vec::new();
     for (e, tare) in errors.iter_mut().zip(&tares) {
         e.shift(tare);
-        for phase in [Phase::Sticking, Phase::Sliding] {
-            for channel in 0..COUNT {
+        for channel in 0..COUNT {
+            // A hard contact takes up its load at once, real ones within milliseconds: while
+            // forces rise, stiffness shows and not friction.
+            for phase in [Phase::Sliding, Phase::Sticking] {
+                let slides = e.raw(channel, Phase::Sliding).is_known();
                 let cell = e.raw(channel, phase);
+                let used = cell.is_known() && (slides == (phase == Phase::Sliding));
                 let scale = match quantity(channel) {
                     Quantity::Force => 0.1,
                     Quantity::Torque => 0.002,
                     Quantity::Position | Quantity::Rotation => continue,
                 };
-                out.push(if cell.is_known() { cell.bias() / scale } else { 0.0 });
+                out.push(if used { cell.bias() / scale } else { 0.0 });
             }
         }
     }

@@ -24,7 +24,7 @@ pub fn channel_words(channel: &str) -> String {
 /// A value in the unit that people read: mm, mrad, N, N mm.
 pub fn readable(value: f64, unit: &str) -> String {
     let (factor, shown) = scale(unit);
-    format!("{} {shown}", super::conditions::trimmed(value * factor))
+    format!("{} {shown}", super::conditions::trimmed(value * factor, 3))
 }
 
 /// Factor from SI, and the unit that people read.
@@ -106,6 +106,13 @@ fn of_one(data: &DataSummary, report: &ModelReport, single: bool) -> String {
     let tested = report.errors.iter().filter(|r| r.lack_of_fit.is_some()).count();
     let failing = report.errors.iter().filter(|r| r.fails).count();
     match worst(&mut report.errors.iter().filter(|r| r.fails)) {
+        None if largest >= 2.0 => format!(
+            "Model {model} shows no lack of fit in its mean errors ({tested} channels and phases), but misses the \
+             course of {}: {} RMS, {} times the noise floor.",
+            place_words(&row.place, many),
+            error(&row),
+            factor(largest),
+        ),
         None => format!(
             "Model {model} agrees with the measurement: none of {tested} channels and phases shows lack of fit \
              (family-wise level {}).",

@@ -19,7 +19,7 @@ pub fn default_firmware() -> PathBuf {
     if let Some(path) = std::env::var_os("STICKSLIP_FIRMWARE") {
         return path.into();
     }
-    let built = Path::new("target/thumbv7em-none-eabihf/firmware/stickslip-firmware");
+    let built = Path::new("target/thumbv7em-none-eabihf/firmware/stickslip-mps2-an386");
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(built);
     if built.is_file() || !workspace.is_file() { built.to_owned() } else { workspace }
 }

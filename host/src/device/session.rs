@@ -15,7 +15,7 @@ use super::package::Package;
 use super::{Device, DeviceError};
 
 /// Samples kept ahead of the board.
-pub const AHEAD: u32 = 16;
+pub const AHEAD: u32 = 24;
 /// Without a report for this long the board counts as silent.
 const SILENCE: Duration = Duration::from_secs(2);
 /// Without a sample taken for this long, while none waits on the board, those on their way
@@ -43,6 +43,11 @@ pub struct Outcome {
     pub reports_lost: u32,
     /// Damaged frames received.
     pub frames_damaged: u64,
+    /// Reports that could be compared with the same predictor on this host.
+    pub compared: usize,
+    /// From this sample on reports and samples were lost together, so that it is not known
+    /// what the board took, and nothing is compared.
+    pub unknown_from: Option<u32>,
     /// Reports whose hash equals that of the same predictor on this host.
     pub equal: usize,
     /// The first sample after which they differed.
@@ -98,7 +103,7 @@ pub fn stream(
             return Err(DeviceError::Restarted { last: run.last }.into());
         }
         watch(Event::Report(&report))?;
-        run.take(&report, package);
+        run.take(&report);
         if run.ended(&report, count) {
             break;
         }
@@ -106,9 +111,14 @@ pub fn stream(
     if run.last.is_none_or(|last| (last as usize) + 1 < count) {
         device.command::<wire::Stop>(&())?;
     }
+    let seconds = began.elapsed().as_secs_f64();
+    // Only now: in the run it would hold up the samples.
+    for (seq, report) in std::mem::take(&mut run.answered) {
+        run.replay(seq, &report, package);
+    }
     let outcome = Outcome {
         samples: count,
-        seconds: began.elapsed().as_secs_f64(),
+        seconds,
         statistics: device.statistics()?,
         timer_hz: device.info().timer_hz,
         frames_damaged: device.damaged_frames(),
@@ -135,6 +145,8 @@ struct Run<'a> {
     hash: u32,
     /// The next sample that the predictor on this host takes.
     next: u32,
+    /// Samples that it took.
+    replayed: u32,
     sent: u32,
     /// Samples before this one are done with: taken or lost.
     done: u32,
@@ -142,6 +154,8 @@ struct Run<'a> {
     /// When the board last took a sample.
     fed: Instant,
     reports: Option<Sequence>,
+    /// Reports on samples, to be compared after the run.
+    answered: Vec<(u32, TelemetryReport)>,
     outcome: Outcome,
     begun: bool,
 }
@@ -158,11 +172,13 @@ impl<'a> Run<'a> {
             predictor,
             hash: HASH_START,
             next: 0,
+            replayed: 0,
             sent: 0,
             done: 0,
             last: None,
             fed: Instant::now(),
             reports: None,
+            answered: Vec::new(),
             outcome: Outcome::default(),
             begun: false,
         })
@@ -173,7 +189,7 @@ impl<'a> Run<'a> {
         room.then(|| self.package.samples.get(self.sent as usize)).flatten()
     }
 
-    fn take(&mut self, report: &TelemetryReport, package: &Package) {
+    fn take(&mut self, report: &TelemetryReport) {
         self.begun |= report.mode == Mode::Running || report.sample_seq.is_some();
         if !self.begun {
             return;
@@ -194,21 +210,28 @@ impl<'a> Run<'a> {
         self.done = self.done.max(seq.saturating_add(1));
         self.last = Some(seq);
         self.outcome.taken += 1;
-        self.replay(seq, report, package);
+        self.answered.push((seq, *report));
     }
 
-    /// The predictor here takes the samples that the board took: with lost reports in
-    /// between, all of them up to this one.
+    /// The predictor here takes the samples that the board took. Where reports were lost,
+    /// their samples are known only if none of those in between was lost too.
     fn replay(&mut self, seq: u32, report: &TelemetryReport, package: &Package) {
-        let lost_report = self.outcome.reports_lost > 0;
-        let from = if lost_report { self.next } else { seq };
-        for index in from..=seq {
-            if let Some(sample) = package.samples.get(index as usize) {
-                let prediction = self.predictor.tick(&sample.into());
-                self.hash = prediction.hash(self.hash);
-            }
+        if self.outcome.unknown_from.is_some() {
+            return;
+        }
+        let unreported = report.taken.wrapping_sub(self.replayed).wrapping_sub(1);
+        let from = seq.saturating_sub(unreported);
+        if unreported > 0 && from != self.next {
+            self.outcome.unknown_from = Some(self.next);
+            return;
+        }
+        for sample in package.samples.iter().take(seq as usize + 1).skip(from as usize) {
+            let prediction = self.predictor.tick(&sample.into());
+            self.hash = prediction.hash(self.hash);
         }
         self.next = seq.saturating_add(1);
+        self.replayed = report.taken;
+        self.outcome.compared += 1;
         if self.hash == report.hash {
             self.outcome.equal += 1;
         } else if self.outcome.first_difference.is_none() {

@@ -115,6 +115,9 @@ pub fn diagnose(dataset: &Dataset, model: &Model<f64>, tick: Tick) -> Result<Rep
     Ok(report)
 }
 
+/// Two effects that the data cannot tell apart, and the experiments that would.
+pub type Telling = ([&'static str; 2], Vec<experiment::Experiment>);
+
 /// The best experiments between the two effects of `between` (or the two best candidates):
 /// which two, and where they differ most. `None` where there are no two.
 ///
@@ -126,7 +129,7 @@ pub fn suggest(
     between: &[String],
     most: usize,
     tick: Tick,
-) -> Result<Option<([&'static str; 2], Vec<experiment::Experiment>)>, FitError> {
+) -> Result<Option<Telling>, FitError> {
     let campaign = Campaign::new(dataset, model);
     if campaign.runs.is_empty() {
         let why = campaign.refused.first().map_or("the data set has no trials".into(), ToString::to_string);

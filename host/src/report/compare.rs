@@ -59,7 +59,11 @@ fn header(c: &Comparison) -> String {
     let worst = c.models.last().and_then(|m| m.errors.first());
     let tone = match worst {
         Some(r) if r.fails && r.multiples.unwrap_or(0.0) >= 1.5 => "bad",
-        Some(r) if r.fails || r.noise_source != Source::Repetitions => "fair",
+        Some(r)
+            if r.fails || r.noise_source != Source::Repetitions || r.multiples.is_some_and(|m| m >= 2.0) =>
+        {
+            "fair"
+        }
         Some(_) => "good",
         None => "fair",
     };
@@ -254,7 +258,7 @@ fn trend(t: &Trend, report: &ModelReport, many: bool) -> String {
     let high = t.points.iter().map(|p| p.0).fold(ends[1], f64::max);
     let on_line = |v: f64| (x(v), (t.intercept + t.slope * v) * factor);
     let chart = Chart {
-        size: (420, 200),
+        size: (360, 190),
         x_label: t.variable.label().into(),
         y_label: format!("mean error, {shown}"),
         lines: vec![Line { points: vec![on_line(low), on_line(high)], colour: MODELS[0], width: 2 }],
@@ -289,7 +293,7 @@ fn ranking(report: &ModelReport) -> String {
         let multiples = r.multiples.map_or_else(|| "-".into(), short);
         let (f, p) = r.lack_of_fit.map_or_else(
             || ("-".into(), "-".into()),
-            |t| (trimmed(t.f), probability(t.p_corrected).trim_start_matches("= ").to_owned()),
+            |t| (trimmed(t.f, 3), probability(t.p_corrected).trim_start_matches("= ").to_owned()),
         );
         let class = if r.fails { " class=\"fails\"" } else { "" };
         out += &format!(

@@ -84,6 +84,7 @@ td[style] small{color:inherit;opacity:.75}
 .heat th{border:0;text-align:center;font-weight:500}
 .heat th.level{text-align:right}
 .grid{display:grid;grid-template-columns:repeat(auto-fill,minmax(360px,1fr));gap:12px 18px}
+.grid.wide{grid-template-columns:1fr}
 .flow{display:flex;flex-wrap:wrap;gap:18px 34px;align-items:flex-start}
 figure{margin:0;position:relative;min-width:0}
 figcaption{font-size:.85rem;font-weight:600;display:flex;justify-content:space-between;gap:8px}

@@ -17,7 +17,7 @@ pub const SHADES: [Option<(RGBColor, f64)>; 5] = [
     Some((RGBColor(0x56, 0xb4, 0xe9), 0.14)),
     Some((RGBColor(0x99, 0x99, 0x99), 0.18)),
 ];
-const SIZE: (u32, u32) = (420, 190);
+const SIZE: (u32, u32) = (360, 170);
 const POINTS: usize = 260;
 
 /// Legend and charts of a trace; `models` are their names.
@@ -80,13 +80,8 @@ fn figure(trace: &Trace, channel: usize) -> String {
         rows.iter().map(|s| s[channel] * factor).collect()
     };
     let at = |i: usize| t.get(i).or(t.last()).copied().unwrap_or(0.0);
-    let mut chart = Chart {
-        size: SIZE,
-        x_label: "time, s".into(),
-        y_label: unit.into(),
-        x: (at(0), at(usize::MAX)),
-        ..Chart::default()
-    };
+    let mut chart =
+        Chart { size: SIZE, x_label: "time, s".into(), x: (at(0), at(usize::MAX)), ..Chart::default() };
     let measured = column(&trace.measured);
     chart.lines.push(Line { points: thinned(t, &measured, POINTS), colour: MEASURED, width: 1 });
     let mut widest = 0.0f64;

@@ -21,7 +21,7 @@ pub const MODELS: [RGBColor; 4] = [
 ];
 
 /// Room for the labels, in the chart's pixels.
-const LEFT: i32 = 62;
+const LEFT: i32 = 50;
 const BOTTOM: i32 = 34;
 const MARGIN: i32 = 6;
 
@@ -35,6 +35,9 @@ pub struct Line {
     /// Pixels.
     pub width: u32,
 }
+
+/// Abscissa, lower and upper edge.
+pub type Band = Vec<(f64, f64, f64)>;
 
 /// What a chart shows.
 #[derive(Clone, Debug, Default)]
@@ -52,7 +55,7 @@ pub struct Chart {
     /// From, to, colour, opacity.
     pub spans: Vec<(f64, f64, RGBColor, f64)>,
     /// Pieces of a band: x, low, high.
-    pub bands: Vec<(Vec<(f64, f64, f64)>, RGBColor)>,
+    pub bands: Vec<(Band, RGBColor)>,
     /// Drawn in order.
     pub lines: Vec<Line>,
     /// Dots.
@@ -65,7 +68,12 @@ impl Chart {
     /// Where the plot area begins and ends, as shares of the chart's width.
     pub fn inside(&self) -> (f64, f64) {
         let w = f64::from(self.size.0);
-        (f64::from(LEFT + MARGIN) / w, 1.0 - f64::from(MARGIN) / w)
+        (f64::from(self.left() + MARGIN) / w, 1.0 - f64::from(MARGIN) / w)
+    }
+
+    /// Names need more room than numbers.
+    fn left(&self) -> i32 {
+        if self.y_names.is_empty() { LEFT } else { 3 * LEFT }
     }
 
     fn x_range(&self) -> (f64, f64) {
@@ -103,7 +111,7 @@ impl Chart {
         let mut chart = ChartBuilder::on(area)
             .margin(MARGIN)
             .x_label_area_size(BOTTOM)
-            .y_label_area_size(LEFT)
+            .y_label_area_size(self.left())
             .build_cartesian_2d(x0..x1, y0..y1)
             .map_err(|e| wrong(&e))?;
         let inside = |x: f64| x.clamp(x0, x1);

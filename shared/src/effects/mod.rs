@@ -2,7 +2,7 @@
 //!
 //! An effect is one file in this folder: a unit struct that implements [`Law`], whose
 //! hooks change loads, grip, contacts, friction or what the sensors show. It plugs in at
-//! one place: the list in [`registry`].
+//! one place: the list in `registry`.
 
 use crate::contact::{Body, Contact};
 use crate::model::PusherContact;

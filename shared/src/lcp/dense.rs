@@ -11,13 +11,13 @@
 //!   the residual and far above the noise, so that the pivots are made of something. The
 //!   answer is then corrected on its own basis with the matrix as given;
 //! - the sequence of pivots fails all the same: it starts again with another covering vector
-//!   and a larger multiple ([`ATTEMPTS`]). The best answer by the residual is kept.
+//!   and a larger multiple (`ATTEMPTS`). The best answer by the residual is kept.
 //!
 //! The pivots work on a dictionary (basic variables as functions of the nonbasic ones), which
 //! holds the inverse of the basis in its slack columns: ties are broken by these, exactly.
 
 use super::{Defect, Outcome, Path, Report, Status, magnitude, residual, tolerance};
-use crate::real::{Real, most};
+use crate::real::{Real, least, most};
 
 /// One run of Lemke's method.
 #[derive(Clone, Copy, Debug)]
@@ -389,10 +389,16 @@ impl<R: Real, const N: usize> Dense<R, N> {
     }
 
     fn judge(&self, m: &[R], q: &[R], n: usize) -> R {
-        match self.z.get(..n) {
-            Some(z) => residual::dense(m, q, z).value(),
-            None => R::of(f64::INFINITY),
+        let Some(z) = self.z.get(..n) else { return R::of(f64::INFINITY) };
+        let mut worst = R::zero();
+        for (row, &constant) in m.chunks_exact(n).zip(q) {
+            let mut w = constant;
+            for (&entry, &x) in row.iter().zip(z) {
+                w += entry * x;
+            }
+            worst = least(w, worst);
         }
+        residual::credible(residual::dense(m, q, z).value(), worst, residual::largest(q))
     }
 
     /// Corrects the answer on its own basis with the matrix as given: `M_BB dz = -(q + M z)_B`,

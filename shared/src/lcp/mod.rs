@@ -6,6 +6,9 @@
 //! from its factors in the space of their velocities, with a cost linear in the contacts.
 //! [`fallback`] joins them. What an answer is worth is said by [`residual`] and by nothing else.
 
+// Small dense arithmetic: one index walks through several arrays of the same const length.
+#![allow(clippy::needless_range_loop)]
+
 pub mod contact;
 pub mod dense;
 pub mod factors;

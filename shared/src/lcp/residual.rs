@@ -48,6 +48,18 @@ impl<R: Real> Residual<R> {
     }
 }
 
+/// The residual, or how far the worst slack is below zero in units of the largest constant
+/// where that is more than a tenth. Huge unknowns make any row large and its residual small:
+/// contacts that contradict each other would be solved by impulses without bound.
+pub(super) fn credible<R: Real>(residual: R, worst_slack: R, largest_constant: R) -> R {
+    let violation = -worst_slack;
+    if violation > largest_constant * R::of(0.1) && largest_constant > R::zero() {
+        most(violation / largest_constant, residual)
+    } else {
+        residual
+    }
+}
+
 /// Largest magnitude in `z`.
 pub fn largest<R: Real>(z: &[R]) -> R {
     z.iter().fold(R::zero(), |most_so_far, &x| most(magnitude(x), most_so_far))
@@ -59,7 +71,7 @@ pub fn largest<R: Real>(z: &[R]) -> R {
 pub fn dense<R: Real>(m: &[R], q: &[R], z: &[R]) -> Residual<R> {
     let n = q.len();
     let mut sum = Residual::zero();
-    if n == 0 || z.len() != n || m.len() / n != n || m.len() % n != 0 {
+    if n == 0 || z.len() != n || m.len() / n != n || !m.len().is_multiple_of(n) {
         sum.slack = R::of(f64::INFINITY);
         return sum;
     }

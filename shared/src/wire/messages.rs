@@ -82,6 +82,9 @@ pub struct TelemetryReport {
     pub mode: Mode,
     /// The sample behind the prediction; `None`: none was there.
     pub sample_seq: Option<u32>,
+    /// Samples taken since the start, this one included: tells, where reports were lost,
+    /// whether all samples in between were taken.
+    pub taken: u32,
     /// Commands applied since reset, wrapping: tells at which sample one took effect.
     pub commands: u16,
     /// After that sample; of the last one where none was there.

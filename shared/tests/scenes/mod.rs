@@ -3,7 +3,7 @@
 
 use nalgebra::UnitQuaternion;
 use stickslip_shared::contact::SLOTS;
-use stickslip_shared::effects::Effect;
+use stickslip_shared::effects::{Effect, Environment, StepContext};
 use stickslip_shared::model::*;
 use stickslip_shared::real::{Real, Rotation, Vec3};
 use stickslip_shared::shape::inertia;
@@ -209,4 +209,25 @@ pub fn all<R: Real>() -> [(&'static str, Run<R>); 6] {
         ("roll", roll()),
         ("planar", planar()),
     ]
+}
+
+/// What a hook sees of an object at rest in the gripper.
+pub fn at_rest_context(dt_s: f64) -> StepContext<f64> {
+    let none = Environment { normal: Vec3::zeros(), turning_rad_s: Vec3::zeros() };
+    StepContext {
+        time_s: 0.0,
+        dt_s,
+        trial: 0.0,
+        grip_cmd_n: 20.0,
+        position_m: Vec3::zeros(),
+        rotation: UnitQuaternion::identity(),
+        carrier: UnitQuaternion::identity(),
+        slip_m: [0.0; 4],
+        slip_speed_m_s: [0.0; 4],
+        load_n: [20.0, 20.0, 0.0, 0.0],
+        environment: [none; 2],
+        pusher: None,
+        velocity_m_s: Vec3::zeros(),
+        angular_rad_s: Vec3::zeros(),
+    }
 }

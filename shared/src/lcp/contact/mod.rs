@@ -4,7 +4,7 @@
 //! number of contacts. Written for the velocities the problem is piecewise linear with `ND`
 //! unknowns, and a contact costs a few inner products of `ND` numbers: the cost is linear in
 //! the contacts. A solve follows the solution from a problem whose solution is known
-//! ([`path`]) with a small compliance in every contact ([`law`]), which makes the distribution
+//! (`path`) with a small compliance in every contact (`law`), which makes the distribution
 //! of impulses unique where rigid contacts leave it free; then the compliance is taken out by
 //! repeating with the impulses found (a proximal method: each round is one factorisation).
 //! The known problem is the one without contact, or the last one solved (warm start).
@@ -18,8 +18,8 @@ mod path;
 
 use super::factors::{Factors, Impulses};
 use super::residual::Residual;
-use super::{Outcome, Path, Report, Status, magnitude, tolerance};
-use crate::real::{Real, most};
+use super::{Outcome, Path, Report, Status, magnitude, residual, tolerance};
+use crate::real::{Real, least, most};
 use law::{Mode, Normal, Track, add_scaled};
 use path::{End, follow};
 
@@ -49,6 +49,15 @@ fn first_shift<R: Real>() -> R {
     if R::EPSILON.to_f64() < 1e-12 { R::of(1e-6) } else { R::of(1e-3) }
 }
 
+/// Residual that ends the rounds, and the least compliance. In f32 rounding ends both sooner.
+fn goal<R: Real>(first_shift: R) -> (R, R) {
+    if R::EPSILON.to_f64() < 1e-12 {
+        (tolerance::<R>() * R::of(1e-3), first_shift * R::of(1e-4))
+    } else {
+        (tolerance::<R>() * R::of(0.5), first_shift * R::of(0.3))
+    }
+}
+
 impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
     /// Empty working memory.
     pub fn new() -> Self {
@@ -67,8 +76,8 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
 
     /// Solves a problem, from the last answer where it had as many contacts.
     ///
-    /// Contacts are matched by their order. Bounded: a warm start and [`STARTS`] cold ones, each
-    /// of at most `20 nc + 40` kinks and [`ROUNDS`] rounds of the same.
+    /// Contacts are matched by their order. Bounded: a warm start and `STARTS` cold ones, each
+    /// of at most `20 nc + 40` kinks and `ROUNDS` rounds of the same.
     pub fn solve(&mut self, problem: &Factors<R, NC, ND>) -> Outcome<'_, Impulses<R, NC, ND>, R> {
         let report = match problem.defect() {
             Some(defect) => {
@@ -113,10 +122,8 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
                 End::Limit => limits += 1,
                 _ => {}
             }
-            if residual < best.residual || start <= 1 {
-                if residual < best.residual {
-                    best.residual = residual;
-                }
+            if residual < best.residual || !best.residual.finite() {
+                best.residual = residual;
                 best.path = match (start, kinks) {
                     (0, 1) => Path::Warm,
                     (0, _) => Path::Repaired,
@@ -133,7 +140,7 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
         }
         best.pivots = pivots;
         if best.status != Status::Solved {
-            best.status = if rays > 0 {
+            best.status = if rays > STARTS / 2 || contradictory(tracks) {
                 Status::Ray
             } else if limits > 0 {
                 Status::PivotLimit
@@ -149,6 +156,20 @@ fn nothing_found<R: Real>() -> Report<R> {
     Report { status: Status::Numerical, residual: R::of(f64::INFINITY), pivots: 0, path: Path::Trivial }
 }
 
+/// Whether the impulses of a failed solve push against each other: they cause no motion, and
+/// the contacts approach each other for it. They would grow without bound.
+fn contradictory<R: Real, const ND: usize>(tracks: &[Track<R, ND>]) -> bool {
+    let (mut y, mut size, mut work) = ([R::zero(); ND], R::zero(), R::zero());
+    for track in tracks {
+        for k in 0..3 {
+            add_scaled(&mut y, track.impulse[k], &track.rows[k]);
+            size += track.size[k] * track.impulse[k] * track.impulse[k];
+            work += track.impulse[k] * track.constant[k];
+        }
+    }
+    law::dot(&y, &y) <= size * R::of(1e-6) && work < R::zero()
+}
+
 /// One way to the answer: warm (`start` 0) or from open contacts. Returns the residual.
 fn attempt<R: Real, const ND: usize>(
     tracks: &mut [Track<R, ND>],
@@ -156,9 +177,11 @@ fn attempt<R: Real, const ND: usize>(
     start: u32,
 ) -> (End, u32, R) {
     let limit = 20 * tracks.len() as u32 + 40;
+    // A repair that takes longer than a cold start is none.
+    let first_limit = if start == 0 { 2 * tracks.len() as u32 + 10 } else { limit };
     let infinite = R::of(f64::INFINITY);
     let mut shift = first_shift;
-    let aim = tolerance::<R>() * R::of(1e-3);
+    let (aim, least_shift) = goal(first_shift);
     let mut y = [R::zero(); ND];
     let mut pivots = 1;
     for track in tracks.iter_mut() {
@@ -169,10 +192,12 @@ fn attempt<R: Real, const ND: usize>(
     } else {
         open(tracks, start);
     }
-    let (end, kinks) = follow(tracks, &mut y, limit);
+    let (end, kinks) = follow(tracks, &mut y, first_limit);
     pivots += kinks;
     if end != End::Arrived {
-        return (end, pivots, infinite);
+        // The best there is: the solution for the offsets that are left.
+        let speeds = settle(tracks);
+        return (end, pivots, certify(tracks, &speeds));
     }
     let (mut residual, mut failed) = (infinite, End::Arrived);
     for round in 0..ROUNDS {
@@ -189,7 +214,7 @@ fn attempt<R: Real, const ND: usize>(
             if residual <= tolerance() && residual > before * R::of(0.5) {
                 break;
             }
-            shift = most(shift * R::of(0.03), first_shift * R::of(1e-4));
+            shift = most(shift * R::of(0.03), least_shift);
         }
         for track in tracks.iter_mut() {
             track.settled = track.mode;
@@ -295,6 +320,7 @@ fn certify<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &[R; ND]) -
         let friction = most(magnitude(first), magnitude(second));
         largest = most(most(track.slip, friction), most(normal, largest));
     }
+    let (mut worst, mut constant) = (R::zero(), R::zero());
     let mut sum = Residual::zero();
     let four = R::of(4.0);
     for track in tracks.iter() {
@@ -302,7 +328,12 @@ fn certify<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &[R; ND]) -
         let [separation, slip_first, slip_second] = track.speed;
         let diagonal = track.size[0] + track.compliance;
         let size = magnitude(track.constant[0]) + diagonal * largest;
-        sum.add_row(normal, separation + track.compliance * normal, size, largest);
+        let slack = separation + track.compliance * normal;
+        worst = least(slack, worst);
+        for k in 0..3 {
+            constant = most(magnitude(track.constant[k]), constant);
+        }
+        sum.add_row(normal, slack, size, largest);
         for (k, force, slip) in [(1, first, slip_first), (2, second, slip_second)] {
             // Both signs of the tangent count in the row, and the slip speed bound.
             let diagonal = track.size[k] + track.size[k] + R::one();
@@ -313,7 +344,7 @@ fn certify<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &[R; ND]) -
         let unused = track.friction * normal - magnitude(first) - magnitude(second);
         sum.add_row(track.slip, unused, (track.friction + four) * largest, largest);
     }
-    sum.value()
+    residual::credible(sum.value(), worst, constant)
 }
 
 fn store<R: Real, const NC: usize, const ND: usize>(

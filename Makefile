@@ -1,0 +1,57 @@
+# `make help` lists the targets.
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+
+TARGET := thumbv7em-none-eabihf
+BOARD_BUILD := --target $(TARGET) --profile firmware
+OUT := target/$(TARGET)/firmware
+# Flash and RAM of an STM32G474RE; the rest of RAM is stack.
+FLASH_LIMIT := 524288
+RAM_LIMIT := 98304
+
+.PHONY: help setup test lint test-host hil firmware firmware-g474 flash-g474 size demo bench
+
+help: ## This list
+	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
+
+setup: ## Install what is missing: thumbv7em target, QEMU
+	@tools/setup.sh
+
+demo: setup firmware ## A recorded push through the firmware in QEMU, replayed and compared
+	cargo run --release -p stickslip-host -- demo
+
+test: setup lint firmware firmware-g474 size test-host hil ## Everything CI runs
+
+lint: ## Formatting, clippy and documentation without warnings
+	cargo fmt --all --check
+	cargo clippy --all-targets -- -D warnings
+	cargo clippy -p stickslip-firmware --features mps2-an386 $(BOARD_BUILD) -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
+
+test-host: ## Tests of shared and host
+	cargo test
+
+hil: setup ## Tests on the emulated board
+	elf=$$(cargo test --no-run -p stickslip-hil-tests --features mps2-an386 $(BOARD_BUILD) --message-format=json \
+		| grep -o '"executable":"[^"]*"' | tail -1 | cut -d'"' -f4); \
+	STICKSLIP_HIL_ELF=$$elf cargo test -p stickslip-host --test hil
+
+firmware: ## Firmware for the emulated board
+	cargo build -p stickslip-firmware --features mps2-an386 $(BOARD_BUILD)
+	@cp $(OUT)/stickslip-firmware $(OUT)/stickslip-mps2-an386
+
+firmware-g474: ## Firmware for the Nucleo-G474RE
+	cargo build -p stickslip-firmware --features nucleo-g474re $(BOARD_BUILD)
+	@cp $(OUT)/stickslip-firmware $(OUT)/stickslip-nucleo-g474re
+
+flash-g474: firmware-g474 ## Write it to a connected board (needs probe-rs)
+	probe-rs run --chip STM32G474RETx $(OUT)/stickslip-nucleo-g474re
+
+size: firmware-g474 ## Flash and RAM of the firmware for the real board, against its limits
+	@size $(OUT)/stickslip-nucleo-g474re | awk -v flash=$(FLASH_LIMIT) -v ram=$(RAM_LIMIT) 'NR == 2 { \
+		printf "flash %d of %d bytes, static RAM %d of %d\n", $$1 + $$2, flash, $$2 + $$3, ram; \
+		exit ($$1 + $$2 > flash || $$2 + $$3 > ram) }'
+
+bench: setup firmware ## Speed of solver, step and predictor on this machine
+	cargo bench

@@ -1,0 +1,85 @@
+//! One line: what the effect is.
+//!
+//! `equation`, after Author Year.
+
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use crate::real::Real;
+
+/// See the module.
+pub struct MyEffect;
+
+/// Description.
+pub const INFO: Info = Info {
+    id: "my_effect",
+    code: 200,
+    summary: "what it is, in one line",
+    signature: "what it looks like in data",
+    source: "where the law comes from",
+    parameters: &[Parameter::new("strength", "1", 0.1, 0.0, [0.0, 1.0], "what the parameter is")],
+};
+
+impl<R: Real> Law<R> for MyEffect {
+    fn info(&self) -> &'static Info {
+        &INFO
+    }
+
+    fn friction(
+        &self,
+        p: &[R; MAX_PARAMETERS],
+        _: &StepContext<R>,
+        _slip: &Slip<R>,
+        law: &mut FrictionLaw<R>,
+    ) {
+        if p[0] == R::zero() {
+            return;
+        }
+        // The law goes here; unchanged, the test below fails.
+        law.mu = law.mu.map(|mu| mu);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::Body;
+    use crate::effects::Environment;
+    use crate::real::Vec3;
+    use nalgebra::UnitQuaternion;
+
+    #[test]
+    fn the_law_gives_the_published_value_at_a_known_point() {
+        let nothing = Environment { normal: Vec3::zeros(), turning_rad_s: Vec3::zeros() };
+        let context = StepContext {
+            time_s: 0.0,
+            dt_s: 0.004,
+            trial: 0.0,
+            grip_cmd_n: 20.0,
+            position_m: Vec3::zeros(),
+            rotation: UnitQuaternion::identity(),
+            carrier: UnitQuaternion::identity(),
+            slip_m: [0.0; 4],
+            slip_speed_m_s: [0.0; 4],
+            load_n: [20.0, 20.0, 0.0, 0.0],
+            environment: [nothing; 2],
+            pusher: None,
+            velocity_m_s: Vec3::zeros(),
+            angular_rad_s: Vec3::zeros(),
+        };
+        let slip = Slip {
+            share: 1.0,
+            body: Body::Finger1,
+            patch_m: [0.0; 2],
+            object_m: Vec3::zeros(),
+            load_n: 20.0,
+            patch_load_n: 20.0,
+            speed_m_s: 0.01,
+            distance_m: 0.0,
+            rest_s: 0.0,
+        };
+        let mut law = FrictionLaw::<f64> { mu: [0.4, 0.4], adhesion_n: 0.0 };
+        MyEffect.friction(&[0.1, 0.0, 0.0, 0.0, 0.0, 0.0], &context, &slip, &mut law);
+        // Put the published value here.
+        let published: f64 = 0.44;
+        assert!((law.mu[0] - published).abs() < 1e-12, "{:?}", law.mu);
+    }
+}

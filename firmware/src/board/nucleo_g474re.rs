@@ -1,0 +1,228 @@
+//! ST's Nucleo-G474RE (Cortex-M4F, 170 MHz) with embassy-stm32.
+//!
+//! The link is LPUART1 on PA2 and PA3, which the board's ST-LINK shows as a serial port.
+//! Twelve gauge amplifiers go to ADC1 and ADC2 (`docs/boards.md` has the pins). This
+//! module has been type-checked and linked, not run: no such board was at hand.
+
+use core::mem::MaybeUninit;
+
+use cortex_m::peripheral::DWT;
+use defmt_rtt as _;
+use embassy_executor::{InterruptExecutor, SendSpawner};
+use embassy_stm32::adc::{Adc, AdcChannel, AnyAdcChannel, SampleTime};
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_stm32::peripherals::{ADC1, ADC2, IWDG};
+use embassy_stm32::usart::{self, BufferedUart, BufferedUartRx, BufferedUartTx};
+use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_stm32::{bind_interrupts, peripherals};
+use static_cell::StaticCell;
+
+use super::{Gauges, ResetCause};
+
+/// Name that the board reports.
+pub const NAME: &str = "nucleo-g474re";
+/// Counts a second of [`timer`]: the core clock.
+pub const TIMER_HZ: u32 = 170_000_000;
+/// Whether strain gauges are wired to this board.
+pub const HAS_GAUGES: bool = true;
+
+bind_interrupts!(struct Irqs {
+    LPUART1 => usart::BufferedInterruptHandler<peripherals::LPUART1>;
+});
+
+/// Core cycles since reset.
+pub fn timer() -> u32 {
+    DWT::cycle_count()
+}
+
+/// Receiving half of the link.
+pub type Rx = BufferedUartRx<'static>;
+/// Sending half of the link.
+pub type Tx = BufferedUartTx<'static>;
+
+/// Six gauge channels of each finger.
+pub struct Channels {
+    adc1: Adc<'static, ADC1>,
+    adc2: Adc<'static, ADC2>,
+    finger1: [AnyAdcChannel<'static, ADC1>; 6],
+    finger2: [AnyAdcChannel<'static, ADC2>; 6],
+}
+
+impl Gauges for Channels {
+    fn read(&mut self) -> Option<[u16; 12]> {
+        let mut counts = [0; 12];
+        let (first, second) = counts.split_at_mut(6);
+        for (count, channel) in first.iter_mut().zip(&mut self.finger1) {
+            *count = self.adc1.blocking_read(channel, SampleTime::CYCLES47_5);
+        }
+        for (count, channel) in second.iter_mut().zip(&mut self.finger2) {
+            *count = self.adc2.blocking_read(channel, SampleTime::CYCLES47_5);
+        }
+        Some(counts)
+    }
+}
+
+/// Fed by the control task only.
+pub struct Watchdog(IndependentWatchdog<'static, IWDG>);
+
+impl Watchdog {
+    /// Starts it with [`crate::WATCHDOG_MS`].
+    pub fn start() -> Self {
+        // SAFETY: the watchdog is used here only.
+        let iwdg = unsafe { IWDG::steal() };
+        let mut watchdog = IndependentWatchdog::new(iwdg, crate::WATCHDOG_MS * 1000);
+        watchdog.unleash();
+        Self(watchdog)
+    }
+
+    /// Restarts its count.
+    pub fn feed(&mut self) {
+        self.0.pet();
+    }
+}
+
+/// What the application gets from the board.
+pub struct Board {
+    /// Link, receiving.
+    pub rx: Rx,
+    /// Link, sending.
+    pub tx: Tx,
+    /// Strain gauges.
+    pub gauges: Channels,
+    /// Why the processor started.
+    pub reset_cause: ResetCause,
+    /// Starts since power-on, as far as memory kept.
+    pub boots: u32,
+}
+
+/// Survives a reset, not a loss of power: a mark, and the starts since it was set.
+#[unsafe(link_section = ".uninit.BOOTS")]
+static mut BOOTS: MaybeUninit<[u32; 2]> = MaybeUninit::uninit();
+const MARK: u32 = 0x57_1c_51_1b;
+
+fn reset_cause() -> ResetCause {
+    let flags = embassy_stm32::pac::RCC.csr().read();
+    let cause = if flags.iwdgrstf() || flags.wwdgrstf() {
+        ResetCause::Watchdog
+    } else if flags.borrstf() {
+        ResetCause::PowerOn
+    } else if flags.sftrstf() {
+        ResetCause::Software
+    } else if flags.pinrstf() {
+        ResetCause::Pin
+    } else {
+        ResetCause::Unknown
+    };
+    embassy_stm32::pac::RCC.csr().modify(|w| w.set_rmvf(true));
+    cause
+}
+
+fn clocks() -> embassy_stm32::Config {
+    use embassy_stm32::rcc::{Pll, PllMul, PllPreDiv, PllQDiv, PllRDiv, PllSource, Sysclk, mux};
+    let mut config = embassy_stm32::Config::default();
+    // 16 MHz / 4 * 85 / 2 = 170 MHz.
+    config.rcc.pll = Some(Pll {
+        source: PllSource::HSI,
+        prediv: PllPreDiv::DIV4,
+        mul: PllMul::MUL85,
+        divp: None,
+        divq: Some(PllQDiv::DIV8),
+        divr: Some(PllRDiv::DIV2),
+    });
+    config.rcc.sys = Sysclk::PLL1_R;
+    config.rcc.boost = true;
+    config.rcc.mux.adc12sel = mux::Adcsel::SYS;
+    config.rcc.mux.lpuart1sel = mux::Uartsel::HSI;
+    config
+}
+
+/// Brings up clocks, link and converters.
+pub fn init() -> Board {
+    let reset_cause = reset_cause();
+    // SAFETY: runs once, before any interrupt is enabled; every bit pattern is a `u32`.
+    let boots = unsafe {
+        let kept = (&raw mut BOOTS).cast::<[u32; 2]>();
+        let [mark, boots] = kept.read_volatile();
+        let boots = if mark == MARK { boots.wrapping_add(1) } else { 1 };
+        kept.write_volatile([MARK, boots]);
+        boots
+    };
+    if let Some(mut core) = cortex_m::Peripherals::take() {
+        core.DCB.enable_trace();
+        core.DWT.enable_cycle_counter();
+    }
+    let p = embassy_stm32::init(clocks());
+    let mut config = usart::Config::default();
+    config.baudrate = crate::BAUD;
+    static TX: StaticCell<[u8; 1024]> = StaticCell::new();
+    // Room for every sample that the host keeps ahead.
+    static RX: StaticCell<[u8; 8192]> = StaticCell::new();
+    let uart =
+        BufferedUart::new(p.LPUART1, p.PA3, p.PA2, TX.init([0; 1024]), RX.init([0; 8192]), Irqs, config);
+    let Ok(uart) = uart else {
+        defmt::error!("LPUART1 does not take {=u32} baud", crate::BAUD);
+        halt();
+    };
+    let (tx, rx) = uart.split();
+    let gauges = Channels {
+        adc1: Adc::new(p.ADC1, Default::default()),
+        adc2: Adc::new(p.ADC2, Default::default()),
+        finger1: [
+            p.PA0.degrade_adc(),
+            p.PA1.degrade_adc(),
+            p.PC0.degrade_adc(),
+            p.PC1.degrade_adc(),
+            p.PC2.degrade_adc(),
+            p.PC3.degrade_adc(),
+        ],
+        finger2: [
+            p.PA4.degrade_adc(),
+            p.PA6.degrade_adc(),
+            p.PA7.degrade_adc(),
+            p.PB2.degrade_adc(),
+            p.PB11.degrade_adc(),
+            p.PC4.degrade_adc(),
+        ],
+    };
+    // The link's interrupt must not wait for a tick: one byte comes every 10 µs.
+    interrupt::LPUART1.set_priority(Priority::P1);
+    interrupt::UART4.set_priority(Priority::P4);
+    interrupt::UART5.set_priority(Priority::P8);
+    Board { rx, tx, gauges, reset_cause, boots }
+}
+
+// Two interrupts that nothing else uses carry the executors.
+static CONTROL: InterruptExecutor = InterruptExecutor::new();
+static COMMUNICATION: InterruptExecutor = InterruptExecutor::new();
+
+/// Spawner of the upper priority.
+pub fn control_executor() -> SendSpawner {
+    CONTROL.start(interrupt::UART4)
+}
+
+/// Spawner of the lower priority.
+pub fn communication_executor() -> SendSpawner {
+    COMMUNICATION.start(interrupt::UART5)
+}
+
+#[embassy_stm32::interrupt]
+unsafe fn UART4() {
+    // SAFETY: pended by its executor only.
+    unsafe { CONTROL.on_interrupt() }
+}
+
+#[embassy_stm32::interrupt]
+unsafe fn UART5() {
+    // SAFETY: pended by its executor only.
+    unsafe { COMMUNICATION.on_interrupt() }
+}
+
+/// After a panic: restarts into the safe state, which says so.
+pub fn halt() -> ! {
+    reset()
+}
+
+/// Restarts the processor.
+pub fn reset() -> ! {
+    cortex_m::peripheral::SCB::sys_reset()
+}

@@ -1,0 +1,81 @@
+//! Runs on the board itself, one test a start (started by `host/tests/hil.rs`).
+#![no_std]
+#![no_main]
+
+#[embedded_test::tests]
+mod tests {
+    use heapless::Vec;
+    use stickslip_firmware as _;
+    use stickslip_firmware::upload::Upload;
+    use stickslip_hil_tests::REFERENCE;
+    use stickslip_shared::selftest;
+    use stickslip_shared::wire::frame::{FrameError, FrameReader, MAX_LINE, crc32, encode};
+    use stickslip_shared::wire::{self, ModelChunk, ModelCommit, Refusal};
+
+    #[test]
+    fn predictor_gives_the_bits_of_the_host_without_look_ahead() {
+        let [(seed, ticks, horizon_s, host), _] = REFERENCE;
+        assert_eq!(selftest::run(seed, ticks, horizon_s), host);
+    }
+
+    #[test]
+    fn predictor_gives_the_bits_of_the_host_with_look_ahead() {
+        let [_, (seed, ticks, horizon_s, host)] = REFERENCE;
+        assert_eq!(selftest::run(seed, ticks, horizon_s), host);
+    }
+
+    #[test]
+    fn a_damaged_frame_is_found_and_the_next_one_read() {
+        let mut line = [0; MAX_LINE];
+        let key = <wire::SetGrip as postcard_rpc::Endpoint>::REQ_KEY;
+        let sent = encode(key, 7, &12.5_f32, &mut line).unwrap();
+        let mut reader = FrameReader::new();
+        let mut damaged: Vec<u8, MAX_LINE> = Vec::from_slice(sent).unwrap();
+        damaged[5] ^= 1;
+        let mut errors = 0;
+        for byte in &damaged {
+            if let Some(result) = reader.push(*byte) {
+                assert_eq!(result.unwrap_err(), FrameError::Checksum);
+                errors += 1;
+            }
+        }
+        assert_eq!(errors, 1);
+        let mut read = None;
+        for byte in sent {
+            if let Some(result) = reader.push(*byte) {
+                read = Some(result.unwrap().decode::<f32>());
+            }
+        }
+        assert_eq!(read, Some(Some(12.5)));
+    }
+
+    #[test]
+    fn a_model_with_a_missing_piece_or_wrong_checksum_is_refused_and_says_why() {
+        let mut upload = Upload::default();
+        let piece = |offset| ModelChunk { offset, bytes: Vec::from_slice(&[1; 8]).unwrap() };
+        assert_eq!(upload.take(&piece(0)), Ok(()));
+        assert_eq!(upload.take(&piece(16)), Err(Refusal::Offset { expected: 8 }));
+        let short = ModelCommit { length: 9, crc: 0 };
+        assert_eq!(upload.commit(&short).err(), Some(Refusal::Length { received: 8 }));
+        let crc = crc32(&[1; 8]);
+        let wrong = ModelCommit { length: 8, crc: !crc };
+        assert_eq!(upload.commit(&wrong).err(), Some(Refusal::Crc { received: crc }));
+        let garbage = ModelCommit { length: 8, crc };
+        assert_eq!(upload.commit(&garbage).err(), Some(Refusal::Undecodable));
+    }
+
+    #[test]
+    fn a_model_longer_than_the_board_is_refused() {
+        let mut upload = Upload::default();
+        let limit = wire::MAX_MODEL_BYTES as u16;
+        let mut offset = 0;
+        let refusal = loop {
+            let chunk = ModelChunk { offset, bytes: Vec::from_slice(&[0; wire::CHUNK]).unwrap() };
+            match upload.take(&chunk) {
+                Ok(()) => offset += wire::CHUNK as u16,
+                Err(refusal) => break refusal,
+            }
+        };
+        assert_eq!(refusal, Refusal::TooLarge { limit });
+    }
+}

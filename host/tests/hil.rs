@@ -1,0 +1,71 @@
+//! Runs the tests of `hil-tests` one by one, each in a fresh QEMU; `make hil` builds them
+//! and names the file in `STICKSLIP_HIL_ELF`. Without it there is nothing to run.
+//!
+//! embedded-test lists its tests in the section `.embedded_test`: one symbol a test, whose
+//! name is JSON and whose first word is the address to call. Exit code 0 is a pass.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use libtest_mimic::{Arguments, Failed, Trial};
+use object::{Object, ObjectSection, ObjectSymbol};
+
+/// A test that takes longer hangs: emulation is slow, not endless.
+const PATIENCE: Duration = Duration::from_secs(400);
+
+fn main() {
+    let arguments = Arguments::from_args();
+    let tests = match std::env::var_os("STICKSLIP_HIL_ELF") {
+        None => Vec::new(),
+        Some(elf) => list(&PathBuf::from(elf)),
+    };
+    libtest_mimic::run(&arguments, tests).exit();
+}
+
+fn list(elf: &Path) -> Vec<Trial> {
+    let bytes = std::fs::read(elf).unwrap_or_else(|error| panic!("{}: {error}", elf.display()));
+    let file = object::File::parse(&*bytes).expect("STICKSLIP_HIL_ELF is an ELF file");
+    let section = file.section_by_name(".embedded_test").expect("built with embedded-test");
+    let data = section.data().expect("section data");
+    let elf: Arc<Path> = elf.into();
+    let mut tests = Vec::new();
+    for symbol in file.symbols().filter(|symbol| symbol.section_index() == Some(section.index())) {
+        let Ok(label) = symbol.name() else { continue };
+        let Ok(label) = serde_json::from_str::<serde_json::Value>(label) else { continue };
+        let Some(name) = label["name"].as_str() else { continue };
+        let offset = (symbol.address() - section.address()) as usize;
+        let Some(word) = data.get(offset..offset + 4) else { continue };
+        let address = u32::from_le_bytes([word[0], word[1], word[2], word[3]]);
+        let elf = Arc::clone(&elf);
+        tests.push(Trial::test(name, move || run(&elf, address)).with_kind("qemu"));
+    }
+    assert!(!tests.is_empty(), "{} lists no tests", elf.display());
+    tests
+}
+
+fn run(elf: &Path, address: u32) -> Result<(), Failed> {
+    let semihosting = format!("enable=on,target=native,arg=run_addr,arg={address}");
+    let mut child = Command::new("qemu-system-arm")
+        .args(["-machine", "mps2-an386", "-display", "none", "-monitor", "none", "-serial", "null"])
+        .args(["-semihosting-config", &semihosting, "-kernel"])
+        .arg(elf)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::inherit())
+        .spawn()
+        .map_err(|error| format!("qemu-system-arm: {error}; `make setup` installs it"))?;
+    let began = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return if status.success() { Ok(()) } else { Err(format!("on the board: {status}").into()) };
+        }
+        if began.elapsed() > PATIENCE {
+            child.kill()?;
+            child.wait()?;
+            return Err("no end after 400 s".into());
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
