@@ -29,7 +29,7 @@ use crate::fit::{self, FitError};
 use campaign::Campaign;
 use problem::Problem;
 use report::{Report, Verdict};
-use select::{Candidate, Held, candidates, explained, hold_out, paired};
+use select::{Candidate, Held, candidates, explained, hold_out, paired, total};
 
 /// Family-wise probability of naming an effect where there is none.
 pub const FALSE_ALARM: f64 = 0.01;
@@ -38,7 +38,7 @@ pub const RELEVANT: f64 = 2.5;
 /// Systematic misfit that no effect explains is reported beyond this many noise floors.
 const UNEXPLAINED: f64 = 3.0;
 /// Least share of the excess misfit that one effect must explain.
-const EXPLAINS: f64 = 0.65;
+const EXPLAINS: f64 = 0.8;
 /// Least share that several effects must explain together.
 const EXPLAIN_TOGETHER: f64 = 0.8;
 /// A further effect must explain this share of what the others leave.
@@ -51,6 +51,14 @@ const EQUAL_SHARE: f64 = 0.1;
 const SIMPLER: f64 = 0.05;
 /// Candidates whose explained shares differ by less are equal whatever the test says.
 const SAME_SHARE: f64 = 0.02;
+/// ... unless its held-out loss is larger by this factor.
+const SAME_LOSS: f64 = 1.1;
+/// Most effects in an ambiguous set, the one chosen included.
+const LARGEST_SET: usize = 3;
+/// Beyond this share a fit counts as adequate whatever error is left.
+const ADEQUATE_SHARE: f64 = 0.9;
+/// Otherwise the error after may be this many noise floors.
+const ADEQUATE_ERROR: f64 = 1.3;
 /// Most effects named.
 const MOST_EFFECTS: usize = 3;
 /// Effects refitted at each stage.
@@ -154,7 +162,9 @@ fn find(problem: &Problem, base: Held, tick: Tick) -> Findings {
     let level = FALSE_ALARM / REGISTRY.len() as f64;
     let relevant = base.misfit.exceeds(RELEVANT) && base.misfit.excess > 0.0;
     let enough = problem.campaign.conditions >= FEWEST_CONDITIONS;
-    let (first, invisible) = candidates(problem, &base, SURVIVORS, tick);
+    // Where nothing is worth a name, the screening only tells what these data could not show.
+    let survivors = if relevant && enough { SURVIVORS } else { 0 };
+    let (first, invisible) = candidates(problem, &base, survivors, tick);
     let mut chosen: Vec<Candidate> = Vec::new();
     let mut equal = Vec::new();
     if relevant && enough {
@@ -193,7 +203,11 @@ fn find(problem: &Problem, base: Held, tick: Tick) -> Findings {
     }
     let share = chosen.last().map_or(0.0, |c| explained(&base.misfit, &c.held.misfit));
     let needed = if chosen.len() > 1 { EXPLAIN_TOGETHER } else { EXPLAINS };
-    let verdict = match (relevant && enough, chosen.is_empty() || share < needed) {
+    let adequate = chosen.last().is_some_and(|c| {
+        let misfit = &c.held.misfit;
+        share >= ADEQUATE_SHARE || misfit.error <= ADEQUATE_ERROR * misfit.noise_floor
+    });
+    let verdict = match (relevant && enough, !adequate || share < needed) {
         (false, _) => Verdict::NothingMissing,
         (true, true) if base.misfit.exceeds(UNEXPLAINED) => Verdict::Unexplained,
         (true, true) => Verdict::NothingMissing,
@@ -221,8 +235,10 @@ fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<Vec<&'sta
             let no_worse = paired(&c.held.loss, &winner.held.loss).is_none_or(|(t, _)| t < EQUAL);
             let behind = winner.explained - explained(&base.misfit, &c.held.misfit);
             // Significant or not: what differs by so little is below the noise floor.
-            (no_worse && behind < EQUAL_SHARE) || behind < SAME_SHARE
+            let near = total(&c.held) < SAME_LOSS * total(&winner.held);
+            (no_worse && behind < EQUAL_SHARE) || (near && behind < SAME_SHARE)
         })
+        .take(LARGEST_SET - 1)
         .map(|c| vec![c.info.id])
         .collect()
 }

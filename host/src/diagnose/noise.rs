@@ -27,8 +27,17 @@ const FLOOR_ROTATION_RAD: f64 = 3e-3;
 const FLOOR_OF_UNCERTAINTY: f64 = 0.1;
 /// Share of the signal's spread within a bin in the floor.
 pub const FLOOR_OF_RANGE: f64 = 0.15;
+/// Share of the weight in the floor of what fingers and pusher bear together at rest: how
+/// they share it is statically indeterminate (each may bear it by friction) and depends on
+/// how soft they are; only the sum follows from balance.
+pub const FLOOR_OF_SHARED_WEIGHT: f64 = 0.5;
+/// Lever of that share in torques, m.
+pub const SHARED_WEIGHT_LEVER_M: f64 = 0.03;
 /// Friction of conditions differs by at least this (relative), beside repetitions.
 pub const CONDITION_FRICTION: f64 = 0.004;
+/// Standard deviation of the prior of friction about the model as given (relative, at least
+/// 0.1): nothing where data tell, but what they do not tell stays where it was.
+pub const FRICTION_PRIOR: f64 = 0.5;
 /// Run-to-run friction where there are no repetitions (relative).
 const DEFAULT_FRICTION: f64 = 0.02;
 /// Most common directions.

@@ -11,7 +11,7 @@ use stickslip_shared::model::Model;
 use crate::diagnose::features::Features;
 use crate::diagnose::gls;
 use crate::diagnose::problem::Problem;
-use crate::fit::Solution;
+use crate::fit::{Free, Solution};
 
 /// An effect to try, with where its fit may start.
 #[derive(Clone, Debug)]
@@ -56,13 +56,13 @@ fn settings(info: &Info, shaping: &[usize]) -> Vec<[f64; MAX_PARAMETERS]> {
 }
 
 /// Screens one effect on top of a solution. `slot` is where it would stand in the model.
-pub fn screen(problem: &Problem, base: &Solution, base_columns: usize, info: &'static Info) -> Screened {
-    let predicted = problem.predict(&base.model);
+pub fn screen(problem: &Problem, base: &Solution, base_free: &[Free], info: &'static Info) -> Screened {
+    let predicted = &base.predicted;
     let changed = |parameters: [f64; MAX_PARAMETERS]| -> Vec<Features> {
         let mut model: Model<f64> = base.model.clone();
         let _ = model.effects.push(Effect { code: info.code, parameters });
         let with = problem.predict(&model);
-        with.iter().zip(&predicted).map(|(w, p)| w.iter().zip(p).map(|(a, b)| a - b).collect()).collect()
+        with.iter().zip(predicted).map(|(w, p)| w.iter().zip(p).map(|(a, b)| a - b).collect()).collect()
     };
     let size = |d: &[Features]| -> f64 {
         d.iter()
@@ -114,10 +114,10 @@ pub fn screen(problem: &Problem, base: &Solution, base_columns: usize, info: &'s
         }
         let single: Vec<(f64, f64)> = columns
             .iter()
-            .map(|c| gain(problem, base, base_columns, std::slice::from_ref(c)))
+            .map(|c| gain(problem, base, base_free, std::slice::from_ref(c)))
             .map(|(g, x)| (g, x[0]))
             .collect();
-        let (together, x) = gain(problem, base, base_columns, &columns);
+        let (together, x) = gain(problem, base, base_free, &columns);
         let mut joint = setting;
         for ((k, s), a) in varied.iter().zip(&x) {
             let p = &info.parameters[*k];
@@ -151,16 +151,16 @@ pub fn screen(problem: &Problem, base: &Solution, base_columns: usize, info: &'s
 fn gain(
     problem: &Problem,
     base: &Solution,
-    base_columns: usize,
+    base_free: &[Free],
     columns: &[Vec<Features>],
 ) -> (f64, Vec<f64>) {
-    let mut all: Vec<Vec<Features>> = base.columns[..base_columns].to_vec();
+    let mut all: Vec<Vec<Features>> = base.columns[..base_free.len()].to_vec();
     all.extend(columns.iter().cloned());
     let grams = problem.grams(&base.residual, &all);
-    let with = problem.precision(all.len());
-    let (before, _) = total(&base.grams, &problem.precision(base.columns.len()));
+    let with = problem.precision(base_free, all.len() - base_free.len());
+    let (before, _) = total(&base.grams, &problem.precision(base_free, base.columns.len() - base_free.len()));
     let (after, x) = total(&grams, &with);
-    (before - after, x[base_columns..all.len()].to_vec())
+    (before - after, x[base_free.len()..all.len()].to_vec())
 }
 
 fn total(grams: &[gls::Gram], precision: &[f64]) -> (f64, Vec<f64>) {

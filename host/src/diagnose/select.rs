@@ -50,7 +50,7 @@ pub struct Candidate {
 /// Held-out performance of a solution.
 pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held {
     let n = free.len();
-    let precision = problem.precision(n);
+    let precision = problem.precision(&free, 0);
     let folds = gls::fold_solutions(&solution.grams, &precision, FOLDS);
     let by_group = gls::held_out(&solution.grams, &folds);
     let mut loss = vec![0.0; problem.campaign.conditions];
@@ -92,7 +92,7 @@ pub fn p_value(a: &[f64], b: &[f64]) -> f64 {
 /// Probability that the effect's strengths differ from neutral by chance: Wald's test with the
 /// covariance clustered by condition, against F.
 fn parameter_p_value(problem: &Problem, solution: &Solution, free: &[Free], from: usize, info: &Info) -> f64 {
-    let covariance = fit::clustered_covariance(&solution.grams, &problem.precision(free.len()), free.len());
+    let covariance = fit::clustered_covariance(&solution.grams, &problem.precision(free, 0), free.len());
     let strengths: Vec<(usize, f64)> = free
         .iter()
         .enumerate()
@@ -167,7 +167,7 @@ pub fn candidates(
     let mut screened: Vec<Screened> = absent
         .iter()
         .map(|i| {
-            let s = screen(problem, &base.solution, base.free.len(), i);
+            let s = screen(problem, &base.solution, &base.free, i);
             tick();
             s
         })
@@ -192,20 +192,32 @@ pub fn total(held: &Held) -> f64 {
     held.loss.iter().sum()
 }
 
+/// Longest prescribed path of the trials, m.
+fn longest_path(problem: &Problem) -> f64 {
+    problem.campaign.runs.iter().map(|r| r.prepared.drive_path()).fold(0.0, f64::max)
+}
+
 fn refit(problem: &Problem, base: &Held, screened: &Screened) -> Option<Candidate> {
     let slot = base.solution.model.effects.len();
     let mut free = base.free.clone();
     free.extend(Free::of_effect(screened.info, slot));
-    let best = screened
+    // One step from each start shows which is worth the rest.
+    let begun = screened
         .starts
         .iter()
         .take(2)
         .map(|start| {
             let mut model: Model<f64> = base.solution.model.clone();
             let _ = model.effects.push(Effect { code: screened.info.code, parameters: *start });
-            fit::solve(problem, &model, &free, 5)
+            fit::solve_with(problem, &model, &free, 1, &base.solution.columns)
         })
         .min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))?;
+    let best = fit::solve_with(problem, &begun.model, &free, 5, &begun.columns[..base.free.len()]);
+    // Half a wave is no wave: it could be any slow change along the path.
+    let wave = screened.info.parameters.iter().position(|p| p.name == "wavelength_m");
+    if wave.is_some_and(|k| best.model.effects[slot].parameters[k] > longest_path(problem)) {
+        return None;
+    }
     let parameters = parameter_p_value(problem, &best, &free, base.free.len(), screened.info);
     let held = hold_out(problem, best, free);
     // Two tests of the same question: the better one counts, at twice its probability.
