@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use serde::Serialize;
-use stickslip_shared::effects::Info;
+use stickslip_shared::effects::{Info, Parameter};
 use stickslip_shared::model::Model;
 use thiserror::Error;
 
@@ -18,12 +18,13 @@ use crate::diagnose::gls::{self, Gram};
 use crate::diagnose::noise;
 use crate::diagnose::phases::BINS;
 use crate::diagnose::problem::{Problem, difference};
+use crate::diagnose::screen::Trial;
 
 /// Parts of the conditions that are held out in turn.
 pub const FOLDS: usize = 10;
 
 /// A parameter of the model that is fitted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Free {
     /// Friction of the fingertips.
@@ -38,13 +39,17 @@ pub enum Free {
         slot: usize,
         /// Place of the parameter in its description.
         parameter: usize,
+        /// Its description.
+        #[serde(skip)]
+        of: &'static Parameter,
     },
 }
 
 impl Free {
     /// All parameters of the effect in `slot`.
-    pub fn of_effect(info: &Info, slot: usize) -> Vec<Free> {
-        (0..info.parameters.len()).map(|parameter| Free::Effect { slot, parameter }).collect()
+    pub fn of_effect(info: &'static Info, slot: usize) -> Vec<Free> {
+        let each = info.parameters.iter().enumerate();
+        each.map(|(parameter, of)| Free::Effect { slot, parameter, of }).collect()
     }
 
     /// Value in `model`; NaN where it does not have it.
@@ -53,7 +58,7 @@ impl Free {
             Free::FingerFriction => model.friction.finger,
             Free::PusherFriction => model.friction.pusher,
             Free::SupportFriction => model.friction.support,
-            Free::Effect { slot, parameter } => model
+            Free::Effect { slot, parameter, .. } => model
                 .effects
                 .get(*slot)
                 .and_then(|e| e.parameters.get(*parameter))
@@ -64,13 +69,13 @@ impl Free {
 
     /// Sets it, within its bounds.
     pub fn set(&self, model: &mut Model<f64>, value: f64) {
-        let (low, high) = self.bounds(model);
+        let (low, high) = self.bounds();
         let value = value.clamp(low, high);
         match self {
             Free::FingerFriction => model.friction.finger = value,
             Free::PusherFriction => model.friction.pusher = value,
             Free::SupportFriction => model.friction.support = value,
-            Free::Effect { slot, parameter } => {
+            Free::Effect { slot, parameter, .. } => {
                 if let Some(p) = model.effects.get_mut(*slot).and_then(|e| e.parameters.get_mut(*parameter)) {
                     *p = value;
                 }
@@ -79,8 +84,8 @@ impl Free {
     }
 
     /// Smallest and largest value that makes sense.
-    pub fn bounds(&self, model: &Model<f64>) -> (f64, f64) {
-        match self.described(model) {
+    pub fn bounds(&self) -> (f64, f64) {
+        match self.described() {
             Some(p) => (p.low, p.high),
             None => (1e-3, 5.0),
         }
@@ -100,28 +105,28 @@ impl Free {
     /// Step of finite differences.
     fn step(&self, model: &Model<f64>) -> f64 {
         let value = self.get(model);
-        let size = match self.described(model) {
+        let size = match self.described() {
             Some(p) => {
                 let scale = (p.typical - p.neutral).abs();
                 if scale > 0.0 { 0.1 * scale } else { 0.1 * p.typical.abs().max(1e-6) }
             }
             None => 0.02 * value.abs().max(0.05),
         };
-        let (low, high) = self.bounds(model);
+        let (low, high) = self.bounds();
         if value + size > high && value - size >= low { -size } else { size }
     }
 
     /// Value where nothing is known: the one given, and for an effect that of its description.
     fn home(&self, given: &Model<f64>) -> f64 {
-        match self.described(given) {
+        match self.described() {
             Some(p) => p.neutral,
             None => self.get(given),
         }
     }
 
-    fn described(&self, model: &Model<f64>) -> Option<&'static stickslip_shared::effects::Parameter> {
+    fn described(&self) -> Option<&'static Parameter> {
         match self {
-            Free::Effect { slot, parameter } => model.effects.get(*slot)?.info()?.parameters.get(*parameter),
+            Free::Effect { of, .. } => Some(of),
             _ => None,
         }
     }
@@ -132,19 +137,16 @@ impl Free {
             Free::FingerFriction => "friction.finger".into(),
             Free::PusherFriction => "friction.pusher".into(),
             Free::SupportFriction => "friction.support".into(),
-            Free::Effect { slot, parameter } => {
+            Free::Effect { slot, of, .. } => {
                 let info = model.effects.get(*slot).and_then(stickslip_shared::effects::Effect::info);
-                match (info, self.described(model)) {
-                    (Some(i), Some(p)) => format!("{}.{}", i.id, p.name),
-                    _ => format!("effect{slot}.{parameter}"),
-                }
+                format!("{}.{}", info.map_or("effect", |i| i.id), of.name)
             }
         }
     }
 
     /// Unit as people write it.
-    pub fn unit(&self, model: &Model<f64>) -> &'static str {
-        self.described(model).map_or("1", |p| p.unit)
+    pub fn unit(&self) -> &'static str {
+        self.described().map_or("1", |p| p.unit)
     }
 }
 
@@ -272,7 +274,7 @@ fn keep_unseen(
         let at = seen.iter().position(|s| s == f).unwrap_or(0);
         let covariance = clustered_covariance(&solution.grams, &problem.precision(&seen, 0), seen.len());
         let value = f.get(&solution.model);
-        let (low, high) = f.bounds(&solution.model);
+        let (low, high) = f.bounds();
         let sd = covariance[(at, at)].sqrt();
         let wide = match f {
             Free::Effect { .. } => 0.5 * (high - low),
@@ -305,9 +307,9 @@ fn restore(fit: &mut Fit, given: &Model<f64>, free: &[Free], seen: &[Free], kept
         .map(|f| match place(f) {
             Some(at) => fit.estimates[at].clone(),
             None => {
-                let (low, high) = f.bounds(given);
+                let (low, high) = f.bounds();
                 let value = f.get(&fit.model);
-                Estimate { name: f.name(given), value, low, high, unit: f.unit(given) }
+                Estimate { name: f.name(given), value, low, high, unit: f.unit() }
             }
         })
         .collect();
@@ -401,7 +403,7 @@ pub fn summary(problem: &Problem, solution: Solution, before: f64, free: &[Free]
         .iter()
         .enumerate()
         .map(|(k, f)| {
-            let (low, high) = f.bounds(&model);
+            let (low, high) = f.bounds();
             let value = f.get(&model);
             let [a, b] = intervals.get(k).copied().unwrap_or([f64::NAN; 2]);
             Estimate {
@@ -409,11 +411,11 @@ pub fn summary(problem: &Problem, solution: Solution, before: f64, free: &[Free]
                 value,
                 low: (value + a).clamp(low, high),
                 high: (value + b).clamp(low, high),
-                unit: f.unit(&model),
+                unit: f.unit(),
             }
         })
         .collect();
-    let notes = notes(&estimates, &covariance, free, &model);
+    let notes = notes(&estimates, &covariance, free);
     let folds = gls::fold_solutions(&solution.grams, &precision, FOLDS);
     let held_out = gls::held_out(&solution.grams, &folds);
     Fit {
@@ -636,15 +638,10 @@ fn resample(grams: &[Gram], precision: &[f64], n: usize, options: &Options) -> V
         .collect()
 }
 
-fn notes(
-    estimates: &[Estimate],
-    covariance: &DMatrix<f64>,
-    free: &[Free],
-    model: &Model<f64>,
-) -> Vec<String> {
+fn notes(estimates: &[Estimate], covariance: &DMatrix<f64>, free: &[Free]) -> Vec<String> {
     let mut out = Vec::new();
     for (k, e) in estimates.iter().enumerate() {
-        let (low, high) = free[k].bounds(model);
+        let (low, high) = free[k].bounds();
         let sd = covariance[(k, k)].sqrt();
         let wide = match free[k] {
             Free::Effect { .. } => 0.5 * (high - low),
@@ -679,7 +676,7 @@ pub fn starts(
     let screened = effect.info().map(|info| {
         let problem = Problem::new(campaign, model);
         let base = solve(&problem, model, free, 0);
-        crate::diagnose::screen::screen(&problem, &base, free, info).starts
+        crate::diagnose::screen::screen(&problem, &base, free, &Trial { info, program: None }).starts
     });
     match screened {
         Some(starts) if !starts.is_empty() => starts.into_iter().take(2).collect(),

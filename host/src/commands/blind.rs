@@ -72,7 +72,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             let seed = args.seed.wrapping_mul(1_000_003).wrapping_add(*number as u64);
             let (key, list) = draw(args.seed, *number, args.conditions, wanted);
             let dataset = data(&key, &list, seed).map_err(|e| anyhow!(e))?;
-            let report = diagnose(&dataset, &default_model(), &|| ())?;
+            let report = diagnose(&dataset, &default_model(), &[], &|| ())?;
             let o = open(key, &report);
             bar.suspend(|| output.note(line(*number, &o)));
             bar.inc(1);
@@ -113,7 +113,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
 fn line(number: usize, o: &Opened) -> String {
     let hidden: Vec<String> = o.key.effects.iter().map(ToString::to_string).collect();
     format!(
-        "{number}: {:?} {} trials, hidden [{}]: {:?} {:?} ~ {:?}; error {:.2} -> {:.2} (floor {:.2}), worst {:.1} ({}); {:.1} s",
+        "{number}: {:?} {} trials, hidden [{}]: {:?} {:?} ~ {:?}; error {:.2} -> {:.2} (floor {:.2}), worst {:.1} -> {:.1} ({}); {:.1} s",
         o.key.plan,
         o.key.trials,
         hidden.join(", "),
@@ -124,6 +124,7 @@ fn line(number: usize, o: &Opened) -> String {
         o.error[1],
         o.error[2],
         o.worst,
+        o.worst_after,
         o.worst_place,
         o.seconds
     )

@@ -58,6 +58,17 @@ pub struct Noise {
     pub friction: [f64; 3],
     /// Degrees of freedom of the repetitions.
     pub freedom: usize,
+    /// Change of the fingers' friction with the order of trials, as repetitions show it.
+    pub drift: Drift,
+}
+
+/// Change of friction with the order of trials.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Drift {
+    /// Relative change from the first trial to the last.
+    pub change: f64,
+    /// Student's t of it.
+    pub t: f64,
 }
 
 /// Noise and uncertainty of each channel as combined in the features.
@@ -99,10 +110,13 @@ pub fn estimate(campaign: &Campaign, residuals: &[Features], friction: &[[Featur
             directions: Vec::new(),
             friction: [DEFAULT_FRICTION; 3],
             freedom,
+            drift: Drift::default(),
         };
     }
     let mut spread = pooled(&deviations, freedom, &floor);
     let mut sd = [0.0; 3];
+    let mut drift = Drift::default();
+    let last = campaign.runs.iter().map(|r| r.prepared.ordinal).fold(0.0, f64::max);
     let raw = deviations.clone();
     for _ in 0..2 {
         deviations.clone_from(&raw);
@@ -118,12 +132,16 @@ pub fn estimate(campaign: &Campaign, residuals: &[Features], friction: &[[Featur
                 .zip(&deltas)
                 .fold((1e-9, 0.0), |(xx, xy), (r, d)| (xx + r.1 * r.1, xy + r.1 * d[k]));
             let left: f64 = runs.iter().zip(&deltas).map(|(r, d)| (d[k] - xy / xx * r.1).powi(2)).sum();
-            (left / freedom as f64).sqrt().min(0.5)
+            let sd = (left / freedom as f64).sqrt();
+            if k == 0 && sd > 0.0 {
+                drift = Drift { change: xy / xx * last, t: xy / xx.sqrt() / sd };
+            }
+            sd.min(0.5)
         });
         spread = pooled(&deviations, freedom, &floor);
     }
     let directions = directions(&deviations, freedom, &mut spread, &floor);
-    Noise { floor, spread, directions, friction: sd, freedom }
+    Noise { floor, spread, directions, friction: sd, freedom, drift }
 }
 
 /// Deviation of each repeated run from the mean of its condition; which run, and how much
