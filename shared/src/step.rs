@@ -530,6 +530,17 @@ pub fn step_in<R: Real, const NC: usize>(
     output
 }
 
+/// [`step`] in `f64` for any scene, compiled in this crate: a host built for tests optimises
+/// this crate alone.
+pub fn step_f64(
+    scene: &Scene<f64>,
+    model: &Model<f64>,
+    state: &mut State<f64, { contact::SLOTS }>,
+    drive: &Drive<f64>,
+) -> StepOutput<f64, { contact::SLOTS }> {
+    step(scene, model, state, drive)
+}
+
 /// Wrenches, utilisation and the memory of the contact points at the end of a step.
 fn gather<R: Real, const NC: usize>(
     state: &mut State<R, NC>,
