@@ -139,7 +139,7 @@ proptest! {
         let (scene, model) = push(0.3);
         let mut predictor = Predictor::new(scene, model, Limits::default()).unwrap();
         for sample in &samples {
-            let p = predictor.tick(&sample.into());
+            let p = predictor.take(sample);
             prop_assert!(p.solver_iterations <= 600);
             prop_assert!(p.position_m.iter().chain(&p.quaternion).all(|x| x.is_finite()), "{:?}", p);
         }
@@ -157,10 +157,10 @@ proptest! {
             intent: Intent::Slide,
         });
         predictor.set_plan(Plan { start_s: 0.0, segments });
-        let mut last = predictor.tick(&(&almost_sound(0, usize::MAX, 0.0)).into());
+        let mut last = predictor.take(&almost_sound(0, usize::MAX, 0.0));
         for seq in 1..60 {
             let at = if seq == when { at } else { usize::MAX };
-            last = predictor.tick(&(&almost_sound(seq, at, value)).into());
+            last = predictor.take(&almost_sound(seq, at, value));
             prop_assert!(last.position_m.iter().all(|x| x.is_finite()));
         }
         // Half a second later the model follows the rig again.
@@ -181,7 +181,7 @@ proptest! {
         if let Ok(mut predictor) = Predictor::new(scene, model, Limits::default()) {
             prop_assert!(mass_kg > 0.0 && side_m > 0.0 && friction.iter().all(|m| (0.0..=10.0).contains(m)));
             for seq in 0..3 {
-                let p = predictor.tick(&(&almost_sound(seq, usize::MAX, 0.0)).into());
+                let p = predictor.take(&almost_sound(seq, usize::MAX, 0.0));
                 prop_assert!(p.solver_iterations <= 600);
             }
         }
@@ -218,5 +218,28 @@ proptest! {
             }
         };
         prop_assert!(names.iter().any(|name| text.contains(name)) || text.contains("trials"), "{}", text);
+    }
+}
+
+#[test]
+fn hours_later_and_over_the_wrap_of_its_time_stamp_a_push_gives_the_same_predictions() {
+    let run = |start_us: u32| {
+        let (scene, model) = push(0.3);
+        let mut predictor = Predictor::new(scene, model, Limits::default()).unwrap();
+        let mut out = Vec::new();
+        for seq in 0..400 {
+            let mut sample = almost_sound(seq, usize::MAX, 0.0);
+            sample.t_us = start_us.wrapping_add(sample.t_us);
+            out.push(predictor.take(&sample));
+        }
+        out
+    };
+    let fresh = run(0);
+    assert!(fresh.iter().any(|p| p.flags & flags::SLIP_1 != 0));
+    for start_us in [1, 2_000_000_000, u32::MAX - 700_000] {
+        assert_eq!(
+            run(start_us).last().map(|p| p.words().collect::<Vec<_>>()),
+            fresh.last().map(|p| p.words().collect())
+        );
     }
 }

@@ -36,6 +36,8 @@ pub const MAX_SEGMENTS: usize = 8;
 const SETTLE_STEPS_A_TICK: u8 = 3;
 /// Most Newton steps of the step from sample to sample: a tick must end.
 const MOST_ITERATIONS: u32 = 22;
+/// The epoch moves on after so long.
+const EPOCH_US: u32 = 32_000_000;
 /// Samples in a row that must show the object elsewhere before the model starts anew there.
 const STRAYED_SAMPLES: u8 = 3;
 /// A restart keeps jaw and contact memory where the jaw is within this of holding the object, m.
@@ -378,13 +380,21 @@ pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), Model
     Ok(())
 }
 
+fn seconds(us: u64) -> f32 {
+    us as f32 * 1e-6
+}
+
 /// The predictor: parameters, plan and the state of the tracked object.
 #[derive(Clone, Debug)]
 pub struct Predictor<R: Real> {
     scene: Scene<R>,
     model: Model<R>,
     limits: Limits,
+    /// Its start counted from the epoch.
     plan: Plan,
+    /// What time is counted from, since the trial's beginning: `f32` seconds would lose the
+    /// sampling time within an hour.
+    epoch_us: u64,
     trial: R,
     tracked: Option<Tracked<R>>,
     health: Health<R>,
@@ -454,6 +464,7 @@ impl<R: Real> Predictor<R> {
             model,
             limits,
             plan: Plan::default(),
+            epoch_us: 0,
             trial: R::zero(),
             tracked: None,
             last: Prediction { drop_in_s: -1.0, ..Prediction::default() },
@@ -463,6 +474,7 @@ impl<R: Real> Predictor<R> {
     /// Replaces the plan from the next tick on.
     pub fn set_plan(&mut self, plan: Plan) {
         self.plan = plan;
+        self.plan.start_s -= seconds(self.epoch_us);
     }
 
     /// Place of the trial in its data set (wear goes with it).
@@ -473,6 +485,36 @@ impl<R: Real> Predictor<R> {
     /// Forgets the tracked object; the next sample with an object pose starts anew.
     pub fn restart(&mut self) {
         self.tracked = None;
+        self.plan.start_s += seconds(self.epoch_us);
+        self.epoch_us = 0;
+    }
+
+    /// One tick with a sample from the line. Its time stamp may wrap around (every 71 minutes).
+    pub fn take(&mut self, sample: &crate::wire::Sample) -> Prediction {
+        // The stamp's 32 bits are the lowest of the epoch's 64.
+        let mut since_us = sample.t_us.wrapping_sub(self.epoch_us as u32);
+        if self.tracked.is_none() || (EPOCH_US..=u32::MAX / 2).contains(&since_us) {
+            self.move_epoch(since_us);
+            since_us = 0;
+        }
+        // Beyond half the range it lies before the epoch.
+        self.tick(&sample.at(R::of(f64::from(since_us.cast_signed())) * R::of(1e-6)))
+    }
+
+    /// Counts time from `by_us` later on.
+    fn move_epoch(&mut self, by_us: u32) {
+        let by_s = seconds(u64::from(by_us));
+        self.epoch_us = self.epoch_us.wrapping_add(u64::from(by_us));
+        self.plan.start_s -= by_s;
+        if let Some(tracked) = &mut self.tracked {
+            let by_s = R::of(f64::from(by_s));
+            tracked.poses.t_s -= by_s;
+            if let Some(outlook) = &mut tracked.outlook {
+                outlook.began_s -= by_s;
+            }
+            // One under way would end with the times it began with: it is begun anew.
+            tracked.ahead = None;
+        }
     }
 
     /// Forgets what was learnt about friction: the next object or finger is another one.
@@ -628,6 +670,11 @@ impl<R: Real> Predictor<R> {
         self.model.friction.finger = self.observer.friction();
         let mut work = Workspace::new();
         let mut out = advance(&self.scene, &self.model, &mut tracked.state, &drive, &mut work);
+        if out.status == ConeStatus::BadInput {
+            // Numbers that no rig has: the next sample with the object's pose begins anew.
+            let last = self.repeat(validity::SOLVER);
+            return Some(Prediction { solver_status: 2, ..last });
+        }
         let effects = self.effects_on_friction(&work);
         let mut worst = Worst::default();
         worst.note(&out);

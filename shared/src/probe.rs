@@ -50,7 +50,8 @@ mod hook {
         End,
     }
 
-    static HOOK: Mutex<Cell<Option<fn(Part, Edge)>>> = Mutex::new(Cell::new(None));
+    type Hook = fn(Part, Edge);
+    static HOOK: Mutex<Cell<Option<Hook>>> = Mutex::new(Cell::new(None));
 
     /// Calls `hook` at every mark from now on.
     pub fn watch(hook: fn(Part, Edge)) {

@@ -21,12 +21,13 @@ pub struct Pose<R: Real> {
 }
 
 impl<R: Real> Pose<R> {
-    /// From `x, y, z` and `w, x, y, z`. `None` where a number is not finite or the
-    /// quaternion's norm is off by more than 1 %; otherwise it is normalised.
+    /// From `x, y, z` and `w, x, y, z`. `None` where a number is not finite or beyond any
+    /// rig (a kilometre), or the quaternion's norm is off by more than 1 %; otherwise it is
+    /// normalised.
     pub fn new(position_m: [R; 3], quaternion: [R; 4]) -> Option<Self> {
         let [w, x, y, z] = quaternion;
         let norm = (w * w + x * x + y * y + z * z).root();
-        let good = position_m.iter().all(|p| p.finite()) && (norm - R::one()).abs() <= R::of(0.01);
+        let good = position_m.iter().all(|p| p.abs() <= R::of(1e3)) && (norm - R::one()).abs() <= R::of(0.01);
         good.then(|| Self {
             position_m: Vec3::from(position_m),
             rotation: UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z) / norm),

@@ -18,7 +18,7 @@ use heapless::{String, Vec};
 use postcard_rpc::Topic;
 use serde::de::DeserializeOwned;
 use stickslip_firmware::board::current::{self as board, timer};
-use stickslip_shared::predictor::{HASH_START, Plan, Prediction, Predictor, Sample};
+use stickslip_shared::predictor::{HASH_START, Plan, Prediction, Predictor};
 use stickslip_shared::probe::{self, Edge, Part};
 use stickslip_shared::selftest;
 use stickslip_shared::wire::frame::{MAX_LINE, encode};
@@ -137,8 +137,8 @@ fn input() -> Option<Input> {
 }
 
 /// Totals of a tick from its marks, and a line for every step.
-fn tick(predictor: &mut Predictor<f32>, sample: &Sample<f32>, hash: &mut u32) {
-    let (prediction, total, marks) = watched(|| predictor.tick(sample));
+fn tick(run: impl FnOnce() -> Prediction, hash: &mut u32) {
+    let (prediction, total, marks) = watched(run);
     let (next, hashing, _) = watched(|| prediction.hash(*hash));
     *hash = next;
     let (_, encoding, _) = watched(|| telemetry(&prediction));
@@ -240,13 +240,15 @@ fn run() -> Option<()> {
         let lowest = paint();
         for _ in 0..count {
             let sample: wire::Sample = input.next()?;
-            tick(&mut predictor, &(&sample).into(), &mut hash);
+            tick(|| predictor.take(&sample), &mut hash);
         }
         print(format_args!("stack {}", depth(lowest)));
     }
     if ticks > 0 {
         print(format_args!("selftest"));
-        selftest::each(seed, ticks, horizon_s, |predictor, sample| tick(predictor, sample, &mut hash));
+        selftest::each(seed, ticks, horizon_s, |predictor, sample| {
+            tick(|| predictor.tick(sample), &mut hash)
+        });
     }
     print(format_args!("end {hash}"));
     Some(())

@@ -246,7 +246,7 @@ impl<'a> Run<'a> {
             return;
         }
         for sample in package.samples.iter().take(seq as usize + 1).skip(from as usize) {
-            let prediction = self.predictor.tick(&sample.into());
+            let prediction = self.predictor.take(sample);
             self.hash = prediction.hash(self.hash);
         }
         self.next = seq.saturating_add(1);
