@@ -63,6 +63,12 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
 
     let mut device = Device::open(&args.device)?;
     output.text(describe(device.info()));
+    if device.info().source != wire::SOURCE {
+        output.note(
+            "the firmware was built from other sources than this program: build both anew (`make firmware`), \
+             or their predictions may differ",
+        );
+    }
     output.text(format_args!("trial {}: {} samples", info.trial, package.samples.len()));
     let mut log = args.log.as_deref().map(|path| start_log(path, &package, &info.trial)).transpose()?;
     let began = Instant::now();

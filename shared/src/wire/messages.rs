@@ -244,6 +244,8 @@ pub enum ResetCause {
 pub struct Info {
     /// [`super::PROTOCOL`] of the firmware.
     pub protocol: u16,
+    /// [`super::SOURCE`] of the firmware.
+    pub source: u32,
     /// Version of the firmware.
     pub firmware: heapless::String<16>,
     /// Name of the board.
