@@ -30,6 +30,10 @@ use serde::{Deserialize, Serialize};
 pub const MAX_SEGMENTS: usize = 8;
 /// Look-ahead steps over the horizon.
 pub const LOOK_AHEAD_STEPS: u8 = 5;
+/// Evaluations of the momentum balance that one look-ahead may take, and that each of its
+/// steps is sure of: with the bound on the present step they bound the time of a tick.
+const LOOK_AHEAD_EVALUATIONS: u32 = 60;
+const LEAST_EVALUATIONS: u32 = 4;
 /// Longest time between two samples that the model bridges; after a longer gap it starts anew.
 pub const LONGEST_GAP_S: f64 = 0.1;
 /// Longest single step of the model.
@@ -448,6 +452,8 @@ impl<R: Real> Predictor<R> {
     }
 
     /// One tick. Never panics; work is bounded.
+    // A function of its own in the firmware: `make no-panic` follows its calls.
+    #[inline(never)]
     pub fn tick(&mut self, sample: &Sample<R>) -> Prediction {
         let mut doubt = 0;
         if !sample.t_s.finite() || !sample.grip_cmd_n.finite() {
@@ -667,6 +673,8 @@ impl<R: Real> Predictor<R> {
                 f.slip_in_s = now;
             }
         }
+        let mut evaluations = LOOK_AHEAD_EVALUATIONS;
+        let mut steps_left = u32::from(LOOK_AHEAD_STEPS);
         let mut ahead = R::zero();
         while ahead < horizon {
             let t = (sample.t_s + ahead).to_f64() as f32;
@@ -687,7 +695,12 @@ impl<R: Real> Predictor<R> {
             let Some(next) = drive_between(&from, &to, &tracked.reference_m, grip, self.trial) else {
                 break;
             };
-            let out = step_in(&self.scene, &self.model, &mut state, &next, &ConeOptions::look_ahead(), work);
+            // Every later step keeps what a step needs that goes on as before.
+            steps_left = steps_left.saturating_sub(1);
+            let options =
+                ConeOptions::look_ahead().within(evaluations.saturating_sub(LEAST_EVALUATIONS * steps_left));
+            let out = step_in(&self.scene, &self.model, &mut state, &next, &options, work);
+            evaluations = evaluations.saturating_sub(out.evaluations).max(LEAST_EVALUATIONS * steps_left);
             worst.note(&out);
             ahead += dt;
             let when = ahead.to_f64() as f32;
@@ -741,7 +754,7 @@ fn advance<R: Real>(
     }
     let mut part = *drive;
     part.dt_s = drive.dt_s / R::of(f64::from(parts));
-    let options = ConeOptions::default();
+    let options = ConeOptions::present();
     let mut out = step_in(scene, model, state, &part, &options, work);
     for _ in 1..parts {
         for m in [&mut part.pusher, &mut part.support].into_iter().flatten() {
