@@ -22,12 +22,17 @@ pub mod lcp_solve;
 pub mod log;
 pub mod model_file;
 pub mod motion;
+pub mod mujoco;
 pub mod noise;
 pub mod output;
 pub mod phases;
 pub mod planar;
+#[cfg(feature = "probe")]
+pub mod probe;
 pub mod replay;
 pub mod report;
 pub mod rig;
+pub mod score;
 pub mod simulate;
 pub mod stages;
+pub mod tribometer;

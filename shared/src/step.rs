@@ -116,6 +116,8 @@ pub struct StepSummary<R: Real> {
     pub iterations: u32,
     /// Evaluations of the momentum balance.
     pub evaluations: u32,
+    /// Contact points times effects: how often an effect was asked for its friction.
+    pub hooks: u16,
     /// What the sensors would show at the end of the step.
     pub reading: Reading<R>,
     /// Share of the friction limit used by each finger, force and torsion together (1: slipping).
@@ -478,6 +480,7 @@ pub fn step_in<R: Real, const NC: usize>(
         residual_n: solution.residual_n,
         iterations: solution.iterations,
         evaluations: solution.evaluations,
+        hooks: (work.contacts.len() * model.effects.len()) as u16,
         reading: Reading {
             position_m: state.position_m,
             rotation: state.rotation,
@@ -518,6 +521,17 @@ pub fn step_in<R: Real, const NC: usize>(
         law.sense(p, &end, &mut output.reading);
     }
     output
+}
+
+/// [`step`] in `f64` for any scene, compiled in this crate: a host built for tests optimises
+/// this crate alone.
+pub fn step_f64(
+    scene: &Scene<f64>,
+    model: &Model<f64>,
+    state: &mut State<f64, { contact::SLOTS }>,
+    drive: &Drive<f64>,
+) -> StepOutput<f64, { contact::SLOTS }> {
+    step(scene, model, state, drive)
 }
 
 /// Wrenches, utilisation and the memory of the contact points at the end of a step.

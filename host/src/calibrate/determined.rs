@@ -25,6 +25,8 @@ pub enum Remark {
     LeftOut(String),
     /// A trial without any prescribed motion.
     NothingMoves(String),
+    /// A trial that the calibrated model misses altogether; it had hardly any say.
+    Missed(String),
     /// No trial has a rest before its motion.
     NoRest,
     /// Nothing slides in the grasp; the largest measured share of tangential to normal force.
@@ -51,6 +53,10 @@ impl fmt::Display for Remark {
         match self {
             Self::LeftOut(why) => write!(f, "left out: {why}"),
             Self::NothingMoves(trial) => write!(f, "left out: trial {trial}: nothing moves in it"),
+            Self::Missed(trial) => write!(
+                f,
+                "the calibrated model misses trial {trial} altogether (grip lost, or dropped?): it had hardly any say"
+            ),
             Self::NoRest => write!(
                 f,
                 "no trial rests before it moves: sensor offsets could not be removed and count as force"
@@ -136,6 +142,17 @@ pub fn withdraw(calibration: &[&Windowed], fit: &mut Fit, base: &Model<f64>) {
             Coefficient::Pusher => fit.model.friction.pusher,
             Coefficient::Support => fit.model.friction.support,
         };
+    }
+}
+
+/// What the data leave open stays what the base model says, as far as its bounds allow: the
+/// least squares value on a plateau means nothing.
+pub fn keep_base(fit: &mut Fit, base: &Model<f64>) {
+    let mut base = base.clone();
+    for e in fit.estimates.iter_mut().filter(|e| !e.determined) {
+        let known = *e.coefficient.of(&mut base);
+        e.value = known.max(e.low.unwrap_or(known)).min(e.high.unwrap_or(f64::INFINITY));
+        *e.coefficient.of(&mut fit.model) = e.value;
     }
 }
 

@@ -47,8 +47,8 @@ const POLISH_STEPS: u8 = 3;
 /// Evaluations of [`ConeOptions::present`].
 const PRESENT_EVALUATIONS: u32 = 120;
 /// Bounds and relative tolerance of [`ConeOptions::look_ahead`].
-const LOOK_AHEAD_ITERATIONS: u32 = 10;
-const LOOK_AHEAD_EVALUATIONS: u32 = 24;
+const LOOK_AHEAD_ITERATIONS: u32 = 8;
+const LOOK_AHEAD_EVALUATIONS: u32 = 40;
 const LOOK_AHEAD_TOLERANCE: f64 = 1e-3;
 
 /// Most evaluations of a line search after the first.
@@ -157,11 +157,6 @@ impl<R: Real> ConeOptions<R> {
             max_evaluations: LOOK_AHEAD_EVALUATIONS,
             tolerance: R::of(LOOK_AHEAD_TOLERANCE),
         }
-    }
-
-    /// The same with at most `evaluations`.
-    pub fn within(self, evaluations: u32) -> Self {
-        Self { max_evaluations: self.max_evaluations.min(evaluations), ..self }
     }
 }
 
