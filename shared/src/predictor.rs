@@ -608,6 +608,8 @@ impl<R: Real> Predictor<R> {
     }
 
     /// One tick. Never panics; work is bounded.
+    // A function of its own in the firmware: `make no-panic` follows its calls.
+    #[inline(never)]
     pub fn tick(&mut self, sample: &Sample<R>) -> Prediction {
         let mut doubt = 0;
         if !sample.t_s.finite() || !sample.grip_cmd_n.finite() {
@@ -1178,7 +1180,7 @@ fn advance<R: Real>(
     }
     let mut part = *drive;
     part.dt_s = drive.dt_s / R::of(f64::from(parts));
-    let options = ConeOptions { max_iterations: MOST_ITERATIONS, ..ConeOptions::default() };
+    let options = ConeOptions { max_iterations: MOST_ITERATIONS, ..ConeOptions::present() };
     let mut out = step_in(scene, model, state, &part, &options, work);
     for _ in 1..parts {
         for m in [&mut part.pusher, &mut part.support].into_iter().flatten() {

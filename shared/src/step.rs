@@ -141,20 +141,13 @@ pub struct Workspace<R: Real, const NC: usize> {
     pub friction: Vec<FrictionLaw<R>, NC>,
     /// Force on the object at each, along its axes.
     pub force_n: Vec<[R; 3], NC>,
-    points: Vec<ConePoint<R>, NC>,
     cone: cone::Workspace<R, NC>,
 }
 
 impl<R: Real, const NC: usize> Workspace<R, NC> {
     /// Empty.
     pub fn new() -> Self {
-        Self {
-            contacts: Vec::new(),
-            friction: Vec::new(),
-            force_n: Vec::new(),
-            points: Vec::new(),
-            cone: cone::Workspace::new(),
-        }
+        Self { contacts: Vec::new(), friction: Vec::new(), force_n: Vec::new(), cone: cone::Workspace::new() }
     }
 }
 
@@ -392,7 +385,24 @@ pub fn step_in<R: Real, const NC: usize>(
         }
     }
     drop(part);
-    work.points.clear();
+    let inertia = rotated_inertia(&scene.object, &state.rotation);
+    let ratio = loads.mass_kg / scene.object.mass_kg;
+    let inertia = inertia.map(|r| r.map(|x| x * ratio));
+    let (turn, v, w) = (drive.carrier_rad_s, state.absolute_m_s, state.absolute_rad_s);
+    let carried = drive.carrier_m_s + turn.cross(&state.position_m);
+    // Velocity without contact; components turn with the carrier's axes.
+    let v_free = v - turn.cross(&v) * dt + (gravity + loads.force_n / loads.mass_kg) * dt - carried;
+    let w_free = w - turn.cross(&w) * dt + inverse_times(&inertia, &loads.torque_nm) * dt - turn;
+    let jaw_mass = R::of(JAW_MASS_KG);
+    let jaw_free = state.velocity[6] - R::of(2.0) * grip_n * dt / jaw_mass;
+    let bodies = Bodies {
+        mass_kg: loads.mass_kg,
+        inertia_kg_m2: inertia,
+        jaw_mass_kg: jaw_mass,
+        dt_s: dt,
+        free: [v_free.x, v_free.y, v_free.z, w_free.x, w_free.y, w_free.z, jaw_free],
+    };
+    work.cone.begin(&bodies);
     work.friction.clear();
     let mut kept = 0;
     for i in 0..work.contacts.len() {
@@ -449,7 +459,7 @@ pub fn step_in<R: Real, const NC: usize>(
             adhesion_n: law.adhesion_n,
         };
         // The capacities are that of the contacts: these cannot fail.
-        let _ = work.points.push(point);
+        work.cone.add(&point);
         let _ = work.friction.push(law);
         if kept != i {
             let c = *c;
@@ -461,26 +471,9 @@ pub fn step_in<R: Real, const NC: usize>(
     }
     work.contacts.truncate(kept);
 
-    let inertia = rotated_inertia(&scene.object, &state.rotation);
-    let ratio = loads.mass_kg / scene.object.mass_kg;
-    let inertia = inertia.map(|r| r.map(|x| x * ratio));
-    let (turn, v, w) = (drive.carrier_rad_s, state.absolute_m_s, state.absolute_rad_s);
-    let carried = drive.carrier_m_s + turn.cross(&state.position_m);
-    // Velocity without contact; components turn with the carrier's axes.
-    let v_free = v - turn.cross(&v) * dt + (gravity + loads.force_n / loads.mass_kg) * dt - carried;
-    let w_free = w - turn.cross(&w) * dt + inverse_times(&inertia, &loads.torque_nm) * dt - turn;
-    let jaw_mass = R::of(JAW_MASS_KG);
-    let jaw_free = state.velocity[6] - R::of(2.0) * grip_n * dt / jaw_mass;
-    let bodies = Bodies {
-        mass_kg: loads.mass_kg,
-        inertia_kg_m2: inertia,
-        jaw_mass_kg: jaw_mass,
-        dt_s: dt,
-        free: [v_free.x, v_free.y, v_free.z, w_free.x, w_free.y, w_free.z, jaw_free],
-    };
     let part = probe::span(Part::Cone);
-    let solution =
-        cone::solve_in(&work.points, &bodies, &state.velocity, options, &mut work.cone, &mut work.force_n);
+    let solution = work.cone.solve(&bodies, &state.velocity, options);
+    work.force_n.clear();
     drop(part);
     let mut output = StepSummary {
         status: solution.status,
@@ -505,7 +498,7 @@ pub fn step_in<R: Real, const NC: usize>(
     }
     let u = solution.velocity;
     state.memory = memory;
-    gather(state, drive, &u, work, &mut output);
+    gather(state, drive, work, &mut output);
     let v_rel = Vec3::new(u[0], u[1], u[2]);
     let w_rel = Vec3::new(u[3], u[4], u[5]);
     state.velocity = u;
@@ -545,34 +538,33 @@ pub fn step_f64(
 fn gather<R: Real, const NC: usize>(
     state: &mut State<R, NC>,
     drive: &Drive<R>,
-    u: &[R; DOF],
-    work: &Workspace<R, NC>,
+    work: &mut Workspace<R, NC>,
     out: &mut StepSummary<R>,
 ) {
     let zero = R::zero();
     let dt = drive.dt_s;
-    let (v, w) = (Vec3::new(u[0], u[1], u[2]), Vec3::new(u[3], u[4], u[5]));
     let mut pusher_force = Vec3::zeros();
     let mut pusher_torque = Vec3::zeros();
     // Per finger: greatest tangential force and torsion, those acting, loads.
     let mut limit = [[zero; 2]; 2];
     let mut weight = [zero; 2];
     let by_dt = R::one() / dt;
-    let iter =
-        work.points.iter().zip(work.contacts.iter()).zip(work.force_n.iter().zip(work.friction.iter()));
-    for ((point, c), (f, law)) in iter {
+    let iter = work.cone.answers().zip(work.contacts.iter()).zip(work.friction.iter());
+    for ((answer, c), law) in iter {
+        let f = answer.force_n;
+        // As many as contacts: there is room.
+        let _ = work.force_n.push(f);
         let force = c.axes[0] * f[0] + c.axes[1] * f[1] + c.axes[2] * f[2];
-        let at = state.position_m + c.lever_m;
         let body = c.body.index();
-        let relative = v + w.cross(&c.lever_m) - c.surface_m_s;
         let Some(slot) = state.slots.get_mut(c.slot) else { continue };
-        let damped = c.damping_s / (dt + c.damping_s);
+        let ratio = R::one() / (dt + c.damping_s);
         let mut slipped = [zero; 2];
         for k in 0..2 {
-            let speed = c.axes[k + 1].dot(&relative);
+            // The bias was spring memory over step and damper, and the other body's motion.
+            let speed = answer.biased_slip_m_s[k] - slot.spring_m[k] * ratio;
             let moved = speed * dt;
-            let stiffness = point.stiffness_n_s_m[k + 1];
-            let damper = damped * stiffness;
+            let stiffness = answer.stiffness_n_s_m[k];
+            let damper = c.damping_s * ratio * stiffness;
             let spring = (-f[k + 1] - damper * speed) * dt / (stiffness - damper);
             slipped[k] = slot.spring_m[k] + moved - spring;
             slot.spring_m[k] = spring;
@@ -606,6 +598,7 @@ fn gather<R: Real, const NC: usize>(
             Body::Finger1 | Body::Finger2 => {
                 let (sign, k) = if c.body == Body::Finger1 { (R::one(), 0) } else { (-R::one(), 1) };
                 let centre = Vec3::new(zero, sign * (state.jaw_half_m + state.jaw_m), zero);
+                let at = state.position_m + c.lever_m;
                 add_wrench(&mut out.reading.finger[k], &force, &(at - centre));
                 let arm = (c.patch_m[0] * c.patch_m[0] + c.patch_m[1] * c.patch_m[1]).root();
                 let held = most(bound, zero);
@@ -623,6 +616,7 @@ fn gather<R: Real, const NC: usize>(
                 }
             }
             Body::Pusher => {
+                let at = state.position_m + c.lever_m;
                 let reference = drive.pusher.map_or(at, |p| p.reference_m);
                 pusher_force += force;
                 pusher_torque += (at - reference).cross(&force);

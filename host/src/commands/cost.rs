@@ -85,6 +85,14 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             worst.tick_all, worst.iterations, worst.status
         ));
     }
+    let marked = |c: &Counts| c.ticks.iter().filter(|t| t.status != 0).count();
+    output.text(format_args!(
+        "ticks in which a solve hit its bound: {} of {} recorded, {} of {} of the self-test",
+        marked(&recorded),
+        recorded.ticks.len(),
+        marked(&varied),
+        varied.ticks.len()
+    ));
     output.text(format_args!("stack below the tick's caller: {} bytes", recorded.stack_bytes));
     output.document(&Document {
         trials: &trials,

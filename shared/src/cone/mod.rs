@@ -44,8 +44,11 @@ const GOOD: f64 = 0.04;
 /// Most steps that reuse the factors of the last one.
 const POLISH_STEPS: u8 = 3;
 
-/// Iterations and relative tolerance of [`ConeOptions::look_ahead`].
+/// Evaluations of [`ConeOptions::present`].
+const PRESENT_EVALUATIONS: u32 = 120;
+/// Bounds and relative tolerance of [`ConeOptions::look_ahead`].
 const LOOK_AHEAD_ITERATIONS: u32 = 8;
+const LOOK_AHEAD_EVALUATIONS: u32 = 40;
 const LOOK_AHEAD_TOLERANCE: f64 = 1e-3;
 
 /// Most evaluations of a line search after the first.
@@ -123,6 +126,8 @@ pub struct ConeSolution<R: Real, const NC: usize> {
 pub struct ConeOptions<R: Real> {
     /// Most Newton steps, all phases together.
     pub max_iterations: u32,
+    /// Most evaluations of the balance; a line search that has begun may add eight.
+    pub max_evaluations: u32,
     /// Residual called solved, as a share of the largest force in the balance.
     pub tolerance: R,
 }
@@ -131,6 +136,7 @@ impl<R: Real> Default for ConeOptions<R> {
     fn default() -> Self {
         Self {
             max_iterations: 60,
+            max_evaluations: 400,
             // f32: what summing some twenty forces leaves; f64: far below any use.
             tolerance: most(R::of(100.0) * R::EPSILON, R::of(1e-10)),
         }
@@ -138,10 +144,19 @@ impl<R: Real> Default for ConeOptions<R> {
 }
 
 impl<R: Real> ConeOptions<R> {
+    /// For the step to the present sample within a tick: bounded in time.
+    pub fn present() -> Self {
+        Self { max_iterations: 40, max_evaluations: PRESENT_EVALUATIONS, ..Self::default() }
+    }
+
     /// For steps into the future, which is known far less exactly than a solve: the balance
     /// to a thousandth of the largest force, few iterations.
     pub fn look_ahead() -> Self {
-        Self { max_iterations: LOOK_AHEAD_ITERATIONS, tolerance: R::of(LOOK_AHEAD_TOLERANCE) }
+        Self {
+            max_iterations: LOOK_AHEAD_ITERATIONS,
+            max_evaluations: LOOK_AHEAD_EVALUATIONS,
+            tolerance: R::of(LOOK_AHEAD_TOLERANCE),
+        }
     }
 }
 
@@ -274,39 +289,29 @@ fn advance<R: Real>(v: &Vec7<R>, d: &Vec7<R>, step: R) -> Vec7<R> {
     w
 }
 
-fn valid<R: Real>(points: &[ConePoint<R>], bodies: &Bodies<R>) -> bool {
-    let zero = R::zero();
-    let i = &bodies.inertia_kg_m2;
-    let mut probe = (bodies.mass_kg + bodies.jaw_mass_kg + bodies.dt_s) * zero;
-    let mut good = bodies.mass_kg > zero && bodies.jaw_mass_kg > zero && bodies.dt_s > zero;
-    for k in 0..3 {
-        good &= i[k][k] > zero;
-        probe += (i[k][0] + i[k][1] + i[k][2]) * zero;
-    }
-    for p in points {
-        let [n, t1, t2] = &p.axes;
-        let [k0, k1, k2] = p.stiffness_n_s_m;
-        good &= k0 > zero && k1 > zero && k2 > zero;
-        good &= p.mu[0] >= zero && p.mu[1] >= zero && p.adhesion_n >= zero;
-        let geometry = p.lever_m + n + t1 + t2;
-        let numbers = geometry.x + geometry.y + geometry.z + p.bias_m_s[0] + p.bias_m_s[1] + p.bias_m_s[2];
-        probe += (numbers + k0 + k1 + k2 + p.mu[0] + p.mu[1] + p.adhesion_n + p.jaw) * zero;
-    }
-    good && probe == zero && finite(&bodies.free)
+/// A point's answer to the velocity found.
+#[derive(Clone, Copy, Debug)]
+pub struct Answer<R> {
+    /// Force on the object along the point's axes (normal, tangents).
+    pub force_n: [R; 3],
+    /// Relative velocity along the tangents, the point's bias included.
+    pub biased_slip_m_s: [R; 2],
+    /// As given, along the tangents.
+    pub stiffness_n_s_m: [R; 2],
 }
 
-/// Working memory of a solve.
+/// Working memory of a solve: points are added one by one, then solved for.
 #[derive(Clone, Debug)]
 pub struct Workspace<R: Real, const NC: usize> {
     patches: Vec<Patch<R>, NC>,
+    /// The first `count` belong to the problem.
     locals: Vec<Local<R>, NC>,
-}
-
-impl<R: Real, const NC: usize> Workspace<R, NC> {
-    /// Empty.
-    pub fn new() -> Self {
-        Self { patches: Vec::new(), locals: Vec::new() }
-    }
+    count: usize,
+    /// One over the radius of gyration.
+    scale: R,
+    /// Zero while every number was finite.
+    probe: R,
+    good: bool,
 }
 
 impl<R: Real, const NC: usize> Default for Workspace<R, NC> {
@@ -330,18 +335,27 @@ pub struct Solved<R> {
     pub evaluations: u32,
 }
 
-/// [`solve_in`] with its own working memory.
+/// Solves the step's contact problem, starting from the velocity `guess` (the last step's).
+///
+/// Points beyond [`MAX_POINTS`] make it `BadInput`.
+///
+/// Never panics; the work is bounded by `options.max_iterations` times the contacts.
 pub fn solve<R: Real, const NC: usize>(
     points: &Vec<ConePoint<R>, NC>,
     bodies: &Bodies<R>,
     guess: &[R; DOF],
     options: &ConeOptions<R>,
 ) -> ConeSolution<R, NC> {
-    let mut force_n = Vec::new();
-    let s = solve_in(points, bodies, guess, options, &mut Workspace::new(), &mut force_n);
+    let mut work = Workspace::<R, NC>::new();
+    work.begin(bodies);
+    for p in points {
+        work.add(p);
+    }
+    let s = work.solve(bodies, guess, options);
+    let refused = s.status == ConeStatus::BadInput;
     ConeSolution {
         velocity: s.velocity,
-        force_n,
+        force_n: if refused { Vec::new() } else { work.answers().map(|a| a.force_n).collect() },
         status: s.status,
         residual_n: s.residual_n,
         iterations: s.iterations,
@@ -349,74 +363,114 @@ pub fn solve<R: Real, const NC: usize>(
     }
 }
 
-/// Solves the step's contact problem, starting from the velocity `guess` (the last step's);
-/// `force_n` gets the force on the object at each point along its axes (normal, tangents).
-///
-/// Points beyond [`MAX_POINTS`] make it `BadInput`.
-///
-/// Never panics; the work is bounded by `options.max_iterations` times the contacts.
-pub fn solve_in<R: Real, const NC: usize>(
-    points: &Vec<ConePoint<R>, NC>,
-    bodies: &Bodies<R>,
-    guess: &[R; DOF],
-    options: &ConeOptions<R>,
-    work: &mut Workspace<R, NC>,
-    force_n: &mut Vec<[R; 3], NC>,
-) -> Solved<R> {
-    force_n.clear();
-    if points.len() > MAX_POINTS || !valid(points, bodies) {
-        return Solved {
-            velocity: *guess,
-            status: ConeStatus::BadInput,
-            residual_n: R::zero(),
-            iterations: 0,
+impl<R: Real, const NC: usize> Workspace<R, NC> {
+    /// Empty.
+    pub fn new() -> Self {
+        Self {
+            patches: Vec::new(),
+            locals: Vec::new(),
+            count: 0,
+            scale: R::one(),
+            probe: R::zero(),
+            good: false,
+        }
+    }
+
+    /// Begins a problem of `bodies`, without points.
+    pub fn begin(&mut self, bodies: &Bodies<R>) {
+        let zero = R::zero();
+        let i = &bodies.inertia_kg_m2;
+        self.patches.clear();
+        self.count = 0;
+        self.probe = (bodies.mass_kg + bodies.jaw_mass_kg + bodies.dt_s) * zero;
+        for row in i {
+            self.probe += (row[0] + row[1] + row[2]) * zero;
+        }
+        let minor = i[0][0] * i[1][1] - i[0][1] * i[1][0];
+        let determinant = i[2][2] * minor - i[1][2] * (i[0][0] * i[2][1] - i[0][1] * i[2][0])
+            + i[0][2] * (i[1][0] * i[2][1] - i[1][1] * i[2][0]);
+        self.good = bodies.mass_kg > zero
+            && bodies.jaw_mass_kg > zero
+            && bodies.dt_s > zero
+            && i[0][0] > zero
+            && minor > zero
+            && determinant > zero
+            && finite(&bodies.free);
+        let trace = i[0][0] + i[1][1] + i[2][2];
+        self.scale = R::one() / (trace / (R::of(3.0) * bodies.mass_kg)).root();
+    }
+
+    /// Adds a point. Neighbours with the same axes are handled together, so they come one
+    /// after the other.
+    #[inline(always)]
+    pub fn add(&mut self, p: &ConePoint<R>) {
+        let zero = R::zero();
+        let [k0, k1, k2] = p.stiffness_n_s_m;
+        self.good &= k0 > zero && k1 > zero && k2 > zero;
+        self.good &= p.mu[0] >= zero && p.mu[1] >= zero && p.adhesion_n >= zero;
+        if !self.patches.last().is_some_and(|patch| patch.holds(p)) {
+            self.good &= self.patches.push(Patch::new(p, self.scale)).is_ok();
+        }
+        if self.count == self.locals.len() {
+            let _ = self.locals.push(Local::nothing());
+        }
+        match (self.patches.last_mut(), self.locals.get_mut(self.count)) {
+            (Some(patch), Some(to)) => {
+                self.probe += patch.place(p, self.scale, to);
+                patch.count += 1;
+                self.count += 1;
+            }
+            _ => self.good = false,
+        }
+    }
+
+    /// Every point's answer to the velocity found, in the order in which they were added.
+    #[inline(always)]
+    pub fn answers(&self) -> impl Iterator<Item = Answer<R>> {
+        self.locals.iter().take(self.count).map(Local::given)
+    }
+
+    /// Solves for the velocity at the end of the step, from `guess`: see [`solve`].
+    pub fn solve(&mut self, bodies: &Bodies<R>, guess: &[R; DOF], options: &ConeOptions<R>) -> Solved<R> {
+        let points = self.locals.get_mut(..self.count).unwrap_or_default();
+        if !(self.good && self.probe == R::zero() && points.len() <= MAX_POINTS) {
+            return Solved {
+                velocity: *guess,
+                status: ConeStatus::BadInput,
+                residual_n: R::zero(),
+                iterations: 0,
+                evaluations: 0,
+            };
+        }
+        let rate = R::one() / bodies.dt_s;
+        let scale = self.scale;
+        let radius = R::one() / scale;
+        let scaled = |v: &Vec7<R>, by: R| {
+            let mut v = *v;
+            for x in v.iter_mut().take(6).skip(3) {
+                *x *= by;
+            }
+            v
+        };
+        let square = rate * scale * scale;
+        let mut problem = Problem {
+            patches: &self.patches,
+            points,
+            momentum: bodies.inertia_kg_m2.map(|row| row.map(|x| x * square)),
+            mass_rate: bodies.mass_kg * rate,
+            jaw_rate: bodies.jaw_mass_kg * rate,
+            free: scaled(&bodies.free, radius),
             evaluations: 0,
         };
-    }
-    let rate = R::one() / bodies.dt_s;
-    let inertia = &bodies.inertia_kg_m2;
-    let trace = inertia[0][0] + inertia[1][1] + inertia[2][2];
-    let radius = (trace / (R::of(3.0) * bodies.mass_kg)).root();
-    let scale = R::one() / radius;
-    work.patches.clear();
-    work.locals.clear();
-    let mut rest = points.as_slice();
-    while let Some(patch) = Patch::first(rest, scale) {
-        let (own, others) = rest.split_at(patch.count.min(rest.len()));
-        rest = others;
-        // The capacities are that of `points`: nothing is refused.
-        let _ = work.patches.push(patch);
-        for p in own {
-            let _ = work.locals.push(patch.local(p, scale));
+        let start = if finite(guess) { guess } else { &bodies.free };
+        let (velocity, residual_n, status, iterations) = problem.coupled(scaled(start, radius), options);
+        if status != ConeStatus::Solved {
+            // What was evaluated last need not be the best.
+            problem.balance(&velocity, Bound::Coupled);
         }
+        let evaluations = problem.evaluations;
+        Solved { velocity: scaled(&velocity, scale), status, residual_n, iterations, evaluations }
     }
-    let scaled = |v: &Vec7<R>, by: R| {
-        let mut v = *v;
-        for x in v.iter_mut().take(6).skip(3) {
-            *x *= by;
-        }
-        v
-    };
-    let mut problem = Problem {
-        patches: &work.patches,
-        points: &mut work.locals,
-        momentum: inertia.map(|row| row.map(|x| x * rate * scale * scale)),
-        mass_rate: bodies.mass_kg * rate,
-        jaw_rate: bodies.jaw_mass_kg * rate,
-        free: scaled(&bodies.free, radius),
-        evaluations: 0,
-    };
-    let start = if finite(guess) { guess } else { &bodies.free };
-    let (velocity, residual_n, status, iterations) = problem.coupled(scaled(start, radius), options);
-    if status != ConeStatus::Solved {
-        // What was evaluated last need not be the best.
-        problem.balance(&velocity, Bound::Coupled);
-    }
-    let evaluations = problem.evaluations;
-    for p in &work.locals {
-        let _ = force_n.push(p.given_force());
-    }
-    Solved { velocity: scaled(&velocity, scale), status, residual_n, iterations, evaluations }
 }
 
 /// Only finite numbers times zero add up to zero: one test for many.
@@ -458,7 +512,7 @@ impl<R: Real> Problem<'_, R> {
             self.normal_bounds(&p.best, &mut bounds);
             let mut relaxation = R::one();
             let mut before = [R::zero(); MAX_POINTS];
-            while p.used < options.max_iterations {
+            while p.used < options.max_iterations && self.evaluations < options.max_evaluations {
                 let relaxed = self.frozen(p.velocity, &bounds, &mut p.used, options);
                 p.velocity = relaxed;
                 phase = self.newton(&mut p, options, 6);
@@ -506,7 +560,7 @@ impl<R: Real> Problem<'_, R> {
             if solved {
                 return Phase::Solved;
             }
-            if p.used >= options.max_iterations {
+            if p.used >= options.max_iterations || self.evaluations >= options.max_evaluations {
                 return Phase::Limit;
             }
             if taken >= steps {
@@ -654,7 +708,8 @@ impl<R: Real> Problem<'_, R> {
         let bound = Bound::Frozen(bounds);
         let mut at = self.balance(&v, bound);
         for _ in 0..20 {
-            if size(&at.f) <= at.tolerance_n(options) || *used >= options.max_iterations {
+            let spent = *used >= options.max_iterations || self.evaluations >= options.max_evaluations;
+            if size(&at.f) <= at.tolerance_n(options) || spent {
                 break;
             }
             *used += 1;

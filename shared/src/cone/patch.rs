@@ -9,7 +9,7 @@
 //! Angular velocities are multiplied and lengths divided by the radius of gyration: all
 //! numbers of the balance are then newtons and metres a second.
 
-use super::{Bound, ConePoint, Mat7, Vec7};
+use super::{Answer, Bound, ConePoint, Mat7, Vec7};
 use crate::real::{Real, Vec3, most};
 
 /// Axes and centre of a patch, and how many points it has.
@@ -17,6 +17,8 @@ use crate::real::{Real, Vec3, most};
 pub(super) struct Patch<R: Real> {
     /// Normal and tangents, right-handed.
     axes: [Vec3<R>; 3],
+    /// Whether the axes were right-handed as they were given.
+    side: bool,
     centre: Vec3<R>,
     jaw: R,
     pub(super) count: usize,
@@ -54,8 +56,10 @@ pub(super) struct Local<R> {
     /// Force of friction per bound, and bound over the unbounded force, while slipping.
     q: [R; 2],
     s: R,
+    /// Relative velocity along the tangents, with the bias.
+    slip: [R; 2],
     /// Force along the axes.
-    pub(super) force: [R; 3],
+    force: [R; 3],
 }
 
 fn magnitude<R: Real>(x: R) -> R {
@@ -63,56 +67,88 @@ fn magnitude<R: Real>(x: R) -> R {
 }
 
 impl<R: Real> Patch<R> {
-    /// The patch that begins with `points[0]`; lengths are multiplied by `scale`.
-    pub(super) fn first(points: &[ConePoint<R>], scale: R) -> Option<Self> {
-        let first = points.first()?;
-        let count = points.iter().take_while(|p| p.axes == first.axes && p.jaw == first.jaw).count();
-        let mut sum = Vec3::zeros();
-        for p in points.iter().take(count) {
-            sum += p.lever_m;
-        }
-        let centre = sum * (scale / R::of(count as f64));
+    /// The patch that begins with `first`, without points yet; lengths are multiplied by `scale`.
+    pub(super) fn new(first: &ConePoint<R>, scale: R) -> Self {
         let [n, t1, t2] = first.axes;
         let right_handed = n.cross(&t1).dot(&t2) > R::zero();
         let axes = [n, t1, if right_handed { t2 } else { -t2 }];
-        Some(Self { axes, centre, jaw: first.jaw, count })
+        Self { axes, side: right_handed, centre: first.lever_m * scale, jaw: first.jaw, count: 0 }
     }
 
-    /// A point of the patch in its axes.
-    pub(super) fn local(&self, p: &ConePoint<R>, scale: R) -> Local<R> {
+    /// Whether `p` has the axes of the patch.
+    #[inline(always)]
+    pub(super) fn holds(&self, p: &ConePoint<R>) -> bool {
+        let t2 = if self.side { self.axes[2] } else { -self.axes[2] };
+        self.axes[0] == p.axes[0] && self.axes[1] == p.axes[1] && t2 == p.axes[2] && self.jaw == p.jaw
+    }
+
+    /// Writes `p` in the axes of the patch; returns a number that is zero where all of its
+    /// numbers are finite, else NaN.
+    #[inline(always)]
+    pub(super) fn place(&self, p: &ConePoint<R>, scale: R, to: &mut Local<R>) -> R {
         let zero = R::zero();
-        let side = if self.axes[2] == p.axes[2] { R::one() } else { -R::one() };
+        let side = if self.side { R::one() } else { -R::one() };
         let from = p.lever_m * scale - self.centre;
         let [kn, k1, k2] = p.stiffness_n_s_m;
-        let frictional = p.mu[0] > zero && p.mu[1] > zero;
         let [b0, b1, b2] = p.bias_m_s;
-        Local {
-            at: [self.axes[0].dot(&from), self.axes[1].dot(&from), self.axes[2].dot(&from)],
-            bias: [b0, b1, b2 * side],
-            normal_stiffness: kn,
-            stiffness: [k1, k2],
-            mu: p.mu,
-            adhesion: p.adhesion_n,
-            gain: if frictional { [k1 / p.mu[0], k2 / p.mu[1]] } else { [zero; 2] },
-            across: if frictional { [p.mu[0] / p.mu[1], p.mu[1] / p.mu[0]] } else { [zero; 2] },
-            weight: if frictional { k1 / (p.mu[0] * p.mu[0]) } else { zero },
-            bias_force: [kn * magnitude(b0), most(k1, k2) * (magnitude(b1) + magnitude(b2))],
-            side,
+        let [mu1, mu2] = p.mu;
+        to.at = [self.axes[0].dot(&from), self.axes[1].dot(&from), self.axes[2].dot(&from)];
+        to.bias = [b0, b1, b2 * side];
+        to.normal_stiffness = kn;
+        to.stiffness = [k1, k2];
+        to.mu = p.mu;
+        to.adhesion = p.adhesion_n;
+        to.side = side;
+        to.bias_force = [kn * magnitude(b0), most(k1, k2) * (magnitude(b1) + magnitude(b2))];
+        (to.gain, to.across, to.weight) = ([zero; 2], [zero; 2], zero);
+        if mu1 > zero && mu2 > zero {
+            let (by1, by2) = (R::one() / mu1, R::one() / mu2);
+            to.gain = [k1 * by1, k2 * by2];
+            to.across = [mu1 * by2, mu2 * by1];
+            to.weight = to.gain[0] * by1;
+        }
+        let numbers = to.at[0] + to.at[1] + to.at[2] + to.bias_force[0] + to.bias_force[1];
+        (numbers + mu1 + mu2 + p.adhesion_n + p.jaw) * zero
+    }
+}
+
+impl<R: Real> Local<R> {
+    /// Before a point is placed.
+    pub(super) fn nothing() -> Self {
+        let zero = R::zero();
+        Self {
+            at: [zero; 3],
+            bias: [zero; 3],
+            normal_stiffness: zero,
+            stiffness: [zero; 2],
+            mu: [zero; 2],
+            adhesion: zero,
+            gain: [zero; 2],
+            across: [zero; 2],
+            weight: zero,
+            bias_force: [zero; 2],
+            side: zero,
             touching: false,
             friction: Friction::None,
             q: [zero; 2],
             s: zero,
+            slip: [zero; 2],
             force: [zero; 3],
+        }
+    }
+
+    /// The point's answer along the axes as they were given.
+    #[inline(always)]
+    pub(super) fn given(&self) -> Answer<R> {
+        Answer {
+            force_n: [self.force[0], self.force[1], self.force[2] * self.side],
+            biased_slip_m_s: [self.slip[0], self.slip[1] * self.side],
+            stiffness_n_s_m: self.stiffness,
         }
     }
 }
 
 impl<R: Real> Local<R> {
-    /// Force along the axes of the point as it was given.
-    pub(super) fn given_force(&self) -> [R; 3] {
-        [self.force[0], self.force[1], self.force[2] * self.side]
-    }
-
     /// What bounds friction.
     pub(super) fn bound(&self) -> R {
         most(self.force[0] + self.adhesion, R::zero())
@@ -130,6 +166,7 @@ impl<R: Real> Local<R> {
             None => normal + self.adhesion,
         };
         self.friction = Friction::None;
+        self.slip = [u[1], u[2]];
         self.force = [normal, zero, zero];
         if !(bound > zero && self.gain[0] > zero) {
             return;
