@@ -10,7 +10,7 @@ OUT := target/$(TARGET)/firmware
 FLASH_LIMIT := 524288
 RAM_LIMIT := 98304
 
-.PHONY: help setup mujoco-setup test lint test-host hil firmware firmware-g474 flash-g474 size demo bench
+.PHONY: help setup mujoco-setup test lint test-host hil hil-probe soak soak-short firmware firmware-g474 flash-g474 size demo bench
 
 help: ## This list
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -24,21 +24,36 @@ mujoco-setup: ## A Python environment with MuJoCo for `stickslip mujoco`, outsid
 demo: setup firmware ## A recorded push through the firmware in QEMU, replayed and compared
 	cargo run --release -p stickslip-host -- demo
 
-test: setup lint firmware firmware-g474 size test-host hil ## Everything CI runs
+test: setup lint firmware firmware-g474 size test-host hil soak-short ## Everything CI runs
 
 lint: ## Formatting, clippy and documentation without warnings
 	cargo fmt --all --check
 	cargo clippy --all-targets -- -D warnings
 	cargo clippy -p stickslip-firmware --features mps2-an386 $(BOARD_BUILD) -- -D warnings
+	cargo clippy -p stickslip-firmware --features nucleo-g474re $(BOARD_BUILD) -- -D warnings
+	cargo clippy -p stickslip-hil-tests --tests --features nucleo-g474re $(BOARD_BUILD) -- -D warnings
+	cargo clippy -p stickslip-host --features probe --test hil -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 
 test-host: ## Tests of shared and host
 	cargo test
 
-hil: setup ## Tests on the emulated board
+hil: setup firmware ## Tests on the emulated board, and of the line to it
 	elf=$$(cargo test --no-run -p stickslip-hil-tests --features mps2-an386 $(BOARD_BUILD) --message-format=json \
 		| grep -o '"executable":"[^"]*"' | tail -1 | cut -d'"' -f4); \
 	STICKSLIP_HIL_ELF=$$elf cargo test -p stickslip-host --test hil
+	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test -p stickslip-host --test device
+
+hil-probe: ## The same tests on a Nucleo-G474RE behind a debug probe
+	elf=$$(cargo test --no-run -p stickslip-hil-tests --features nucleo-g474re $(BOARD_BUILD) --message-format=json \
+		| grep -o '"executable":"[^"]*"' | tail -1 | cut -d'"' -f4); \
+	STICKSLIP_HIL_ELF=$$elf cargo test -p stickslip-host --features probe --test hil -- --test-threads 1
+
+soak-short: setup firmware ## A minute of it
+	tools/soak.sh $(OUT)/soak 15000
+
+soak: setup firmware ## An hour of virtual time with faults on the emulated board (TICKS=900000)
+	tools/soak.sh $(OUT)/soak $(or $(TICKS),900000)
 
 firmware: ## Firmware for the emulated board
 	cargo build -p stickslip-firmware --features mps2-an386 $(BOARD_BUILD)

@@ -9,8 +9,8 @@ use stickslip_host::commands::calibrate::plain;
 use stickslip_host::rig::plan::{PlanName, conditions, trials};
 use stickslip_host::rig::{self, Nuisance, Reality, STEP_S, Setup, objects};
 
-/// Determined, interval holds the truth, relative width, relative error.
-type Seed = (bool, bool, f64, f64);
+/// Determined, interval holds the truth, width, error.
+type Covered = (bool, bool, f64, f64);
 
 fn main() -> anyhow::Result<()> {
     let mut words = std::env::args().skip(1);
@@ -28,7 +28,7 @@ fn main() -> anyhow::Result<()> {
     println!("|---|---|---|---|---|---|");
     let first: u64 = words.next().map_or(Ok(1), |w| w.parse())?;
     for (primitive, plan) in plans.into_iter().filter(|p| only.as_ref().is_none_or(|o| o == p.0)) {
-        let mut seen: Vec<(Coefficient, Vec<Seed>)> = Vec::new();
+        let mut seen: Vec<(Coefficient, Vec<Covered>)> = Vec::new();
         for seed in first..first + seeds {
             let description = objects::bench("coverage");
             let reality = Reality::draw(&description, Nuisance::PAPER, seed);

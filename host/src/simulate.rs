@@ -9,7 +9,7 @@ use stickslip_shared::cone::ConeStatus;
 use stickslip_shared::contact::SLOTS;
 use stickslip_shared::model::{FingerContact, Model, Object, PusherContact, Scene, Shape, SupportContact};
 use stickslip_shared::shape::inertia;
-use stickslip_shared::step::{Drive, State, StepOutput, step};
+use stickslip_shared::step::{Drive, State, StepOutput, step_f64};
 use stickslip_shared::track::{Pose, Poses, drive_between, seat, settle, support_pose};
 use thiserror::Error;
 
@@ -333,7 +333,7 @@ impl Prepared {
             p.position_m += drive.carrier.inverse_transform_vector(&shift);
         }
         settle(&self.scene, model, &mut state, &drive);
-        let settled = step(&self.scene, model, &mut state, &drive);
+        let settled = step_f64(&self.scene, model, &mut state, &drive);
         each(0, &state, &settled, &drive);
         let stride = stride.max(1);
         let mut from = 0;
@@ -347,14 +347,14 @@ impl Prepared {
             if let Some(whole) = drive_between(&a, &b, &unseated, self.grip_n[to], self.ordinal) {
                 let mut part = whole;
                 part.dt_s = whole.dt_s / parts;
-                let mut last = step(&self.scene, model, &mut state, &part);
+                let mut last = step_f64(&self.scene, model, &mut state, &part);
                 for _ in 1..parts as usize {
                     for m in [&mut part.pusher, &mut part.support].into_iter().flatten() {
                         m.position_m += m.velocity_m_s * part.dt_s;
                         m.rotation =
                             stickslip_shared::step::turned(&m.rotation, &(m.angular_rad_s * part.dt_s));
                     }
-                    last = step(&self.scene, model, &mut state, &part);
+                    last = step_f64(&self.scene, model, &mut state, &part);
                 }
                 each(to, &state, &last, &part);
             }

@@ -9,6 +9,7 @@ pub mod blind;
 pub mod calibrate;
 pub mod check;
 pub mod compare;
+pub mod cost;
 pub mod demo;
 pub mod diagnose;
 pub mod findings;
@@ -19,6 +20,7 @@ pub mod mujoco;
 pub mod planar;
 pub mod replay;
 pub mod rig;
+pub mod score;
 pub mod stream;
 pub mod suggest;
 pub mod tribometer;
@@ -76,6 +78,10 @@ enum Command {
     Mujoco(mujoco::Args),
     /// Solve complementarity problems from files or generated ones, and judge the answers
     Lcp(lcp::Args),
+    /// Score the predictor: lead times and false alarms for slip and drop, beside simple thresholds
+    Score(score::Args),
+    /// Count the instructions of the tick and its parts on the emulated board
+    Cost(cost::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
     Stream(stream::Args),
 }
@@ -100,6 +106,8 @@ impl Command {
             Command::Grid(args) => grid::run(args, output),
             Command::Mujoco(args) => mujoco::run(args, output),
             Command::Lcp(args) => lcp::run(args, output),
+            Command::Score(args) => score::run(args, output),
+            Command::Cost(args) => cost::run(args, output),
             Command::Stream(args) => stream::run(args, output),
         }
     }

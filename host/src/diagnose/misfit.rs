@@ -119,14 +119,32 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
         if scattered > 0.0 { (scatter / scattered + floor / f64::max(floors, 1.0)).sqrt() } else { 1.0 };
     let mut places: Vec<Place> = by_place
         .into_iter()
-        .map(|((channel, phase), squares)| {
+        .map(|((channel, phase), mut squares)| {
             let n = squares.len() as f64;
             let mean = squares.iter().sum::<f64>() / n;
             let variance = squares.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-            let least = mean - 3.0 * (variance / n).sqrt();
+            let least = f64::max(mean - 3.0 * (variance / n).sqrt(), median_at_least(&mut squares));
             Place { channel, phase, size: mean.max(0.0).sqrt(), at_least: least.max(0.0).sqrt() }
         })
         .collect();
     places.sort_by(|a, b| b.size.total_cmp(&a.size));
     Misfit { error: (square / f64::max(seen, 1.0)).sqrt(), noise_floor, systematic, excess, places }
+}
+
+/// Lower confidence bound (one-sided 99.9 %) of the median of `squares` by their order alone:
+/// holds also where a few conditions miss beyond all measure.
+fn median_at_least(squares: &mut [f64]) -> f64 {
+    squares.sort_by(f64::total_cmp);
+    // Largest k with P(at most k - 1 of n lie below the median) <= 0.001.
+    let n = squares.len();
+    let (mut probability, mut sum, mut k) = (0.5_f64.powi(i32::try_from(n).unwrap_or(i32::MAX)), 0.0, 0);
+    while k < n {
+        sum += probability;
+        if sum > 1e-3 {
+            break;
+        }
+        probability *= (n - k) as f64 / (k + 1) as f64;
+        k += 1;
+    }
+    if k == 0 { 0.0 } else { squares[k - 1] }
 }
