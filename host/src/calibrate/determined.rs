@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Serialize;
 use stickslip_shared::model::Model;
 
-use super::friction::{Coefficient, Fit};
+use super::friction::{Coefficient, Estimate, Fit};
 use super::windows::Windowed;
 
 /// Whether the object was seen to slide in the grasp.
@@ -71,7 +71,7 @@ impl fmt::Display for Remark {
             ),
             Self::OnlyBounded(c) => write!(
                 f,
-                "{} friction is not determined: the data fit equally well over the range given (its contact does not slide, or nothing shows that it does)",
+                "{} friction is not determined: the data fit equally well over the range given (its contact hardly slides, or the signals disagree about it)",
                 name(*c)
             ),
             Self::GripNotMeasured => write!(
@@ -145,14 +145,20 @@ pub fn withdraw(calibration: &[&Windowed], fit: &mut Fit, base: &Model<f64>) {
     }
 }
 
-/// What the data leave open stays what the base model says, as far as its bounds allow: the
+/// Ratio of upper to lower end beyond which a coefficient counts as open.
+const OPEN: f64 = 4.0;
+
+/// What the data leave open stays what the base model says where that is within the bounds: the
 /// least squares value on a plateau means nothing.
 pub fn keep_base(fit: &mut Fit, base: &Model<f64>) {
     let mut base = base.clone();
-    for e in fit.estimates.iter_mut().filter(|e| !e.determined) {
+    let open = |e: &&mut Estimate| e.low.zip(e.high).is_none_or(|(low, high)| high > OPEN * low);
+    for e in fit.estimates.iter_mut().filter(open) {
         let known = *e.coefficient.of(&mut base);
-        e.value = known.max(e.low.unwrap_or(known)).min(e.high.unwrap_or(f64::INFINITY));
-        *e.coefficient.of(&mut fit.model) = e.value;
+        if e.low.is_none_or(|low| low <= known) && e.high.is_none_or(|high| known <= high) {
+            e.value = known;
+            *e.coefficient.of(&mut fit.model) = known;
+        }
     }
 }
 

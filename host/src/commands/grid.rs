@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::bail;
+use cpu_time::ThreadTime;
 use rayon::prelude::*;
 use serde::Serialize;
 use stickslip_shared::cone::ConeStatus;
@@ -36,8 +37,8 @@ pub struct Args {
 pub struct Steps {
     /// How many.
     pub steps: usize,
-    /// Time in them, s.
-    pub time_s: f64,
+    /// Median time of one, s.
+    pub median_s: f64,
     /// Newton steps of the solver.
     pub newton_steps: usize,
     /// Steps whose solve did not reach its tolerance.
@@ -47,7 +48,6 @@ pub struct Steps {
 impl Steps {
     fn add(&mut self, other: &Steps) {
         self.steps += other.steps;
-        self.time_s += other.time_s;
         self.newton_steps += other.newton_steps;
         self.unsolved += other.unsolved;
     }
@@ -66,11 +66,11 @@ pub struct Report {
     pub wall_s: f64,
     /// Steps a second of wall time, reading included.
     pub steps_per_s: f64,
-    /// Time of all threads: reading files.
+    /// Processor time of all threads: reading files.
     pub reading_s: f64,
-    /// Time of all threads: poses freed of noise, channels, start.
+    /// Processor time of all threads: poses freed of noise, channels, start.
     pub preparing_s: f64,
-    /// Time of all threads: stepping.
+    /// Processor time of all threads: stepping.
     pub stepping_s: f64,
     /// All steps.
     pub all: Steps,
@@ -84,8 +84,12 @@ pub struct Report {
 struct One {
     reading_s: f64,
     preparing_s: f64,
+    stepping_s: f64,
     primitive: String,
     by_contacts: BTreeMap<usize, Steps>,
+    /// Wall time of each step in nanoseconds, with its contact points. Medians of these are
+    /// those of an idle machine also where other work interrupts some.
+    times: Vec<(u16, u32)>,
 }
 
 /// Runs the model along every trial.
@@ -114,35 +118,40 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             .par_iter()
             .enumerate()
             .map(|(at, info)| {
-                let started = Instant::now();
+                let started = ThreadTime::now();
                 let reading = index.read_trial_lenient(info);
                 let unread = || reading.error.map_or_else(|| "not readable".into(), |e| e.to_string());
                 let trial = reading.trial.ok_or_else(unread)?;
-                let read = Instant::now();
+                let read = ThreadTime::now();
                 let prepared = prepare(&index.description, &trial, at).map_err(|e| e.to_string())?;
-                let ready = Instant::now();
+                let ready = ThreadTime::now();
                 let model = match (&args.model, info.primitive.as_str()) {
                     (None, "roll") => on_silicone(&model),
                     _ => model.clone(),
                 };
                 let mut by_contacts: BTreeMap<usize, Steps> = BTreeMap::new();
-                let mut last = ready;
+                let mut times = Vec::with_capacity(prepared.t_s.len());
+                let mut last = Instant::now();
                 prepared.observe(&model, 1, |_, _, step, _| {
                     let now = Instant::now();
                     by_contacts.entry(step.contacts.len()).or_default().add(&Steps {
                         steps: 1,
-                        time_s: (now - last).as_secs_f64(),
+                        median_s: 0.0,
                         newton_steps: step.iterations as usize,
                         unsolved: usize::from(step.status != ConeStatus::Solved),
                     });
+                    times.push((step.contacts.len() as u16, (now - last).as_nanos() as u32));
                     last = now;
                 });
+                let stepped = ThreadTime::now();
                 bar.inc(1);
                 Ok(One {
-                    reading_s: (read - started).as_secs_f64(),
-                    preparing_s: (ready - read).as_secs_f64(),
+                    reading_s: read.duration_since(started).as_secs_f64(),
+                    preparing_s: ready.duration_since(read).as_secs_f64(),
+                    stepping_s: stepped.duration_since(ready).as_secs_f64(),
                     primitive: info.primitive.clone(),
                     by_contacts,
+                    times,
                 })
             })
             .collect()
@@ -162,12 +171,18 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         by_contacts: BTreeMap::new(),
         by_primitive: BTreeMap::new(),
     };
+    let mut times: Vec<(String, Vec<(u16, u32)>)> = Vec::new();
     for result in results {
         match result {
             Ok(one) => {
                 report.trials += 1;
                 report.reading_s += one.reading_s;
                 report.preparing_s += one.preparing_s;
+                report.stepping_s += one.stepping_s;
+                match times.iter_mut().find(|t| t.0 == one.primitive) {
+                    Some(t) => t.1.extend(one.times),
+                    None => times.push((one.primitive.clone(), one.times)),
+                }
                 for (contacts, steps) in one.by_contacts {
                     report.all.add(&steps);
                     report.by_contacts.entry(contacts).or_default().add(&steps);
@@ -183,10 +198,28 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     if report.trials == 0 {
         bail!("{}: no trial can be run", args.data.display());
     }
-    report.stepping_s = report.all.time_s;
+    medians(&mut report, &times);
     report.steps_per_s = report.all.steps as f64 / wall_s;
     print(&report, output);
     output.document(&report)
+}
+
+/// Fills in the medians.
+fn medians(report: &mut Report, times: &[(String, Vec<(u16, u32)>)]) {
+    let median = |mut all: Vec<u32>| {
+        all.sort_unstable();
+        1e-9 * f64::from(all.get(all.len() / 2).copied().unwrap_or(0))
+    };
+    let all = || times.iter().flat_map(|t| &t.1);
+    report.all.median_s = median(all().map(|t| t.1).collect());
+    for (contacts, steps) in &mut report.by_contacts {
+        steps.median_s = median(all().filter(|t| usize::from(t.0) == *contacts).map(|t| t.1).collect());
+    }
+    for (primitive, of) in times {
+        if let Some(steps) = report.by_primitive.get_mut(primitive) {
+            steps.median_s = median(of.iter().map(|t| t.1).collect());
+        }
+    }
 }
 
 /// Rubber pads roll a cylinder only on something that grips: the paper's platform.
@@ -202,25 +235,28 @@ fn print(report: &Report, output: &Output) {
         report.trials, report.all.steps, report.wall_s, report.threads, report.steps_per_s
     ));
     output.text(format_args!(
-        "time of all threads: reading {:.1} s, preparing {:.1} s, stepping {:.1} s",
-        report.reading_s, report.preparing_s, report.stepping_s
+        "processor time of all threads: reading {:.1} s, preparing {:.1} s, stepping {:.1} s ({:.2} us a step)",
+        report.reading_s,
+        report.preparing_s,
+        report.stepping_s,
+        1e6 * report.stepping_s / report.all.steps.max(1) as f64
     ));
     let row = |name: String, s: &Steps| {
         let n = s.steps.max(1) as f64;
         [
             name,
             s.steps.to_string(),
-            format!("{:.2}", 1e6 * s.time_s / n),
+            format!("{:.2}", 1e6 * s.median_s),
             format!("{:.2}", s.newton_steps as f64 / n),
             s.unsolved.to_string(),
         ]
     };
-    let mut shown = table(["primitive", "steps", "us a step", "Newton steps", "unsolved"]);
+    let mut shown = table(["primitive", "steps", "us a step (median)", "Newton steps", "unsolved"]);
     for (name, steps) in &report.by_primitive {
         shown.add_row(row(name.clone(), steps));
     }
     output.table(&shown);
-    let mut shown = table(["contact points", "steps", "us a step", "Newton steps", "unsolved"]);
+    let mut shown = table(["contact points", "steps", "us a step (median)", "Newton steps", "unsolved"]);
     for (contacts, steps) in &report.by_contacts {
         shown.add_row(row(contacts.to_string(), steps));
     }

@@ -90,15 +90,16 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     for error in &index.errors {
         output.note(error);
     }
-    let base = match &args.model {
+    let mut base = match &args.model {
         Some(path) => crate::model_file::ModelFile::read(path)?.to_model(),
         None => super::calibrate::plain(),
     };
     if !base.effects.is_empty() {
         output.note("MuJoCo gets the model's friction only: its effects act in the own model alone");
     }
+    let plain = base.clone();
     let model = |primitive: &str| -> Model<f64> {
-        let mut model = base.clone();
+        let mut model = plain.clone();
         if args.model.is_none() && primitive == "roll" {
             model.friction.support = 2.5;
         }
@@ -123,6 +124,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     if loaded.is_empty() {
         bail!("{}: no trial can be exported to MuJoCo", args.data.display());
+    }
+    if args.model.is_none() && loaded.iter().any(|l| l.primitive == "roll") {
+        base.friction.support = model("roll").friction.support;
     }
     let settings = args.setting.map_or_else(|| Setting::ALL.to_vec(), |s| vec![s]);
     if let Some(folder) = &args.export {
@@ -165,7 +169,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     if let Some(path) = &args.html {
         let options = Options {
             trial: None,
-            held_out: HeldOut::Trials(loaded.iter().map(|l| l.id.clone()).collect()),
+            held_out: match args.trials.as_slice() {
+                [] => HeldOut::Nothing,
+                _ => HeldOut::Trials(loaded.iter().map(|l| l.id.clone()).collect()),
+            },
             tare: Tare::BeforeContact,
             forces: Forces::OutsideBand,
         };
