@@ -13,6 +13,10 @@ use crate::diagnose::noise;
 use crate::diagnose::phases::{BINS, Phase};
 use crate::diagnose::problem::Problem;
 
+/// Standard deviation of the product of two runs' errors, each a systematic part and noise of
+/// one floor.
+const CHANCE: f64 = 1.732;
+
 /// Misfit of a model. See the module.
 #[derive(Clone, Debug)]
 pub struct Misfit {
@@ -37,7 +41,7 @@ pub struct Place {
     pub phase: Phase,
     /// Root mean square, in noise floors.
     pub size: f64,
-    /// What the size is at least, by its scatter over conditions (three standard errors).
+    /// What the size is at least: three standard errors below that of all conditions but the worst.
     pub at_least: f64,
 }
 
@@ -119,32 +123,16 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
         if scattered > 0.0 { (scatter / scattered + floor / f64::max(floors, 1.0)).sqrt() } else { 1.0 };
     let mut places: Vec<Place> = by_place
         .into_iter()
-        .map(|((channel, phase), mut squares)| {
+        .map(|((channel, phase), squares)| {
             let n = squares.len() as f64;
             let mean = squares.iter().sum::<f64>() / n;
-            let variance = squares.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-            let least = f64::max(mean - 3.0 * (variance / n).sqrt(), median_at_least(&mut squares));
+            // A single condition in which the model fails altogether decides nothing.
+            let largest = squares.iter().copied().fold(0.0, f64::max);
+            let others = if n > 1.0 { (mean * n - largest) / (n - 1.0) } else { 0.0 };
+            let least: f64 = others - 3.0 * CHANCE / n.sqrt();
             Place { channel, phase, size: mean.max(0.0).sqrt(), at_least: least.max(0.0).sqrt() }
         })
         .collect();
     places.sort_by(|a, b| b.size.total_cmp(&a.size));
     Misfit { error: (square / f64::max(seen, 1.0)).sqrt(), noise_floor, systematic, excess, places }
-}
-
-/// Lower confidence bound (one-sided 99.9 %) of the median of `squares` by their order alone:
-/// holds also where a few conditions miss beyond all measure.
-fn median_at_least(squares: &mut [f64]) -> f64 {
-    squares.sort_by(f64::total_cmp);
-    // Largest k with P(at most k - 1 of n lie below the median) <= 0.001.
-    let n = squares.len();
-    let (mut probability, mut sum, mut k) = (0.5_f64.powi(i32::try_from(n).unwrap_or(i32::MAX)), 0.0, 0);
-    while k < n {
-        sum += probability;
-        if sum > 1e-3 {
-            break;
-        }
-        probability *= (n - k) as f64 / (k + 1) as f64;
-        k += 1;
-    }
-    if k == 0 { 0.0 } else { squares[k - 1] }
 }

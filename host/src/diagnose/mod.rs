@@ -21,7 +21,7 @@ pub mod structure;
 
 use std::time::Instant;
 
-use stickslip_shared::effects::REGISTRY;
+use stickslip_shared::effects::{MAX_PARAMETERS, REGISTRY};
 use stickslip_shared::model::Model;
 
 use crate::dataset::Dataset;
@@ -29,8 +29,8 @@ use crate::fit::{self, FitError, Free};
 use campaign::Campaign;
 use problem::Problem;
 use report::{Report, Verdict};
-use screen::{Trial, screen};
-use select::{Candidate, Held, candidates, explained, hold_out, p_value, paired, refit, total};
+use screen::Trial;
+use select::{Candidate, Held, candidates, explained, hold_out, paired, total};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Family-wise probability of naming an effect where there is none.
@@ -60,7 +60,7 @@ const LARGEST_SET: usize = 3;
 /// Smaller changes of friction over a data set are no drift, in units of [`RELEVANT`].
 const LEAST_DRIFT: f64 = 0.01;
 /// Beyond this share a fit counts as adequate whatever error is left.
-const ADEQUATE_SHARE: f64 = 0.9;
+const ADEQUATE_SHARE: f64 = 0.85;
 /// Otherwise the error after may be this many noise floors.
 const ADEQUATE_ERROR: f64 = 1.3;
 /// Most effects named.
@@ -82,6 +82,8 @@ pub struct Findings {
     pub first: Vec<Candidate>,
     /// Chosen effects in the order in which they were chosen.
     pub chosen: Vec<Candidate>,
+    /// All of it fitted together (with how the pads give way, where that shows).
+    pub last: Option<Held>,
     /// Sets that explain the data as well.
     pub equal: Vec<Vec<&'static str>>,
     /// Effects that change nothing in these data.
@@ -130,7 +132,7 @@ pub fn diagnose(
     let findings = find(&problem, base, drift, &trials, tick);
     let pair = findings.equal.first().and_then(|set| {
         let other = findings.first.iter().find(|c| set.contains(&c.info.id))?;
-        Some([&findings.chosen.first()?.held.solution.model, &other.held.solution.model])
+        Some([&findings.last.as_ref()?.solution.model, &other.held.solution.model])
     });
     let experiment = pair.and_then(|[a, b]| experiment::experiments(&problem, a, b, 1).into_iter().next());
     let mut report = report::report(&problem, findings, begun.elapsed());
@@ -185,7 +187,7 @@ fn free_of(campaign: &Campaign, model: &Model<f64>) -> Vec<Free> {
 /// anew around a model that has the drift (its noise is smaller), without and with it. Means of
 /// repetitions made at different times would hide it from all that follows.
 fn drifting<'a>(problem: &Problem<'a>, base: &Held) -> Option<(Problem<'a>, Held, Candidate)> {
-    let noise::Drift { change, t } = problem.noise.drift;
+    let noise::Drift { change, per_trial, t } = problem.noise.drift;
     let level = FALSE_ALARM / REGISTRY.len() as f64;
     let freedom = problem.noise.freedom.checked_sub(1).filter(|f| *f > 0)? as f64;
     let chance = 2.0 * (1.0 - StudentsT::new(0.0, 1.0, freedom).ok()?.cdf(t.abs()));
@@ -196,20 +198,21 @@ fn drifting<'a>(problem: &Problem<'a>, base: &Held) -> Option<(Problem<'a>, Held
     if base.solution.model.effects.iter().any(|e| e.code == wear.info.code) {
         return None;
     }
-    let found = refit(problem, base, &screen(problem, &base.solution, &base.free, &wear))?;
-    let around = Problem::new(problem.campaign, &found.held.solution.model);
-    let fitted = |held: &Held| {
-        let solution = fit::solve(&around, &held.solution.model, &held.free, 5);
-        hold_out(&around, solution, held.free.clone())
+    let mut parameters = [0.0; MAX_PARAMETERS];
+    parameters[0] = per_trial;
+    let drifted = wear.on(&base.solution.model, parameters);
+    let mut free = base.free.clone();
+    free.extend(Free::of_effect(wear.info, base.solution.model.effects.len()));
+    let found = fit::solve_with(problem, &drifted, &free, 5, &base.solution.columns);
+    let around = Problem::new(problem.campaign, &found.model);
+    let fitted = |model: &Model<f64>, free: &[Free]| {
+        hold_out(&around, fit::solve(&around, model, free, 5), free.to_vec())
     };
-    let (without, with) = (fitted(base), fitted(&found.held));
-    let p_value = p_value(&without.loss, &with.loss);
+    let (without, with) = (fitted(&base.solution.model, &base.free), fitted(&found.model, &free));
     let left = |held: &Held| (held.misfit.error.powi(2) - held.misfit.noise_floor.powi(2)).max(0.0);
     let explained = 1.0 - left(&with) / left(&without).max(1e-9);
-    (p_value < level).then(|| {
-        let candidate = Candidate { info: wear.info, held: with, p_value, explained };
-        (around, without, candidate)
-    })
+    let candidate = Candidate { info: wear.info, held: with, p_value: chance, explained };
+    Some((around, without, candidate))
 }
 
 /// Most effects named at once are [`MOST_EFFECTS`]; see `docs/diagnosis.md` for the rules.
@@ -221,13 +224,14 @@ fn find(problem: &Problem, base: Held, drift: Option<Candidate>, trials: &[Trial
     // Where nothing is worth a name, the screening only tells what these data could not show.
     let survivors = if relevant && enough { SURVIVORS } else { 0 };
     let (first, invisible) = candidates(problem, start, trials, survivors, tick);
+    let named = |chosen: &[Candidate]| chosen.iter().filter(|c| !small_compliance(problem, c)).count();
     let mut chosen: Vec<Candidate> = Vec::new();
     let mut equal = Vec::new();
     if relevant && enough {
         let mut stage = first.clone();
         while chosen.len() < MOST_EFFECTS {
             let before = chosen.last().map_or(start, |c: &Candidate| &c.held);
-            let worth = if chosen.is_empty() { 0.25 } else { EXPLAINS_FURTHER };
+            let worth = if named(&chosen) == 0 { 0.25 } else { EXPLAINS_FURTHER };
             let Some(best) = stage
                 .iter()
                 .position(|c| c.p_value < level && explained(&before.misfit, &c.held.misfit) > worth)
@@ -235,8 +239,8 @@ fn find(problem: &Problem, base: Held, drift: Option<Candidate>, trials: &[Trial
                 break;
             };
             let winner = stage[best].clone();
-            if chosen.is_empty() {
-                equal = equals(start, &winner, &stage);
+            if named(&chosen) == 0 {
+                equal = equals(before, &winner, &stage);
             }
             chosen.push(winner);
             let last = &chosen[chosen.len() - 1];
@@ -249,7 +253,7 @@ fn find(problem: &Problem, base: Held, drift: Option<Candidate>, trials: &[Trial
         }
     }
     // One effect that does what several do together is the better answer.
-    if chosen.len() > 1 {
+    if named(&chosen) > 1 {
         let together = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
         let alone = first.iter().find(|c| c.p_value < level && c.explained > together - SIMPLER);
         if let Some(alone) = alone {
@@ -258,17 +262,18 @@ fn find(problem: &Problem, base: Held, drift: Option<Candidate>, trials: &[Trial
         }
     }
     let share = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
-    let needed = if chosen.len() > 1 { EXPLAIN_TOGETHER } else { EXPLAINS };
+    let needed = if named(&chosen) > 1 { EXPLAIN_TOGETHER } else { EXPLAINS };
     let adequate = chosen.last().is_some_and(|c| {
         let misfit = &c.held.misfit;
         let near = misfit.error <= ADEQUATE_ERROR * misfit.noise_floor && !misfit.exceeds(UNEXPLAINED);
         share >= ADEQUATE_SHARE || near
     });
-    let verdict = match (relevant && enough, !adequate || share < needed) {
+    let beyond_pads = chosen.is_empty() || named(&chosen) > 0 || !adequate || share < needed;
+    let verdict = match (relevant && enough && beyond_pads, !adequate || share < needed) {
         (false, _) => Verdict::NothingMissing,
         (true, true) if start.misfit.exceeds(UNEXPLAINED) => Verdict::Unexplained,
         (true, true) => Verdict::NothingMissing,
-        (true, false) if chosen.len() == 1 && !equal.is_empty() => Verdict::Ambiguous,
+        (true, false) if named(&chosen) == 1 && !equal.is_empty() => Verdict::Ambiguous,
         (true, false) => Verdict::Effect,
     };
     if matches!(verdict, Verdict::Unexplained | Verdict::NothingMissing) {
@@ -277,13 +282,25 @@ fn find(problem: &Problem, base: Held, drift: Option<Candidate>, trials: &[Trial
     }
     let verdict = if drift.is_some() && chosen.is_empty() { Verdict::Effect } else { verdict };
     let chosen: Vec<Candidate> = drift.into_iter().chain(chosen).collect();
-    let model = match verdict {
-        Verdict::Effect | Verdict::Ambiguous => {
-            chosen.last().map_or_else(|| base.solution.model.clone(), |c| c.held.solution.model.clone())
-        }
-        _ => base.solution.model.clone(),
-    };
-    Findings { base, first, chosen, equal, invisible, verdict, model }
+    let model = chosen.last().map_or(&base, |c| &c.held).solution.model.clone();
+    let last = chosen.last().map(|c| c.held.clone());
+    let chosen: Vec<Candidate> = chosen.into_iter().filter(|c| !small_compliance(problem, c)).collect();
+    Findings { base, first, chosen, last, equal, invisible, verdict, model }
+}
+
+/// Whether this is no more than how real pads give way: part of the floor, not an effect.
+/// It stays in the model beside the others, so that nothing else has to stand in for it.
+fn small_compliance(problem: &Problem, candidate: &Candidate) -> bool {
+    if candidate.info.id != "contact_compliance" {
+        return false;
+    }
+    let grip_n = problem.campaign.runs.iter().map(|r| r.prepared.grip_n()).fold(0.0, f64::max);
+    let effects = &candidate.held.solution.model.effects;
+    let compliance = effects.iter().find(|e| e.code == candidate.info.code).map_or([0.0; 2], |e| {
+        let [tangential, normal, ..] = e.parameters;
+        [tangential, normal]
+    });
+    compliance.iter().all(|c| c * grip_n < noise::FLOOR_POSITION_M)
 }
 
 /// Candidates that do as well as the winner on held-out conditions.

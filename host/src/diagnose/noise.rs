@@ -17,7 +17,7 @@ use crate::diagnose::phases::BINS;
 
 /// Contacts of real pads and plates give way: 20 N on 1e6 N/m is 20 um, and 0.1 N m on the
 /// face of such a contact turns it by some mrad. No rigid model is better than that, m.
-const FLOOR_POSITION_M: f64 = 5e-5;
+pub const FLOOR_POSITION_M: f64 = 5e-5;
 /// Share of the prescribed path by which the object's place may differ: slip follows the
 /// direction of forces to about half a degree.
 pub const FLOOR_OF_PATH: f64 = 0.01;
@@ -67,6 +67,8 @@ pub struct Noise {
 pub struct Drift {
     /// Relative change from the first trial to the last.
     pub change: f64,
+    /// The same from one trial to the next.
+    pub per_trial: f64,
     /// Student's t of it.
     pub t: f64,
 }
@@ -134,7 +136,7 @@ pub fn estimate(campaign: &Campaign, residuals: &[Features], friction: &[[Featur
             let left: f64 = runs.iter().zip(&deltas).map(|(r, d)| (d[k] - xy / xx * r.1).powi(2)).sum();
             let sd = (left / freedom as f64).sqrt();
             if k == 0 && sd > 0.0 {
-                drift = Drift { change: xy / xx * last, t: xy / xx.sqrt() / sd };
+                drift = Drift { change: xy / xx * last, per_trial: xy / xx, t: xy / xx.sqrt() / sd };
             }
             sd.min(0.5)
         });

@@ -123,9 +123,9 @@ pub struct Report {
 
 /// Makes the report.
 pub fn report(problem: &Problem, findings: Findings, took: Duration) -> Report {
-    let Findings { base, first, chosen, equal, invisible, verdict, model } = &findings;
+    let Findings { base, first, chosen, last, equal, invisible, verdict, model } = &findings;
     let named = matches!(verdict, Verdict::Effect | Verdict::Ambiguous);
-    let last = chosen.last().filter(|_| named).map_or(base, |c| &c.held);
+    let last = last.as_ref().filter(|_| named).unwrap_or(base);
     let effects: Vec<&'static str> = if named { by_strength(base, chosen) } else { Vec::new() };
     let mut candidates: Vec<CandidateReport> = first.iter().map(|c| candidate(problem, c)).collect();
     for c in chosen.iter().filter(|_| named) {

@@ -205,7 +205,7 @@ fn longest_path(problem: &Problem) -> f64 {
 }
 
 /// `screened` fitted together with what `base` has; `None` where it does not apply.
-pub fn refit(problem: &Problem, base: &Held, screened: &Screened) -> Option<Candidate> {
+fn refit(problem: &Problem, base: &Held, screened: &Screened) -> Option<Candidate> {
     let slot = base.solution.model.effects.len();
     let mut free = base.free.clone();
     free.extend(Free::of_effect(screened.trial.info, slot));
