@@ -12,7 +12,7 @@ use crate::dataset::Index;
 use crate::output::{Output, table};
 use crate::report;
 use crate::score::calibration::{Calibration, Stated};
-use crate::score::figures::{Row, rows};
+use crate::score::figures::{Class, Row, rows};
 use crate::score::{Judged, Method, ObjectPose, judge};
 
 /// Command line of `stickslip score`.
@@ -74,12 +74,17 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         None => default_model(),
     };
     let pose = args.object_pose;
-    let mut methods = vec![Method::Predictor { name: "stickslip".into(), model: model.clone(), pose }];
+    let mut methods =
+        vec![Method::Predictor { name: "stickslip".into(), model: Box::new(model.clone()), pose }];
     if !model.effects.is_empty() {
         let mut plain = model;
         plain.effects.clear();
         plain.formulas.clear();
-        methods.push(Method::Predictor { name: "without added effects".into(), model: plain, pose });
+        methods.push(Method::Predictor {
+            name: "without added effects".into(),
+            model: Box::new(plain),
+            pose,
+        });
     }
     methods.extend([Method::Ratio(args.ratio), Method::Rate(args.rate)]);
     let bar = output.progress(index.trials.len() as u64, "scoring");
@@ -99,6 +104,12 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             all.figures(&method.name())
         })
         .collect();
+    // Thresholds on forces say nothing of sag and rotation.
+    let mut told = rows(&judged, &names);
+    told.retain(|r| {
+        let predicts = |m: &Method| m.name() == r.method && matches!(m, Method::Predictor { .. });
+        r.class != Class::Moved || methods.iter().any(predicts)
+    });
     let document = Document {
         schema: "stickslip-score/1",
         data: args.data.clone(),
@@ -106,7 +117,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         hours: judged.iter().map(|j: &Judged| j.truth.until_s).sum::<f64>() / 3600.0,
         object_pose: pose,
         doubtful_share: doubtful as f64 / ticks.max(1) as f64,
-        rows: rows(&judged, &names),
+        rows: told,
         calibration,
     };
     if let Some(path) = &args.html {

@@ -26,7 +26,12 @@ pub fn page(d: &Document) -> String {
         if of().next().is_none() {
             continue;
         }
-        let names: Vec<String> = of().map(|r| r.method.clone()).collect();
+        let names: Vec<String> = of()
+            .zip(MODELS)
+            .map(|(r, c)| {
+                format!("<b style=\"color:rgb({},{},{})\">{}</b>", c.0, c.1, c.2, escape(&r.method))
+            })
+            .collect();
         let lines = of().zip(MODELS).map(|(r, colour)| Line {
             points: r
                 .leads
@@ -45,7 +50,7 @@ pub fn page(d: &Document) -> String {
             least_span: 100.0,
             ..Chart::default()
         };
-        let caption = format!("{}: {}", class.name(), escape(&names.join(", ")));
+        let caption = format!("{}: {}", class.name(), names.join(", "));
         body += &figure(&caption, &chart);
     }
     body += "</div>\n<h2>Whether what is stated comes true</h2>\n<div class=\"grid\">\n";

@@ -49,7 +49,7 @@ pub enum Method {
         /// Shown.
         name: String,
         /// Contact law, friction, effects.
-        model: Model<f64>,
+        model: Box<Model<f64>>,
         /// See [`ObjectPose`].
         pose: ObjectPose,
     },
