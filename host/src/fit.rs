@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use serde::Serialize;
-use stickslip_shared::effects::Info;
+use stickslip_shared::effects::{Info, Parameter};
 use stickslip_shared::model::Model;
 use thiserror::Error;
 
@@ -18,12 +18,13 @@ use crate::diagnose::gls::{self, Gram};
 use crate::diagnose::noise;
 use crate::diagnose::phases::BINS;
 use crate::diagnose::problem::{Problem, difference};
+use crate::diagnose::screen::Trial;
 
 /// Parts of the conditions that are held out in turn.
 pub const FOLDS: usize = 10;
 
 /// A parameter of the model that is fitted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Free {
     /// Friction of the fingertips.
@@ -38,13 +39,17 @@ pub enum Free {
         slot: usize,
         /// Place of the parameter in its description.
         parameter: usize,
+        /// Its description.
+        #[serde(skip)]
+        of: &'static Parameter,
     },
 }
 
 impl Free {
     /// All parameters of the effect in `slot`.
-    pub fn of_effect(info: &Info, slot: usize) -> Vec<Free> {
-        (0..info.parameters.len()).map(|parameter| Free::Effect { slot, parameter }).collect()
+    pub fn of_effect(info: &'static Info, slot: usize) -> Vec<Free> {
+        let each = info.parameters.iter().enumerate();
+        each.map(|(parameter, of)| Free::Effect { slot, parameter, of }).collect()
     }
 
     /// Value in `model`; NaN where it does not have it.
@@ -53,7 +58,7 @@ impl Free {
             Free::FingerFriction => model.friction.finger,
             Free::PusherFriction => model.friction.pusher,
             Free::SupportFriction => model.friction.support,
-            Free::Effect { slot, parameter } => model
+            Free::Effect { slot, parameter, .. } => model
                 .effects
                 .get(*slot)
                 .and_then(|e| e.parameters.get(*parameter))
@@ -64,13 +69,13 @@ impl Free {
 
     /// Sets it, within its bounds.
     pub fn set(&self, model: &mut Model<f64>, value: f64) {
-        let (low, high) = self.bounds(model);
+        let (low, high) = self.bounds();
         let value = value.clamp(low, high);
         match self {
             Free::FingerFriction => model.friction.finger = value,
             Free::PusherFriction => model.friction.pusher = value,
             Free::SupportFriction => model.friction.support = value,
-            Free::Effect { slot, parameter } => {
+            Free::Effect { slot, parameter, .. } => {
                 if let Some(p) = model.effects.get_mut(*slot).and_then(|e| e.parameters.get_mut(*parameter)) {
                     *p = value;
                 }
@@ -79,30 +84,49 @@ impl Free {
     }
 
     /// Smallest and largest value that makes sense.
-    pub fn bounds(&self, model: &Model<f64>) -> (f64, f64) {
-        match self.described(model) {
+    pub fn bounds(&self) -> (f64, f64) {
+        match self.described() {
             Some(p) => (p.low, p.high),
             None => (1e-3, 5.0),
+        }
+    }
+
+    /// `change` within what a linear model may be trusted: friction at most doubles or halves.
+    fn limited(&self, model: &Model<f64>, change: f64) -> f64 {
+        match self {
+            Free::Effect { .. } => change,
+            _ => {
+                let value = self.get(model).max(0.02);
+                change.clamp(-0.5 * value, value)
+            }
         }
     }
 
     /// Step of finite differences.
     fn step(&self, model: &Model<f64>) -> f64 {
         let value = self.get(model);
-        let size = match self.described(model) {
+        let size = match self.described() {
             Some(p) => {
                 let scale = (p.typical - p.neutral).abs();
                 if scale > 0.0 { 0.1 * scale } else { 0.1 * p.typical.abs().max(1e-6) }
             }
             None => 0.02 * value.abs().max(0.05),
         };
-        let (low, high) = self.bounds(model);
+        let (low, high) = self.bounds();
         if value + size > high && value - size >= low { -size } else { size }
     }
 
-    fn described(&self, model: &Model<f64>) -> Option<&'static stickslip_shared::effects::Parameter> {
+    /// Value where nothing is known: the one given, and for an effect that of its description.
+    fn home(&self, given: &Model<f64>) -> f64 {
+        match self.described() {
+            Some(p) => p.neutral,
+            None => self.get(given),
+        }
+    }
+
+    fn described(&self) -> Option<&'static Parameter> {
         match self {
-            Free::Effect { slot, parameter } => model.effects.get(*slot)?.info()?.parameters.get(*parameter),
+            Free::Effect { of, .. } => Some(of),
             _ => None,
         }
     }
@@ -113,19 +137,16 @@ impl Free {
             Free::FingerFriction => "friction.finger".into(),
             Free::PusherFriction => "friction.pusher".into(),
             Free::SupportFriction => "friction.support".into(),
-            Free::Effect { slot, parameter } => {
+            Free::Effect { slot, of, .. } => {
                 let info = model.effects.get(*slot).and_then(stickslip_shared::effects::Effect::info);
-                match (info, self.described(model)) {
-                    (Some(i), Some(p)) => format!("{}.{}", i.id, p.name),
-                    _ => format!("effect{slot}.{parameter}"),
-                }
+                format!("{}.{}", info.map_or("effect", |i| i.id), of.name)
             }
         }
     }
 
     /// Unit as people write it.
-    pub fn unit(&self, model: &Model<f64>) -> &'static str {
-        self.described(model).map_or("1", |p| p.unit)
+    pub fn unit(&self) -> &'static str {
+        self.described().map_or("1", |p| p.unit)
     }
 }
 
@@ -231,16 +252,90 @@ pub fn calibrate(
     let problem = Problem::new(campaign, &first);
     let before = solve(&problem, model, free, 0).loss.0;
     let solution = solve(&problem, &first, free, options.iterations);
-    Ok(summary(&problem, solution, before, free, options))
+    let (solution, seen, kept) = keep_unseen(&problem, solution, model, free, options.iterations);
+    let mut fit = summary(&problem, solution, before, &seen, options);
+    restore(&mut fit, model, free, &seen, kept);
+    Ok(fit)
+}
+
+/// Puts parameters that the data do not determine back to where they were: without this a fit
+/// runs them to a bound, and other data miss by that. Returns the solution, what is still
+/// free, and notes about what is not.
+fn keep_unseen(
+    problem: &Problem,
+    mut solution: Solution,
+    given: &Model<f64>,
+    free: &[Free],
+    iterations: usize,
+) -> (Solution, Vec<Free>, Vec<String>) {
+    let mut seen = free.to_vec();
+    let mut kept = Vec::new();
+    for f in free {
+        let at = seen.iter().position(|s| s == f).unwrap_or(0);
+        let covariance = clustered_covariance(&solution.grams, &problem.precision(&seen, 0), seen.len());
+        let value = f.get(&solution.model);
+        let (low, high) = f.bounds();
+        let sd = covariance[(at, at)].sqrt();
+        let wide = match f {
+            Free::Effect { .. } => 0.5 * (high - low),
+            // Not better than the prior's own width.
+            _ => 0.8 * crate::diagnose::noise::FRICTION_PRIOR * value,
+        };
+        let determined = sd > 0.0 && sd < wide && value > low && value < high;
+        if determined || seen.len() == 1 {
+            continue;
+        }
+        let home = f.home(given);
+        let mut model = solution.model.clone();
+        f.set(&mut model, home);
+        let mut others = seen.clone();
+        others.remove(at);
+        let without = solve(problem, &model, &others, iterations);
+        if without.loss.1 < 1.02 * solution.loss.1 + 9.0 {
+            kept.push(format!("{} cannot be seen in these data: kept at {home:.3}", f.name(given)));
+            (solution, seen) = (without, others);
+        }
+    }
+    (solution, seen, kept)
+}
+
+/// Gives `fit` an estimate for every one of `free` again: what was kept has no interval.
+fn restore(fit: &mut Fit, given: &Model<f64>, free: &[Free], seen: &[Free], kept: Vec<String>) {
+    let place = |f: &Free| seen.iter().position(|s| s == f);
+    let estimates = free
+        .iter()
+        .map(|f| match place(f) {
+            Some(at) => fit.estimates[at].clone(),
+            None => {
+                let (low, high) = f.bounds();
+                let value = f.get(&fit.model);
+                Estimate { name: f.name(given), value, low, high, unit: f.unit() }
+            }
+        })
+        .collect();
+    let covariance = free
+        .iter()
+        .map(|a| {
+            free.iter()
+                .map(|b| match (place(a), place(b)) {
+                    (Some(i), Some(j)) => fit.covariance[i][j],
+                    _ => 0.0,
+                })
+                .collect()
+        })
+        .collect();
+    fit.estimates = estimates;
+    fit.covariance = covariance;
+    fit.notes.extend(kept);
 }
 
 /// Friction coefficients tried before a fit: fingers, then pusher (rubber platforms grip hard).
 const TRIED: [&[f64]; 3] = [&[0.15, 0.4, 0.8], &[0.1, 0.25, 0.7, 2.5], &[0.15, 0.3, 0.6]];
 
 /// Cost of a model in which single failures of the simulation or of the model weigh little:
-/// the sum of `e^2 / (1 + e^2 / 100)` over features of at most forty groups.
+/// the sum of `e^2 / (1 + e^2 / 100)` over features of at most 24 groups.
 fn robust_cost(campaign: &Campaign, model: &Model<f64>) -> f64 {
-    let step = campaign.groups.len().div_ceil(40).max(1);
+    let step = campaign.groups.len().div_ceil(24).max(1);
     let groups: Vec<usize> = (0..campaign.groups.len()).step_by(step).collect();
     let channels = noise::channel_noise(&campaign.description.sensors);
     let predicted = campaign.simulate_groups(model, &groups);
@@ -263,10 +358,13 @@ fn robust_cost(campaign: &Campaign, model: &Model<f64>) -> f64 {
 pub fn first_fit(campaign: &Campaign, model: &Model<f64>, free: &[Free], iterations: usize) -> Model<f64> {
     let from = |start: &Model<f64>| solve(&Problem::new(campaign, start), start, free, iterations).model;
     let rough = rough_start(campaign, model);
-    let tries = [from(model), from(&rough), model.clone(), rough];
-    let costs = tries.each_ref().map(|m| robust_cost(campaign, m));
+    let mut tries = vec![model.clone(), from(model)];
+    if rough != *model {
+        tries.extend([from(&rough), rough]);
+    }
+    let costs: Vec<f64> = tries.iter().map(|m| robust_cost(campaign, m)).collect();
     let best = (0..tries.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
-    tries[best].clone()
+    tries.swap_remove(best)
 }
 
 /// `model` with the friction that fits best on a coarse grid around it, by a robust cost: far
@@ -297,7 +395,7 @@ pub fn rough_start(campaign: &Campaign, model: &Model<f64>) -> Model<f64> {
 
 /// Intervals, covariance and notes of a solution.
 pub fn summary(problem: &Problem, solution: Solution, before: f64, free: &[Free], options: &Options) -> Fit {
-    let precision = problem.precision(free.len());
+    let precision = problem.precision(free, 0);
     let covariance = clustered_covariance(&solution.grams, &precision, free.len());
     let intervals = resample(&solution.grams, &precision, free.len(), options);
     let model = solution.model;
@@ -305,7 +403,7 @@ pub fn summary(problem: &Problem, solution: Solution, before: f64, free: &[Free]
         .iter()
         .enumerate()
         .map(|(k, f)| {
-            let (low, high) = f.bounds(&model);
+            let (low, high) = f.bounds();
             let value = f.get(&model);
             let [a, b] = intervals.get(k).copied().unwrap_or([f64::NAN; 2]);
             Estimate {
@@ -313,11 +411,11 @@ pub fn summary(problem: &Problem, solution: Solution, before: f64, free: &[Free]
                 value,
                 low: (value + a).clamp(low, high),
                 high: (value + b).clamp(low, high),
-                unit: f.unit(&model),
+                unit: f.unit(),
             }
         })
         .collect();
-    let notes = notes(&estimates, &covariance, free, &model);
+    let notes = notes(&estimates, &covariance, free);
     let folds = gls::fold_solutions(&solution.grams, &precision, FOLDS);
     let held_out = gls::held_out(&solution.grams, &folds);
     Fit {
@@ -338,6 +436,8 @@ pub struct Solution {
     pub model: Model<f64>,
     /// Gram matrices around it (parameters, offsets, residual).
     pub grams: Vec<Gram>,
+    /// Coarse prediction of each group at it.
+    pub predicted: Vec<Features>,
     /// Residual of each group at it.
     pub residual: Vec<Features>,
     /// Sensitivities of the groups' features, one list for each free parameter.
@@ -353,7 +453,7 @@ pub struct Solution {
 /// Loss minimised over the offsets, and the offsets.
 fn profile(problem: &Problem, residual: &[Features]) -> (f64, Vec<f64>) {
     let grams = problem.grams(residual, &[]);
-    let precision = problem.precision(0);
+    let precision = problem.precision(&[], 0);
     let Some(x) = gls::solve(grams.iter().map(|g| (1.0, g)), &precision) else {
         return (f64::INFINITY, vec![0.0; precision.len()]);
     };
@@ -385,49 +485,88 @@ pub fn sensitivities(
 
 /// Gauss-Newton with Levenberg damping from `model`.
 pub fn solve(problem: &Problem, model: &Model<f64>, free: &[Free], iterations: usize) -> Solution {
+    solve_with(problem, model, free, iterations, &[])
+}
+
+/// As [`solve`]; the sensitivities of the first parameters are `known` near enough and only
+/// computed anew at the end.
+pub fn solve_with(
+    problem: &Problem,
+    model: &Model<f64>,
+    free: &[Free],
+    iterations: usize,
+    known: &[Vec<Features>],
+) -> Solution {
+    let columns_at = |model: &Model<f64>, predicted: &[Features]| -> Vec<Vec<Features>> {
+        let mut columns = known.to_vec();
+        columns.extend(sensitivities(problem, model, predicted, &free[known.len()..]));
+        columns
+    };
+    // How far the parameters that have a prior are from its mean, and what that costs.
+    let home = |model: &Model<f64>| -> Vec<f64> {
+        free.iter().map(|f| problem.prior(f).map_or(0.0, |(mean, _)| mean - f.get(model))).collect()
+    };
+    let penalty = |model: &Model<f64>| -> f64 {
+        free.iter().filter_map(|f| problem.prior(f).map(|(m, p)| p * (m - f.get(model)).powi(2))).sum()
+    };
     let mut model = model.clone();
     let mut predicted = problem.predict(&model);
     let mut residual = problem.residual(&predicted);
     let (start, mut offsets) = profile(problem, &residual);
+    let start = start + penalty(&model);
     let mut here = start;
     let mut damping = 1e-3;
     let mut made = 0;
-    let mut columns = sensitivities(problem, &model, &predicted, free);
+    let mut columns = columns_at(&model, &predicted);
     let mut grams = problem.grams(&residual, &columns);
     for _ in 0..iterations {
         made += 1;
         let n = free.len();
-        let mut precision = problem.precision(n);
+        let mut precision = problem.precision(free, 0);
         let total: DMatrix<f64> =
             grams.iter().fold(DMatrix::zeros(precision.len() + 1, precision.len() + 1), |a, g| a + &g.matrix);
         let mut accepted = false;
-        for _ in 0..4 {
+        for _ in 0..3 {
+            let prior = problem.precision(free, 0);
+            let mut towards = home(&model);
             for (k, p) in precision.iter_mut().enumerate().take(n) {
-                *p = damping * total[(k, k)];
+                let damped = prior[k] + damping * total[(k, k)];
+                // The damping pulls to where we are, the prior to its mean.
+                if let Some(d) = towards.get_mut(k) {
+                    *d *= if damped > 0.0 { prior[k] / damped } else { 0.0 };
+                }
+                *p = damped;
             }
-            let Some(x) = gls::solve(grams.iter().map(|g| (1.0, g)), &precision) else { break };
+            let Some(x) = gls::solve_towards(grams.iter().map(|g| (1.0, g)), &precision, &towards) else {
+                break;
+            };
             let mut trial = model.clone();
             for (k, f) in free.iter().enumerate() {
-                f.set(&mut trial, f.get(&model) + x[k]);
+                f.set(&mut trial, f.get(&model) + f.limited(&model, x[k]));
             }
             let p = problem.predict(&trial);
             let r = problem.residual(&p);
             let (loss, o) = profile(problem, &r);
+            let loss = loss + penalty(&trial);
             if loss < here {
-                accepted = here - loss > 1e-4 * here + 1e-3;
+                accepted = here - loss > 1e-3 * here + 0.1;
                 (model, predicted, residual, offsets, here) = (trial, p, r, o, loss);
                 damping = (damping * 0.2).max(1e-6);
-                columns = sensitivities(problem, &model, &predicted, free);
+                columns = columns_at(&model, &predicted);
                 grams = problem.grams(&residual, &columns);
                 break;
             }
-            damping = (damping * 8.0).min(1e3);
+            damping = (damping * 10.0).min(1e3);
         }
         if !accepted {
             break;
         }
     }
-    Solution { model, grams, residual, columns, offsets, loss: (start, here), iterations: made }
+    if !known.is_empty() {
+        columns.splice(..known.len(), sensitivities(problem, &model, &predicted, &free[..known.len()]));
+        grams = problem.grams(&residual, &columns);
+    }
+    Solution { model, grams, predicted, residual, columns, offsets, loss: (start, here), iterations: made }
 }
 
 /// Covariance of the first `n` coefficients: `A^-1 (sum of squared scores by condition) A^-1`.
@@ -499,17 +638,16 @@ fn resample(grams: &[Gram], precision: &[f64], n: usize, options: &Options) -> V
         .collect()
 }
 
-fn notes(
-    estimates: &[Estimate],
-    covariance: &DMatrix<f64>,
-    free: &[Free],
-    model: &Model<f64>,
-) -> Vec<String> {
+fn notes(estimates: &[Estimate], covariance: &DMatrix<f64>, free: &[Free]) -> Vec<String> {
     let mut out = Vec::new();
     for (k, e) in estimates.iter().enumerate() {
-        let (low, high) = free[k].bounds(model);
+        let (low, high) = free[k].bounds();
         let sd = covariance[(k, k)].sqrt();
-        if !sd.is_finite() || sd > 0.5 * (high - low) || covariance[(k, k)] == 0.0 {
+        let wide = match free[k] {
+            Free::Effect { .. } => 0.5 * (high - low),
+            _ => 0.8 * noise::FRICTION_PRIOR * e.value,
+        };
+        if !sd.is_finite() || sd > wide || covariance[(k, k)] == 0.0 {
             out.push(format!("{} cannot be seen in these data", e.name));
         } else if e.value <= low || e.value >= high {
             out.push(format!("{} ended at its bound {}", e.name, e.value));
@@ -538,7 +676,7 @@ pub fn starts(
     let screened = effect.info().map(|info| {
         let problem = Problem::new(campaign, model);
         let base = solve(&problem, model, free, 0);
-        crate::diagnose::screen::screen(&problem, &base, free.len(), info).starts
+        crate::diagnose::screen::screen(&problem, &base, free, &Trial { info, program: None }).starts
     });
     match screened {
         Some(starts) if !starts.is_empty() => starts.into_iter().take(2).collect(),

@@ -5,6 +5,7 @@
 //! gives the same model back. Intervals are optional sub-tables: `[friction.intervals]`
 //! and `intervals = { excess = [0.1, 0.3] }` in an effect.
 
+use crate::diagnose::screen::Trial;
 use crate::expression;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -14,7 +15,7 @@ use std::path::Path;
 use stickslip_shared::effects::formula::{
     FORMULA_PARAMETERS, Formula, FormulaError, MAX_OPS, MAX_STACK, Target,
 };
-use stickslip_shared::effects::{self, Effect, MAX_PARAMETERS, REGISTRY, formula};
+use stickslip_shared::effects::{self, Effect, Info, MAX_PARAMETERS, Parameter, REGISTRY, formula};
 use stickslip_shared::model::{Base, Friction, MAX_EFFECTS, MAX_FORMULAS, Model};
 use toml::{Spanned, Value};
 
@@ -48,6 +49,37 @@ pub struct EffectEntry {
     pub intervals: Intervals,
     /// For `formula` only.
     pub formula: Option<FormulaEntry>,
+}
+
+impl EffectEntry {
+    /// Description of the effect: of the list, or of the user's formula (its first parameter
+    /// taken as the strength, zero where that is allowed as its absence; kept for the rest of
+    /// the program).
+    pub fn info(&self) -> Option<&'static Info> {
+        let Some(f) = &self.formula else { return effects::find(&self.id) };
+        let keep = |text: &str| -> &'static str { Box::leak(text.to_string().into_boxed_str()) };
+        let each = f.parameters.iter().zip(&self.values).enumerate();
+        let parameters: Vec<Parameter> = each
+            .map(|(k, (p, value))| {
+                let neutral = if k == 0 { 0.0_f64.clamp(p.low, p.high) } else { *value };
+                let typical = if k == 0 && *value == neutral { 0.5 * (neutral + p.high) } else { *value };
+                let bounds = [p.low, p.high];
+                Parameter::new(
+                    keep(&p.name),
+                    keep(&p.unit),
+                    typical,
+                    neutral,
+                    bounds,
+                    "of the user's formula",
+                )
+            })
+            .collect();
+        Some(Box::leak(Box::new(Info {
+            id: keep(&f.name),
+            parameters: Box::leak(parameters.into_boxed_slice()),
+            ..formula::INFO
+        })))
+    }
 }
 
 /// The user's own effect.
@@ -218,6 +250,19 @@ impl ModelFile {
             let _ = model.effects.push(Effect { code, parameters });
         }
         model
+    }
+
+    /// The model without the user's formulas, and those as effects to be tried.
+    pub fn without_formulas(&self) -> (Model<f64>, Vec<Trial>) {
+        let (own, rest) = self.effects.iter().cloned().partition(|e: &EffectEntry| e.formula.is_some());
+        let own: Vec<EffectEntry> = own;
+        let trials = own
+            .iter()
+            .filter_map(|e| {
+                Some(Trial { info: e.info()?, program: Some(e.formula.as_ref()?.program.clone()) })
+            })
+            .collect();
+        (Self { effects: rest, ..self.clone() }.to_model(), trials)
     }
 
     /// Takes over base, friction and effect parameters of a fitted model of the same effects.

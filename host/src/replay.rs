@@ -76,7 +76,7 @@ pub fn replay(
         .map_err(|why| ReplayError::Refused { trial: trial.info.trial.clone(), why })?;
     predictor.set_plan(feed.plan);
     predictor.set_trial(ordinal as f32);
-    let predictions: Vec<Prediction> = feed.samples.iter().map(|s| predictor.tick(&s.into())).collect();
+    let predictions: Vec<Prediction> = feed.samples.iter().map(|s| predictor.take(s)).collect();
     let hash = hash(&predictions);
     Ok(Replayed { predictions, hash })
 }

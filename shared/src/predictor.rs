@@ -16,23 +16,32 @@
 //! the intended direction, slip while holding, sag and rotation beyond their limits are
 //! flagged as unexpected.
 
-use crate::cone::ConeStatus;
+use crate::cone::{ConeOptions, ConeStatus};
 use crate::contact::{Body, SLOTS};
 use crate::health::Health;
+use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S, Work};
 use crate::model::{FingerContact, Model, Scene, Shape};
 use crate::observer::motion::Moved;
 use crate::observer::{Observed, Observer, Seen};
-use crate::real::{Real, Rotation, Vec3, clamp, least, most};
-use crate::step::{Drive, State, StepOutput, step};
-use crate::track::{PathFilter, Pose, Poses, drive_between, seat, settle, support_pose};
+use crate::real::{Real, Rotation, Vec3, least, most};
+use crate::step::{Drive, State, StepSummary, Workspace, step_in};
+use crate::track::{PathFilter, Pose, Poses, Settling, drive_between, seat, support_pose};
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// Most segments of a plan.
 pub const MAX_SEGMENTS: usize = 8;
-/// Look-ahead steps over the horizon.
-pub const LOOK_AHEAD_STEPS: u8 = 5;
+/// Steps in which the object settles, a tick: four ticks at the start of a trial.
+const SETTLE_STEPS_A_TICK: u8 = 3;
+/// Most Newton steps of the step from sample to sample: a tick must end.
+const MOST_ITERATIONS: u32 = 22;
+/// The epoch moves on after so long.
+const EPOCH_US: u32 = 32_000_000;
+/// Samples in a row that must show the object elsewhere before the model starts anew there.
+const STRAYED_SAMPLES: u8 = 3;
+/// A restart keeps jaw and contact memory where the jaw is within this of holding the object, m.
+const JAW_KEPT_M: f64 = 1.0e-4;
 /// Longest time between two samples that the model bridges; after a longer gap it starts anew.
 pub const LONGEST_GAP_S: f64 = 0.1;
 /// A warning stays up for so long after its cause was last seen.
@@ -51,8 +60,6 @@ const LEAST_AHEAD_S: f32 = 0.004;
 const LEAVING_M_S: f64 = 0.01;
 /// Slip that the model alone foresees must be foreseen in so many samples in a row.
 const FORESEEN_SAMPLES: u8 = 3;
-/// Longest single step of the model.
-const LONGEST_STEP_S: f64 = 0.02;
 
 /// What a plan segment means to do with the grasp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
@@ -280,6 +287,13 @@ pub mod validity {
     /// Model and measured wrench or pose disagree for three samples: slip by the model alone is
     /// not flagged.
     pub const MODEL: u32 = 1 << 13;
+    /// A step of the look-ahead ended without reaching its tolerance: what lies beyond it is
+    /// a best answer.
+    pub const FORESIGHT: u32 = 1 << 14;
+    /// No look-ahead is finished yet: only the present is told.
+    pub const NO_FORESIGHT: u32 = 1 << 15;
+    /// The object's measured pose is far from the model's; it is not used until it stays there.
+    pub const POSE: u32 = 1 << 16;
 
     /// Doubts under which the flags cannot be relied on.
     pub const UNRELIABLE: u32 = SOLVER | SAMPLE | WAITING | WRENCH | ONE_FINGER | STUCK | SATURATED | BIASED;
@@ -366,13 +380,21 @@ pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), Model
     Ok(())
 }
 
+fn seconds(us: u64) -> f32 {
+    us as f32 * 1e-6
+}
+
 /// The predictor: parameters, plan and the state of the tracked object.
 #[derive(Clone, Debug)]
 pub struct Predictor<R: Real> {
     scene: Scene<R>,
     model: Model<R>,
     limits: Limits,
+    /// Its start counted from the epoch.
     plan: Plan,
+    /// What time is counted from, since the trial's beginning: `f32` seconds would lose the
+    /// sampling time within an hour.
+    epoch_us: u64,
     trial: R,
     tracked: Option<Tracked<R>>,
     health: Health<R>,
@@ -393,6 +415,14 @@ struct Tracked<R: Real> {
     pushing: bool,
     /// Samples in a row in which model and measurement disagree.
     apart: u8,
+    /// Samples in a row whose measured pose has parted from the model's.
+    strayed: u8,
+    /// The object still settles on what carries it.
+    settling: Option<Settling<R>>,
+    /// A look-ahead under way.
+    ahead: Option<Ahead<R>>,
+    /// What the newest finished one found.
+    outlook: Option<Foreseen<R>>,
     /// Samples in a row in which the model of a held grasp foresees slip and the measurement is with it.
     foreseen: u8,
     /// Planned velocity and angular velocity, and how long a change of it still matters.
@@ -434,6 +464,7 @@ impl<R: Real> Predictor<R> {
             model,
             limits,
             plan: Plan::default(),
+            epoch_us: 0,
             trial: R::zero(),
             tracked: None,
             last: Prediction { drop_in_s: -1.0, ..Prediction::default() },
@@ -443,6 +474,7 @@ impl<R: Real> Predictor<R> {
     /// Replaces the plan from the next tick on.
     pub fn set_plan(&mut self, plan: Plan) {
         self.plan = plan;
+        self.plan.start_s -= seconds(self.epoch_us);
     }
 
     /// Place of the trial in its data set (wear goes with it).
@@ -453,6 +485,36 @@ impl<R: Real> Predictor<R> {
     /// Forgets the tracked object; the next sample with an object pose starts anew.
     pub fn restart(&mut self) {
         self.tracked = None;
+        self.plan.start_s += seconds(self.epoch_us);
+        self.epoch_us = 0;
+    }
+
+    /// One tick with a sample from the line. Its time stamp may wrap around (every 71 minutes).
+    pub fn take(&mut self, sample: &crate::wire::Sample) -> Prediction {
+        // The stamp's 32 bits are the lowest of the epoch's 64.
+        let mut since_us = sample.t_us.wrapping_sub(self.epoch_us as u32);
+        if self.tracked.is_none() || (EPOCH_US..=u32::MAX / 2).contains(&since_us) {
+            self.move_epoch(since_us);
+            since_us = 0;
+        }
+        // Beyond half the range it lies before the epoch.
+        self.tick(&sample.at(R::of(f64::from(since_us.cast_signed())) * R::of(1e-6)))
+    }
+
+    /// Counts time from `by_us` later on.
+    fn move_epoch(&mut self, by_us: u32) {
+        let by_s = seconds(u64::from(by_us));
+        self.epoch_us = self.epoch_us.wrapping_add(u64::from(by_us));
+        self.plan.start_s -= by_s;
+        if let Some(tracked) = &mut self.tracked {
+            let by_s = R::of(f64::from(by_s));
+            tracked.poses.t_s -= by_s;
+            if let Some(outlook) = &mut tracked.outlook {
+                outlook.began_s -= by_s;
+            }
+            // One under way would end with the times it began with: it is begun anew.
+            tracked.ahead = None;
+        }
     }
 
     /// Forgets what was learnt about friction: the next object or finger is another one.
@@ -520,7 +582,7 @@ impl<R: Real> Predictor<R> {
         if let Some(p) = &mut seated.pusher {
             p.position_m += drive.carrier.inverse_transform_vector(&seat_m);
         }
-        settle(&self.scene, &self.model, &mut state, &seated);
+        let settling = Settling::begin(&self.scene, &self.model, &mut state, &seated);
         self.tracked = Some(Tracked {
             state,
             poses,
@@ -530,6 +592,10 @@ impl<R: Real> Predictor<R> {
             start: local,
             pushing: false,
             apart: 0,
+            strayed: 0,
+            settling,
+            ahead: None,
+            outlook: None,
             foreseen: 0,
             motion: [[0.0; 3]; 2],
             settling_s: R::zero(),
@@ -542,6 +608,8 @@ impl<R: Real> Predictor<R> {
     }
 
     /// One tick. Never panics; work is bounded.
+    // A function of its own in the firmware: `make no-panic` follows its calls.
+    #[inline(never)]
     pub fn tick(&mut self, sample: &Sample<R>) -> Prediction {
         let mut doubt = 0;
         if !sample.t_s.finite() || !sample.grip_cmd_n.finite() {
@@ -559,6 +627,9 @@ impl<R: Real> Predictor<R> {
             self.last = Prediction { drop_in_s: -1.0, validity: doubt, ..Prediction::default() };
             return self.last;
         }
+        if self.settle() {
+            return self.repeat(doubt | validity::WAITING);
+        }
         match self.follow(sample, doubt) {
             Some(p) => {
                 self.last = p;
@@ -566,6 +637,16 @@ impl<R: Real> Predictor<R> {
             }
             None => self.repeat(validity::SAMPLE),
         }
+    }
+
+    /// Settles the object for a tick; `false` where it has nothing to settle.
+    fn settle(&mut self) -> bool {
+        let Some(Tracked { state, settling, .. }) = &mut self.tracked else { return false };
+        let Some(going) = settling else { return false };
+        if going.go_on(&self.scene, &self.model, state, SETTLE_STEPS_A_TICK, &mut Workspace::new()) {
+            *settling = None;
+        }
+        true
     }
 
     fn repeat(&mut self, doubt: u32) -> Prediction {
@@ -589,7 +670,14 @@ impl<R: Real> Predictor<R> {
             return None;
         };
         self.model.friction.finger = self.observer.friction();
-        let mut out = advance(&self.scene, &self.model, &mut tracked.state, &drive);
+        let mut work = Workspace::new();
+        let mut out = advance(&self.scene, &self.model, &mut tracked.state, &drive, &mut work);
+        if out.status == ConeStatus::BadInput {
+            // Numbers that no rig has: the next sample with the object's pose begins anew.
+            let last = self.repeat(validity::SOLVER);
+            return Some(Prediction { solver_status: 2, ..last });
+        }
+        let effects = self.effects_on_friction(&work);
         let mut worst = Worst::default();
         worst.note(&out);
         tracked.poses = poses;
@@ -599,7 +687,15 @@ impl<R: Real> Predictor<R> {
         tracked.pushing = out.normal_n[2] > R::zero();
         if let Some(object) = sample.object {
             let measured = poses.carrier.to_local(&object);
-            if self.correct(&mut tracked, &measured) {
+            let strayed = self.correct(&mut tracked, &measured);
+            tracked.strayed = if strayed { tracked.strayed.saturating_add(1) } else { 0 };
+            if strayed && tracked.strayed < STRAYED_SAMPLES {
+                // One wild pose is the camera's error; an object does not jump there and back.
+                doubt |= validity::POSE;
+            } else if strayed {
+                tracked.strayed = 0;
+                tracked.ahead = None;
+                tracked.outlook = None;
                 doubt |= validity::DIVERGED;
                 let seen = Self::restarted(&self.scene, &self.model, &tracked, &drive, &measured);
                 tracked.state = seen;
@@ -612,11 +708,13 @@ impl<R: Real> Predictor<R> {
         if plan.is_none() {
             doubt |= validity::NO_PLAN;
         }
-        let seen = sample.object.zip(sample.gripper).map(|(object, gripper)| gripper.to_local(&object));
-        let observed = self.observe(&mut tracked, &out, sample, &drive, &present, seen.as_ref(), &mut doubt);
+        let object = sample.object.filter(|_| doubt & validity::POSE == 0);
+        let seen = object.zip(sample.gripper).map(|(object, gripper)| gripper.to_local(&object));
+        let observed =
+            self.observe(&mut tracked, &out, sample, &drive, &present, seen.as_ref(), effects, &mut doubt);
         let mut p = self.describe(&tracked, &out, &observed, &present);
         let model_sag = p.sag_m;
-        self.look_ahead(&tracked, &drive, sample, &present, &mut p, &mut worst);
+        self.look_ahead(&mut tracked, &drive, sample, &present, &mut p, &mut worst, &mut work, &mut doubt);
         if let Some(seen) = &seen {
             // The model knows what comes, the measurement what is.
             let to_come = p.sag_ahead_m - model_sag;
@@ -688,11 +786,15 @@ impl<R: Real> Predictor<R> {
         measured: &Pose<R>,
     ) -> State<R, SLOTS> {
         let mut state = State::held(scene, model, drive, measured.position_m, measured.rotation);
-        state.jaw_half_m = tracked.state.jaw_half_m;
-        state.jaw_m = tracked.state.jaw_m;
-        state.slots = tracked.state.slots;
         state.memory = tracked.state.memory;
         state.time_s = tracked.state.time_s;
+        // Fingers that have closed on nothing, or were forced apart, are seated anew.
+        let jaw_m = tracked.state.jaw_half_m + tracked.state.jaw_m - state.jaw_half_m - state.jaw_m;
+        if jaw_m.abs() < R::of(JAW_KEPT_M) {
+            state.jaw_half_m = tracked.state.jaw_half_m;
+            state.jaw_m = tracked.state.jaw_m;
+            state.slots = tracked.state.slots;
+        }
         state
     }
 
@@ -701,11 +803,12 @@ impl<R: Real> Predictor<R> {
     fn observe(
         &mut self,
         tracked: &mut Tracked<R>,
-        out: &StepOutput<R, SLOTS>,
+        out: &StepSummary<R>,
         sample: &Sample<R>,
         drive: &Drive<R>,
         present: &Segment,
         seen: Option<&Pose<R>>,
+        effects: R,
         doubt: &mut u32,
     ) -> Observed<R> {
         let (usable, bits) = self.health.check(sample, &self.limits);
@@ -778,15 +881,15 @@ impl<R: Real> Predictor<R> {
             arm_m: self.arm(),
             bearing_n,
             steered: tracked.settling_s > R::zero(),
-            effects: self.effects_on_friction(out),
+            effects,
             dt_s: drive.dt_s,
         })
     }
 
     /// What the model's effects make of the fingers' friction limit: a factor on the base coefficient.
-    fn effects_on_friction(&self, out: &StepOutput<R, SLOTS>) -> R {
+    fn effects_on_friction(&self, work: &Workspace<R, SLOTS>) -> R {
         let (mut limit, mut normal) = (R::zero(), R::zero());
-        for ((c, law), f) in out.contacts.iter().zip(&out.friction).zip(&out.force_n) {
+        for ((c, law), f) in work.contacts.iter().zip(&work.friction).zip(&work.force_n) {
             if matches!(c.body, Body::Finger1 | Body::Finger2) {
                 let bound = most(f[0] + law.adhesion_n, R::zero());
                 limit += (law.mu[0] + law.mu[1]) * R::of(0.5) * bound;
@@ -800,7 +903,7 @@ impl<R: Real> Predictor<R> {
     fn describe(
         &self,
         tracked: &Tracked<R>,
-        out: &StepOutput<R, SLOTS>,
+        out: &StepSummary<R>,
         observed: &Observed<R>,
         present: &Segment,
     ) -> Prediction {
@@ -977,82 +1080,80 @@ impl<R: Real> Predictor<R> {
         }
     }
 
+    /// Goes on with the look-ahead, begins a new one where the work allows, and tells what the
+    /// newest finished one foresees, from now.
+    #[allow(clippy::too_many_arguments)]
     fn look_ahead(
         &self,
-        tracked: &Tracked<R>,
+        tracked: &mut Tracked<R>,
         drive: &Drive<R>,
         sample: &Sample<R>,
         present: &Segment,
         p: &mut Prediction,
         worst: &mut Worst<R>,
+        work: &mut Workspace<R, SLOTS>,
+        doubt: &mut u32,
     ) {
-        let horizon = R::of(f64::from(self.limits.horizon_s));
-        let dt = clamp(horizon / R::of(f64::from(LOOK_AHEAD_STEPS)), R::of(1e-3), R::of(LONGEST_STEP_S));
-        let mut state = tracked.state.clone();
-        let mut carrier = tracked.poses.carrier;
-        let mut pusher = tracked.poses.pusher;
-        let pusher_world = drive.pusher.map(|m| {
-            let v = m.velocity_m_s + drive.carrier_m_s + drive.carrier_rad_s.cross(&m.position_m);
-            drive.carrier.transform_vector(&v)
-        });
-        let threshold = R::of(f64::from(self.limits.slip_m_s));
-        let mut speed_before = state.absolute_m_s.norm();
-        for (f, now) in p.finger.iter_mut().zip([0.0f32; 2]) {
-            f.peak_utilisation = f.model_utilisation;
-            if f64::from(f.slip_speed_m_s) > threshold.to_f64() {
-                f.slip_in_s = now;
+        let course = Course {
+            scene: &self.scene,
+            model: &self.model,
+            plan: &self.plan,
+            present,
+            horizon_s: R::of(f64::from(self.limits.horizon_s)),
+            slip_m_s: R::of(f64::from(self.limits.slip_m_s)),
+            trial: self.trial,
+            support: tracked.support,
+            reference_m: tracked.reference_m,
+        };
+        let mut done = worst.work;
+        let mut begun = false;
+        while done.room() && !begun {
+            let mut ahead = tracked.ahead.take().unwrap_or_else(|| {
+                begun = true;
+                // A grip command that departs from the plan goes on doing so.
+                let departure_n = sample.grip_cmd_n - R::of(f64::from(present.grip_n));
+                let pusher_m_s = drive.pusher.map(|m| {
+                    let v = m.velocity_m_s + drive.carrier_m_s + drive.carrier_rad_s.cross(&m.position_m);
+                    drive.carrier.transform_vector(&v)
+                });
+                Ahead::begin(&tracked.state, &tracked.poses, sample.t_s, pusher_m_s, departure_n)
+            });
+            match ahead.go_on(&course, &mut done, work, |out| worst.count(out)) {
+                Some(found) => tracked.outlook = Some(found),
+                None => tracked.ahead = Some(ahead),
             }
         }
-        // A grip command that departs from the plan goes on doing so.
-        let departure = sample.grip_cmd_n - R::of(f64::from(present.grip_n));
-        let mut ahead = R::zero();
-        while ahead < horizon {
-            let t = (sample.t_s + ahead).to_f64() as f32;
-            let segment = self.plan.at(t).unwrap_or(present);
-            let widen = |a: [f32; 3]| Vec3::from(a.map(|x| R::of(f64::from(x))));
-            let (linear, angular) = (widen(segment.velocity_m_s), widen(segment.angular_rad_s));
-            let next_carrier = Pose {
-                position_m: carrier.position_m + linear * dt,
-                rotation: crate::step::turned(&carrier.rotation, &(angular * dt)),
-            };
-            let next_pusher = match (pusher, pusher_world) {
-                (Some(p), Some(v)) => Some(Pose { position_m: p.position_m + v * dt, ..p }),
-                _ => None,
-            };
-            let from = Poses { t_s: R::zero(), carrier, pusher, support: tracked.support };
-            let to = Poses { t_s: dt, carrier: next_carrier, pusher: next_pusher, support: tracked.support };
-            let grip = most(R::of(f64::from(segment.grip_n)) + departure, R::zero());
-            let Some(next) = drive_between(&from, &to, &tracked.reference_m, grip, self.trial) else {
-                break;
-            };
-            let out = step(&self.scene, &self.model, &mut state, &next);
-            worst.note(&out);
-            ahead += dt;
-            let when = ahead.to_f64() as f32;
-            for (k, f) in p.finger.iter_mut().enumerate() {
-                let used = out.utilisation[k].to_f64() as f32;
-                f.peak_utilisation = f.peak_utilisation.max(used);
-                if f.slip_in_s < 0.0 && out.slip_m_s[k].norm() > threshold {
-                    f.slip_in_s = when;
-                    f.slip_direction_rad = direction(&out.slip_m_s[k]);
+        for f in &mut p.finger {
+            f.peak_utilisation = f.model_utilisation;
+            if f.slip_speed_m_s > self.limits.slip_m_s {
+                f.slip_in_s = 0.0;
+            }
+        }
+        p.sag_ahead_m = p.sag_m;
+        match &tracked.outlook {
+            None => *doubt |= validity::NO_FORESIGHT,
+            Some(found) => {
+                let age_s = (sample.t_s - found.began_s).to_f64() as f32;
+                // Foreseen for a moment that has come without it: it is due.
+                let from_now =
+                    |after_s: f32| if after_s < 0.0 { after_s } else { (after_s - age_s).max(0.004) };
+                for (k, f) in p.finger.iter_mut().enumerate() {
+                    f.peak_utilisation = f.peak_utilisation.max(found.peak_utilisation[k]);
+                    if f.slip_in_s < 0.0 && found.slip_after_s[k] >= 0.0 {
+                        f.slip_in_s = from_now(found.slip_after_s[k]);
+                        f.slip_direction_rad = direction(&found.slip[k]);
+                    }
+                }
+                if p.drop_in_s < 0.0 {
+                    p.drop_in_s = from_now(found.drop_after_s);
+                }
+                // Sag in the last carrier's axes: gravity has turned with it.
+                p.sag_ahead_m = self.sag(tracked, &found.carrier, present, &found.position_m).to_f64() as f32;
+                if found.marked {
+                    *doubt |= validity::FORESIGHT;
                 }
             }
-            let lost = self.scene.fingers.is_some()
-                && (!(out.normal_n[0] > R::zero()) || !(out.normal_n[1] > R::zero()));
-            // Falling: fast relative to the gripper and gaining half of gravity.
-            let relative = Vec3::new(state.velocity[0], state.velocity[1], state.velocity[2]);
-            let speed = relative.norm();
-            let gain = (speed - speed_before) / dt;
-            let falling = self.scene.fingers.is_some() && speed > R::of(0.05) && gain > R::of(2.0);
-            speed_before = speed;
-            if (lost || falling) && p.drop_in_s < 0.0 {
-                p.drop_in_s = when;
-            }
-            carrier = next_carrier;
-            pusher = next_pusher;
         }
-        // Sag in the last carrier's axes: gravity has turned with it.
-        p.sag_ahead_m = self.sag(tracked, &carrier, present, &state.position_m).to_f64() as f32;
         let used = p.finger.iter().fold(0.0f32, |u, f| {
             let measured = if f.measured_utilisation.is_nan() { 0.0 } else { f.measured_utilisation };
             u.max(f.peak_utilisation).max(measured)
@@ -1071,20 +1172,22 @@ fn advance<R: Real>(
     model: &Model<R>,
     state: &mut State<R, SLOTS>,
     drive: &Drive<R>,
-) -> StepOutput<R, SLOTS> {
+    work: &mut Workspace<R, SLOTS>,
+) -> StepSummary<R> {
     let mut parts: u8 = 1;
     while drive.dt_s / R::of(f64::from(parts)) > R::of(LONGEST_STEP_S * 1.001) && parts < 16 {
         parts += 1;
     }
     let mut part = *drive;
     part.dt_s = drive.dt_s / R::of(f64::from(parts));
-    let mut out = step(scene, model, state, &part);
+    let options = ConeOptions { max_iterations: MOST_ITERATIONS, ..ConeOptions::present() };
+    let mut out = step_in(scene, model, state, &part, &options, work);
     for _ in 1..parts {
         for m in [&mut part.pusher, &mut part.support].into_iter().flatten() {
             m.position_m += m.velocity_m_s * part.dt_s;
             m.rotation = crate::step::turned(&m.rotation, &(m.angular_rad_s * part.dt_s));
         }
-        out = step(scene, model, state, &part);
+        out = step_in(scene, model, state, &part, &options, work);
     }
     out
 }
@@ -1193,21 +1296,30 @@ struct Worst<R> {
     status: ConeStatus,
     residual_n: R,
     iterations: u16,
+    /// Of the tick so far.
+    work: Work,
 }
 
 impl<R: Real> Default for Worst<R> {
     fn default() -> Self {
-        Self { status: ConeStatus::Solved, residual_n: R::zero(), iterations: 0 }
+        Self { status: ConeStatus::Solved, residual_n: R::zero(), iterations: 0, work: Work::default() }
     }
 }
 
 impl<R: Real> Worst<R> {
-    fn note(&mut self, out: &StepOutput<R, SLOTS>) {
+    /// A step of the look-ahead: its status goes with what it foresees.
+    fn count(&mut self, out: &StepSummary<R>) {
+        self.work.add(out);
+        self.iterations = self.iterations.saturating_add(least(f64::from(out.iterations), 1e4) as u16);
+    }
+
+    /// The step from sample to sample.
+    fn note(&mut self, out: &StepSummary<R>) {
+        self.count(out);
         if out.status != ConeStatus::Solved {
             self.status = out.status;
         }
         self.residual_n = most(self.residual_n, out.residual_n);
-        self.iterations = self.iterations.saturating_add(least(f64::from(out.iterations), 1e4) as u16);
     }
 }
 

@@ -142,6 +142,22 @@ fn face_tilt_changes_friction_in_proportion_to_the_place_on_the_object() {
 }
 
 #[test]
+fn face_tilt_raises_the_grip_in_proportion_to_the_way_along_the_object() {
+    let record = pure_push::<f64>(0.01).with("face_tilt", &[0.0, 0.0, 500.0]).play();
+    let x = -record.state.position_m.x;
+    close(record.last().normal_n[0], N + 500.0 * x, 2e-3);
+}
+
+#[test]
+fn face_waviness_lets_the_grip_follow_the_height() {
+    let (wavelength, phase, grip) = (0.008, 0.3, 2.0);
+    let record = pure_push::<f64>(0.01).with("face_waviness", &[0.0, wavelength, phase, grip]).play();
+    let angle = |x: f64| std::f64::consts::TAU * x / wavelength + phase;
+    let x = -record.state.position_m.x;
+    close(record.last().normal_n[0], N + grip * (angle(0.0).cos() - angle(x).cos()), 1e-2);
+}
+
+#[test]
 fn face_waviness_follows_the_sine_of_the_place() {
     let (a, wavelength, phase) = (0.1, 0.008, 0.3);
     let record = pure_push::<f64>(0.01).with("face_waviness", &[a, wavelength, phase]).play();
@@ -218,15 +234,16 @@ fn sensor_bias_adds_its_constants_to_its_channels_only() {
 #[test]
 fn sensor_gain_scales_fingers_and_pusher() {
     let plain = push::<f64>(0.01).play();
-    let run = push::<f64>(0.01).with("sensor_gain", &[0.05, -0.1]).play();
+    let run = push::<f64>(0.01).with("sensor_gain", &[0.05, 0.02, -0.1]).play();
     close(run.last().reading.finger[0][1], 1.05 * plain.last().reading.finger[0][1], 1e-12);
+    close(run.last().reading.finger[1][1], 1.02 * plain.last().reading.finger[1][1], 1e-12);
     close(run.last().reading.pusher[0], 0.9 * plain.last().reading.pusher[0], 1e-12);
 }
 
 #[test]
 fn sensor_misalignment_turns_the_push_into_the_channels_across() {
     let plain = pure_push::<f64>(0.01).play().last().reading.pusher;
-    let turned = pure_push::<f64>(0.01).with("sensor_misalignment", &[0.0, 0.03, 0.02]).play();
+    let turned = pure_push::<f64>(0.01).with("sensor_misalignment", &[0.0, 0.0, 0.03, 0.02]).play();
     let w = turned.last().reading.pusher;
     // About Y: x goes to -z; about Z: x goes to y.
     close(w[2] - plain[2], -0.03 * plain[0], 1e-6);
@@ -234,12 +251,13 @@ fn sensor_misalignment_turns_the_push_into_the_channels_across() {
 }
 
 #[test]
-fn sensor_crosstalk_leaks_the_same_share_of_the_grip_on_both_fingers() {
-    let mut run = hold::<f64>().with("sensor_crosstalk", &[0.02, -0.01, 0.0005]);
+fn sensor_crosstalk_leaks_its_share_of_the_grip_on_each_finger() {
+    let mut run = hold::<f64>().with("sensor_crosstalk", &[0.02, 0.03, -0.01, 0.01, 0.0005]);
     run.scene.gravity_m_s2 = [0.0; 3];
-    for w in run.play().last().reading.finger {
-        close(w[0], 0.02 * N, 1e-3);
-        close(w[2], -0.01 * N, 1e-3);
+    let shown = run.play().last().reading.finger;
+    for (w, to_x, to_z) in [(shown[0], 0.02, -0.01), (shown[1], 0.03, 0.01)] {
+        close(w[0], to_x * N, 1e-3);
+        close(w[2], to_z * N, 1e-3);
         close(w[4], 0.0005 * N, 1e-3);
     }
 }

@@ -7,22 +7,22 @@ use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
 use crate::dataset::Dataset;
-use crate::rig::condition::{Condition, Primitive};
+use crate::rig::condition::Condition;
 use crate::rig::plan::{PlanName, conditions, trials};
 use crate::rig::reality::stream;
 use crate::rig::{HiddenEffect, Kind, Nuisance, Reality, STEP_S, Setup, objects, simulate};
 
 /// How many effects of which kind are hidden.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Class {
-    /// Nothing.
+    /// Nothing
     Nothing,
-    /// One effect of the list.
+    /// One effect of the list
     One,
-    /// Two effects of the list.
+    /// Two effects of the list
     Two,
-    /// One that is not in the list.
+    /// One that is not in the list
     Unknown,
 }
 
@@ -35,64 +35,129 @@ pub struct Key {
     pub effects: Vec<HiddenEffect>,
     /// Variation and errors.
     pub nuisance: Nuisance,
-    /// Primitive of the plan.
-    pub primitive: &'static str,
+    /// Stiffness of pads and contact surfaces, N/m.
+    pub stiffness_n_m: f64,
+    /// Plan.
+    pub plan: Plan,
     /// Trials made.
     pub trials: usize,
 }
 
-/// Plans that the test draws from; each is small.
-const PLANS: [(PlanName, Primitive); 3] = [
-    (PlanName::PushSmall, Primitive::LinearPush),
-    (PlanName::PivotSmall, Primitive::Pivot),
-    (PlanName::RollSmall, Primitive::Roll),
-];
+/// Which primitives a data set holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "snake_case")]
+pub enum Plan {
+    /// Linear pushing
+    Push,
+    /// Pivoting
+    Pivot,
+    /// Linear pushing and pivoting
+    Mixed,
+    /// Rolling
+    Roll,
+}
+
+impl Plan {
+    const ALL: [Plan; 4] = [Plan::Push, Plan::Pivot, Plan::Mixed, Plan::Roll];
+
+    fn conditions(self, seed: u64) -> Vec<Condition> {
+        let of = |name| conditions(name, &[], seed, 1.0);
+        match self {
+            Plan::Push => of(PlanName::PushSmall),
+            Plan::Pivot => of(PlanName::PivotSmall),
+            Plan::Roll => of(PlanName::RollSmall),
+            Plan::Mixed => [of(PlanName::PushSmall), of(PlanName::PivotSmall)].concat(),
+        }
+    }
+
+    /// What shows only while rolling or pushing is hidden only there.
+    fn shows(self, kind: Kind) -> bool {
+        match kind {
+            Kind::RollingResistance => self == Plan::Roll,
+            Kind::PlateTilt | Kind::PusherHeight => matches!(self, Plan::Push | Plan::Mixed),
+            _ => self != Plan::Roll,
+        }
+    }
+}
+
+/// What is not left to chance.
+#[derive(Clone, Debug, Default)]
+pub struct Wanted {
+    /// These effects, where not empty.
+    pub effects: Vec<HiddenEffect>,
+    /// How many effects of which kind.
+    pub class: Option<Class>,
+    /// This plan.
+    pub plan: Option<Plan>,
+    /// Multiple of the typical strength.
+    pub strength: Option<f64>,
+}
 
 /// Draws the key of run `number`, and the conditions and runs of its plan.
-pub fn draw(seed: u64, number: usize, most_conditions: usize) -> (Key, Vec<(Condition, usize)>) {
+pub fn draw(
+    seed: u64,
+    number: usize,
+    most_conditions: usize,
+    wanted: &Wanted,
+) -> (Key, Vec<(Condition, usize)>) {
     let mut rng = stream(seed, &format!("blind-{number}"));
-    let class = match rng.random_range(0..20) {
+    let drawn = match rng.random_range(0..20) {
         0..4 => Class::Nothing,
         4..13 => Class::One,
         13..16 => Class::Two,
         _ => Class::Unknown,
     };
-    let kinds: Vec<Kind> =
-        Kind::ALL.iter().copied().filter(|k| k.is_listed() == (class != Class::Unknown)).collect();
+    let class = wanted.class.unwrap_or(drawn);
+    let kinds: Vec<Kind> = Kind::ALL
+        .iter()
+        .copied()
+        .filter(|k| k.is_listed() == (class != Class::Unknown))
+        .filter(|k| wanted.plan.is_none_or(|p| p.shows(*k)))
+        .collect();
     let count = match class {
         Class::Nothing => 0,
         Class::One | Class::Unknown => 1,
         Class::Two => 2,
     };
-    let effects: Vec<HiddenEffect> = pick(&kinds, count, &mut rng)
+    let mut effects: Vec<HiddenEffect> = pick(&kinds, count, &mut rng)
         .into_iter()
-        .map(|kind| HiddenEffect { kind, strength: kind.typical_strength() * rng.random_range(0.8..2.0) })
+        .map(|kind| {
+            let share = rng.random_range(0.8..2.0);
+            HiddenEffect { kind, strength: kind.typical_strength() * wanted.strength.unwrap_or(share) }
+        })
         .collect();
+    let class = match wanted.effects.as_slice() {
+        [] => class,
+        given => {
+            effects = given.to_vec();
+            match given {
+                [one] if !one.kind.is_listed() => Class::Unknown,
+                [_] => Class::One,
+                _ => Class::Two,
+            }
+        }
+    };
     let nuisance = Nuisance {
         friction_run: rng.random_range(0.005..0.03),
         bias: rng.random_range(0.0..0.9),
         noise: rng.random_range(0.5..1.5),
         ..Nuisance::PAPER
     };
-    // What shows only while rolling or pushing is hidden only there.
-    let fits = |p: Primitive| {
-        effects.iter().all(|e| match e.kind {
-            Kind::RollingResistance => p == Primitive::Roll,
-            Kind::PlateTilt | Kind::PusherHeight => p == Primitive::LinearPush,
-            _ => p != Primitive::Roll,
-        })
+    // Pads from soft rubber of 40 um under 20 N to practically rigid.
+    let stiffness_n_m = 10.0_f64.powf(rng.random_range(5.7..6.7));
+    let plans: Vec<Plan> =
+        Plan::ALL.into_iter().filter(|p| effects.iter().all(|e| p.shows(e.kind))).collect();
+    let plan = match (wanted.plan, plans.len()) {
+        (Some(plan), _) => plan,
+        (None, 0) => Plan::Mixed,
+        (None, n) => plans[rng.random_range(0..n)],
     };
-    let plans: Vec<_> = PLANS.iter().filter(|p| fits(p.1)).collect();
-    let (plan, primitive) = match plans.len() {
-        0 => PLANS[0],
-        n => *plans[rng.random_range(0..n)],
-    };
-    let mut all = conditions(plan, &[], seed, 1.0);
+    let mut all = plan.conditions(seed);
     all.shuffle(&mut rng);
     all.truncate(rng.random_range(most_conditions.div_ceil(2).max(6)..=most_conditions.max(6)));
     let runs = rng.random_range(2..=3);
     let list = trials(&all, runs);
-    let key = Key { class, effects, nuisance, primitive: primitive.name(), trials: list.len() };
+    let key = Key { class, effects, nuisance, stiffness_n_m, plan, trials: list.len() };
     (key, list)
 }
 
@@ -112,6 +177,7 @@ pub fn data(key: &Key, list: &[(Condition, usize)], seed: u64) -> Result<Dataset
     let bench = objects::bench("blind");
     let mut reality = Reality::draw(&bench, key.nuisance, seed);
     reality.effects.clone_from(&key.effects);
+    reality.stiffness_n_m = key.stiffness_n_m;
     let setup = Setup { description: bench.clone(), reality, step_s: STEP_S };
     let trials =
         list.par_iter().map(|(c, run)| simulate(&setup, c, *run, seed)).collect::<Result<Vec<_>, _>>()?;

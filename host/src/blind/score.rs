@@ -25,7 +25,9 @@ pub struct Opened {
     pub error: [f64; 3],
     /// Worst systematic misfit of a channel in a phase, in noise floors.
     pub worst: f64,
-    /// Where that is.
+    /// The same after.
+    pub worst_after: f64,
+    /// Where it is.
     pub worst_place: String,
     /// Time of the diagnosis, s.
     pub seconds: f64,
@@ -93,6 +95,7 @@ pub fn open(key: Key, report: &Report) -> Opened {
         ambiguous_with: report.ambiguous_with.clone(),
         error: [report.error.before, report.error.after, report.error.noise_floor],
         worst: report.error.worst_before,
+        worst_after: report.error.worst_after,
         worst_place: report.places.first().map_or(String::new(), |p| format!("{} {}", p.channel, p.phase)),
         seconds: report.seconds,
     }

@@ -94,10 +94,12 @@ pub fn with_effects(campaign: &Campaign, file: &mut ModelFile, new: usize) -> Re
     let mut model = whole.clone();
     model.effects.truncate(whole.effects.len() - new.min(whole.effects.len()));
     let base = fit::base_parameters(campaign);
+    let infos: Vec<_> = file.effects.iter().map(crate::model_file::EffectEntry::info).collect();
+    let described = |e: &Effect<f64>, slot: usize| infos.get(slot).copied().flatten().or_else(|| e.info());
     let all = |count: usize| -> Vec<Free> {
         let mut free = base.clone();
         for (slot, e) in whole.effects.iter().enumerate().take(count) {
-            free.extend(e.info().map(|i| Free::of_effect(i, slot)).unwrap_or_default());
+            free.extend(described(e, slot).map(|i| Free::of_effect(i, slot)).unwrap_or_default());
         }
         free
     };
@@ -122,9 +124,8 @@ pub fn with_effects(campaign: &Campaign, file: &mut ModelFile, new: usize) -> Re
     for (free, e) in all(fitted.model.effects.len()).iter().zip(&fitted.estimates) {
         let range = [e.low, e.high];
         match free {
-            Free::Effect { slot, parameter } => {
-                let described = fitted.model.effects[*slot].info().and_then(|i| i.parameters.get(*parameter));
-                if let (Some(entry), Some(p)) = (file.effects.get_mut(*slot), described) {
+            Free::Effect { slot, of: p, .. } => {
+                if let Some(entry) = file.effects.get_mut(*slot) {
                     entry.intervals.insert(p.name.into(), range);
                 }
             }

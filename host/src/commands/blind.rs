@@ -2,13 +2,15 @@
 
 use anyhow::anyhow;
 use comfy_table::Cell;
+use rayon::prelude::*;
 use serde_json::json;
 
-use crate::blind::generate::{data, draw};
+use crate::blind::generate::{Class, Plan, Wanted, data, draw};
 use crate::blind::score::{Opened, figures, open};
 use crate::diagnose::campaign::default_model;
 use crate::diagnose::diagnose;
 use crate::output::{Output, table};
+use crate::rig::{HiddenEffect, Kind};
 
 /// Arguments of `stickslip blind`.
 #[derive(Debug, clap::Args)]
@@ -24,6 +26,21 @@ pub struct Args {
     /// Most conditions of a plan; each is run two or three times
     #[arg(long, default_value_t = 12)]
     pub conditions: usize,
+    /// Hide this instead of drawing; without a strength the typical one. May be given several times
+    #[arg(long, value_name = "EFFECT[=STRENGTH]")]
+    pub hide: Vec<HiddenEffect>,
+    /// Hide one effect of the list after the other, each on every run
+    #[arg(long, conflicts_with = "hide")]
+    pub each: bool,
+    /// Hide always so many, of this kind
+    #[arg(long, value_enum)]
+    pub class: Option<Class>,
+    /// Plan of all runs
+    #[arg(long, value_enum)]
+    pub plan: Option<Plan>,
+    /// Multiple of the typical strength of all effects [default: drawn from 0.8 to 2]
+    #[arg(long, value_name = "FACTOR")]
+    pub strength: Option<f64>,
 }
 
 /// Makes, diagnoses, opens the key, sums up.
@@ -31,18 +48,37 @@ pub struct Args {
 /// # Errors
 /// Where the rig or the diagnosis fails.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let bar = output.progress(args.runs as u64, "blind test");
-    let mut opened: Vec<Opened> = Vec::with_capacity(args.runs);
-    for number in 0..args.runs {
-        let seed = args.seed.wrapping_mul(1_000_003).wrapping_add(number as u64);
-        let (key, list) = draw(args.seed, number, args.conditions);
-        let dataset = data(&key, &list, seed).map_err(|e| anyhow!(e))?;
-        let report = diagnose(&dataset, &default_model(), &|| ())?;
-        let o = open(key, &report);
-        bar.suspend(|| output.note(line(number, &o)));
-        opened.push(o);
-        bar.inc(1);
-    }
+    let hidden: Vec<Vec<HiddenEffect>> = match args.each {
+        true => Kind::ALL
+            .iter()
+            .map(|kind| {
+                let strength = kind.typical_strength() * args.strength.unwrap_or(1.0);
+                vec![HiddenEffect { kind: *kind, strength }]
+            })
+            .collect(),
+        false => vec![args.hide.clone()],
+    };
+    let cases: Vec<(usize, Wanted)> = hidden
+        .into_iter()
+        .flat_map(|effects| {
+            let wanted = Wanted { effects, class: args.class, plan: args.plan, strength: args.strength };
+            (0..args.runs).map(move |number| (number, wanted.clone()))
+        })
+        .collect();
+    let bar = output.progress(cases.len() as u64, "blind test");
+    let opened: Vec<Opened> = cases
+        .par_iter()
+        .map(|(number, wanted)| {
+            let seed = args.seed.wrapping_mul(1_000_003).wrapping_add(*number as u64);
+            let (key, list) = draw(args.seed, *number, args.conditions, wanted);
+            let dataset = data(&key, &list, seed).map_err(|e| anyhow!(e))?;
+            let report = diagnose(&dataset, &default_model(), &[], &|| ())?;
+            let o = open(key, &report);
+            bar.suspend(|| output.note(line(*number, &o)));
+            bar.inc(1);
+            Ok(o)
+        })
+        .collect::<anyhow::Result<_>>()?;
     bar.finish_and_clear();
     let f = figures(&opened);
     let mut t = table(["figure", "share", "aim"]);
@@ -77,8 +113,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
 fn line(number: usize, o: &Opened) -> String {
     let hidden: Vec<String> = o.key.effects.iter().map(ToString::to_string).collect();
     format!(
-        "{number}: {} {} trials, hidden [{}]: {:?} {:?} ~ {:?}; error {:.2} -> {:.2} (floor {:.2}), worst {:.1} ({}); {:.1} s",
-        o.key.primitive,
+        "{number}: {:?} {} trials, hidden [{}]: {:?} {:?} ~ {:?}; error {:.2} -> {:.2} (floor {:.2}), worst {:.1} -> {:.1} ({}); {:.1} s",
+        o.key.plan,
         o.key.trials,
         hidden.join(", "),
         o.verdict,
@@ -88,6 +124,7 @@ fn line(number: usize, o: &Opened) -> String {
         o.error[1],
         o.error[2],
         o.worst,
+        o.worst_after,
         o.worst_place,
         o.seconds
     )

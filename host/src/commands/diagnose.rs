@@ -21,7 +21,8 @@ use crate::output::{Output, table};
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,
-    /// Model to diagnose; its friction is refitted [default: the base model]
+    /// Model to diagnose; its friction is refitted, its formulas are tried as candidates
+    /// [default: the base model]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
     /// Write a page with tables and plots; it needs no network
@@ -35,9 +36,12 @@ pub struct Args {
 /// Where data or model cannot be read, no trial can be simulated, or the page not written.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let dataset = read_data(&args.data, output)?;
-    let model = read_model(args.model.as_deref())?;
+    let (model, own) = match &args.model {
+        Some(path) => ModelFile::read(path)?.without_formulas(),
+        None => (default_model(), Vec::new()),
+    };
     let bar = output.progress(steps(), "diagnosing");
-    let report = diagnose(&dataset, &model, &|| bar.inc(1))?;
+    let report = diagnose(&dataset, &model, &own, &|| bar.inc(1))?;
     bar.finish_and_clear();
     if let Some(path) = &args.html {
         std::fs::write(path, page::html(&report, &dataset.description.name))

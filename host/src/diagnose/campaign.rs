@@ -6,16 +6,21 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use stickslip_shared::model::{Base, Friction, Model};
 
+use crate::channels::{self, Quantity};
 use crate::dataset::{Dataset, Description, TrialInfo};
 use crate::diagnose::features::{Bins, Features};
 use crate::diagnose::phases;
-use crate::simulate::{Prepared, SceneError, prepare};
+use crate::simulate::{Prepared, SceneError, Simulated, prepare};
 
 /// Repetitions farther apart than this share of the data set are treated as two groups:
 /// what depends on the order of trials differs between them.
 const NEAR_IN_ORDER: f64 = 0.1;
 /// A trial is stepped in about this many steps where sensitivities are computed.
-const COARSE_STEPS: usize = 180;
+const COARSE_STEPS: usize = 100;
+/// A coarse step is no longer than this, s.
+const COARSE_S: f64 = 0.0125;
+/// No lever of a contact is longer, m.
+const LONGEST_LEVER_M: f64 = 0.1;
 
 /// One trial.
 #[derive(Debug)]
@@ -48,6 +53,8 @@ pub struct Group {
 pub struct Campaign {
     /// `dataset.toml`.
     pub description: Description,
+    /// Friction of the model as given: where a fit stays that the data do not move.
+    pub given: Friction<f64>,
     /// In the order of trials.csv, without those that could not be prepared.
     pub runs: Vec<Run>,
     /// Groups of repetitions.
@@ -112,7 +119,7 @@ impl Campaign {
             .enumerate()
             .map(|(i, trial)| {
                 let prepared = prepare(&dataset.description, trial, i)?;
-                let stride = (prepared.t_s.len() / COARSE_STEPS).clamp(1, 8);
+                let stride = stride(&prepared.t_s);
                 let bare = Model::base(start.base, start.friction);
                 let first = prepared.simulate_every(&bare, stride.min(2));
                 let bins = Bins::new(&prepared, phases::bins(&prepared, &first));
@@ -148,14 +155,21 @@ impl Campaign {
         for (run, c) in runs.iter_mut().zip(of) {
             run.condition = c;
         }
-        Self { description: dataset.description.clone(), runs, groups, conditions: count, refused }
+        Self {
+            description: dataset.description.clone(),
+            given: start.friction,
+            runs,
+            groups,
+            conditions: count,
+            refused,
+        }
     }
 
     /// Features of the model at full resolution, for every run.
     pub fn simulate_all(&self, model: &Model<f64>) -> Vec<Features> {
         self.runs
             .par_iter()
-            .map(|r| r.bins.modelled(&r.prepared.simulate_every(model, r.stride.div_ceil(2))))
+            .map(|r| r.bins.modelled(&tame(&r.prepared, model, r.stride.div_ceil(2))))
             .collect()
     }
 
@@ -163,7 +177,7 @@ impl Campaign {
     pub fn simulate_groups(&self, model: &Model<f64>, groups: &[usize]) -> Vec<Features> {
         let one = |g: usize| {
             let r = &self.runs[self.groups[g].runs[0]];
-            r.bins.modelled(&r.prepared.simulate_every(model, r.stride))
+            r.bins.modelled(&tame(&r.prepared, model, r.stride))
         };
         if depends_on_order(model) {
             return groups.par_iter().map(|g| one(*g)).collect();
@@ -195,6 +209,36 @@ impl Campaign {
         }
         self.runs.iter().filter(|r| count[r.condition] > 1).count()
     }
+}
+
+/// Samples stepped over in one coarse step.
+fn stride(t_s: &[f64]) -> usize {
+    let length = t_s.last().unwrap_or(&0.0) - t_s.first().unwrap_or(&0.0);
+    let period = length / (t_s.len().max(2) - 1) as f64;
+    let longest = if period > 0.0 { (COARSE_S / period) as usize } else { 1 };
+    (t_s.len() / COARSE_STEPS).min(longest).clamp(1, 8)
+}
+
+/// The model along a trial; with finer steps where coarse ones leave all bounds (a jammed or
+/// dropped object turns faster than they can follow).
+fn tame(prepared: &Prepared, model: &Model<f64>, stride: usize) -> Simulated {
+    let gravity = prepared.scene.gravity_m_s2.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let most_n = 20.0 * (prepared.grip_n() + prepared.scene.object.mass_kg * gravity + 1.0);
+    let wild = |s: &Simulated| {
+        s.signals.iter().any(|row| {
+            row.iter().enumerate().skip(6).any(|(k, x)| match channels::quantity(k) {
+                Quantity::Torque => x.abs() > most_n * LONGEST_LEVER_M,
+                _ => x.abs() > most_n,
+            })
+        })
+    };
+    let mut stride = stride;
+    let mut out = prepared.simulate_every(model, stride);
+    while stride > 1 && wild(&out) {
+        stride /= 2;
+        out = prepared.simulate_every(model, stride);
+    }
+    out
 }
 
 /// Whether the model predicts otherwise for a later trial of the same condition.

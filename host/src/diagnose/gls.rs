@@ -121,6 +121,22 @@ pub fn solve<'a>(grams: impl Iterator<Item = (f64, &'a Gram)>, precision: &[f64]
     solve_normal(a, b, precision)
 }
 
+/// As [`solve`], with a prior mean `towards` of the coefficients.
+pub fn solve_towards<'a>(
+    grams: impl Iterator<Item = (f64, &'a Gram)>,
+    precision: &[f64],
+    towards: &[f64],
+) -> Option<DVector<f64>> {
+    let n = precision.len();
+    let mut a = DMatrix::zeros(n, n);
+    let mut b = DVector::from_fn(n, |i, _| precision[i] * towards.get(i).copied().unwrap_or(0.0));
+    for (weight, g) in grams {
+        a += g.matrix.view((0, 0), (n, n)) * weight;
+        b += g.matrix.view((0, n), (n, 1)) * weight;
+    }
+    solve_normal(a, b, precision)
+}
+
 /// Solves `(A + diag(precision)) x = b`, scaled; what the data do not see stays at zero.
 pub fn solve_normal(mut a: DMatrix<f64>, mut b: DVector<f64>, precision: &[f64]) -> Option<DVector<f64>> {
     let n = precision.len();

@@ -13,6 +13,10 @@ use crate::diagnose::noise;
 use crate::diagnose::phases::{BINS, Phase};
 use crate::diagnose::problem::Problem;
 
+/// Standard deviation of the product of two runs' errors, each a systematic part and noise of
+/// one floor.
+const CHANCE: f64 = 1.732;
+
 /// Misfit of a model. See the module.
 #[derive(Clone, Debug)]
 pub struct Misfit {
@@ -37,7 +41,7 @@ pub struct Place {
     pub phase: Phase,
     /// Root mean square, in noise floors.
     pub size: f64,
-    /// What the size is at least, by its scatter over conditions (three standard errors).
+    /// What the size is at least: three standard errors below that of all conditions but the worst.
     pub at_least: f64,
 }
 
@@ -122,8 +126,10 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
         .map(|((channel, phase), squares)| {
             let n = squares.len() as f64;
             let mean = squares.iter().sum::<f64>() / n;
-            let variance = squares.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-            let least = mean - 3.0 * (variance / n).sqrt();
+            // A single condition in which the model fails altogether decides nothing.
+            let largest = squares.iter().copied().fold(0.0, f64::max);
+            let others = if n > 1.0 { (mean * n - largest) / (n - 1.0) } else { 0.0 };
+            let least: f64 = others - 3.0 * CHANCE / n.sqrt();
             Place { channel, phase, size: mean.max(0.0).sqrt(), at_least: least.max(0.0).sqrt() }
         })
         .collect();

@@ -21,15 +21,17 @@ pub mod structure;
 
 use std::time::Instant;
 
-use stickslip_shared::effects::REGISTRY;
+use stickslip_shared::effects::{MAX_PARAMETERS, REGISTRY};
 use stickslip_shared::model::Model;
 
 use crate::dataset::Dataset;
-use crate::fit::{self, FitError};
+use crate::fit::{self, FitError, Free};
 use campaign::Campaign;
 use problem::Problem;
 use report::{Report, Verdict};
-use select::{Candidate, Held, candidates, explained, hold_out, paired};
+use screen::Trial;
+use select::{Candidate, Held, candidates, explained, hold_out, paired, total};
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Family-wise probability of naming an effect where there is none.
 pub const FALSE_ALARM: f64 = 0.01;
@@ -38,7 +40,7 @@ pub const RELEVANT: f64 = 2.5;
 /// Systematic misfit that no effect explains is reported beyond this many noise floors.
 const UNEXPLAINED: f64 = 3.0;
 /// Least share of the excess misfit that one effect must explain.
-const EXPLAINS: f64 = 0.65;
+const EXPLAINS: f64 = 0.8;
 /// Least share that several effects must explain together.
 const EXPLAIN_TOGETHER: f64 = 0.8;
 /// A further effect must explain this share of what the others leave.
@@ -51,6 +53,16 @@ const EQUAL_SHARE: f64 = 0.1;
 const SIMPLER: f64 = 0.05;
 /// Candidates whose explained shares differ by less are equal whatever the test says.
 const SAME_SHARE: f64 = 0.02;
+/// ... unless its held-out loss is larger by this factor.
+const SAME_LOSS: f64 = 1.1;
+/// Most effects in an ambiguous set, the one chosen included.
+const LARGEST_SET: usize = 3;
+/// Smaller changes of friction over a data set are no drift, in units of [`RELEVANT`].
+const LEAST_DRIFT: f64 = 0.01;
+/// Beyond this share a fit counts as adequate whatever error is left.
+const ADEQUATE_SHARE: f64 = 0.85;
+/// Otherwise the error after may be this many noise floors.
+const ADEQUATE_ERROR: f64 = 1.3;
 /// Most effects named.
 const MOST_EFFECTS: usize = 3;
 /// Effects refitted at each stage.
@@ -70,6 +82,8 @@ pub struct Findings {
     pub first: Vec<Candidate>,
     /// Chosen effects in the order in which they were chosen.
     pub chosen: Vec<Candidate>,
+    /// All of it fitted together (with how the pads give way, where that shows).
+    pub last: Option<Held>,
     /// Sets that explain the data as well.
     pub equal: Vec<Vec<&'static str>>,
     /// Effects that change nothing in these data.
@@ -85,11 +99,16 @@ pub fn steps() -> u64 {
     (MOST_EFFECTS as u64) * (REGISTRY.len() + SURVIVORS) as u64 + 4
 }
 
-/// Diagnoses `model` on `dataset`.
+/// Diagnoses `model` on `dataset`; the user's `own` effects are ranked beside the listed ones.
 ///
 /// # Errors
 /// Where no trial can be simulated.
-pub fn diagnose(dataset: &Dataset, model: &Model<f64>, tick: Tick) -> Result<Report, FitError> {
+pub fn diagnose(
+    dataset: &Dataset,
+    model: &Model<f64>,
+    own: &[Trial],
+    tick: Tick,
+) -> Result<Report, FitError> {
     let begun = Instant::now();
     let campaign = Campaign::new(dataset, model);
     tick();
@@ -97,17 +116,23 @@ pub fn diagnose(dataset: &Dataset, model: &Model<f64>, tick: Tick) -> Result<Rep
         let why = campaign.refused.first().map_or("the data set has no trials".into(), ToString::to_string);
         return Err(FitError::NoTrials(why));
     }
-    let free = fit::base_parameters(&campaign);
+    let free = free_of(&campaign, model);
     let first = fit::first_fit(&campaign, model, &free, 6);
     tick();
-    let problem = Problem::new(&campaign, &first);
+    let mut problem = Problem::new(&campaign, &first);
     let solution = fit::solve(&problem, &first, &free, 5);
     tick();
-    let base = hold_out(&problem, solution, free);
-    let findings = find(&problem, base, tick);
+    let mut base = hold_out(&problem, solution, free);
+    let mut drift = None;
+    if let Some((around, without, with)) = drifting(&problem, &base) {
+        (problem, base, drift) = (around, without, Some(with));
+    }
+    let mut trials = Trial::listed();
+    trials.extend(own.iter().cloned());
+    let findings = find(&problem, base, drift, &trials, tick);
     let pair = findings.equal.first().and_then(|set| {
         let other = findings.first.iter().find(|c| set.contains(&c.info.id))?;
-        Some([&findings.chosen.first()?.held.solution.model, &other.held.solution.model])
+        Some([&findings.last.as_ref()?.solution.model, &other.held.solution.model])
     });
     let experiment = pair.and_then(|[a, b]| experiment::experiments(&problem, a, b, 1).into_iter().next());
     let mut report = report::report(&problem, findings, begun.elapsed());
@@ -135,12 +160,12 @@ pub fn suggest(
         let why = campaign.refused.first().map_or("the data set has no trials".into(), ToString::to_string);
         return Err(FitError::NoTrials(why));
     }
-    let free = fit::base_parameters(&campaign);
+    let free = free_of(&campaign, model);
     let first = fit::first_fit(&campaign, model, &free, 6);
     let problem = Problem::new(&campaign, &first);
     let base = hold_out(&problem, fit::solve(&problem, &first, &free, 5), free);
     let survivors = if between.is_empty() { SURVIVORS } else { REGISTRY.len() };
-    let mut found = candidates(&problem, &base, survivors, tick).0;
+    let mut found = candidates(&problem, &base, &Trial::listed(), survivors, tick).0;
     if !between.is_empty() {
         found.retain(|c| between.iter().any(|b| b == c.info.id));
     }
@@ -149,19 +174,64 @@ pub fn suggest(
     Ok(Some(([a.info.id, b.info.id], experiment::experiments(&problem, x, y, most))))
 }
 
-/// Most effects named at once are [`MOST_EFFECTS`]; see `docs/diagnosis.md` for the rules.
-fn find(problem: &Problem, base: Held, tick: Tick) -> Findings {
+/// Friction, and the parameters of the effects that the model has already.
+fn free_of(campaign: &Campaign, model: &Model<f64>) -> Vec<Free> {
+    let mut free = fit::base_parameters(campaign);
+    for (slot, e) in model.effects.iter().enumerate() {
+        free.extend(e.info().map(|i| Free::of_effect(i, slot)).unwrap_or_default());
+    }
+    free
+}
+
+/// Where repetitions show that friction drifts with the order of trials: the problem built
+/// anew around a model that has the drift (its noise is smaller), without and with it. Means of
+/// repetitions made at different times would hide it from all that follows.
+fn drifting<'a>(problem: &Problem<'a>, base: &Held) -> Option<(Problem<'a>, Held, Candidate)> {
+    let noise::Drift { change, per_trial, t } = problem.noise.drift;
     let level = FALSE_ALARM / REGISTRY.len() as f64;
-    let relevant = base.misfit.exceeds(RELEVANT) && base.misfit.excess > 0.0;
+    let freedom = problem.noise.freedom.checked_sub(1).filter(|f| *f > 0)? as f64;
+    let chance = 2.0 * (1.0 - StudentsT::new(0.0, 1.0, freedom).ok()?.cdf(t.abs()));
+    if chance > level || change.abs() < RELEVANT * problem.noise.friction[0].max(LEAST_DRIFT) {
+        return None;
+    }
+    let wear = Trial::listed().into_iter().find(|t| t.info.id == "wear_drift")?;
+    if base.solution.model.effects.iter().any(|e| e.code == wear.info.code) {
+        return None;
+    }
+    let mut parameters = [0.0; MAX_PARAMETERS];
+    parameters[0] = per_trial;
+    let drifted = wear.on(&base.solution.model, parameters);
+    let mut free = base.free.clone();
+    free.extend(Free::of_effect(wear.info, base.solution.model.effects.len()));
+    let found = fit::solve_with(problem, &drifted, &free, 5, &base.solution.columns);
+    let around = Problem::new(problem.campaign, &found.model);
+    let fitted = |model: &Model<f64>, free: &[Free]| {
+        hold_out(&around, fit::solve(&around, model, free, 5), free.to_vec())
+    };
+    let (without, with) = (fitted(&base.solution.model, &base.free), fitted(&found.model, &free));
+    let left = |held: &Held| (held.misfit.error.powi(2) - held.misfit.noise_floor.powi(2)).max(0.0);
+    let explained = 1.0 - left(&with) / left(&without).max(1e-9);
+    let candidate = Candidate { info: wear.info, held: with, p_value: chance, explained };
+    Some((around, without, candidate))
+}
+
+/// Most effects named at once are [`MOST_EFFECTS`]; see `docs/diagnosis.md` for the rules.
+fn find(problem: &Problem, base: Held, drift: Option<Candidate>, trials: &[Trial], tick: Tick) -> Findings {
+    let level = FALSE_ALARM / REGISTRY.len() as f64;
+    let start = drift.as_ref().map_or(&base, |c| &c.held);
+    let relevant = start.misfit.exceeds(RELEVANT) && start.misfit.excess > 0.0;
     let enough = problem.campaign.conditions >= FEWEST_CONDITIONS;
-    let (first, invisible) = candidates(problem, &base, SURVIVORS, tick);
+    // Where nothing is worth a name, the screening only tells what these data could not show.
+    let survivors = if relevant && enough { SURVIVORS } else { 0 };
+    let (first, invisible) = candidates(problem, start, trials, survivors, tick);
+    let named = |chosen: &[Candidate]| chosen.iter().filter(|c| !small_compliance(problem, c)).count();
     let mut chosen: Vec<Candidate> = Vec::new();
     let mut equal = Vec::new();
     if relevant && enough {
         let mut stage = first.clone();
         while chosen.len() < MOST_EFFECTS {
-            let before = chosen.last().map_or(&base, |c: &Candidate| &c.held);
-            let worth = if chosen.is_empty() { 0.25 } else { EXPLAINS_FURTHER };
+            let before = chosen.last().map_or(start, |c: &Candidate| &c.held);
+            let worth = if named(&chosen) == 0 { 0.25 } else { EXPLAINS_FURTHER };
             let Some(best) = stage
                 .iter()
                 .position(|c| c.p_value < level && explained(&before.misfit, &c.held.misfit) > worth)
@@ -169,8 +239,8 @@ fn find(problem: &Problem, base: Held, tick: Tick) -> Findings {
                 break;
             };
             let winner = stage[best].clone();
-            if chosen.is_empty() {
-                equal = equals(&base, &winner, &stage);
+            if named(&chosen) == 0 {
+                equal = equals(before, &winner, &stage);
             }
             chosen.push(winner);
             let last = &chosen[chosen.len() - 1];
@@ -178,38 +248,59 @@ fn find(problem: &Problem, base: Held, tick: Tick) -> Findings {
                 break;
             }
             if chosen.len() < MOST_EFFECTS {
-                stage = candidates(problem, &last.held, SURVIVORS, tick).0;
+                stage = candidates(problem, &last.held, trials, SURVIVORS, tick).0;
             }
         }
     }
     // One effect that does what several do together is the better answer.
-    if chosen.len() > 1 {
-        let together = chosen.last().map_or(0.0, |c| explained(&base.misfit, &c.held.misfit));
+    if named(&chosen) > 1 {
+        let together = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
         let alone = first.iter().find(|c| c.p_value < level && c.explained > together - SIMPLER);
         if let Some(alone) = alone {
-            equal = equals(&base, alone, &first);
+            equal = equals(start, alone, &first);
             chosen = vec![alone.clone()];
         }
     }
-    let share = chosen.last().map_or(0.0, |c| explained(&base.misfit, &c.held.misfit));
-    let needed = if chosen.len() > 1 { EXPLAIN_TOGETHER } else { EXPLAINS };
-    let verdict = match (relevant && enough, chosen.is_empty() || share < needed) {
+    let share = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
+    let needed = if named(&chosen) > 1 { EXPLAIN_TOGETHER } else { EXPLAINS };
+    let adequate = chosen.last().is_some_and(|c| {
+        let misfit = &c.held.misfit;
+        let near = misfit.error <= ADEQUATE_ERROR * misfit.noise_floor && !misfit.exceeds(UNEXPLAINED);
+        share >= ADEQUATE_SHARE || near
+    });
+    let beyond_pads = chosen.is_empty() || named(&chosen) > 0 || !adequate || share < needed;
+    let verdict = match (relevant && enough && beyond_pads, !adequate || share < needed) {
         (false, _) => Verdict::NothingMissing,
-        (true, true) if base.misfit.exceeds(UNEXPLAINED) => Verdict::Unexplained,
+        (true, true) if start.misfit.exceeds(UNEXPLAINED) => Verdict::Unexplained,
         (true, true) => Verdict::NothingMissing,
-        (true, false) if chosen.len() == 1 && !equal.is_empty() => Verdict::Ambiguous,
+        (true, false) if named(&chosen) == 1 && !equal.is_empty() => Verdict::Ambiguous,
         (true, false) => Verdict::Effect,
     };
     if matches!(verdict, Verdict::Unexplained | Verdict::NothingMissing) {
         equal.clear();
+        chosen.clear();
     }
-    let model = match verdict {
-        Verdict::Effect | Verdict::Ambiguous => {
-            chosen.last().map_or_else(|| base.solution.model.clone(), |c| c.held.solution.model.clone())
-        }
-        _ => base.solution.model.clone(),
-    };
-    Findings { base, first, chosen, equal, invisible, verdict, model }
+    let verdict = if drift.is_some() && chosen.is_empty() { Verdict::Effect } else { verdict };
+    let chosen: Vec<Candidate> = drift.into_iter().chain(chosen).collect();
+    let model = chosen.last().map_or(&base, |c| &c.held).solution.model.clone();
+    let last = chosen.last().map(|c| c.held.clone());
+    let chosen: Vec<Candidate> = chosen.into_iter().filter(|c| !small_compliance(problem, c)).collect();
+    Findings { base, first, chosen, last, equal, invisible, verdict, model }
+}
+
+/// Whether this is no more than how real pads give way: part of the floor, not an effect.
+/// It stays in the model beside the others, so that nothing else has to stand in for it.
+fn small_compliance(problem: &Problem, candidate: &Candidate) -> bool {
+    if candidate.info.id != "contact_compliance" {
+        return false;
+    }
+    let grip_n = problem.campaign.runs.iter().map(|r| r.prepared.grip_n()).fold(0.0, f64::max);
+    let effects = &candidate.held.solution.model.effects;
+    let compliance = effects.iter().find(|e| e.code == candidate.info.code).map_or([0.0; 2], |e| {
+        let [tangential, normal, ..] = e.parameters;
+        [tangential, normal]
+    });
+    compliance.iter().all(|c| c * grip_n < noise::FLOOR_POSITION_M)
 }
 
 /// Candidates that do as well as the winner on held-out conditions.
@@ -221,8 +312,10 @@ fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<Vec<&'sta
             let no_worse = paired(&c.held.loss, &winner.held.loss).is_none_or(|(t, _)| t < EQUAL);
             let behind = winner.explained - explained(&base.misfit, &c.held.misfit);
             // Significant or not: what differs by so little is below the noise floor.
-            (no_worse && behind < EQUAL_SHARE) || behind < SAME_SHARE
+            let near = total(&c.held) < SAME_LOSS * total(&winner.held);
+            (no_worse && behind < EQUAL_SHARE) || (near && behind < SAME_SHARE)
         })
+        .take(LARGEST_SET - 1)
         .map(|c| vec![c.info.id])
         .collect()
 }

@@ -17,7 +17,7 @@ use crate::diagnose::phases::BINS;
 
 /// Contacts of real pads and plates give way: 20 N on 1e6 N/m is 20 um, and 0.1 N m on the
 /// face of such a contact turns it by some mrad. No rigid model is better than that, m.
-const FLOOR_POSITION_M: f64 = 5e-5;
+pub const FLOOR_POSITION_M: f64 = 5e-5;
 /// Share of the prescribed path by which the object's place may differ: slip follows the
 /// direction of forces to about half a degree.
 pub const FLOOR_OF_PATH: f64 = 0.01;
@@ -27,8 +27,17 @@ const FLOOR_ROTATION_RAD: f64 = 3e-3;
 const FLOOR_OF_UNCERTAINTY: f64 = 0.1;
 /// Share of the signal's spread within a bin in the floor.
 pub const FLOOR_OF_RANGE: f64 = 0.15;
+/// Share of the weight in the floor of what fingers and pusher bear together at rest: how
+/// they share it is statically indeterminate (each may bear it by friction) and depends on
+/// how soft they are; only the sum follows from balance.
+pub const FLOOR_OF_SHARED_WEIGHT: f64 = 0.5;
+/// Lever of that share in torques, m.
+pub const SHARED_WEIGHT_LEVER_M: f64 = 0.03;
 /// Friction of conditions differs by at least this (relative), beside repetitions.
 pub const CONDITION_FRICTION: f64 = 0.004;
+/// Standard deviation of the prior of friction about the model as given (relative, at least
+/// 0.1): nothing where data tell, but what they do not tell stays where it was.
+pub const FRICTION_PRIOR: f64 = 0.5;
 /// Run-to-run friction where there are no repetitions (relative).
 const DEFAULT_FRICTION: f64 = 0.02;
 /// Most common directions.
@@ -49,6 +58,19 @@ pub struct Noise {
     pub friction: [f64; 3],
     /// Degrees of freedom of the repetitions.
     pub freedom: usize,
+    /// Change of the fingers' friction with the order of trials, as repetitions show it.
+    pub drift: Drift,
+}
+
+/// Change of friction with the order of trials.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Drift {
+    /// Relative change from the first trial to the last.
+    pub change: f64,
+    /// The same from one trial to the next.
+    pub per_trial: f64,
+    /// Student's t of it.
+    pub t: f64,
 }
 
 /// Noise and uncertainty of each channel as combined in the features.
@@ -90,10 +112,13 @@ pub fn estimate(campaign: &Campaign, residuals: &[Features], friction: &[[Featur
             directions: Vec::new(),
             friction: [DEFAULT_FRICTION; 3],
             freedom,
+            drift: Drift::default(),
         };
     }
     let mut spread = pooled(&deviations, freedom, &floor);
     let mut sd = [0.0; 3];
+    let mut drift = Drift::default();
+    let last = campaign.runs.iter().map(|r| r.prepared.ordinal).fold(0.0, f64::max);
     let raw = deviations.clone();
     for _ in 0..2 {
         deviations.clone_from(&raw);
@@ -109,12 +134,16 @@ pub fn estimate(campaign: &Campaign, residuals: &[Features], friction: &[[Featur
                 .zip(&deltas)
                 .fold((1e-9, 0.0), |(xx, xy), (r, d)| (xx + r.1 * r.1, xy + r.1 * d[k]));
             let left: f64 = runs.iter().zip(&deltas).map(|(r, d)| (d[k] - xy / xx * r.1).powi(2)).sum();
-            (left / freedom as f64).sqrt().min(0.5)
+            let sd = (left / freedom as f64).sqrt();
+            if k == 0 && sd > 0.0 {
+                drift = Drift { change: xy / xx * last, per_trial: xy / xx, t: xy / xx.sqrt() / sd };
+            }
+            sd.min(0.5)
         });
         spread = pooled(&deviations, freedom, &floor);
     }
     let directions = directions(&deviations, freedom, &mut spread, &floor);
-    Noise { floor, spread, directions, friction: sd, freedom }
+    Noise { floor, spread, directions, friction: sd, freedom, drift }
 }
 
 /// Deviation of each repeated run from the mean of its condition; which run, and how much

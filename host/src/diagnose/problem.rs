@@ -5,14 +5,14 @@
 //! coarse(theta0)`, coarse in time and for one run of each group.
 
 use nalgebra::DVector;
-use stickslip_shared::model::Model;
+use stickslip_shared::model::{Model, Scene};
 
-use crate::channels::COUNT;
+use crate::channels::{COUNT, Quantity};
 use crate::diagnose::campaign::Campaign;
-use crate::diagnose::features::{FEATURES, Features};
+use crate::diagnose::features::{self, FEATURES, Features};
 use crate::diagnose::gls::{self, Gram, OFFSETS, Whitener};
 use crate::diagnose::noise::{self, Noise};
-use crate::diagnose::phases::{BINS, PEAK};
+use crate::diagnose::phases::{BINS, PEAK, Phase};
 use crate::fit::Free;
 
 /// See the module.
@@ -66,6 +66,23 @@ fn failed(campaign: &Campaign, residuals: &mut [Features]) -> Vec<usize> {
     out
 }
 
+/// Floor of what fingers and pusher bear together at rest, all but the push itself.
+fn shared_weight(scene: &Scene<f64>, feature: usize) -> f64 {
+    let both = scene.fingers.is_some() && scene.pusher.is_some();
+    let at_rest = matches!(Phase::of(feature % BINS), Phase::Pause | Phase::After);
+    let channel = feature / BINS;
+    let shared = matches!(channel, 7..=11 | 19..=23);
+    if !(both && at_rest && shared) {
+        return 0.0;
+    }
+    let gravity = scene.gravity_m_s2.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let force = noise::FLOOR_OF_SHARED_WEIGHT * scene.object.mass_kg * gravity;
+    match features::quantity(feature) {
+        Quantity::Force => force,
+        _ => force * noise::SHARED_WEIGHT_LEVER_M,
+    }
+}
+
 /// Relative step with which friction is varied.
 const STEP: f64 = 0.02;
 
@@ -114,7 +131,11 @@ impl<'a> Problem<'a> {
             let floor2: Vec<f64> = (0..FEATURES)
                 .map(|f| {
                     let place = if f < 3 * BINS { path } else { 0.0 };
-                    noise.floor[f].powi(2) + (noise::FLOOR_OF_RANGE * ranges[f]).powi(2) + place * place
+                    let shared = shared_weight(&first.prepared.scene, f);
+                    noise.floor[f].powi(2)
+                        + (noise::FLOOR_OF_RANGE * ranges[f]).powi(2)
+                        + place * place
+                        + shared * shared
                 })
                 .collect();
             let variance: Vec<f64> =
@@ -198,15 +219,55 @@ impl<'a> Problem<'a> {
             .collect()
     }
 
-    /// Prior precision of `parameters` free coefficients and the offsets.
-    pub fn precision(&self, parameters: usize) -> Vec<f64> {
-        let mut p = vec![0.0; parameters];
+    /// Mean and precision of the prior of a parameter that has one: friction, about the value given.
+    pub fn prior(&self, free: &Free) -> Option<(f64, f64)> {
+        let k = match free {
+            Free::FingerFriction => 0,
+            Free::PusherFriction => 1,
+            Free::SupportFriction => 2,
+            Free::Effect { .. } => return None,
+        };
+        let given = self.campaign.given;
+        let mean = [given.finger, given.pusher, given.support][k];
+        let sd = (noise::FRICTION_PRIOR * mean).max(0.1);
+        Some((mean, 1.0 / (sd * sd)))
+    }
+
+    /// Prior precision of the `free` coefficients, of `more` that have no prior, and the offsets.
+    pub fn precision(&self, free: &[Free], more: usize) -> Vec<f64> {
+        let mut p: Vec<f64> = free.iter().map(|f| self.prior(f).map_or(0.0, |(_, p)| p)).collect();
+        p.resize(free.len() + more, 0.0);
         p.extend(self.offset_precision);
         p
     }
 
-    /// Residual with the fitted sensor offsets taken out.
+    /// Fitted sensor offsets within what is stated: a constant error beyond a sensor's
+    /// uncertainty is no nuisance. Fingers are bounded one by one.
+    fn within_uncertainty(&self, offsets: &[f64]) -> Vec<f64> {
+        let sensors = &self.campaign.description.sensors;
+        let bound = |sensor: &crate::dataset::WrenchSensor, k: usize| {
+            let (noise, uncertainty) = match k {
+                0..3 => (sensor.force_noise_n, sensor.force_uncertainty_n),
+                _ => (sensor.torque_noise_nm, sensor.torque_uncertainty_nm),
+            };
+            1.1 * uncertainty + 3.0 * noise
+        };
+        let mut out = offsets.to_vec();
+        for k in 0..6 {
+            let b = bound(&sensors.finger, k);
+            let (sum, difference) = (offsets[k], offsets[k + 6]);
+            let one = (0.5 * (sum + difference)).clamp(-b, b);
+            let two = (0.5 * (sum - difference)).clamp(-b, b);
+            (out[k], out[k + 6]) = (one + two, one - two);
+            let b = bound(&sensors.pusher, k);
+            out[k + 12] = offsets[k + 12].clamp(-b, b);
+        }
+        out
+    }
+
+    /// Residual with the fitted sensor offsets taken out, as far as they are within what is stated.
     pub fn without_offsets(&self, residual: &[Features], offsets: &[f64]) -> Vec<Features> {
+        let offsets = self.within_uncertainty(offsets);
         residual
             .iter()
             .map(|r| {

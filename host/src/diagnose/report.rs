@@ -123,15 +123,16 @@ pub struct Report {
 
 /// Makes the report.
 pub fn report(problem: &Problem, findings: Findings, took: Duration) -> Report {
-    let Findings { base, first, chosen, equal, invisible, verdict, model } = &findings;
+    let Findings { base, first, chosen, last, equal, invisible, verdict, model } = &findings;
     let named = matches!(verdict, Verdict::Effect | Verdict::Ambiguous);
-    let last = chosen.last().filter(|_| named).map_or(base, |c| &c.held);
+    let last = last.as_ref().filter(|_| named).unwrap_or(base);
     let effects: Vec<&'static str> = if named { by_strength(base, chosen) } else { Vec::new() };
-    let mut candidates: Vec<CandidateReport> =
-        first.iter().map(|c| candidate(problem, base.free.len(), c)).collect();
-    for c in chosen.iter().skip(1) {
-        candidates.retain(|r| r.id != c.info.id);
-        candidates.push(candidate(problem, c.held.free.len() - c.info.parameters.len(), c));
+    let mut candidates: Vec<CandidateReport> = first.iter().map(|c| candidate(problem, c)).collect();
+    for c in chosen.iter().filter(|_| named) {
+        if !first.iter().any(|f| f.info.id == c.info.id && f.held.free == c.held.free) {
+            candidates.retain(|r| r.id != c.info.id);
+            candidates.push(candidate(problem, c));
+        }
     }
     let floor = base.misfit.noise_floor;
     let error = ErrorReport {
@@ -170,6 +171,9 @@ pub fn report(problem: &Problem, findings: Findings, took: Duration) -> Report {
         .map(|e| (e.name.clone(), Value { value: e.value, low: e.low, high: e.high, unit: e.unit }))
         .collect();
     let mut limits = limits(problem, invisible);
+    for e in base.solution.model.effects.iter().filter_map(|e| e.info()) {
+        limits.push(format!("the model already has {}: its parameters were fitted anew", e.id));
+    }
     limits.extend(summary_fit.notes);
     let share = explained(&base.misfit, &last.misfit);
     let summary = sentence(*verdict, &effects, equal, share, first, &error, problem);
@@ -205,7 +209,8 @@ fn by_strength(base: &crate::diagnose::select::Held, chosen: &[Candidate]) -> Ve
     shares.into_iter().map(|s| s.1).collect()
 }
 
-fn candidate(problem: &Problem, skip: usize, c: &Candidate) -> CandidateReport {
+fn candidate(problem: &Problem, c: &Candidate) -> CandidateReport {
+    let skip = c.held.free.len() - c.info.parameters.len();
     let fit = fit::summary(problem, c.held.solution.clone(), 0.0, &c.held.free, &Options::default());
     let parameters = c
         .held

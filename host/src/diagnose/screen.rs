@@ -5,19 +5,46 @@
 //! friction coefficients and the sensor offsets. The settings that explain most are where
 //! the joint refit starts.
 
-use stickslip_shared::effects::{Effect, Info, MAX_PARAMETERS};
+use stickslip_shared::effects::formula::Formula;
+use stickslip_shared::effects::{Effect, Info, MAX_PARAMETERS, REGISTRY};
 use stickslip_shared::model::Model;
 
 use crate::diagnose::features::Features;
 use crate::diagnose::gls;
 use crate::diagnose::problem::Problem;
-use crate::fit::Solution;
+use crate::fit::{Free, Solution};
+
+/// An effect that may be added to a model: one of the list, or the user's own formula.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// Description.
+    pub info: &'static Info,
+    /// What runs, for a formula.
+    pub program: Option<Formula<f64>>,
+}
+
+impl Trial {
+    /// All effects of the list.
+    pub fn listed() -> Vec<Trial> {
+        REGISTRY.iter().map(|info| Trial { info, program: None }).collect()
+    }
+
+    /// `model` with the effect as its last.
+    pub fn on(&self, model: &Model<f64>, parameters: [f64; MAX_PARAMETERS]) -> Model<f64> {
+        let mut model = model.clone();
+        let _ = model.effects.push(Effect { code: self.info.code, parameters });
+        if let Some(program) = &self.program {
+            let _ = model.formulas.push(program.clone());
+        }
+        model
+    }
+}
 
 /// An effect to try, with where its fit may start.
 #[derive(Clone, Debug)]
 pub struct Screened {
-    /// Description.
-    pub info: &'static Info,
+    /// Which.
+    pub trial: Trial,
     /// Decrease of the loss to first order.
     pub gain: f64,
     /// Settings of its parameters to start from, best first.
@@ -28,7 +55,10 @@ pub struct Screened {
 
 /// Values that a parameter which only shapes an effect is tried at.
 fn shapes(p: &stickslip_shared::effects::Parameter) -> Vec<f64> {
-    let tries = if p.typical == 0.0 {
+    let tries = if p.name.starts_with("wavelength") {
+        // A wave is found only from near its length.
+        [0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0].iter().map(|f| f * p.typical).collect()
+    } else if p.typical == 0.0 {
         vec![0.0, 0.5 * p.high]
     } else {
         vec![p.typical, 0.25 * p.typical, 4.0 * p.typical]
@@ -36,7 +66,7 @@ fn shapes(p: &stickslip_shared::effects::Parameter) -> Vec<f64> {
     tries.into_iter().filter(|x| *x >= p.low && *x <= p.high).collect()
 }
 
-/// Combinations of the shaping parameters: the typical ones, and each varied alone.
+/// All combinations of the shaping parameters' values, the typical ones first.
 fn settings(info: &Info, shaping: &[usize]) -> Vec<[f64; MAX_PARAMETERS]> {
     let mut typical = [0.0; MAX_PARAMETERS];
     for (k, p) in info.parameters.iter().enumerate() {
@@ -44,11 +74,13 @@ fn settings(info: &Info, shaping: &[usize]) -> Vec<[f64; MAX_PARAMETERS]> {
     }
     let mut out = vec![typical];
     for k in shaping {
-        for value in shapes(&info.parameters[*k]) {
-            let mut s = typical;
-            s[*k] = value;
-            if !out.contains(&s) {
-                out.push(s);
+        for before in out.clone() {
+            for value in shapes(&info.parameters[*k]) {
+                let mut s = before;
+                s[*k] = value;
+                if !out.contains(&s) {
+                    out.push(s);
+                }
             }
         }
     }
@@ -56,13 +88,12 @@ fn settings(info: &Info, shaping: &[usize]) -> Vec<[f64; MAX_PARAMETERS]> {
 }
 
 /// Screens one effect on top of a solution. `slot` is where it would stand in the model.
-pub fn screen(problem: &Problem, base: &Solution, base_columns: usize, info: &'static Info) -> Screened {
-    let predicted = problem.predict(&base.model);
+pub fn screen(problem: &Problem, base: &Solution, base_free: &[Free], trial: &Trial) -> Screened {
+    let info = trial.info;
+    let predicted = &base.predicted;
     let changed = |parameters: [f64; MAX_PARAMETERS]| -> Vec<Features> {
-        let mut model: Model<f64> = base.model.clone();
-        let _ = model.effects.push(Effect { code: info.code, parameters });
-        let with = problem.predict(&model);
-        with.iter().zip(&predicted).map(|(w, p)| w.iter().zip(p).map(|(a, b)| a - b).collect()).collect()
+        let with = problem.predict(&trial.on(&base.model, parameters));
+        with.iter().zip(predicted).map(|(w, p)| w.iter().zip(p).map(|(a, b)| a - b).collect()).collect()
     };
     let size = |d: &[Features]| -> f64 {
         d.iter()
@@ -114,10 +145,10 @@ pub fn screen(problem: &Problem, base: &Solution, base_columns: usize, info: &'s
         }
         let single: Vec<(f64, f64)> = columns
             .iter()
-            .map(|c| gain(problem, base, base_columns, std::slice::from_ref(c)))
+            .map(|c| gain(problem, base, base_free, std::slice::from_ref(c)))
             .map(|(g, x)| (g, x[0]))
             .collect();
-        let (together, x) = gain(problem, base, base_columns, &columns);
+        let (together, x) = gain(problem, base, base_free, &columns);
         let mut joint = setting;
         for ((k, s), a) in varied.iter().zip(&x) {
             let p = &info.parameters[*k];
@@ -140,7 +171,7 @@ pub fn screen(problem: &Problem, base: &Solution, base_columns: usize, info: &'s
     }
     starts.sort_by(|a, b| b.0.total_cmp(&a.0));
     Screened {
-        info,
+        trial: trial.clone(),
         gain: starts.first().map_or(0.0, |s| s.0),
         starts: starts.into_iter().take(3).map(|s| s.1).collect(),
         invisible: largest < 1e-2,
@@ -151,16 +182,16 @@ pub fn screen(problem: &Problem, base: &Solution, base_columns: usize, info: &'s
 fn gain(
     problem: &Problem,
     base: &Solution,
-    base_columns: usize,
+    base_free: &[Free],
     columns: &[Vec<Features>],
 ) -> (f64, Vec<f64>) {
-    let mut all: Vec<Vec<Features>> = base.columns[..base_columns].to_vec();
+    let mut all: Vec<Vec<Features>> = base.columns[..base_free.len()].to_vec();
     all.extend(columns.iter().cloned());
     let grams = problem.grams(&base.residual, &all);
-    let with = problem.precision(all.len());
-    let (before, _) = total(&base.grams, &problem.precision(base.columns.len()));
+    let with = problem.precision(base_free, all.len() - base_free.len());
+    let (before, _) = total(&base.grams, &problem.precision(base_free, base.columns.len() - base_free.len()));
     let (after, x) = total(&grams, &with);
-    (before - after, x[base_columns..all.len()].to_vec())
+    (before - after, x[base_free.len()..all.len()].to_vec())
 }
 
 fn total(grams: &[gls::Gram], precision: &[f64]) -> (f64, Vec<f64>) {

@@ -9,14 +9,14 @@
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
-use stickslip_shared::effects::{Effect, Info, REGISTRY};
-use stickslip_shared::model::{MAX_EFFECTS, Model};
+use stickslip_shared::effects::Info;
+use stickslip_shared::model::MAX_EFFECTS;
 
 use crate::diagnose::features::Features;
 use crate::diagnose::gls;
 use crate::diagnose::misfit::{self, Misfit};
 use crate::diagnose::problem::Problem;
-use crate::diagnose::screen::{Screened, screen};
+use crate::diagnose::screen::{Screened, Trial, screen};
 use crate::fit::{self, FOLDS, Free, Solution};
 
 /// A fitted model and how it does on held-out conditions.
@@ -50,7 +50,7 @@ pub struct Candidate {
 /// Held-out performance of a solution.
 pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held {
     let n = free.len();
-    let precision = problem.precision(n);
+    let precision = problem.precision(&free, 0);
     let folds = gls::fold_solutions(&solution.grams, &precision, FOLDS);
     let by_group = gls::held_out(&solution.grams, &folds);
     let mut loss = vec![0.0; problem.campaign.conditions];
@@ -92,7 +92,7 @@ pub fn p_value(a: &[f64], b: &[f64]) -> f64 {
 /// Probability that the effect's strengths differ from neutral by chance: Wald's test with the
 /// covariance clustered by condition, against F.
 fn parameter_p_value(problem: &Problem, solution: &Solution, free: &[Free], from: usize, info: &Info) -> f64 {
-    let covariance = fit::clustered_covariance(&solution.grams, &problem.precision(free.len()), free.len());
+    let covariance = fit::clustered_covariance(&solution.grams, &problem.precision(free, 0), free.len());
     let strengths: Vec<(usize, f64)> = free
         .iter()
         .enumerate()
@@ -150,11 +150,12 @@ pub fn explained(before: &Misfit, after: &Misfit) -> f64 {
     if before.excess > 0.0 { 1.0 - after.excess / before.excess } else { 0.0 }
 }
 
-/// Screens and refits all effects that `base` does not have. Returns candidates with the
+/// Screens all of `trials` that `base` does not have, and refits the best. Returns candidates with the
 /// best held-out loss first, and the effects that cannot be seen.
 pub fn candidates(
     problem: &Problem,
     base: &Held,
+    trials: &[Trial],
     survivors: usize,
     tick: &(dyn Fn() + Sync),
 ) -> (Vec<Candidate>, Vec<&'static str>) {
@@ -162,17 +163,23 @@ pub fn candidates(
     if model.effects.len() >= MAX_EFFECTS {
         return (Vec::new(), Vec::new());
     }
-    let absent: Vec<&'static Info> =
-        REGISTRY.iter().copied().filter(|i| !model.effects.iter().any(|e| e.code == i.code)).collect();
-    let mut screened: Vec<Screened> = absent
+    let has = |t: &Trial| {
+        let mut with = model.effects.iter().filter(|e| e.code == t.info.code);
+        match &t.program {
+            None => with.next().is_some(),
+            Some(program) => model.formulas.contains(program),
+        }
+    };
+    let mut screened: Vec<Screened> = trials
         .iter()
-        .map(|i| {
-            let s = screen(problem, &base.solution, base.free.len(), i);
+        .filter(|t| !has(t))
+        .map(|t| {
+            let s = screen(problem, &base.solution, &base.free, t);
             tick();
             s
         })
         .collect();
-    let invisible = screened.iter().filter(|s| s.invisible).map(|s| s.info.id).collect();
+    let invisible = screened.iter().filter(|s| s.invisible).map(|s| s.trial.info.id).collect();
     screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let most = screened.first().map_or(0.0, |s| s.gain);
     let kept = screened.into_iter().filter(|s| s.gain > 0.02 * most && s.gain > 1.0).take(survivors);
@@ -192,24 +199,36 @@ pub fn total(held: &Held) -> f64 {
     held.loss.iter().sum()
 }
 
+/// Longest prescribed path of the trials, m.
+fn longest_path(problem: &Problem) -> f64 {
+    problem.campaign.runs.iter().map(|r| r.prepared.drive_path()).fold(0.0, f64::max)
+}
+
+/// `screened` fitted together with what `base` has; `None` where it does not apply.
 fn refit(problem: &Problem, base: &Held, screened: &Screened) -> Option<Candidate> {
     let slot = base.solution.model.effects.len();
     let mut free = base.free.clone();
-    free.extend(Free::of_effect(screened.info, slot));
-    let best = screened
+    free.extend(Free::of_effect(screened.trial.info, slot));
+    // One step from each start shows which is worth the rest.
+    let begun = screened
         .starts
         .iter()
         .take(2)
         .map(|start| {
-            let mut model: Model<f64> = base.solution.model.clone();
-            let _ = model.effects.push(Effect { code: screened.info.code, parameters: *start });
-            fit::solve(problem, &model, &free, 5)
+            let model = screened.trial.on(&base.solution.model, *start);
+            fit::solve_with(problem, &model, &free, 1, &base.solution.columns)
         })
         .min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))?;
-    let parameters = parameter_p_value(problem, &best, &free, base.free.len(), screened.info);
+    let best = fit::solve_with(problem, &begun.model, &free, 5, &begun.columns[..base.free.len()]);
+    // Half a wave is no wave: it could be any slow change along the path.
+    let wave = screened.trial.info.parameters.iter().position(|p| p.name == "wavelength_m");
+    if wave.is_some_and(|k| best.model.effects[slot].parameters[k] > longest_path(problem)) {
+        return None;
+    }
+    let parameters = parameter_p_value(problem, &best, &free, base.free.len(), screened.trial.info);
     let held = hold_out(problem, best, free);
     // Two tests of the same question: the better one counts, at twice its probability.
     let p_value = (2.0 * p_value(&base.loss, &held.loss).min(parameters)).min(1.0);
     let explained = explained(&base.misfit, &held.misfit);
-    Some(Candidate { info: screened.info, held, p_value, explained })
+    Some(Candidate { info: screened.trial.info, held, p_value, explained })
 }

@@ -41,6 +41,8 @@ pub enum ObjectPose {
 
 /// What is scored against the events.
 #[derive(Clone, Debug)]
+// A handful of them exist.
+#[allow(clippy::large_enum_variant)]
 pub enum Method {
     /// The predictor.
     Predictor {
@@ -214,13 +216,12 @@ fn predict(
         .samples
         .iter()
         .map(|s| {
-            let mut sample = s.into();
+            let mut sample = *s;
             if pose == ObjectPose::Start && started {
-                let sample: &mut stickslip_shared::predictor::Sample<f32> = &mut sample;
                 sample.object = None;
             }
             started |= s.object.is_some();
-            predictor.tick(&sample)
+            predictor.take(&sample)
         })
         .collect())
 }

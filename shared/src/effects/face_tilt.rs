@@ -7,12 +7,18 @@
 //! gap = gap - tan(slope) x,  normals turned by slope,  mu = mu (1 + friction_gradient x)
 //! ```
 //!
+//! and a jaw that does not keep its force presses harder where the object is wider,
+//!
+//! ```text
+//! N = N + grip_gradient (x - x_start)
+//! ```
+//!
 //! with `x` the object coordinate of the pad's middle: the pads are taken to lie flat on the
 //! face and to press along its normal. A slide towards +X then needs the push
 //! `2 N (mu cos - sin)`. A jaw that presses strictly along gripper Y would need
 //! `1 / (cos + mu sin)` times that: 0.4 % less at the typical slope and friction 0.4.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::contact::{Contact, is_finger};
 use crate::real::{Real, most};
 
@@ -43,12 +49,37 @@ pub const INFO: Info = Info {
             [-30.0, 30.0],
             "relative change of fingertip friction along object X",
         ),
+        Parameter::new(
+            "grip_gradient_n_m",
+            "N/m",
+            100.0,
+            0.0,
+            [-2000.0, 2000.0],
+            "rise of the grip force along object X",
+        ),
     ],
 };
+
+/// Object coordinate of the middle between the pads.
+pub(super) fn pad_x_m<R: Real>(c: &StepContext<R>) -> R {
+    -c.rotation.inverse_transform_vector(&c.position_m).x
+}
 
 impl<R: Real> Law<R> for FaceTilt {
     fn info(&self) -> &'static Info {
         &INFO
+    }
+
+    fn grip(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, memory: &mut [R; MEMORY], grip_n: &mut R) {
+        if p[2] == R::zero() {
+            return;
+        }
+        let x = pad_x_m(c);
+        // Where the jaw closed it has its force.
+        let [closed, start, _] = *memory;
+        let start = if closed == R::zero() { x } else { start };
+        *memory = [R::one(), start, R::zero()];
+        *grip_n += p[2] * (x - start);
     }
 
     fn contact(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, contact: &mut Contact<R>) {

@@ -1,10 +1,13 @@
-//! Friction that varies periodically along the object.
+//! Friction and grip that vary periodically along the object.
 //!
-//! `mu = mu (1 + amplitude sin(2 pi x / wavelength + phase))` with `x` the object coordinate
-//! of the pad's middle. To first order a wavy face of slope `s` does the same with
-//! `amplitude = s / mu` (machining marks, ripples of an extruded face).
+//! `mu = mu (1 + amplitude sin(a))`, `a = 2 pi x / wavelength + phase`, with `x` the object
+//! coordinate of the pad's middle. To first order a wavy face of slope `s` does the same with
+//! `amplitude = s / mu` (machining marks, ripples of an extruded face). A jaw that does not
+//! keep its force answers to the height, of which that slope is the derivative:
+//! `N = N + grip (cos(a_start) - cos(a))`.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use super::face_tilt::pad_x_m;
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::contact::is_finger;
 use crate::real::{Real, most};
 
@@ -15,7 +18,7 @@ pub struct FaceWaviness;
 pub const INFO: Info = Info {
     id: "face_waviness",
     code: 12,
-    summary: "fingertip friction varies periodically along the object",
+    summary: "fingertip friction or grip varies periodically along the object",
     signature: "force ripples that repeat at the same places of the object at any speed",
     source: "Berger 2002, waviness in friction measurements",
     parameters: &[
@@ -29,12 +32,29 @@ pub const INFO: Info = Info {
         ),
         Parameter::new("wavelength_m", "m", 0.008, 0.008, [0.001, 0.1], "along object X"),
         Parameter::new("phase_rad", "rad", 0.0, 0.0, [-3.2, 3.2], "phase at the object's middle"),
+        Parameter::new("grip_n", "N", 0.5, 0.0, [-20.0, 20.0], "amplitude of the grip force"),
     ],
 };
+
+fn angle<R: Real>(p: &[R; MAX_PARAMETERS], x_m: R) -> R {
+    R::two_pi() * x_m / most(p[1], R::of(1e-4)) + p[2]
+}
 
 impl<R: Real> Law<R> for FaceWaviness {
     fn info(&self) -> &'static Info {
         &INFO
+    }
+
+    fn grip(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, memory: &mut [R; MEMORY], grip_n: &mut R) {
+        if p[3] == R::zero() {
+            return;
+        }
+        let height = -angle(p, pad_x_m(c)).cos();
+        // Where the jaw closed it has its force.
+        let [closed, start, _] = *memory;
+        let start = if closed == R::zero() { height } else { start };
+        *memory = [R::one(), start, R::zero()];
+        *grip_n += p[3] * (height - start);
     }
 
     fn friction(
@@ -48,8 +68,7 @@ impl<R: Real> Law<R> for FaceWaviness {
             return;
         }
         let x = slip.object_m.x - slip.patch_m[0];
-        let angle = R::two_pi() * x / most(p[1], R::of(1e-4)) + p[2];
-        let factor = R::one() + p[0] * angle.sin();
+        let factor = R::one() + p[0] * angle(p, x).sin();
         law.mu = law.mu.map(|mu| mu * factor);
     }
 }

@@ -53,7 +53,7 @@ pub struct Effect<R: Real> {
 }
 
 /// Description of one parameter.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameter {
     /// Name with its unit as suffix.
     pub name: &'static str,

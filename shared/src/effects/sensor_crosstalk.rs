@@ -1,7 +1,7 @@
-//! Normal force leaks into a fingertip sensor's other channels.
+//! The largest force leaks into a sensor's other channels.
 //!
-//! `f_x += to_x N`, `f_z += to_z N`, `t_y += to_torsion N` on both fingers, `N` the size of
-//! the normal force they show.
+//! Fingers: `f_x += to_x N`, `f_z += to_z N` (each finger its own share), `t_y += to_torsion N`
+//! on both, `N` the size of the normal force shown. Pusher: `f_y += pusher_to_y f_x`.
 
 use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext};
 use crate::real::Real;
@@ -13,25 +13,41 @@ pub struct SensorCrosstalk;
 pub const INFO: Info = Info {
     id: "sensor_crosstalk",
     code: 23,
-    summary: "normal force leaks into the tangential channels of the finger sensors",
+    summary: "a sensor shows a share of its largest force in channels across it",
     signature: "tangential forces or torsion in proportion to grip even while nothing loads the object",
     source: "ATI F/T calibration, crosstalk matrix",
     parameters: &[
         Parameter::new(
-            "to_x",
+            "finger1_to_x",
             "1",
             0.02,
             0.0,
             [-0.2, 0.2],
-            "share of the normal force added along gripper X",
+            "finger 1: normal force shown along gripper X",
         ),
         Parameter::new(
-            "to_z",
+            "finger2_to_x",
             "1",
             0.02,
             0.0,
             [-0.2, 0.2],
-            "share of the normal force added along gripper Z",
+            "finger 2: normal force shown along gripper X",
+        ),
+        Parameter::new(
+            "finger1_to_z",
+            "1",
+            0.02,
+            0.0,
+            [-0.2, 0.2],
+            "finger 1: normal force shown along gripper Z",
+        ),
+        Parameter::new(
+            "finger2_to_z",
+            "1",
+            0.02,
+            0.0,
+            [-0.2, 0.2],
+            "finger 2: normal force shown along gripper Z",
         ),
         Parameter::new(
             "to_torsion_m",
@@ -40,6 +56,14 @@ pub const INFO: Info = Info {
             0.0,
             [-0.01, 0.01],
             "torque about gripper Y for each newton of normal force",
+        ),
+        Parameter::new(
+            "pusher_to_y",
+            "1",
+            0.02,
+            0.0,
+            [-0.2, 0.2],
+            "pusher: world X force shown along world Y",
         ),
     ],
 };
@@ -50,11 +74,13 @@ impl<R: Real> Law<R> for SensorCrosstalk {
     }
 
     fn sense(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, reading: &mut Reading<R>) {
-        for wrench in &mut reading.finger {
+        let [finger1, finger2] = &mut reading.finger;
+        for (wrench, to_x, to_z) in [(finger1, p[0], p[2]), (finger2, p[1], p[3])] {
             let normal = wrench[1].abs();
-            wrench[0] += p[0] * normal;
-            wrench[2] += p[1] * normal;
-            wrench[4] += p[2] * normal;
+            wrench[0] += to_x * normal;
+            wrench[2] += to_z * normal;
+            wrench[4] += p[4] * normal;
         }
+        reading.pusher[1] += p[5] * reading.pusher[0];
     }
 }

@@ -1,6 +1,7 @@
 //! Force sensors are miscalibrated in scale.
 //!
-//! All channels of both fingers times `1 + finger`, those of the pusher times `1 + pusher`.
+//! All channels of each finger times `1 + finger1` or `1 + finger2`, those of the pusher times
+//! `1 + pusher`.
 //! The balance of forces shows it: the sensors no longer sum to the object's weight.
 
 use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext};
@@ -17,7 +18,8 @@ pub const INFO: Info = Info {
     signature: "forces that do not balance: fingers and pusher disagree in proportion to the force",
     source: "ATI F/T calibration, gain error",
     parameters: &[
-        Parameter::new("finger", "1", 0.05, 0.0, [-0.5, 0.5], "relative error of both fingers"),
+        Parameter::new("finger1", "1", 0.05, 0.0, [-0.5, 0.5], "relative error of finger 1"),
+        Parameter::new("finger2", "1", 0.05, 0.0, [-0.5, 0.5], "relative error of finger 2"),
         Parameter::new("pusher", "1", 0.05, 0.0, [-0.5, 0.5], "relative error of the pusher"),
     ],
 };
@@ -28,8 +30,9 @@ impl<R: Real> Law<R> for SensorGain {
     }
 
     fn sense(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, reading: &mut Reading<R>) {
-        let (finger, pusher) = (R::one() + p[0], R::one() + p[1]);
-        reading.finger = reading.finger.map(|wrench| wrench.map(|x| x * finger));
-        reading.pusher = reading.pusher.map(|x| x * pusher);
+        let [finger1, finger2] = &mut reading.finger;
+        for (wrench, error) in [(finger1, p[0]), (finger2, p[1]), (&mut reading.pusher, p[2])] {
+            *wrench = wrench.map(|x| x * (R::one() + error));
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! A sensor's axes are turned against the frame in which it reports.
 //!
-//! Both finger sensors by a small angle about their normal, gripper Y; the pusher's about
+//! Each finger sensor by a small angle about its normal, gripper Y; the pusher's about
 //! world Y and Z. Force and torque turn alike: `w' = w + r x w`, to first order.
 
 use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext};
@@ -17,7 +17,8 @@ pub const INFO: Info = Info {
     signature: "a share of the largest force appears in a channel across it, in proportion, with unchanged size",
     source: "sensor mounting; Traversaro et al. 2015, in situ calibration",
     parameters: &[
-        Parameter::new("finger_rad", "rad", 0.03, 0.0, [-0.3, 0.3], "both fingers about gripper Y"),
+        Parameter::new("finger1_rad", "rad", 0.03, 0.0, [-0.3, 0.3], "finger 1 about gripper Y"),
+        Parameter::new("finger2_rad", "rad", 0.03, 0.0, [-0.3, 0.3], "finger 2 about gripper Y"),
         Parameter::new("pusher_y_rad", "rad", 0.03, 0.0, [-0.3, 0.3], "pusher about world Y"),
         Parameter::new("pusher_z_rad", "rad", 0.03, 0.0, [-0.3, 0.3], "pusher about world Z"),
     ],
@@ -36,7 +37,9 @@ impl<R: Real> Law<R> for SensorMisalignment {
             let (force, torque) = (force + r.cross(&force), torque + r.cross(&torque));
             [force.x, force.y, force.z, torque.x, torque.y, torque.z]
         };
-        reading.finger = reading.finger.map(|w| turn(w, Vec3::new(zero, p[0], zero)));
-        reading.pusher = turn(reading.pusher, Vec3::new(zero, p[1], p[2]));
+        let [finger1, finger2] = reading.finger;
+        let about_y = |w, angle| turn(w, Vec3::new(zero, angle, zero));
+        reading.finger = [about_y(finger1, p[0]), about_y(finger2, p[1])];
+        reading.pusher = turn(reading.pusher, Vec3::new(zero, p[2], p[3]));
     }
 }

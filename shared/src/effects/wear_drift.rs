@@ -23,7 +23,7 @@ pub const INFO: Info = Info {
         "1",
         -0.0006,
         0.0,
-        [-0.01, 0.01],
+        [-0.05, 0.05],
         "relative change of friction from one trial to the next",
     )],
 };

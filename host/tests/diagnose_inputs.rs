@@ -1,0 +1,122 @@
+//! What a diagnosis says about data from which little can be concluded, and about models that
+//! bring their own effects.
+
+use stickslip_host::blind::generate::{Class, Key, Plan, Wanted, data, draw};
+use stickslip_host::dataset::Dataset;
+use stickslip_host::diagnose::campaign::default_model;
+use stickslip_host::diagnose::diagnose;
+use stickslip_host::diagnose::report::{Report, Verdict};
+use stickslip_host::model_file::ModelFile;
+use stickslip_host::rig::Condition;
+use stickslip_shared::effects::Effect;
+
+fn drawn(hidden: &str, conditions: usize) -> (Key, Vec<(Condition, usize)>) {
+    let effects = if hidden.is_empty() { Vec::new() } else { vec![hidden.parse().unwrap()] };
+    let class = effects.is_empty().then_some(Class::Nothing);
+    let wanted = Wanted { effects, class, plan: Some(Plan::Push), strength: None };
+    let (key, mut list) = draw(7, 0, 8, &wanted);
+    let mut labels: Vec<String> = list.iter().map(|(c, _)| c.label.clone()).collect();
+    labels.sort();
+    labels.dedup();
+    labels.truncate(conditions);
+    list.retain(|(c, _)| labels.contains(&c.label));
+    (key, list)
+}
+
+fn made(hidden: &str, conditions: usize, keep: impl Fn(usize) -> bool) -> Dataset {
+    let (key, mut list) = drawn(hidden, conditions);
+    list.retain(|(_, run)| keep(*run));
+    data(&key, &list, 7).unwrap()
+}
+
+fn found(dataset: &Dataset) -> Report {
+    diagnose(dataset, &default_model(), &[], &|| ()).unwrap()
+}
+
+fn says(report: &Report, what: &str) {
+    assert!(report.limits.iter().any(|l| l.contains(what)), "{what}: {:?}", report.limits);
+}
+
+#[test]
+fn an_empty_data_set_is_refused_with_its_reason() {
+    let mut dataset = made("", 1, |run| run == 1);
+    dataset.trials.clear();
+    let error = diagnose(&dataset, &default_model(), &[], &|| ()).unwrap_err().to_string();
+    assert!(error.contains("no trial"), "{error}");
+}
+
+#[test]
+fn one_condition_concludes_nothing_however_wrong_the_model_is() {
+    let report = found(&made("grip_force_loss=0.3", 1, |_| true));
+    assert_eq!(report.verdict, Verdict::NothingMissing);
+    assert!(report.summary.contains("Nothing can be concluded"), "{}", report.summary);
+    says(&report, "at least 4 conditions");
+}
+
+#[test]
+fn without_repetitions_a_strong_effect_is_found_as_the_best_candidate_and_the_doubt_is_told() {
+    let report = found(&made("finger_friction_mismatch=0.6", 8, |run| run == 1));
+    says(&report, "no repetitions");
+    assert_ne!(report.verdict, Verdict::NothingMissing, "{}", report.summary);
+    let best = report.candidates.iter().max_by(|a, b| a.explained.total_cmp(&b.explained)).unwrap();
+    assert_eq!(best.id, "finger_friction_mismatch", "{}", report.summary);
+}
+
+#[test]
+fn channels_that_were_not_measured_are_named_as_a_limit() {
+    let mut dataset = made("finger_friction_mismatch=0.6", 8, |_| true);
+    for sample in dataset.trials.iter_mut().flat_map(|t| &mut t.samples) {
+        sample.pusher_wrench = None;
+    }
+    let report = found(&dataset);
+    says(&report, "the pusher's forces: not measured");
+    assert!(report.effects.contains(&"finger_friction_mismatch"), "{}", report.summary);
+    for sample in dataset.trials.iter_mut().flat_map(|t| &mut t.samples) {
+        sample.finger = [None; 2];
+    }
+    let blind = found(&dataset);
+    says(&blind, "the fingers' forces: not measured");
+    let unseen = blind.limits.iter().find(|l| l.starts_with("cannot be seen in these data at all"));
+    assert!(unseen.is_some_and(|l| l.contains("sensor_gain")), "{:?}", blind.limits);
+}
+
+#[test]
+fn a_model_that_has_the_effect_lacks_nothing_and_its_parameters_are_fitted() {
+    let mut model = default_model();
+    let _ = model.effects.push(Effect::typical("grip_force_loss").unwrap());
+    let report = diagnose(&made("grip_force_loss=0.3", 8, |_| true), &model, &[], &|| ()).unwrap();
+    assert_eq!(report.verdict, Verdict::NothingMissing, "{}", report.summary);
+    says(&report, "already has grip_force_loss");
+    let fraction = report.parameters["grip_force_loss.fraction"].value;
+    assert!((fraction - 0.3).abs() < 0.03, "{fraction}");
+}
+
+#[test]
+fn a_formula_of_the_user_is_ranked_beside_the_listed_effects() {
+    let text = r#"
+format = "stickslip-model/1"
+base = "hard"
+[friction]
+finger = 0.4
+pusher = 0.25
+support = 0.3
+[[effects]]
+id = "formula"
+name = "weak_jaw"
+target = "grip"
+expression = "1 - a"
+parameters = { a = { value = 0.1, low = 0, high = 0.6, unit = "1" } }
+"#;
+    let (model, own) = ModelFile::parse(text, "model.toml").unwrap().without_formulas();
+    let report = diagnose(&made("grip_force_loss=0.3", 8, |_| true), &model, &own, &|| ()).unwrap();
+    let candidate = report.candidates.iter().find(|c| c.id == "weak_jaw").expect("refitted");
+    assert!((candidate.parameters["a"].value - 0.3).abs() < 0.03, "{:?}", candidate.parameters);
+    assert!(candidate.explained > 0.9, "{}", report.summary);
+}
+
+#[test]
+fn friction_that_drifts_with_the_order_of_trials_is_named_wear() {
+    let report = found(&made("wear_drift=-0.3", 8, |_| true));
+    assert_eq!(report.effects, ["wear_drift"], "{}", report.summary);
+    assert!(report.error.after < 0.8 * report.error.before, "{:?}", report.error);
+}
