@@ -421,6 +421,8 @@ struct Tracked<R: Real> {
     settling: Option<Settling<R>>,
     /// A look-ahead under way.
     ahead: Option<Ahead<R>>,
+    /// Where the object was last measured without a jump, in the gripper.
+    seen_m: Vec3<R>,
     /// What the newest finished one found.
     outlook: Option<Foreseen<R>>,
     /// Samples in a row in which the model of a held grasp foresees slip and the measurement is with it.
@@ -595,6 +597,7 @@ impl<R: Real> Predictor<R> {
             strayed: 0,
             settling,
             ahead: None,
+            seen_m: local.position_m,
             outlook: None,
             foreseen: 0,
             motion: [[0.0; 3]; 2],
@@ -689,11 +692,18 @@ impl<R: Real> Predictor<R> {
             let measured = poses.carrier.to_local(&object);
             let strayed = self.correct(&mut tracked, &measured);
             tracked.strayed = if strayed { tracked.strayed.saturating_add(1) } else { 0 };
-            if strayed && tracked.strayed < STRAYED_SAMPLES {
+            // What slides leaves the model step by step, a wild pose jumps.
+            let limit = R::of(f64::from(self.limits.divergence_m));
+            let jumped = !((measured.position_m - tracked.seen_m).norm() <= limit);
+            if !(strayed && jumped) {
+                tracked.seen_m = measured.position_m;
+            }
+            if strayed && jumped && tracked.strayed < STRAYED_SAMPLES {
                 // One wild pose is the camera's error; an object does not jump there and back.
                 doubt |= validity::POSE;
             } else if strayed {
                 tracked.strayed = 0;
+                tracked.seen_m = measured.position_m;
                 tracked.ahead = None;
                 tracked.outlook = None;
                 doubt |= validity::DIVERGED;
