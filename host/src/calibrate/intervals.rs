@@ -105,8 +105,8 @@ fn estimate(problem: &Problem<'_>, groups: &[usize], draws: &[Draw], k: usize) -
     let variance = inside.iter().map(|d| d * d).sum::<f64>() / inside.len().max(1) as f64;
     let least = student(clusters) * (variance * (clusters + 1.0) / (clusters - 1.0).max(0.5)).sqrt();
     // The end lies between the last value that fits and the next, which does not.
-    let low = low.map(|i| scan[i - 1].min(best - least).exp());
-    let high = high.map(|i| scan[i + 1].max(best + least).exp());
+    let low = low.map(|i| scan[i - 1].min(best - least).exp()).filter(|low| *low > RANGE[0]);
+    let high = high.map(|i| scan[i + 1].max(best + least).exp()).filter(|high| *high < RANGE[1]);
     let determined = low.zip(high).is_some_and(|(low, high)| high / low < DETERMINED);
     Estimate { coefficient: problem.free[k], value, low, high, determined }
 }
