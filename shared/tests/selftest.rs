@@ -3,12 +3,11 @@
 use stickslip_shared::selftest;
 
 #[test]
-fn varied_trials_slip_and_hardly_one_tick_in_a_hundred_hits_the_bound_of_its_work() {
+fn varied_trials_slip_and_hardly_one_tick_in_a_thousand_hits_the_bound_of_its_work() {
     let d = selftest::run(1, 30_000, 0.0);
     println!("{d:?}");
     assert_eq!(d.ticks, 30_000);
     assert!(d.slipping > 2_000, "{d:?}");
-    // Without the tick's bound (22 Newton steps) two of 30,000 stay unsolved; with it, a tick
-    // that hits it is marked.
-    assert!(d.marked <= d.ticks / 100, "{d:?}");
+    // The work of a tick is bounded; one that hits the bound is marked.
+    assert!(d.marked <= d.ticks / 1000, "{d:?}");
 }
