@@ -29,6 +29,7 @@ fn at_least(what: &str, share: Share, least: f64, runs: &[Opened]) {
 }
 
 #[test]
+#[ignore = "never run to its end yet: some four minutes of two idle cores; run with --ignored"]
 fn sixty_hidden_causes_are_named_or_left_unnamed_as_they_should_be() {
     let runs: Vec<Opened> = (0..RUNS).into_par_iter().map(run).collect();
     let f = figures(&runs);
