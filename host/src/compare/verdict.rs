@@ -24,7 +24,9 @@ pub fn channel_words(channel: &str) -> String {
 /// A value in the unit that people read: mm, mrad, N, N mm.
 pub fn readable(value: f64, unit: &str) -> String {
     let (factor, shown) = scale(unit);
-    format!("{} {shown}", super::conditions::trimmed(value * factor, 3))
+    // Below a thousandth of the unit (a micronewton in a band's edge) is nothing to a reader.
+    let value = if (value * factor).abs() < 1e-3 { 0.0 } else { value * factor };
+    format!("{} {shown}", super::conditions::trimmed(value, 3))
 }
 
 /// Factor from SI, and the unit that people read.
