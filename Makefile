@@ -10,7 +10,7 @@ OUT := target/$(TARGET)/firmware
 FLASH_LIMIT := 524288
 RAM_LIMIT := 98304
 
-.PHONY: help setup test lint test-host hil firmware firmware-g474 flash-g474 size demo bench
+.PHONY: help setup mujoco-setup test lint test-host hil hil-probe soak soak-short firmware firmware-g474 flash-g474 size no-panic cost demo bench
 
 help: ## This list
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -18,24 +18,42 @@ help: ## This list
 setup: ## Install what is missing: thumbv7em target, QEMU
 	@tools/setup.sh
 
+mujoco-setup: ## A Python environment with MuJoCo for `stickslip mujoco`, outside the repository
+	@tools/mujoco/setup.sh
+
 demo: setup firmware ## A recorded push through the firmware in QEMU, replayed and compared
 	cargo run --release -p stickslip-host -- demo
 
-test: setup lint firmware firmware-g474 size test-host hil ## Everything CI runs
+test: setup lint firmware firmware-g474 size no-panic test-host hil soak-short ## Everything CI runs
 
 lint: ## Formatting, clippy and documentation without warnings
 	cargo fmt --all --check
 	cargo clippy --all-targets -- -D warnings
 	cargo clippy -p stickslip-firmware --features mps2-an386 $(BOARD_BUILD) -- -D warnings
+	cargo clippy -p stickslip-firmware --features nucleo-g474re $(BOARD_BUILD) -- -D warnings
+	cargo clippy -p stickslip-hil-tests --tests --features nucleo-g474re $(BOARD_BUILD) -- -D warnings
+	cargo clippy -p stickslip-host --features probe --test hil -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 
 test-host: ## Tests of shared and host
 	cargo test
 
-hil: setup ## Tests on the emulated board
+hil: setup firmware ## Tests on the emulated board, and of the line to it
 	elf=$$(cargo test --no-run -p stickslip-hil-tests --features mps2-an386 $(BOARD_BUILD) --message-format=json \
 		| grep -o '"executable":"[^"]*"' | tail -1 | cut -d'"' -f4); \
 	STICKSLIP_HIL_ELF=$$elf cargo test -p stickslip-host --test hil
+	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test -p stickslip-host --test device
+
+hil-probe: ## The same tests on a Nucleo-G474RE behind a debug probe
+	elf=$$(cargo test --no-run -p stickslip-hil-tests --features nucleo-g474re $(BOARD_BUILD) --message-format=json \
+		| grep -o '"executable":"[^"]*"' | tail -1 | cut -d'"' -f4); \
+	STICKSLIP_HIL_ELF=$$elf cargo test -p stickslip-host --features probe --test hil -- --test-threads 1
+
+soak-short: setup firmware ## A minute of it
+	tools/soak.sh $(OUT)/soak 15000
+
+soak: setup firmware ## An hour of virtual time with faults on the emulated board (TICKS=900000)
+	tools/soak.sh $(OUT)/soak $(or $(TICKS),900000)
 
 firmware: ## Firmware for the emulated board
 	cargo build -p stickslip-firmware --features mps2-an386 $(BOARD_BUILD)
@@ -53,5 +71,12 @@ size: firmware-g474 ## Flash and RAM of the firmware for the real board, against
 		printf "flash %d of %d bytes, static RAM %d of %d\n", $$1 + $$2, flash, $$2 + $$3, ram; \
 		exit ($$1 + $$2 > flash || $$2 + $$3 > ram) }'
 
-bench: setup firmware ## Speed of solver, step and predictor on this machine
-	cargo bench
+no-panic: firmware-g474 ## No panic can be reached from the predictor's tick
+	STICKSLIP_NO_PANIC_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re cargo test -p stickslip-host --test no_panic
+
+cost: setup ## Instructions of the tick and its parts on the emulated board
+	cargo build -p stickslip-firmware --features cost --bin cost $(BOARD_BUILD)
+	cargo run --release -p stickslip-host -- cost
+
+bench: ## The complementarity solvers against QuantEcon, Drake and Siconos, on the same problems
+	@tools/bench/lcp.sh

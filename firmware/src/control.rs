@@ -155,7 +155,7 @@ impl<G: Gauges> Control<G> {
     fn predict(&mut self, sample: &Sample) {
         // A run starts with a model only; the slot cannot lose it.
         let Some(predictor) = &mut self.slot.predictor else { return };
-        let prediction = predictor.tick(&sample.into());
+        let prediction = predictor.take(sample);
         if prediction.validity & validity::SOLVER != 0 {
             COUNTERS.solver_marks.add(1);
         }

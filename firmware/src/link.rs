@@ -178,6 +178,7 @@ impl Link {
         let crc = MODEL_CRC.load(core::sync::atomic::Ordering::Relaxed);
         Info {
             protocol: wire::PROTOCOL,
+            source: wire::SOURCE,
             firmware: text(env!("CARGO_PKG_VERSION")),
             board: text(board::NAME),
             timer_hz: board::TIMER_HZ,

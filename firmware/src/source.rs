@@ -24,19 +24,27 @@ pub enum Next {
 pub struct LinkSource {
     prefill: usize,
     begun: bool,
+    /// Ticks spent waiting with a sample there.
+    waited: u8,
 }
+
+/// Ticks after which a run begins with fewer samples than asked for: some were lost.
+const PATIENCE: u8 = 125;
 
 impl LinkSource {
     /// For one run.
     pub fn new(request: &StartRequest) -> Self {
-        Self { prefill: usize::from(request.prefill), begun: false }
+        Self { prefill: usize::from(request.prefill), begun: false, waited: 0 }
     }
 }
 
 impl FingerSource for LinkSource {
     fn next(&mut self) -> Next {
         if !self.begun && SAMPLES.len() < self.prefill.max(1) {
-            return Next::Filling;
+            self.waited = self.waited.saturating_add(u8::from(!SAMPLES.is_empty()));
+            if self.waited < PATIENCE {
+                return Next::Filling;
+            }
         }
         self.begun = true;
         SAMPLES.try_receive().map_or(Next::Starved, Next::Sample)

@@ -76,7 +76,7 @@ pub fn replay(
         .map_err(|why| ReplayError::Refused { trial: trial.info.trial.clone(), why })?;
     predictor.set_plan(feed.plan);
     predictor.set_trial(ordinal as f32);
-    let predictions: Vec<Prediction> = feed.samples.iter().map(|s| predictor.tick(&s.into())).collect();
+    let predictions: Vec<Prediction> = feed.samples.iter().map(|s| predictor.take(s)).collect();
     let hash = hash(&predictions);
     Ok(Replayed { predictions, hash })
 }
@@ -297,7 +297,7 @@ pub fn first_difference(logged: &[(usize, Prediction)], replayed: &[Prediction])
 }
 
 /// Names of the bits of [`Prediction::flags`], in order.
-pub const FLAGS: [&str; 9] = [
+pub const FLAGS: [&str; 10] = [
     "slip, finger 1",
     "slip, finger 2",
     "slip ahead, finger 1",
@@ -307,10 +307,11 @@ pub const FLAGS: [&str; 9] = [
     "rotation",
     "drop",
     "pushing",
+    "unsure",
 ];
 
 /// Names of the bits of [`Prediction::validity`], in order.
-pub const VALIDITY: [&str; 9] = [
+pub const VALIDITY: [&str; 14] = [
     "doubt: solver",
     "doubt: model restarted at the measurement",
     "doubt: unusable sample",
@@ -320,6 +321,11 @@ pub const VALIDITY: [&str; 9] = [
     "doubt: waiting for the object's pose",
     "doubt: contact points left out",
     "doubt: wrench not finite",
+    "doubt: one finger's wrench missing",
+    "doubt: wrench stuck",
+    "doubt: wrench saturated",
+    "doubt: wrench biased",
+    "doubt: model and measurement disagree",
 ];
 
 /// One stretch of time in which a bit is set.

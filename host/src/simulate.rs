@@ -388,6 +388,21 @@ impl Prepared {
         &self.poses
     }
 
+    /// Whether the object lies on a table or a platform at the start.
+    pub fn rests(&self) -> bool {
+        let down = Vector3::from(self.scene.gravity_m_s2);
+        let normal = |p: &Pose<f64>| p.rotation.transform_vector(&Vector3::x());
+        let pusher = self.poses.first().and_then(|p| p.pusher);
+        let platform = matches!(self.scene.pusher, Some(PusherContact::Plane))
+            && pusher.is_some_and(|p| normal(&p).dot(&down) < -0.7 * down.norm());
+        platform || self.scene.support.is_some()
+    }
+
+    /// Grip force commanded on each finger, one for each sample, N.
+    pub fn grips_n(&self) -> &[f64] {
+        &self.grip_n
+    }
+
     /// Grip force commanded while the trial moves (the median over its samples), N.
     pub fn grip_n(&self) -> f64 {
         let mut all = self.grip_n.clone();
@@ -406,6 +421,20 @@ impl Prepared {
     pub fn with_grip(&self, factor: f64) -> Self {
         let mut out = self.clone();
         out.grip_n.iter_mut().for_each(|g| *g *= factor);
+        out
+    }
+
+    /// The same trial with the carrier drifting away from its measured track, evenly from
+    /// nothing at the first sample to `shift_m` and `turn_rad` (carrier axes) at the last.
+    #[must_use]
+    pub fn with_drift(&self, shift_m: &Vector3<f64>, turn_rad: &Vector3<f64>) -> Self {
+        let mut out = self.clone();
+        let last = out.poses.len().max(2) as f64 - 1.0;
+        for (i, p) in out.poses.iter_mut().enumerate() {
+            let share = i as f64 / last;
+            p.carrier.position_m += p.carrier.rotation.transform_vector(&(shift_m * share));
+            p.carrier.rotation *= UnitQuaternion::from_scaled_axis(turn_rad * share);
+        }
         out
     }
 

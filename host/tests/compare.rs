@@ -42,7 +42,7 @@ fn pushes(runs: usize, nuisance: Nuisance) -> Dataset {
 fn named(name: &str, finger: f64) -> NamedModel {
     let mut model = default_model();
     model.friction.finger = finger;
-    NamedModel { name: name.into(), origin: "test".into(), model }
+    NamedModel::own(name, "test", model)
 }
 
 #[test]

@@ -1,13 +1,17 @@
 //! Runs the tests of `hil-tests` one by one, each in a fresh QEMU; `make hil` builds them
-//! and names the file in `STICKSLIP_HIL_ELF`. Without it there is nothing to run.
+//! and names the file in `STICKSLIP_HIL_ELF`. Without it there is nothing to run. With the
+//! feature `probe` (`make hil-probe`) they run on the board behind a debug probe instead.
 //!
 //! embedded-test lists its tests in the section `.embedded_test`: one symbol a test, whose
 //! name is JSON and whose first word is the address to call. Exit code 0 is a pass.
 
 use std::path::{Path, PathBuf};
+#[cfg(not(feature = "probe"))]
 use std::process::{Command, Stdio};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+#[cfg(not(feature = "probe"))]
+use std::time::Instant;
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use object::{Object, ObjectSection, ObjectSymbol};
@@ -39,12 +43,33 @@ fn list(elf: &Path) -> Vec<Trial> {
         let Some(word) = data.get(offset..offset + 4) else { continue };
         let address = u32::from_le_bytes([word[0], word[1], word[2], word[3]]);
         let elf = Arc::clone(&elf);
-        tests.push(Trial::test(name, move || run(&elf, address)).with_kind("qemu"));
+        tests.push(Trial::test(name, move || run(&elf, address)).with_kind(KIND));
     }
     assert!(!tests.is_empty(), "{} lists no tests", elf.display());
     tests
 }
 
+#[cfg(feature = "probe")]
+const KIND: &str = "probe";
+#[cfg(not(feature = "probe"))]
+const KIND: &str = "qemu";
+
+/// One board, one test at a time; flashed at the first.
+#[cfg(feature = "probe")]
+fn run(elf: &Path, address: u32) -> Result<(), Failed> {
+    use std::sync::Mutex;
+    use stickslip_host::probe::Board;
+    static BOARD: Mutex<Option<Board>> = Mutex::new(None);
+    let chip = std::env::var("STICKSLIP_HIL_CHIP").unwrap_or_else(|_| "STM32G474RETx".into());
+    let mut board = BOARD.lock().map_err(|_| "another test broke off")?;
+    let board = match &mut *board {
+        Some(board) => board,
+        none => none.insert(Board::flash(&chip, elf).map_err(|error| format!("{error:#}"))?),
+    };
+    board.run(address, PATIENCE).map_err(|error| format!("{error:#}").into())
+}
+
+#[cfg(not(feature = "probe"))]
 fn run(elf: &Path, address: u32) -> Result<(), Failed> {
     let semihosting = format!("enable=on,target=native,arg=run_addr,arg={address}");
     let mut child = Command::new("qemu-system-arm")

@@ -99,6 +99,18 @@ struct Builder<'a, R: Real, const NC: usize> {
     state: &'a State<R, NC>,
     out: &'a mut Contacts<R, NC>,
     springs: [R; 3],
+    /// The object's axes in carrier axes.
+    axes: [Vec3<R>; 3],
+}
+
+/// The gripped face as seen from the pad, for all of its points.
+struct UnderPad<R: Real> {
+    face: crate::shape::Face<R>,
+    /// Carrier axes.
+    normal: Vec3<R>,
+    centre: Vec3<R>,
+    /// Y of the centre beyond that of the face, small.
+    lifted: R,
 }
 
 /// Appends every contact point of the step to `out` (cleared first). Points that do not
@@ -116,7 +128,9 @@ pub fn find<R: Real, const NC: usize>(
         Base::Hard => [rigid, rigid, R::zero()],
         Base::Soft { normal_n_m, tangential_n_m, damping_s } => [normal_n_m, tangential_n_m, damping_s],
     };
-    let mut builder = Builder { scene, state, out, springs };
+    let turn = state.rotation.to_rotation_matrix();
+    let axes = [0, 1, 2].map(|k| Vec3::new(turn[(0, k)], turn[(1, k)], turn[(2, k)]));
+    let mut builder = Builder { scene, state, out, springs, axes };
     let mut lost = 0;
     if let Some(finger) = &scene.fingers {
         lost += builder.finger(finger, Body::Finger1);
@@ -163,6 +177,16 @@ pub fn spread<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>) -> usize
 }
 
 impl<R: Real, const NC: usize> Builder<'_, R, NC> {
+    #[inline(always)]
+    fn in_object(&self, v: &Vec3<R>) -> Vec3<R> {
+        Vec3::new(self.axes[0].dot(v), self.axes[1].dot(v), self.axes[2].dot(v))
+    }
+
+    #[inline(always)]
+    fn in_carrier(&self, v: &Vec3<R>) -> Vec3<R> {
+        self.axes[0] * v.x + self.axes[1] * v.y + self.axes[2] * v.z
+    }
+
     /// `lever` in carrier axes; completes and stores a contact.
     #[allow(clippy::too_many_arguments)]
     fn push(
@@ -176,7 +200,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
         patch_m: [R; 2],
         share: R,
     ) -> usize {
-        let object_m = self.state.rotation.inverse_transform_vector(&lever_m);
+        let object_m = self.in_object(&lever_m);
         let [normal_n_m, tangential_n_m, damping_s] = self.springs;
         let contact = Contact {
             body,
@@ -201,10 +225,23 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
         let sign = if body == Body::Finger1 { R::one() } else { -R::one() };
         let (state, zero) = (self.state, R::zero());
         let outward = Vec3::new(zero, sign, zero);
-        let in_object = state.rotation.inverse_transform_vector(&outward);
+        let in_object = self.in_object(&outward);
         let face = self.scene.object.shape.face_towards(&in_object);
+        let round = face.is_none();
+        let flat_face = match face {
+            Some(face) => {
+                let normal = self.in_carrier(&face.normal);
+                if !(normal.y.abs() > R::of(0.2)) {
+                    return 0;
+                }
+                let turned = turned_by(&state.rotation, &face.centre_m);
+                let centre = state.position_m + face.centre_m + turned;
+                Some(UnderPad { normal, centre, lifted: state.position_m.y + turned.y, face })
+            }
+            None => None,
+        };
         // Tangents follow the object's X axis, so that anisotropy is the object's.
-        let x = state.rotation.transform_vector(&Vec3::x());
+        let x = self.axes[0];
         let flat = (x.x * x.x + x.z * x.z).root();
         let t1 = if flat > R::of(0.1) { Vec3::new(x.x / flat, zero, x.z / flat) } else { Vec3::x() };
         let normal = -outward;
@@ -213,7 +250,6 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
         let mut add = |at: [R; 2], share: f64| {
             let _ = pads.push((at, R::of(share)));
         };
-        let round = face.is_none();
         match finger {
             FingerContact::Point => add([zero, zero], 1.0),
             FingerContact::Line { length_m } => {
@@ -249,7 +285,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
             } else {
                 Vec3::new(at[0], zero, at[1])
             };
-            let Some((gap, lever)) = self.under_pad(&face, &in_object, sign, &place) else {
+            let Some((gap, lever)) = self.under_pad(&flat_face, &in_object, sign, &place) else {
                 continue;
             };
             let patch = [t1.dot(&place), axes[2].dot(&place)];
@@ -263,25 +299,19 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
     /// a sum of small numbers: in `f32` it keeps its digits.
     fn under_pad(
         &self,
-        face: &Option<crate::shape::Face<R>>,
+        flat: &Option<UnderPad<R>>,
         in_object: &Vec3<R>,
         sign: R,
         place: &Vec3<R>,
     ) -> Option<(R, Vec3<R>)> {
         let s = self.state;
-        match face {
-            Some(face) => {
-                let normal = s.rotation.transform_vector(&face.normal);
-                if !(normal.y.abs() > R::of(0.2)) {
-                    return None;
-                }
-                let turned = turned_by(&s.rotation, &face.centre_m);
-                let centre = s.position_m + face.centre_m + turned;
+        match flat {
+            Some(UnderPad { face, normal, centre, lifted }) => {
                 let along = (normal.x * (place.x - centre.x) + normal.z * (place.z - centre.z)) / normal.y;
-                let small = s.position_m.y + turned.y - along;
+                let small = *lifted - along;
                 let y = face.centre_m.y + small;
                 let lever = Vec3::new(place.x - s.position_m.x, y - s.position_m.y, place.z - s.position_m.z);
-                let at = face.local(&s.rotation.inverse_transform_vector(&lever));
+                let at = face.local(&self.in_object(&lever));
                 let gap = (s.jaw_half_m - sign * face.centre_m.y) + s.jaw_m - sign * small;
                 face.covers(at).then_some((gap, lever))
             }
@@ -299,7 +329,9 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
         let state = self.state;
         let axis = |v: &Vec3<R>| moving.rotation.transform_vector(v);
         let (n, y) = (axis(&Vec3::x()), axis(&Vec3::y()));
-        let in_object = |v: &Vec3<R>| state.rotation.inverse_transform_vector(v);
+        let object_axes = self.axes;
+        let in_object =
+            |v: &Vec3<R>| Vec3::new(object_axes[0].dot(v), object_axes[1].dot(v), object_axes[2].dot(v));
         let from_pusher = moving.position_m - state.position_m;
         let first = 2 * FINGER_POINTS;
         let mut lost = 0;
@@ -307,22 +339,25 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
             PusherContact::Plane => {
                 let axes = [n, y, n.cross(&y)];
                 let towards = in_object(&-n);
-                let (points, share): (Vec<Vec3<R>, PUSHER_POINTS>, R) =
-                    match self.scene.object.shape.face_towards(&towards) {
-                        Some(face) => {
-                            let c = face.corners();
-                            let share = R::one() / R::of(c.len().max(1) as f64);
-                            (c.iter().map(|p| state.rotation.transform_vector(p)).collect(), share)
+                let mut points: Vec<Vec3<R>, PUSHER_POINTS> = Vec::new();
+                match self.scene.object.shape.face_towards(&towards) {
+                    Some(face) => {
+                        for p in &face.corners() {
+                            lost += usize::from(points.push(self.in_carrier(p)).is_err());
                         }
-                        None => {
-                            // The line of a cylinder nearest to the plane.
-                            let x = state.rotation.transform_vector(&Vec3::x());
-                            let down = -(n - x * x.dot(&n));
-                            let (half, radius) = cylinder_size(&self.scene.object.shape);
-                            let down = down * (radius / crate::real::most(down.norm(), R::of(1e-6)));
-                            ([-half, half].into_iter().map(|h| x * h + down).collect(), R::of(0.5))
+                    }
+                    None => {
+                        // The line of a cylinder nearest to the plane.
+                        let x = self.axes[0];
+                        let down = -(n - x * x.dot(&n));
+                        let (half, radius) = cylinder_size(&self.scene.object.shape);
+                        let down = down * (radius / crate::real::most(down.norm(), R::of(1e-6)));
+                        for h in [-half, half] {
+                            let _ = points.push(x * h + down);
                         }
-                    };
+                    }
+                }
+                let share = R::one() / R::of(points.len().max(1) as f64);
                 for (k, lever) in points.iter().enumerate() {
                     let from = lever - from_pusher;
                     let surface = moving.velocity_at(&from);
@@ -435,7 +470,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
         }
         let mut lost = 0;
         for (k, (point, share)) in points.iter().enumerate() {
-            let lever = state.rotation.transform_vector(point);
+            let lever = self.in_carrier(point);
             let from = lever - from_support;
             let patch = [point.x, point.y];
             let surface = moving.velocity_at(&from);

@@ -13,9 +13,13 @@
 pub mod cone;
 pub mod contact;
 pub mod effects;
+pub mod health;
 pub mod lcp;
+mod look_ahead;
 pub mod model;
+pub mod observer;
 pub mod predictor;
+pub mod probe;
 pub mod real;
 pub mod selftest;
 pub mod shape;

@@ -16,24 +16,50 @@
 //! the intended direction, slip while holding, sag and rotation beyond their limits are
 //! flagged as unexpected.
 
-use crate::cone::ConeStatus;
-use crate::contact::SLOTS;
+use crate::cone::{ConeOptions, ConeStatus};
+use crate::contact::{Body, SLOTS};
+use crate::health::Health;
+use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S, Work};
 use crate::model::{FingerContact, Model, Scene, Shape};
-use crate::real::{Real, Vec3, clamp, least, most};
-use crate::step::{Drive, State, StepOutput, step};
-use crate::track::{PathFilter, Pose, Poses, drive_between, seat, settle, support_pose};
+use crate::observer::motion::Moved;
+use crate::observer::{Observed, Observer, Seen};
+use crate::real::{Real, Rotation, Vec3, least, most};
+use crate::step::{Drive, State, StepSummary, Workspace, step_in};
+use crate::track::{PathFilter, Pose, Poses, Settling, drive_between, seat, support_pose};
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// Most segments of a plan.
 pub const MAX_SEGMENTS: usize = 8;
-/// Look-ahead steps over the horizon.
-pub const LOOK_AHEAD_STEPS: u8 = 5;
+/// Steps in which the object settles, a tick: four ticks at the start of a trial.
+const SETTLE_STEPS_A_TICK: u8 = 3;
+/// Most Newton steps of the step from sample to sample: a tick must end.
+const MOST_ITERATIONS: u32 = 22;
+/// The epoch moves on after so long.
+const EPOCH_US: u32 = 32_000_000;
+/// Samples in a row that must show the object elsewhere before the model starts anew there.
+const STRAYED_SAMPLES: u8 = 3;
+/// A restart keeps jaw and contact memory where the jaw is within this of holding the object, m.
+const JAW_KEPT_M: f64 = 1.0e-4;
 /// Longest time between two samples that the model bridges; after a longer gap it starts anew.
 pub const LONGEST_GAP_S: f64 = 0.1;
-/// Longest single step of the model.
-const LONGEST_STEP_S: f64 = 0.02;
+/// A warning stays up for so long after its cause was last seen.
+const HELD_S: f32 = 0.15;
+/// A change of the planned motion moves the load for so long.
+const SETTLING_S: f64 = 0.1;
+/// Without a pose, what lasts longer than a knock is taken for the loss of the grasp.
+const LASTING_S: f64 = 0.06;
+/// A slip is extrapolated no further than this multiple of the time for which it has been
+/// seen, and a little: most slips that a knock causes end by themselves.
+const EXTRAPOLATED: f32 = 4.0;
+const AT_ONCE_S: f32 = 0.03;
+/// A slip ahead is at least a sample ahead.
+const LEAST_AHEAD_S: f32 = 0.004;
+/// An object that leaves the grasp moves at least this fast, m/s.
+const LEAVING_M_S: f64 = 0.01;
+/// Slip that the model alone foresees must be foreseen in so many samples in a row.
+const FORESEEN_SAMPLES: u8 = 3;
 
 /// What a plan segment means to do with the grasp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
@@ -106,6 +132,14 @@ pub struct Limits {
     pub target_utilisation: f32,
     /// Distance between model and measured pose at which the model starts anew.
     pub divergence_m: f32,
+    /// Slip nearer than this, by the trend of the measured load, is flagged.
+    pub slip_warning_s: f32,
+    /// Loss of a held grasp nearer than this, by the same trend, is flagged.
+    pub drop_warning_s: f32,
+    /// Range of the fingertip sensors: a force at or beyond it is saturated.
+    pub force_range_n: f32,
+    /// Range of their torques.
+    pub torque_range_nm: f32,
 }
 
 impl Default for Limits {
@@ -117,6 +151,10 @@ impl Default for Limits {
             slip_m_s: 0.0005,
             target_utilisation: 0.8,
             divergence_m: 0.003,
+            slip_warning_s: 0.25,
+            drop_warning_s: 0.5,
+            force_range_n: 200.0,
+            torque_range_nm: 5.0,
         }
     }
 }
@@ -175,6 +213,8 @@ pub struct Prediction {
     pub drop_in_s: f32,
     /// Grip force of each finger that keeps the target utilisation; NaN where the plan means to slide.
     pub holding_grip_n: f32,
+    /// Friction coefficient of the fingers, learnt on-line from slips and near slips.
+    pub friction: f32,
     /// Object in the grasp, model: position (m) in the gripper frame.
     pub position_m: [f32; 3],
     /// Object in the grasp, model: `w, x, y, z`.
@@ -211,6 +251,8 @@ pub mod flags {
     pub const DROP: u32 = 1 << 7;
     /// The object touches the pusher.
     pub const PUSHING: u32 = 1 << 8;
+    /// The flags cannot be relied on, raised or not: see the validity word.
+    pub const UNSURE: u32 = 1 << 9;
 }
 
 /// Bits of [`Prediction::validity`]: reasons to doubt the prediction.
@@ -233,6 +275,28 @@ pub mod validity {
     pub const POINTS_LOST: u32 = 1 << 7;
     /// The measured wrench was not finite.
     pub const WRENCH: u32 = 1 << 8;
+    /// One finger's wrench is missing: the other stands for both.
+    pub const ONE_FINGER: u32 = 1 << 9;
+    /// A wrench repeats itself: the sensor is stuck or its link stale. It is not used.
+    pub const STUCK: u32 = 1 << 10;
+    /// A wrench is at the end of its range. It is not used.
+    pub const SATURATED: u32 = 1 << 11;
+    /// Constant error: the fingers' normal forces do not cancel while holding, or the start shows
+    /// more than a constant error may be.
+    pub const BIASED: u32 = 1 << 12;
+    /// Model and measured wrench or pose disagree for three samples: slip by the model alone is
+    /// not flagged.
+    pub const MODEL: u32 = 1 << 13;
+    /// A step of the look-ahead ended without reaching its tolerance: what lies beyond it is
+    /// a best answer.
+    pub const FORESIGHT: u32 = 1 << 14;
+    /// No look-ahead is finished yet: only the present is told.
+    pub const NO_FORESIGHT: u32 = 1 << 15;
+    /// The object's measured pose is far from the model's; it is not used until it stays there.
+    pub const POSE: u32 = 1 << 16;
+
+    /// Doubts under which the flags cannot be relied on.
+    pub const UNRELIABLE: u32 = SOLVER | SAMPLE | WAITING | WRENCH | ONE_FINGER | STUCK | SATURATED | BIASED;
 }
 
 /// Why scene and model were refused.
@@ -316,15 +380,25 @@ pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), Model
     Ok(())
 }
 
+fn seconds(us: u64) -> f32 {
+    us as f32 * 1e-6
+}
+
 /// The predictor: parameters, plan and the state of the tracked object.
 #[derive(Clone, Debug)]
 pub struct Predictor<R: Real> {
     scene: Scene<R>,
     model: Model<R>,
     limits: Limits,
+    /// Its start counted from the epoch.
     plan: Plan,
+    /// What time is counted from, since the trial's beginning: `f32` seconds would lose the
+    /// sampling time within an hour.
+    epoch_us: u64,
     trial: R,
     tracked: Option<Tracked<R>>,
+    health: Health<R>,
+    observer: Observer<R>,
     last: Prediction,
 }
 
@@ -339,8 +413,46 @@ struct Tracked<R: Real> {
     reference_m: Vec3<R>,
     start: Pose<R>,
     pushing: bool,
+    /// Samples in a row in which model and measurement disagree.
+    apart: u8,
+    /// Samples in a row whose measured pose has parted from the model's.
+    strayed: u8,
+    /// The object still settles on what carries it.
+    settling: Option<Settling<R>>,
+    /// A look-ahead under way.
+    ahead: Option<Ahead<R>>,
+    /// Where the object was last measured without a jump, in the gripper.
+    seen_m: Vec3<R>,
+    /// What the newest finished one found.
+    outlook: Option<Foreseen<R>>,
+    /// Samples in a row in which the model of a held grasp foresees slip and the measurement is with it.
+    foreseen: u8,
+    /// Planned velocity and angular velocity, and how long a change of it still matters.
+    motion: [[f32; 3]; 2],
+    settling_s: R,
+    /// What a held grasp was last warned of.
+    slip_warning: Warning,
+    drop_warning: Warning,
     gripper: PathFilter<R>,
     pusher: Option<PathFilter<R>>,
+}
+
+/// A warning stays up for a while after its cause was last seen: one episode, one alarm.
+#[derive(Clone, Copy, Debug, Default)]
+struct Warning {
+    in_s: f32,
+    left_s: f32,
+}
+
+impl Warning {
+    /// Time left by what is seen now, or what is left of the last warning.
+    fn hold(&mut self, seen: Option<f32>, dt_s: f32) -> Option<f32> {
+        match seen {
+            Some(in_s) => *self = Self { in_s, left_s: HELD_S },
+            None => self.left_s -= dt_s,
+        }
+        (self.left_s > 0.0).then_some(self.in_s)
+    }
 }
 
 impl<R: Real> Predictor<R> {
@@ -348,10 +460,13 @@ impl<R: Real> Predictor<R> {
     pub fn new(scene: Scene<R>, model: Model<R>, limits: Limits) -> Result<Self, ModelError> {
         validate(&scene, &model)?;
         Ok(Self {
+            health: Health::default(),
+            observer: Observer::new(model.friction.finger),
             scene,
             model,
             limits,
             plan: Plan::default(),
+            epoch_us: 0,
             trial: R::zero(),
             tracked: None,
             last: Prediction { drop_in_s: -1.0, ..Prediction::default() },
@@ -361,6 +476,7 @@ impl<R: Real> Predictor<R> {
     /// Replaces the plan from the next tick on.
     pub fn set_plan(&mut self, plan: Plan) {
         self.plan = plan;
+        self.plan.start_s -= seconds(self.epoch_us);
     }
 
     /// Place of the trial in its data set (wear goes with it).
@@ -371,9 +487,44 @@ impl<R: Real> Predictor<R> {
     /// Forgets the tracked object; the next sample with an object pose starts anew.
     pub fn restart(&mut self) {
         self.tracked = None;
+        self.plan.start_s += seconds(self.epoch_us);
+        self.epoch_us = 0;
     }
 
-    /// The scene and model in use.
+    /// One tick with a sample from the line. Its time stamp may wrap around (every 71 minutes).
+    pub fn take(&mut self, sample: &crate::wire::Sample) -> Prediction {
+        // The stamp's 32 bits are the lowest of the epoch's 64.
+        let mut since_us = sample.t_us.wrapping_sub(self.epoch_us as u32);
+        if self.tracked.is_none() || (EPOCH_US..=u32::MAX / 2).contains(&since_us) {
+            self.move_epoch(since_us);
+            since_us = 0;
+        }
+        // Beyond half the range it lies before the epoch.
+        self.tick(&sample.at(R::of(f64::from(since_us.cast_signed())) * R::of(1e-6)))
+    }
+
+    /// Counts time from `by_us` later on.
+    fn move_epoch(&mut self, by_us: u32) {
+        let by_s = seconds(u64::from(by_us));
+        self.epoch_us = self.epoch_us.wrapping_add(u64::from(by_us));
+        self.plan.start_s -= by_s;
+        if let Some(tracked) = &mut self.tracked {
+            let by_s = R::of(f64::from(by_s));
+            tracked.poses.t_s -= by_s;
+            if let Some(outlook) = &mut tracked.outlook {
+                outlook.began_s -= by_s;
+            }
+            // One under way would end with the times it began with: it is begun anew.
+            tracked.ahead = None;
+        }
+    }
+
+    /// Forgets what was learnt about friction: the next object or finger is another one.
+    pub fn reset_friction(&mut self) {
+        self.observer.reset_friction();
+    }
+
+    /// The scene and model in use; the fingers' friction is the estimate.
     pub fn model(&self) -> (&Scene<R>, &Model<R>) {
         (&self.scene, &self.model)
     }
@@ -423,6 +574,7 @@ impl<R: Real> Predictor<R> {
         let later = Poses { t_s: poses.t_s + R::of(0.004), ..poses };
         let drive = drive_between(&poses, &later, &reference_m, sample.grip_cmd_n, self.trial)?;
         let local = poses.carrier.to_local(&object);
+        self.observer = self.observer.restarted();
         let mut state = State::held(&self.scene, &self.model, &drive, local.position_m, local.rotation);
         let seat_m = seat(&self.scene, &self.model, &state, &drive);
         if let Some(p) = &mut poses.pusher {
@@ -432,7 +584,7 @@ impl<R: Real> Predictor<R> {
         if let Some(p) = &mut seated.pusher {
             p.position_m += drive.carrier.inverse_transform_vector(&seat_m);
         }
-        settle(&self.scene, &self.model, &mut state, &seated);
+        let settling = Settling::begin(&self.scene, &self.model, &mut state, &seated);
         self.tracked = Some(Tracked {
             state,
             poses,
@@ -441,6 +593,17 @@ impl<R: Real> Predictor<R> {
             reference_m: reference_m + seat_m,
             start: local,
             pushing: false,
+            apart: 0,
+            strayed: 0,
+            settling,
+            ahead: None,
+            seen_m: local.position_m,
+            outlook: None,
+            foreseen: 0,
+            motion: [[0.0; 3]; 2],
+            settling_s: R::zero(),
+            slip_warning: Warning::default(),
+            drop_warning: Warning::default(),
             gripper: PathFilter::new(poses.carrier),
             pusher: poses.pusher.map(PathFilter::new),
         });
@@ -448,6 +611,8 @@ impl<R: Real> Predictor<R> {
     }
 
     /// One tick. Never panics; work is bounded.
+    // A function of its own in the firmware: `make no-panic` follows its calls.
+    #[inline(never)]
     pub fn tick(&mut self, sample: &Sample<R>) -> Prediction {
         let mut doubt = 0;
         if !sample.t_s.finite() || !sample.grip_cmd_n.finite() {
@@ -465,6 +630,9 @@ impl<R: Real> Predictor<R> {
             self.last = Prediction { drop_in_s: -1.0, validity: doubt, ..Prediction::default() };
             return self.last;
         }
+        if self.settle() {
+            return self.repeat(doubt | validity::WAITING);
+        }
         match self.follow(sample, doubt) {
             Some(p) => {
                 self.last = p;
@@ -474,8 +642,22 @@ impl<R: Real> Predictor<R> {
         }
     }
 
+    /// Settles the object for a tick; `false` where it has nothing to settle.
+    fn settle(&mut self) -> bool {
+        let Some(Tracked { state, settling, .. }) = &mut self.tracked else { return false };
+        let Some(going) = settling else { return false };
+        if going.go_on(&self.scene, &self.model, state, SETTLE_STEPS_A_TICK, &mut Workspace::new()) {
+            *settling = None;
+        }
+        true
+    }
+
     fn repeat(&mut self, doubt: u32) -> Prediction {
-        Prediction { validity: self.last.validity | doubt, ..self.last }
+        Prediction {
+            validity: self.last.validity | doubt,
+            flags: self.last.flags | flags::UNSURE,
+            ..self.last
+        }
     }
 
     fn follow(&mut self, sample: &Sample<R>, mut doubt: u32) -> Option<Prediction> {
@@ -490,7 +672,15 @@ impl<R: Real> Predictor<R> {
             self.tracked = Some(tracked);
             return None;
         };
-        let mut out = advance(&self.scene, &self.model, &mut tracked.state, &drive);
+        self.model.friction.finger = self.observer.friction();
+        let mut work = Workspace::new();
+        let mut out = advance(&self.scene, &self.model, &mut tracked.state, &drive, &mut work);
+        if out.status == ConeStatus::BadInput {
+            // Numbers that no rig has: the next sample with the object's pose begins anew.
+            let last = self.repeat(validity::SOLVER);
+            return Some(Prediction { solver_status: 2, ..last });
+        }
+        let effects = self.effects_on_friction(&work);
         let mut worst = Worst::default();
         worst.note(&out);
         tracked.poses = poses;
@@ -500,7 +690,22 @@ impl<R: Real> Predictor<R> {
         tracked.pushing = out.normal_n[2] > R::zero();
         if let Some(object) = sample.object {
             let measured = poses.carrier.to_local(&object);
-            if self.correct(&mut tracked, &measured) {
+            let strayed = self.correct(&mut tracked, &measured);
+            tracked.strayed = if strayed { tracked.strayed.saturating_add(1) } else { 0 };
+            // What slides leaves the model step by step, a wild pose jumps.
+            let limit = R::of(f64::from(self.limits.divergence_m));
+            let jumped = !((measured.position_m - tracked.seen_m).norm() <= limit);
+            if !(strayed && jumped) {
+                tracked.seen_m = measured.position_m;
+            }
+            if strayed && jumped && tracked.strayed < STRAYED_SAMPLES {
+                // One wild pose is the camera's error; an object does not jump there and back.
+                doubt |= validity::POSE;
+            } else if strayed {
+                tracked.strayed = 0;
+                tracked.seen_m = measured.position_m;
+                tracked.ahead = None;
+                tracked.outlook = None;
                 doubt |= validity::DIVERGED;
                 let seen = Self::restarted(&self.scene, &self.model, &tracked, &drive, &measured);
                 tracked.state = seen;
@@ -513,11 +718,37 @@ impl<R: Real> Predictor<R> {
         if plan.is_none() {
             doubt |= validity::NO_PLAN;
         }
-        let mut p = self.describe(&tracked, &out, sample, &mut doubt);
-        self.look_ahead(&tracked, &drive, sample, &present, &mut p, &mut worst);
+        let object = sample.object.filter(|_| doubt & validity::POSE == 0);
+        let seen = object.zip(sample.gripper).map(|(object, gripper)| gripper.to_local(&object));
+        let observed =
+            self.observe(&mut tracked, &out, sample, &drive, &present, seen.as_ref(), effects, &mut doubt);
+        let mut p = self.describe(&tracked, &out, &observed, &present);
+        let model_sag = p.sag_m;
+        self.look_ahead(&mut tracked, &drive, sample, &present, &mut p, &mut worst, &mut work, &mut doubt);
+        if let Some(seen) = &seen {
+            // The model knows what comes, the measurement what is.
+            let to_come = p.sag_ahead_m - model_sag;
+            p.sag_m = self.sag(&tracked, &poses.carrier, &present, &seen.position_m).to_f64() as f32;
+            p.sag_ahead_m = p.sag_m + to_come;
+            p.rotation_rad = rotation_between(&tracked.start, &seen.rotation).to_f64() as f32;
+        }
+        if present.intent == Intent::Hold {
+            let edge_m = seen.as_ref().map(|seen| (self.to_the_edge(&tracked, seen), seen.rotation));
+            let grip_n = sample.grip_cmd_n.to_f64() as f32;
+            let dt_s = drive.dt_s.to_f64() as f32;
+            self.combine(&mut p, &mut tracked, &observed, Now { grip_n, edge_m, doubt, dt_s });
+        } else if let Some(moved) = observed.moved.as_ref().filter(|m| m.slip_s > R::zero()) {
+            for (f, v) in p.finger.iter_mut().zip(&moved.velocity_m_s) {
+                f.slip_in_s = 0.0;
+                f.slip_speed_m_s = f.slip_speed_m_s.max(v.norm().to_f64() as f32);
+            }
+        }
         judge(&mut p, present.intent, &self.limits, tracked.pushing);
         if worst.status != ConeStatus::Solved {
             doubt |= validity::SOLVER;
+        }
+        if doubt & validity::UNRELIABLE != 0 {
+            p.flags |= flags::UNSURE;
         }
         p.validity = doubt;
         p.solver_status = match worst.status {
@@ -565,35 +796,142 @@ impl<R: Real> Predictor<R> {
         measured: &Pose<R>,
     ) -> State<R, SLOTS> {
         let mut state = State::held(scene, model, drive, measured.position_m, measured.rotation);
-        state.jaw_half_m = tracked.state.jaw_half_m;
-        state.jaw_m = tracked.state.jaw_m;
-        state.slots = tracked.state.slots;
         state.memory = tracked.state.memory;
         state.time_s = tracked.state.time_s;
+        // Fingers that have closed on nothing, or were forced apart, are seated anew.
+        let jaw_m = tracked.state.jaw_half_m + tracked.state.jaw_m - state.jaw_half_m - state.jaw_m;
+        if jaw_m.abs() < R::of(JAW_KEPT_M) {
+            state.jaw_half_m = tracked.state.jaw_half_m;
+            state.jaw_m = tracked.state.jaw_m;
+            state.slots = tracked.state.slots;
+        }
         state
+    }
+
+    /// Checks the sensors and takes from them what they tell.
+    #[allow(clippy::too_many_arguments)]
+    fn observe(
+        &mut self,
+        tracked: &mut Tracked<R>,
+        out: &StepSummary<R>,
+        sample: &Sample<R>,
+        drive: &Drive<R>,
+        present: &Segment,
+        seen: Option<&Pose<R>>,
+        effects: R,
+        doubt: &mut u32,
+    ) -> Observed<R> {
+        let (usable, bits) = self.health.check(sample, &self.limits);
+        *doubt |= bits;
+        let at_rest = apart(&[present.velocity_m_s, present.angular_rad_s], &[[0.0; 3]; 2]) < 0.5;
+        // An object that stands on a table loads the fingers with the grip alone.
+        let mut expected = out.reading.finger;
+        if tracked.support.is_some() {
+            expected = [[R::zero(); 6]; 2];
+            expected[0][1] = -sample.grip_cmd_n;
+            expected[1][1] = sample.grip_cmd_n;
+        }
+        if self.observer.tare(&usable, &expected, at_rest) {
+            *doubt |= validity::BIASED;
+        }
+        let wrenches = self.observer.corrected(&usable);
+        if let [Some(a), Some(b)] = &wrenches {
+            let holding = present.intent == Intent::Hold && !tracked.pushing;
+            let allowed = R::of(1.0) + sample.grip_cmd_n.abs() * R::of(0.15);
+            let left = if holding { a[1] + b[1] } else { R::zero() };
+            if self.health.biased(left, allowed) {
+                *doubt |= validity::BIASED;
+            }
+            let (mut miss, mut size) = (R::zero(), R::zero());
+            for i in [0, 2] {
+                let (measured, model) = (a[i] + b[i], out.reading.finger[0][i] + out.reading.finger[1][i]);
+                miss += (measured - model).abs();
+                size += most(measured.abs(), model.abs());
+            }
+            let parted =
+                seen.is_some_and(|s| (s.position_m - tracked.state.position_m).norm() > R::of(0.0015));
+            let apart = miss > size * R::of(0.3) + R::of(0.5) || parted;
+            tracked.apart = if apart { tracked.apart.saturating_add(1) } else { 0 };
+        }
+        if tracked.apart >= 3 {
+            *doubt |= validity::MODEL;
+        }
+        let points_m = seen.map(|s| {
+            let turn = s.rotation * tracked.start.rotation.inverse();
+            let half = tracked.state.jaw_half_m;
+            let about_y = turn.into_inner().j * R::of(2.0) * self.arm();
+            [half, -half].map(|y| {
+                let pad = Vec3::new(R::zero(), y, R::zero());
+                let moved = s.position_m + turn.transform_vector(&(pad - tracked.start.position_m)) - pad;
+                Vec3::new(moved.x, about_y, moved.z)
+            })
+        });
+        // The planned motion changes: so does the load, for a while.
+        let motion = [present.velocity_m_s, present.angular_rad_s];
+        tracked.settling_s -= drive.dt_s;
+        if apart(&motion, &tracked.motion) > 1.0 {
+            tracked.settling_s = R::of(SETTLING_S);
+            tracked.motion = motion;
+        }
+        let up = -drive.carrier.inverse_transform_vector(&Vec3::from(self.scene.gravity_m_s2));
+        let bears = |w: &[[R; 6]; 2]| {
+            let sum = |i: usize| w[0][i] + w[1][i];
+            Vec3::new(sum(0), sum(1), sum(2)).dot(&up) / up.norm()
+        };
+        let bearing_n = match &wrenches {
+            [Some(a), Some(b)] if up.norm() > R::of(1e-3) => {
+                Some([bears(&[*a, *b]), bears(&out.reading.finger)])
+            }
+            _ => None,
+        };
+        self.observer.observe(&Seen {
+            wrenches: &wrenches,
+            grip_n: sample.grip_cmd_n,
+            points_m,
+            arm_m: self.arm(),
+            bearing_n,
+            steered: tracked.settling_s > R::zero(),
+            effects,
+            dt_s: drive.dt_s,
+        })
+    }
+
+    /// What the model's effects make of the fingers' friction limit: a factor on the base coefficient.
+    fn effects_on_friction(&self, work: &Workspace<R, SLOTS>) -> R {
+        let (mut limit, mut normal) = (R::zero(), R::zero());
+        for ((c, law), f) in work.contacts.iter().zip(&work.friction).zip(&work.force_n) {
+            if matches!(c.body, Body::Finger1 | Body::Finger2) {
+                let bound = most(f[0] + law.adhesion_n, R::zero());
+                limit += (law.mu[0] + law.mu[1]) * R::of(0.5) * bound;
+                normal += most(f[0], R::zero());
+            }
+        }
+        let base = self.model.friction.finger * normal;
+        if base > R::zero() { limit / base } else { R::one() }
     }
 
     fn describe(
         &self,
         tracked: &Tracked<R>,
-        out: &StepOutput<R, SLOTS>,
-        sample: &Sample<R>,
-        doubt: &mut u32,
+        out: &StepSummary<R>,
+        observed: &Observed<R>,
+        present: &Segment,
     ) -> Prediction {
         let mut p = Prediction { drop_in_s: -1.0, ..Prediction::default() };
         let narrow = |x: R| x.to_f64() as f32;
-        for k in 0..2 {
-            let f = &mut p.finger[k];
+        for (k, f) in p.finger.iter_mut().enumerate() {
             f.model_utilisation = narrow(out.utilisation[k]);
-            f.measured_utilisation = f32::NAN;
-            match sample.finger[k] {
-                Some(w) if w.iter().all(|x| x.finite()) => {
-                    f.measured_utilisation = narrow(self.utilisation(&w))
-                }
-                Some(_) => *doubt |= validity::WRENCH,
-                None => *doubt |= validity::NO_WRENCH,
+            f.measured_utilisation = match observed.finger[k] {
+                Some(r) if observed.limit > R::zero() => narrow(r / observed.limit),
+                _ => f32::NAN,
+            };
+            let mut slip = out.slip_m_s[k];
+            if let Some(moved) = &observed.moved
+                && present.intent == Intent::Hold
+            {
+                let now = moved.slip_s > R::zero();
+                slip = if now { moved.velocity_m_s[k] } else { Vec3::zeros() };
             }
-            let slip = out.slip_m_s[k];
             f.slip_speed_m_s = narrow(slip.norm());
             f.slip_direction_rad = direction(&slip);
             f.slip_in_s = -1.0;
@@ -604,114 +942,228 @@ impl<R: Real> Predictor<R> {
         let q = r.rotation.quaternion();
         p.quaternion = [narrow(q.w), narrow(q.i), narrow(q.j), narrow(q.k)];
         p.pusher_force_n = [narrow(r.pusher[0]), narrow(r.pusher[1]), narrow(r.pusher[2])];
-        p.sag_m = narrow(self.sag(&tracked.start, &tracked.poses.carrier, &tracked.state.position_m));
-        p.rotation_rad = narrow(rotation_between(&tracked.start, &tracked.state));
+        p.sag_m = narrow(self.sag(tracked, &tracked.poses.carrier, present, &tracked.state.position_m));
+        p.rotation_rad = narrow(rotation_between(&tracked.start, &tracked.state.rotation));
+        p.friction = narrow(self.observer.friction());
         p
     }
 
-    /// Motion in the grasp along gravity since the start.
-    fn sag(&self, start: &Pose<R>, carrier: &Pose<R>, position_m: &Vec3<R>) -> R {
-        let gravity = Vec3::from(self.scene.gravity_m_s2);
-        let size = gravity.norm();
+    /// Motion in the grasp along gravity since the start; while sliding, only that across the slide.
+    fn sag(&self, tracked: &Tracked<R>, carrier: &Pose<R>, present: &Segment, position_m: &Vec3<R>) -> R {
+        let mut down = Vec3::from(self.scene.gravity_m_s2);
+        if present.intent == Intent::Slide {
+            let v = Vec3::from(present.velocity_m_s.map(|x| R::of(f64::from(x))));
+            let square = v.norm_squared();
+            if square > R::of(1e-8) {
+                down -= v * (v.dot(&down) / square);
+            }
+        }
+        let size = down.norm();
         if !(size > R::of(1e-3)) {
             return R::zero();
         }
-        let down = carrier.rotation.inverse_transform_vector(&(gravity / size));
-        down.dot(&(position_m - start.position_m))
+        let down = carrier.rotation.inverse_transform_vector(&(down / size));
+        down.dot(&(position_m - tracked.start.position_m))
     }
 
-    /// Share of a finger's limit surface used by a measured wrench.
-    fn utilisation(&self, w: &[R; 6]) -> R {
-        let normal = w[1].abs();
-        let mu = self.model.friction.finger;
-        let limit = mu * normal;
-        if !(limit > R::of(1e-6)) {
-            return R::zero();
-        }
-        let tangential = (w[0] * w[0] + w[2] * w[2]).root() / limit;
-        let arm = match self.scene.fingers {
+    /// Arm of a finger's torsional friction: torsion limit over force limit.
+    fn arm(&self) -> R {
+        match self.scene.fingers {
             Some(FingerContact::Disc { diameter_m }) => diameter_m * R::of(1.0 / 3.0),
             Some(FingerContact::Line { length_m }) => length_m * R::of(0.5),
             _ => R::zero(),
-        };
-        let torsion = if arm > R::zero() { w[4] / (limit * arm) } else { R::zero() };
-        (tangential * tangential + torsion * torsion).root()
+        }
     }
 
+    /// How far each way (object X and Z) the object can still move until a pad's centre is off
+    /// its face.
+    fn to_the_edge(&self, tracked: &Tracked<R>, seen: &Pose<R>) -> [[R; 2]; 2] {
+        // The grasp point in object axes, and how far the object reaches along each of them.
+        let pad = seen.rotation.inverse_transform_vector(&-seen.position_m);
+        let first = tracked.start.rotation.inverse_transform_vector(&-tracked.start.position_m);
+        [Vec3::x(), Vec3::z()].map(|axis| {
+            let reach = self.scene.object.shape.reach(&axis);
+            let at = pad.dot(&axis);
+            if first.dot(&axis).abs() < reach {
+                // The pad goes the other way than the object.
+                [reach + at, reach - at]
+            } else {
+                [R::of(1.0); 2]
+            }
+        })
+    }
+
+    /// Brings together what the model foresees and what is measured of a held grasp.
+    ///
+    /// Slip now is what the pose shows; slip ahead needs a proven trend, or a model that
+    /// agrees with the measured load and foresees slip from the plan. To be near the limit
+    /// is neither.
+    fn combine(&self, p: &mut Prediction, tracked: &mut Tracked<R>, observed: &Observed<R>, now: Now<R>) {
+        // Without any wrench the model alone speaks, and the pose.
+        let blind = observed.finger.iter().all(Option::is_none);
+        let agrees =
+            now.doubt & validity::MODEL == 0 && observed.ratio.is_some_and(|r| self.agrees(p, observed, r));
+        let foresees = p.finger.iter().any(|f| f.slip_in_s >= 0.0) && (agrees || blind);
+        tracked.foreseen = if foresees { tracked.foreseen.saturating_add(1) } else { 0 };
+        let mut ahead = within(observed.limit_in_s, self.limits.slip_warning_s);
+        let mut drop = within(observed.limit_in_s, self.limits.drop_warning_s);
+        if tracked.foreseen >= FORESEEN_SAMPLES {
+            let soonest =
+                p.finger.iter().filter(|f| f.slip_in_s >= 0.0).map(|f| f.slip_in_s).reduce(f32::min);
+            ahead = sooner(ahead, soonest);
+            drop = sooner(drop, Some(p.drop_in_s).filter(|t| *t >= 0.0));
+        }
+        let slips = match &observed.moved {
+            Some(moved) => moved.slip_s > R::zero(),
+            None if blind => foresees,
+            None => observed.over_s > R::zero(),
+        };
+        if let (Some(moved), Some(edge)) = (&observed.moved, &now.edge_m) {
+            let (edge_m, attitude) = edge;
+            let leaves = self
+                .leaves_in(moved, edge_m, attitude)
+                .filter(|t| *t <= self.limits.drop_warning_s.min(foresight(moved)));
+            drop = sooner(drop, leaves);
+            self.sag_ahead(p, tracked, moved);
+        } else if slips && (blind || observed.over_s > R::of(LASTING_S)) {
+            drop = sooner(drop, Some(self.limits.horizon_s));
+        }
+        ahead = tracked.slip_warning.hold(ahead, now.dt_s);
+        for f in &mut p.finger {
+            f.slip_in_s = if slips { 0.0 } else { ahead.map_or(-1.0, |t| t.max(LEAST_AHEAD_S)) };
+            if !slips {
+                f.slip_speed_m_s = 0.0;
+            }
+        }
+        p.drop_in_s = tracked.drop_warning.hold(drop, now.dt_s).unwrap_or(-1.0);
+        let enough = observed.least_limit * R::of(f64::from(self.limits.target_utilisation.max(0.05)));
+        if let Some(ratio) = observed.ratio
+            && enough > R::zero()
+        {
+            p.holding_grip_n = now.grip_n * (ratio / enough).to_f64() as f32;
+        }
+    }
+
+    /// The model carries the load that is measured.
+    fn agrees(&self, p: &Prediction, observed: &Observed<R>, ratio: R) -> bool {
+        let used = (ratio / most(observed.limit, R::of(1e-6))).to_f64() as f32;
+        p.finger.iter().all(|f| (f.model_utilisation - used).abs() < 0.1)
+    }
+
+    /// Time until the pads are off the object, if it goes on as it moves now: `d = v t + a t^2 / 2`.
+    fn leaves_in(&self, moved: &Moved<R>, edge_m: &[[R; 2]; 2], attitude: &Rotation<R>) -> Option<f32> {
+        if !(moved.slip_s > R::zero()) {
+            return None;
+        }
+        let mut soonest: Option<f32> = None;
+        let mean = (moved.velocity_m_s[0] + moved.velocity_m_s[1]) * R::of(0.5);
+        // Without the turn.
+        let velocity = attitude.inverse_transform_vector(&Vec3::new(mean.x, R::zero(), mean.z));
+        let speed = velocity.norm();
+        for (v, sides) in [velocity.x, velocity.z].into_iter().zip(edge_m) {
+            let way = if v > R::zero() { sides[0] } else { sides[1] };
+            let v = v.abs();
+            // The gain of speed along this axis.
+            let a = if speed > R::zero() { moved.acceleration_m_s2 * v / speed } else { R::zero() };
+            let reached = v * v + R::of(2.0) * a * way;
+            if v > R::of(LEAVING_M_S) && reached > R::zero() {
+                let t = R::of(2.0) * most(way, R::zero()) / (v + reached.root());
+                soonest = sooner(soonest, Some(t.to_f64() as f32));
+            }
+        }
+        soonest
+    }
+
+    /// Sag that the present slip leads to, where that is more than the model's.
+    fn sag_ahead(&self, p: &mut Prediction, tracked: &Tracked<R>, moved: &Moved<R>) {
+        if !(moved.slip_s > R::zero()) {
+            return;
+        }
+        let down =
+            tracked.poses.carrier.rotation.inverse_transform_vector(&Vec3::from(self.scene.gravity_m_s2));
+        let size = down.norm();
+        if size > R::of(1e-3) {
+            let v = (moved.velocity_m_s[0] + moved.velocity_m_s[1]) * R::of(0.5);
+            let sinking = (v.x * down.x + v.z * down.z) / size;
+            let to_come = sinking.to_f64() as f32 * self.limits.horizon_s.min(foresight(moved));
+            p.sag_ahead_m = p.sag_ahead_m.max(p.sag_m + to_come);
+        }
+    }
+
+    /// Goes on with the look-ahead, begins a new one where the work allows, and tells what the
+    /// newest finished one foresees, from now.
+    #[allow(clippy::too_many_arguments)]
     fn look_ahead(
         &self,
-        tracked: &Tracked<R>,
+        tracked: &mut Tracked<R>,
         drive: &Drive<R>,
         sample: &Sample<R>,
         present: &Segment,
         p: &mut Prediction,
         worst: &mut Worst<R>,
+        work: &mut Workspace<R, SLOTS>,
+        doubt: &mut u32,
     ) {
-        let horizon = R::of(f64::from(self.limits.horizon_s));
-        let dt = clamp(horizon / R::of(f64::from(LOOK_AHEAD_STEPS)), R::of(1e-3), R::of(LONGEST_STEP_S));
-        let mut state = tracked.state.clone();
-        let mut carrier = tracked.poses.carrier;
-        let mut pusher = tracked.poses.pusher;
-        let pusher_world = drive.pusher.map(|m| {
-            let v = m.velocity_m_s + drive.carrier_m_s + drive.carrier_rad_s.cross(&m.position_m);
-            drive.carrier.transform_vector(&v)
-        });
-        let threshold = R::of(f64::from(self.limits.slip_m_s));
-        let mut speed_before = state.absolute_m_s.norm();
-        for (f, now) in p.finger.iter_mut().zip([0.0f32; 2]) {
-            f.peak_utilisation = f.model_utilisation;
-            if f64::from(f.slip_speed_m_s) > threshold.to_f64() {
-                f.slip_in_s = now;
+        let course = Course {
+            scene: &self.scene,
+            model: &self.model,
+            plan: &self.plan,
+            present,
+            horizon_s: R::of(f64::from(self.limits.horizon_s)),
+            slip_m_s: R::of(f64::from(self.limits.slip_m_s)),
+            trial: self.trial,
+            support: tracked.support,
+            reference_m: tracked.reference_m,
+        };
+        let mut done = worst.work;
+        let mut begun = false;
+        while done.room() && !begun {
+            let mut ahead = tracked.ahead.take().unwrap_or_else(|| {
+                begun = true;
+                // A grip command that departs from the plan goes on doing so.
+                let departure_n = sample.grip_cmd_n - R::of(f64::from(present.grip_n));
+                let pusher_m_s = drive.pusher.map(|m| {
+                    let v = m.velocity_m_s + drive.carrier_m_s + drive.carrier_rad_s.cross(&m.position_m);
+                    drive.carrier.transform_vector(&v)
+                });
+                Ahead::begin(&tracked.state, &tracked.poses, sample.t_s, pusher_m_s, departure_n)
+            });
+            match ahead.go_on(&course, &mut done, work, |out| worst.count(out)) {
+                Some(found) => tracked.outlook = Some(found),
+                None => tracked.ahead = Some(ahead),
             }
         }
-        let mut ahead = R::zero();
-        while ahead < horizon {
-            let t = (sample.t_s + ahead).to_f64() as f32;
-            let segment = self.plan.at(t).unwrap_or(present);
-            let widen = |a: [f32; 3]| Vec3::from(a.map(|x| R::of(f64::from(x))));
-            let (linear, angular) = (widen(segment.velocity_m_s), widen(segment.angular_rad_s));
-            let next_carrier = Pose {
-                position_m: carrier.position_m + linear * dt,
-                rotation: crate::step::turned(&carrier.rotation, &(angular * dt)),
-            };
-            let next_pusher = match (pusher, pusher_world) {
-                (Some(p), Some(v)) => Some(Pose { position_m: p.position_m + v * dt, ..p }),
-                _ => None,
-            };
-            let from = Poses { t_s: R::zero(), carrier, pusher, support: tracked.support };
-            let to = Poses { t_s: dt, carrier: next_carrier, pusher: next_pusher, support: tracked.support };
-            let grip = R::of(f64::from(segment.grip_n));
-            let Some(next) = drive_between(&from, &to, &tracked.reference_m, grip, self.trial) else {
-                break;
-            };
-            let out = step(&self.scene, &self.model, &mut state, &next);
-            worst.note(&out);
-            ahead += dt;
-            let when = ahead.to_f64() as f32;
-            for (k, f) in p.finger.iter_mut().enumerate() {
-                let used = out.utilisation[k].to_f64() as f32;
-                f.peak_utilisation = f.peak_utilisation.max(used);
-                if f.slip_in_s < 0.0 && out.slip_m_s[k].norm() > threshold {
-                    f.slip_in_s = when;
-                    f.slip_direction_rad = direction(&out.slip_m_s[k]);
+        for f in &mut p.finger {
+            f.peak_utilisation = f.model_utilisation;
+            if f.slip_speed_m_s > self.limits.slip_m_s {
+                f.slip_in_s = 0.0;
+            }
+        }
+        p.sag_ahead_m = p.sag_m;
+        match &tracked.outlook {
+            None => *doubt |= validity::NO_FORESIGHT,
+            Some(found) => {
+                let age_s = (sample.t_s - found.began_s).to_f64() as f32;
+                // Foreseen for a moment that has come without it: it is due.
+                let from_now =
+                    |after_s: f32| if after_s < 0.0 { after_s } else { (after_s - age_s).max(0.004) };
+                for (k, f) in p.finger.iter_mut().enumerate() {
+                    f.peak_utilisation = f.peak_utilisation.max(found.peak_utilisation[k]);
+                    if f.slip_in_s < 0.0 && found.slip_after_s[k] >= 0.0 {
+                        f.slip_in_s = from_now(found.slip_after_s[k]);
+                        f.slip_direction_rad = direction(&found.slip[k]);
+                    }
+                }
+                if p.drop_in_s < 0.0 {
+                    p.drop_in_s = from_now(found.drop_after_s);
+                }
+                // Sag in the last carrier's axes: gravity has turned with it.
+                p.sag_ahead_m = self.sag(tracked, &found.carrier, present, &found.position_m).to_f64() as f32;
+                if found.marked {
+                    *doubt |= validity::FORESIGHT;
                 }
             }
-            let lost = self.scene.fingers.is_some()
-                && (!(out.normal_n[0] > R::zero()) || !(out.normal_n[1] > R::zero()));
-            // Falling: fast relative to the gripper and gaining half of gravity.
-            let relative = Vec3::new(state.velocity[0], state.velocity[1], state.velocity[2]);
-            let speed = relative.norm();
-            let gain = (speed - speed_before) / dt;
-            let falling = self.scene.fingers.is_some() && speed > R::of(0.05) && gain > R::of(2.0);
-            speed_before = speed;
-            if (lost || falling) && p.drop_in_s < 0.0 {
-                p.drop_in_s = when;
-            }
-            carrier = next_carrier;
-            pusher = next_pusher;
         }
-        // Sag in the last carrier's axes: gravity has turned with it.
-        p.sag_ahead_m = self.sag(&tracked.start, &carrier, &state.position_m).to_f64() as f32;
         let used = p.finger.iter().fold(0.0f32, |u, f| {
             let measured = if f.measured_utilisation.is_nan() { 0.0 } else { f.measured_utilisation };
             u.max(f.peak_utilisation).max(measured)
@@ -730,20 +1182,22 @@ fn advance<R: Real>(
     model: &Model<R>,
     state: &mut State<R, SLOTS>,
     drive: &Drive<R>,
-) -> StepOutput<R, SLOTS> {
+    work: &mut Workspace<R, SLOTS>,
+) -> StepSummary<R> {
     let mut parts: u8 = 1;
     while drive.dt_s / R::of(f64::from(parts)) > R::of(LONGEST_STEP_S * 1.001) && parts < 16 {
         parts += 1;
     }
     let mut part = *drive;
     part.dt_s = drive.dt_s / R::of(f64::from(parts));
-    let mut out = step(scene, model, state, &part);
+    let options = ConeOptions { max_iterations: MOST_ITERATIONS, ..ConeOptions::present() };
+    let mut out = step_in(scene, model, state, &part, &options, work);
     for _ in 1..parts {
         for m in [&mut part.pusher, &mut part.support].into_iter().flatten() {
             m.position_m += m.velocity_m_s * part.dt_s;
             m.rotation = crate::step::turned(&m.rotation, &(m.angular_rad_s * part.dt_s));
         }
-        out = step(scene, model, state, &part);
+        out = step_in(scene, model, state, &part, &options, work);
     }
     out
 }
@@ -770,10 +1224,41 @@ fn direction<R: Real>(slip_m_s: &Vec3<R>) -> f32 {
     if x == 0.0 && z == 0.0 { 0.0 } else { F32Ext::atan2(z, x) }
 }
 
-fn rotation_between<R: Real>(start: &Pose<R>, state: &State<R, SLOTS>) -> R {
-    let q = (start.rotation.inverse() * state.rotation).into_inner();
+fn rotation_between<R: Real>(start: &Pose<R>, now: &Rotation<R>) -> R {
+    let q = (start.rotation.inverse() * now).into_inner();
     let vector = (q.i * q.i + q.j * q.j + q.k * q.k).root();
     R::of(2.0) * vector.atan2(q.w.abs())
+}
+
+/// What a held grasp is judged by besides the observer's figures.
+struct Now<R: Real> {
+    grip_n: f32,
+    /// See [`Predictor::to_the_edge`]; the object's attitude in the gripper.
+    edge_m: Option<([[R; 2]; 2], Rotation<R>)>,
+    doubt: u32,
+    dt_s: f32,
+}
+
+/// How far two velocities (m/s, rad/s) are apart: 1 is 10 mm/s or 0.1 rad/s on an axis.
+fn apart(a: &[[f32; 3]; 2], b: &[[f32; 3]; 2]) -> f32 {
+    let of = |a: &[f32; 3], b: &[f32; 3]| a.iter().zip(b).fold(0.0f32, |m, (a, b)| m.max((a - b).abs()));
+    (of(&a[0], &b[0]) * 100.0).max(of(&a[1], &b[1]) * 10.0)
+}
+
+/// How far ahead a slip can be extrapolated.
+fn foresight<R: Real>(moved: &Moved<R>) -> f32 {
+    AT_ONCE_S + moved.slip_s.to_f64() as f32 * EXTRAPOLATED
+}
+
+fn within<R: Real>(t: Option<R>, most: f32) -> Option<f32> {
+    t.map(|t| t.to_f64() as f32).filter(|t| *t <= most)
+}
+
+fn sooner(a: Option<f32>, b: Option<f32>) -> Option<f32> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(a.min(b)),
+        _ => a.or(b),
+    }
 }
 
 /// Sets the flags from the figures.
@@ -783,7 +1268,7 @@ fn judge(p: &mut Prediction, intent: Intent, limits: &Limits, pushing: bool) {
     let mut any = false;
     for k in 0..2 {
         let f = &p.finger[k];
-        if f.slip_speed_m_s > limits.slip_m_s {
+        if f.slip_speed_m_s > limits.slip_m_s || f.slip_in_s == 0.0 {
             set |= slip[k];
         } else if f.slip_in_s >= 0.0 {
             set |= ahead[k];
@@ -821,21 +1306,30 @@ struct Worst<R> {
     status: ConeStatus,
     residual_n: R,
     iterations: u16,
+    /// Of the tick so far.
+    work: Work,
 }
 
 impl<R: Real> Default for Worst<R> {
     fn default() -> Self {
-        Self { status: ConeStatus::Solved, residual_n: R::zero(), iterations: 0 }
+        Self { status: ConeStatus::Solved, residual_n: R::zero(), iterations: 0, work: Work::default() }
     }
 }
 
 impl<R: Real> Worst<R> {
-    fn note(&mut self, out: &StepOutput<R, SLOTS>) {
+    /// A step of the look-ahead: its status goes with what it foresees.
+    fn count(&mut self, out: &StepSummary<R>) {
+        self.work.add(out);
+        self.iterations = self.iterations.saturating_add(least(f64::from(out.iterations), 1e4) as u16);
+    }
+
+    /// The step from sample to sample.
+    fn note(&mut self, out: &StepSummary<R>) {
+        self.count(out);
         if out.status != ConeStatus::Solved {
             self.status = out.status;
         }
         self.residual_n = most(self.residual_n, out.residual_n);
-        self.iterations = self.iterations.saturating_add(least(f64::from(out.iterations), 1e4) as u16);
     }
 }
 
@@ -854,7 +1348,14 @@ impl Prediction {
             ]
             .map(bits)
         });
-        let rest = [self.sag_m, self.sag_ahead_m, self.rotation_rad, self.drop_in_s, self.holding_grip_n];
+        let rest = [
+            self.sag_m,
+            self.sag_ahead_m,
+            self.rotation_rad,
+            self.drop_in_s,
+            self.holding_grip_n,
+            self.friction,
+        ];
         [self.flags, self.validity, u32::from(self.solver_status), u32::from(self.solver_iterations)]
             .into_iter()
             .chain(fingers)

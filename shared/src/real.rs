@@ -45,8 +45,9 @@ impl Real for f32 {
     fn finite(self) -> bool {
         f32::is_finite(self)
     }
+    #[inline(always)]
     fn root(self) -> Self {
-        libm::sqrtf(self)
+        stickslip_root::sqrtf(self)
     }
 }
 

@@ -9,7 +9,7 @@ use crate::model::{
     Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
 };
 use crate::predictor::{HASH_START, Intent, Limits, Plan, Predictor, Sample, Segment, validity};
-use crate::real::{Real, Vec3};
+use crate::real::Vec3;
 use crate::shape::inertia;
 use crate::step::turned;
 use crate::track::Pose;
@@ -184,14 +184,17 @@ fn scenario(draw: &mut Draw) -> Scenario {
     s
 }
 
-fn run_trial(draw: &mut Draw, ticks: u32, horizon_s: f32, digest: &mut Digest) {
+/// Runs one trial through `tick`; `false` where scene or model is refused.
+fn run_trial(
+    draw: &mut Draw,
+    ticks: u32,
+    horizon_s: f32,
+    tick: &mut impl FnMut(&mut Predictor<f32>, &Sample<f32>),
+) -> bool {
     let s = scenario(draw);
     let limits = Limits { horizon_s, ..Limits::default() };
     let Ok(mut predictor) = Predictor::new(s.scene.clone(), s.model.clone(), limits) else {
-        // A refused model is part of the result as well.
-        digest.hash = (digest.hash ^ 0xdead).wrapping_mul(0x0100_0193);
-        digest.ticks += ticks;
-        return;
+        return false;
     };
     let mut plan = Plan { start_s: 0.0, segments: Vec::new() };
     let narrow = |v: &Vec3<f32>| [v.x, v.y, v.z];
@@ -232,25 +235,52 @@ fn run_trial(draw: &mut Draw, ticks: u32, horizon_s: f32, digest: &mut Digest) {
             pusher,
             finger: [Some(wrench), (k % 7 != 3).then_some(wrench)],
         };
-        let p = predictor.tick(&sample);
-        digest.hash = p.hash(digest.hash);
-        digest.ticks += 1;
-        if p.validity & validity::SOLVER != 0 {
-            digest.marked += 1;
+        tick(&mut predictor, &sample);
+    }
+    true
+}
+
+/// The trials of [`run`], each tick made by `tick`.
+pub fn each(seed: u32, ticks: u32, horizon_s: f32, mut tick: impl FnMut(&mut Predictor<f32>, &Sample<f32>)) {
+    trials(seed, ticks, horizon_s, &mut tick, |_| {});
+}
+
+fn trials(
+    seed: u32,
+    ticks: u32,
+    horizon_s: f32,
+    tick: &mut impl FnMut(&mut Predictor<f32>, &Sample<f32>),
+    mut refused: impl FnMut(u32),
+) {
+    let mut draw = Draw(seed);
+    let mut done = 0;
+    while done < ticks {
+        let more = (ticks - done).min(TRIAL_TICKS);
+        if !run_trial(&mut draw, more, horizon_s, tick) {
+            refused(more);
         }
-        if p.finger[0].slip_speed_m_s.to_f64() > 0.0 {
-            digest.slipping += 1;
-        }
+        done += more;
     }
 }
 
 /// Runs `ticks` ticks of varied trials; `horizon_s` 0 switches the look-ahead off.
 pub fn run(seed: u32, ticks: u32, horizon_s: f32) -> Digest {
-    let mut draw = Draw(seed);
-    let mut digest = Digest { hash: HASH_START, ..Digest::default() };
-    while digest.ticks < ticks {
-        let left = ticks - digest.ticks;
-        run_trial(&mut draw, left.min(TRIAL_TICKS), horizon_s, &mut digest);
-    }
-    digest
+    let digest = core::cell::Cell::new(Digest { hash: HASH_START, ..Digest::default() });
+    let mut tick = |predictor: &mut Predictor<f32>, sample: &Sample<f32>| {
+        let p = predictor.tick(sample);
+        let mut d = digest.get();
+        d.hash = p.hash(d.hash);
+        d.ticks += 1;
+        d.marked += u32::from(p.validity & validity::SOLVER != 0);
+        d.slipping += u32::from(p.finger[0].slip_speed_m_s > 0.0);
+        digest.set(d);
+    };
+    trials(seed, ticks, horizon_s, &mut tick, |ticks| {
+        // A refused model is part of the result as well.
+        let mut d = digest.get();
+        d.hash = (d.hash ^ 0xdead).wrapping_mul(0x0100_0193);
+        d.ticks += ticks;
+        digest.set(d);
+    });
+    digest.get()
 }

@@ -296,8 +296,11 @@ impl<R: Real> Shape<R> {
         let z = height * R::of(0.5);
         let (normal, second) = if below { (-Vec3::z(), -Vec3::y()) } else { (Vec3::z(), Vec3::y()) };
         // Mirrored axes need the reverse order to stay counter-clockwise.
-        let mut corners: Vec<[R; 2], MAX_VERTICES> =
-            outline.iter().map(|c| [c[0], if below { -c[1] } else { c[1] }]).collect();
+        let mut corners: Vec<[R; 2], MAX_VERTICES> = Vec::new();
+        for c in outline {
+            // As many as the outline, which has the same capacity.
+            let _ = corners.push([c[0], if below { -c[1] } else { c[1] }]);
+        }
         if below {
             corners.reverse();
         }

@@ -9,6 +9,7 @@ use crate::cone::{self, Bodies, ConeOptions, ConePoint, ConeStatus, DOF};
 use crate::contact::{self, Body, Contact, Contacts};
 use crate::effects::{self, Environment, FrictionLaw, Loads, MEMORY, Reading, Slip, StepContext};
 use crate::model::{MAX_EFFECTS, Model, PusherContact, Scene, SupportContact};
+use crate::probe::{self, Part};
 use crate::real::{Real, Rotation, Vec3, most};
 use crate::shape::rotated_inertia;
 use heapless::Vec;
@@ -105,6 +106,58 @@ pub struct State<R: Real, const NC: usize> {
 }
 
 /// What a step produces besides the next state.
+#[derive(Clone, Copy, Debug)]
+pub struct StepSummary<R: Real> {
+    /// How far the rest can be trusted.
+    pub status: ConeStatus,
+    /// Error of the momentum balance.
+    pub residual_n: R,
+    /// Newton steps.
+    pub iterations: u32,
+    /// Evaluations of the momentum balance.
+    pub evaluations: u32,
+    /// Contact points times effects: how often an effect was asked for its friction.
+    pub hooks: u16,
+    /// What the sensors would show at the end of the step.
+    pub reading: Reading<R>,
+    /// Share of the friction limit used by each finger, force and torsion together (1: slipping).
+    pub utilisation: [R; 2],
+    /// Mean slip velocity of the object over each finger, carrier axes, m/s.
+    pub slip_m_s: [Vec3<R>; 2],
+    /// Slip about the patch normal of each finger, rad/s.
+    pub spin_rad_s: [R; 2],
+    /// Normal force of each body: finger 1, finger 2, pusher, support.
+    pub normal_n: [R; 4],
+    /// Contact points that did not fit the capacity and were left out.
+    pub points_lost: usize,
+}
+
+/// Working memory of a step; keeps its contact points, one entry each in the lists.
+#[derive(Clone, Debug)]
+pub struct Workspace<R: Real, const NC: usize> {
+    /// Contact points handed to the solver.
+    pub contacts: Contacts<R, NC>,
+    /// Friction law of each.
+    pub friction: Vec<FrictionLaw<R>, NC>,
+    /// Force on the object at each, along its axes.
+    pub force_n: Vec<[R; 3], NC>,
+    cone: cone::Workspace<R, NC>,
+}
+
+impl<R: Real, const NC: usize> Workspace<R, NC> {
+    /// Empty.
+    pub fn new() -> Self {
+        Self { contacts: Vec::new(), friction: Vec::new(), force_n: Vec::new(), cone: cone::Workspace::new() }
+    }
+}
+
+impl<R: Real, const NC: usize> Default for Workspace<R, NC> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// What a step produces besides the next state, with every contact point.
 #[derive(Clone, Debug)]
 pub struct StepOutput<R: Real, const NC: usize> {
     /// How far the rest can be trusted.
@@ -188,11 +241,14 @@ fn not_negative<R: Real>(x: R) -> R {
 fn base_mu<R: Real>(scene: &Scene<R>, model: &Model<R>, contact: &Contact<R>, down: &Vec3<R>) -> R {
     // A plane under the object is a platform, not the pusher's face: it has the support's
     // friction (the paper's silicone platform beside its rubber-faced pusher).
-    let under = matches!(scene.pusher, Some(PusherContact::Plane))
-        && contact.axes[0].dot(down) < R::of(-0.7) * down.norm();
+    let under = || {
+        let along = contact.axes[0].dot(down);
+        let level = along < R::zero() && along * along > R::of(0.49) * down.dot(down);
+        level && matches!(scene.pusher, Some(PusherContact::Plane))
+    };
     match contact.body {
         Body::Finger1 | Body::Finger2 => model.friction.finger,
-        Body::Pusher if under => model.friction.support,
+        Body::Pusher if under() => model.friction.support,
         Body::Pusher => model.friction.pusher,
         Body::Support => model.friction.support,
     }
@@ -253,14 +309,44 @@ fn context<R: Real, const NC: usize>(
     }
 }
 
-/// Advances `state` by one step. On `ConeStatus::BadInput` the state is left as it was;
-/// with any other status it has moved and `residual_n` says how exactly.
+/// Advances `state` by one step and returns every contact point as well: see [`step_in`].
 pub fn step<R: Real, const NC: usize>(
     scene: &Scene<R>,
     model: &Model<R>,
     state: &mut State<R, NC>,
     drive: &Drive<R>,
 ) -> StepOutput<R, NC> {
+    let mut work = Workspace::new();
+    let s = step_in(scene, model, state, drive, &ConeOptions::default(), &mut work);
+    StepOutput {
+        status: s.status,
+        residual_n: s.residual_n,
+        iterations: s.iterations,
+        reading: s.reading,
+        utilisation: s.utilisation,
+        slip_m_s: s.slip_m_s,
+        spin_rad_s: s.spin_rad_s,
+        normal_n: s.normal_n,
+        contacts: work.contacts,
+        friction: work.friction,
+        force_n: work.force_n,
+        points_lost: s.points_lost,
+    }
+}
+
+/// Advances `state` by one step. On `ConeStatus::BadInput` the state is left as it was;
+/// with any other status it has moved and `residual_n` says how exactly.
+///
+/// Never panics; bounded by `options` and the capacity `NC`.
+pub fn step_in<R: Real, const NC: usize>(
+    scene: &Scene<R>,
+    model: &Model<R>,
+    state: &mut State<R, NC>,
+    drive: &Drive<R>,
+    options: &ConeOptions<R>,
+    work: &mut Workspace<R, NC>,
+) -> StepSummary<R> {
+    let _span = probe::span(Part::Step);
     let zero = R::zero();
     let dt = drive.dt_s;
     let context = context(scene, state, drive);
@@ -282,35 +368,59 @@ pub fn step<R: Real, const NC: usize>(
     grip_n = not_negative(grip_n);
 
     let gravity = drive.carrier.inverse_transform_vector(&loads.gravity_m_s2);
-    let mut found: Contacts<R, NC> = Vec::new();
-    let mut points_lost = contact::find(scene, model, state, drive, &mut found);
-    for c in &mut found {
-        for (_, law, p) in effect_hooks(model) {
-            law.contact(p, &context, c);
+    let part = probe::span(Part::Contacts);
+    let mut points_lost = contact::find(scene, model, state, drive, &mut work.contacts);
+    let mut patch_load = [zero; 4];
+    if !model.effects.is_empty() {
+        for c in &mut work.contacts {
+            for (_, law, p) in effect_hooks(model) {
+                law.contact(p, &context, c);
+            }
+        }
+        points_lost += contact::spread(&mut work.contacts);
+        for c in &work.contacts {
+            if let (Some(sum), Some(slot)) = (patch_load.get_mut(c.body.index()), state.slots.get(c.slot)) {
+                *sum += slot.load_n;
+            }
         }
     }
-    points_lost += contact::spread(&mut found);
-    let mut patch_load = [zero; 4];
-    for c in &found {
-        patch_load[c.body.index()] += state.slots[c.slot].load_n;
-    }
-    let mut contacts: Contacts<R, NC> = Vec::new();
-    let mut points: Vec<ConePoint<R>, NC> = Vec::new();
-    let mut friction: Vec<FrictionLaw<R>, NC> = Vec::new();
-    for c in &found {
+    drop(part);
+    let inertia = rotated_inertia(&scene.object, &state.rotation);
+    let ratio = loads.mass_kg / scene.object.mass_kg;
+    let inertia = inertia.map(|r| r.map(|x| x * ratio));
+    let (turn, v, w) = (drive.carrier_rad_s, state.absolute_m_s, state.absolute_rad_s);
+    let carried = drive.carrier_m_s + turn.cross(&state.position_m);
+    // Velocity without contact; components turn with the carrier's axes.
+    let v_free = v - turn.cross(&v) * dt + (gravity + loads.force_n / loads.mass_kg) * dt - carried;
+    let w_free = w - turn.cross(&w) * dt + inverse_times(&inertia, &loads.torque_nm) * dt - turn;
+    let jaw_mass = R::of(JAW_MASS_KG);
+    let jaw_free = state.velocity[6] - R::of(2.0) * grip_n * dt / jaw_mass;
+    let bodies = Bodies {
+        mass_kg: loads.mass_kg,
+        inertia_kg_m2: inertia,
+        jaw_mass_kg: jaw_mass,
+        dt_s: dt,
+        free: [v_free.x, v_free.y, v_free.z, w_free.x, w_free.y, w_free.z, jaw_free],
+    };
+    work.cone.begin(&bodies);
+    work.friction.clear();
+    let mut kept = 0;
+    for i in 0..work.contacts.len() {
+        let Some(c) = work.contacts.get(i) else { continue };
+        // The slot is below the capacity: `contact` sees to it.
+        let Some(slot) = state.slots.get_mut(c.slot) else { continue };
         if c.gap_m > R::of(NEAR_M) || !(c.share > zero) {
-            state.slots[c.slot].load_n = zero;
-            state.slots[c.slot].spring_m = [zero; 2];
+            slot.load_n = zero;
+            slot.spring_m = [zero; 2];
             continue;
         }
-        let slot = &state.slots[c.slot];
         let slip = Slip {
             body: c.body,
             share: c.share,
             patch_m: c.patch_m,
             object_m: c.object_m,
             load_n: slot.load_n,
-            patch_load_n: patch_load[c.body.index()],
+            patch_load_n: patch_load.get(c.body.index()).copied().unwrap_or(zero),
             speed_m_s: slot.speed_m_s,
             distance_m: slot.slip_m,
             rest_s: slot.rest_s,
@@ -348,34 +458,29 @@ pub fn step<R: Real, const NC: usize>(
             mu: law.mu,
             adhesion_n: law.adhesion_n,
         };
-        // `found` has the same capacity: these cannot fail.
-        let _ = points.push(point);
-        let _ = contacts.push(*c);
-        let _ = friction.push(law);
+        // The capacities are that of the contacts: these cannot fail.
+        work.cone.add(&point);
+        let _ = work.friction.push(law);
+        if kept != i {
+            let c = *c;
+            if let Some(to) = work.contacts.get_mut(kept) {
+                *to = c;
+            }
+        }
+        kept += 1;
     }
+    work.contacts.truncate(kept);
 
-    let inertia = rotated_inertia(&scene.object, &state.rotation);
-    let ratio = loads.mass_kg / scene.object.mass_kg;
-    let inertia = inertia.map(|r| r.map(|x| x * ratio));
-    let (turn, v, w) = (drive.carrier_rad_s, state.absolute_m_s, state.absolute_rad_s);
-    let carried = drive.carrier_m_s + turn.cross(&state.position_m);
-    // Velocity without contact; components turn with the carrier's axes.
-    let v_free = v - turn.cross(&v) * dt + (gravity + loads.force_n / loads.mass_kg) * dt - carried;
-    let w_free = w - turn.cross(&w) * dt + inverse_times(&inertia, &loads.torque_nm) * dt - turn;
-    let jaw_mass = R::of(JAW_MASS_KG);
-    let jaw_free = state.velocity[6] - R::of(2.0) * grip_n * dt / jaw_mass;
-    let bodies = Bodies {
-        mass_kg: loads.mass_kg,
-        inertia_kg_m2: inertia,
-        jaw_mass_kg: jaw_mass,
-        dt_s: dt,
-        free: [v_free.x, v_free.y, v_free.z, w_free.x, w_free.y, w_free.z, jaw_free],
-    };
-    let solution = cone::solve(&points, &bodies, &state.velocity, &ConeOptions::default());
-    let mut output = StepOutput {
+    let part = probe::span(Part::Cone);
+    let solution = work.cone.solve(&bodies, &state.velocity, options);
+    work.force_n.clear();
+    drop(part);
+    let mut output = StepSummary {
         status: solution.status,
         residual_n: solution.residual_n,
         iterations: solution.iterations,
+        evaluations: solution.evaluations,
+        hooks: (work.contacts.len() * model.effects.len()) as u16,
         reading: Reading {
             position_m: state.position_m,
             rotation: state.rotation,
@@ -386,9 +491,6 @@ pub fn step<R: Real, const NC: usize>(
         slip_m_s: [Vec3::zeros(); 2],
         spin_rad_s: [zero; 2],
         normal_n: [zero; 4],
-        contacts,
-        friction,
-        force_n: solution.force_n,
         points_lost,
     };
     if solution.status == ConeStatus::BadInput {
@@ -396,7 +498,7 @@ pub fn step<R: Real, const NC: usize>(
     }
     let u = solution.velocity;
     state.memory = memory;
-    gather(state, drive, &u, &points, &mut output);
+    gather(state, drive, work, &mut output);
     let v_rel = Vec3::new(u[0], u[1], u[2]);
     let w_rel = Vec3::new(u[3], u[4], u[5]);
     state.velocity = u;
@@ -436,77 +538,85 @@ pub fn step_f64(
 fn gather<R: Real, const NC: usize>(
     state: &mut State<R, NC>,
     drive: &Drive<R>,
-    u: &[R; DOF],
-    points: &[ConePoint<R>],
-    out: &mut StepOutput<R, NC>,
+    work: &mut Workspace<R, NC>,
+    out: &mut StepSummary<R>,
 ) {
     let zero = R::zero();
     let dt = drive.dt_s;
-    let (v, w) = (Vec3::new(u[0], u[1], u[2]), Vec3::new(u[3], u[4], u[5]));
     let mut pusher_force = Vec3::zeros();
     let mut pusher_torque = Vec3::zeros();
     // Per finger: greatest tangential force and torsion, those acting, loads.
     let mut limit = [[zero; 2]; 2];
     let mut weight = [zero; 2];
-    let iter = points.iter().zip(out.contacts.iter()).zip(out.force_n.iter().zip(out.friction.iter()));
-    for ((point, c), (f, law)) in iter {
+    let by_dt = R::one() / dt;
+    let iter = work.cone.answers().zip(work.contacts.iter()).zip(work.friction.iter());
+    for ((answer, c), law) in iter {
+        let f = answer.force_n;
+        // As many as contacts: there is room.
+        let _ = work.force_n.push(f);
         let force = c.axes[0] * f[0] + c.axes[1] * f[1] + c.axes[2] * f[2];
-        let at = state.position_m + c.lever_m;
         let body = c.body.index();
-        out.normal_n[body] += f[0];
-        let relative = v + w.cross(&c.lever_m) - c.surface_m_s;
-        let slot = &mut state.slots[c.slot];
+        let Some(slot) = state.slots.get_mut(c.slot) else { continue };
+        let ratio = R::one() / (dt + c.damping_s);
         let mut slipped = [zero; 2];
         for k in 0..2 {
-            let moved = c.axes[k + 1].dot(&relative) * dt;
-            let damper = c.damping_s / (dt + c.damping_s) * point.stiffness_n_s_m[k + 1];
-            let spring_n_m = (point.stiffness_n_s_m[k + 1] - damper) / dt;
-            let spring = (-f[k + 1] - damper * moved / dt) / spring_n_m;
+            // The bias was spring memory over step and damper, and the other body's motion.
+            let speed = answer.biased_slip_m_s[k] - slot.spring_m[k] * ratio;
+            let moved = speed * dt;
+            let stiffness = answer.stiffness_n_s_m[k];
+            let damper = c.damping_s * ratio * stiffness;
+            let spring = (-f[k + 1] - damper * speed) * dt / (stiffness - damper);
             slipped[k] = slot.spring_m[k] + moved - spring;
             slot.spring_m[k] = spring;
         }
         let bound = f[0] + law.adhesion_n;
         let [m1, m2] = law.mu;
-        let used = if bound > zero && m1 > zero && m2 > zero {
-            ((f[1] / m1) * (f[1] / m1) + (f[2] / m2) * (f[2] / m2)).root() / bound
+        let sliding = if bound > zero && m1 > zero && m2 > zero {
+            let (a, b) = (f[1] / m1, f[2] / m2);
+            a * a + b * b > R::of(0.9998) * bound * bound
         } else {
-            R::one()
+            true
         };
-        let travel = (slipped[0] * slipped[0] + slipped[1] * slipped[1]).root();
+        let square = slipped[0] * slipped[0] + slipped[1] * slipped[1];
         slot.load_n = most(f[0], zero);
         if !(bound > zero) {
             slot.spring_m = [zero; 2];
             slot.speed_m_s = zero;
-        } else if used > R::of(0.9999) && travel > R::of(1e-8) {
+        } else if sliding && square > R::of(1e-16) {
+            let travel = square.root();
             slot.slip_m += travel;
-            slot.speed_m_s = travel / dt;
+            slot.speed_m_s = travel * by_dt;
             slot.rest_s = zero;
         } else {
             slot.speed_m_s = zero;
             slot.rest_s += dt;
         }
+        if let Some(sum) = out.normal_n.get_mut(body) {
+            *sum += f[0];
+        }
         match c.body {
             Body::Finger1 | Body::Finger2 => {
-                let sign = if body == 0 { R::one() } else { -R::one() };
+                let (sign, k) = if c.body == Body::Finger1 { (R::one(), 0) } else { (-R::one(), 1) };
                 let centre = Vec3::new(zero, sign * (state.jaw_half_m + state.jaw_m), zero);
-                add_wrench(&mut out.reading.finger[body], &force, &(at - centre));
+                let at = state.position_m + c.lever_m;
+                add_wrench(&mut out.reading.finger[k], &force, &(at - centre));
                 let arm = (c.patch_m[0] * c.patch_m[0] + c.patch_m[1] * c.patch_m[1]).root();
-                let mu = (m1 + m2) * R::of(0.5);
-                limit[body][0] += mu * most(bound, zero);
-                limit[body][1] += mu * most(bound, zero) * arm;
-                if bound > zero && used > R::of(0.9999) {
-                    let slide = c.axes[1] * (slipped[0] / dt) + c.axes[2] * (slipped[1] / dt);
-                    out.slip_m_s[body] += slide * bound;
-                    weight[body] += bound;
+                let held = most(bound, zero);
+                let most_n = (m1 + m2) * R::of(0.5) * held;
+                limit[k][0] += most_n;
+                limit[k][1] += most_n * arm;
+                weight[k] += held;
+                if bound > zero && sliding {
+                    let slide = (c.axes[1] * slipped[0] + c.axes[2] * slipped[1]) * by_dt;
+                    out.slip_m_s[k] += slide * bound;
                     if arm > R::of(1e-5) {
-                        let spin = (c.patch_m[0] * slipped[1] - c.patch_m[1] * slipped[0]) / (dt * arm * arm);
-                        out.spin_rad_s[body] += spin * bound;
+                        let turned = c.patch_m[0] * slipped[1] - c.patch_m[1] * slipped[0];
+                        out.spin_rad_s[k] += turned * by_dt / (arm * arm) * bound;
                     }
-                } else {
-                    weight[body] += most(bound, zero);
                 }
             }
             Body::Pusher => {
+                let at = state.position_m + c.lever_m;
                 let reference = drive.pusher.map_or(at, |p| p.reference_m);
                 pusher_force += force;
                 pusher_torque += (at - reference).cross(&force);

@@ -4,10 +4,11 @@
 //! object was first seen (planar pushing). A step runs from one sample to the next; its
 //! velocities are the differences of the two poses over the time between them.
 
+use crate::cone::ConeOptions;
 use crate::contact::{self, Body, Contacts};
 use crate::model::{Model, Scene};
 use crate::real::{Real, Rotation, Vec3, most};
-use crate::step::{Drive, Moving, State, step, support_under};
+use crate::step::{Drive, Moving, State, Workspace, step_in, support_under};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// Position (m) and rotation (local axes to world axes).
@@ -20,12 +21,13 @@ pub struct Pose<R: Real> {
 }
 
 impl<R: Real> Pose<R> {
-    /// From `x, y, z` and `w, x, y, z`. `None` where a number is not finite or the
-    /// quaternion's norm is off by more than 1 %; otherwise it is normalised.
+    /// From `x, y, z` and `w, x, y, z`. `None` where a number is not finite or beyond any
+    /// rig (a kilometre), or the quaternion's norm is off by more than 1 %; otherwise it is
+    /// normalised.
     pub fn new(position_m: [R; 3], quaternion: [R; 4]) -> Option<Self> {
         let [w, x, y, z] = quaternion;
         let norm = (w * w + x * x + y * y + z * z).root();
-        let good = position_m.iter().all(|p| p.finite()) && (norm - R::one()).abs() <= R::of(0.01);
+        let good = position_m.iter().all(|p| p.abs() <= R::of(1e3)) && (norm - R::one()).abs() <= R::of(0.01);
         good.then(|| Self {
             position_m: Vec3::from(position_m),
             rotation: UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z) / norm),
@@ -238,7 +240,7 @@ impl<R: Real> PathFilter<R> {
     }
 }
 
-/// Steps of [`settle`].
+/// Steps until an object has settled.
 const SETTLE_STEPS: u8 = 12;
 /// A pusher closer than this at the start touches the object.
 const TOUCHING_M: f64 = 5.0e-5;
@@ -246,46 +248,85 @@ const TOUCHING_M: f64 = 5.0e-5;
 /// Lets an object that lies on a table or platform when it is grasped load it with its
 /// whole weight: the fingers close on an object at rest, so their friction starts at zero.
 /// Local forces depend on history; without this a third of the weight would hang on the
-/// fingers from the start. Does nothing where only the fingers hold the object.
+/// fingers from the start.
+#[derive(Clone, Copy, Debug)]
+pub struct Settling<R: Real> {
+    drive: Drive<R>,
+    left: u8,
+}
+
+impl<R: Real> Settling<R> {
+    /// `None` where only the fingers hold the object.
+    pub fn begin<const NC: usize>(
+        scene: &Scene<R>,
+        model: &Model<R>,
+        state: &mut State<R, NC>,
+        drive: &Drive<R>,
+    ) -> Option<Self> {
+        let gravity = drive.carrier.inverse_transform_vector(&Vec3::from(scene.gravity_m_s2));
+        let mut found: Contacts<R, NC> = heapless::Vec::new();
+        contact::find(scene, model, state, drive, &mut found);
+        let carried = found.iter().any(|c| {
+            matches!(c.body, Body::Pusher | Body::Support)
+                && c.gap_m < R::of(TOUCHING_M)
+                && c.axes[0].dot(&gravity) < R::of(-0.5) * gravity.norm()
+        });
+        if !carried || scene.fingers.is_none() {
+            return None;
+        }
+        state.absolute_m_s = Vec3::zeros();
+        state.absolute_rad_s = Vec3::zeros();
+        Some(Self { drive: *drive, left: SETTLE_STEPS })
+    }
+
+    /// At most `steps` steps; `true` when the object has settled.
+    pub fn go_on<const NC: usize>(
+        &mut self,
+        scene: &Scene<R>,
+        model: &Model<R>,
+        state: &mut State<R, NC>,
+        steps: u8,
+        work: &mut Workspace<R, NC>,
+    ) -> bool {
+        let mut base = Model::base(model.base, model.friction);
+        base.friction.finger = R::zero();
+        let still = Drive {
+            carrier_m_s: Vec3::zeros(),
+            carrier_rad_s: Vec3::zeros(),
+            pusher: self.drive.pusher.map(at_rest),
+            support: self.drive.support.map(at_rest),
+            ..self.drive
+        };
+        for _ in 0..steps.min(self.left) {
+            step_in(scene, &base, state, &still, &ConeOptions::default(), work);
+            self.left = self.left.saturating_sub(1);
+        }
+        if self.left > 0 {
+            return false;
+        }
+        for slot in state.slots.iter_mut().take(2 * contact::FINGER_POINTS) {
+            slot.spring_m = [R::zero(); 2];
+            slot.slip_m = R::zero();
+            slot.rest_s = R::zero();
+        }
+        let turn = self.drive.carrier_rad_s;
+        state.time_s = R::zero();
+        state.absolute_m_s = self.drive.carrier_m_s + turn.cross(&state.position_m);
+        state.absolute_rad_s = turn;
+        true
+    }
+}
+
+/// [`Settling`] at one go.
 pub fn settle<R: Real, const NC: usize>(
     scene: &Scene<R>,
     model: &Model<R>,
     state: &mut State<R, NC>,
     drive: &Drive<R>,
 ) {
-    let gravity = drive.carrier.inverse_transform_vector(&Vec3::from(scene.gravity_m_s2));
-    let mut found: Contacts<R, NC> = heapless::Vec::new();
-    contact::find(scene, model, state, drive, &mut found);
-    let carried = found.iter().any(|c| {
-        matches!(c.body, Body::Pusher | Body::Support)
-            && c.gap_m < R::of(TOUCHING_M)
-            && c.axes[0].dot(&gravity) < R::of(-0.5) * gravity.norm()
-    });
-    if !carried || scene.fingers.is_none() {
-        return;
+    if let Some(mut settling) = Settling::begin(scene, model, state, drive) {
+        settling.go_on(scene, model, state, SETTLE_STEPS, &mut Workspace::new());
     }
-    let mut base = Model::base(model.base, model.friction);
-    base.friction.finger = R::zero();
-    let still = Drive {
-        carrier_m_s: Vec3::zeros(),
-        carrier_rad_s: Vec3::zeros(),
-        pusher: drive.pusher.map(at_rest),
-        support: drive.support.map(at_rest),
-        ..*drive
-    };
-    state.absolute_m_s = Vec3::zeros();
-    state.absolute_rad_s = Vec3::zeros();
-    for _ in 0..SETTLE_STEPS {
-        step(scene, &base, state, &still);
-    }
-    for slot in state.slots.iter_mut().take(2 * contact::FINGER_POINTS) {
-        slot.spring_m = [R::zero(); 2];
-        slot.slip_m = R::zero();
-        slot.rest_s = R::zero();
-    }
-    state.time_s = R::zero();
-    state.absolute_m_s = drive.carrier_m_s + drive.carrier_rad_s.cross(&state.position_m);
-    state.absolute_rad_s = drive.carrier_rad_s;
 }
 
 fn at_rest<R: Real>(body: Moving<R>) -> Moving<R> {

@@ -15,6 +15,8 @@ pub mod sequence;
 pub use messages::*;
 pub use table::*;
 
+include!(concat!(env!("OUT_DIR"), "/source.rs"));
+
 /// Changes when frames of the two sides no longer fit.
 pub const PROTOCOL: u16 = 1;
 /// Longest body of a frame, bytes.

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Serialize;
 use stickslip_shared::model::Model;
 
-use super::friction::{Coefficient, Fit};
+use super::friction::{Coefficient, Estimate, Fit};
 use super::windows::Windowed;
 
 /// Whether the object was seen to slide in the grasp.
@@ -25,6 +25,8 @@ pub enum Remark {
     LeftOut(String),
     /// A trial without any prescribed motion.
     NothingMoves(String),
+    /// A trial that the calibrated model misses altogether; it had hardly any say.
+    Missed(String),
     /// No trial has a rest before its motion.
     NoRest,
     /// Nothing slides in the grasp; the largest measured share of tangential to normal force.
@@ -51,6 +53,10 @@ impl fmt::Display for Remark {
         match self {
             Self::LeftOut(why) => write!(f, "left out: {why}"),
             Self::NothingMoves(trial) => write!(f, "left out: trial {trial}: nothing moves in it"),
+            Self::Missed(trial) => write!(
+                f,
+                "the calibrated model misses trial {trial} altogether (grip lost, or dropped?): it had hardly any say"
+            ),
             Self::NoRest => write!(
                 f,
                 "no trial rests before it moves: sensor offsets could not be removed and count as force"
@@ -65,7 +71,7 @@ impl fmt::Display for Remark {
             ),
             Self::OnlyBounded(c) => write!(
                 f,
-                "{} friction is not determined: the data fit equally well over the range given (its contact does not slide, or nothing shows that it does)",
+                "{} friction is not determined: the data fit equally well over the range given (its contact hardly slides, or the signals disagree about it)",
                 name(*c)
             ),
             Self::GripNotMeasured => write!(
@@ -136,6 +142,23 @@ pub fn withdraw(calibration: &[&Windowed], fit: &mut Fit, base: &Model<f64>) {
             Coefficient::Pusher => fit.model.friction.pusher,
             Coefficient::Support => fit.model.friction.support,
         };
+    }
+}
+
+/// Ratio of upper to lower end beyond which a coefficient counts as open.
+const OPEN: f64 = 4.0;
+
+/// What the data leave open stays what the base model says where that is within the bounds: the
+/// least squares value on a plateau means nothing.
+pub fn keep_base(fit: &mut Fit, base: &Model<f64>) {
+    let mut base = base.clone();
+    let open = |e: &&mut Estimate| e.low.zip(e.high).is_none_or(|(low, high)| high > OPEN * low);
+    for e in fit.estimates.iter_mut().filter(open) {
+        let known = *e.coefficient.of(&mut base);
+        if e.low.is_none_or(|low| low <= known) && e.high.is_none_or(|high| known <= high) {
+            e.value = known;
+            *e.coefficient.of(&mut fit.model) = known;
+        }
     }
 }
 

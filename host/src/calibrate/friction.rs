@@ -2,20 +2,20 @@
 //!
 //! Unknown are the logarithms of the coefficients (positive, relative steps). The start is
 //! the best point of a coarse grid, the solver Levenberg-Marquardt (the crate
-//! `levenberg-marquardt`, after MINPACK). Intervals take the trial as the unit of
-//! independence: the sandwich covariance of the estimate, clustered by trial (Liang and
-//! Zeger 1986), since friction varies from run to run and residuals within a run do not
-//! average out.
+//! `levenberg-marquardt`, after MINPACK). Every signal is weighed by the error that is left
+//! in it, found anew after each of a few solves: what the model cannot reproduce whatever
+//! its friction (a yaw from a defect that it does not know) has little say, and a single
+//! trial that it misses altogether, because the grip was lost there, has hardly any
+//! (weights of Cauchy's loss, Holland and Welsch 1977).
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 use rayon::prelude::*;
 use serde::Serialize;
-use statrs::distribution::{ContinuousCDF, StudentsT};
-use stickslip_shared::model::{Model, PusherContact};
+use stickslip_shared::model::Model;
 
-use super::residual;
-use super::windows::Windowed;
+use super::intervals;
+use super::windows::{SEEN, Seen, Windowed, resolution};
 use crate::channels::COUNT;
 
 /// Which coefficient.
@@ -24,14 +24,15 @@ use crate::channels::COUNT;
 pub enum Coefficient {
     /// Both fingers.
     Finger,
-    /// Pusher, edge or platform.
+    /// Pusher or edge.
     Pusher,
-    /// Table.
+    /// Table or platform.
     Support,
 }
 
 impl Coefficient {
-    fn of(self, model: &mut Model<f64>) -> &mut f64 {
+    /// Its place in a model.
+    pub fn of(self, model: &mut Model<f64>) -> &mut f64 {
         match self {
             Self::Finger => &mut model.friction.finger,
             Self::Pusher => &mut model.friction.pusher,
@@ -47,12 +48,11 @@ pub struct Estimate {
     pub coefficient: Coefficient,
     /// Value in the calibrated model. Where `determined` is false, only its bounds mean anything.
     pub value: f64,
-    /// 95 % interval where determined; otherwise the range that fits the data equally well
-    /// (`None`: no bound on that side).
+    /// Lower end of the 95 % interval (`None`: no bound on that side).
     pub low: Option<f64>,
-    /// See `low`.
+    /// Upper end.
     pub high: Option<f64>,
-    /// Whether the data determine it.
+    /// Whether the data determine it: bounds on both sides, closer than a factor of 1.65.
     pub determined: bool,
 }
 
@@ -62,26 +62,36 @@ pub struct Fit {
     pub model: Model<f64>,
     /// One for each coefficient that the scene has.
     pub estimates: Vec<Estimate>,
+    /// Places of trials that the calibrated model misses altogether.
+    pub missed: Vec<usize>,
 }
 
 /// Coefficients beyond these are not believed.
-const RANGE: [f64; 2] = [0.02, 5.0];
-/// Standard error of the logarithm beyond which a coefficient is not determined.
-const VAGUE: f64 = 0.25;
+pub const RANGE: [f64; 2] = [0.02, 5.0];
 /// Relative step of the difference quotients: above the kinks of stick and slip.
-const STEP: f64 = 0.01;
+pub const STEP: f64 = 0.01;
+/// Solves, each with the weights that the last one left.
+const ROUNDS: usize = 4;
+/// Square of the error, in units of the usual one, at which a trial's say is halved.
+const FAR: f64 = 9.0;
 
-struct Problem<'a> {
-    trials: &'a [&'a Windowed],
+/// A least squares problem with fixed weights.
+pub struct Problem<'a> {
+    /// Calibration trials.
+    pub trials: &'a [&'a Windowed],
+    /// Unknown coefficients.
+    pub free: Vec<Coefficient>,
+    /// Their logarithms.
+    pub at: DVector<f64>,
+    /// Weight of each signal in each trial: one over its squared scale.
+    pub weights: Vec<[f64; SEEN]>,
     offsets: &'a [f64; COUNT],
-    scale: &'a [f64; COUNT],
     base: &'a Model<f64>,
-    free: Vec<Coefficient>,
-    at: DVector<f64>,
 }
 
 impl Problem<'_> {
-    fn model(&self, at: &DVector<f64>) -> Model<f64> {
+    /// The base with the coefficients at the logarithms `at`.
+    pub fn model(&self, at: &DVector<f64>) -> Model<f64> {
         let mut model = self.base.clone();
         for (c, x) in self.free.iter().zip(at.iter()) {
             *c.of(&mut model) = x.exp().clamp(RANGE[0], RANGE[1]);
@@ -89,37 +99,44 @@ impl Problem<'_> {
         model
     }
 
-    /// Residuals of each trial.
-    fn each(&self, at: &DVector<f64>) -> Vec<DVector<f64>> {
+    /// Residuals of each trial, not weighted.
+    pub fn residuals_at(&self, at: &DVector<f64>) -> Vec<Vec<Seen>> {
         let model = self.model(at);
-        self.trials.par_iter().map(|w| residual(w, self.offsets, self.scale, &model)).collect()
+        self.trials.par_iter().map(|w| w.residual(self.offsets, &model)).collect()
     }
 
-    fn cost(&self, at: &DVector<f64>) -> f64 {
-        self.each(at).iter().map(DVector::norm_squared).sum()
-    }
-
-    /// Derivatives of each trial's residuals.
-    fn slopes(&self, at: &DVector<f64>) -> Vec<DMatrix<f64>> {
-        let columns: Vec<Vec<DVector<f64>>> = (0..self.free.len())
-            .map(|k| {
-                let moved = |by: f64| {
-                    let mut x = at.clone();
-                    x[k] += by;
-                    self.each(&x)
-                };
-                let (up, down) = (moved(STEP), moved(-STEP));
-                up.into_iter().zip(down).map(|(u, d)| (u - d) / (2.0 * STEP)).collect()
+    fn weighted(&self, at: &DVector<f64>) -> DVector<f64> {
+        let each = self.residuals_at(at);
+        let values = each.iter().zip(&self.weights).flat_map(|(rows, weights)| {
+            rows.iter().flat_map(move |row| {
+                row.iter().zip(weights).map(|(r, w)| if r.is_finite() { r * w.sqrt() } else { 0.0 })
             })
-            .collect();
-        (0..self.trials.len())
-            .map(|i| DMatrix::from_columns(&columns.iter().map(|c| c[i].clone()).collect::<Vec<_>>()))
-            .collect()
+        });
+        DVector::from_vec(values.collect())
+    }
+
+    /// Weights from the residuals at the present coefficients.
+    fn weigh(&mut self) {
+        let squares: Vec<Seen> = self.residuals_at(&self.at).iter().map(|r| mean_squares(r)).collect();
+        let usual: Seen = std::array::from_fn(|k| {
+            let mut known: Vec<f64> = squares.iter().map(|s| s[k]).filter(|s| s.is_finite()).collect();
+            known.sort_by(f64::total_cmp);
+            let median = known.get(known.len() / 2).copied().unwrap_or(0.0);
+            median.max(resolution(k).powi(2))
+        });
+        let weight =
+            |s: &Seen| std::array::from_fn(|k| 1.0 / (usual[k] * (1.0 + s[k].max(0.0) / (FAR * usual[k]))));
+        self.weights = squares.iter().map(weight).collect();
     }
 }
 
-fn stacked(parts: &[DVector<f64>]) -> DVector<f64> {
-    DVector::from_iterator(parts.iter().map(DVector::len).sum(), parts.iter().flat_map(|p| p.iter().copied()))
+/// Mean square of each signal over the windows; NaN where it was not measured.
+fn mean_squares(rows: &[Seen]) -> Seen {
+    std::array::from_fn(|k| {
+        let known = rows.iter().map(|r| r[k]).filter(|x| x.is_finite());
+        let (sum, count) = known.fold((0.0, 0.0), |(s, n), x| (s + x * x, n + 1.0));
+        sum / count
+    })
 }
 
 impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
@@ -136,24 +153,26 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
-        Some(stacked(&self.each(&self.at)))
+        Some(self.weighted(&self.at))
     }
 
     fn jacobian(&self) -> Option<DMatrix<f64>> {
-        let parts = self.slopes(&self.at);
-        let rows = parts.iter().map(DMatrix::nrows).sum();
-        let mut out = DMatrix::zeros(rows, self.free.len());
-        let mut at = 0;
-        for p in &parts {
-            out.rows_mut(at, p.nrows()).copy_from(p);
-            at += p.nrows();
-        }
-        Some(out)
+        let columns: Vec<DVector<f64>> = (0..self.free.len())
+            .map(|k| {
+                let moved = |by: f64| {
+                    let mut x = self.at.clone();
+                    x[k] += by;
+                    self.weighted(&x)
+                };
+                (moved(STEP) - moved(-STEP)) / (2.0 * STEP)
+            })
+            .collect();
+        Some(DMatrix::from_columns(&columns))
     }
 }
 
 /// Finds the coefficients of all contacts that the trials' scenes have.
-pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], scale: &[f64; COUNT], base: &Model<f64>) -> Fit {
+pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], base: &Model<f64>) -> Fit {
     let has = |f: &dyn Fn(&Windowed) -> bool| trials.iter().any(|w| f(w));
     let mut free = Vec::new();
     if has(&|w| w.prepared.scene.fingers.is_some()) {
@@ -167,106 +186,56 @@ pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], scale: &[f64; COUNT], b
     }
     let mut start = base.clone();
     let at = DVector::from_iterator(free.len(), free.iter().map(|c| c.of(&mut start).max(RANGE[0]).ln()));
-    let mut problem = Problem { trials, offsets, scale, base, free, at };
+    let mut problem = Problem { trials, offsets, base, free, at, weights: vec![[1.0; SEEN]; trials.len()] };
     coarse(&mut problem);
-    let (problem, _) = LevenbergMarquardt::new().with_patience(30).minimize(problem);
-    let estimates = judge(&problem);
-    Fit { model: problem.model(&problem.at), estimates }
+    for _ in 0..ROUNDS {
+        problem.weigh();
+        let before = problem.at.clone();
+        (problem, _) = LevenbergMarquardt::new().with_patience(30).minimize(problem);
+        if (&problem.at - before).norm() < 1e-4 {
+            break;
+        }
+    }
+    problem.weigh();
+    let estimates = intervals::estimates(&problem);
+    let missed = (0..trials.len()).filter(|i| misses(&problem.weights, *i)).collect();
+    Fit { model: problem.model(&problem.at), estimates, missed }
+}
+
+/// Whether trial `i` has less than a tenth of the say that others have, in half of the signals.
+fn misses(weights: &[[f64; SEEN]], i: usize) -> bool {
+    let largest: [f64; SEEN] = std::array::from_fn(|k| weights.iter().map(|w| w[k]).fold(0.0, f64::max));
+    let known = (0..SEEN).filter(|k| weights[i][*k].is_finite());
+    let far = known.clone().filter(|k| weights[i][*k] < 0.1 * largest[*k]).count();
+    2 * far > known.count()
 }
 
 /// Whether the pusher is a plane under the object: it has the support's friction.
 fn on_platform(w: &Windowed) -> bool {
-    let normal = |p: &stickslip_shared::track::Poses<f64>| {
-        p.pusher.map(|p| p.rotation.transform_vector(&nalgebra::Vector3::x()))
-    };
-    let down = nalgebra::Vector3::from(w.prepared.scene.gravity_m_s2);
-    matches!(w.prepared.scene.pusher, Some(PusherContact::Plane))
-        && w.prepared.poses().first().and_then(normal).is_some_and(|n| n.dot(&down) < -0.7 * down.norm())
+    w.prepared.rests() && w.prepared.scene.support.is_none()
 }
 
 /// Start from a coarse grid: the cost has plateaus (contacts that never slide) and, where
 /// rolling or sliding is a question of yes or no, steps; a derivative says nothing there.
+/// The cost is the likelihood with the error of each signal in each trial unknown.
 fn coarse(problem: &mut Problem<'_>) {
     const GRID: [f64; 9] = [0.05, 0.1, 0.17, 0.25, 0.35, 0.5, 0.8, 1.4, 2.5];
+    let cost = |at: &DVector<f64>| -> f64 {
+        let model = problem.model(at);
+        let each = |w: &&Windowed| mean_squares(&w.plain_residual(problem.offsets, &model));
+        let each: Vec<Seen> = problem.trials.par_iter().map(each).collect();
+        let squares = each.into_iter().flat_map(|s| s.into_iter().enumerate());
+        squares.filter(|(_, s)| s.is_finite()).map(|(k, s)| (s + resolution(k).powi(2)).ln()).sum()
+    };
     let n = problem.free.len();
-    let mut best = problem.cost(&problem.at);
+    let mut best = (cost(&problem.at), problem.at.clone());
     for code in 0..GRID.len().pow(n as u32) {
         let value = |k: usize| GRID[code / GRID.len().pow(k as u32) % GRID.len()].ln();
         let at = DVector::from_fn(n, |k, _| value(k));
-        let cost = problem.cost(&at);
-        if cost < best {
-            best = cost;
-            problem.at = at;
+        let cost = cost(&at);
+        if cost < best.0 {
+            best = (cost, at);
         }
     }
-}
-
-/// Intervals, or bounds where the data do not determine a coefficient.
-fn judge(problem: &Problem<'_>) -> Vec<Estimate> {
-    let n = problem.free.len();
-    let (parts, slopes) = (problem.each(&problem.at), problem.slopes(&problem.at));
-    let mut normal = DMatrix::<f64>::zeros(n, n);
-    let mut between = DMatrix::<f64>::zeros(n, n);
-    for (r, j) in parts.iter().zip(&slopes) {
-        normal += j.transpose() * j;
-        let g = j.transpose() * r;
-        between += &g * g.transpose();
-    }
-    let clusters = problem.trials.len() as f64;
-    let quantile = StudentsT::new(0.0, 1.0, (clusters - 1.0).max(1.0)).map_or(2.0, |t| t.inverse_cdf(0.975));
-    // Clusters are few: the usual correction.
-    between *= clusters / (clusters - n as f64).max(1.0);
-    let rows: usize = parts.iter().filter(|p| p.norm() > 0.0).map(DVector::len).sum();
-    let cost: f64 = parts.iter().map(DVector::norm_squared).sum();
-    let variance = cost / (rows.max(2) - 1) as f64;
-    let inverse = normal.clone().try_inverse();
-    (0..n)
-        .map(|k| {
-            let coefficient = problem.free[k];
-            let value = problem.at[k].exp().clamp(RANGE[0], RANGE[1]);
-            let error = inverse.as_ref().map(|h| {
-                let sandwich = (h * &between * h)[(k, k)].max(0.0);
-                let plain = (h[(k, k)] * variance).max(0.0);
-                sandwich.max(plain).sqrt()
-            });
-            let inside = value > RANGE[0] * 1.01 && value < RANGE[1] * 0.99;
-            match error.filter(|e| inside && normal[(k, k)] > 1e-9 && *e < VAGUE && e.is_finite()) {
-                Some(e) => Estimate {
-                    coefficient,
-                    value,
-                    low: Some(value * (-quantile * e).exp()),
-                    high: Some(value * (quantile * e).exp()),
-                    determined: true,
-                },
-                None => bounds(problem, k, cost, variance),
-            }
-        })
-        .collect()
-}
-
-/// The range of a coefficient over which the cost does not rise, the others held.
-fn bounds(problem: &Problem<'_>, k: usize, cost: f64, variance: f64) -> Estimate {
-    // A rise by twenty variances is beyond what chance does to one coefficient.
-    let allowed = cost * 1.01 + 20.0 * variance;
-    let value = problem.at[k].exp().clamp(RANGE[0], RANGE[1]);
-    let scan = |factor: f64| {
-        let mut x = value;
-        let mut held = value;
-        loop {
-            x *= factor;
-            if !(RANGE[0]..=RANGE[1]).contains(&x) {
-                return None;
-            }
-            let mut at = problem.at.clone();
-            at[k] = x.ln();
-            if problem.cost(&at) > allowed {
-                return Some(held);
-            }
-            held = x;
-        }
-    };
-    let (low, high) = (scan(1.0 / 1.03), scan(1.03));
-    // A cost with steps has no useful derivative, but may still have narrow walls.
-    let determined = low.zip(high).is_some_and(|(low, high)| high / low < (2.0 * VAGUE).exp());
-    Estimate { coefficient: problem.free[k], value, low, high, determined }
+    problem.at = best.1;
 }

@@ -8,9 +8,9 @@
 
 mod determined;
 mod friction;
+mod intervals;
 mod windows;
 
-use nalgebra::DVector;
 use rayon::prelude::*;
 use serde::Serialize;
 use stickslip_shared::model::Model;
@@ -24,6 +24,24 @@ pub use windows::Windowed;
 
 /// Most calibration trials: more of them only cost time.
 pub const MOST_TRIALS: usize = 60;
+/// Fewest that a calibration should have: its intervals come from their scatter.
+pub const FEWEST_TRIALS: usize = 8;
+
+/// How many of the trials friction is found from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Share {
+    /// Share of them.
+    pub share: f64,
+    /// At least so many, where there are as many.
+    pub fewest: usize,
+}
+
+impl Share {
+    /// A share of the trials, at least [`FEWEST_TRIALS`].
+    pub fn of(share: f64) -> Self {
+        Self { share, fewest: FEWEST_TRIALS }
+    }
+}
 
 /// Root mean square error of one quantity over windows of the motion.
 #[derive(Clone, Debug, Serialize)]
@@ -65,11 +83,13 @@ pub struct Calibration {
     pub model: Model<f64>,
 }
 
-/// Places of the calibration trials among `count`: `share` of them, at least three where
-/// there are that many, spread evenly so that every condition that changes slowly along
-/// the list is touched.
-pub fn pick(count: usize, share: f64) -> Vec<usize> {
-    let wanted = ((count as f64 * share).round() as usize).clamp(3.min(count), MOST_TRIALS.min(count));
+/// Places of the calibration trials in a list of `conditions`, one for each trial: a `share`
+/// of them, of as many conditions as
+/// possible and spread evenly over the list, so that whatever changes along it is touched.
+pub fn pick(conditions: &[&str], share: Share) -> Vec<usize> {
+    let count = conditions.len();
+    let wanted = ((count as f64 * share.share).round() as usize)
+        .clamp(share.fewest.min(count), MOST_TRIALS.max(share.fewest).min(count));
     // Multiples of the golden ratio fill the range evenly and never fall in step with a
     // regular plan.
     let mut taken: Vec<usize> = Vec::with_capacity(wanted);
@@ -78,8 +98,10 @@ pub fn pick(count: usize, share: f64) -> Vec<usize> {
         let at = (f64::from(k) * 0.618_033_988_749_895 + 0.3).fract();
         k += 1;
         let i = ((at * count as f64) as usize).min(count - 1);
-        let free = (0..count).map(|d| (i + d) % count).find(|i| !taken.contains(i));
-        taken.extend(free);
+        let after = || (0..count).map(|d| (i + d) % count).filter(|i| !taken.contains(i));
+        let new = |i: &usize| taken.iter().all(|t| conditions[*t] != conditions[*i]);
+        let next = after().find(new).or_else(|| after().next());
+        taken.extend(next);
     }
     taken.sort_unstable();
     taken
@@ -95,7 +117,7 @@ pub fn calibrate(
     primitive: &str,
     trials: &[(usize, Trial)],
     base: &Model<f64>,
-    share: f64,
+    share: Share,
 ) -> anyhow::Result<Calibration> {
     let ready: Vec<Result<Windowed, crate::simulate::SceneError>> =
         trials.par_iter().map(|(at, trial)| Windowed::new(description, trial, *at)).collect();
@@ -122,15 +144,17 @@ pub fn calibrate(
             }
         });
     }
-    let chosen = pick(good.len(), share);
+    let conditions: Vec<&str> = good.iter().map(|w| w.condition.as_str()).collect();
+    let chosen = pick(&conditions, share);
     let (mut calibration, mut held_out) = (Vec::new(), Vec::new());
     for (i, w) in good.iter().enumerate() {
         if chosen.contains(&i) { calibration.push(w) } else { held_out.push(w) }
     }
     let (offsets, tared) = windows::tare(&calibration, base);
     remarks.extend(tared);
-    let scale = windows::scales(&calibration, &offsets);
-    let mut fit = friction::fit(&calibration, &offsets, &scale, base);
+    let mut fit = friction::fit(&calibration, &offsets, base);
+    remarks.extend(fit.missed.iter().map(|i| Remark::Missed(calibration[*i].trial.clone())));
+    determined::keep_base(&mut fit, base);
     determined::withdraw(&calibration, &mut fit, base);
     remarks.extend(determined::remarks(&calibration, &held_out, &fit));
     let before = squares(&held_out, &offsets, base);
@@ -202,27 +226,21 @@ fn squares(trials: &[&Windowed], offsets: &[f64; COUNT], model: &Model<f64>) -> 
     Squares(total)
 }
 
-/// Residuals of one trial, weighted; zero where nothing was measured.
-fn residual(w: &Windowed, offsets: &[f64; COUNT], scale: &[f64; COUNT], model: &Model<f64>) -> DVector<f64> {
-    let modelled = w.model(model);
-    let values = modelled.iter().zip(&w.measured).flat_map(|(m, seen)| {
-        (0..COUNT).map(move |c| {
-            let r = (m[c] - (seen[c] - offsets[c])) / scale[c];
-            if r.is_finite() { r } else { 0.0 }
-        })
-    });
-    DVector::from_iterator(w.measured.len() * COUNT, values)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::pick;
+    use super::{Share, pick};
 
     #[test]
-    fn calibration_trials_are_distinct_and_spread_over_the_list() {
-        let taken = pick(420, 0.1);
+    fn calibration_trials_are_distinct_conditions_spread_over_the_list() {
+        let names: Vec<String> = (0..420).map(|i| format!("{}", i % 140)).collect();
+        let conditions: Vec<&str> = names.iter().map(String::as_str).collect();
+        let taken = pick(&conditions, Share::of(0.1));
         assert_eq!(taken.len(), 42);
-        assert!(taken.windows(2).all(|w| w[0] < w[1] && w[1] - w[0] < 25), "{taken:?}");
-        assert_eq!(pick(2, 0.1), vec![0, 1]);
+        assert!(taken.windows(2).all(|w| w[0] < w[1] && w[1] - w[0] < 30), "{taken:?}");
+        let mut touched: Vec<&str> = taken.iter().map(|i| conditions[*i]).collect();
+        touched.sort_unstable();
+        touched.dedup();
+        assert_eq!(touched.len(), 42);
+        assert_eq!(pick(&conditions[..2], Share::of(0.1)), vec![0, 1]);
     }
 }

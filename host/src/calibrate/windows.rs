@@ -1,7 +1,18 @@
 //! A trial reduced to what calibration needs: means over windows of its motion.
+//!
+//! Both fingers enter a fit as their sum. How they share a load is not determined while the
+//! pads stick: a squeeze from the grasping stays in them, newtons that differ from run to
+//! run (`crate::force_bands`), and no friction coefficient explains it. The sum is fixed by
+//! the balance of the object.
+//!
+//! A rigid grasp that is stuck to something has forces that hang on micrometres of the
+//! gripper's path, which nobody measures: the sideways force on an edge that does not slide,
+//! for one. Each trial is therefore run a second and third time along a path that drifts by
+//! [`DRIFT_M`]; a signal counts by its error against what that changes in it.
 
 use std::ops::Range;
 
+use nalgebra::Vector3;
 use stickslip_shared::model::Model;
 
 use super::determined::Remark;
@@ -15,15 +26,51 @@ const WINDOWS: usize = 12;
 const STRIDE: usize = 3;
 /// Fewest samples at rest from which offsets are taken.
 const REST: usize = 20;
+/// Drift of the gripper over a trial, sideways and about its own X and Z, below what motion
+/// capture sees.
+const DRIFT_M: f64 = 5e-6;
+/// See [`DRIFT_M`].
+const DRIFT_RAD: f64 = 5e-5;
+/// Signals that a fit sees: the object's six, the wrench of both fingers, the pusher's.
+pub const SEEN: usize = 18;
+/// One row of them.
+pub type Seen = [f64; SEEN];
+
+/// What a fit sees of a row of channels; `as_measured` tells which fingers count.
+pub fn seen(row: &Signals, as_measured: &Signals) -> Seen {
+    std::array::from_fn(|k| match k {
+        0..6 => row[k],
+        6..12 => match (as_measured[k].is_finite(), as_measured[k + 6].is_finite()) {
+            (true, true) => row[k] + row[k + 6],
+            (true, false) => row[k],
+            _ => row[k + 6],
+        },
+        _ => row[k + 6],
+    })
+}
+
+/// Smallest error of one of them that means anything: below it sensors and the windows'
+/// edges decide.
+pub fn resolution(k: usize) -> f64 {
+    match quantity(k) {
+        Quantity::Position => 5e-5,
+        Quantity::Rotation => 1e-3,
+        Quantity::Force => 0.05,
+        Quantity::Torque => 1e-3,
+    }
+}
 
 /// See the module.
 pub struct Windowed {
     /// Its name.
     pub trial: String,
+    /// What its repetitions share.
+    pub condition: String,
     /// Ready to simulate.
     pub prepared: Prepared,
     /// Means of the measured channels over each window, NaN where nothing was measured.
     pub measured: Vec<Signals>,
+    drifted: Vec<Prepared>,
     windows: Vec<Range<usize>>,
     rest: Range<usize>,
 }
@@ -48,12 +95,54 @@ impl Windowed {
         let measured = windows.iter().map(|w| mean(&prepared.measured[w.clone()])).collect();
         // The last samples at rest may see the onset through the smoothing of the motion.
         let rest = 0..first.saturating_sub(REST / 2);
-        Ok(Self { trial: trial.info.trial.clone(), prepared, measured, windows, rest })
+        let gripped = prepared.scene.fingers.is_some();
+        let signs: &[f64] = if gripped { &[1.0, -1.0] } else { &[] };
+        let drift = |sign: &f64| {
+            let turn = Vector3::new(DRIFT_RAD, 0.0, sign * DRIFT_RAD);
+            prepared.with_drift(&(Vector3::y() * (sign * DRIFT_M)), &turn)
+        };
+        let drifted = signs.iter().map(drift).collect();
+        let condition = crate::compare::conditions::key(&trial.info);
+        Ok(Self { trial: trial.info.trial.clone(), condition, prepared, drifted, measured, windows, rest })
+    }
+
+    /// Residuals over the windows, modelled less measured, `offsets` taken out.
+    pub fn plain_residual(&self, offsets: &Signals, model: &Model<f64>) -> Vec<Seen> {
+        let difference = |(row, measured): (&Signals, &Signals)| {
+            let d = std::array::from_fn(|c| row[c] - (measured[c] - offsets[c]));
+            seen(&d, measured)
+        };
+        self.model(model).iter().zip(&self.measured).map(difference).collect()
+    }
+
+    /// Residuals over the windows, modelled less measured, `offsets` taken out, each made
+    /// smaller by what a drift changes in it (see the module); NaN where nothing was measured.
+    pub fn residual(&self, offsets: &Signals, model: &Model<f64>) -> Vec<Seen> {
+        let rows = self.model(model);
+        let drifted: Vec<Vec<Signals>> = self.drifted.iter().map(|p| self.run(p, model)).collect();
+        let difference = |(i, measured): (usize, &Signals)| {
+            let d = std::array::from_fn(|c| rows[i][c] - (measured[c] - offsets[c]));
+            let moved = drifted.iter().map(|d| {
+                let change = std::array::from_fn(|c| d[i][c] - rows[i][c]);
+                seen(&change, measured)
+            });
+            let moved: Vec<Seen> = moved.collect();
+            let r = seen(&d, measured);
+            std::array::from_fn(|k| {
+                let change = moved.iter().map(|m| m[k] * m[k]).sum::<f64>() / resolution(k).powi(2);
+                r[k] / (1.0 + change).sqrt()
+            })
+        };
+        self.measured.iter().enumerate().map(difference).collect()
     }
 
     /// The model's means over the same windows and over the same samples as measured.
     pub fn model(&self, model: &Model<f64>) -> Vec<Signals> {
-        let simulated = self.prepared.simulate_every(model, STRIDE).signals;
+        self.run(&self.prepared, model)
+    }
+
+    fn run(&self, prepared: &Prepared, model: &Model<f64>) -> Vec<Signals> {
+        let simulated = prepared.simulate_every(model, STRIDE).signals;
         let paired = |w: &Range<usize>| {
             let rows = simulated.get(w.clone()).unwrap_or_default();
             let seen = &self.prepared.measured[w.clone()];
@@ -83,55 +172,33 @@ fn mean(rows: &[Signals]) -> Signals {
     std::array::from_fn(|c| if count[c] > 0.0 { sum[c] / count[c] } else { f64::NAN })
 }
 
-/// Median over the trials of what each wrench channel shows at rest beyond the model. A
-/// pusher that touches at rest bears an unknown load: it is left alone.
+/// Median over the trials of what each wrench channel shows at rest beyond the model. Of the
+/// fingers only the sum's offset is known (see the module), half of it is each one's; a
+/// single measured finger and a pusher that touches at rest bear an unknown load and are
+/// left alone.
 pub fn tare(trials: &[&Windowed], model: &Model<f64>) -> ([f64; COUNT], Vec<Remark>) {
-    let mut seen: Vec<Vec<f64>> = vec![Vec::new(); COUNT];
+    let mut found: Vec<Vec<f64>> = vec![Vec::new(); COUNT];
     for w in trials.iter().filter(|w| w.rest.len() >= REST) {
         let simulated = w.prepared.simulate_every(model, w.rest.len());
         let (Some(m), Some(n)) = (simulated.signals.first(), simulated.normal_n.first()) else { continue };
         let measured = mean(&w.prepared.measured[w.rest.clone()]);
-        for c in 6..COUNT {
-            let offset = measured[c] - m[c];
-            if offset.is_finite() && (c < 18 || n[2] == 0.0) {
-                seen[c].push(offset);
+        let beyond = |c: usize| measured[c] - m[c];
+        for c in 6..12 {
+            let half = 0.5 * (beyond(c) + beyond(c + 6));
+            if half.is_finite() {
+                found[c].push(half);
+                found[c + 6].push(half);
             }
+        }
+        for c in (18..COUNT).filter(|c| n[2] == 0.0 && beyond(*c).is_finite()) {
+            found[c].push(beyond(c));
         }
     }
     let mut offsets = [0.0; COUNT];
-    for (o, values) in offsets.iter_mut().zip(&mut seen) {
+    for (o, values) in offsets.iter_mut().zip(&mut found) {
         values.sort_by(f64::total_cmp);
         *o = values.get(values.len() / 2).copied().unwrap_or(0.0);
     }
-    let remark = seen.iter().skip(6).all(Vec::is_empty).then_some(Remark::NoRest);
+    let remark = found.iter().skip(6).all(Vec::is_empty).then_some(Remark::NoRest);
     (offsets, remark.into_iter().collect())
-}
-
-/// What each channel's residual is divided by: a twentieth of what its quantity does, so
-/// that no quantity's unit decides, and never less than its resolution.
-pub fn scales(trials: &[&Windowed], offsets: &[f64; COUNT]) -> [f64; COUNT] {
-    let body = |c: usize| (c / 6, quantity(c) as usize);
-    let resolution = |q: Quantity| -> f64 {
-        match q {
-            Quantity::Position => 5e-5,
-            Quantity::Rotation => 1e-3,
-            Quantity::Force => 0.05,
-            Quantity::Torque => 1e-3,
-        }
-    };
-    std::array::from_fn(|c| {
-        let mut sum = (0.0, 0.0);
-        for w in trials {
-            for row in &w.measured {
-                for k in (0..COUNT).filter(|k| body(*k) == body(c)) {
-                    let x = row[k] - offsets[k];
-                    if x.is_finite() {
-                        sum = (sum.0 + x * x, sum.1 + 1.0);
-                    }
-                }
-            }
-        }
-        let size = if sum.1 > 0.0 { (sum.0 / sum.1).sqrt() } else { 0.0 };
-        resolution(quantity(c)).max(0.05 * size)
-    })
 }

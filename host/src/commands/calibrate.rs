@@ -7,7 +7,7 @@ use anyhow::{Context, bail};
 use serde::Serialize;
 use stickslip_shared::model::{Base, Friction, Model};
 
-use crate::calibrate::{Calibration, calibrate};
+use crate::calibrate::{Calibration, Share, calibrate};
 use crate::channels;
 use crate::dataset::{self, Trial};
 use crate::model_file::ModelFile;
@@ -28,7 +28,7 @@ pub struct Args {
     /// its name before the extension
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Share of the trials that friction is found from; the rest validate
+    /// Share of the trials that friction is found from, at least eight trials; the rest validate
     #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = share)]
     pub share: f64,
     /// Only trials of this primitive
@@ -88,7 +88,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let several = primitives.len() > 1;
     let mut documents = Vec::new();
     for (primitive, trials) in &primitives {
-        let calibration = calibrate(&data.description, primitive, trials, &base, args.share)
+        let calibration = calibrate(&data.description, primitive, trials, &base, Share::of(args.share))
             .with_context(|| format!("{}: {primitive}", args.data.display()))?;
         print(&calibration, output);
         let path = args.out.as_ref().map(|out| named(out, primitive, several));

@@ -11,7 +11,7 @@ use crate::compare::document::{Comparison, ErrorRow, Fate, ModelReport};
 use crate::compare::rows::many_primitives;
 use crate::compare::tare::Tare;
 use crate::compare::verdict::{place_words, scale};
-use crate::compare::{Data, NamedModel, Options, compare};
+use crate::compare::{Data, Forces, NamedModel, Options, compare};
 use crate::dataset::Index;
 use crate::output::{Output, table};
 use crate::phases::PHASES;
@@ -49,6 +49,10 @@ pub struct Args {
     /// Use the measurements as they are
     #[arg(long)]
     pub no_tare: bool,
+    /// Count the distance to the solution that the model returns as error, also where rigid
+    /// contact leaves a force open [default: the distance to all its solutions]
+    #[arg(long)]
+    pub no_force_bands: bool,
 }
 
 /// Compares and reports.
@@ -65,6 +69,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         trial: args.trial.clone(),
         held_out: args.held_out.clone().unwrap_or_default(),
         tare: if args.no_tare { Tare::None } else { Tare::BeforeContact },
+        forces: if args.no_force_bands { Forces::AsReturned } else { Forces::OutsideBand },
     };
     let load = |i: usize| {
         let reading = index.read_trial_lenient(&index.trials[i]);
@@ -102,7 +107,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
 pub fn read_model(path: &std::path::Path) -> anyhow::Result<NamedModel> {
     let model = crate::model_file::ModelFile::read(path)?.to_model();
     let name = path.file_stem().map_or_else(|| "model".into(), |s| s.to_string_lossy().into_owned());
-    Ok(NamedModel { name, origin: path.display().to_string(), model })
+    Ok(NamedModel::own(name, path.display().to_string(), model))
 }
 
 fn print(comparison: &Comparison, output: &Output) {

@@ -9,16 +9,21 @@ pub mod blind;
 pub mod calibrate;
 pub mod check;
 pub mod compare;
+pub mod cost;
 pub mod demo;
 pub mod diagnose;
 pub mod findings;
+pub mod grid;
 pub mod import;
 pub mod lcp;
+pub mod mujoco;
 pub mod planar;
 pub mod replay;
 pub mod rig;
+pub mod score;
 pub mod stream;
 pub mod suggest;
+pub mod tribometer;
 
 use std::process::ExitCode;
 
@@ -63,10 +68,20 @@ enum Command {
     Calibrate(calibrate::Args),
     /// Predict planar pushes from friction found on a few of them
     Planar(planar::Args),
+    /// Rigid friction, and a spring before it, on the record of a single contact
+    Tribometer(tribometer::Args),
     /// The paper's statements checked: what it saw, what the hard and the soft model give
     Findings(findings::Args),
+    /// Run a model along every trial of a data set in parallel, and time its steps
+    Grid(grid::Args),
+    /// Run MuJoCo along recorded trials, beside the own model and the measurement
+    Mujoco(mujoco::Args),
     /// Solve complementarity problems from files or generated ones, and judge the answers
     Lcp(lcp::Args),
+    /// Score the predictor: lead times and false alarms for slip and drop, beside simple thresholds
+    Score(score::Args),
+    /// Count the instructions of the tick and its parts on the emulated board
+    Cost(cost::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
     Stream(stream::Args),
 }
@@ -86,8 +101,13 @@ impl Command {
             Command::Import(args) => import::run(args, output),
             Command::Calibrate(args) => calibrate::run(args, output),
             Command::Planar(args) => planar::run(args, output),
+            Command::Tribometer(args) => tribometer::run(args, output),
             Command::Findings(args) => findings::run(args, output),
+            Command::Grid(args) => grid::run(args, output),
+            Command::Mujoco(args) => mujoco::run(args, output),
             Command::Lcp(args) => lcp::run(args, output),
+            Command::Score(args) => score::run(args, output),
+            Command::Cost(args) => cost::run(args, output),
             Command::Stream(args) => stream::run(args, output),
         }
     }

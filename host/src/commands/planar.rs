@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use serde::Serialize;
 
 use super::calibrate::plain;
-use crate::calibrate::{Calibration, calibrate};
+use crate::calibrate::{Calibration, Share, calibrate};
 use crate::dataset::{self, Trial};
 use crate::output::{Output, table};
 use crate::planar::{Push, Summary, evaluate, summaries};
@@ -49,7 +49,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     if trials.is_empty() {
         bail!("{}: no trial of primitive planar_push", args.data.display());
     }
-    let calibration = calibrate(&data.description, "planar_push", &trials, &base, args.share)
+    let share = Share { share: args.share, fewest: 3 };
+    let calibration = calibrate(&data.description, "planar_push", &trials, &base, share)
         .with_context(|| args.data.display().to_string())?;
     let pushes = evaluate(&data.description, &trials, &calibration);
     let summary = summaries(&pushes);

@@ -7,7 +7,7 @@ use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
 use stickslip_shared::model::{Base, Friction, Model};
 use stickslip_shared::predictor::{flags, validity};
-use stickslip_shared::wire::{Info, TelemetryReport};
+use stickslip_shared::wire::{self, Info, TelemetryReport};
 
 use super::compare::read_model;
 use crate::dataset::Index;
@@ -24,8 +24,9 @@ use crate::replay::{SAMPLE_RECORD, TELEMETRY_RECORD};
   stickslip stream data/demo --trial push-r1 --device qemu
   stickslip stream data/demo --device serial:/dev/ttyACM0 --model model.toml
 
-The board takes one sample every 4 ms by its own clock. Exit code 1 where the board and the
-predictor on this host differ in a single bit.")]
+The board takes one sample every 4 ms by its own clock; QEMU's runs by instructions, 125
+million a second. Exit code 1 where the board and the predictor on this host differ in a
+single bit, or the board did not take every sample.")]
 pub struct Args {
     /// Folder of the data set
     #[arg(value_name = "DATA")]
@@ -42,6 +43,9 @@ pub struct Args {
     /// Record the run, as it happens; `stickslip replay --against FILE` compares it later
     #[arg(long, value_name = "FILE.sslog")]
     pub log: Option<PathBuf>,
+    /// Damage the line on purpose: loss, repetition, overtaking, garbage, drawn from this seed
+    #[arg(long, value_name = "SEED")]
+    pub line_faults: Option<u64>,
 }
 
 /// # Errors
@@ -59,11 +63,17 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
 
     let mut device = Device::open(&args.device)?;
     output.text(describe(device.info()));
+    if device.info().source != wire::SOURCE {
+        output.note(
+            "the firmware was built from other sources than this program: build both anew (`make firmware`), \
+             or their predictions may differ",
+        );
+    }
     output.text(format_args!("trial {}: {} samples", info.trial, package.samples.len()));
     let mut log = args.log.as_deref().map(|path| start_log(path, &package, &info.trial)).transpose()?;
     let began = Instant::now();
     let mut display = Display::new(output.progress(package.samples.len() as u64, "streaming"));
-    let outcome = session::stream(&mut device, &package, &mut |event| {
+    let outcome = session::stream(&mut device, &package, args.line_faults, &mut |event| {
         let now_ns = began.elapsed().as_nanos() as u64;
         match event {
             Event::Report(report) => {
@@ -82,6 +92,12 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         outcome.first_difference.is_none(),
         "board and host differ from sample {} on: firmware and host are not built from the same source",
         outcome.first_difference.unwrap_or_default()
+    );
+    anyhow::ensure!(
+        args.line_faults.is_some() || outcome.taken == outcome.samples,
+        "the board took {} of {} samples: the line loses some, or they came too late",
+        outcome.taken,
+        outcome.samples
     );
     Ok(())
 }
@@ -127,7 +143,8 @@ fn find(
     Ok((ordinal, info.clone()))
 }
 
-fn default_model() -> Model<f64> {
+/// The model where none is given.
+pub(super) fn default_model() -> Model<f64> {
     Model {
         base: Base::Hard,
         friction: Friction { finger: 0.4, pusher: 0.25, support: 0.3 },
@@ -223,6 +240,7 @@ fn flag_names(bits: u32) -> String {
             (flags::ROTATION, "ROTATION"),
             (flags::DROP, "DROP"),
             (flags::PUSHING, "pushing"),
+            (flags::UNSURE, "UNSURE"),
         ],
     )
 }
@@ -240,6 +258,11 @@ fn doubt_names(bits: u32) -> String {
             (validity::WAITING, "waiting for the object's pose"),
             (validity::POINTS_LOST, "contact points left out"),
             (validity::WRENCH, "wrench not finite"),
+            (validity::ONE_FINGER, "one finger's wrench missing"),
+            (validity::STUCK, "wrench stuck"),
+            (validity::SATURATED, "wrench at the end of its range"),
+            (validity::BIASED, "constant error of the wrench"),
+            (validity::MODEL, "model and measurement disagree"),
         ],
     )
 }
@@ -258,7 +281,7 @@ fn report(output: &Output, outcome: &Outcome) {
     ));
     output.text(format_args!(
         "ticks missed {}, tick cost mean {:.3} ms, worst {:.3} ms; starved {}, samples lost {}, dropped {}, frames damaged {} there and {} here",
-        s.ticks_missed,
+        outcome.ticks_missed,
         milliseconds(s.mean_cost),
         milliseconds(s.worst_cost),
         s.starved,
@@ -271,6 +294,24 @@ fn report(output: &Output, outcome: &Outcome) {
         "{} of {} predictions equal this host's bit for bit",
         outcome.equal, outcome.compared
     ));
+    if outcome.ticks_missed > 0 {
+        let period = f64::from(wire::TICK_US) * 1e-3;
+        output.note(if milliseconds(s.worst_cost) > period {
+            "the model is too dear for this board: a tick took longer than its period"
+        } else {
+            "no tick took longer than its period: the emulator was held up by this machine and woke late"
+        });
+    }
+    if let Some(i) = &outcome.injected {
+        output.text(format_args!(
+            "done to the line: {} samples lost, {} damaged, {} repeated, {} overtaken, {} bursts of garbage, {} reports lost",
+            i.lost, i.damaged, i.repeated, i.overtaken, i.garbage, i.reports_lost
+        ));
+        output.text(format_args!(
+            "the board counts: {} samples missing in order, {} late, {} repeated; {} frames damaged, {} too long",
+            s.samples_lost, s.samples_reordered, s.samples_repeated, s.frames_damaged, s.frames_too_long
+        ));
+    }
     if let Some(seq) = outcome.unknown_from {
         output.note(format_args!(
             "from sample {seq} on samples and reports were lost together: nothing is compared there"

@@ -11,6 +11,7 @@ use super::conditions::Variable;
 use super::noise::Source;
 use super::tare::Offsets;
 use crate::channels::Signals;
+use crate::force_bands::Band;
 use crate::phases::{Evidence, Phase, Phases};
 
 /// Name of the document's format.
@@ -275,4 +276,7 @@ pub struct Trace {
     pub phases: Phases,
     /// Half width of the noise band of each channel and phase; NaN where not known.
     pub band: Vec<[f64; 5]>,
+    /// Time and interval of each force over all force distributions that the last model
+    /// allows; empty where it determines them.
+    pub force_bands: Vec<(f64, Band)>,
 }

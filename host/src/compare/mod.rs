@@ -19,19 +19,37 @@ pub mod trial;
 pub mod verdict;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use rayon::prelude::*;
-use stickslip_shared::model::Model;
+use stickslip_shared::model::{Base, Model};
 
 use crate::channels::{COUNT, Signals};
 use crate::dataset::{Dataset, Description, Trial, TrialInfo};
-use crate::phases::{PHASES, Phases, split};
-use crate::simulate::{Prepared, prepare};
+use crate::force_bands::{Band, bands, bands_towards};
+use crate::phases::{PHASES, Phase, Phases, split};
+use crate::simulate::{Prepared, Simulated, prepare};
 use conditions::{HeldOut, VARIABLES};
 use document::{Comparison, DataSummary, ModelReport, SCHEMA, Skipped, Trace, TrialRow};
 use noise::{Floor, Source};
 use tare::Tare;
 use trial::TrialErrors;
+
+/// Samples of a trial at which the intervals of undetermined forces are found.
+const BANDS: usize = 12;
+/// The same for a trial that is drawn.
+const DRAWN_BANDS: usize = 48;
+
+/// What counts as an error of a force that rigid contact leaves open.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Forces {
+    /// What is outside the interval of all force distributions with the same motion, net wrench
+    /// and grip.
+    #[default]
+    OutsideBand,
+    /// The distance to the solution that the model returns, that of least elastic energy.
+    AsReturned,
+}
 
 /// Family-wise chance of a false alarm.
 pub const SIGNIFICANCE: f64 = 0.01;
@@ -76,6 +94,47 @@ pub struct NamedModel {
     pub origin: String,
     /// The model.
     pub model: Model<f64>,
+    /// Signals of another engine, by trial; the own model is not run then.
+    pub recorded: Option<Arc<BTreeMap<String, Simulated>>>,
+}
+
+impl NamedModel {
+    /// A model of the own engine.
+    pub fn own(name: impl Into<String>, origin: impl Into<String>, model: Model<f64>) -> Self {
+        Self { name: name.into(), origin: origin.into(), model, recorded: None }
+    }
+
+    /// Whether rigid contact leaves forces of it open.
+    fn is_rigid(&self) -> bool {
+        self.recorded.is_none() && matches!(self.model.base, Base::Hard)
+    }
+
+    /// Intervals of the forces that rigid contact leaves open, as far as measurements ask for.
+    fn bands(
+        &self,
+        prepared: &Prepared,
+        simulated: &Simulated,
+        phases: Phases,
+        forces: Forces,
+    ) -> Vec<(usize, Band)> {
+        if !self.is_rigid() || forces == Forces::AsReturned {
+            return Vec::new();
+        }
+        let n = prepared.t_s.len();
+        let from = phases.range(Phase::BeforeContact).end.min(n);
+        let count = BANDS.min(n - from);
+        let at: Vec<usize> = (0..count).map(|k| from + (2 * k + 1) * (n - from) / (2 * count)).collect();
+        let (tare, noise) = TrialErrors::tare_and_noise(prepared, simulated, phases);
+        let wanted = |i: usize| -> Signals { std::array::from_fn(|c| prepared.measured[i][c] - tare[c]) };
+        bands_towards(prepared, &self.model, &at, &wanted, &noise.map(|s| 3.0 * s))
+    }
+
+    fn simulate(&self, trial: &str, prepared: &Prepared) -> Result<Simulated, String> {
+        match &self.recorded {
+            None => Ok(prepared.simulate(&self.model)),
+            Some(all) => all.get(trial).cloned().ok_or_else(|| format!("{} was not run on it", self.name)),
+        }
+    }
 }
 
 /// What to compare.
@@ -87,11 +146,13 @@ pub struct Options {
     pub held_out: HeldOut,
     /// Sensor offsets.
     pub tare: Tare,
+    /// Forces that are not determined.
+    pub forces: Forces,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { trial: None, held_out: HeldOut::Nothing, tare: Tare::BeforeContact }
+        Self { trial: None, held_out: HeldOut::Nothing, tare: Tare::BeforeContact, forces: Forces::default() }
     }
 }
 
@@ -140,7 +201,7 @@ pub fn compare(
     };
     let chosen = chosen_trials(options, infos, &groups, &condition_of, &held_out)?;
     begin("comparing", chosen.loaded.len());
-    let compared = simulate_all(data, &chosen.loaded, models, &noise, tick);
+    let compared = simulate_all(data, &chosen.loaded, models, options.forces, &noise, tick);
     if compared.places.is_empty() {
         let why = compared.skipped.first().map_or("no trial is left", |s| s.reason.as_str());
         anyhow::bail!("no trial can be compared: {why}");
@@ -302,15 +363,14 @@ fn base_model(
                 };
                 notes.push(format!("these data do not determine {name} friction; {value:.2} was taken"));
             }
-            NamedModel { name: "base".into(), origin, model: c.model }
+            NamedModel::own("base", origin, c.model)
         }
-        None => NamedModel {
-            name: "base".into(),
-            origin: "no model was given and no force measured to calibrate on: hard contact, friction 0.40 \
-                     (fingers), 0.25 (pusher), 0.30 (support)"
-                .into(),
-            model: friction::default_model(),
-        },
+        None => NamedModel::own(
+            "base",
+            "no model was given and no force measured to calibrate on: hard contact, friction 0.40 (fingers), 0.25 \
+             (pusher), 0.30 (support)",
+            friction::default_model(),
+        ),
     }
 }
 
@@ -318,6 +378,7 @@ fn simulate_all(
     data: Data,
     loaded: &[usize],
     models: &[NamedModel],
+    forces: Forces,
     noise: &Signals,
     tick: &(dyn Fn() + Sync),
 ) -> Compared {
@@ -333,12 +394,13 @@ fn simulate_all(
                 let errors = models
                     .iter()
                     .map(|m| {
-                        let simulated = prepared.simulate(&m.model);
+                        let simulated = m.simulate(&data.infos[i].trial, &prepared)?;
                         // The first model settles the phases, so that models compare like with like.
                         let p = *phases.get_or_insert_with(|| split(&prepared, &simulated, noise));
-                        TrialErrors::of(&prepared, &simulated, p)
+                        let bands = m.bands(&prepared, &simulated, p, forces);
+                        Ok(TrialErrors::with_bands(&prepared, &simulated, p, &bands))
                     })
-                    .collect();
+                    .collect::<Result<_, String>>()?;
                 phases.map(|p| (p, errors)).ok_or_else(|| "no model was given".to_owned())
             };
             let result = one();
@@ -403,7 +465,13 @@ fn traces(
             let i = compared.places[k];
             let trial = (data.load)(i).ok()?;
             let prepared = prepare(data.description, &trial, i).ok()?;
-            let modelled = models.iter().map(|m| prepared.simulate(&m.model).signals).collect();
+            let modelled = models
+                .iter()
+                .map(|m| m.simulate(&row.trial, &prepared).map(|s| s.signals))
+                .collect::<Result<_, _>>()
+                .ok()?;
+            let rigid = models.last().filter(|m| m.is_rigid());
+            let force_bands = rigid.map_or_else(Vec::new, |m| drawn_bands(&prepared, m));
             let mut measured = prepared.measured;
             for row in &mut measured {
                 for (x, tare) in row.iter_mut().zip(&tares[k]) {
@@ -433,7 +501,16 @@ fn traces(
                 modelled,
                 phases: compared.phases[k],
                 band,
+                force_bands,
             })
         })
         .collect()
+}
+
+/// Both ends of the intervals at samples spread over a trial, and their times.
+fn drawn_bands(prepared: &Prepared, model: &NamedModel) -> Vec<(f64, Band)> {
+    let n = prepared.t_s.len();
+    let count = DRAWN_BANDS.min(n);
+    let at: Vec<usize> = (0..count).map(|k| k * (n - 1) / (count - 1).max(1)).collect();
+    bands(prepared, &model.model, &at).into_iter().map(|(i, band)| (prepared.t_s[i], band)).collect()
 }

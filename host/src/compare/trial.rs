@@ -4,6 +4,7 @@
 //! whole data set can still be taken out exactly.
 
 use crate::channels::{COUNT, Quantity, Signals, quantity};
+use crate::force_bands::Band;
 use crate::phases::{PHASES, Phase, Phases, white_noise_of};
 use crate::simulate::{Prepared, Simulated};
 
@@ -116,10 +117,23 @@ pub struct TrialErrors {
 impl TrialErrors {
     /// Compares `simulated` with the measurement. The tare is not applied yet.
     pub fn of(prepared: &Prepared, simulated: &Simulated, phases: Phases) -> Self {
+        Self::with_bands(prepared, simulated, phases, &[])
+    }
+
+    /// As [`Self::of`]; after contact a force counts only as far as it is outside the `bands`
+    /// (of the simulation, at some samples, rising; the nearest one holds), sensor offset
+    /// taken out.
+    pub fn with_bands(
+        prepared: &Prepared,
+        simulated: &Simulated,
+        phases: Phases,
+        bands: &[(usize, Band)],
+    ) -> Self {
         let t = &prepared.t_s;
         let mut cells = vec![Cell::EMPTY; COUNT * PHASES.len()];
         let mut errors = Vec::new();
         let mut offset = [f64::NAN; COUNT];
+        let nearest = nearest(bands, t.len());
         for channel in 0..COUNT {
             for phase in PHASES {
                 let range = phases.range(phase);
@@ -130,6 +144,14 @@ impl TrialErrors {
                         .zip(&prepared.measured[range])
                         .map(|(model, measured)| model[channel] - measured[channel]),
                 );
+                if phase != Phase::BeforeContact && !bands.is_empty() {
+                    let known = if offset[channel].is_finite() { offset[channel] } else { 0.0 };
+                    for (e, i) in errors.iter_mut().zip(phases.range(phase)) {
+                        let (sample, band) = &bands[nearest[i]];
+                        let value = simulated.signals[*sample][channel];
+                        *e = outside(*e + known, band[channel], value) - known;
+                    }
+                }
                 let cell = Cell::of(&errors);
                 if phase == Phase::BeforeContact
                     && cell.samples >= FEWEST_TARE_SAMPLES
@@ -156,6 +178,13 @@ impl TrialErrors {
         }
     }
 
+    /// Mean measured less modelled before contact of each channel, and the noise of each: what
+    /// is needed to judge forces against bands.
+    pub fn tare_and_noise(prepared: &Prepared, simulated: &Simulated, phases: Phases) -> (Signals, Signals) {
+        let of = Self::of(prepared, simulated, phases);
+        (of.offset.map(|o| if o.is_finite() { o } else { 0.0 }), of.white)
+    }
+
     /// Errors of `channel` in `phase`, without a tare.
     pub fn raw(&self, channel: usize, phase: Phase) -> &Cell {
         &self.cells[channel * PHASES.len() + phase as usize]
@@ -168,5 +197,31 @@ impl TrialErrors {
                 *cell = cell.shifted(*offset);
             }
         }
+    }
+}
+
+/// Place of the nearest band for each of `count` samples.
+fn nearest(bands: &[(usize, Band)], count: usize) -> Vec<usize> {
+    let mut at = 0;
+    (0..count)
+        .map(|i| {
+            while bands.get(at + 1).is_some_and(|next| next.0.abs_diff(i) <= bands[at].0.abs_diff(i)) {
+                at += 1;
+            }
+            at
+        })
+        .collect()
+}
+
+/// What is left of an error (modelled less measured) where the model's force may be anything
+/// in a band around its `value`.
+fn outside(error: f64, (low, high): (f64, f64), value: f64) -> f64 {
+    let (down, up) = (value - low, high - value);
+    if error > 0.0 && down.is_finite() {
+        (error - down).max(0.0)
+    } else if error < 0.0 && up.is_finite() {
+        (error + up).min(0.0)
+    } else {
+        error
     }
 }

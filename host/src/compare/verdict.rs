@@ -5,7 +5,7 @@ use super::document::{Change, DataSummary, ErrorRow, Fate, ModelReport, Place, S
 use super::noise::Source;
 use super::rows::many_primitives;
 use super::tare::Tare;
-use super::{Options, SIGNIFICANCE};
+use super::{Forces, Options, SIGNIFICANCE};
 use crate::channels::{NAMES, Quantity, quantity};
 
 /// 'finger 1 force along x', from a channel's name.
@@ -162,6 +162,15 @@ pub fn notes(
         Source::Unknown => notes.push(
             "There are neither repetitions nor stated sensor noise: errors are given in SI units only.".into(),
         ),
+    }
+    if options.forces == Forces::OutsideBand {
+        notes.push(
+            "Forces that rigid contact leaves open (several pads that stick can bear any part of each other's load): an \
+             error is what lies outside the interval of all force distributions with the same motion, net wrench and \
+             grip. The line drawn is the one of least elastic energy among them. --no-force-bands counts the distance \
+             to that line."
+                .into(),
+        );
     }
     if let Some(report) = reports.last() {
         notes.extend(offset_notes(report, options.tare));

@@ -5,6 +5,7 @@
 //! terminal.
 
 pub mod error;
+pub mod faults;
 mod line;
 pub mod package;
 pub mod qemu;
@@ -21,6 +22,7 @@ use stickslip_shared::wire::frame::{MAX_LINE, encode};
 use stickslip_shared::wire::{self, Answer, Info, ModelChunk, ModelCommit, TelemetryReport};
 
 pub use error::DeviceError;
+use faults::{Faults, Injected};
 use line::{Event, Line};
 use qemu::Qemu;
 
@@ -35,9 +37,10 @@ pub struct Device {
     reports: VecDeque<TelemetryReport>,
     seq: u32,
     damaged: u64,
+    faults: Option<Faults>,
     info: Info,
     // Dropped last: ends the emulator.
-    _qemu: Option<Qemu>,
+    qemu: Option<Qemu>,
 }
 
 impl Device {
@@ -58,8 +61,9 @@ impl Device {
             reports: VecDeque::new(),
             seq: 0,
             damaged: 0,
+            faults: None,
             info: Info::default(),
-            _qemu: qemu,
+            qemu,
         };
         device.info = device.patient::<wire::GetInfo>(&())?;
         if device.info.protocol != wire::PROTOCOL {
@@ -72,6 +76,12 @@ impl Device {
     #[must_use]
     pub fn info(&self) -> &Info {
         &self.info
+    }
+
+    /// Process of the emulator, where the board is one.
+    #[must_use]
+    pub fn emulator(&self) -> Option<u32> {
+        self.qemu.as_ref().map(Qemu::process)
     }
 
     /// Frames that arrived damaged so far.
@@ -170,7 +180,21 @@ impl Device {
         let mut line = [0; MAX_LINE];
         let bytes =
             encode(T::TOPIC_KEY, seq, message, &mut line).ok_or(DeviceError::TooLong { request: T::PATH })?;
-        self.line.write(bytes)
+        match &mut self.faults {
+            Some(faults) => self.line.write(&faults.damage(bytes)),
+            None => self.line.write(bytes),
+        }
+    }
+
+    /// From now on the line loses, doubles, damages: see [`faults`].
+    pub fn damage_line(&mut self, seed: u64) {
+        self.faults = Some(Faults::new(seed));
+    }
+
+    /// What was done to the line; none of it where [`Device::damage_line`] was not called.
+    #[must_use]
+    pub fn injected(&self) -> Option<Injected> {
+        self.faults.as_ref().map(|faults| faults.injected)
     }
 
     /// Sends bytes as they are: for tests of a noisy line.
@@ -214,6 +238,7 @@ impl Device {
     fn keep(&mut self, event: Event) {
         match event {
             Event::Frame(frame) if frame.key == wire::Telemetry::TOPIC_KEY => match frame.decode() {
+                Some(_) if self.faults.as_mut().is_some_and(Faults::loses_report) => {}
                 Some(report) => self.reports.push_back(report),
                 None => self.damaged += 1,
             },

@@ -11,6 +11,7 @@ use stickslip_shared::predictor::{HASH_START, Predictor};
 use stickslip_shared::wire::sequence::{Order, Sequence};
 use stickslip_shared::wire::{self, Mode, Source, StartRequest, Statistics, TelemetryReport};
 
+use super::faults::Injected;
 use super::package::Package;
 use super::{Device, DeviceError};
 
@@ -35,8 +36,12 @@ pub enum Event<'a> {
 pub struct Outcome {
     /// Samples in the trial.
     pub samples: usize,
-    /// Samples that the board took, as far as its reports tell.
+    /// Samples that the board says it took.
     pub taken: usize,
+    /// Periods that the board's tick began late by, in this run.
+    pub ticks_missed: u32,
+    /// What was done to the line on purpose, where it was.
+    pub injected: Option<Injected>,
     /// Reports received in the run.
     pub reports: usize,
     /// Reports that the board sent and the line lost.
@@ -61,7 +66,7 @@ pub struct Outcome {
 }
 
 /// Loads the model, streams every sample, and compares each report with the predictor run
-/// on this host over the same samples.
+/// on this host over the same samples. With `faults`, a seed, the line is damaged on purpose.
 ///
 /// # Errors
 /// Where the board refuses, falls silent, restarts, or the line is cut. What happened
@@ -69,6 +74,7 @@ pub struct Outcome {
 pub fn stream(
     device: &mut Device,
     package: &Package,
+    faults: Option<u64>,
     watch: &mut dyn FnMut(Event<'_>) -> std::io::Result<()>,
 ) -> anyhow::Result<Outcome> {
     let count = package.samples.len();
@@ -81,8 +87,12 @@ pub fn stream(
         prefill: AHEAD.min(count as u32) as u8,
         length: Some(count as u32),
     };
+    let before = device.statistics()?;
     device.command::<wire::Start>(&request)?;
     device.forget_reports();
+    if let Some(seed) = faults {
+        device.damage_line(seed);
+    }
     let began = Instant::now();
     let mut run = Run::new(package)?;
     let mut heard = Instant::now();
@@ -116,10 +126,14 @@ pub fn stream(
     for (seq, report) in std::mem::take(&mut run.answered) {
         run.replay(seq, &report, package);
     }
+    run.close();
+    let statistics = device.statistics()?;
     let outcome = Outcome {
         samples: count,
         seconds,
-        statistics: device.statistics()?,
+        ticks_missed: statistics.ticks_missed.saturating_sub(before.ticks_missed),
+        injected: device.injected(),
+        statistics,
         timer_hz: device.info().timer_hz,
         frames_damaged: device.damaged_frames(),
         ..run.outcome
@@ -156,6 +170,8 @@ struct Run<'a> {
     reports: Option<Sequence>,
     /// Reports on samples, to be compared after the run.
     answered: Vec<(u32, TelemetryReport)>,
+    /// The newest report: its hash covers samples whose own reports were lost.
+    newest: Option<TelemetryReport>,
     outcome: Outcome,
     begun: bool,
 }
@@ -179,6 +195,7 @@ impl<'a> Run<'a> {
             fed: Instant::now(),
             reports: None,
             answered: Vec::new(),
+            newest: None,
             outcome: Outcome::default(),
             begun: false,
         })
@@ -195,6 +212,10 @@ impl<'a> Run<'a> {
             return;
         }
         self.outcome.reports += 1;
+        self.outcome.taken = self.outcome.taken.max(report.taken as usize);
+        if report.taken > 0 {
+            self.newest = Some(*report);
+        }
         let sequence = self.reports.get_or_insert_with(|| Sequence::starting_at(report.seq));
         if let Order::Next { lost } = sequence.judge(report.seq) {
             self.outcome.reports_lost += lost;
@@ -209,7 +230,6 @@ impl<'a> Run<'a> {
         self.fed = Instant::now();
         self.done = self.done.max(seq.saturating_add(1));
         self.last = Some(seq);
-        self.outcome.taken += 1;
         self.answered.push((seq, *report));
     }
 
@@ -226,7 +246,7 @@ impl<'a> Run<'a> {
             return;
         }
         for sample in package.samples.iter().take(seq as usize + 1).skip(from as usize) {
-            let prediction = self.predictor.tick(&sample.into());
+            let prediction = self.predictor.take(sample);
             self.hash = prediction.hash(self.hash);
         }
         self.next = seq.saturating_add(1);
@@ -236,6 +256,18 @@ impl<'a> Run<'a> {
             self.outcome.equal += 1;
         } else if self.outcome.first_difference.is_none() {
             self.outcome.first_difference = Some(seq);
+        }
+    }
+
+    /// Where the reports on the last samples were lost, a later one still has the hash over
+    /// all of them.
+    fn close(&mut self) {
+        let count = self.package.samples.len() as u32;
+        if let Some(report) = self.newest
+            && report.taken == count
+            && self.next < count
+        {
+            self.replay(count - 1, &report, self.package);
         }
     }
 

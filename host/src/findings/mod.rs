@@ -9,6 +9,7 @@
 
 mod pivoting;
 mod pushing;
+pub mod pyramids;
 mod rolling;
 mod runs;
 

@@ -135,7 +135,7 @@ pub fn findings() -> anyhow::Result<Vec<Finding>> {
         hard,
         soft,
         outcome: Outcome::of(fall[1].abs() < 0.02, fall[2] < -0.02),
-        reason: "A hard model keeps the torque within 2 %. MuJoCo itself was not run for this table. Linear springs alone do not lower it: the moment stays 4/3 mu N a whatever the compliance."
+        reason: "A hard model keeps the torque within 2 %. MuJoCo itself: docs/mujoco.md. Linear springs alone do not lower it: the moment stays 4/3 mu N a whatever the compliance."
             .into(),
     });
     Ok(out)

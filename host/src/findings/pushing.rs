@@ -149,8 +149,8 @@ pub fn findings() -> anyhow::Result<Vec<Finding>> {
         hard,
         soft,
         outcome: Outcome::No,
-        reason: "Here the soft model has a tangential spring that holds the weight after sinking by m g / 2 k (10 um) once; \
-                 MuJoCo itself was not run for this table."
+        reason: "Here the soft model has a tangential spring that holds the weight after sinking by m g / 2 k (10 um) once. \
+                 MuJoCo itself, with its default contacts, does sink (docs/mujoco.md)."
             .into(),
     });
     let peaks = peak(&each[0]);
@@ -197,13 +197,14 @@ fn spread(bench: &Bench, run: &Run) -> Finding {
         bands.iter().map(range).collect::<Vec<_>>().join("; ")
     };
     let seen: Vec<String> = at.iter().map(|i| format!("{:+.2}", run.rig[*i][FINGER_X])).collect();
+    let soft: Vec<String> = at.iter().map(|i| format!("{:+.2}", run.soft[*i][FINGER_X])).collect();
     Finding {
         about: "forces",
         statement: "forces of equal runs differ by almost 2 N though their sums agree (finger 1 along the push, N: at rest; sliding; stopped)",
         paper: "up to 2 N, up to 20 %".into(),
         rig: seen.join("; "),
         hard: show(Base::Hard),
-        soft: "a spring's force is determined by its history".into(),
+        soft: format!("{}: a spring's history determines its force", soft.join("; ")),
         outcome: Outcome::Yes,
         reason: "Range over all force distributions with the same motion, net wrench and grip. While the pads stick (at \
                  rest, at the onset, after a stop) the fingers can bear any part of each other's load: several newtons, so \

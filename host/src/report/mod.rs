@@ -8,3 +8,4 @@ pub mod html;
 pub mod overlay;
 pub mod plot;
 pub mod replay;
+pub mod score;

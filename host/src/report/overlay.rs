@@ -17,6 +17,8 @@ pub const SHADES: [Option<(RGBColor, f64)>; 5] = [
     Some((RGBColor(0x56, 0xb4, 0xe9), 0.14)),
     Some((RGBColor(0x99, 0x99, 0x99), 0.18)),
 ];
+/// Forces that are not determined.
+const OPEN: RGBColor = RGBColor(0x00, 0x9e, 0x73);
 const SIZE: (u32, u32) = (360, 170);
 const POINTS: usize = 260;
 
@@ -24,7 +26,7 @@ const POINTS: usize = 260;
 pub fn panel(trace: &Trace, models: &[&str]) -> String {
     let mut out =
         format!("<p>{} <b>{}</b>: {}</p>\n", trace.role, escape(&trace.trial), escape(&trace.conditions));
-    out += &legend(models);
+    out += &legend(models, !trace.force_bands.is_empty());
     out += "<div class=\"grid\">\n";
     for channel in (0..COUNT).filter(|k| trace.measured.iter().any(|s| s[*k].is_finite())) {
         out += &figure(trace, channel);
@@ -45,7 +47,7 @@ fn hex(c: RGBColor) -> String {
     format!("#{:02x}{:02x}{:02x}", c.0, c.1, c.2)
 }
 
-fn legend(models: &[&str]) -> String {
+fn legend(models: &[&str], open: bool) -> String {
     let mut out = String::from(
         "<div class=\"legend\"><span><i class=\"swatch line measured\"></i>measured, sensor offset taken out</span>",
     );
@@ -61,6 +63,13 @@ fn legend(models: &[&str]) -> String {
         out += &format!(
             "<span><i class=\"swatch\" style=\"background:rgb({r} {g} {b}/.22)\"></i>{} \u{b1} noise floor</span>",
             escape(name)
+        );
+    }
+    if open {
+        let RGBColor(r, g, b) = OPEN;
+        out += &format!(
+            "<span><i class=\"swatch\" style=\"background:rgb({r} {g} {b}/.22)\"></i>forces that rigid contact leaves \
+             open</span>"
         );
     }
     for (phase, shade) in PHASES.iter().zip(SHADES) {
@@ -84,6 +93,17 @@ fn figure(trace: &Trace, channel: usize) -> String {
         Chart { size: SIZE, x_label: "time, s".into(), x: (at(0), at(usize::MAX)), ..Chart::default() };
     let measured = column(&trace.measured);
     chart.lines.push(Line { points: thinned(t, &measured, POINTS), colour: MEASURED, width: 1 });
+    if channel >= 6 && !trace.force_bands.is_empty() {
+        let ends: Vec<(f64, f64, f64)> = trace
+            .force_bands
+            .iter()
+            .map(|(t, band)| (*t, band[channel].0 * factor, band[channel].1 * factor))
+            .filter(|p| p.1.is_finite() && p.2.is_finite())
+            .collect();
+        if ends.len() > 1 {
+            chart.bands.push((ends, OPEN));
+        }
+    }
     let mut widest = 0.0f64;
     for (k, (rows, colour)) in trace.modelled.iter().zip(MODELS).enumerate() {
         let values = column(rows);

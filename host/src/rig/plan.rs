@@ -30,6 +30,11 @@ pub enum PlanName {
     Demo,
 }
 
+/// The paper's grid of linear pushes.
+const PUSH_GRIPS_N: [f64; 7] = [20.0, 22.0, 25.0, 27.0, 30.0, 32.0, 35.0];
+const PUSH_SPEEDS_MM_S: [f64; 4] = [10.0, 15.0, 20.0, 25.0];
+const PUSH_SLOPES_DEG: [f64; 5] = [-20.0, -10.0, 0.0, 10.0, 20.0];
+
 impl PlanName {
     /// Runs of each condition where the user does not say.
     pub fn usual_runs(self) -> usize {
@@ -53,15 +58,17 @@ pub fn conditions(name: PlanName, objects: &[String], seed: u64, hours: f64) -> 
         let usual = usual.iter().map(|o| (*o).to_string());
         usual.filter(|o| objects.is_empty() || objects.contains(o)).collect()
     };
-    let slopes = [-20.0, -10.0, 0.0, 10.0, 20.0];
-    let grips = [20.0, 22.0, 25.0, 27.0, 30.0, 32.0, 35.0];
     match name {
         PlanName::Paper => {
-            let mut all =
-                pushes(&restricted(&["obj3", "obj4", "obj5"]), &grips, &[10.0, 15.0, 20.0, 25.0], &slopes);
+            let mut all = pushes(
+                &restricted(&["obj3", "obj4", "obj5"]),
+                &PUSH_GRIPS_N,
+                &PUSH_SPEEDS_MM_S,
+                &PUSH_SLOPES_DEG,
+            );
             all.extend(pivots(
                 &restricted(&["obj4", "obj5"]),
-                &grips,
+                &PUSH_GRIPS_N,
                 &[2.5, 5.0, 10.0, 15.0, 20.0],
                 &[0.0, 5.0, 10.0, 15.0, 20.0, 25.0],
             ));
@@ -79,7 +86,7 @@ pub fn conditions(name: PlanName, objects: &[String], seed: u64, hours: f64) -> 
         PlanName::RollSmall => rolls(&of(&["obj1"]), &[2.0, 3.5, 5.0], &[10.0, 20.0]),
         PlanName::Lift => lifts(&of(&["obj4", "obj5", "obj3"]), seed),
         PlanName::Planar => planar(&of(&["tri"])),
-        PlanName::SlipHours => slip_hours(&of(&["obj3", "obj4", "obj5"]), seed, hours),
+        PlanName::SlipHours => slip_hours(&of(&["obj1", "obj2", "obj3", "obj4", "obj5"]), seed, hours),
         PlanName::Demo => demo(),
     }
 }
@@ -274,16 +281,18 @@ fn slip_hours(objects: &[String], seed: u64, hours: f64) -> Vec<Condition> {
             left_s -= steady.hold_s + 1.5;
             Condition { scenario, ..steady }
         } else {
-            let speed = rng.random_range(0.01..0.025);
+            let mut of = |values: &[f64]| values[rng.random_range(0..values.len())];
+            let (speed, grip_n) = (of(&PUSH_SPEEDS_MM_S) / 1e3, of(&PUSH_GRIPS_N));
+            let slope_rad = of(&PUSH_SLOPES_DEG).to_radians();
             let scenario = match kind {
                 k if k > 0.96 => Scenario::Jam { mu_pusher: rng.random_range(0.7..1.2) },
                 _ => Scenario::Steady,
             };
             left_s -= 0.5 + 0.015 / speed;
             Condition {
-                grip_n: rng.random_range(20.0..35.0),
+                grip_n,
                 speed_m_s: speed,
-                slope_rad: rng.random_range(-0.35..0.35),
+                slope_rad,
                 scenario,
                 ..Condition::new(Primitive::LinearPush, object)
             }

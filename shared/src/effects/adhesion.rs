@@ -4,7 +4,7 @@
 //! the Coulomb law with an adhesive offset (Derjaguin 1934; pull-off as in Johnson, Kendall
 //! and Roberts 1971).
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext, text};
 use crate::real::{Real, most};
 
 /// See the module.
@@ -14,9 +14,11 @@ pub struct Adhesion;
 pub const INFO: Info = Info {
     id: "adhesion",
     code: 14,
-    summary: "contacts stick: friction at zero load and a pull-off force",
-    signature: "friction force against grip is a straight line that misses the origin; a pull when a contact opens",
-    source: "Derjaguin 1934; Johnson, Kendall and Roberts 1971",
+    summary: text("contacts stick: friction at zero load and a pull-off force"),
+    signature: text(
+        "friction force against grip is a straight line that misses the origin; a pull when a contact opens",
+    ),
+    source: text("Derjaguin 1934; Johnson, Kendall and Roberts 1971"),
     parameters: &[Parameter::new(
         "pull_off_n",
         "N",

@@ -4,7 +4,7 @@
 //! across it: the elliptic cone of Michalowski and Mroz 1978 (brushed or machined faces). The
 //! mean coefficient in the geometric sense stays the base model's.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext, text};
 use crate::contact::is_finger;
 use crate::real::{Real, most};
 
@@ -15,9 +15,9 @@ pub struct AnisotropicFriction;
 pub const INFO: Info = Info {
     id: "anisotropic_friction",
     code: 5,
-    summary: "fingertip friction differs along and across the object's length",
-    signature: "a push force too high (or low) while forces or sag across it are too low (or high)",
-    source: "Michalowski and Mroz 1978, elliptic friction cone",
+    summary: text("fingertip friction differs along and across the object's length"),
+    signature: text("a push force too high (or low) while forces or sag across it are too low (or high)"),
+    source: text("Michalowski and Mroz 1978, elliptic friction cone"),
     parameters: &[Parameter::new(
         "ratio",
         "1",

@@ -4,7 +4,7 @@
 //! contact; tangential displacement before sliding is `F_t compliance` (Cattaneo 1938, Mindlin
 //! 1949, here linear). Fingers and support; the pusher is taken as stiff.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext};
+use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext, text};
 use crate::contact::{Body, Contact};
 use crate::real::{Real, most};
 
@@ -15,9 +15,11 @@ pub struct ContactCompliance;
 pub const INFO: Info = Info {
     id: "contact_compliance",
     code: 8,
-    summary: "fingertips (and support) give way under load before they slip",
-    signature: "displacement in proportion to force before sliding, rounded onset of sliding, sag at lift-off",
-    source: "Mindlin 1949; Johnson 1985, Contact Mechanics",
+    summary: text("fingertips (and support) give way under load before they slip"),
+    signature: text(
+        "displacement in proportion to force before sliding, rounded onset of sliding, sag at lift-off",
+    ),
+    source: text("Mindlin 1949; Johnson 1985, Contact Mechanics"),
     parameters: &[
         Parameter::new(
             "tangential_m_n",

@@ -4,7 +4,7 @@
 //! slipped (or since the trial began): Dieterich 1972, the static branch of rate and state
 //! friction. Sliding resets it.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext, text};
 use crate::real::{Real, most};
 
 /// See the module.
@@ -14,9 +14,11 @@ pub struct DwellStrengthening;
 pub const INFO: Info = Info {
     id: "dwell_strengthening",
     code: 3,
-    summary: "break-away friction grows with the logarithm of the time at rest",
-    signature: "a peak at the onset of sliding that is higher the longer the object rested before (slow approach, pause)",
-    source: "Dieterich 1972; Marone 1998, rate and state friction",
+    summary: text("break-away friction grows with the logarithm of the time at rest"),
+    signature: text(
+        "a peak at the onset of sliding that is higher the longer the object rested before (slow approach, pause)",
+    ),
+    source: text("Dieterich 1972; Marone 1998, rate and state friction"),
     parameters: &[
         Parameter::new(
             "strengthening",

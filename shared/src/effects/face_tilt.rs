@@ -18,7 +18,7 @@
 //! `2 N (mu cos - sin)`. A jaw that presses strictly along gripper Y would need
 //! `1 / (cos + mu sin)` times that: 0.4 % less at the typical slope and friction 0.4.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext, text};
 use crate::contact::{Contact, is_finger};
 use crate::real::{Real, most};
 
@@ -29,9 +29,11 @@ pub struct FaceTilt;
 pub const INFO: Info = Info {
     id: "face_tilt",
     code: 11,
-    summary: "gripped faces form a wedge, or friction changes along the object",
-    signature: "tangential force or grip opening that drifts with the position along the object, the same in every run",
-    source: "wedge statics: Meriam, Statics, ch. 6",
+    summary: text("gripped faces form a wedge, or friction changes along the object"),
+    signature: text(
+        "tangential force or grip opening that drifts with the position along the object, the same in every run",
+    ),
+    source: text("wedge statics: Meriam, Statics, ch. 6"),
     parameters: &[
         Parameter::new(
             "slope_rad",

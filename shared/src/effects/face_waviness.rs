@@ -7,7 +7,7 @@
 //! `N = N + grip (cos(a_start) - cos(a))`.
 
 use super::face_tilt::pad_x_m;
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext, text};
 use crate::contact::is_finger;
 use crate::real::{Real, most};
 
@@ -18,9 +18,9 @@ pub struct FaceWaviness;
 pub const INFO: Info = Info {
     id: "face_waviness",
     code: 12,
-    summary: "fingertip friction or grip varies periodically along the object",
-    signature: "force ripples that repeat at the same places of the object at any speed",
-    source: "Berger 2002, waviness in friction measurements",
+    summary: text("fingertip friction or grip varies periodically along the object"),
+    signature: text("force ripples that repeat at the same places of the object at any speed"),
+    source: text("Berger 2002, waviness in friction measurements"),
     parameters: &[
         Parameter::new(
             "amplitude",

@@ -7,7 +7,7 @@
 //! gives NaN, which the time step refuses as `BadInput`: a broken formula cannot pass for
 //! physics.
 
-use super::{FrictionLaw, Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext, text};
 use crate::contact::Body;
 use crate::real::{Real, least, most};
 use heapless::Vec;
@@ -26,9 +26,9 @@ pub const FORMULA_PARAMETERS: usize = 4;
 pub const INFO: Info = Info {
     id: "formula",
     code: CODE,
-    summary: "the user's own formula",
-    signature: "what the formula says",
-    source: "the user's model.toml",
+    summary: text("the user's own formula"),
+    signature: text("what the formula says"),
+    source: text("the user's model.toml"),
     parameters: &[
         Parameter::new("p0", "1", 1.0, 0.0, [-1e9, 1e9], "first parameter of the formula"),
         Parameter::new("p1", "1", 1.0, 0.0, [-1e9, 1e9], "second parameter of the formula"),

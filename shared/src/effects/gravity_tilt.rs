@@ -3,7 +3,7 @@
 //! Gravity is turned about world X and Y by small angles, its size kept:
 //! `g' = |g| (g + r x g) / |g + r x g|` with `r = (about_x, about_y, 0)`.
 
-use super::{Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, StepContext};
+use super::{Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, StepContext, text};
 use crate::real::{Real, Vec3};
 
 /// See the module.
@@ -13,9 +13,9 @@ pub struct GravityTilt;
 pub const INFO: Info = Info {
     id: "gravity_tilt",
     code: 18,
-    summary: "gravity is not along the axis the rig assumes",
-    signature: "a constant sideways force in proportion to mass, in all phases, whatever the grip",
-    source: "rigid body statics",
+    summary: text("gravity is not along the axis the rig assumes"),
+    signature: text("a constant sideways force in proportion to mass, in all phases, whatever the grip"),
+    source: text("rigid body statics"),
     parameters: &[
         Parameter::new("about_x_rad", "rad", 0.05, 0.0, [-0.3, 0.3], "turn about world X"),
         Parameter::new("about_y_rad", "rad", 0.05, 0.0, [-0.3, 0.3], "turn about world Y"),

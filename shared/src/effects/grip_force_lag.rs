@@ -11,7 +11,7 @@
 //! slides. Integrated implicitly: stable at any step. It remembers the loss `l`, the error
 //! `N_late - N_command` and the last command.
 
-use super::{Info, Law, MAX_PARAMETERS, MEMORY, Parameter, StepContext};
+use super::{Info, Law, MAX_PARAMETERS, MEMORY, Parameter, StepContext, text};
 use crate::real::{Real, most};
 
 /// Slip speed at which half of the drop is reached, m/s.
@@ -24,9 +24,11 @@ pub struct GripForceLag;
 pub const INFO: Info = Info {
     id: "grip_force_lag",
     code: 16,
-    summary: "grip lags its command and falls while the object slides",
-    signature: "normal finger force that sags after the onset of sliding and recovers at rest, or trails a change of command",
-    source: "first-order force control; Whitney 1977",
+    summary: text("grip lags its command and falls while the object slides"),
+    signature: text(
+        "normal finger force that sags after the onset of sliding and recovers at rest, or trails a change of command",
+    ),
+    source: text("first-order force control; Whitney 1977"),
     parameters: &[
         Parameter::new("drop", "1", 0.12, 0.0, [-0.5, 0.9], "share of the grip lost in steady sliding"),
         Parameter::new("time_s", "s", 0.1, 0.0, [0.0, 5.0], "time constant"),

@@ -5,7 +5,7 @@
 //! (exponent 1/3 for Hertz contact: Bowden and Tabor 1950; Xydas and Kao 1999). `N0` is a
 //! constant because it and the base coefficient cannot be told apart.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext, text};
 use crate::real::{Real, most};
 
 /// Load at which the base coefficient holds, N.
@@ -20,9 +20,11 @@ pub struct LoadDependentFriction;
 pub const INFO: Info = Info {
     id: "load_dependent_friction",
     code: 4,
-    summary: "the friction coefficient depends on the normal force",
-    signature: "tangential force not proportional to grip: relatively stronger at low grip (exponent above zero)",
-    source: "Bowden and Tabor 1950; Xydas and Kao 1999, soft finger contact",
+    summary: text("the friction coefficient depends on the normal force"),
+    signature: text(
+        "tangential force not proportional to grip: relatively stronger at low grip (exponent above zero)",
+    ),
+    source: text("Bowden and Tabor 1950; Xydas and Kao 1999, soft finger contact"),
     parameters: &[Parameter::new(
         "exponent",
         "1",

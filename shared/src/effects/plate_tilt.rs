@@ -4,7 +4,7 @@
 //! A plane turns its normal and meets one edge of the object first; a line turns in yaw (one
 //! end first) and keeps the face's normal; a rod or a sphere does not notice.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext};
+use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext, text};
 use crate::contact::{Body, Contact};
 use crate::model::PusherContact;
 use crate::real::{Real, most};
@@ -16,9 +16,11 @@ pub struct PlateTilt;
 pub const INFO: Info = Info {
     id: "plate_tilt",
     code: 13,
-    summary: "the pusher's face is not square to the push",
-    signature: "a constant sideways share of the push force, and the object turns until it lies flat on the pusher",
-    source: "rigid body geometry",
+    summary: text("the pusher's face is not square to the push"),
+    signature: text(
+        "a constant sideways share of the push force, and the object turns until it lies flat on the pusher",
+    ),
+    source: text("rigid body geometry"),
     parameters: &[
         Parameter::new("pitch_rad", "rad", 0.01, 0.0, [-0.1, 0.1], "about pusher Y"),
         Parameter::new("yaw_rad", "rad", 0.01, 0.0, [-0.1, 0.1], "about pusher Z"),

@@ -3,7 +3,7 @@
 //! `mu(v) = mu (1 + excess exp(-(v / v_s)^2))`, after Stribeck 1902 in the exponential form
 //! of Bo and Pavelescu 1982.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext, text};
 use crate::real::{Real, most};
 
 /// See the module.
@@ -13,9 +13,9 @@ pub struct StaticFriction;
 pub const INFO: Info = Info {
     id: "static_friction",
     code: 1,
-    summary: "friction is higher before sliding begins than while it lasts",
-    signature: "a force peak at the onset of sliding that decays once the object moves",
-    source: "Bo and Pavelescu 1982, exponential Stribeck law",
+    summary: text("friction is higher before sliding begins than while it lasts"),
+    signature: text("a force peak at the onset of sliding that decays once the object moves"),
+    source: text("Bo and Pavelescu 1982, exponential Stribeck law"),
     parameters: &[
         Parameter {
             name: "excess",

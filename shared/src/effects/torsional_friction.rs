@@ -7,7 +7,7 @@
 //! three points at that radius and so gets torsion `mu N radius_change` (the soft finger of
 //! Salisbury 1982).
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext};
+use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext, text};
 use crate::contact::{Body, Contact};
 use crate::real::{Real, most};
 
@@ -21,9 +21,11 @@ pub struct TorsionalFriction;
 pub const INFO: Info = Info {
     id: "torsional_friction",
     code: 9,
-    summary: "patches bear more (or less) torsion than their nominal shape",
-    signature: "rotation or torque about the contact normal is wrong while forces in a straight slide are right",
-    source: "Goyal, Ruina and Papadopoulos 1991, limit surface; Salisbury 1982, soft finger",
+    summary: text("patches bear more (or less) torsion than their nominal shape"),
+    signature: text(
+        "rotation or torque about the contact normal is wrong while forces in a straight slide are right",
+    ),
+    source: text("Goyal, Ruina and Papadopoulos 1991, limit surface; Salisbury 1982, soft finger"),
     parameters: &[Parameter::new(
         "radius_change_m",
         "m",

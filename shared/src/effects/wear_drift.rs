@@ -4,7 +4,7 @@
 //! the base model's: pads polish or pick up dust. Yu et al. 2016 saw pushing friction change
 //! over thousands of pushes.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext, text};
 use crate::contact::is_finger;
 use crate::real::{Real, most};
 
@@ -15,9 +15,11 @@ pub struct WearDrift;
 pub const INFO: Info = Info {
     id: "wear_drift",
     code: 7,
-    summary: "fingertip friction drifts from trial to trial",
-    signature: "residuals of tangential force that go with the order in which the trials were run, not with their conditions",
-    source: "Archard 1953; Yu et al. 2016, More than a million ways to be pushed",
+    summary: text("fingertip friction drifts from trial to trial"),
+    signature: text(
+        "residuals of tangential force that go with the order in which the trials were run, not with their conditions",
+    ),
+    source: text("Archard 1953; Yu et al. 2016, More than a million ways to be pushed"),
     parameters: &[Parameter::new(
         "rate_per_trial",
         "1",

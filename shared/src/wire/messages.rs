@@ -2,6 +2,7 @@
 //! Plan and prediction are the predictor's own.
 
 use crate::predictor::{ModelError, Prediction};
+use crate::real::Real;
 use crate::{predictor, track};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -40,21 +41,23 @@ pub struct Sample {
 }
 
 impl Pose {
-    fn checked(&self) -> Option<track::Pose<f32>> {
-        track::Pose::new(self.position_m, self.quaternion)
+    fn checked<R: Real>(&self) -> Option<track::Pose<R>> {
+        let widen = |x: f32| R::of(f64::from(x));
+        track::Pose::new(self.position_m.map(widen), self.quaternion.map(widen))
     }
 }
 
-impl From<&Sample> for predictor::Sample<f32> {
-    /// A pose whose quaternion is not one counts as not measured.
-    fn from(sample: &Sample) -> Self {
-        Self {
-            t_s: sample.t_us as f32 * 1e-6,
-            grip_cmd_n: sample.grip_cmd_n,
-            gripper: sample.gripper.as_ref().and_then(Pose::checked),
-            object: sample.object.as_ref().and_then(Pose::checked),
-            pusher: sample.pusher.as_ref().and_then(Pose::checked),
-            finger: sample.finger,
+impl Sample {
+    /// As the predictor takes it, at `t_s` by its own clock. A pose whose quaternion is not one
+    /// counts as not measured.
+    pub fn at<R: Real>(&self, t_s: R) -> predictor::Sample<R> {
+        predictor::Sample {
+            t_s,
+            grip_cmd_n: R::of(f64::from(self.grip_cmd_n)),
+            gripper: self.gripper.as_ref().and_then(Pose::checked),
+            object: self.object.as_ref().and_then(Pose::checked),
+            pusher: self.pusher.as_ref().and_then(Pose::checked),
+            finger: self.finger.map(|f| f.map(|wrench| wrench.map(|x| R::of(f64::from(x))))),
         }
     }
 }
@@ -241,6 +244,8 @@ pub enum ResetCause {
 pub struct Info {
     /// [`super::PROTOCOL`] of the firmware.
     pub protocol: u16,
+    /// [`super::SOURCE`] of the firmware.
+    pub source: u32,
     /// Version of the firmware.
     pub firmware: heapless::String<16>,
     /// Name of the board.

@@ -1,0 +1,183 @@
+//! Intervals of the coefficients by resampling, which needs no derivative and no noise model.
+//!
+//! What is drawn anew are the weights of whole conditions and of whole signals (exponential:
+//! the Bayesian bootstrap of Rubin 1981, in both directions as in Owen's of 2007; drawing
+//! with replacement would often leave out the one signal that tells). Conditions, because friction varies from run to run and
+//! the residuals of a run do not average out. Signals, because what the model lacks returns
+//! in the same signal in every condition, and more trials do not make it smaller: where the
+//! signals disagree about a coefficient, its interval says so.
+//!
+//! For each coefficient the cost is tabled along a scan of values, by trial and signal, as a
+//! quadratic in the other coefficients (which each draw thus profiles out). Each draw has a
+//! set of values that fit it equally well; the interval reaches from the low quantile of
+//! these sets' lower ends to the high quantile of their upper ends. A contact that never
+//! slides has sets without an end: the coefficient is only bounded. Conditions are few: the
+//! quantiles are those of Student's t, expanded (Hesterberg 2015), and as no draw leaves the
+//! range of the few, the interval is at least as wide as the t interval from the draws'
+//! standard deviation.
+
+use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_distr::{Distribution, Exp1};
+use rayon::prelude::*;
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+
+use super::friction::{Estimate, Problem, RANGE, STEP};
+use super::windows::{SEEN, Seen};
+
+/// Draws.
+const DRAWS: usize = 1000;
+/// Relative departures of the scan on either side.
+const DEPARTURES: [f64; 13] = [0.003, 0.008, 0.015, 0.025, 0.04, 0.065, 0.1, 0.15, 0.22, 0.35, 0.6, 1.2, 2.2];
+/// Rise of a draw's cost, as a share of it, that counts as none.
+const RISE: f64 = 1e-3;
+/// Most that another coefficient's logarithm follows along a scan from its place.
+const FOLLOWS: f64 = 0.5;
+/// Ratio of upper to lower end up to which a coefficient counts as determined.
+const DETERMINED: f64 = 1.65;
+
+/// Cost of one scan value, by trial and signal: `a + 2 b'd + d'C d` in the other
+/// coefficients' departure d.
+struct Cell {
+    a: f64,
+    b: DVector<f64>,
+    c: DMatrix<f64>,
+}
+
+/// Estimates of all coefficients at the solution of `problem`.
+pub fn estimates(problem: &Problem<'_>) -> Vec<Estimate> {
+    let groups = conditions(problem);
+    let draws = draws(groups.iter().max().map_or(0, |g| g + 1));
+    (0..problem.free.len()).map(|k| estimate(problem, &groups, &draws, k)).collect()
+}
+
+/// Number of the condition of each trial.
+fn conditions(problem: &Problem<'_>) -> Vec<usize> {
+    let mut names: Vec<&str> = Vec::new();
+    let mut place = |name| match names.iter().position(|n| *n == name) {
+        Some(at) => at,
+        None => {
+            names.push(name);
+            names.len() - 1
+        }
+    };
+    problem.trials.iter().map(|w| place(w.condition.as_str())).collect()
+}
+
+/// Weight of each condition and of each signal.
+struct Draw {
+    condition: Vec<f64>,
+    signal: [f64; SEEN],
+}
+
+fn draws(conditions: usize) -> Vec<Draw> {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+    let mut one = || {
+        let mut weight = || -> f64 { Exp1.sample(&mut rng) };
+        Draw { condition: (0..conditions).map(|_| weight()).collect(), signal: [0; SEEN].map(|_| weight()) }
+    };
+    (0..DRAWS).map(|_| one()).collect()
+}
+
+fn estimate(problem: &Problem<'_>, groups: &[usize], draws: &[Draw], k: usize) -> Estimate {
+    let best = problem.at[k].clamp(RANGE[0].ln(), RANGE[1].ln());
+    let mut scan: Vec<f64> = DEPARTURES.iter().flat_map(|d| [best - d, best + d]).chain([best]).collect();
+    scan.extend(RANGE.map(f64::ln));
+    scan.retain(|x| (RANGE[0].ln()..=RANGE[1].ln()).contains(x));
+    scan.sort_by(f64::total_cmp);
+    let tables: Vec<Vec<Vec<Cell>>> = scan.iter().map(|x| table(problem, k, *x)).collect();
+    let sets: Vec<(usize, usize)> = draws.par_iter().filter_map(|d| set(&tables, groups, d)).collect();
+    let clusters = groups.iter().max().map_or(1.0, |g| *g as f64 + 1.0);
+    let tail = tail(clusters);
+    let at = |mut ends: Vec<usize>, share: f64| {
+        ends.sort_unstable();
+        ends.get((share * (ends.len().max(1) - 1) as f64).round() as usize).copied()
+    };
+    let low = at(sets.iter().map(|s| s.0).collect(), tail).filter(|i| *i > 0);
+    let high = at(sets.iter().map(|s| s.1).collect(), 1.0 - tail).filter(|i| *i + 1 < scan.len());
+    let value = best.exp();
+    let inside: Vec<f64> = sets
+        .iter()
+        .filter(|s| s.0 > 0 && s.1 + 1 < scan.len())
+        .map(|s| 0.5 * (scan[s.0] + scan[s.1]) - best)
+        .collect();
+    // Exponential weights on n conditions scatter a mean too little by (n - 1) / (n + 1).
+    let variance = inside.iter().map(|d| d * d).sum::<f64>() / inside.len().max(1) as f64;
+    let least = student(clusters) * (variance * (clusters + 1.0) / (clusters - 1.0).max(0.5)).sqrt();
+    // The end lies between the last value that fits and the next, which does not.
+    let low = low.map(|i| scan[i - 1].min(best - least).exp()).filter(|low| *low > RANGE[0]);
+    let high = high.map(|i| scan[i + 1].max(best + least).exp()).filter(|high| *high < RANGE[1]);
+    let determined = low.zip(high).is_some_and(|(low, high)| high / low < DETERMINED);
+    Estimate { coefficient: problem.free[k], value, low, high, determined }
+}
+
+/// Share of the draws left out on either side for a 95 % interval from so many conditions.
+fn tail(conditions: f64) -> f64 {
+    let expanded = student(conditions) * (conditions / (conditions - 1.0).max(0.5)).sqrt();
+    Normal::new(0.0, 1.0).map_or(0.0, |n| n.cdf(-expanded))
+}
+
+/// Quantile of Student's t for a 95 % interval.
+fn student(conditions: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, (conditions - 1.0).max(1.0)).map_or(2.0, |t| t.inverse_cdf(0.975))
+}
+
+/// Costs with coefficient `k` at the logarithm `x`, by trial and signal.
+fn table(problem: &Problem<'_>, k: usize, x: f64) -> Vec<Vec<Cell>> {
+    let mut at = problem.at.clone();
+    at[k] = x;
+    let others: Vec<usize> = (0..at.len()).filter(|i| *i != k).collect();
+    let here = problem.residuals_at(&at);
+    let moved: Vec<Vec<Vec<Seen>>> = others
+        .iter()
+        .map(|i| {
+            let mut at = at.clone();
+            at[*i] += STEP;
+            problem.residuals_at(&at)
+        })
+        .collect();
+    let n = others.len();
+    let cell = |trial: usize, signal: usize| {
+        let mut cell = Cell { a: 0.0, b: DVector::zeros(n), c: DMatrix::zeros(n, n) };
+        let weight = problem.weights[trial][signal];
+        for (row, r) in here[trial].iter().enumerate() {
+            let r = r[signal];
+            if !r.is_finite() {
+                continue;
+            }
+            let slope = DVector::from_fn(n, |i, _| (moved[i][trial][row][signal] - r) / STEP);
+            cell.a += weight * r * r;
+            cell.b += &slope * (weight * r);
+            cell.c += &slope * slope.transpose() * weight;
+        }
+        cell
+    };
+    (0..here.len()).map(|trial| (0..SEEN).map(|signal| cell(trial, signal)).collect()).collect()
+}
+
+/// First and last place of the scan whose cost is that of the best one, for one draw.
+fn set(tables: &[Vec<Vec<Cell>>], groups: &[usize], draw: &Draw) -> Option<(usize, usize)> {
+    let n = tables.first()?.first()?.first()?.b.len();
+    let costs: Vec<f64> = tables
+        .iter()
+        .map(|trials| {
+            let mut total = Cell { a: 0.0, b: DVector::zeros(n), c: DMatrix::identity(n, n) * 1e-9 };
+            for (cells, group) in trials.iter().zip(groups) {
+                for (cell, signal) in cells.iter().zip(draw.signal) {
+                    let weight = draw.condition[*group] * signal;
+                    if weight > 0.0 {
+                        total.a += weight * cell.a;
+                        total.b += &cell.b * weight;
+                        total.c += &cell.c * weight;
+                    }
+                }
+            }
+            let follow = total.c.clone().cholesky().map(|c| -c.solve(&total.b));
+            let d = follow.unwrap_or_else(|| DVector::zeros(n)).map(|x| x.clamp(-FOLLOWS, FOLLOWS));
+            total.a + 2.0 * total.b.dot(&d) + d.dot(&(&total.c * &d))
+        })
+        .collect();
+    let least = costs.iter().copied().filter(|c| c.is_finite()).min_by(f64::total_cmp)?;
+    let fits = |c: &f64| *c <= least * (1.0 + RISE) + 1e-12;
+    Some((costs.iter().position(fits)?, costs.iter().rposition(fits)?))
+}

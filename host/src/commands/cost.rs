@@ -1,0 +1,119 @@
+//! `stickslip cost`: instructions of the tick and its parts on the emulated board.
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use serde::Serialize;
+
+use super::compare::read_model;
+use super::stream::default_model;
+use crate::cost::{self, Counts, Part, TICK_INSTRUCTIONS, TickCost};
+use crate::dataset::Index;
+use crate::device::package::Package;
+use crate::output::{Output, table};
+
+/// Command line of `stickslip cost`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  stickslip cost
+  stickslip cost data/demo --selftest 0
+  stickslip --json cost --selftest 20000 > cost.json
+
+Needs the program that `make cost` builds, and QEMU. Counted are instructions, not cycles; the
+same on every run.")]
+pub struct Args {
+    /// Folders of data sets whose trials are run
+    #[arg(value_name = "DATA", default_value = "data/demo")]
+    pub data: Vec<PathBuf>,
+    /// Ticks of the self-test's varied trials, besides
+    #[arg(long, default_value_t = 3000, value_name = "TICKS")]
+    pub selftest: u32,
+    /// Seed of these
+    #[arg(long, default_value_t = 2)]
+    pub seed: u32,
+    /// Contact model of the trials [default: rigid, friction 0.4 at fingers, 0.25 at pusher, 0.3 at table]
+    #[arg(long, value_name = "MODEL.toml")]
+    pub model: Option<PathBuf>,
+    /// The program for the board [default: where `make cost` puts it]
+    #[arg(long, value_name = "ELF")]
+    pub program: Option<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    trials: &'a [Part],
+    selftest: &'a [Part],
+    worst_tick: Option<TickCost>,
+    stack_bytes: u32,
+    tick_instructions: f64,
+}
+
+/// # Errors
+/// Data or model cannot be read, or the board's program or QEMU is missing or fails.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    let model = match &args.model {
+        Some(path) => read_model(path)?.model,
+        None => default_model(),
+    };
+    let mut packages = Vec::new();
+    for folder in &args.data {
+        let reader = Index::open(folder)?;
+        for (ordinal, info) in reader.trials.iter().enumerate() {
+            let trial = reader.read_trial(info).with_context(|| info.trial.clone())?;
+            packages.push(Package::new(&reader.description, &model, &trial, ordinal)?);
+        }
+    }
+    let program = args.program.clone().unwrap_or_else(cost::default_program);
+    let recorded = cost::count(&program, &packages, (0, 0, 0.0))?;
+    let varied = match args.selftest {
+        0 => Counts::default(),
+        ticks => cost::count(&program, &[], (args.seed, ticks, 0.1))?,
+    };
+    let (trials, selftest) = (cost::summarise(&recorded), cost::summarise(&varied));
+    output.text(format_args!("{} recorded trials", packages.len()));
+    print(output, &trials);
+    if args.selftest > 0 {
+        output.text(format_args!("{} ticks of the self-test's trials", args.selftest));
+        print(output, &selftest);
+    }
+    let worst =
+        recorded.ticks.iter().chain(&varied.ticks).copied().max_by(|a, b| a.tick_all.total_cmp(&b.tick_all));
+    if let Some(worst) = worst {
+        let share = 100.0 * worst.tick_all / TICK_INSTRUCTIONS;
+        output.text(format_args!(
+            "worst tick: {:.0} instructions, {share:.0} % of 4 ms at 125 million a second ({} iterations, status {})",
+            worst.tick_all, worst.iterations, worst.status
+        ));
+    }
+    let marked = |c: &Counts| c.ticks.iter().filter(|t| t.status != 0).count();
+    output.text(format_args!(
+        "ticks in which a solve hit its bound: {} of {} recorded, {} of {} of the self-test",
+        marked(&recorded),
+        recorded.ticks.len(),
+        marked(&varied),
+        varied.ticks.len()
+    ));
+    output.text(format_args!("stack below the tick's caller: {} bytes", recorded.stack_bytes));
+    output.document(&Document {
+        trials: &trials,
+        selftest: &selftest,
+        worst_tick: worst,
+        stack_bytes: recorded.stack_bytes,
+        tick_instructions: TICK_INSTRUCTIONS,
+    })
+}
+
+fn print(output: &Output, parts: &[Part]) {
+    let mut rows = table(["instructions", "number", "median", "99 %", "worst"]);
+    for p in parts.iter().filter(|p| p.number > 0) {
+        let cell = |x: f64| format!("{x:.0}");
+        rows.add_row(vec![
+            p.part.to_owned(),
+            p.number.to_string(),
+            cell(p.median),
+            cell(p.p99),
+            cell(p.worst),
+        ]);
+    }
+    output.table(&rows);
+}

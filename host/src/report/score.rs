@@ -1,0 +1,97 @@
+//! The page of `stickslip score`: the table, and how lead times are spread.
+
+use super::html::{escape, page as whole};
+use super::plot::{Chart, Line, MEASURED, MODELS};
+use crate::commands::score::{Document, cells};
+use crate::score::figures::Class;
+
+const SIZE: (u32, u32) = (560, 240);
+
+/// The whole page.
+pub fn page(d: &Document) -> String {
+    let mut body = format!(
+        "<h1>stickslip score: {}</h1>\n<div class=\"facts\"><span><b>{}</b> trials</span><span><b>{:.2}</b> h</span></div>\n\
+         <table><tr><th>event<th>method<th>events<th>found<th>in time<th>lead 5/50/95 %, ms<th>false/h<th>near/h<th>onset error, ms</tr>\n",
+        escape(&d.data.display().to_string()),
+        d.trials,
+        d.hours
+    );
+    for r in d.rows.iter().filter(|r| r.events > 0) {
+        let row: Vec<String> = cells(r).iter().map(|c| format!("<td>{}", escape(c))).collect();
+        body += &format!("<tr>{}</tr>\n", row.concat());
+    }
+    body += "</table>\n<h2>Events warned at least so far ahead</h2>\n<div class=\"grid\">\n";
+    for class in Class::ALL {
+        let of = || d.rows.iter().filter(move |r| r.class == class && r.events > 0);
+        if of().next().is_none() {
+            continue;
+        }
+        let names: Vec<String> = of()
+            .zip(MODELS)
+            .map(|(r, c)| {
+                format!("<b style=\"color:rgb({},{},{})\">{}</b>", c.0, c.1, c.2, escape(&r.method))
+            })
+            .collect();
+        let lines = of().zip(MODELS).map(|(r, colour)| Line {
+            points: r
+                .leads
+                .iter()
+                .enumerate()
+                .map(|(i, lead)| (lead.min(2.0), 100.0 * (r.leads.len() - i) as f64 / r.events as f64))
+                .collect(),
+            colour,
+            width: 2,
+        });
+        let chart = Chart {
+            size: SIZE,
+            x_label: "lead, s (beyond 2 s drawn at 2)".into(),
+            y_label: "events, %".into(),
+            lines: lines.collect(),
+            least_span: 100.0,
+            ..Chart::default()
+        };
+        let caption = format!("{}: {}", class.name(), names.join(", "));
+        body += &figure(&caption, &chart);
+    }
+    body += "</div>\n<h2>Whether what is stated comes true</h2>\n<div class=\"grid\">\n";
+    for (c, colour) in d.calibration.iter().zip(MODELS) {
+        let name = escape(&c.method);
+        if !c.utilisation.is_empty() {
+            let points =
+                c.utilisation.iter().map(|b| (0.5 * (b.stated[0] + b.stated[1]), 100.0 * b.actual[0]));
+            let chart = Chart {
+                size: SIZE,
+                x_label: "stated utilisation".into(),
+                y_label: "slip within 0.1 s, %".into(),
+                lines: vec![Line { points: points.collect(), colour, width: 2 }],
+                least_span: 10.0,
+                ..Chart::default()
+            };
+            body += &figure(&format!("{name}: utilisation"), &chart);
+        }
+        if !c.time_left.is_empty() {
+            let of = |k: usize| {
+                let point = |b: &crate::score::calibration::Bin| {
+                    (500.0 * (b.stated[0] + b.stated[1]), b.actual.get(k).map_or(f64::NAN, |s| 1e3 * s))
+                };
+                c.time_left.iter().map(point).collect::<Vec<_>>()
+            };
+            let exact = Line { points: vec![(0.0, 0.0), (250.0, 250.0)], colour: MEASURED, width: 1 };
+            let lines = [(0, 1), (1, 3), (2, 1)].map(|(k, width)| Line { points: of(k), colour, width });
+            let chart = Chart {
+                size: SIZE,
+                x_label: "stated time left, ms".into(),
+                y_label: "actual, 5/50/95 %, ms".into(),
+                lines: lines.into_iter().chain([exact]).collect(),
+                ..Chart::default()
+            };
+            body += &figure(&format!("{name}: time left until slip"), &chart);
+        }
+    }
+    body += "</div>\n";
+    whole("stickslip score", &body)
+}
+
+fn figure(caption: &str, chart: &Chart) -> String {
+    format!("<figure><figcaption>{caption}</figcaption>{}</figure>\n", chart.svg())
+}

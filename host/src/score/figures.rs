@@ -1,0 +1,189 @@
+//! The figures of a score: one row for each kind of event and method.
+
+use serde::Serialize;
+
+use super::alarms::{leads, unmet};
+use super::truth::{Cause, Event, Kind};
+use super::{DROP_AHEAD_S, Judged, SLIP_AHEAD_S, SUDDEN_WITHIN_S};
+
+/// Which events a row is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Class {
+    /// Not meant by the plan; the forces showed it coming.
+    SlipBuildsUp,
+    /// Not meant by the plan; sudden, or unseen in the forces.
+    SlipSudden,
+    /// Meant by the plan.
+    SlipIntended,
+    /// Sag or rotation beyond the limit.
+    Moved,
+    /// Grasp lost.
+    Drop,
+    /// Grasp lost, and foreseeable 360 ms ahead.
+    DropForeseeable,
+}
+
+impl Class {
+    /// In the order shown.
+    pub const ALL: [Class; 6] = [
+        Class::SlipBuildsUp,
+        Class::SlipSudden,
+        Class::SlipIntended,
+        Class::Moved,
+        Class::Drop,
+        Class::DropForeseeable,
+    ];
+
+    /// As the table shows it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Class::SlipBuildsUp => "unexpected slip, builds up",
+            Class::SlipSudden => "unexpected slip, sudden",
+            Class::SlipIntended => "intended slip",
+            Class::Moved => "sag or rotation beyond limit",
+            Class::Drop => "drop, all",
+            Class::DropForeseeable => "drop, foreseeable",
+        }
+    }
+
+    fn kind(self) -> Kind {
+        match self {
+            Class::SlipBuildsUp | Class::SlipSudden | Class::SlipIntended => Kind::Slip,
+            Class::Moved => Kind::Moved,
+            Class::Drop | Class::DropForeseeable => Kind::Drop,
+        }
+    }
+
+    fn holds(self, e: &Event) -> bool {
+        e.kind == self.kind()
+            && match self {
+                Class::SlipBuildsUp => !e.intended && e.cause == Cause::BuildsUp,
+                Class::SlipSudden => !e.intended && e.cause == Cause::Sudden,
+                Class::SlipIntended => e.intended,
+                Class::DropForeseeable => e.cause == Cause::BuildsUp,
+                Class::Moved | Class::Drop => true,
+            }
+    }
+
+    /// Lead that counts as in time, s; negative: after onset.
+    pub fn in_time_s(self) -> f64 {
+        match self {
+            Class::SlipBuildsUp => SLIP_AHEAD_S,
+            Class::DropForeseeable => DROP_AHEAD_S,
+            Class::SlipSudden | Class::SlipIntended => -SUDDEN_WITHIN_S,
+            Class::Moved | Class::Drop => 0.0,
+        }
+    }
+}
+
+/// One row.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// Which events.
+    pub class: Class,
+    /// Which method.
+    pub method: String,
+    /// Events there were.
+    pub events: usize,
+    /// Events met by an alarm, at most 0.1 s late.
+    pub found: usize,
+    /// Events warned in time: see [`Class::in_time_s`].
+    pub in_time: usize,
+    /// 5, 50 and 95 % of the lead over those found, s; negative: late.
+    pub lead_s: Option<[f64; 3]>,
+    /// Alarms that met nothing, for the whole kind (slip: only in trials that mean none).
+    pub false_alarms_per_hour: Option<f64>,
+    /// Alarms that met only something less: slip, a motion short of a slip; sag and rotation, a
+    /// slip; drop, a slip that ended in time.
+    pub near_alarms_per_hour: Option<f64>,
+    /// Median of 'slips now' minus the measured onset, over fingers, s.
+    pub onset_error_s: Option<[f64; 3]>,
+    /// Leads of the events found, s, sorted.
+    #[serde(skip)]
+    pub leads: Vec<f64>,
+    /// Names of the trials with an event missed or late.
+    pub not_in_time: Vec<String>,
+    /// Where the false alarms are.
+    pub false_alarms: Vec<String>,
+}
+
+/// A sample's time stamp may lie this far off the grid of samples.
+const STAMP_S: f64 = 5e-4;
+
+/// All rows, class by class.
+pub fn rows(judged: &[Judged], methods: &[String]) -> Vec<Row> {
+    Class::ALL
+        .iter()
+        .flat_map(|class| methods.iter().enumerate().map(|(m, name)| row(judged, *class, m, name)))
+        .collect()
+}
+
+fn row(judged: &[Judged], class: Class, m: usize, method: &str) -> Row {
+    let kind = class.kind();
+    let mut row = Row {
+        class,
+        method: method.to_owned(),
+        events: 0,
+        found: 0,
+        in_time: 0,
+        lead_s: None,
+        false_alarms_per_hour: None,
+        near_alarms_per_hour: None,
+        onset_error_s: None,
+        leads: Vec::new(),
+        not_in_time: Vec::new(),
+        false_alarms: Vec::new(),
+    };
+    let (mut nearly, mut watched_s, mut errors) = (0, 0.0, Vec::new());
+    for j in judged {
+        let alarms = &j.alarms[m];
+        let episodes = alarms.of(kind);
+        let events: Vec<&Event> = j.truth.events.iter().filter(|e| class.holds(e)).collect();
+        for (event, lead) in events.iter().zip(leads(&events, episodes)) {
+            row.events += 1;
+            row.found += usize::from(lead.is_some());
+            let good = lead.is_some_and(|l| l >= class.in_time_s() - STAMP_S);
+            row.in_time += usize::from(good);
+            if !good {
+                row.not_in_time.push(format!("{} at {:.3} s", j.trial, event.onset_s));
+            }
+            row.leads.extend(lead);
+            for (onset, slipping) in event.finger_s.iter().zip(&alarms.slipping) {
+                let near = onset.and_then(|onset| {
+                    slipping.iter().map(|a| a.from_s - onset).find(|d| (-0.5..0.5).contains(d))
+                });
+                errors.extend(near);
+            }
+        }
+        if kind != Kind::Slip || j.holds {
+            let own: Vec<&Event> = j.truth.events.iter().filter(|e| e.kind == kind).collect();
+            let slips = j.truth.events.iter().filter(|e| e.kind == Kind::Slip).map(|e| (e.onset_s, e.end_s));
+            let lesser: Vec<(f64, f64)> = match kind {
+                Kind::Slip => j.truth.near.clone(),
+                Kind::Moved => slips.chain(j.truth.near.iter().copied()).collect(),
+                Kind::Drop => slips.collect(),
+            };
+            let (near, wrong) = unmet(&own, &lesser, episodes);
+            nearly += near.len();
+            row.false_alarms.extend(wrong.iter().map(|a| format!("{} at {:.3} s", j.trial, a.from_s)));
+            watched_s += j.truth.until_s;
+        }
+    }
+    row.leads.sort_by(f64::total_cmp);
+    row.lead_s = quantiles(&row.leads);
+    errors.sort_by(f64::total_cmp);
+    row.onset_error_s = quantiles(&errors);
+    if watched_s > 0.0 && class != Class::SlipIntended {
+        let hours = watched_s / 3600.0;
+        row.false_alarms_per_hour = Some(row.false_alarms.len() as f64 / hours);
+        row.near_alarms_per_hour = Some(nearly as f64 / hours);
+    }
+    row
+}
+
+/// 5, 50 and 95 % of sorted values.
+pub(super) fn quantiles(sorted: &[f64]) -> Option<[f64; 3]> {
+    let last = sorted.len().checked_sub(1)?;
+    Some([0.05, 0.5, 0.95].map(|q| sorted[(q * last as f64).round() as usize]))
+}

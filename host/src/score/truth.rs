@@ -1,0 +1,374 @@
+//! When slip, sag, turning and loss of the grasp really began, from the measured motion alone.
+//!
+//! Finger `k` slips by the motion of the object's material point under its patch,
+//! `m_k = x + R (p_k - x0) - p_k` (gripper axes, across the finger), joined with the turn
+//! about the finger axis at two thirds of the patch radius. The pose is averaged over five
+//! samples; a slow mean of it (0.2 s) is the anchor. Slip is a departure from the anchor by
+//! [`SLIPPED_M`], dated back to where the departure left the noise; one that stops short of
+//! it, but beyond [`NEAR_M`], is a near slip. What moves slower than
+//! about [`SLIPPED_M`] in 0.2 s, a creeping pad, is no slip; it shows as sag.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use stickslip_shared::model::{FingerContact, Scene};
+use stickslip_shared::predictor::{Intent, Limits, Plan};
+use stickslip_shared::track::Pose;
+
+use crate::channels;
+use crate::dataset::Trial;
+
+/// Departure from the anchor that counts as slip.
+pub const SLIPPED_M: f64 = 3e-4;
+/// Departure that is motion beyond doubt: six standard deviations of the smoothed pose.
+pub const NEAR_M: f64 = 1.2e-4;
+/// Departure that may still be noise: onset is the last sample below it. Poses of gripper and
+/// object with 30 um each leave 19 um on an axis after smoothing; this is 3.7 times that.
+const NOISE_M: f64 = 7e-5;
+const ANCHOR_S: f64 = 0.2;
+/// Smoothing of the pose: this many samples to either side.
+const HALF_WINDOW: usize = 2;
+/// A cause builds up over this time or it is sudden.
+pub const BUILD_UP_S: f64 = 0.1;
+/// The ratio at which it slips is looked for so long after onset.
+const SETTLED_S: f64 = 0.04;
+/// Samples over which forces are averaged.
+const FORCE_WINDOW: usize = 10;
+
+/// What began.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// An object slips in the grasp: either finger.
+    Slip,
+    /// Sag or rotation goes beyond its limit.
+    Moved,
+    /// The grasp is lost: the patches leave the face, or the fingers no longer press.
+    Drop,
+}
+
+/// How the cause of an event showed in the measured forces beforehand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cause {
+    /// The ratio of tangential to normal force was between half and 97 % of its value at
+    /// onset a tenth of a second before, and a quarter of the rise came in the first half of
+    /// that time: there was something to see.
+    BuildsUp,
+    /// It came within that time, or did not show in the forces at all (friction fell).
+    Sudden,
+}
+
+/// One event.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Event {
+    /// What.
+    pub kind: Kind,
+    /// When it began.
+    pub onset_s: f64,
+    /// When it was over.
+    pub end_s: f64,
+    /// The plan means it.
+    pub intended: bool,
+    /// Drop: `BuildsUp` where it could be foreseen 360 ms ahead.
+    pub cause: Cause,
+    /// Slip: onset on each finger, where it slipped.
+    pub finger_s: [Option<f64>; 2],
+}
+
+/// All events of a trial, and when the grasp was lost (the end of what can be scored).
+#[derive(Clone, Debug, Default)]
+pub struct Truth {
+    /// In order of kind, then time.
+    pub events: Vec<Event>,
+    /// The object moved measurably, but not as far as a slip: from, to, s.
+    pub near: Vec<(f64, f64)>,
+    /// Scored up to here.
+    pub until_s: f64,
+    /// Smoothed ratio of tangential to normal force at each sample, NaN: not measured.
+    pub ratio: Vec<f64>,
+    /// Tangential force of both fingers, unsmoothed, N.
+    pub tangential_n: Vec<f64>,
+}
+
+/// Finds the events of `trial`; times count from its first sample.
+pub fn find(scene: &Scene<f64>, plan: &Plan, trial: &Trial, limits: &Limits) -> Truth {
+    let t = times(trial);
+    let last_s = t.last().copied().unwrap_or(0.0);
+    let arm_m = match scene.fingers {
+        Some(FingerContact::Disc { diameter_m }) => diameter_m / 3.0,
+        Some(FingerContact::Line { length_m }) => length_m / 2.0,
+        _ => 0.0,
+    };
+    let (ratio, tangential_n) = forces(trial, arm_m);
+    let motion = smoothed(trial);
+    let Some(start) = motion.iter().flatten().next().copied() else {
+        return Truth { until_s: last_s, ratio, tangential_n, ..Truth::default() };
+    };
+    let intent = |at_s: f64| plan.at(at_s as f32).map_or(Intent::Hold, |s| s.intent);
+    let mut truth = Truth { until_s: last_s, ratio, tangential_n, ..Truth::default() };
+    let lost = lost(scene, trial, &t, &motion, &start);
+    truth.until_s = lost.unwrap_or(last_s);
+    let paths = [0, 1].map(|k| path(scene, &motion, &start, k, arm_m));
+    let beyond = |limit_m: f64| {
+        let of = |k: usize| slips(&t, &paths[k], truth.until_s, k, limit_m);
+        joined((0..2).flat_map(of).collect())
+    };
+    let (slips, near) = (beyond(SLIPPED_M), beyond(NEAR_M));
+    let apart = |n: &(f64, f64)| slips.iter().all(|s| n.1 < s.0 || n.0 > s.1);
+    truth.near = near.into_iter().map(|(from, to, _)| (from, to)).filter(apart).collect();
+    for (onset_s, end_s, finger_s) in slips {
+        let cause = cause(&t, &truth.ratio, onset_s, BUILD_UP_S);
+        let intended = intent(onset_s) != Intent::Hold;
+        truth.events.push(Event { kind: Kind::Slip, onset_s, end_s, intended, cause, finger_s });
+    }
+    if let Some(onset_s) = moved(scene, plan, trial, &t, &motion, &start, limits, truth.until_s) {
+        let (end_s, cause) = (truth.until_s, cause(&t, &truth.ratio, onset_s, BUILD_UP_S));
+        let event = Event { kind: Kind::Moved, onset_s, end_s, intended: false, cause, finger_s: [None; 2] };
+        truth.events.push(event);
+    }
+    if let Some(onset_s) = lost {
+        let slip =
+            truth.events.iter().filter(|e| e.kind == Kind::Slip).map(|e| (e.onset_s, e.cause)).next_back();
+        let foreseen = slip.is_some_and(|(at, why)| {
+            onset_s - at >= super::DROP_AHEAD_S
+                || why == Cause::BuildsUp
+                    && cause_at(&t, &truth.ratio, at, onset_s - super::DROP_AHEAD_S) == Cause::BuildsUp
+        });
+        let cause = if foreseen { Cause::BuildsUp } else { Cause::Sudden };
+        let intended = false;
+        let end_s = last_s;
+        truth.events.push(Event { kind: Kind::Drop, onset_s, end_s, intended, cause, finger_s: [None; 2] });
+    }
+    truth
+}
+
+fn times(trial: &Trial) -> Vec<f64> {
+    let start = trial.samples.first().map_or(0.0, |s| s.t_s);
+    trial.samples.iter().map(|s| s.t_s - start).collect()
+}
+
+/// Object in the gripper, averaged over five samples.
+fn smoothed(trial: &Trial) -> Vec<Option<Pose<f64>>> {
+    let raw: Vec<Option<Pose<f64>>> = trial
+        .samples
+        .iter()
+        .map(|s| Some(channels::pose(s.gripper.as_ref()?).to_local(&channels::pose(s.object.as_ref()?))))
+        .collect();
+    (0..raw.len())
+        .map(|i| {
+            let middle = raw[i]?;
+            let from = i.saturating_sub(HALF_WINDOW);
+            let near = raw.get(from..(i + HALF_WINDOW + 1).min(raw.len()))?;
+            let (mut position_m, mut turn, mut count) = (Vector3::zeros(), Vector3::zeros(), 0.0);
+            for p in near.iter().flatten() {
+                position_m += p.position_m;
+                turn += (p.rotation * middle.rotation.inverse()).scaled_axis();
+                count += 1.0;
+            }
+            let rotation = UnitQuaternion::from_scaled_axis(turn / count) * middle.rotation;
+            Some(Pose { position_m: position_m / count, rotation })
+        })
+        .collect()
+}
+
+/// Slip path of finger `k`: across the finger along X and Z, and the turn at its arm, m.
+fn path(
+    scene: &Scene<f64>,
+    motion: &[Option<Pose<f64>>],
+    start: &Pose<f64>,
+    k: usize,
+    arm_m: f64,
+) -> Vec<Option<Vector3<f64>>> {
+    let half = scene.object.shape.reach(&start.rotation.inverse_transform_vector(&Vector3::y()));
+    let pad = Vector3::new(0.0, if k == 0 { half } else { -half }, 0.0);
+    let lever = pad - start.position_m;
+    motion
+        .iter()
+        .map(|p| {
+            let p = (*p)?;
+            let turn = p.rotation * start.rotation.inverse();
+            let moved = p.position_m + turn.transform_vector(&lever) - pad;
+            Some(Vector3::new(moved.x, moved.z, arm_m * turn.scaled_axis().y))
+        })
+        .collect()
+}
+
+/// Departures of one finger by `limit_m`: finger, onset, end.
+fn slips(
+    t: &[f64],
+    path: &[Option<Vector3<f64>>],
+    until_s: f64,
+    k: usize,
+    limit_m: f64,
+) -> Vec<(usize, f64, f64)> {
+    let mut found: Vec<(usize, f64, f64)> = Vec::new();
+    let Some(mut anchor) = path.iter().flatten().next().copied() else { return found };
+    let mut quiet_s = 0.0;
+    let mut slipping = false;
+    let mut before_s = 0.0;
+    for (t, q) in t.iter().zip(path) {
+        if *t > until_s {
+            break;
+        }
+        let Some(q) = q else { continue };
+        let away = (q - anchor).norm();
+        if away < NOISE_M {
+            quiet_s = *t;
+        }
+        if !slipping && away > limit_m {
+            slipping = true;
+            found.push((k, quiet_s, *t));
+        } else if slipping && away < NEAR_M.min(limit_m) * 0.8 {
+            slipping = false;
+            if let Some(last) = found.last_mut() {
+                last.2 = *t;
+            }
+        }
+        anchor += (q - anchor) * ((t - before_s) / ANCHOR_S).min(1.0);
+        before_s = *t;
+    }
+    if slipping && let Some(last) = found.last_mut() {
+        last.2 = until_s;
+    }
+    found
+}
+
+/// Slips of both fingers as events of the object: what overlaps is one.
+fn joined(mut slips: Vec<(usize, f64, f64)>) -> Vec<(f64, f64, [Option<f64>; 2])> {
+    slips.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let mut all: Vec<(f64, f64, [Option<f64>; 2])> = Vec::new();
+    for (k, onset, end) in slips {
+        match all.last_mut() {
+            Some(last) if onset <= last.1 + 0.05 => {
+                last.1 = last.1.max(end);
+                last.2[k] = last.2[k].or(Some(onset));
+            }
+            _ => {
+                let mut fingers = [None; 2];
+                fingers[k] = Some(onset);
+                all.push((onset, end, fingers));
+            }
+        }
+    }
+    all
+}
+
+/// First time at which the patches are off the face or the fingers no longer press.
+fn lost(
+    scene: &Scene<f64>,
+    trial: &Trial,
+    t: &[f64],
+    motion: &[Option<Pose<f64>>],
+    start: &Pose<f64>,
+) -> Option<f64> {
+    scene.fingers.as_ref()?;
+    let shape = &scene.object.shape;
+    motion.iter().zip(t).zip(&trial.samples).find_map(|((pose, t), sample)| {
+        let pose = (*pose)?;
+        // The pad's centre in object axes, against the object's extent there.
+        let pad = pose.rotation.inverse_transform_vector(&(Vector3::zeros() - pose.position_m));
+        let first = start.rotation.inverse_transform_vector(&(Vector3::zeros() - start.position_m));
+        let off = [Vector3::x(), Vector3::z()].iter().any(|axis| {
+            let reach = shape.reach(axis);
+            pad.dot(axis).abs() > reach && first.dot(axis).abs() < reach
+        });
+        let grip = sample.grip_cmd_n.or(trial.info.grip_n).unwrap_or(0.0);
+        let open = grip > 0.5
+            && sample.finger.iter().flatten().count() == 2
+            && sample.finger.iter().flatten().all(|w| w.force_n[1].abs() < 0.1 * grip);
+        (off || open).then_some(*t)
+    })
+}
+
+/// First time at which sag or rotation is beyond its limit where that is not meant.
+#[allow(clippy::too_many_arguments)]
+fn moved(
+    scene: &Scene<f64>,
+    plan: &Plan,
+    trial: &Trial,
+    t: &[f64],
+    motion: &[Option<Pose<f64>>],
+    start: &Pose<f64>,
+    limits: &Limits,
+    until_s: f64,
+) -> Option<f64> {
+    let down = Vector3::from(scene.gravity_m_s2).try_normalize(1e-3)?;
+    motion.iter().zip(t).zip(&trial.samples).take_while(|((_, t), _)| **t <= until_s).find_map(
+        |((pose, t), sample)| {
+            let pose = (*pose)?;
+            let segment = plan.at(*t as f32)?;
+            let gripper = channels::pose(sample.gripper.as_ref()?);
+            let mut along = down;
+            if segment.intent == Intent::Slide {
+                // Only what goes across the slide was not meant.
+                let meant = Vector3::from(segment.velocity_m_s.map(f64::from)).try_normalize(1e-4);
+                along = meant.map_or(down, |v| down - v * v.dot(&down)).try_normalize(1e-3)?;
+            }
+            let along = gripper.rotation.inverse_transform_vector(&along);
+            let sag = along.dot(&(pose.position_m - start.position_m));
+            let turned = pose.rotation.angle_to(&start.rotation);
+            let beyond = match segment.intent {
+                Intent::Free => false,
+                Intent::Pivot => sag > f64::from(limits.sag_m),
+                _ => sag > f64::from(limits.sag_m) || turned > f64::from(limits.rotation_rad),
+            };
+            beyond.then_some(*t)
+        },
+    )
+}
+
+/// Smoothed ratio of tangential load (force and torsion at the arm) to normal force of both
+/// fingers, and the tangential force alone.
+fn forces(trial: &Trial, arm_m: f64) -> (Vec<f64>, Vec<f64>) {
+    let rows: Vec<Option<[f64; 4]>> = trial
+        .samples
+        .iter()
+        .map(|s| {
+            let [Some(a), Some(b)] = &s.finger else { return None };
+            let sum = |f: &dyn Fn(&crate::dataset::Wrench) -> f64| f(a) + f(b);
+            let row = [
+                sum(&|w| w.force_n[0]),
+                sum(&|w| w.force_n[2]),
+                sum(&|w| w.torque_nm[1]),
+                a.force_n[1].abs() + b.force_n[1].abs(),
+            ];
+            row.iter().all(|x| x.is_finite()).then_some(row)
+        })
+        .collect();
+    let tangential = rows.iter().map(|r| r.map_or(f64::NAN, |r| r[0].hypot(r[1]))).collect();
+    let ratio = (0..rows.len())
+        .map(|i| {
+            let (mut sum, mut count) = ([0.0; 4], 0.0);
+            for r in rows[i.saturating_sub(FORCE_WINDOW - 1)..=i].iter().flatten() {
+                sum.iter_mut().zip(r).for_each(|(s, x)| *s += x);
+                count += 1.0;
+            }
+            let torsion = if arm_m > 0.0 { sum[2] / arm_m } else { 0.0 };
+            if count > 0.0 && sum[3] > 0.05 * count {
+                sum[0].hypot(sum[1]).hypot(torsion) / sum[3]
+            } else {
+                f64::NAN
+            }
+        })
+        .collect();
+    (ratio, tangential)
+}
+
+fn cause(t: &[f64], ratio: &[f64], onset_s: f64, before_s: f64) -> Cause {
+    cause_at(t, ratio, onset_s, onset_s - before_s)
+}
+
+/// Whether the cause of what began at `onset_s` showed at `seen_s`.
+fn cause_at(t: &[f64], ratio: &[f64], onset_s: f64, seen_s: f64) -> Cause {
+    let at = |s: f64| {
+        let i = t.partition_point(|t| *t <= s).saturating_sub(1);
+        ratio.get(i).copied().unwrap_or(f64::NAN)
+    };
+    let from = t.partition_point(|t| *t < onset_s);
+    let to = t.partition_point(|t| *t <= onset_s + SETTLED_S);
+    // What it slips at: the highest ratio about the onset (a lift-off is still rising there).
+    let last = ratio.get(from..to).unwrap_or(&[]).iter().fold(at(onset_s), |a, b| a.max(*b));
+    let (first, half) = (at(seen_s), at(0.5 * (seen_s + onset_s)));
+    let share = first / last;
+    let steadily = half - first > 0.25 * (last - first);
+    if seen_s > 0.0 && (0.5..0.97).contains(&share) && steadily { Cause::BuildsUp } else { Cause::Sudden }
+}

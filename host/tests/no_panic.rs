@@ -1,0 +1,123 @@
+//! No path from the predictor's tick, which the control task runs, to a panic may be linked:
+//! `make no-panic` builds the firmware of the real board and names the file in
+//! `STICKSLIP_NO_PANIC_ELF`. Without it there is nothing to check. What the control task calls
+//! besides (embassy's channels and converters, defmt) is not ours and checks its own use.
+//!
+//! The calls are read from the machine code: `bl` and `b.w` of Thumb-2 (Armv7-M manual, A7.7.12
+//! and A7.7.18). What is called through a table counts as called by the tick where the
+//! table is one of the effects' (`dyn Law`), which the step calls.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+
+use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
+
+const ROOT: &[&str] = &["Predictor", "4tick"];
+const FORBIDDEN: &[&str] =
+    &["panicking", "rust_begin_unwind", "unwrap_failed", "expect_failed", "defmt_panic"];
+
+struct Function {
+    name: String,
+    end: u64,
+}
+
+#[test]
+fn the_tick_cannot_panic() {
+    let Some(path) = std::env::var_os("STICKSLIP_NO_PANIC_ELF") else { return };
+    let bytes = std::fs::read(&path).expect("STICKSLIP_NO_PANIC_ELF can be read");
+    let file = object::File::parse(&*bytes).expect("STICKSLIP_NO_PANIC_ELF is an ELF file");
+    let mut functions: BTreeMap<u64, Function> = BTreeMap::new();
+    for symbol in file.symbols().filter(|s| s.kind() == SymbolKind::Text && s.size() > 0) {
+        let (start, name) = (symbol.address() & !1, symbol.name().unwrap_or_default().to_owned());
+        functions.insert(start, Function { name, end: start + symbol.size() });
+    }
+    let text = file.section_by_name(".text").expect("a text section");
+    let code = text.data().expect("its bytes");
+    let half = |address: u64| {
+        let at = address.checked_sub(text.address()).and_then(|at| usize::try_from(at).ok())?;
+        Some(u16::from_le_bytes([*code.get(at)?, *code.get(at + 1)?]))
+    };
+    let mut calls: BTreeMap<u64, BTreeSet<u64>> = BTreeMap::new();
+    for (&start, function) in &functions {
+        let mut at = start;
+        while at < function.end {
+            let Some(first) = half(at) else { break };
+            if first < 0xe800 {
+                at += 2;
+                continue;
+            }
+            if let Some(target) = half(at + 2).and_then(|second| branch(at, first, second))
+                && !(start..function.end).contains(&target)
+            {
+                calls.entry(start).or_default().insert(target);
+            }
+            at += 4;
+        }
+    }
+    let named = |words: &[&str], name: &str| words.iter().all(|w| name.contains(w));
+    let roots: Vec<u64> = functions.iter().filter(|(_, f)| named(ROOT, &f.name)).map(|(a, _)| *a).collect();
+    assert!(!roots.is_empty(), "the firmware has no function {ROOT:?}: was it inlined?");
+    let tabled: Vec<u64> = tables(&file)
+        .filter(|target| functions.get(target).is_some_and(|f| f.name.contains("effects")))
+        .collect();
+    assert!(tabled.len() > 20, "the tables of the effects were not found: {}", tabled.len());
+    let mut from: BTreeMap<u64, u64> = BTreeMap::new();
+    let mut queue: VecDeque<u64> = roots.iter().chain(&tabled).copied().collect();
+    let mut seen: BTreeSet<u64> = queue.iter().copied().collect();
+    let mut bad = Vec::new();
+    while let Some(at) = queue.pop_front() {
+        let name = functions.get(&at).map_or("", |f| f.name.as_str());
+        if FORBIDDEN.iter().any(|word| name.contains(word)) {
+            bad.push(path_to(at, &from, &functions));
+            continue;
+        }
+        for &target in calls.get(&at).into_iter().flatten() {
+            if seen.insert(target) {
+                from.insert(target, at);
+                queue.push_back(target);
+            }
+        }
+    }
+    println!("{} functions reached from the tick", seen.len());
+    assert!(seen.len() > 60, "only {} functions reached: calls were not found", seen.len());
+    assert!(bad.is_empty(), "the tick can panic:\n{}", bad.join("\n"));
+}
+
+/// Target of `bl` or `b.w` at `at`.
+fn branch(at: u64, first: u16, second: u16) -> Option<u64> {
+    if first & 0xf800 != 0xf000 || second & 0x9000 != 0x9000 {
+        return None;
+    }
+    let (first, second) = (u64::from(first), u64::from(second));
+    let bit = |word: u64, place: u32| word >> place & 1;
+    let sign = bit(first, 10);
+    let i1 = 1 ^ bit(second, 13) ^ sign;
+    let i2 = 1 ^ bit(second, 11) ^ sign;
+    let offset = sign << 24 | i1 << 23 | i2 << 22 | (first & 0x3ff) << 12 | (second & 0x7ff) << 1;
+    let offset = offset.wrapping_sub(sign << 25);
+    Some(at.wrapping_add(4).wrapping_add(offset))
+}
+
+/// Words of constant data that may be addresses of functions.
+fn tables<'a>(file: &'a object::File<'a>) -> impl Iterator<Item = u64> + 'a {
+    let sections = file.sections().filter(|s| matches!(s.name(), Ok(".rodata" | ".data")));
+    sections
+        .flat_map(|s| {
+            let data = s.data().unwrap_or_default();
+            data.chunks_exact(4)
+                .map(|w| u64::from(u32::from_le_bytes([w[0], w[1], w[2], w[3]])))
+                .collect::<Vec<_>>()
+        })
+        .filter(|word| word & 1 == 1)
+        .map(|word| word & !1)
+}
+
+fn path_to(end: u64, from: &BTreeMap<u64, u64>, functions: &BTreeMap<u64, Function>) -> String {
+    let mut names = Vec::new();
+    let mut at = Some(end);
+    while let Some(address) = at {
+        names.push(functions.get(&address).map_or("?", |f| f.name.as_str()));
+        at = from.get(&address).copied();
+    }
+    names.reverse();
+    format!("  {}", names.join("\n    -> "))
+}

@@ -1,0 +1,33 @@
+//! Square root of an `f32`, correctly rounded (IEEE 754), and so the same bits everywhere:
+//! `vsqrt.f32` on a Cortex-M4F, which `core` has no stable name for, `libm` elsewhere.
+//!
+//! A crate of its own because of the one `unsafe` line, which `stickslip-shared` forbids.
+#![no_std]
+
+/// Square root of `x`; NaN below zero.
+#[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
+#[inline(always)]
+pub fn sqrtf(x: f32) -> f32 {
+    let mut bits = x.to_bits();
+    // SAFETY: only registers; s0 is given back as it was (its class cannot be named on stable).
+    unsafe {
+        core::arch::asm!(
+            "vmov {kept}, s0",
+            "vmov s0, {bits}",
+            "vsqrt.f32 s0, s0",
+            "vmov {bits}, s0",
+            "vmov s0, {kept}",
+            bits = inout(reg) bits,
+            kept = out(reg) _,
+            options(pure, nomem, nostack, preserves_flags),
+        );
+    }
+    f32::from_bits(bits)
+}
+
+/// Square root of `x`; NaN below zero.
+#[cfg(not(all(target_arch = "arm", target_abi = "eabihf")))]
+#[inline]
+pub fn sqrtf(x: f32) -> f32 {
+    libm::sqrtf(x)
+}

@@ -1,0 +1,86 @@
+//! Seven linear equations: elimination with row exchanges, kept for further right-hand sides.
+
+use super::{DOF, Mat7, Vec7};
+use crate::real::Real;
+
+/// Triangular factors of a matrix.
+pub(super) struct Factors<R> {
+    /// Multipliers below the diagonal, the upper triangle above it, inverses on it.
+    rows: Mat7<R>,
+    /// Row that was exchanged with row k at step k.
+    exchanged: [u8; DOF],
+}
+
+fn magnitude<R: Real>(x: R) -> R {
+    if x < R::zero() { -x } else { x }
+}
+
+impl<R: Real> Factors<R> {
+    /// `None` where the matrix is singular or not a number.
+    #[inline(never)]
+    pub(super) fn of(matrix: &Mat7<R>) -> Option<Self> {
+        let mut rows = *matrix;
+        let mut exchanged = [0; DOF];
+        for k in 0..DOF {
+            let (mut pivot, mut size) = (k, magnitude(rows[k][k]));
+            for i in k + 1..DOF {
+                let candidate = magnitude(rows[i][k]);
+                if candidate > size {
+                    (pivot, size) = (i, candidate);
+                }
+            }
+            if !(size > R::zero()) {
+                return None;
+            }
+            exchanged[k] = pivot as u8;
+            if pivot != k {
+                rows.swap(k, pivot);
+            }
+            let inverse = R::one() / rows[k][k];
+            rows[k][k] = inverse;
+            let above = rows[k];
+            for row in rows.iter_mut().skip(k + 1) {
+                let factor = row[k] * inverse;
+                row[k] = factor;
+                if factor != R::zero() {
+                    for j in k + 1..DOF {
+                        row[j] -= factor * above[j];
+                    }
+                }
+            }
+        }
+        Some(Self { rows, exchanged })
+    }
+
+    /// Solves `A x = -b`; `None` where a component is not finite.
+    #[inline(never)]
+    pub(super) fn solve_negative(&self, b: &Vec7<R>) -> Option<Vec7<R>> {
+        let mut x = [R::zero(); DOF];
+        for (x, b) in x.iter_mut().zip(b) {
+            *x = -*b;
+        }
+        for (k, other) in self.exchanged.iter().enumerate() {
+            let other = usize::from(*other);
+            if other != k && other < DOF {
+                x.swap(k, other);
+            }
+        }
+        for k in 0..DOF {
+            let value = x[k];
+            for i in k + 1..DOF {
+                x[i] -= self.rows[i][k] * value;
+            }
+        }
+        let mut probe = R::zero();
+        for k in (0..DOF).rev() {
+            x[k] *= self.rows[k][k];
+            let value = x[k];
+            probe += value * R::zero();
+            for i in 0..k {
+                x[i] -= self.rows[i][k] * value;
+            }
+        }
+        // Only finite numbers times zero add up to zero.
+        (probe == R::zero()).then_some(x)
+    }
+}

@@ -1,0 +1,197 @@
+//! The contact model run ahead along the plan, as far as the tick's work allows.
+//!
+//! Mostly the whole horizon is done within one tick. Where its contact problems are dear (a
+//! slip that begins, a contact that opens), the rest is done in the next ticks from where it
+//! stopped, so that no tick is late; what it foresees is then some ticks old, and its times
+//! are told from now. The work is counted in evaluations of the momentum balance, not in
+//! time: both sides stop at the same place.
+
+use crate::cone::{ConeOptions, ConeStatus};
+use crate::contact::SLOTS;
+use crate::model::{Model, Scene};
+use crate::predictor::{Plan, Segment};
+use crate::real::{Real, Vec3, clamp, most};
+use crate::step::{State, StepSummary, Workspace, step_in, turned};
+use crate::track::{Pose, Poses, drive_between};
+
+/// Steps over the horizon.
+pub const LOOK_AHEAD_STEPS: u8 = 5;
+/// Longest single step of the model.
+pub(crate) const LONGEST_STEP_S: f64 = 0.02;
+/// Work of a tick beyond which the look-ahead waits for the next one: about half a tick of
+/// the emulated board.
+const ENOUGH_WORK: u32 = 75;
+/// Work beyond which not even a first step is begun: the dearest step still ends in time.
+const MOST_WORK: u32 = 116;
+/// Work of a Newton step besides its evaluations: matrix and factors cost four of them.
+const FACTORS_WORK: u32 = 4;
+/// Work of a step around its solve; each effect adds half a unit a contact point.
+const AROUND_WORK: u32 = 8;
+
+/// Work of a step, in evaluations of the momentum balance.
+fn work_of<R: Real>(out: &StepSummary<R>) -> u32 {
+    let around = AROUND_WORK.saturating_add(u32::from(out.hooks) / 2);
+    out.iterations.saturating_mul(FACTORS_WORK).saturating_add(out.evaluations).saturating_add(around)
+}
+
+/// Work done in a tick.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Work {
+    done: u32,
+    steps_ahead: u8,
+}
+
+impl Work {
+    /// Books a step.
+    pub fn add<R: Real>(&mut self, out: &StepSummary<R>) {
+        self.done = self.done.saturating_add(work_of(out));
+    }
+
+    /// Whether this tick has room for a step of the look-ahead. One is done in nearly every
+    /// tick, so that it gets on however dear the present is.
+    pub fn room(&self) -> bool {
+        self.done < if self.steps_ahead == 0 { MOST_WORK } else { ENOUGH_WORK }
+    }
+}
+
+/// What does not change on the way.
+pub(crate) struct Course<'a, R: Real> {
+    pub scene: &'a Scene<R>,
+    pub model: &'a Model<R>,
+    pub plan: &'a Plan,
+    /// In force where the plan tells nothing.
+    pub present: &'a Segment,
+    pub horizon_s: R,
+    pub slip_m_s: R,
+    pub trial: R,
+    pub support: Option<Pose<R>>,
+    pub reference_m: Vec3<R>,
+}
+
+/// What a look-ahead found; times since it began.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Foreseen<R: Real> {
+    /// Time stamp at which it began.
+    pub began_s: R,
+    pub peak_utilisation: [f32; 2],
+    /// Negative: not within the horizon.
+    pub slip_after_s: [f32; 2],
+    pub slip: [Vec3<R>; 2],
+    pub drop_after_s: f32,
+    /// At the end of the horizon.
+    pub carrier: Pose<R>,
+    pub position_m: Vec3<R>,
+    /// A step was not solved within its iterations.
+    pub marked: bool,
+}
+
+/// A look-ahead under way.
+#[derive(Clone, Debug)]
+pub(crate) struct Ahead<R: Real> {
+    state: State<R, SLOTS>,
+    pusher: Option<Pose<R>>,
+    pusher_m_s: Option<Vec3<R>>,
+    departure_n: R,
+    ahead_s: R,
+    speed_m_s: R,
+    found: Foreseen<R>,
+}
+
+impl<R: Real> Ahead<R> {
+    /// From the present on. `pusher_m_s`: velocity, world; `departure_n`: grip commanded beyond
+    /// the plan's, which goes on.
+    pub fn begin(
+        state: &State<R, SLOTS>,
+        poses: &Poses<R>,
+        t_s: R,
+        pusher_m_s: Option<Vec3<R>>,
+        departure_n: R,
+    ) -> Self {
+        Self {
+            state: state.clone(),
+            pusher: poses.pusher,
+            pusher_m_s,
+            departure_n,
+            ahead_s: R::zero(),
+            speed_m_s: state.absolute_m_s.norm(),
+            found: Foreseen {
+                began_s: t_s,
+                peak_utilisation: [0.0; 2],
+                slip_after_s: [-1.0; 2],
+                slip: [Vec3::zeros(); 2],
+                drop_after_s: -1.0,
+                carrier: poses.carrier,
+                position_m: state.position_m,
+                marked: false,
+            },
+        }
+    }
+
+    /// Goes on until the horizon is reached (then what it found is returned) or the work is
+    /// used up.
+    pub fn go_on(
+        &mut self,
+        course: &Course<'_, R>,
+        work: &mut Work,
+        space: &mut Workspace<R, SLOTS>,
+        mut note: impl FnMut(&StepSummary<R>),
+    ) -> Option<Foreseen<R>> {
+        let steps = R::of(f64::from(LOOK_AHEAD_STEPS));
+        let dt = clamp(course.horizon_s / steps, R::of(1e-3), R::of(LONGEST_STEP_S));
+        let held = course.scene.fingers.is_some();
+        while self.ahead_s < course.horizon_s {
+            if !work.room() {
+                return None;
+            }
+            let t_s = self.found.began_s + self.ahead_s;
+            let segment = course.plan.at(t_s.to_f64() as f32).unwrap_or(course.present);
+            let widen = |a: [f32; 3]| Vec3::from(a.map(|x| R::of(f64::from(x))));
+            let (linear, angular) = (widen(segment.velocity_m_s), widen(segment.angular_rad_s));
+            let carrier = self.found.carrier;
+            let next_carrier = Pose {
+                position_m: carrier.position_m + linear * dt,
+                rotation: turned(&carrier.rotation, &(angular * dt)),
+            };
+            let next_pusher = match (self.pusher, self.pusher_m_s) {
+                (Some(p), Some(v)) => Some(Pose { position_m: p.position_m + v * dt, ..p }),
+                _ => None,
+            };
+            let from = Poses { t_s: R::zero(), carrier, pusher: self.pusher, support: course.support };
+            let to = Poses { t_s: dt, carrier: next_carrier, pusher: next_pusher, support: course.support };
+            let grip = most(R::of(f64::from(segment.grip_n)) + self.departure_n, R::zero());
+            let Some(drive) = drive_between(&from, &to, &course.reference_m, grip, course.trial) else {
+                break;
+            };
+            let options = ConeOptions::look_ahead();
+            let out = step_in(course.scene, course.model, &mut self.state, &drive, &options, space);
+            note(&out);
+            work.add(&out);
+            work.steps_ahead = work.steps_ahead.saturating_add(1);
+            self.found.marked |= out.status != ConeStatus::Solved;
+            self.ahead_s += dt;
+            let when = self.ahead_s.to_f64() as f32;
+            let found = &mut self.found;
+            for k in 0..2 {
+                found.peak_utilisation[k] = found.peak_utilisation[k].max(out.utilisation[k].to_f64() as f32);
+                if found.slip_after_s[k] < 0.0 && out.slip_m_s[k].norm() > course.slip_m_s {
+                    found.slip_after_s[k] = when;
+                    found.slip[k] = out.slip_m_s[k];
+                }
+            }
+            let [n1, n2, ..] = out.normal_n;
+            let lost = !(n1 > R::zero()) || !(n2 > R::zero());
+            // Falling: fast relative to the gripper and gaining half of gravity.
+            let [vx, vy, vz, ..] = self.state.velocity;
+            let speed = Vec3::new(vx, vy, vz).norm();
+            let falling = speed > R::of(0.05) && (speed - self.speed_m_s) / dt > R::of(2.0);
+            self.speed_m_s = speed;
+            if held && (lost || falling) && found.drop_after_s < 0.0 {
+                found.drop_after_s = when;
+            }
+            found.carrier = next_carrier;
+            found.position_m = self.state.position_m;
+            self.pusher = next_pusher;
+        }
+        Some(self.found)
+    }
+}

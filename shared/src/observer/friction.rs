@@ -1,0 +1,129 @@
+//! The fingers' friction coefficient, learnt while they work: the model's until the rig
+//! tells more.
+//!
+//! What the object slides with is all there is (a slip sets the estimate); what was held
+//! without slip is there (a near slip raises the least there may be): a load that stays, or
+//! a knock that was withstood, where the pose shows that nothing moved. Both within bounds,
+//! and both fade.
+
+use crate::real::{Real, clamp, least, most};
+
+/// Relative uncertainty of the model's friction, and of one learnt from a slip.
+const SPREAD_TOLD: f64 = 0.15;
+const SPREAD_LEARNT: f64 = 0.06;
+/// Bounds of the estimate relative to the model's coefficient.
+const LEAST_SHARE: f64 = 0.2;
+const MOST_SHARE: f64 = 2.0;
+/// What was learnt fades with this time constant.
+const FADE_S: f64 = 60.0;
+/// Slow mean of the ratio, and how near it the ratio of a steady load stays.
+const LEVEL_S: f64 = 0.5;
+const LEVEL_SHARE: f64 = 0.03;
+/// How long a load stays that proves friction.
+const STEADY_S: f64 = 0.3;
+/// A knock is over at this share of its peak; the peak's noise is taken off.
+const OVER_SHARE: f64 = 0.8;
+const PEAK_SHARE: f64 = 0.97;
+/// Friction is learnt from slip that is this old and this fast.
+const SLID_S: f64 = 0.008;
+const SLID_M_S: f64 = 0.005;
+/// Slip this long settles the estimate.
+const LEARNT_S: f64 = 0.04;
+
+/// What a sample says of friction.
+#[derive(Clone, Copy, Debug)]
+pub struct Use<R: Real> {
+    /// Coefficient needed, in terms of the model's (its effects taken off).
+    pub needed: R,
+    /// Noise of it, standard deviation.
+    pub noise: R,
+    /// Duration of the slip under way; `None`: nobody sees whether it slips.
+    pub slip_s: Option<R>,
+    /// Speed of it.
+    pub speed_m_s: R,
+    /// The grip is not falling.
+    pub grip_holds: bool,
+}
+
+/// State.
+#[derive(Clone, Debug)]
+pub struct Friction<R: Real> {
+    told: R,
+    estimate: R,
+    learnt: bool,
+    /// Held without slip: that much there is.
+    proven: R,
+    level: R,
+    steady_s: R,
+    /// Highest need of the present knock.
+    peak: R,
+}
+
+impl<R: Real> Friction<R> {
+    /// Knows what the model says.
+    pub fn new(told: R) -> Self {
+        let zero = R::zero();
+        Self { told, estimate: told, learnt: false, proven: zero, level: zero, steady_s: zero, peak: zero }
+    }
+
+    /// The coefficient, estimated.
+    pub fn estimate(&self) -> R {
+        self.estimate
+    }
+
+    /// What was held without slip; zero where nothing was.
+    pub fn proven(&self) -> R {
+        self.proven
+    }
+
+    /// The least that it may be.
+    pub fn least(&self) -> R {
+        let spread = if self.learnt { SPREAD_LEARNT } else { SPREAD_TOLD };
+        most(self.estimate * R::of(1.0 - spread), self.proven)
+    }
+
+    /// Another grasp of the same object: keeps what was learnt.
+    pub fn regrasped(&self) -> Self {
+        Self { estimate: self.estimate, learnt: self.learnt, ..Self::new(self.told) }
+    }
+
+    /// Forgets what was learnt.
+    pub fn reset(&mut self) {
+        *self = Self::new(self.told);
+    }
+
+    /// One sample.
+    pub fn learn(&mut self, seen: &Use<R>, dt_s: R) {
+        let (low, high) = (self.told * R::of(LEAST_SHARE), self.told * R::of(MOST_SHARE));
+        if seen.slip_s.is_some_and(|s| s > R::zero()) {
+            if seen.slip_s.is_some_and(|s| s > R::of(SLID_S)) && seen.speed_m_s > R::of(SLID_M_S) {
+                let gain = R::of(if self.learnt { 0.05 } else { 0.2 });
+                self.estimate = clamp(self.estimate + (seen.needed - self.estimate) * gain, low, high);
+                self.learnt |= seen.slip_s.is_some_and(|s| s > R::of(LEARNT_S));
+                self.proven = R::zero();
+            }
+            (self.peak, self.steady_s) = (R::zero(), R::zero());
+            return;
+        }
+        let fade = dt_s / R::of(FADE_S);
+        self.estimate += (self.told - self.estimate) * fade;
+        self.proven -= self.proven * fade;
+        self.level += (seen.needed - self.level) * least(dt_s / R::of(LEVEL_S), R::one());
+        let near =
+            (seen.needed - self.level).abs() < self.level * R::of(LEVEL_SHARE) + seen.noise * R::of(2.0);
+        self.steady_s = if near { self.steady_s + dt_s } else { R::zero() };
+        self.peak = most(self.peak, seen.needed);
+        let over = seen.needed < self.peak * R::of(OVER_SHARE);
+        if over {
+            if seen.slip_s.is_some() {
+                self.proven = most(self.proven, least(self.peak * R::of(PEAK_SHARE), high));
+            }
+            self.peak = seen.needed;
+        }
+        if self.steady_s > R::of(STEADY_S) && seen.grip_holds {
+            self.proven = most(self.proven, least(self.level, high));
+            self.peak = seen.needed;
+        }
+        self.estimate = most(self.estimate, self.proven);
+    }
+}

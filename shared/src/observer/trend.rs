@@ -1,0 +1,155 @@
+//! A straight line through the last 0.12 s of a noisy quantity, and whether its slope is proven.
+//!
+//! Samples are averaged in blocks; least squares through the block means give value and
+//! slope. The slope's standard deviation comes from the larger of two figures: the noise
+//! within the blocks, and how far the means lie off the line. What is no line (a step, a
+//! knock) has means far off any line: the middle of a step reaches 3.7 standard deviations,
+//! a knock less. A slope is proven at five, where both halves of the time show it.
+
+use crate::real::{Real, most};
+
+/// Blocks of the fit.
+const BLOCKS: usize = 6;
+/// Samples in a block: 20 ms at 250 Hz.
+const PER_BLOCK: u8 = 5;
+/// Standard deviations that prove a slope: by chance once in some hundred hours.
+const PROVEN_SIGMAS: f64 = 5.0;
+/// Standard deviations by which the slope may be less than it seems.
+const CAUTION_SIGMAS: f64 = 2.0;
+/// Share of the slope that each half must show alone.
+const HALF_SHARE: f64 = 0.6;
+/// Share with which a block's noise enters the mean noise.
+const NOISE_SHARE: f64 = 0.05;
+
+/// See the module.
+#[derive(Clone, Debug)]
+pub struct Trend<R: Real> {
+    /// Means of the full blocks, the oldest first, and the time of each.
+    means: [[R; 2]; BLOCKS],
+    full: usize,
+    sum: R,
+    squares: R,
+    count: u8,
+    /// Of the first sample of the block; what is summed counts from it.
+    first: R,
+    now_s: R,
+    variance: R,
+    line: Option<Line<R>>,
+}
+
+/// What the last blocks show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line<R: Real> {
+    /// Value now.
+    pub value: R,
+    /// A slope that it surely has, in the direction of the measured one, 1/s.
+    pub slope_s: R,
+}
+
+impl<R: Real> Trend<R> {
+    /// Knows nothing; `variance` is a first guess of the samples' noise.
+    pub fn new(variance: R) -> Self {
+        let zero = R::zero();
+        Self {
+            means: [[zero; 2]; BLOCKS],
+            full: 0,
+            sum: zero,
+            squares: zero,
+            count: 0,
+            first: zero,
+            now_s: zero,
+            variance,
+            line: None,
+        }
+    }
+
+    /// Noise of a sample, standard deviation.
+    pub fn noise(&self) -> R {
+        self.variance.root()
+    }
+
+    /// Begins anew: what was seen belongs to another state of affairs.
+    pub fn forget(&mut self) {
+        *self = Self::new(self.variance);
+    }
+
+    /// One sample, `dt_s` after the last.
+    pub fn push(&mut self, x: R, dt_s: R) {
+        self.now_s += dt_s;
+        if self.count == 0 {
+            self.first = x;
+        }
+        let x = x - self.first;
+        self.sum += x;
+        self.squares += x * x;
+        self.count += 1;
+        if self.count < PER_BLOCK {
+            return;
+        }
+        let n = R::of(f64::from(PER_BLOCK));
+        let mean = self.sum / n;
+        let spread = most(self.squares - self.sum * mean, R::zero()) / (n - R::one());
+        // A jump within the block is not noise.
+        let spread = if spread > self.variance * R::of(9.0) { self.variance * R::of(9.0) } else { spread };
+        self.variance += (spread - self.variance) * R::of(NOISE_SHARE);
+        self.means.rotate_left(1);
+        if let Some(newest) = self.means.last_mut() {
+            // Times count from now, so that they stay small.
+            *newest = [mean + self.first, R::zero()];
+        }
+        for [_, at] in &mut self.means {
+            *at -= self.now_s;
+        }
+        self.now_s = R::zero();
+        self.full = (self.full + 1).min(BLOCKS);
+        (self.sum, self.squares, self.count) = (R::zero(), R::zero(), 0);
+        self.line = if self.full == BLOCKS { self.fit() } else { None };
+    }
+
+    /// The line, where its slope is proven.
+    pub fn proven(&self) -> Option<Line<R>> {
+        self.line
+    }
+
+    fn fit(&self) -> Option<Line<R>> {
+        let n = R::of(BLOCKS as f64);
+        let (mut mean, mut middle) = (R::zero(), R::zero());
+        for [x, t] in &self.means {
+            mean += *x;
+            middle += *t;
+        }
+        mean /= n;
+        middle /= n;
+        let (mut tt, mut tx, mut xx) = (R::zero(), R::zero(), R::zero());
+        for [x, t] in &self.means {
+            let (x, t) = (*x - mean, *t - middle);
+            tt += t * t;
+            tx += t * x;
+            xx += x * x;
+        }
+        if !(tt > R::zero()) {
+            return None;
+        }
+        let slope = tx / tt;
+        let off = most(xx - slope * tx, R::zero()) / (n - R::of(2.0));
+        let noise = self.variance / R::of(f64::from(PER_BLOCK));
+        let sigma = (most(off, noise) / tt).root();
+        if !(slope.abs() > sigma * R::of(PROVEN_SIGMAS)) {
+            return None;
+        }
+        let half = |from: usize| {
+            let (a, b) = (self.means.get(from), self.means.get(from + BLOCKS / 2 - 1));
+            a.zip(b).is_some_and(|(a, b)| {
+                let run = (b[1] - a[1]) * slope * R::of(HALF_SHARE);
+                (b[0] - a[0]) * slope.signum() >= run.abs()
+            })
+        };
+        if !half(0) || !half(BLOCKS / 2) {
+            return None;
+        }
+        let caution = sigma * R::of(CAUTION_SIGMAS);
+        let slope_s = if slope > R::zero() { slope - caution } else { slope + caution };
+        // The newest block's middle lies half a block back.
+        Some(Line { value: mean - slope * middle, slope_s })
+    }
+}

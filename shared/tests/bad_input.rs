@@ -1,0 +1,190 @@
+//! What cannot be solved gets a typed status in a bounded number of evaluations, and leaves
+//! the last good state alone.
+
+use heapless::Vec;
+use stickslip_shared::cone::{Bodies, ConeOptions, ConePoint, ConeSolution, ConeStatus, solve};
+use stickslip_shared::model::{Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape};
+use stickslip_shared::predictor::{Limits, ModelError, Predictor, Sample, validity};
+use stickslip_shared::real::Vec3;
+use stickslip_shared::shape::inertia;
+use stickslip_shared::track::Pose;
+
+type Points = Vec<ConePoint<f32>, 16>;
+
+fn bodies() -> Bodies<f32> {
+    Bodies {
+        mass_kg: 0.2,
+        inertia_kg_m2: [[2e-5, 0.0, 0.0], [0.0, 1.8e-4, 0.0], [0.0, 0.0, 1.8e-4]],
+        jaw_mass_kg: 0.3,
+        dt_s: 0.004,
+        free: [0.0, 0.0, -0.04, 0.0, 0.0, 0.0, -0.5],
+    }
+}
+
+fn point(x: f32, y: f32, normal: Vec3<f32>, approach_m_s: f32) -> ConePoint<f32> {
+    let t1 = Vec3::z();
+    ConePoint {
+        lever_m: Vec3::new(x, y, 0.0),
+        axes: [normal, t1, normal.cross(&t1)],
+        jaw: 0.0,
+        bias_m_s: [-approach_m_s, 0.0, 0.0],
+        stiffness_n_s_m: [4e4; 3],
+        mu: [0.4; 2],
+        adhesion_n: 0.0,
+    }
+}
+
+fn solved(points: &Points, bodies: &Bodies<f32>) -> ConeSolution<f32, 16> {
+    let options = ConeOptions::present();
+    let s = solve(points, bodies, &[0.0; 7], &options);
+    assert!(s.evaluations <= options.max_evaluations + 24, "{} evaluations", s.evaluations);
+    assert!(s.iterations <= options.max_iterations);
+    if s.status != ConeStatus::BadInput {
+        assert!(s.velocity.iter().all(|v| v.is_finite()), "{s:?}");
+    }
+    s
+}
+
+#[test]
+fn numbers_that_are_none_are_refused_wherever_they_stand() {
+    let good = point(0.0, -0.0125, Vec3::y(), 0.001);
+    type Spoil = fn(&mut ConePoint<f32>, f32);
+    let spoils: [Spoil; 7] = [
+        |p, x| p.lever_m.x = x,
+        |p, x| p.axes[0].y = x,
+        |p, x| p.axes[2].x = x,
+        |p, x| p.bias_m_s[1] = x,
+        |p, x| p.stiffness_n_s_m[0] = x,
+        |p, x| p.mu[1] = x,
+        |p, x| p.adhesion_n = x,
+    ];
+    for (k, spoil) in spoils.into_iter().enumerate() {
+        for x in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            for place in 0..3 {
+                let mut points: Points = (0..3).map(|_| good).collect();
+                spoil(&mut points[place], x);
+                assert_eq!(solved(&points, &bodies()).status, ConeStatus::BadInput, "field {k}, {x}");
+            }
+        }
+    }
+}
+
+#[test]
+fn bodies_without_a_positive_mass_and_inertia_are_refused() {
+    let points: Points = [point(0.0, -0.0125, Vec3::y(), 0.001)].into_iter().collect();
+    for x in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+        let cases = [
+            Bodies { mass_kg: x, ..bodies() },
+            Bodies { jaw_mass_kg: x, ..bodies() },
+            Bodies { dt_s: x, ..bodies() },
+        ];
+        for b in cases {
+            assert_eq!(solved(&points, &b).status, ConeStatus::BadInput, "{b:?}");
+        }
+    }
+    let mut rod = bodies();
+    rod.inertia_kg_m2[0][0] = 0.0;
+    let mut indefinite = bodies();
+    indefinite.inertia_kg_m2[1][2] = 2e-4;
+    indefinite.inertia_kg_m2[2][1] = 2e-4;
+    for b in [rod, indefinite] {
+        assert_eq!(solved(&points, &b).status, ConeStatus::BadInput);
+    }
+}
+
+#[test]
+fn without_contacts_the_object_flies_free() {
+    let s = solved(&Points::new(), &bodies());
+    assert_eq!(s.status, ConeStatus::Solved);
+    assert_eq!(s.velocity, bodies().free);
+}
+
+#[test]
+fn coincident_contacts_share_the_force_of_one() {
+    let one: Points = [point(0.0, -0.0125, Vec3::y(), 0.001)].into_iter().collect();
+    let four: Points = (0..4)
+        .map(|_| {
+            let p = one[0];
+            ConePoint { stiffness_n_s_m: p.stiffness_n_s_m.map(|k| k * 0.25), ..p }
+        })
+        .collect();
+    let (a, b) = (solved(&one, &bodies()), solved(&four, &bodies()));
+    assert_eq!((a.status, b.status), (ConeStatus::Solved, ConeStatus::Solved));
+    let sum: f32 = b.force_n.iter().map(|f| f[0]).sum();
+    assert!((sum - a.force_n[0][0]).abs() < 1e-3 * a.force_n[0][0], "{sum} of {:?}", a.force_n);
+}
+
+#[test]
+fn an_object_crushed_between_advancing_walls_is_squeezed_in_bounded_time() {
+    for speed in [0.01, 1.0, 100.0] {
+        let walls: Points = [-0.01, 0.01]
+            .into_iter()
+            .flat_map(|x| [point(x, -0.0125, Vec3::y(), speed), point(x, 0.0125, -Vec3::y(), speed)])
+            .collect();
+        let s = solved(&walls, &bodies());
+        assert_eq!(s.status, ConeStatus::Solved, "{speed}");
+        // Both walls press with stiffness times approach; the object stays between them.
+        for f in &s.force_n {
+            assert!((f[0] - 4e4 * speed).abs() < 1e-3 * 4e4 * speed, "{f:?}");
+        }
+    }
+}
+
+fn scene(mass_kg: f32) -> Scene<f32> {
+    let shape = Shape::Prism { length_m: 0.1, side_m: 0.025 };
+    Scene {
+        gravity_m_s2: [0.0, 0.0, -9.81],
+        object: Object { inertia_kg_m2: inertia(&shape, mass_kg), shape, mass_kg },
+        fingers: Some(FingerContact::Disc { diameter_m: 0.02 }),
+        pusher: Some(PusherContact::Plane),
+        support: None,
+    }
+}
+
+fn model(finger: f32) -> Model<f32> {
+    Model::base(Base::Hard, Friction { finger, pusher: 0.25, support: 0.3 })
+}
+
+#[test]
+fn masses_and_friction_out_of_bounds_are_refused_by_name() {
+    for mass_kg in [0.0, -0.2, f32::NAN, f32::INFINITY] {
+        let refused = Predictor::new(scene(mass_kg), model(0.4), Limits::default()).err();
+        assert_eq!(refused, Some(ModelError::Mass), "{mass_kg}");
+    }
+    for mu in [-0.1, 10.1, f32::NAN, f32::INFINITY] {
+        let refused = Predictor::new(scene(0.2), model(mu), Limits::default()).err();
+        assert_eq!(refused, Some(ModelError::Friction), "{mu}");
+    }
+}
+
+#[test]
+fn a_sample_that_is_none_is_marked_and_the_state_kept() {
+    let mut predictor = Predictor::new(scene(0.2), model(0.4), Limits::default()).unwrap();
+    let pose = Pose::identity();
+    let sample = |k: u32| Sample {
+        t_s: k as f32 * 0.004,
+        grip_cmd_n: 20.0,
+        gripper: Some(pose),
+        object: (k == 0).then_some(pose),
+        pusher: Some(Pose { position_m: Vec3::new(-0.06, 0.0, 0.0), ..pose }),
+        finger: [Some([0.0, 20.0, 0.0, 0.0, 0.0, 0.0]); 2],
+    };
+    let mut last = predictor.tick(&sample(0));
+    for k in 1..20 {
+        last = predictor.tick(&sample(k));
+    }
+    let bad = [
+        Sample { t_s: f32::NAN, ..sample(20) },
+        Sample { grip_cmd_n: f32::INFINITY, ..sample(20) },
+        Sample { gripper: None, ..sample(20) },
+        sample(3),
+    ];
+    for s in bad {
+        let p = predictor.tick(&s);
+        assert_ne!(p.validity & validity::SAMPLE, 0, "{s:?}");
+        assert_eq!(p.position_m, last.position_m);
+    }
+    let p = predictor.tick(&sample(20));
+    assert_eq!(p.validity & validity::SAMPLE, 0);
+    assert!(p.position_m.iter().zip(last.position_m).all(|(a, b)| (a - b).abs() < 1e-6));
+}

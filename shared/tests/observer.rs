@@ -1,0 +1,125 @@
+//! Claims about what the observer takes from noisy measurements.
+
+use stickslip_shared::observer::friction::{Friction, Use};
+use stickslip_shared::observer::motion::Motion;
+use stickslip_shared::observer::trend::Trend;
+use stickslip_shared::real::Vec3;
+
+const DT: f32 = 0.004;
+/// An hour at 250 Hz.
+const HOUR: u32 = 900_000;
+
+/// Nearly normal numbers: sums of four uniform ones.
+struct Noise(u32);
+
+impl Noise {
+    fn next(&mut self) -> f32 {
+        let mut sum = 0.0;
+        for _ in 0..4 {
+            self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            sum += (self.0 >> 8) as f32 / 16_777_216.0 - 0.5;
+        }
+        sum * 1.732
+    }
+}
+
+/// Ticks at which a trend with noise 0.005 is proven while `value` runs.
+fn proven(ticks: u32, value: impl Fn(f32) -> f32) -> Vec<u32> {
+    let (mut trend, mut noise) = (Trend::new(2.5e-5f32), Noise(7));
+    (0..ticks)
+        .filter(|tick| {
+            trend.push(value(*tick as f32 * DT) + 0.005 * noise.next(), DT);
+            trend.proven().is_some()
+        })
+        .collect()
+}
+
+#[test]
+fn noise_alone_proves_no_slope_in_an_hour() {
+    assert_eq!(proven(HOUR, |_| 0.3), Vec::<u32>::new());
+}
+
+#[test]
+fn a_steady_rise_is_proven_within_160_ms_with_its_value_and_a_slope_no_steeper_than_it_is() {
+    let value = |t: f32| 0.2 + 0.3 * (t - 1.0).max(0.0);
+    let first = *proven(400, value).first().expect("proven");
+    assert!((250..=290).contains(&first), "proven at tick {first}");
+    let (mut trend, mut noise) = (Trend::new(2.5e-5f32), Noise(3));
+    for tick in 0..400 {
+        trend.push(value(tick as f32 * DT) + 0.005 * noise.next(), DT);
+    }
+    let line = trend.proven().expect("proven");
+    assert!((line.value - value(399.0 * DT)).abs() < 0.01, "value {}", line.value);
+    // 0.3 less twice its standard deviation, 0.027; give or take three more of them.
+    assert!(line.slope_s > 0.165 && line.slope_s < 0.327, "slope {}", line.slope_s);
+}
+
+#[test]
+fn steps_and_knocks_prove_no_slope() {
+    for shift in 0..10u32 {
+        let at = 1.0 + shift as f32 * DT / 2.0;
+        let step = |t: f32| if t < at { 0.2 } else { 0.35 };
+        let knock = |t: f32| 0.2 + 0.2 * (1.0 - ((t - at) / 0.02).abs()).max(0.0);
+        let load = |t: f32| 0.2 + 0.2 * ((t - at) / 0.01).clamp(0.0, 1.0);
+        assert_eq!(proven(500, step), Vec::<u32>::new(), "step at {at}");
+        assert_eq!(proven(500, knock), Vec::<u32>::new(), "knock at {at}");
+        assert_eq!(proven(500, load), Vec::<u32>::new(), "load at {at}");
+    }
+}
+
+/// First tick of slip as an object moves along Z by `path(t)`, pose noise 42 um on an axis.
+fn slipping(ticks: u32, path: impl Fn(f32) -> f32) -> Option<u32> {
+    let (mut motion, mut noise) = (Motion::default(), Noise(11));
+    (0..ticks).find(|tick| {
+        let mut around = |x: f32, sigma: f32| x + sigma * noise.next();
+        let p = Vec3::new(around(0.0, 42e-6), around(0.0, 3e-6), around(path(*tick as f32 * DT), 42e-6));
+        motion.follow(&[p, p], false, DT).slip_s > 0.0
+    })
+}
+
+#[test]
+fn noise_of_the_pose_is_no_slip_in_an_hour() {
+    assert_eq!(slipping(HOUR, |_| 0.0), None);
+}
+
+#[test]
+fn a_creep_of_half_a_millimetre_a_second_is_no_slip() {
+    assert_eq!(slipping(2500, |t| 5e-4 * (t - 1.0).max(0.0)), None);
+}
+
+#[test]
+fn an_object_that_gains_speed_is_seen_to_slip_within_28_ms_of_its_first_motion() {
+    for gain_m_s2 in [1.0, 2.0, 5.0] {
+        let path = |t: f32| 0.5 * gain_m_s2 * (t - 1.0).max(0.0).powi(2);
+        let tick = slipping(400, path).expect("slips");
+        assert!((250..=257).contains(&tick), "{gain_m_s2} m/s2: tick {tick}");
+    }
+}
+
+fn held(needed: f32, slip_s: Option<f32>) -> Use<f32> {
+    Use { needed, noise: 0.002, slip_s, speed_m_s: 0.05, grip_holds: true }
+}
+
+#[test]
+fn a_knock_that_was_withstood_proves_friction_and_only_where_the_pose_shows_it() {
+    for (slip_s, proves) in [(Some(0.0), true), (None, false)] {
+        let mut friction = Friction::new(0.4f32);
+        for tick in 0..200 {
+            let knock = if (50..60).contains(&tick) { 0.46 } else { 0.2 };
+            friction.learn(&held(knock, slip_s), DT);
+        }
+        assert_eq!(friction.least() > 0.44, proves, "least {}", friction.least());
+        assert!(friction.estimate() >= friction.least());
+    }
+}
+
+#[test]
+fn a_load_that_stays_proves_the_friction_that_it_needs() {
+    let mut friction = Friction::new(0.4f32);
+    for _ in 0..1000 {
+        friction.learn(&held(0.45, None), DT);
+    }
+    assert!((friction.least() - 0.45).abs() < 0.01, "least {}", friction.least());
+    friction.reset();
+    assert_eq!(friction.estimate(), 0.4);
+}
