@@ -162,7 +162,11 @@ pub fn base_parameters(campaign: &Campaign) -> Vec<Free> {
     if any(&|s| s.pusher.is_some()) {
         out.push(Free::PusherFriction);
     }
-    if any(&|s| s.support.is_some()) {
+    // A plane pusher under the object is a platform: it has the support's friction.
+    let platform = |s: &stickslip_shared::model::Scene<f64>| {
+        matches!(s.pusher, Some(stickslip_shared::model::PusherContact::Plane))
+    };
+    if any(&|s| s.support.is_some() || platform(s)) {
         out.push(Free::SupportFriction);
     }
     out
@@ -330,7 +334,7 @@ fn restore(fit: &mut Fit, given: &Model<f64>, free: &[Free], seen: &[Free], kept
 }
 
 /// Friction coefficients tried before a fit: fingers, then pusher (rubber platforms grip hard).
-const TRIED: [&[f64]; 3] = [&[0.15, 0.4, 0.8], &[0.1, 0.25, 0.7, 2.5], &[0.15, 0.3, 0.6]];
+const TRIED: [&[f64]; 3] = [&[0.15, 0.4, 0.8], &[0.1, 0.25, 0.7, 2.5], &[0.15, 0.3, 0.6, 2.5]];
 
 /// Cost of a model in which single failures of the simulation or of the model weigh little:
 /// the sum of `e^2 / (1 + e^2 / 100)` over features of at most 24 groups.

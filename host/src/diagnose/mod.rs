@@ -38,7 +38,7 @@ pub const FALSE_ALARM: f64 = 0.01;
 /// Systematic misfit of a channel in a phase beyond this many noise floors is worth a name.
 pub const RELEVANT: f64 = 2.5;
 /// Systematic misfit that no effect explains is reported beyond this many noise floors.
-const UNEXPLAINED: f64 = 3.0;
+const UNEXPLAINED: f64 = 4.0;
 /// Least share of the excess misfit that one effect must explain.
 const EXPLAINS: f64 = 0.8;
 /// Least share that several effects must explain together.
