@@ -78,6 +78,8 @@ pub(crate) struct Foreseen<R: Real> {
     pub slip_after_s: [f32; 2],
     pub slip: [Vec3<R>; 2],
     pub drop_after_s: f32,
+    /// At its beginning.
+    pub from: (Pose<R>, Vec3<R>),
     /// At the end of the horizon.
     pub carrier: Pose<R>,
     pub position_m: Vec3<R>,
@@ -120,6 +122,7 @@ impl<R: Real> Ahead<R> {
                 slip_after_s: [-1.0; 2],
                 slip: [Vec3::zeros(); 2],
                 drop_after_s: -1.0,
+                from: (poses.carrier, state.position_m),
                 carrier: poses.carrier,
                 position_m: state.position_m,
                 marked: false,

@@ -1157,8 +1157,11 @@ impl<R: Real> Predictor<R> {
                 if p.drop_in_s < 0.0 {
                     p.drop_in_s = from_now(found.drop_after_s);
                 }
-                // Sag in the last carrier's axes: gravity has turned with it.
-                p.sag_ahead_m = self.sag(tracked, &found.carrier, present, &found.position_m).to_f64() as f32;
+                // What it adds: the model may have been drawn elsewhere since. Sag is in each
+                // carrier's axes: gravity has turned with it.
+                let sag = |carrier, position_m| self.sag(tracked, carrier, present, position_m);
+                let to_come = sag(&found.carrier, &found.position_m) - sag(&found.from.0, &found.from.1);
+                p.sag_ahead_m = p.sag_m + to_come.to_f64() as f32;
                 if found.marked {
                     *doubt |= validity::FORESIGHT;
                 }
