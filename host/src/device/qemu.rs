@@ -45,7 +45,7 @@ impl Qemu {
         // Before other programs where that is allowed, else as any: a machine that holds the
         // emulator up while its board idles makes it wake late.
         let mut child = Command::new("nice")
-            .args(["-n", "-10", "qemu-system-arm"])
+            .args(["-n", "-5", "qemu-system-arm"])
             .args(["-machine", "mps2-an386", "-display", "none", "-monitor", "none"])
             .args(["-icount", ICOUNT])
             .args(["-semihosting-config", "enable=on,target=native", "-serial", "pty", "-kernel"])

@@ -18,7 +18,7 @@ use super::{Device, DeviceError};
 /// Samples kept ahead of the board.
 pub const AHEAD: u32 = 24;
 /// Without a report for this long the board counts as silent.
-const SILENCE: Duration = Duration::from_secs(2);
+const SILENCE: Duration = Duration::from_secs(5);
 /// Without a sample taken for this long, while none waits on the board, those on their way
 /// count as lost.
 const STARVED: Duration = Duration::from_millis(500);
