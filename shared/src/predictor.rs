@@ -34,6 +34,8 @@ use serde::{Deserialize, Serialize};
 pub const MAX_SEGMENTS: usize = 8;
 /// Steps in which the object settles, a tick: four ticks at the start of a trial.
 const SETTLE_STEPS_A_TICK: u8 = 3;
+/// Most steps in which a gap is bridged: a tick must end.
+const MOST_PARTS: u8 = 3;
 /// Most Newton steps of the step from sample to sample: a tick must end.
 const MOST_ITERATIONS: u32 = 22;
 /// The epoch moves on after so long.
@@ -674,15 +676,14 @@ impl<R: Real> Predictor<R> {
         };
         self.model.friction.finger = self.observer.friction();
         let mut work = Workspace::new();
-        let mut out = advance(&self.scene, &self.model, &mut tracked.state, &drive, &mut work);
+        let mut worst = Worst::default();
+        let mut out = advance(&self.scene, &self.model, &mut tracked.state, &drive, &mut work, &mut worst);
         if out.status == ConeStatus::BadInput {
             // Numbers that no rig has: the next sample with the object's pose begins anew.
             let last = self.repeat(validity::SOLVER);
             return Some(Prediction { solver_status: 2, ..last });
         }
         let effects = self.effects_on_friction(&work);
-        let mut worst = Worst::default();
-        worst.note(&out);
         tracked.poses = poses;
         if out.points_lost > 0 {
             doubt |= validity::POINTS_LOST;
@@ -1186,21 +1187,24 @@ fn advance<R: Real>(
     state: &mut State<R, SLOTS>,
     drive: &Drive<R>,
     work: &mut Workspace<R, SLOTS>,
+    worst: &mut Worst<R>,
 ) -> StepSummary<R> {
     let mut parts: u8 = 1;
-    while drive.dt_s / R::of(f64::from(parts)) > R::of(LONGEST_STEP_S * 1.001) && parts < 16 {
+    while drive.dt_s / R::of(f64::from(parts)) > R::of(LONGEST_STEP_S * 1.001) && parts < MOST_PARTS {
         parts += 1;
     }
     let mut part = *drive;
     part.dt_s = drive.dt_s / R::of(f64::from(parts));
     let options = ConeOptions { max_iterations: MOST_ITERATIONS, ..ConeOptions::present() };
     let mut out = step_in(scene, model, state, &part, &options, work);
+    worst.note(&out);
     for _ in 1..parts {
         for m in [&mut part.pusher, &mut part.support].into_iter().flatten() {
             m.position_m += m.velocity_m_s * part.dt_s;
             m.rotation = crate::step::turned(&m.rotation, &(m.angular_rad_s * part.dt_s));
         }
         out = step_in(scene, model, state, &part, &options, work);
+        worst.note(&out);
     }
     out
 }
