@@ -162,11 +162,7 @@ pub fn base_parameters(campaign: &Campaign) -> Vec<Free> {
     if any(&|s| s.pusher.is_some()) {
         out.push(Free::PusherFriction);
     }
-    // A plane pusher under the object is a platform: it has the support's friction.
-    let platform = |s: &stickslip_shared::model::Scene<f64>| {
-        matches!(s.pusher, Some(stickslip_shared::model::PusherContact::Plane))
-    };
-    if any(&|s| s.support.is_some() || platform(s)) {
+    if any(&|s| s.support.is_some()) || campaign.runs.iter().any(|r| r.prepared.on_platform()) {
         out.push(Free::SupportFriction);
     }
     out

@@ -52,6 +52,18 @@ pub struct Prepared {
     pub ordinal: f64,
 }
 
+impl Prepared {
+    /// Whether the pusher's plane lies under the object: a platform, which has the support's
+    /// friction in the model.
+    #[must_use]
+    pub fn on_platform(&self) -> bool {
+        let gravity = Vector3::from(self.scene.gravity_m_s2);
+        let plane = matches!(self.scene.pusher, Some(PusherContact::Plane));
+        let pusher = self.poses.first().and_then(|p| p.pusher);
+        plane && pusher.is_some_and(|p| (p.rotation * Vector3::x()).dot(&gravity) < -0.7 * gravity.norm())
+    }
+}
+
 /// The model's channels along a trial, and how the solver fared.
 #[derive(Clone, Debug)]
 pub struct Simulated {
