@@ -36,8 +36,6 @@ pub const MAX_SEGMENTS: usize = 8;
 const SETTLE_STEPS_A_TICK: u8 = 3;
 /// Most steps in which a gap is bridged: a tick must end.
 const MOST_PARTS: u8 = 3;
-/// Most Newton steps of the step from sample to sample: a tick must end.
-const MOST_ITERATIONS: u32 = 22;
 /// The epoch moves on after so long.
 const EPOCH_US: u32 = 32_000_000;
 /// Samples in a row that must show the object elsewhere before the model starts anew there.
@@ -1195,7 +1193,7 @@ fn advance<R: Real>(
     }
     let mut part = *drive;
     part.dt_s = drive.dt_s / R::of(f64::from(parts));
-    let options = ConeOptions { max_iterations: MOST_ITERATIONS, ..ConeOptions::present() };
+    let options = ConeOptions::present();
     let mut out = step_in(scene, model, state, &part, &options, work);
     worst.note(&out);
     for _ in 1..parts {

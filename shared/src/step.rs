@@ -157,33 +157,25 @@ impl<R: Real, const NC: usize> Default for Workspace<R, NC> {
     }
 }
 
-/// What a step produces besides the next state, with every contact point.
+/// What a step produces besides the next state, with every contact point; the summary's
+/// fields are read as its own.
 #[derive(Clone, Debug)]
 pub struct StepOutput<R: Real, const NC: usize> {
-    /// How far the rest can be trusted.
-    pub status: ConeStatus,
-    /// Error of the momentum balance.
-    pub residual_n: R,
-    /// Newton steps.
-    pub iterations: u32,
-    /// What the sensors would show at the end of the step.
-    pub reading: Reading<R>,
-    /// Share of the friction limit used by each finger, force and torsion together (1: slipping).
-    pub utilisation: [R; 2],
-    /// Mean slip velocity of the object over each finger, carrier axes, m/s.
-    pub slip_m_s: [Vec3<R>; 2],
-    /// Slip about the patch normal of each finger, rad/s.
-    pub spin_rad_s: [R; 2],
-    /// Normal force of each body: finger 1, finger 2, pusher, support.
-    pub normal_n: [R; 4],
+    /// All but the contact points.
+    pub summary: StepSummary<R>,
     /// Contact points handed to the solver.
     pub contacts: Contacts<R, NC>,
     /// Friction law of each.
     pub friction: Vec<FrictionLaw<R>, NC>,
     /// Force on the object at each, along its axes.
     pub force_n: Vec<[R; 3], NC>,
-    /// Contact points that did not fit the capacity and were left out.
-    pub points_lost: usize,
+}
+
+impl<R: Real, const NC: usize> core::ops::Deref for StepOutput<R, NC> {
+    type Target = StepSummary<R>;
+    fn deref(&self) -> &StepSummary<R> {
+        &self.summary
+    }
 }
 
 impl<R: Real, const NC: usize> State<R, NC> {
@@ -317,21 +309,8 @@ pub fn step<R: Real, const NC: usize>(
     drive: &Drive<R>,
 ) -> StepOutput<R, NC> {
     let mut work = Workspace::new();
-    let s = step_in(scene, model, state, drive, &ConeOptions::default(), &mut work);
-    StepOutput {
-        status: s.status,
-        residual_n: s.residual_n,
-        iterations: s.iterations,
-        reading: s.reading,
-        utilisation: s.utilisation,
-        slip_m_s: s.slip_m_s,
-        spin_rad_s: s.spin_rad_s,
-        normal_n: s.normal_n,
-        contacts: work.contacts,
-        friction: work.friction,
-        force_n: work.force_n,
-        points_lost: s.points_lost,
-    }
+    let summary = step_in(scene, model, state, drive, &ConeOptions::default(), &mut work);
+    StepOutput { summary, contacts: work.contacts, friction: work.friction, force_n: work.force_n }
 }
 
 /// Advances `state` by one step. On `ConeStatus::BadInput` the state is left as it was;

@@ -44,7 +44,8 @@ const GOOD: f64 = 0.04;
 /// Most steps that reuse the factors of the last one.
 const POLISH_STEPS: u8 = 3;
 
-/// Evaluations of [`ConeOptions::present`].
+/// Bounds of [`ConeOptions::present`].
+const PRESENT_ITERATIONS: u32 = 22;
 const PRESENT_EVALUATIONS: u32 = 120;
 /// Bounds and relative tolerance of [`ConeOptions::look_ahead`].
 const LOOK_AHEAD_ITERATIONS: u32 = 8;
@@ -146,7 +147,11 @@ impl<R: Real> Default for ConeOptions<R> {
 impl<R: Real> ConeOptions<R> {
     /// For the step to the present sample within a tick: bounded in time.
     pub fn present() -> Self {
-        Self { max_iterations: 40, max_evaluations: PRESENT_EVALUATIONS, ..Self::default() }
+        Self {
+            max_iterations: PRESENT_ITERATIONS,
+            max_evaluations: PRESENT_EVALUATIONS,
+            ..Self::default()
+        }
     }
 
     /// For steps into the future, which is known far less exactly than a solve: the balance
