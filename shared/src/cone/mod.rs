@@ -147,11 +147,7 @@ impl<R: Real> Default for ConeOptions<R> {
 impl<R: Real> ConeOptions<R> {
     /// For the step to the present sample within a tick: bounded in time.
     pub fn present() -> Self {
-        Self {
-            max_iterations: PRESENT_ITERATIONS,
-            max_evaluations: PRESENT_EVALUATIONS,
-            ..Self::default()
-        }
+        Self { max_iterations: PRESENT_ITERATIONS, max_evaluations: PRESENT_EVALUATIONS, ..Self::default() }
     }
 
     /// For steps into the future, which is known far less exactly than a solve: the balance
