@@ -52,6 +52,17 @@ impl Free {
         each.map(|(parameter, of)| Free::Effect { slot, parameter, of }).collect()
     }
 
+    /// The same parameter once the effect in `gone` is taken out; `None` for its own.
+    pub fn without_slot(&self, gone: usize) -> Option<Free> {
+        match *self {
+            Free::Effect { slot, .. } if slot == gone => None,
+            Free::Effect { slot, parameter, of } if slot > gone => {
+                Some(Free::Effect { slot: slot - 1, parameter, of })
+            }
+            other => Some(other),
+        }
+    }
+
     /// Value in `model`; NaN where it does not have it.
     pub fn get(&self, model: &Model<f64>) -> f64 {
         match self {

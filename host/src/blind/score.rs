@@ -5,10 +5,12 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::blind::generate::{Class, Key};
-use crate::diagnose::report::{Report, Verdict};
+use crate::diagnose::report::{CandidateReport, Report, Verdict};
 
 /// A single effect counts as strong if the error before exceeds this many noise floors.
 const STRONG: f64 = 2.0;
+/// An answer may name so many possibilities.
+const LARGEST_SET: usize = 3;
 
 /// One run with its key.
 #[derive(Clone, Debug, Serialize)]
@@ -29,6 +31,8 @@ pub struct Opened {
     pub worst_after: f64,
     /// Where it is.
     pub worst_place: String,
+    /// How the hidden effects, and the first of all, did as candidates of the first stage.
+    pub candidates: Vec<CandidateReport>,
     /// Time of the diagnosis, s.
     pub seconds: f64,
 }
@@ -72,7 +76,7 @@ pub struct Figures {
     pub nothing_right: Share,
     /// Unknown effects not given a wrong name.
     pub unknown_not_named: Share,
-    /// Two effects, both named.
+    /// Two effects, both named, alone or in one of at most three sets.
     pub both_named: Share,
     /// Two effects, at least one named and none wrong.
     pub one_of_two: Share,
@@ -88,7 +92,10 @@ pub struct Figures {
 
 /// Opens one run.
 pub fn open(key: Key, report: &Report) -> Opened {
+    let hidden = |c: &CandidateReport| key.effects.iter().any(|e| e.kind.name() == c.id);
+    let candidates = report.candidates.iter().enumerate().filter(|(k, c)| *k == 0 || hidden(c));
     Opened {
+        candidates: candidates.map(|(_, c)| c.clone()).collect(),
         key,
         verdict: report.verdict,
         named: report.effects.clone(),
@@ -106,25 +113,29 @@ impl Opened {
         self.key.effects.iter().map(|e| e.kind.name()).collect()
     }
 
-    /// The truth is the single name, or in an ambiguous set of at most three.
-    fn right(&self) -> bool {
-        let hidden = self.hidden();
-        let set: Vec<&str> = self.named.iter().chain(self.ambiguous_with.iter().flatten()).copied().collect();
+    /// What may be missing: the effects named, and the sets that do as well.
+    fn answers(&self) -> Vec<Vec<&'static str>> {
         match self.verdict {
-            Verdict::Effect => self.named == hidden,
-            Verdict::Ambiguous => set.len() <= 3 && hidden.iter().all(|h| set.contains(h)),
-            _ => false,
+            Verdict::Effect | Verdict::Ambiguous => {
+                std::iter::once(&self.named).chain(&self.ambiguous_with).cloned().collect()
+            }
+            Verdict::NothingMissing | Verdict::Unexplained => Vec::new(),
         }
     }
 
+    /// The truth is the only answer, or among at most three.
+    fn right(&self) -> bool {
+        let hidden = self.hidden();
+        let is_truth = |set: &Vec<&str>| set.len() == hidden.len() && hidden.iter().all(|h| set.contains(h));
+        let answers = self.answers();
+        answers.len() <= LARGEST_SET && answers.iter().any(is_truth)
+    }
+
+    /// Something that was not hidden is named, and no answer is free of that.
     fn wrong(&self) -> bool {
         let hidden = self.hidden();
-        let names = matches!(self.verdict, Verdict::Effect | Verdict::Ambiguous);
-        let any = self.named.iter().chain(self.ambiguous_with.iter().flatten());
-        match self.verdict {
-            Verdict::Ambiguous => !any.into_iter().any(|n| hidden.contains(n)),
-            _ => names && self.named.iter().any(|n| !hidden.contains(n)),
-        }
+        let answers = self.answers();
+        !answers.is_empty() && answers.iter().all(|set| set.iter().any(|n| !hidden.contains(n)))
     }
 
     /// For the confusion matrix.
@@ -167,9 +178,8 @@ pub fn figures(runs: &[Opened]) -> Figures {
                 }
             }
             Class::Two => {
-                let hidden = r.hidden();
-                f.both_named.count(hidden.iter().all(|h| r.named.contains(h)));
-                f.one_of_two.count(!r.named.is_empty() && r.named.iter().all(|n| hidden.contains(n)));
+                f.both_named.count(r.right());
+                f.one_of_two.count(!r.named.is_empty() && !r.wrong());
             }
             Class::Unknown => f.unknown_not_named.count(r.named.is_empty()),
         }

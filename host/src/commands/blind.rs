@@ -112,8 +112,17 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
 
 fn line(number: usize, o: &Opened) -> String {
     let hidden: Vec<String> = o.key.effects.iter().map(ToString::to_string).collect();
+    let tried: Vec<String> = o
+        .candidates
+        .iter()
+        .map(|c| {
+            let left = c.worst.as_ref().map_or(String::new(), |(c, p, x)| format!(", left {x:.1} {c} {p}"));
+            let share = 100.0 * c.explained;
+            format!("{} {share:.0} % p {:.1e} to {:.2}{left}", c.id, c.p_value, c.held_out_error)
+        })
+        .collect();
     format!(
-        "{number}: {:?} {} trials, hidden [{}]: {:?} {:?} ~ {:?}; error {:.2} -> {:.2} (floor {:.2}), worst {:.1} -> {:.1} ({}); {:.1} s",
+        "{number}: {:?} {} trials, hidden [{}]: {:?} {:?} ~ {:?}; error {:.2} -> {:.2} (floor {:.2}), worst {:.1} -> {:.1} ({}); tried {}; {:.1} s",
         o.key.plan,
         o.key.trials,
         hidden.join(", "),
@@ -126,6 +135,7 @@ fn line(number: usize, o: &Opened) -> String {
         o.worst,
         o.worst_after,
         o.worst_place,
+        tried.join("; "),
         o.seconds
     )
 }

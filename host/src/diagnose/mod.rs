@@ -63,6 +63,17 @@ const LEAST_DRIFT: f64 = 0.01;
 const ADEQUATE_SHARE: f64 = 0.85;
 /// Otherwise the error after may be this many noise floors.
 const ADEQUATE_ERROR: f64 = 1.3;
+/// ... but never when the error is beyond this many noise floors and a place misses by
+/// [`FAR`] of them: something else stands behind it.
+const POOR_ERROR: f64 = 1.75;
+const FAR: f64 = 8.0;
+/// An effect that explains this share on conditions it was not fitted to is taken at
+/// [`FALSE_ALARM`] without correction: few conditions give no smaller probabilities.
+const OBVIOUS: f64 = 0.9;
+/// Pads give way: a small compliance is likely beforehand and needs less evidence.
+const LIKELY: f64 = 0.05;
+/// Share of the excess that is enough where nothing relevant is left.
+const EXPLAINS_RELEVANT: f64 = 0.5;
 /// Most effects named.
 const MOST_EFFECTS: usize = 3;
 /// Effects refitted at each stage.
@@ -131,7 +142,8 @@ pub fn diagnose(
     trials.extend(own.iter().cloned());
     let findings = find(&problem, base, drift, &trials, tick);
     let pair = findings.equal.first().and_then(|set| {
-        let other = findings.first.iter().find(|c| set.contains(&c.info.id))?;
+        let chosen = |id: &str| findings.chosen.iter().any(|c| c.info.id == id);
+        let other = findings.first.iter().find(|c| set.contains(&c.info.id) && !chosen(c.info.id))?;
         Some([&findings.last.as_ref()?.solution.model, &other.held.solution.model])
     });
     let experiment = pair.and_then(|[a, b]| experiment::experiments(&problem, a, b, 1).into_iter().next());
@@ -226,22 +238,27 @@ fn find(problem: &Problem, base: Held, drift: Option<Candidate>, trials: &[Trial
     let (first, invisible) = candidates(problem, start, trials, survivors, tick);
     let named = |chosen: &[Candidate]| chosen.iter().filter(|c| !small_compliance(problem, c)).count();
     let mut chosen: Vec<Candidate> = Vec::new();
-    let mut equal = Vec::new();
+    // For each chosen effect: those that do as well in its place.
+    let mut equal: Vec<Vec<&'static str>> = Vec::new();
     if relevant && enough {
         let mut stage = first.clone();
         while chosen.len() < MOST_EFFECTS {
             let before = chosen.last().map_or(start, |c: &Candidate| &c.held);
             let worth = if named(&chosen) == 0 { 0.25 } else { EXPLAINS_FURTHER };
-            let Some(best) = stage
-                .iter()
-                .position(|c| c.p_value < level && explained(&before.misfit, &c.held.misfit) > worth)
-            else {
+            let taken = |c: &Candidate| {
+                let share = explained(&before.misfit, &c.held.misfit);
+                let chance = match (share > OBVIOUS, small_compliance(problem, c)) {
+                    (true, _) => FALSE_ALARM,
+                    (false, true) => LIKELY,
+                    (false, false) => level,
+                };
+                share > worth && c.p_value < chance
+            };
+            let Some(best) = stage.iter().position(taken) else {
                 break;
             };
             let winner = stage[best].clone();
-            if named(&chosen) == 0 {
-                equal = equals(before, &winner, &stage);
-            }
+            equal.push(equals(before, &winner, &stage));
             chosen.push(winner);
             let last = &chosen[chosen.len() - 1];
             if !last.held.misfit.exceeds(RELEVANT) {
@@ -252,28 +269,39 @@ fn find(problem: &Problem, base: Held, drift: Option<Candidate>, trials: &[Trial
             }
         }
     }
+    drop_needless(problem, start, &mut chosen, &mut equal);
     // One effect that does what several do together is the better answer.
     if named(&chosen) > 1 {
         let together = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
         let alone = first.iter().find(|c| c.p_value < level && c.explained > together - SIMPLER);
         if let Some(alone) = alone {
-            equal = equals(start, alone, &first);
+            equal = vec![equals(start, alone, &first)];
             chosen = vec![alone.clone()];
         }
     }
     let share = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
-    let needed = if named(&chosen) > 1 { EXPLAIN_TOGETHER } else { EXPLAINS };
+    let settled = chosen.last().is_some_and(|c| !c.held.misfit.exceeds(RELEVANT));
+    let needed = match (settled, named(&chosen) > 1) {
+        (true, _) => EXPLAINS_RELEVANT,
+        (false, true) => EXPLAIN_TOGETHER,
+        (false, false) => EXPLAINS,
+    };
     let adequate = chosen.last().is_some_and(|c| {
         let misfit = &c.held.misfit;
         let near = misfit.error <= ADEQUATE_ERROR * misfit.noise_floor && !misfit.exceeds(UNEXPLAINED);
-        share >= ADEQUATE_SHARE || near
+        let poor = misfit.error > POOR_ERROR * misfit.noise_floor && misfit.exceeds(FAR);
+        settled || near || (share >= ADEQUATE_SHARE && !poor)
     });
+    // How pads give way is no missing effect: what counts is what they leave.
+    let judged = chosen.last().filter(|_| named(&chosen) == 0).map_or(start, |c| &c.held);
+    let unexplained = judged.misfit.exceeds(UNEXPLAINED);
+    let mut equal = sets(drift.as_ref(), &chosen, &equal, |c| small_compliance(problem, c));
     let beyond_pads = chosen.is_empty() || named(&chosen) > 0 || !adequate || share < needed;
     let verdict = match (relevant && enough && beyond_pads, !adequate || share < needed) {
         (false, _) => Verdict::NothingMissing,
-        (true, true) if start.misfit.exceeds(UNEXPLAINED) => Verdict::Unexplained,
+        (true, true) if unexplained => Verdict::Unexplained,
         (true, true) => Verdict::NothingMissing,
-        (true, false) if named(&chosen) == 1 && !equal.is_empty() => Verdict::Ambiguous,
+        (true, false) if !equal.is_empty() => Verdict::Ambiguous,
         (true, false) => Verdict::Effect,
     };
     if matches!(verdict, Verdict::Unexplained | Verdict::NothingMissing) {
@@ -286,6 +314,40 @@ fn find(problem: &Problem, base: Held, drift: Option<Candidate>, trials: &[Trial
     let last = chosen.last().map(|c| c.held.clone());
     let chosen: Vec<Candidate> = chosen.into_iter().filter(|c| !small_compliance(problem, c)).collect();
     Findings { base, first, chosen, last, equal, invisible, verdict, model }
+}
+
+/// Takes out effects that those chosen after them made needless: fitted without one, the others
+/// explain as much.
+fn drop_needless(
+    problem: &Problem,
+    start: &Held,
+    chosen: &mut Vec<Candidate>,
+    equal: &mut Vec<Vec<&'static str>>,
+) {
+    let mut k = 0;
+    while chosen.len() > 1 && k + 1 < chosen.len() {
+        let last = &chosen[chosen.len() - 1].held;
+        let slot = start.solution.model.effects.len() + k;
+        let mut model = last.solution.model.clone();
+        // Formulas are found by their order: a model with one stays as it is.
+        if !model.formulas.is_empty() || slot >= model.effects.len() {
+            return;
+        }
+        model.effects.remove(slot);
+        let free: Vec<Free> = last.free.iter().filter_map(|f| f.without_slot(slot)).collect();
+        let held = hold_out(problem, fit::solve(problem, &model, &free, 8), free);
+        let kept = explained(&start.misfit, &held.misfit) > explained(&start.misfit, &last.misfit) - SIMPLER;
+        if kept {
+            chosen.remove(k);
+            equal.remove(k);
+            if let Some(last) = chosen.last_mut() {
+                last.held = held;
+            }
+            k = 0;
+        } else {
+            k += 1;
+        }
+    }
 }
 
 /// Whether this is no more than how real pads give way: part of the floor, not an effect.
@@ -303,8 +365,30 @@ fn small_compliance(problem: &Problem, candidate: &Candidate) -> bool {
     compliance.iter().all(|c| c * grip_n < noise::FLOOR_POSITION_M)
 }
 
+/// The sets that explain the data as well as `chosen`: one effect exchanged for an `equal` one.
+fn sets(
+    drift: Option<&Candidate>,
+    chosen: &[Candidate],
+    equal: &[Vec<&'static str>],
+    unnamed: impl Fn(&Candidate) -> bool,
+) -> Vec<Vec<&'static str>> {
+    let ids: Vec<&'static str> = chosen.iter().filter(|c| !unnamed(c)).map(|c| c.info.id).collect();
+    let named = |c: &&(&Candidate, &Vec<&'static str>)| !unnamed(c.0);
+    let mut out = Vec::new();
+    for (k, (_, others)) in chosen.iter().zip(equal).filter(|c| named(&c)).enumerate() {
+        for other in others.iter().filter(|o| !ids.contains(o)) {
+            let mut set = ids.clone();
+            set[k] = other;
+            out.push(drift.map(|d| d.info.id).into_iter().chain(set).collect());
+        }
+    }
+    out
+}
+
 /// Candidates that do as well as the winner on held-out conditions.
-fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<Vec<&'static str>> {
+fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<&'static str> {
+    // Where little had to be explained, shares say little.
+    let settled = |c: &Candidate| !c.held.misfit.exceeds(RELEVANT);
     stage
         .iter()
         .filter(|c| c.info.id != winner.info.id)
@@ -313,9 +397,10 @@ fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<Vec<&'sta
             let behind = winner.explained - explained(&base.misfit, &c.held.misfit);
             // Significant or not: what differs by so little is below the noise floor.
             let near = total(&c.held) < SAME_LOSS * total(&winner.held);
-            (no_worse && behind < EQUAL_SHARE) || (near && behind < SAME_SHARE)
+            let both = settled(winner) && settled(c) && winner.explained < EXPLAINS;
+            (no_worse && (behind < EQUAL_SHARE || both)) || (near && behind < SAME_SHARE)
         })
         .take(LARGEST_SET - 1)
-        .map(|c| vec![c.info.id])
+        .map(|c| c.info.id)
         .collect()
 }

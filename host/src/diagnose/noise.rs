@@ -25,8 +25,10 @@ pub const FLOOR_OF_PATH: f64 = 0.01;
 const FLOOR_ROTATION_RAD: f64 = 3e-3;
 /// Share of a sensor's uncertainty in the floor.
 const FLOOR_OF_UNCERTAINTY: f64 = 0.1;
-/// Share of the signal's spread within a bin in the floor.
-pub const FLOOR_OF_RANGE: f64 = 0.15;
+/// Share of the signal's spread within a bin in the floor: forces and torques.
+const FLOOR_OF_RANGE: f64 = 0.15;
+/// The same of the pose, which follows the prescribed motion.
+const FLOOR_OF_POSE_RANGE: f64 = 0.04;
 /// Share of the weight in the floor of what fingers and pusher bear together at rest: how
 /// they share it is statically indeterminate (each may bear it by friction) and depends on
 /// how soft they are; only the sum follows from balance.
@@ -44,6 +46,14 @@ const DEFAULT_FRICTION: f64 = 0.02;
 const MOST_DIRECTIONS: usize = 5;
 /// Weight of the channel's mean variance in each bin's, degrees of freedom.
 const PRIOR_FREEDOM: f64 = 4.0;
+
+/// Share of the spread of `feature`'s signal within its bin that counts as floor.
+pub fn floor_of_range(feature: usize) -> f64 {
+    match quantity(feature) {
+        Quantity::Position | Quantity::Rotation => FLOOR_OF_POSE_RANGE,
+        Quantity::Force | Quantity::Torque => FLOOR_OF_RANGE,
+    }
+}
 
 /// See the module.
 #[derive(Clone, Debug)]

@@ -133,7 +133,7 @@ impl<'a> Problem<'a> {
                     let place = if f < 3 * BINS { path } else { 0.0 };
                     let shared = shared_weight(&first.prepared.scene, f);
                     noise.floor[f].powi(2)
-                        + (noise::FLOOR_OF_RANGE * ranges[f]).powi(2)
+                        + (noise::floor_of_range(f) * ranges[f]).powi(2)
                         + place * place
                         + shared * shared
                 })

@@ -51,6 +51,8 @@ pub struct CandidateReport {
     pub p_value: f64,
     /// Share of the excess misfit that it explains.
     pub explained: f64,
+    /// Where it still misses most: channel, phase, and by how many noise floors.
+    pub worst: Option<(String, &'static str, f64)>,
     /// Its parameters.
     pub parameters: BTreeMap<&'static str, Value>,
 }
@@ -232,6 +234,7 @@ fn candidate(problem: &Problem, c: &Candidate) -> CandidateReport {
         held_out_error: c.held.misfit.error,
         p_value: c.p_value,
         explained: c.explained,
+        worst: c.held.misfit.places.first().map(|p| (channel_name(p.channel), p.phase.name(), p.size)),
         parameters,
     }
 }

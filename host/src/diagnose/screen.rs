@@ -58,6 +58,9 @@ fn shapes(p: &stickslip_shared::effects::Parameter) -> Vec<f64> {
     let tries = if p.name.starts_with("wavelength") {
         // A wave is found only from near its length.
         [0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0].iter().map(|f| f * p.typical).collect()
+    } else if p.name == "late_s" {
+        // The fit finds it.
+        vec![p.typical]
     } else if p.typical == 0.0 {
         vec![0.0, 0.5 * p.high]
     } else {

@@ -19,6 +19,11 @@ use crate::diagnose::problem::Problem;
 use crate::diagnose::screen::{Screened, Trial, screen};
 use crate::fit::{self, FOLDS, Free, Solution};
 
+/// Longest wave that counts as one, in paths.
+const LONGEST_WAVE: f64 = 1.5;
+/// Gauss-Newton steps of a candidate.
+const STEPS: usize = 8;
+
 /// A fitted model and how it does on held-out conditions.
 #[derive(Clone, Debug)]
 pub struct Held {
@@ -52,11 +57,6 @@ pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held 
     let n = free.len();
     let precision = problem.precision(&free, 0);
     let folds = gls::fold_solutions(&solution.grams, &precision, FOLDS);
-    let by_group = gls::held_out(&solution.grams, &folds);
-    let mut loss = vec![0.0; problem.campaign.conditions];
-    for (g, l) in solution.grams.iter().zip(&by_group) {
-        loss[g.condition] += l;
-    }
     let residual: Vec<Features> = solution
         .residual
         .iter()
@@ -75,8 +75,25 @@ pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held 
             r
         })
         .collect();
+    // Of the residual whose sensor offsets are within what is stated: what they cannot take
+    // is misfit.
+    let mut loss = vec![0.0; problem.campaign.conditions];
+    for (g, r) in problem.groups.iter().zip(&residual) {
+        loss[problem.campaign.groups[*g].condition] += problem.whiteners[*g].apply(r).norm_squared();
+    }
     let misfit = misfit::of(problem, &residual);
     Held { solution, free, loss, residual, misfit }
+}
+
+/// Logarithm of the loss of each condition, with what chance alone makes of it (one for each
+/// feature) added: a condition in which the effect is ten times as strong weighs no more than
+/// others, and one in which it does not show weighs little.
+fn log_loss(problem: &Problem, loss: &[f64]) -> Vec<f64> {
+    let mut chance = vec![0.0; loss.len()];
+    for g in &problem.groups {
+        chance[problem.campaign.groups[*g].condition] += problem.whiteners[*g].active.len() as f64;
+    }
+    loss.iter().zip(chance).map(|(l, c)| (l + f64::max(c, 1.0)).ln()).collect()
 }
 
 /// One-sided probability that held-out losses `a` exceed `b` by this much by chance, over
@@ -219,16 +236,19 @@ fn refit(problem: &Problem, base: &Held, screened: &Screened) -> Option<Candidat
             fit::solve_with(problem, &model, &free, 1, &base.solution.columns)
         })
         .min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))?;
-    let best = fit::solve_with(problem, &begun.model, &free, 5, &begun.columns[..base.free.len()]);
-    // Half a wave is no wave: it could be any slow change along the path.
+    let best = fit::solve_with(problem, &begun.model, &free, STEPS, &begun.columns[..base.free.len()]);
+    // Part of a wave is no wave: it could be any slow change along the path.
     let wave = screened.trial.info.parameters.iter().position(|p| p.name == "wavelength_m");
-    if wave.is_some_and(|k| best.model.effects[slot].parameters[k] > longest_path(problem)) {
+    let longest = LONGEST_WAVE * longest_path(problem);
+    if wave.is_some_and(|k| best.model.effects[slot].parameters[k] > longest) {
         return None;
     }
     let parameters = parameter_p_value(problem, &best, &free, base.free.len(), screened.trial.info);
     let held = hold_out(problem, best, free);
-    // Two tests of the same question: the better one counts, at twice its probability.
-    let p_value = (2.0 * p_value(&base.loss, &held.loss).min(parameters)).min(1.0);
+    // Three tests of the same question: the best one counts, at three times its probability.
+    let differences = p_value(&base.loss, &held.loss);
+    let ratios = p_value(&log_loss(problem, &base.loss), &log_loss(problem, &held.loss));
+    let p_value = (3.0 * differences.min(ratios).min(parameters)).min(1.0);
     let explained = explained(&base.misfit, &held.misfit);
     Some(Candidate { info: screened.trial.info, held, p_value, explained })
 }

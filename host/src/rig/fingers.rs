@@ -13,6 +13,8 @@ use super::patch::{Patch, RelativeTwist, Resultant};
 use super::shape::Side;
 use super::truth::{GRIP_LAG_S, JAW_STIFFNESS_N_M, STRIPE_M, Truth, WAVE_LENGTH_M};
 
+const WAVE_RAD_M: f64 = std::f64::consts::TAU / WAVE_LENGTH_M;
+
 /// Time in which the jaw reaches its force, s.
 const JAW_TIME_S: f64 = 1e-3;
 /// Resistance of the fingers to moving within their play, N s/m.
@@ -48,7 +50,8 @@ pub struct Jaw {
     line: Vec<f64>,
     /// Half opening, m.
     opening_m: f64,
-    rest_opening_m: f64,
+    /// The same when the jaw had closed.
+    rest_opening_m: Option<f64>,
     lost: f64,
     /// How far each pad has given way, gripper X and Z, m: creep, then play.
     crept_m: [[f64; 2]; 2],
@@ -85,7 +88,7 @@ impl Jaw {
             patches,
             line,
             opening_m,
-            rest_opening_m: opening_m,
+            rest_opening_m: None,
             lost: 0.0,
             crept_m: [[0.0; 2]; 2],
             play_m: [0.0; 2],
@@ -113,6 +116,12 @@ impl Jaw {
         let mut wrenches = [[0.0; 6]; 2];
         let mut normal_sum = 0.0;
         let mut fastest = 0.0_f64;
+        if self.rest_opening_m.is_none() {
+            // The jaw closes with the commanded force wherever it grips.
+            let x_m = object_axes.column(0).dot(&(gripper.origin_m - origin));
+            self.opening_m += bulge_m(truth, x_m);
+        }
+        let rest_opening_m = *self.rest_opening_m.get_or_insert(self.opening_m);
         for (i, sign) in [(0, 1.0), (1, -1.0)] {
             let frame = Matrix3::from_columns(&[-sign * y, x, sign * z]);
             let centre = gripper.origin_m + y * (sign * self.opening_m);
@@ -138,17 +147,26 @@ impl Jaw {
             fastest = fastest.max(va.hypot(vb) + twist.spin[0].abs() * self.radius_m * 0.5);
             self.give_way(i, [f.x, f.z], truth, dt_s);
         }
-        self.follow(grip_n, normal_sum, fastest, truth, dt_s);
+        let opened_m = self.opening_m - rest_opening_m;
+        self.follow(grip_n, opened_m, normal_sum, fastest, truth, dt_s);
         (total, wrenches)
     }
 
     /// The jaw opens or closes until both pads together carry twice the grip force.
-    fn follow(&mut self, grip_n: f64, normal_sum: f64, sliding_m_s: f64, truth: &Truth, dt_s: f64) {
+    fn follow(
+        &mut self,
+        grip_n: f64,
+        opened_m: f64,
+        normal_sum: f64,
+        sliding_m_s: f64,
+        truth: &Truth,
+        dt_s: f64,
+    ) {
         let losing = if sliding_m_s > LAG_SPEED_M_S { truth.grip_lag } else { 0.0 };
         self.lost += (losing - self.lost) * dt_s / GRIP_LAG_S;
         let mut grip = grip_n * (1.0 - truth.grip_loss) * (1.0 - self.lost);
         if truth.wedge_rad != 0.0 || truth.waviness_m != 0.0 {
-            grip += JAW_STIFFNESS_N_M * (self.opening_m - self.rest_opening_m);
+            grip += JAW_STIFFNESS_N_M * opened_m;
         }
         let damping = 2.0 * truth.finger_stiffness.normal * JAW_TIME_S;
         self.opening_m += (normal_sum - 2.0 * grip.max(0.0)) / damping * dt_s;
@@ -193,11 +211,9 @@ impl Jaw {
         let centre = frame.tr_mul(&(origin - pad));
         // Object X of the pad's centre.
         let centre_x_m = -centre.dot(&along);
-        let wave = std::f64::consts::TAU / WAVE_LENGTH_M;
-        let phase = wave * centre_x_m + truth.wave_phase_rad;
-        let bulge = 0.5 * truth.wedge_rad * centre_x_m
-            + truth.waviness_m * (phase.sin() - truth.wave_phase_rad.sin());
-        let slope = 0.5 * truth.wedge_rad + truth.waviness_m * wave * phase.cos();
+        let bulge = bulge_m(truth, centre_x_m);
+        let phase = WAVE_RAD_M * centre_x_m + truth.wave_phase_rad;
+        let slope = 0.5 * truth.wedge_rad + truth.waviness_m * WAVE_RAD_M * phase.cos();
         match self.side {
             Side::Flat { half, half_x, half_z } => {
                 let normal = sign * frame.tr_mul(&object_axes.column(1));
@@ -231,6 +247,12 @@ impl Jaw {
         let size = along.y.hypot(along.z).max(1e-9);
         Placed { along: [along.y / size, along.z / size], centre_x_m, slope }
     }
+}
+
+/// Height of a gripped face above the flat one, at object X.
+fn bulge_m(truth: &Truth, x_m: f64) -> f64 {
+    let phase = WAVE_RAD_M * x_m + truth.wave_phase_rad;
+    0.5 * truth.wedge_rad * x_m + truth.waviness_m * (phase.sin() - truth.wave_phase_rad.sin())
 }
 
 /// How a pad lies on the object.

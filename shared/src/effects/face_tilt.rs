@@ -10,10 +10,10 @@
 //! and a jaw that does not keep its force presses harder where the object is wider,
 //!
 //! ```text
-//! N = N + grip_gradient (x - x_start)
+//! N = N + grip_gradient (x - x_start + late dx/dt)
 //! ```
 //!
-//! with `x` the object coordinate of the pad's middle: the pads are taken to lie flat on the
+//! (a jaw that takes time to give way lags behind a width that changes), with `x` the object coordinate of the pad's middle: the pads are taken to lie flat on the
 //! face and to press along its normal. A slide towards +X then needs the push
 //! `2 N (mu cos - sin)`. A jaw that presses strictly along gripper Y would need
 //! `1 / (cos + mu sin)` times that: 0.4 % less at the typical slope and friction 0.4.
@@ -59,6 +59,7 @@ pub const INFO: Info = Info {
             [-2000.0, 2000.0],
             "rise of the grip force along object X",
         ),
+        Parameter::new("late_s", "s", 0.0, 0.0, [0.0, 0.4], "time by which the jaw gives way late"),
     ],
 };
 
@@ -78,10 +79,10 @@ impl<R: Real> Law<R> for FaceTilt {
         }
         let x = pad_x_m(c);
         // Where the jaw closed it has its force.
-        let [closed, start, _] = *memory;
-        let start = if closed == R::zero() { x } else { start };
-        *memory = [R::one(), start, R::zero()];
-        *grip_n += p[2] * (x - start);
+        let [closed, start, last] = *memory;
+        let (start, last) = if closed == R::zero() { (x, x) } else { (start, last) };
+        *memory = [R::one(), start, x];
+        *grip_n += p[2] * (x - start + p[3] * (x - last) / most(c.dt_s, R::of(1e-6)));
     }
 
     fn contact(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, contact: &mut Contact<R>) {

@@ -4,7 +4,7 @@
 //! coordinate of the pad's middle. To first order a wavy face of slope `s` does the same with
 //! `amplitude = s / mu` (machining marks, ripples of an extruded face). A jaw that does not
 //! keep its force answers to the height, of which that slope is the derivative:
-//! `N = N + grip (cos(a_start) - cos(a))`.
+//! `N = N + grip (h - h_start + late dh/dt)`, `h = -cos(a)`.
 
 use super::face_tilt::pad_x_m;
 use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext, text};
@@ -33,6 +33,7 @@ pub const INFO: Info = Info {
         Parameter::new("wavelength_m", "m", 0.008, 0.008, [0.001, 0.1], "along object X"),
         Parameter::new("phase_rad", "rad", 0.0, 0.0, [-3.2, 3.2], "phase at the object's middle"),
         Parameter::new("grip_n", "N", 0.5, 0.0, [-20.0, 20.0], "amplitude of the grip force"),
+        Parameter::new("late_s", "s", 0.0, 0.0, [0.0, 0.4], "time by which the jaw gives way late"),
     ],
 };
 
@@ -51,10 +52,10 @@ impl<R: Real> Law<R> for FaceWaviness {
         }
         let height = -angle(p, pad_x_m(c)).cos();
         // Where the jaw closed it has its force.
-        let [closed, start, _] = *memory;
-        let start = if closed == R::zero() { height } else { start };
-        *memory = [R::one(), start, R::zero()];
-        *grip_n += p[3] * (height - start);
+        let [closed, start, last] = *memory;
+        let (start, last) = if closed == R::zero() { (height, height) } else { (start, last) };
+        *memory = [R::one(), start, height];
+        *grip_n += p[3] * (height - start + p[4] * (height - last) / most(c.dt_s, R::of(1e-6)));
     }
 
     fn friction(

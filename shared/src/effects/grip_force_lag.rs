@@ -3,7 +3,7 @@
 //! With `v` the mean slip speed of the fingers:
 //!
 //! ```text
-//! N = N_late (1 - l),   time dl/dt = drop v / (v + 1 mm/s) - l
+//! N = N_late (1 - l),   time dl/dt = drop v / (v + knee) - l
 //! time dN_late/dt = N_command - N_late
 //! ```
 //!
@@ -14,8 +14,8 @@
 use super::{Info, Law, MAX_PARAMETERS, MEMORY, Parameter, StepContext, text};
 use crate::real::{Real, most};
 
-/// Slip speed at which half of the drop is reached, m/s.
-const KNEE_M_S: f64 = 1e-3;
+/// Least knee, m/s.
+const LEAST_KNEE_M_S: f64 = 1e-5;
 
 /// See the module.
 pub struct GripForceLag;
@@ -32,6 +32,14 @@ pub const INFO: Info = Info {
     parameters: &[
         Parameter::new("drop", "1", 0.12, 0.0, [-0.5, 0.9], "share of the grip lost in steady sliding"),
         Parameter::new("time_s", "s", 0.1, 0.0, [0.0, 5.0], "time constant"),
+        Parameter::new(
+            "knee_m_s",
+            "m/s",
+            1e-3,
+            1e-3,
+            [1e-4, 1e-2],
+            "slip speed at which half of the drop is reached",
+        ),
     ],
 };
 
@@ -46,7 +54,7 @@ impl<R: Real> Law<R> for GripForceLag {
         let speed = (c.slip_speed_m_s[0] + c.slip_speed_m_s[1]) * half;
         let keep = most(p[1], R::zero());
         let keep = keep / (keep + c.dt_s);
-        let target = p[0] * speed / (speed + R::of(KNEE_M_S));
+        let target = p[0] * speed / (speed + most(p[2], R::of(LEAST_KNEE_M_S)));
         let loss = target + (loss - target) * keep;
         // The first command is met from the start.
         let step = if last > R::zero() { *grip_n - last } else { R::zero() };

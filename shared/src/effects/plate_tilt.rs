@@ -1,8 +1,9 @@
 //! The pusher is not mounted square.
 //!
-//! The pusher's frame is turned about its own Y (`pitch`) and Z (`yaw`) axes; small angles.
-//! A plane turns its normal and meets one edge of the object first; a line turns in yaw (one
-//! end first) and keeps the face's normal; a rod or a sphere does not notice.
+//! A plane is turned about the pusher's own Y (`pitch`) and Z (`yaw`) axes, turns its normal
+//! and meets one edge of the object first. A line, which is another tool on another mount, is
+//! turned by `line` about Z (one end first) and keeps the face's normal. Small angles; a rod
+//! or a sphere does not notice.
 
 use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext, text};
 use crate::contact::{Body, Contact};
@@ -24,6 +25,7 @@ pub const INFO: Info = Info {
     parameters: &[
         Parameter::new("pitch_rad", "rad", 0.01, 0.0, [-0.1, 0.1], "about pusher Y"),
         Parameter::new("yaw_rad", "rad", 0.01, 0.0, [-0.1, 0.1], "about pusher Z"),
+        Parameter::new("line_rad", "rad", 0.01, 0.0, [-0.1, 0.1], "of a line, about pusher Z"),
     ],
 };
 
@@ -33,7 +35,7 @@ impl<R: Real> Law<R> for PlateTilt {
     }
 
     fn contact(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, contact: &mut Contact<R>) {
-        if contact.body != Body::Pusher || (p[0] == R::zero() && p[1] == R::zero()) {
+        if contact.body != Body::Pusher || p[..3].iter().all(|x| *x == R::zero()) {
             return;
         }
         let [n, t1, t2] = contact.axes;
@@ -48,7 +50,7 @@ impl<R: Real> Law<R> for PlateTilt {
                 contact.axes = [n, t1, n.cross(&t1)];
                 contact.gap_m = n.dot(&from);
             }
-            Some(PusherContact::Line { .. }) => contact.gap_m += contact.patch_m[0] * p[1],
+            Some(PusherContact::Line { .. }) => contact.gap_m += contact.patch_m[0] * p[2],
             _ => {}
         }
     }
