@@ -18,7 +18,8 @@ use crate::diagnose::gls::{self, Gram};
 use crate::diagnose::noise;
 use crate::diagnose::phases::BINS;
 use crate::diagnose::problem::{Problem, difference};
-use crate::diagnose::screen::Trial;
+use crate::diagnose::screen::{Start, Trial, screen};
+use crate::diagnose::select::within_reach;
 
 /// Parts of the conditions that are held out in turn.
 pub const FOLDS: usize = 10;
@@ -103,7 +104,7 @@ impl Free {
     }
 
     /// `change` within what a linear model may be trusted: friction at most doubles or halves.
-    fn limited(&self, model: &Model<f64>, change: f64) -> f64 {
+    pub fn limited(&self, model: &Model<f64>, change: f64) -> f64 {
         match self {
             Free::Effect { .. } => change,
             _ => {
@@ -340,12 +341,17 @@ fn restore(fit: &mut Fit, given: &Model<f64>, free: &[Free], seen: &[Free], kept
     fit.notes.extend(kept);
 }
 
+/// Dampings tried in a step, each ten times the one before: past the edge at which a contact
+/// lets go a full step is worthless, however short the way to go is.
+const DAMPINGS: usize = 6;
+/// Friction that differs by this factor may be another way of contact.
+const FAR: f64 = 1.5;
 /// Friction coefficients tried before a fit: fingers, then pusher (rubber platforms grip hard).
 const TRIED: [&[f64]; 3] = [&[0.15, 0.4, 0.8], &[0.1, 0.25, 0.7, 2.5], &[0.15, 0.3, 0.6, 2.5]];
 
 /// Cost of a model in which single failures of the simulation or of the model weigh little:
 /// the sum of `e^2 / (1 + e^2 / 100)` over features of at most 24 groups.
-fn robust_cost(campaign: &Campaign, model: &Model<f64>) -> f64 {
+pub fn robust_cost(campaign: &Campaign, model: &Model<f64>) -> f64 {
     let step = campaign.groups.len().div_ceil(24).max(1);
     let groups: Vec<usize> = (0..campaign.groups.len()).step_by(step).collect();
     let channels = noise::channel_noise(&campaign.description.sensors);
@@ -365,17 +371,37 @@ fn robust_cost(campaign: &Campaign, model: &Model<f64>) -> f64 {
 }
 
 /// `model` with `free` friction fitted, from the values given and from a rough start: what fits
-/// better by `robust_cost`.
+/// best by `robust_cost`.
 pub fn first_fit(campaign: &Campaign, model: &Model<f64>, free: &[Free], iterations: usize) -> Model<f64> {
+    basins(campaign, model, free, iterations).swap_remove(0)
+}
+
+/// As [`first_fit`], and after it the other models met on the way whose friction is far from
+/// it: where contacts stick there that slip here, an effect acts otherwise, and what a model
+/// without it fits best need not be near what one with it does.
+pub fn basins(campaign: &Campaign, model: &Model<f64>, free: &[Free], iterations: usize) -> Vec<Model<f64>> {
     let from = |start: &Model<f64>| solve(&Problem::new(campaign, start), start, free, iterations).model;
     let rough = rough_start(campaign, model);
     let mut tries = vec![model.clone(), from(model)];
     if rough != *model {
         tries.extend([from(&rough), rough]);
     }
-    let costs: Vec<f64> = tries.iter().map(|m| robust_cost(campaign, m)).collect();
-    let best = (0..tries.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).unwrap_or(0);
-    tries.swap_remove(best)
+    let mut ranked: Vec<(f64, Model<f64>)> =
+        tries.into_iter().map(|m| (robust_cost(campaign, &m), m)).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut out: Vec<Model<f64>> = Vec::new();
+    for (_, m) in ranked {
+        if out.iter().all(|other| apart(campaign, &m, other)) {
+            out.push(m);
+        }
+    }
+    out
+}
+
+/// Whether the friction of two models differs so much that contacts may stick in one and slip in
+/// the other.
+pub fn apart(campaign: &Campaign, a: &Model<f64>, b: &Model<f64>) -> bool {
+    base_parameters(campaign).iter().any(|f| (f.get(a) / f.get(b)).ln().abs() > FAR.ln())
 }
 
 /// `model` with the friction that fits best on a coarse grid around it, by a robust cost: far
@@ -494,6 +520,16 @@ pub fn sensitivities(
         .collect()
 }
 
+/// What a fit minimises, at `model`.
+pub fn loss_at(problem: &Problem, model: &Model<f64>, free: &[Free]) -> f64 {
+    profile(problem, &problem.residual(&problem.predict(model))).0 + penalty(problem, model, free)
+}
+
+/// What the prior of `free` costs.
+fn penalty(problem: &Problem, model: &Model<f64>, free: &[Free]) -> f64 {
+    free.iter().filter_map(|f| problem.prior(f).map(|(m, p)| p * (m - f.get(model)).powi(2))).sum()
+}
+
 /// Gauss-Newton with Levenberg damping from `model`.
 pub fn solve(problem: &Problem, model: &Model<f64>, free: &[Free], iterations: usize) -> Solution {
     solve_with(problem, model, free, iterations, &[])
@@ -517,9 +553,7 @@ pub fn solve_with(
     let home = |model: &Model<f64>| -> Vec<f64> {
         free.iter().map(|f| problem.prior(f).map_or(0.0, |(mean, _)| mean - f.get(model))).collect()
     };
-    let penalty = |model: &Model<f64>| -> f64 {
-        free.iter().filter_map(|f| problem.prior(f).map(|(m, p)| p * (m - f.get(model)).powi(2))).sum()
-    };
+    let penalty = |model: &Model<f64>| penalty(problem, model, free);
     let mut model = model.clone();
     let mut predicted = problem.predict(&model);
     let mut residual = problem.residual(&predicted);
@@ -537,7 +571,7 @@ pub fn solve_with(
         let total: DMatrix<f64> =
             grams.iter().fold(DMatrix::zeros(precision.len() + 1, precision.len() + 1), |a, g| a + &g.matrix);
         let mut accepted = false;
-        for _ in 0..3 {
+        for _ in 0..DAMPINGS {
             let prior = problem.precision(free, 0);
             let mut towards = home(&model);
             for (k, p) in precision.iter_mut().enumerate().take(n) {
@@ -676,21 +710,37 @@ fn notes(estimates: &[Estimate], covariance: &DMatrix<f64>, free: &[Free]) -> Ve
     out
 }
 
-/// Settings from which the fit of one more effect may start: its best two by screening, or
-/// the effect as given where it cannot be screened.
+/// Models from which the fit of `model` with one more effect may start: the best two by
+/// screening on `model` and on other ways of contact, or the effect as given where it cannot
+/// be screened.
 pub fn starts(
     campaign: &Campaign,
     model: &Model<f64>,
     free: &[Free],
     effect: stickslip_shared::effects::Effect<f64>,
-) -> Vec<[f64; stickslip_shared::effects::MAX_PARAMETERS]> {
+) -> Vec<Model<f64>> {
     let screened = effect.info().map(|info| {
         let problem = Problem::new(campaign, model);
-        let base = solve(&problem, model, free, 0);
-        crate::diagnose::screen::screen(&problem, &base, free, &Trial { info, program: None }).starts
+        let others = basins(campaign, model, free, 0);
+        let bases: Vec<Solution> =
+            std::iter::once(model).chain(&others).map(|m| solve(&problem, m, free, 0)).collect();
+        let trial = Trial { info, program: None };
+        let starts = screen(&problem, &bases.iter().collect::<Vec<_>>(), free, &trial).starts;
+        let of_first = starts.iter().find(|s| s.on == 0);
+        let mut out: Vec<_> = starts.iter().take(2).collect();
+        out.extend(of_first.filter(|s| !out.iter().any(|o| o.on == s.on)));
+        let slot = model.effects.len();
+        let mut all = free.to_vec();
+        all.extend(Free::of_effect(info, slot));
+        let reached = |s: &Start| within_reach(&problem, &bases[s.on], s, &all, slot);
+        out.into_iter().map(reached).collect::<Vec<_>>()
     });
     match screened {
-        Some(starts) if !starts.is_empty() => starts.into_iter().take(2).collect(),
-        _ => vec![effect.parameters],
+        Some(starts) if !starts.is_empty() => starts,
+        _ => {
+            let mut given = model.clone();
+            let _ = given.effects.push(effect);
+            vec![given]
+        }
     }
 }

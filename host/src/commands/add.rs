@@ -106,16 +106,16 @@ pub fn with_effects(campaign: &Campaign, file: &mut ModelFile, new: usize) -> Re
     let mut fitted = fit::calibrate(campaign, &model, &all(model.effects.len()), &Options::default())?;
     for _ in 0..new {
         let slot = fitted.model.effects.len();
-        let mut best: Option<Fit> = None;
-        for parameters in fit::starts(campaign, &fitted.model, &all(slot), whole.effects[slot]) {
-            let mut with = fitted.model.clone();
-            let _ = with.effects.push(Effect { code: whole.effects[slot].code, parameters });
+        // Each fit has its own noise: their losses do not compare, a common cost does.
+        let mut best: Option<(f64, Fit)> = None;
+        for with in fit::starts(campaign, &fitted.model, &all(slot), whole.effects[slot]) {
             let fit = fit::calibrate(campaign, &with, &all(slot + 1), &Options::default())?;
-            if best.as_ref().is_none_or(|b| fit.loss.1 < b.loss.1) {
-                best = Some(fit);
+            let cost = fit::robust_cost(campaign, &fit.model);
+            if best.as_ref().is_none_or(|b| cost < b.0) {
+                best = Some((cost, fit));
             }
         }
-        if let Some(best) = best {
+        if let Some((_, best)) = best {
             fitted = best;
         }
     }

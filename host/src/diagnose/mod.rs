@@ -25,7 +25,7 @@ use stickslip_shared::effects::{MAX_PARAMETERS, REGISTRY};
 use stickslip_shared::model::Model;
 
 use crate::dataset::Dataset;
-use crate::fit::{self, FitError, Free};
+use crate::fit::{self, FitError, Free, Solution};
 use campaign::Campaign;
 use problem::Problem;
 use report::{Report, Verdict};
@@ -70,6 +70,8 @@ const FAR: f64 = 8.0;
 /// An effect that explains this share on conditions it was not fitted to is taken at
 /// [`FALSE_ALARM`] without correction: few conditions give no smaller probabilities.
 const OBVIOUS: f64 = 0.9;
+/// An effect that explains this share is named whatever is left; the report says what is.
+const CERTAIN: f64 = 0.95;
 /// Pads give way: a small compliance is likely beforehand and needs less evidence.
 const LIKELY: f64 = 0.05;
 /// Share of the excess that is enough where nothing relevant is left.
@@ -128,7 +130,8 @@ pub fn diagnose(
         return Err(FitError::NoTrials(why));
     }
     let free = free_of(&campaign, model);
-    let first = fit::first_fit(&campaign, model, &free, 6);
+    let mut others = fit::basins(&campaign, model, &free, 6);
+    let first = others[0].clone();
     tick();
     let mut problem = Problem::new(&campaign, &first);
     let solution = fit::solve(&problem, &first, &free, 5);
@@ -137,10 +140,11 @@ pub fn diagnose(
     let mut drift = None;
     if let Some((around, without, with)) = drifting(&problem, &base) {
         (problem, base, drift) = (around, without, Some(with));
+        others.clear();
     }
     let mut trials = Trial::listed();
     trials.extend(own.iter().cloned());
-    let findings = find(&problem, base, drift, &trials, tick);
+    let findings = find(&problem, base, &others, drift, &trials, tick);
     let pair = findings.equal.first().and_then(|set| {
         let chosen = |id: &str| findings.chosen.iter().any(|c| c.info.id == id);
         let other = findings.first.iter().find(|c| set.contains(&c.info.id) && !chosen(c.info.id))?;
@@ -177,7 +181,7 @@ pub fn suggest(
     let problem = Problem::new(&campaign, &first);
     let base = hold_out(&problem, fit::solve(&problem, &first, &free, 5), free);
     let survivors = if between.is_empty() { SURVIVORS } else { REGISTRY.len() };
-    let mut found = candidates(&problem, &base, &Trial::listed(), survivors, tick).0;
+    let mut found = candidates(&problem, &base, &[], &Trial::listed(), survivors, tick).0;
     if !between.is_empty() {
         found.retain(|c| between.iter().any(|b| b == c.info.id));
     }
@@ -228,14 +232,29 @@ fn drifting<'a>(problem: &Problem<'a>, base: &Held) -> Option<(Problem<'a>, Held
 }
 
 /// Most effects named at once are [`MOST_EFFECTS`]; see `docs/diagnosis.md` for the rules.
-fn find(problem: &Problem, base: Held, drift: Option<Candidate>, trials: &[Trial], tick: Tick) -> Findings {
+fn find(
+    problem: &Problem,
+    base: Held,
+    others: &[Model<f64>],
+    drift: Option<Candidate>,
+    trials: &[Trial],
+    tick: Tick,
+) -> Findings {
     let level = FALSE_ALARM / REGISTRY.len() as f64;
     let start = drift.as_ref().map_or(&base, |c| &c.held);
     let relevant = start.misfit.exceeds(RELEVANT) && start.misfit.excess > 0.0;
     let enough = problem.campaign.conditions >= FEWEST_CONDITIONS;
     // Where nothing is worth a name, the screening only tells what these data could not show.
     let survivors = if relevant && enough { SURVIVORS } else { 0 };
-    let (first, invisible) = candidates(problem, start, trials, survivors, tick);
+    let others: Vec<Solution> = match survivors {
+        0 => Vec::new(),
+        _ => others
+            .iter()
+            .filter(|m| fit::apart(problem.campaign, m, &base.solution.model))
+            .map(|m| fit::solve(problem, m, &base.free, 0))
+            .collect(),
+    };
+    let (first, invisible) = candidates(problem, start, &others, trials, survivors, tick);
     let named = |chosen: &[Candidate]| chosen.iter().filter(|c| !small_compliance(problem, c)).count();
     let mut chosen: Vec<Candidate> = Vec::new();
     // For each chosen effect: those that do as well in its place.
@@ -265,7 +284,7 @@ fn find(problem: &Problem, base: Held, drift: Option<Candidate>, trials: &[Trial
                 break;
             }
             if chosen.len() < MOST_EFFECTS {
-                stage = candidates(problem, &last.held, trials, SURVIVORS, tick).0;
+                stage = candidates(problem, &last.held, &[], trials, SURVIVORS, tick).0;
             }
         }
     }
@@ -290,7 +309,7 @@ fn find(problem: &Problem, base: Held, drift: Option<Candidate>, trials: &[Trial
         let misfit = &c.held.misfit;
         let near = misfit.error <= ADEQUATE_ERROR * misfit.noise_floor && !misfit.exceeds(UNEXPLAINED);
         let poor = misfit.error > POOR_ERROR * misfit.noise_floor && misfit.exceeds(FAR);
-        settled || near || (share >= ADEQUATE_SHARE && !poor)
+        settled || near || share >= CERTAIN || (share >= ADEQUATE_SHARE && !poor)
     });
     // How pads give way is no missing effect: what counts is what they leave.
     let judged = chosen.last().filter(|_| named(&chosen) == 0).map_or(start, |c| &c.held);

@@ -29,9 +29,9 @@ const FLOOR_OF_UNCERTAINTY: f64 = 0.1;
 const FLOOR_OF_RANGE: f64 = 0.15;
 /// The same of the pose, which follows the prescribed motion.
 const FLOOR_OF_POSE_RANGE: f64 = 0.04;
-/// Share of the weight in the floor of what fingers and pusher bear together at rest: how
-/// they share it is statically indeterminate (each may bear it by friction) and depends on
-/// how soft they are; only the sum follows from balance.
+/// Share of the weight in the floor of what fingers and pusher, or two fingers, bear together at
+/// rest: how they share it is statically indeterminate (each may bear it by friction) and
+/// depends on how soft they are; only the sum follows from balance.
 pub const FLOOR_OF_SHARED_WEIGHT: f64 = 0.5;
 /// Lever of that share in torques, m.
 pub const SHARED_WEIGHT_LEVER_M: f64 = 0.03;

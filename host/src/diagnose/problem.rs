@@ -66,13 +66,16 @@ fn failed(campaign: &Campaign, residuals: &mut [Features]) -> Vec<usize> {
     out
 }
 
-/// Floor of what fingers and pusher bear together at rest, all but the push itself.
+/// Floor of what fingers and pusher bear together at rest, all but the push itself, and of how two
+/// fingers share the weight by friction before anything has slid.
 fn shared_weight(scene: &Scene<f64>, feature: usize) -> f64 {
-    let both = scene.fingers.is_some() && scene.pusher.is_some();
-    let at_rest = matches!(Phase::of(feature % BINS), Phase::Pause | Phase::After);
     let channel = feature / BINS;
-    let shared = matches!(channel, 7..=11 | 19..=23);
-    if !(both && at_rest && shared) {
+    let shared = match Phase::of(feature % BINS) {
+        Phase::Pause | Phase::After => scene.pusher.is_some() && matches!(channel, 7..=11 | 19..=23),
+        Phase::Before => matches!(channel, 12 | 14 | 16),
+        _ => false,
+    };
+    if scene.fingers.is_none() || !shared {
         return 0.0;
     }
     let gravity = scene.gravity_m_s2.iter().map(|g| g * g).sum::<f64>().sqrt();

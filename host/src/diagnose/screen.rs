@@ -47,10 +47,21 @@ pub struct Screened {
     pub trial: Trial,
     /// Decrease of the loss to first order.
     pub gain: f64,
-    /// Settings of its parameters to start from, best first.
-    pub starts: Vec<[f64; MAX_PARAMETERS]>,
+    /// Where to start from, best first.
+    pub starts: Vec<Start>,
     /// No setting changes any feature by more than a hundredth of its noise.
     pub invisible: bool,
+}
+
+/// Where the fit of an effect may start.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// Loss to be expected from there, to first order.
+    pub loss: f64,
+    /// Which of the solutions it stands on.
+    pub on: usize,
+    /// That solution's model with the effect, and with the other parameters moved along.
+    pub model: Model<f64>,
 }
 
 /// Values that a parameter which only shapes an effect is tried at.
@@ -90,8 +101,33 @@ fn settings(info: &Info, shaping: &[usize]) -> Vec<[f64; MAX_PARAMETERS]> {
     out
 }
 
-/// Screens one effect on top of a solution. `slot` is where it would stand in the model.
-pub fn screen(problem: &Problem, base: &Solution, base_free: &[Free], trial: &Trial) -> Screened {
+/// Most starts kept of each solution.
+const STARTS: usize = 3;
+
+/// Screens one effect on top of each of `bases`; the gain counts from the first of them.
+pub fn screen(problem: &Problem, bases: &[&Solution], base_free: &[Free], trial: &Trial) -> Screened {
+    let mut starts = Vec::new();
+    let mut invisible = true;
+    for (on, base) in bases.iter().enumerate() {
+        let (here, largest) = screen_on(problem, (on, base), base_free, trial);
+        starts.extend(here);
+        invisible &= largest < 1e-2;
+    }
+    starts.sort_by(|a: &Start, b| a.loss.total_cmp(&b.loss));
+    let before = bases.first().map_or(0.0, |base| {
+        total(&base.grams, &problem.precision(base_free, base.columns.len() - base_free.len())).0
+    });
+    let gain = starts.first().map_or(0.0, |s| before - s.loss);
+    Screened { trial: trial.clone(), gain, starts, invisible }
+}
+
+/// The best starts on one solution, and the largest change that any setting makes.
+fn screen_on(
+    problem: &Problem,
+    (on, base): (usize, &Solution),
+    base_free: &[Free],
+    trial: &Trial,
+) -> (Vec<Start>, f64) {
     let info = trial.info;
     let predicted = &base.predicted;
     let changed = |parameters: [f64; MAX_PARAMETERS]| -> Vec<Features> {
@@ -117,7 +153,14 @@ pub fn screen(problem: &Problem, base: &Solution, base_free: &[Free], trial: &Tr
             strengths.push(k);
         }
     }
-    let mut starts: Vec<(f64, [f64; MAX_PARAMETERS])> = Vec::new();
+    let mut starts: Vec<Start> = Vec::new();
+    let mut start = |loss: f64, parameters: [f64; MAX_PARAMETERS], x: &[f64]| {
+        let mut model = trial.on(&base.model, parameters);
+        for (f, x) in base_free.iter().zip(x) {
+            f.set(&mut model, f.get(&base.model) + f.limited(&base.model, *x));
+        }
+        starts.push(Start { loss, on, model });
+    };
     let mut largest: f64 = 0.0;
     for setting in settings(info, &shaping) {
         let mut columns = Vec::new();
@@ -146,14 +189,12 @@ pub fn screen(problem: &Problem, base: &Solution, base_free: &[Free], trial: &Tr
         if columns.is_empty() {
             continue;
         }
-        let single: Vec<(f64, f64)> = columns
-            .iter()
-            .map(|c| gain(problem, base, base_free, std::slice::from_ref(c)))
-            .map(|(g, x)| (g, x[0]))
-            .collect();
-        let (together, x) = gain(problem, base, base_free, &columns);
+        let single: Vec<(f64, Vec<f64>)> =
+            columns.iter().map(|c| loss_with(problem, base, base_free, std::slice::from_ref(c))).collect();
+        let known = base_free.len();
+        let (together, x) = loss_with(problem, base, base_free, &columns);
         let mut joint = setting;
-        for ((k, s), a) in varied.iter().zip(&x) {
+        for ((k, s), a) in varied.iter().zip(&x[known..]) {
             let p = &info.parameters[*k];
             for j in &strengths {
                 if j != k && !varied.iter().any(|(v, _)| v == j) {
@@ -162,27 +203,23 @@ pub fn screen(problem: &Problem, base: &Solution, base_free: &[Free], trial: &Tr
             }
             joint[*k] = (p.neutral + a * (p.typical - p.neutral)).clamp(p.low, p.high);
         }
-        starts.push((together, joint));
-        for ((k, s), (g, a)) in varied.iter().zip(&single) {
+        start(together, joint, &x);
+        for ((k, s), (l, x)) in varied.iter().zip(&single) {
             if varied.len() > 1 {
                 let p = &info.parameters[*k];
                 let mut one = *s;
-                one[*k] = (p.neutral + a * (p.typical - p.neutral)).clamp(p.low, p.high);
-                starts.push((0.98 * g, one));
+                one[*k] = (p.neutral + x[known] * (p.typical - p.neutral)).clamp(p.low, p.high);
+                start(*l, one, x);
             }
         }
     }
-    starts.sort_by(|a, b| b.0.total_cmp(&a.0));
-    Screened {
-        trial: trial.clone(),
-        gain: starts.first().map_or(0.0, |s| s.0),
-        starts: starts.into_iter().take(3).map(|s| s.1).collect(),
-        invisible: largest < 1e-2,
-    }
+    starts.sort_by(|a, b| a.loss.total_cmp(&b.loss));
+    starts.truncate(STARTS);
+    (starts, largest)
 }
 
-/// Decrease of the loss when `columns` are added, and their coefficients.
-fn gain(
+/// Loss when `columns` are added, and the coefficients of `base_free` and of them.
+fn loss_with(
     problem: &Problem,
     base: &Solution,
     base_free: &[Free],
@@ -192,9 +229,8 @@ fn gain(
     all.extend(columns.iter().cloned());
     let grams = problem.grams(&base.residual, &all);
     let with = problem.precision(base_free, all.len() - base_free.len());
-    let (before, _) = total(&base.grams, &problem.precision(base_free, base.columns.len() - base_free.len()));
-    let (after, x) = total(&grams, &with);
-    (before - after, x[base_free.len()..all.len()].to_vec())
+    let (loss, x) = total(&grams, &with);
+    (loss, x[..all.len()].to_vec())
 }
 
 fn total(grams: &[gls::Gram], precision: &[f64]) -> (f64, Vec<f64>) {

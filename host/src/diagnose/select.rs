@@ -10,17 +10,21 @@
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 use stickslip_shared::effects::Info;
-use stickslip_shared::model::MAX_EFFECTS;
+use stickslip_shared::model::{MAX_EFFECTS, Model};
 
 use crate::diagnose::features::Features;
 use crate::diagnose::gls;
 use crate::diagnose::misfit::{self, Misfit};
 use crate::diagnose::problem::Problem;
-use crate::diagnose::screen::{Screened, Trial, screen};
+use crate::diagnose::screen::{Screened, Start, Trial, screen};
 use crate::fit::{self, FOLDS, Free, Solution};
 
 /// Longest wave that counts as one, in paths.
 const LONGEST_WAVE: f64 = 1.5;
+/// A fit whose loss is beyond this many times what its linear model promises did not converge.
+const CONVERGED: f64 = 1.2;
+/// Precision of a parameter that stays where it is.
+const FIXED: f64 = 1e15;
 /// Gauss-Newton steps of a candidate.
 const STEPS: usize = 8;
 
@@ -56,7 +60,17 @@ pub struct Candidate {
 pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held {
     let n = free.len();
     let precision = problem.precision(&free, 0);
-    let folds = gls::fold_solutions(&solution.grams, &precision, FOLDS);
+    let mut folds = gls::fold_solutions(&solution.grams, &precision, FOLDS);
+    // Where the fit could not follow the linear model any further, folds must not either.
+    let linear = gls::solve(solution.grams.iter().map(|g| (1.0, g)), &precision).map_or(0.0, |x| {
+        let prior: f64 = x.iter().zip(&precision).map(|(x, p)| p * x * x).sum();
+        solution.grams.iter().map(|g| gls::loss(g, &x)).sum::<f64>() + prior
+    });
+    if solution.loss.1 > CONVERGED * linear + free.len() as f64 {
+        let mut fixed = precision.clone();
+        fixed[..n].fill(FIXED);
+        folds = gls::fold_solutions(&solution.grams, &fixed, FOLDS);
+    }
     let residual: Vec<Features> = solution
         .residual
         .iter()
@@ -142,6 +156,15 @@ fn parameter_p_value(problem: &Problem, solution: &Solution, free: &[Free], from
     }
 }
 
+/// One probability from tests of the same question on the same data: Cauchy's combination (Liu
+/// and Xie 2020), which holds however the tests depend on each other where it is small. What
+/// speaks against the effect in one test is bounded, so that it cannot silence the others.
+pub fn combined(p: &[f64]) -> f64 {
+    let lift = |p: &f64| (std::f64::consts::PI * (0.5 - p.clamp(1e-15, 0.9))).tan();
+    let mean = p.iter().map(lift).sum::<f64>() / p.len() as f64;
+    0.5 - mean.atan() / std::f64::consts::PI
+}
+
 /// Student's t of the mean of `a - b`, with its degrees of freedom.
 pub fn paired(a: &[f64], b: &[f64]) -> Option<(f64, f64)> {
     let mut d: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
@@ -167,11 +190,13 @@ pub fn explained(before: &Misfit, after: &Misfit) -> f64 {
     if before.excess > 0.0 { 1.0 - after.excess / before.excess } else { 0.0 }
 }
 
-/// Screens all of `trials` that `base` does not have, and refits the best. Returns candidates with the
-/// best held-out loss first, and the effects that cannot be seen.
+/// Screens all of `trials` that `base` does not have, and refits the best, from `base` or from one
+/// of `others`. Returns candidates with the best held-out loss first, and the effects that
+/// cannot be seen.
 pub fn candidates(
     problem: &Problem,
     base: &Held,
+    others: &[Solution],
     trials: &[Trial],
     survivors: usize,
     tick: &(dyn Fn() + Sync),
@@ -187,11 +212,12 @@ pub fn candidates(
             Some(program) => model.formulas.contains(program),
         }
     };
+    let bases: Vec<&Solution> = std::iter::once(&base.solution).chain(others).collect();
     let mut screened: Vec<Screened> = trials
         .iter()
         .filter(|t| !has(t))
         .map(|t| {
-            let s = screen(problem, &base.solution, &base.free, t);
+            let s = screen(problem, &bases, &base.free, t);
             tick();
             s
         })
@@ -202,7 +228,7 @@ pub fn candidates(
     let kept = screened.into_iter().filter(|s| s.gain > 0.02 * most && s.gain > 1.0).take(survivors);
     let mut out: Vec<Candidate> = kept
         .filter_map(|s| {
-            let c = refit(problem, base, &s);
+            let c = refit(problem, base, &bases, &s);
             tick();
             c
         })
@@ -221,8 +247,34 @@ fn longest_path(problem: &Problem) -> f64 {
     problem.campaign.runs.iter().map(|r| r.prepared.drive_path()).fold(0.0, f64::max)
 }
 
+/// `start`, or as much of the way there from `on` as does not make matters worse: past the edge at
+/// which a contact lets go, first order says nothing.
+pub fn within_reach(
+    problem: &Problem,
+    on: &Solution,
+    start: &Start,
+    free: &[Free],
+    slot: usize,
+) -> Model<f64> {
+    let mut model = start.model.clone();
+    for share in [1.0, 0.7, 0.4, 0.15] {
+        for f in free {
+            let from = match f {
+                Free::Effect { slot: s, of, .. } if *s == slot && of.typical == of.neutral => continue,
+                Free::Effect { slot: s, of, .. } if *s == slot => of.neutral,
+                _ => f.get(&on.model),
+            };
+            f.set(&mut model, from + share * (f.get(&start.model) - from));
+        }
+        if fit::loss_at(problem, &model, free) < on.loss.1 {
+            return model;
+        }
+    }
+    start.model.clone()
+}
+
 /// `screened` fitted together with what `base` has; `None` where it does not apply.
-fn refit(problem: &Problem, base: &Held, screened: &Screened) -> Option<Candidate> {
+fn refit(problem: &Problem, base: &Held, bases: &[&Solution], screened: &Screened) -> Option<Candidate> {
     let slot = base.solution.model.effects.len();
     let mut free = base.free.clone();
     free.extend(Free::of_effect(screened.trial.info, slot));
@@ -230,10 +282,11 @@ fn refit(problem: &Problem, base: &Held, screened: &Screened) -> Option<Candidat
     let begun = screened
         .starts
         .iter()
-        .take(2)
-        .map(|start| {
-            let model = screened.trial.on(&base.solution.model, *start);
-            fit::solve_with(problem, &model, &free, 1, &base.solution.columns)
+        .take(1 + bases.len())
+        .filter_map(|start| {
+            let on = bases.get(start.on)?;
+            let model = within_reach(problem, on, start, &free, slot);
+            Some(fit::solve_with(problem, &model, &free, 1, &on.columns))
         })
         .min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))?;
     let best = fit::solve_with(problem, &begun.model, &free, STEPS, &begun.columns[..base.free.len()]);
@@ -245,10 +298,10 @@ fn refit(problem: &Problem, base: &Held, screened: &Screened) -> Option<Candidat
     }
     let parameters = parameter_p_value(problem, &best, &free, base.free.len(), screened.trial.info);
     let held = hold_out(problem, best, free);
-    // Three tests of the same question: the best one counts, at three times its probability.
+    // Three tests of the same question, one probability.
     let differences = p_value(&base.loss, &held.loss);
     let ratios = p_value(&log_loss(problem, &base.loss), &log_loss(problem, &held.loss));
-    let p_value = (3.0 * differences.min(ratios).min(parameters)).min(1.0);
+    let p_value = combined(&[differences, ratios, parameters]);
     let explained = explained(&base.misfit, &held.misfit);
     Some(Candidate { info: screened.trial.info, held, p_value, explained })
 }
