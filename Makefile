@@ -76,7 +76,7 @@ no-panic: firmware-g474 ## No panic can be reached from the predictor's tick
 
 cost: setup ## Instructions of the tick and its parts on the emulated board
 	cargo build -p stickslip-firmware --features cost --bin cost $(BOARD_BUILD)
-	cargo run --release -p stickslip-host -- cost
+	cargo run --release -p stickslip-host -- cost --cases data/worst/*.json
 
 bench: ## The complementarity solvers against QuantEcon, Drake and Siconos, on the same problems
 	@tools/bench/lcp.sh
