@@ -72,6 +72,16 @@ pub fn summary(data: &DataSummary, reports: &[ModelReport], changes: &[Change], 
         factor(overall(first)),
         factor(overall(last)),
     );
+    let sizes = changes.iter().filter_map(|c| Some((c, c.multiples_before?, c.multiples_after?)));
+    let change = |(_, before, after): &(&Change, f64, f64)| (before * before - after * after).abs();
+    if let Some((c, from, to)) = sizes.max_by(|a, b| change(a).total_cmp(&change(b))) {
+        words += &format!(
+            ", most in {} from {} to {}",
+            place_words(&c.place, many_primitives(&first.errors)),
+            factor(from),
+            factor(to),
+        );
+    }
     if data.noise_floor == Source::Repetitions && !single {
         words += &format!("; {} of {before} failures are gone", count(Fate::Gone));
         match count(Fate::New) {
@@ -150,7 +160,8 @@ pub fn notes(
             "One trial: lack of fit is not tested. The noise floor is the scatter of its repetitions.".into(),
         ),
         Source::Repetitions => notes.push(format!(
-            "Noise floor: scatter of repetitions ({} of {} conditions were run more than once). Lack of fit: F test \
+            "Noise floor: scatter of repetitions ({} of {} conditions were run more than once), of the measurement or of \
+             a model's errors, whichever is less; the same for all models. Lack of fit: F test \
              of the conditions' mean errors against that scatter, corrected for all looks (Holm), family-wise level \
              {SIGNIFICANCE}.",
             data.repeated_conditions, data.conditions,
@@ -167,10 +178,19 @@ pub fn notes(
     }
     if options.forces == Forces::OutsideBand {
         notes.push(
-            "Forces that rigid contact leaves open (several pads that stick can bear any part of each other's load): an \
-             error is what lies outside the interval of all force distributions with the same motion, net wrench and \
-             grip. The line drawn is the one of least elastic energy among them. --no-force-bands counts the distance \
-             to that line."
+            "Forces that rigid contact leaves open (several pads that stick can bear any part of each other's load; what \
+             sticks to a plate answers micrometres of the gripper's path): an error is what lies outside the interval \
+             of all force distributions with the same motion, net wrench and grip, and of paths within 5 um of the \
+             measured one. The line drawn is the one of least elastic energy. --no-force-bands counts the distance to \
+             that line."
+                .into(),
+        );
+    }
+    if options.forces == Forces::OutsideBand && reports.iter().any(|r| r.errors.iter().any(|e| e.fails)) {
+        notes.push(
+            "Pads give way: no rigid model is better than about 0.05 mm and 3 mrad, nor than half of the weight while \
+             things rest against each other. Failures below that are counted here, but not by `diagnose`, whose error \
+             after the right effect is therefore closer to the floor."
                 .into(),
         );
     }
