@@ -124,7 +124,7 @@ pub struct ErrorRow {
     pub multiples: Option<f64>,
     /// Lack of fit against the repetitions; `null` without repetitions.
     pub lack_of_fit: Option<Test>,
-    /// Whether lack of fit is significant after correction.
+    /// Whether lack of fit is significant after correction and the error above the floor.
     pub fails: bool,
     /// Channel number.
     #[serde(skip)]

@@ -10,6 +10,7 @@
 mod base;
 pub mod conditions;
 pub mod document;
+mod give;
 pub mod noise;
 pub mod regions;
 pub mod rows;
@@ -40,11 +41,12 @@ const BANDS: usize = 12;
 /// The same for a trial that is drawn.
 const DRAWN_BANDS: usize = 48;
 
-/// What counts as an error of a force that rigid contact leaves open.
+/// What counts as an error where rigid contact leaves something open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Forces {
     /// What is outside the interval of all force distributions with the same motion, net wrench
-    /// and grip, and of all paths that cannot be told from the measured one.
+    /// and grip, of all paths that cannot be told from the measured one, and of what pads of
+    /// real stiffness give way by ([`give`]).
     #[default]
     OutsideBand,
     /// The distance to the solution that the model returns, that of least elastic energy.
@@ -160,6 +162,16 @@ impl NamedModel {
                     // `min` and `max` pass over a NaN.
                     (*low, *high) = (low.min(value), high.max(value));
                 }
+            }
+        }
+        let give = give::give(prepared);
+        for (sample, band) in &mut bands {
+            let value = simulated.signals.get(*sample).copied().unwrap_or([f64::NAN; COUNT]);
+            let rest = phases.range(Phase::End).contains(sample);
+            for (channel, (low, high)) in band.iter_mut().enumerate() {
+                let by = give.of(channel, rest);
+                // A band that is narrower than that, or not known, is widened to it.
+                (*low, *high) = (low.min(value[channel] - by), high.max(value[channel] + by));
             }
         }
         bands

@@ -60,17 +60,23 @@ pub fn summary(data: &DataSummary, reports: &[ModelReport], changes: &[Change], 
     }
     let count = |fate| changes.iter().filter(|c| c.fate == fate).count();
     let before = count(Fate::Gone) + count(Fate::Smaller) + count(Fate::Remains);
-    let overall = |report: &ModelReport| {
-        let known: Vec<f64> = report.trials.iter().filter_map(|t| t.multiples).collect();
+    let trials = if data.held_out { "held-out trials" } else { "trials" };
+    let mut words = format!("From {} to {} the error of the {trials}", first.name, last.name);
+    // Where both agree with the measurement there is nothing to tell them apart.
+    let failing: Vec<&Change> = changes.iter().filter(|c| c.fate != Fate::Fits).collect();
+    let (some, of): (Vec<&Change>, &str) = if failing.is_empty() {
+        (changes.iter().collect(), "")
+    } else {
+        (failing, " where either of them fails")
+    };
+    let overall = |side: fn(&Change) -> Option<f64>| {
+        let known: Vec<f64> = some.iter().filter_map(|c| side(c)).collect();
         (known.iter().map(|m| m * m).sum::<f64>() / known.len().max(1) as f64).sqrt()
     };
-    let trials = if data.held_out { "held-out trials" } else { "trials" };
-    let mut words = format!(
-        "From {} to {} the error of the {trials} goes from {} to {} times the noise floor",
-        first.name,
-        last.name,
-        factor(overall(first)),
-        factor(overall(last)),
+    words += &format!(
+        " goes from {} to {} times the noise floor{of}",
+        factor(overall(|c| c.multiples_before)),
+        factor(overall(|c| c.multiples_after)),
     );
     let sizes = changes.iter().filter_map(|c| Some((c, c.multiples_before?, c.multiples_after?)));
     let change = |(_, before, after): &(&Change, f64, f64)| (before * before - after * after).abs();
@@ -186,11 +192,10 @@ pub fn notes(
                 .into(),
         );
     }
-    if options.forces == Forces::OutsideBand && reports.iter().any(|r| r.errors.iter().any(|e| e.fails)) {
+    if options.forces == Forces::OutsideBand {
         notes.push(
-            "Pads give way: no rigid model is better than about 0.05 mm and 3 mrad, nor than half of the weight while \
-             things rest against each other. Failures below that are counted here, but not by `diagnose`, whose error \
-             after the right effect is therefore closer to the floor."
+            "Pads give way: no rigid model is better than 0.05 mm, 1 % of the path and 3 mrad, nor than half of the weight \
+             while things rest against each other. An error is what is beyond that, as in `diagnose`."
                 .into(),
         );
     }
