@@ -46,7 +46,7 @@ const DRAWN_BANDS: usize = 48;
 pub enum Forces {
     /// What is outside the interval of all force distributions with the same motion, net wrench
     /// and grip, of all paths that cannot be told from the measured one, and of what pads of
-    /// real stiffness give way by ([`give`]).
+    /// real stiffness give way by (see `give.rs`).
     #[default]
     OutsideBand,
     /// The distance to the solution that the model returns, that of least elastic energy.
