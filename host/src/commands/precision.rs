@@ -6,13 +6,13 @@ use anyhow::{Context, ensure};
 use serde::Serialize;
 
 use super::compare::read_model;
-use super::stream::default_model;
 use crate::dataset::Index;
 use crate::device::package::Package;
 use crate::hunt::run::{Genes, package};
 use crate::hunt::search::Candidate;
 use crate::lcp_gen::rng;
 use crate::lcp_solve::percentile;
+use crate::model_file::default_model;
 use crate::output::{Output, table};
 use crate::precision::{StepPair, compare, walk};
 

@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
-use stickslip_shared::model::{Base, Friction, Model};
 use stickslip_shared::predictor::{flags, validity};
 use stickslip_shared::wire::{self, Info, TelemetryReport};
 
@@ -15,6 +14,7 @@ use crate::device::Device;
 use crate::device::package::Package;
 use crate::device::session::{self, Event, Outcome};
 use crate::log;
+use crate::model_file::default_model;
 use crate::output::{Output, table};
 use crate::replay::{SAMPLE_RECORD, TELEMETRY_RECORD};
 
@@ -141,16 +141,6 @@ fn find(
         }
     })?;
     Ok((ordinal, info.clone()))
-}
-
-/// The model where none is given.
-pub(super) fn default_model() -> Model<f64> {
-    Model {
-        base: Base::Hard,
-        friction: Friction { finger: 0.4, pusher: 0.25, support: 0.3 },
-        effects: heapless::Vec::new(),
-        formulas: heapless::Vec::new(),
-    }
 }
 
 fn describe(info: &Info) -> String {
