@@ -6,10 +6,11 @@ use anyhow::Context;
 use serde::Serialize;
 
 use super::compare::read_model;
-use super::stream::default_model;
+use crate::compare::friction::default_model;
 use crate::cost::{self, Counts, Part, TICK_INSTRUCTIONS, TickCost};
 use crate::dataset::Index;
 use crate::device::package::Package;
+use crate::device::qemu::built;
 use crate::output::{Output, table};
 
 /// Command line of `stickslip cost`.
@@ -63,7 +64,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             packages.push(Package::new(&reader.description, &model, &trial, ordinal)?);
         }
     }
-    let program = args.program.clone().unwrap_or_else(cost::default_program);
+    let program = args.program.clone().unwrap_or_else(|| built("STICKSLIP_COST", "cost"));
     let recorded = cost::count(&program, &packages, (0, 0, 0.0))?;
     let varied = match args.selftest {
         0 => Counts::default(),
