@@ -70,6 +70,7 @@ size: firmware-g474 ## Flash and RAM of the firmware for the real board, against
 	@size $(OUT)/stickslip-nucleo-g474re | awk -v flash=$(FLASH_LIMIT) -v ram=$(RAM_LIMIT) 'NR == 2 { \
 		printf "flash %d of %d bytes, static RAM %d of %d\n", $$1 + $$2, flash, $$2 + $$3, ram; \
 		exit ($$1 + $$2 > flash || $$2 + $$3 > ram) }'
+	STICKSLIP_G474_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re cargo test -q -p stickslip-host --test memory_map
 
 no-panic: firmware-g474 ## No panic can be reached from the control task
 	STICKSLIP_NO_PANIC_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re cargo test -p stickslip-host --test no_panic

@@ -6,11 +6,11 @@ use anyhow::Context;
 use serde::Serialize;
 
 use super::compare::read_model;
-use crate::compare::friction::default_model;
 use crate::cost::{self, Counts, Part, TICK_INSTRUCTIONS, TickCost};
 use crate::dataset::Index;
 use crate::device::package::Package;
 use crate::device::qemu::built;
+use crate::model_file::default_model;
 use crate::output::{Output, table};
 
 /// Command line of `stickslip cost`.

@@ -92,7 +92,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     let mut base = match &args.model {
         Some(path) => crate::model_file::ModelFile::read(path)?.to_model(),
-        None => super::calibrate::plain(),
+        None => crate::model_file::default_model(),
     };
     if !base.effects.is_empty() {
         output.note("MuJoCo gets the model's friction only: its effects act in the own model alone");
@@ -199,12 +199,7 @@ fn named(
     simulated: Vec<Simulated>,
 ) -> NamedModel {
     let recorded: BTreeMap<String, Simulated> = loaded.iter().map(|l| l.id.clone()).zip(simulated).collect();
-    NamedModel {
-        name: name.into(),
-        origin: origin.into(),
-        model: base.clone(),
-        recorded: Some(Arc::new(recorded)),
-    }
+    NamedModel { recorded: Some(Arc::new(recorded)), ..NamedModel::own(name, origin, base.clone()) }
 }
 
 fn export(

@@ -8,9 +8,9 @@ use serde::Serialize;
 use stickslip_shared::predictor::{Intent, Limits, Plan, Prediction};
 
 use super::compare::read_model;
-use crate::compare::friction::default_model;
 use crate::dataset::Index;
 use crate::log;
+use crate::model_file::default_model;
 use crate::output::{Output, table};
 use crate::replay::{
     Difference, FLAGS, PREDICTION_RECORD, Span, VALIDITY, feed, first_difference, hash, read_predictions,

@@ -6,8 +6,8 @@ use serde::Serialize;
 use stickslip_shared::predictor::Limits;
 
 use super::compare::read_model;
-use crate::compare::friction::default_model;
 use crate::dataset::Index;
+use crate::model_file::default_model;
 use crate::output::{Output, table};
 use crate::report;
 use crate::score::calibration::{Calibration, Stated};

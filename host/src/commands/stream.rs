@@ -8,12 +8,12 @@ use stickslip_shared::predictor::{flags, validity};
 use stickslip_shared::wire::{self, Info, TelemetryReport};
 
 use super::compare::read_model;
-use crate::compare::friction::default_model;
 use crate::dataset::Index;
 use crate::device::Device;
 use crate::device::package::Package;
 use crate::device::session::{self, Event, Outcome};
 use crate::log;
+use crate::model_file::default_model;
 use crate::output::{Output, table};
 use crate::replay::{SAMPLE_RECORD, TELEMETRY_RECORD};
 
