@@ -33,13 +33,6 @@ fn main() {
     let built = out.ancestors().nth(3).expect("OUT_DIR lies below the profile's folder");
     fs::write(built.join("reference.txt"), lines).expect("the target folder can be written");
     println!("cargo:rerun-if-changed=build.rs");
-    if env::var_os("CARGO_FEATURE_MPS2_AN386").is_some() {
-        let map =
-            PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it")).join("../memory.x");
-        fs::copy(&map, out.join("memory.x")).expect("memory.x is in the workspace's root");
-        println!("cargo:rerun-if-changed={}", map.display());
-        println!("cargo:rustc-link-search={}", out.display());
-    }
     println!("cargo:rustc-link-arg-tests=--nmagic");
     println!("cargo:rustc-link-arg-tests=-Tlink.x");
     println!("cargo:rustc-link-arg-tests=-Tdefmt.x");

@@ -62,12 +62,12 @@ mod tests {
         assert_eq!(upload.take(&piece(0)), Ok(()));
         assert_eq!(upload.take(&piece(16)), Err(Refusal::Offset { expected: 8 }));
         let short = ModelCommit { length: 9, crc: 0 };
-        assert_eq!(upload.commit(&short).err(), Some(Refusal::Length { received: 8 }));
+        assert_eq!(upload.commit(&short, &mut None).err(), Some(Refusal::Length { received: 8 }));
         let crc = crc32(&[1; 8]);
         let wrong = ModelCommit { length: 8, crc: !crc };
-        assert_eq!(upload.commit(&wrong).err(), Some(Refusal::Crc { received: crc }));
+        assert_eq!(upload.commit(&wrong, &mut None).err(), Some(Refusal::Crc { received: crc }));
         let garbage = ModelCommit { length: 8, crc };
-        assert_eq!(upload.commit(&garbage).err(), Some(Refusal::Undecodable));
+        assert_eq!(upload.commit(&garbage, &mut None).err(), Some(Refusal::Undecodable));
     }
 
     #[test]

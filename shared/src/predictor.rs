@@ -575,6 +575,8 @@ impl<R: Real> Predictor<R> {
         Poses { carrier, pusher, ..raw }
     }
 
+    // A function of its own: its stack is not that of every tick.
+    #[inline(never)]
     fn start(&mut self, sample: &Sample<R>) -> Option<()> {
         let object = sample.object?;
         let support = support_pose(&self.scene, &object);
@@ -653,6 +655,7 @@ impl<R: Real> Predictor<R> {
     }
 
     /// Settles the object for a tick; `false` where it has nothing to settle.
+    #[inline(never)]
     fn settle(&mut self) -> bool {
         let Some(Tracked { state, settling, .. }) = &mut self.tracked else { return false };
         let Some(going) = settling else { return false };

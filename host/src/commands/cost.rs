@@ -9,6 +9,7 @@ use super::compare::read_model;
 use crate::cost::{self, Counts, Part, TICK_INSTRUCTIONS, TickCost};
 use crate::dataset::Index;
 use crate::device::package::Package;
+use crate::device::qemu::built;
 use crate::hunt::run::Case;
 use crate::model_file::default_model;
 use crate::output::{Output, table};
@@ -82,7 +83,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             packages.push(Package::new(&reader.description, &model, &trial, ordinal)?);
         }
     }
-    let program = args.program.clone().unwrap_or_else(cost::default_program);
+    let program = args.program.clone().unwrap_or_else(|| built("STICKSLIP_COST", "cost"));
     let recorded = cost::count(&program, &packages, (0, 0, 0.0))?;
     let varied = match args.selftest {
         0 => Counts::default(),
