@@ -5,7 +5,7 @@
 //! `cargo run --release -p stickslip-host --example calibration_coverage [SEEDS [SHARE]]`
 
 use stickslip_host::calibrate::{Coefficient, Share, calibrate, name};
-use stickslip_host::commands::calibrate::plain;
+use stickslip_host::model_file::default_model;
 use stickslip_host::rig::plan::{PlanName, conditions, trials};
 use stickslip_host::rig::{self, Nuisance, Reality, STEP_S, Setup, objects};
 
@@ -42,7 +42,8 @@ fn main() -> anyhow::Result<()> {
                     rig::simulate(&setup, condition, *run, seed).map(|t| (at, t)).map_err(anyhow::Error::msg)
                 })
                 .collect::<anyhow::Result<Vec<_>>>()?;
-            let found = calibrate(&setup.description, primitive, &recorded, &plain(), Share::of(share))?;
+            let found =
+                calibrate(&setup.description, primitive, &recorded, &default_model(), Share::of(share))?;
             for e in &found.estimates {
                 let truth = match e.coefficient {
                     Coefficient::Finger => truth.0,

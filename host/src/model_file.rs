@@ -25,6 +25,12 @@ pub const FORMAT: &str = "stickslip-model/1";
 /// Lowest and highest value that the data allow, by parameter name.
 pub type Intervals = BTreeMap<String, [f64; 2]>;
 
+/// The hard model without effects, with the coefficients that a user most likely has: where
+/// no model is given.
+pub fn default_model() -> Model<f64> {
+    Model::base(Base::Hard, Friction { finger: 0.4, pusher: 0.25, support: 0.3 })
+}
+
 /// A model as its file says it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelFile {

@@ -1,164 +1,134 @@
-//! The noise floor of measurements: what differs between runs of equal conditions, for each
-//! channel and phase, whatever its cause (pure error), beside the sensors' white noise.
+//! The noise floor: what differs between runs of equal conditions, whatever its cause.
 //!
-//! Runs are aligned at contact onset and compared sample by sample on the first run's times:
-//! pooled variance `sum (x - mean)^2 / sum (n - 1)`. Without repetitions there is no floor:
-//! `None`, never zero.
+//! A run's signal in one phase is reduced to its course: means over eight sections of equal
+//! length, so that runs of different length compare. Their scatter from run to run, pooled
+//! over conditions, `sum (x - mean)^2 / sum (n - 1)`, and the noise from sample to sample make
+//! the floor. Without repetitions there is none: `None`, never zero.
 
-use crate::channels::{COUNT, Signals};
-use crate::dataset::TrialInfo;
+/// Sections of equal length into which a phase is cut.
+pub const SECTIONS: usize = 8;
+/// Fewer samples than this say nothing about a phase.
+pub const FEWEST_SAMPLES: u32 = 3;
 
-/// One run, as the noise floor sees it.
-#[derive(Clone, Copy, Debug)]
-pub struct Run<'r> {
-    /// Time stamps.
-    pub t_s: &'r [f64],
-    /// Time of contact: the zero of alignment.
-    pub onset_s: f64,
-    /// One for each time stamp.
-    pub signals: &'r [Signals],
-    /// Phase of each sample, below `P`.
-    pub phase: &'r [usize],
+/// Mean course of one signal over one phase.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Course {
+    /// Samples in which it is known.
+    pub samples: u32,
+    /// Over the phase; NaN where nothing is known.
+    pub mean: f64,
+    /// Over each section; NaN where it holds no sample.
+    pub sections: [f64; SECTIONS],
 }
 
-/// Pooled sum of squares.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Pool {
-    squares: f64,
-    degrees: f64,
-    groups: usize,
-}
+impl Course {
+    /// Course of `values`; NaN: not measured.
+    pub fn of(values: &[f64]) -> Self {
+        let mut sums = [(0.0, 0u32); SECTIONS];
+        for (i, x) in values.iter().enumerate().filter(|(_, x)| x.is_finite()) {
+            let section = &mut sums[i * SECTIONS / values.len()];
+            section.0 += x;
+            section.1 += 1;
+        }
+        let mean = |(sum, count): (f64, u32)| if count > 0 { sum / f64::from(count) } else { f64::NAN };
+        let all = sums.iter().fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        Self { samples: all.1, mean: mean(all), sections: sums.map(mean) }
+    }
 
-/// Pure error of each channel in each of `P` phases.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PureError<const P: usize> {
-    pools: Vec<[Pool; P]>,
-}
+    /// Whether enough samples stand behind it.
+    pub fn is_known(&self) -> bool {
+        self.samples >= FEWEST_SAMPLES
+    }
 
-impl<const P: usize> Default for PureError<P> {
-    fn default() -> Self {
-        PureError { pools: vec![[Pool::default(); P]; COUNT] }
+    /// Adds a constant to the signal.
+    pub fn shift(&mut self, by: f64) {
+        self.mean += by;
+        self.sections.iter_mut().for_each(|s| *s += by);
     }
 }
 
-impl<const P: usize> PureError<P> {
-    /// Adds one group of runs of equal conditions; fewer than two add nothing.
-    pub fn add(&mut self, runs: &[Run<'_>]) {
-        let Some((first, others)) = runs.split_first() else { return };
-        let mut fresh = vec![[Pool::default(); P]; COUNT];
-        let mut cursors = vec![0; others.len()];
-        for ((t_s, signals), phase) in first.t_s.iter().zip(first.signals).zip(first.phase) {
-            let since_s = t_s - first.onset_s;
-            let rows: Vec<Signals> = others
-                .iter()
-                .zip(&mut cursors)
-                .filter_map(|(run, cursor)| at(run, since_s + run.onset_s, cursor))
-                .collect();
-            for (channel, pools) in fresh.iter_mut().enumerate() {
-                let Some(pool) = pools.get_mut(*phase) else { continue };
-                let values = std::iter::once(signals)
-                    .chain(&rows)
-                    .filter_map(|row| row.get(channel).copied())
-                    .filter(|value| !value.is_nan());
-                let (count, sum) = values.clone().fold((0.0, 0.0), |(n, s), x| (n + 1.0, s + x));
-                if count >= 2.0 {
-                    let mean: f64 = sum / count;
-                    pool.squares += values.map(|x| (x - mean).powi(2)).sum::<f64>();
-                    pool.degrees += count - 1.0;
-                    pool.groups = 1;
-                }
-            }
+/// Sum of squares about the mean of what is finite, and its degrees of freedom.
+pub fn about_mean(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let values = values.filter(|x| x.is_finite());
+    let (n, sum) = values.clone().fold((0.0, 0.0), |(n, s), x| (n + 1.0, s + x));
+    if n < 2.0 {
+        return (0.0, 0.0);
+    }
+    (values.map(|x| (x - sum / n).powi(2)).sum(), n - 1.0)
+}
+
+/// Scatter of one signal in one phase, pooled over conditions.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pool {
+    squares: f64,
+    degrees: f64,
+    white_sq: f64,
+    samples: f64,
+    runs: f64,
+}
+
+impl Pool {
+    /// Adds the runs of one condition: the course of each and its noise from sample to sample.
+    pub fn add<'a>(&mut self, runs: impl Iterator<Item = (&'a Course, f64)> + Clone) {
+        let runs = runs.filter(|(course, _)| course.is_known());
+        for (course, white) in runs.clone() {
+            self.samples += f64::from(course.samples);
+            self.white_sq += white * white;
+            self.runs += 1.0;
         }
-        self.merge(&PureError { pools: fresh });
+        for section in 0..SECTIONS {
+            let (squares, degrees) = about_mean(runs.clone().map(|(course, _)| course.sections[section]));
+            self.squares += squares;
+            self.degrees += degrees;
+        }
     }
 
     /// Adds what another holds.
     pub fn merge(&mut self, other: &Self) {
-        for (mine, others) in self.pools.iter_mut().flatten().zip(other.pools.iter().flatten()) {
-            mine.squares += others.squares;
-            mine.degrees += others.degrees;
-            mine.groups += others.groups;
+        self.squares += other.squares;
+        self.degrees += other.degrees;
+        self.white_sq += other.white_sq;
+        self.samples += other.samples;
+        self.runs += other.runs;
+    }
+
+    /// Standard deviation of the noise from sample to sample; zero where nothing is known.
+    pub fn white(&self) -> f64 {
+        if self.runs > 0.0 { (self.white_sq / self.runs).sqrt() } else { 0.0 }
+    }
+
+    /// Root mean square of what differs between runs; `None` where nothing was repeated.
+    pub fn floor(&self) -> Option<f64> {
+        if !(self.degrees > 0.0) {
+            return None;
         }
-    }
-
-    /// Standard deviation between runs; `None` where nothing was repeated.
-    #[must_use]
-    pub fn sigma(&self, channel: usize, phase: usize) -> Option<f64> {
-        let pool = self.pools.get(channel)?.get(phase)?;
-        (pool.degrees > 0.0).then(|| (pool.squares / pool.degrees).sqrt())
-    }
-
-    /// Groups of runs behind [`PureError::sigma`].
-    #[must_use]
-    pub fn groups(&self, channel: usize, phase: usize) -> usize {
-        self.pools.get(channel).and_then(|pools| pools.get(phase)).map_or(0, |pool| pool.groups)
+        let white_sq = self.white().powi(2);
+        // A section's mean holds its share of the sample noise already.
+        let in_section = (self.samples / self.runs / SECTIONS as f64).max(1.0);
+        let between = (self.squares / self.degrees - white_sq / in_section).max(0.0);
+        Some((between + white_sq).sqrt())
     }
 }
 
-/// A run's channels at a time, linear between samples; `None` outside its samples.
-fn at(run: &Run<'_>, t_s: f64, cursor: &mut usize) -> Option<Signals> {
-    while run.t_s.get(*cursor + 1).is_some_and(|next| *next <= t_s) {
-        *cursor += 1;
-    }
-    let (from_s, from) = (*run.t_s.get(*cursor)?, run.signals.get(*cursor)?);
-    if t_s < from_s {
+/// Standard deviation of white noise, from the median of the differences of neighbouring
+/// samples: motion and steps hardly enter it. `None` for fewer than eight differences.
+pub fn white_noise(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut last = f64::NAN;
+    let mut differences: Vec<f64> = values
+        .map(|x| {
+            let d = (x - last).abs();
+            last = x;
+            d
+        })
+        .filter(|d| d.is_finite())
+        .collect();
+    if differences.len() < 8 {
         return None;
     }
-    let Some((to_s, to)) = run.t_s.get(*cursor + 1).copied().zip(run.signals.get(*cursor + 1)) else {
-        return (t_s == from_s).then_some(*from);
-    };
-    let share = (t_s - from_s) / (to_s - from_s);
-    let mut row = *from;
-    if share > 0.0 {
-        for (value, next) in row.iter_mut().zip(to) {
-            *value += share * (next - *value);
-        }
-    }
-    Some(row)
-}
-
-/// Trials that share every condition, as places in `infos`, in order of first appearance; a
-/// group of one is no repetition.
-#[must_use]
-pub fn repetitions(infos: &[TrialInfo]) -> Vec<Vec<usize>> {
-    let same = |a: &TrialInfo, b: &TrialInfo| {
-        // Everything but the name, the file and the run; free columns are conditions too only
-        // where the format says so, which it does not.
-        a.object == b.object
-            && a.primitive == b.primitive
-            && a.grip_n == b.grip_n
-            && a.speed_m_s == b.speed_m_s
-            && a.speed_rad_s == b.speed_rad_s
-            && a.slope_rad == b.slope_rad
-            && a.pusher_offset_m == b.pusher_offset_m
-            && a.run.is_some()
-            && b.run.is_some()
-            && a.run != b.run
-    };
-    let key = |info: &TrialInfo| {
-        let bits = |number: Option<f64>| number.map(f64::to_bits);
-        (
-            info.object.clone(),
-            info.primitive.clone(),
-            [info.grip_n, info.speed_m_s, info.speed_rad_s, info.slope_rad, info.pusher_offset_m].map(bits),
-        )
-    };
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    let mut by_key = std::collections::BTreeMap::new();
-    for (place, info) in infos.iter().enumerate() {
-        let group = *by_key.entry(key(info)).or_insert_with(|| {
-            groups.push(Vec::new());
-            groups.len() - 1
-        });
-        let Some(members) = groups.get_mut(group) else { continue };
-        if members.iter().all(|member| infos.get(*member).is_some_and(|other| same(other, info))) {
-            members.push(place);
-        } else {
-            // Equal conditions without a run, or a run number twice: no repetition.
-            groups.push(vec![place]);
-        }
-    }
-    groups
+    let middle = differences.len() / 2;
+    let (_, median, _) = differences.select_nth_unstable_by(middle, f64::total_cmp);
+    // The median of |d| is 0.6745 sqrt(2) sigma.
+    Some(*median / (0.6745 * std::f64::consts::SQRT_2))
 }
 
 #[cfg(test)]
@@ -166,50 +136,43 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pure_error_is_the_pooled_standard_deviation_after_alignment() {
-        // Two runs of one ramp, the second starting 0.1 s later and 2 units higher.
-        let t_s: Vec<f64> = (0..50).map(|k| f64::from(k) * 0.01).collect();
-        let ramp = |late_s: f64, up: f64| -> Vec<Signals> {
-            t_s.iter()
-                .map(|t| {
-                    let mut row = [f64::NAN; COUNT];
-                    row[6] = t - late_s + up;
-                    row
-                })
-                .collect()
+    fn the_floor_of_two_runs_is_their_standard_deviation_whatever_their_length() {
+        // Two runs of one ramp, the second 2 units higher and twice as slow.
+        let ramp = |steps: i32, up: f64| -> Vec<f64> {
+            (0..steps).map(|k| (f64::from(k) + 0.5) / f64::from(steps) + up).collect()
         };
-        let (a, b) = (ramp(0.0, 0.0), ramp(0.1, 2.0));
-        let phase = vec![1; t_s.len()];
-        let run = |signals, onset_s| Run { t_s: &t_s, onset_s, signals, phase: &phase };
-        let mut floor = PureError::<2>::default();
-        floor.add(&[run(&a, 0.1), run(&b, 0.2)]);
+        let (a, b) = (Course::of(&ramp(80, 0.0)), Course::of(&ramp(160, 2.0)));
+        let mut pool = Pool::default();
+        pool.add([(&a, 0.0), (&b, 0.0)].into_iter());
         // Two values 2 apart: standard deviation sqrt(2).
-        let sigma = floor.sigma(6, 1).expect("repeated");
-        assert!((sigma - 2f64.sqrt()).abs() < 1e-9, "{sigma}");
-        assert_eq!(floor.sigma(6, 0), None, "no sample in that phase");
-        assert_eq!(floor.sigma(0, 1), None, "not measured");
-        assert_eq!(floor.groups(6, 1), 1);
+        let floor = pool.floor().expect("repeated");
+        assert!((floor - 2f64.sqrt()).abs() < 1e-9, "{floor}");
+    }
+
+    #[test]
+    fn white_noise_alone_is_the_floor_of_runs_that_differ_by_nothing_else() {
+        let of = |seed: u32| -> Vec<f64> {
+            // A linear congruence: uniform on 0..1, standard deviation 1 / sqrt(12).
+            let mut x = seed;
+            let mut next = || {
+                x = x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                f64::from(x) / f64::from(u32::MAX)
+            };
+            (0..4000).map(|_| next()).collect()
+        };
+        let runs: Vec<(Course, f64)> =
+            (1..6).map(|s| (Course::of(&of(s)), white_noise(of(s).into_iter()).expect("noise"))).collect();
+        let mut pool = Pool::default();
+        pool.add(runs.iter().map(|(c, w)| (c, *w)));
+        let floor = pool.floor().expect("repeated");
+        assert!((floor * 12f64.sqrt() - 1.0).abs() < 0.2, "{floor}");
     }
 
     #[test]
     fn without_repetition_there_is_no_floor() {
-        let info = |name: &str, run, grip_n| TrialInfo {
-            trial: name.to_owned(),
-            run,
-            grip_n,
-            ..TrialInfo::default()
-        };
-        let infos = [
-            info("a", Some(1), Some(20.0)),
-            info("b", Some(2), Some(20.0)),
-            info("c", Some(1), Some(22.0)),
-            info("d", None, None),
-            info("e", None, None),
-        ];
-        assert_eq!(repetitions(&infos), [vec![0, 1], vec![2], vec![3], vec![4]]);
-        let mut floor = PureError::<1>::default();
-        let row = [0.0; COUNT];
-        floor.add(&[Run { t_s: &[0.0], onset_s: 0.0, signals: &[row], phase: &[0] }]);
-        assert_eq!(floor.sigma(0, 0), None);
+        let mut pool = Pool::default();
+        pool.add([(&Course::of(&[1.0, 2.0, 3.0]), 0.1)].into_iter());
+        assert_eq!(pool.floor(), None);
+        assert!((pool.white() - 0.1).abs() < 1e-12);
     }
 }

@@ -286,27 +286,9 @@ fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a.iter().zip(b).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt()
 }
 
-/// Standard deviation of the noise of one channel, from the median of the differences of
-/// neighbouring samples: motion and steps hardly enter it.
-pub fn white_noise_of(values: impl Iterator<Item = f64>) -> f64 {
-    let mut last = f64::NAN;
-    let mut differences: Vec<f64> = values
-        .map(|x| {
-            let d = (x - last).abs();
-            last = x;
-            d
-        })
-        .filter(|d| d.is_finite())
-        .collect();
-    if differences.len() < 8 {
-        return 0.0;
-    }
-    differences.sort_by(f64::total_cmp);
-    // Median of |d| is 0.6745 sqrt(2) sigma.
-    differences[differences.len() / 2] / (0.6745 * std::f64::consts::SQRT_2)
-}
-
+/// The largest of the channels' noises.
 fn white_noise(signals: &[Signals], range: Range<usize>) -> f64 {
     debug_assert!(range.end <= COUNT);
-    range.map(|k| white_noise_of(signals.iter().map(|s| s[k]))).fold(0.0, f64::max)
+    let of = |k: usize| crate::noise::white_noise(signals.iter().map(|s| s[k])).unwrap_or(0.0);
+    range.map(of).fold(0.0, f64::max)
 }

@@ -436,6 +436,21 @@ impl Prepared {
         out
     }
 
+    /// The same trial along two paths that nobody can tell from the measured one: the carrier
+    /// drifts by 5 um sideways and 0.05 mrad about its own X and Z, to either side, which is
+    /// below what motion capture sees. A rigid grasp that touches something has forces that
+    /// hang on it. None where nothing is grasped.
+    pub fn drifted(&self) -> Vec<Self> {
+        const DRIFT_M: f64 = 5e-6;
+        const DRIFT_RAD: f64 = 5e-5;
+        let signs: &[f64] = if self.scene.fingers.is_some() { &[1.0, -1.0] } else { &[] };
+        let drift = |sign: &f64| {
+            let turn = Vector3::new(DRIFT_RAD, 0.0, sign * DRIFT_RAD);
+            self.with_drift(&(Vector3::y() * (sign * DRIFT_M)), &turn)
+        };
+        signs.iter().map(drift).collect()
+    }
+
     /// The same trial with the carrier drifting away from its measured track, evenly from
     /// nothing at the first sample to `shift_m` and `turn_rad` (carrier axes) at the last.
     #[must_use]

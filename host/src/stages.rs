@@ -8,6 +8,7 @@
 use std::ops::Range;
 
 use crate::dataset::{Pose, Sample, Trial};
+use crate::noise::white_noise;
 
 const BASELINE_S: f64 = 0.05;
 const AVERAGE: usize = 5;
@@ -103,7 +104,7 @@ fn contact(samples: &[Sample], forces: &[Vec<f64>]) -> Option<usize> {
         let values: Vec<f64> = forces.iter().filter_map(|force| force.get(channel)).copied().collect();
         let first = values.get(..early).unwrap_or_default();
         let base = mean(first);
-        let sigma = white_noise(&values).unwrap_or(0.0);
+        let sigma = white_noise(values.iter().copied()).unwrap_or(0.0);
         if base.is_nan() {
             continue;
         }
@@ -162,24 +163,4 @@ fn mean(values: &[f64]) -> f64 {
         .filter(|value| !value.is_nan())
         .fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
     sum / count
-}
-
-/// Standard deviation of white noise, from the median of differences of neighbours: motion and
-/// steps hardly enter it. `None` for fewer than nine measured neighbours.
-#[must_use]
-pub fn white_noise(values: &[f64]) -> Option<f64> {
-    let mut differences: Vec<f64> = values
-        .windows(2)
-        .filter_map(|pair| match pair {
-            [a, b] => Some((b - a).abs()).filter(|difference| !difference.is_nan()),
-            _ => None,
-        })
-        .collect();
-    if differences.len() < 8 {
-        return None;
-    }
-    let middle = differences.len() / 2;
-    let (_, median, _) = differences.select_nth_unstable_by(middle, f64::total_cmp);
-    // The median of |d| is 0.6745 sqrt(2) sigma.
-    Some(*median / (0.6745 * std::f64::consts::SQRT_2))
 }

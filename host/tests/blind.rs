@@ -4,8 +4,8 @@
 use rayon::prelude::*;
 use stickslip_host::blind::generate::{Wanted, data, draw};
 use stickslip_host::blind::score::{Opened, Share, figures, open};
-use stickslip_host::diagnose::campaign::default_model;
 use stickslip_host::diagnose::diagnose;
+use stickslip_host::model_file::default_model;
 
 const RUNS: usize = 60;
 const SEED: u64 = 2;

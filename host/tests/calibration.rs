@@ -1,9 +1,9 @@
 //! Calibration and force bands on small data sets of the rig, whose truth is known.
 
 use stickslip_host::calibrate::{Coefficient, Remark, Share, calibrate};
-use stickslip_host::commands::calibrate::plain;
 use stickslip_host::dataset::Trial;
 use stickslip_host::force_bands::bands;
+use stickslip_host::model_file::default_model;
 use stickslip_host::rig::{self, Condition, Primitive, Reality, STEP_S, Setup, objects};
 use stickslip_host::simulate::prepare;
 
@@ -25,7 +25,8 @@ fn pushes(setup: &Setup) -> Vec<(usize, Trial)> {
 fn calibration_finds_the_finger_friction_of_the_rig_within_its_interval_or_two_percent() {
     let setup = setup(0.45, 0.25);
     let trials = pushes(&setup);
-    let result = calibrate(&setup.description, "linear_push", &trials, &plain(), Share::of(0.5)).unwrap();
+    let result =
+        calibrate(&setup.description, "linear_push", &trials, &default_model(), Share::of(0.5)).unwrap();
     let finger = result.estimates.iter().find(|e| e.coefficient == Coefficient::Finger).unwrap();
     assert!(finger.determined);
     assert!((finger.value / 0.45 - 1.0).abs() < 0.02, "{finger:?}");
@@ -39,7 +40,8 @@ fn where_nothing_slides_friction_is_only_bounded_and_that_is_said() {
     for (_, t) in &mut trials {
         t.samples.truncate(60);
     }
-    let result = calibrate(&setup.description, "linear_push", &trials, &plain(), Share::of(0.5)).unwrap();
+    let result =
+        calibrate(&setup.description, "linear_push", &trials, &default_model(), Share::of(0.5)).unwrap();
     assert!(result.remarks.iter().any(|r| matches!(r, Remark::NothingSlides { .. })), "{:?}", result.remarks);
     assert!(result.estimates.iter().all(|e| !e.determined), "{:?}", result.estimates);
 }
@@ -50,8 +52,8 @@ fn sticking_fingers_leave_newtons_open_and_sliding_ones_leave_little() {
     let (at, trial) = pushes(&setup).swap_remove(0);
     let prepared = prepare(&setup.description, &trial, at).unwrap();
     let (rest, sliding) = (20, prepared.t_s.len() / 2);
-    let simulated = prepared.simulate(&plain()).signals;
-    let found = bands(&prepared, &plain(), &[rest, sliding]);
+    let simulated = prepared.simulate(&default_model()).signals;
+    let found = bands(&prepared, &default_model(), &[rest, sliding]);
     for (sample, band) in &found {
         for c in 6..24 {
             let value = simulated[*sample][c];

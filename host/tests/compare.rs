@@ -4,13 +4,13 @@
 use stickslip_host::channels::{COUNT, NAMES};
 use stickslip_host::compare::conditions::{HeldOut, conditions};
 use stickslip_host::compare::document::Fate;
-use stickslip_host::compare::friction::default_model;
 use stickslip_host::compare::noise::Source;
 use stickslip_host::compare::statistics::{holm, lack_of_fit, regression};
 use stickslip_host::compare::tare::Tare;
 use stickslip_host::compare::trial::Cell;
-use stickslip_host::compare::{NamedModel, Options, compare_dataset, noise::sensor_noise};
-use stickslip_host::dataset::{Dataset, Trial};
+use stickslip_host::compare::{Forces, NamedModel, Options, compare_dataset, noise::sensor_noise};
+use stickslip_host::dataset::{Dataset, Trial, TrialInfo};
+use stickslip_host::model_file::default_model;
 use stickslip_host::phases::{Evidence, PHASES, Phase, split};
 use stickslip_host::replay;
 use stickslip_host::report;
@@ -62,12 +62,17 @@ fn errors_of_hand_made_signals_are_their_mean_rms_and_largest() {
 #[test]
 fn lack_of_fit_is_the_ratio_of_mean_squares() {
     // Means 2 and -2 of two runs each; pure error variance 0.5 each.
-    let found = lack_of_fit(&[vec![1.5, 2.5], vec![-1.5, -2.5]]).expect("repetitions");
+    let of = |groups: &[Vec<f64>]| lack_of_fit(groups, groups);
+    let found = of(&[vec![1.5, 2.5], vec![-1.5, -2.5]]).expect("repetitions");
     assert!((found.pure_error - 0.5f64.sqrt()).abs() < 1e-12);
     assert!((found.f - (2.0 * 4.0 + 2.0 * 4.0) / 2.0 / 0.5).abs() < 1e-12);
-    assert!(lack_of_fit(&[vec![1.0], vec![2.0]]).is_none(), "no repetitions, no test");
-    let centred = lack_of_fit(&[vec![-0.5, 0.5], vec![0.4, -0.4]]).expect("repetitions");
+    assert!(of(&[vec![1.0], vec![2.0]]).is_none(), "no repetitions, no test");
+    let centred = of(&[vec![-0.5, 0.5], vec![0.4, -0.4]]).expect("repetitions");
     assert!(centred.f.abs() < 1e-12 && centred.p > 0.99);
+    // Chance as the measurement shows it: half as wide, four times the ratio.
+    let narrow = [vec![0.25, -0.25], vec![0.25, -0.25]];
+    let sharper = lack_of_fit(&[vec![1.5, 2.5], vec![-1.5, -2.5]], &narrow).expect("repetitions");
+    assert!((sharper.f / found.f - 4.0).abs() < 1e-9);
 }
 
 #[test]
@@ -149,6 +154,26 @@ fn without_a_model_friction_is_calibrated_to_what_the_rig_has() {
 }
 
 #[test]
+fn one_noise_floor_serves_all_models_whatever_their_order() {
+    let data = pushes(3, Nuisance::PAPER);
+    let (wrong, right) = (named("wrong", 0.3), named("right", 0.4));
+    let floors = |models: &[NamedModel]| {
+        let options = Options { forces: Forces::AsReturned, ..Options::default() };
+        let c = compare_dataset(&data, models, &options).expect("compared");
+        let of = |m: usize| {
+            let mut rows = c.models[m].errors.clone();
+            rows.sort_by(|a, b| a.place.cmp(&b.place));
+            rows.iter().map(|r| r.noise_floor.expect("repeated")).collect::<Vec<f64>>()
+        };
+        assert!(of(0) == of(1), "one floor for both");
+        of(0)
+    };
+    let (one, other) = (floors(&[wrong.clone(), right.clone()]), floors(&[right, wrong]));
+    let apart = one.iter().zip(&other).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
+    assert!(one.len() == other.len() && apart < 1e-6, "{apart}");
+}
+
+#[test]
 fn without_repetitions_the_report_says_that_fit_cannot_be_tested() {
     let data = pushes(1, Nuisance::PAPER);
     let c = compare_dataset(&data, &[named("m", 0.4)], &Options::default()).expect("compared");
@@ -189,6 +214,20 @@ fn a_tare_takes_a_sensor_offset_out_but_not_a_wrong_grip() {
     let c = compare_dataset(&data, &[named("m", 0.4)], &raw).expect("compared");
     let pusher = c.models[0].errors.iter().find(|r| r.place == pusher.place).expect("a row");
     assert!((pusher.bias + 0.5).abs() < 0.05);
+}
+
+#[test]
+fn equal_conditions_without_different_runs_are_no_repetitions() {
+    let info = |run, grip_n| TrialInfo { run, grip_n, ..TrialInfo::default() };
+    let infos = [
+        info(Some(1), Some(20.0)),
+        info(Some(2), Some(20.0)),
+        info(Some(1), Some(22.0)),
+        info(None, None),
+        info(None, None),
+        info(Some(2), Some(20.0)),
+    ];
+    assert_eq!(conditions(&infos), [vec![0, 1], vec![2], vec![3], vec![4], vec![5]]);
 }
 
 #[test]

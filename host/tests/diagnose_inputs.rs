@@ -3,10 +3,9 @@
 
 use stickslip_host::blind::generate::{Class, Key, Plan, Wanted, data, draw};
 use stickslip_host::dataset::Dataset;
-use stickslip_host::diagnose::campaign::default_model;
 use stickslip_host::diagnose::diagnose;
 use stickslip_host::diagnose::report::{Report, Verdict};
-use stickslip_host::model_file::ModelFile;
+use stickslip_host::model_file::{ModelFile, default_model};
 use stickslip_host::rig::Condition;
 use stickslip_shared::effects::Effect;
 

@@ -1,6 +1,6 @@
 //! Events and alarms on lifts of the rig whose course is known.
 
-use stickslip_host::compare::friction::default_model;
+use stickslip_host::model_file::default_model;
 use stickslip_host::replay::{Replayed, feed, replay};
 use stickslip_host::rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Scenario, Setup, objects, run};
 use stickslip_host::score::truth::{Cause, Kind, Truth, find};

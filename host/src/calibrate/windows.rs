@@ -7,12 +7,12 @@
 //!
 //! A rigid grasp that is stuck to something has forces that hang on micrometres of the
 //! gripper's path, which nobody measures: the sideways force on an edge that does not slide,
-//! for one. Each trial is therefore run a second and third time along a path that drifts by
-//! [`DRIFT_M`]; a signal counts by its error against what that changes in it.
+//! for one. Each trial is therefore run a second and third time along paths that drift by some
+//! micrometres ([`Prepared::drifted`]); a signal counts by its error against what that changes
+//! in it.
 
 use std::ops::Range;
 
-use nalgebra::Vector3;
 use stickslip_shared::model::Model;
 
 use super::determined::Remark;
@@ -26,11 +26,6 @@ const WINDOWS: usize = 12;
 const STRIDE: usize = 3;
 /// Fewest samples at rest from which offsets are taken.
 const REST: usize = 20;
-/// Drift of the gripper over a trial, sideways and about its own X and Z, below what motion
-/// capture sees.
-const DRIFT_M: f64 = 5e-6;
-/// See [`DRIFT_M`].
-const DRIFT_RAD: f64 = 5e-5;
 /// Signals that a fit sees: the object's six, the wrench of both fingers, the pusher's.
 pub const SEEN: usize = 18;
 /// One row of them.
@@ -95,13 +90,7 @@ impl Windowed {
         let measured = windows.iter().map(|w| mean(&prepared.measured[w.clone()])).collect();
         // The last samples at rest may see the onset through the smoothing of the motion.
         let rest = 0..first.saturating_sub(REST / 2);
-        let gripped = prepared.scene.fingers.is_some();
-        let signs: &[f64] = if gripped { &[1.0, -1.0] } else { &[] };
-        let drift = |sign: &f64| {
-            let turn = Vector3::new(DRIFT_RAD, 0.0, sign * DRIFT_RAD);
-            prepared.with_drift(&(Vector3::y() * (sign * DRIFT_M)), &turn)
-        };
-        let drifted = signs.iter().map(drift).collect();
+        let drifted = prepared.drifted();
         let condition = crate::compare::conditions::key(&trial.info);
         Ok(Self { trial: trial.info.trial.clone(), condition, prepared, drifted, measured, windows, rest })
     }

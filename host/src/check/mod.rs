@@ -8,9 +8,10 @@ use serde::Serialize;
 
 use crate::balance::{self, NotChecked, StageBalance, Tare};
 use crate::channels::{self, COUNT, NAMES, Signals};
+use crate::compare::conditions::conditions;
 use crate::dataset::{Index, Pose, Trial, TrialInfo, Warning, error::join_warnings};
-use crate::noise::{PureError, Run, repetitions};
-use crate::stages::{STAGES, Stages, stages, white_noise};
+use crate::noise::{Course, Pool, white_noise};
+use crate::stages::{STAGES, Stages, stages};
 
 /// Time steps above this many nominal periods are gaps.
 const GAP_PERIODS: f64 = 1.5;
@@ -143,18 +144,28 @@ struct TrialFacts {
     tare: Option<Tare>,
 }
 
+/// Scatter of repetitions of each channel and stage.
+#[derive(Clone)]
+struct Floors(Vec<[Pool; STAGES.len()]>);
+
+impl Default for Floors {
+    fn default() -> Self {
+        Self(vec![Default::default(); COUNT])
+    }
+}
+
 /// What a group of repetitions tells.
 #[derive(Default)]
 struct GroupFacts {
     trials: Vec<TrialFacts>,
-    floor: PureError<{ STAGES.len() }>,
+    floor: Floors,
     errors: Vec<String>,
     warnings: Vec<Warning>,
 }
 
 /// Reads every trial of `index` and reports; `tick` is called after each group with its size.
 pub fn check(index: &Index, tick: impl Fn(u64) + Sync) -> Report {
-    let groups = repetitions(&index.trials);
+    let groups = conditions(&index.trials);
     let facts: Vec<GroupFacts> = groups
         .par_iter()
         .map(|group| {
@@ -163,12 +174,14 @@ pub fn check(index: &Index, tick: impl Fn(u64) + Sync) -> Report {
             facts
         })
         .collect();
-    let mut floor = PureError::default();
+    let mut floor = Floors::default();
     let mut errors: Vec<String> = index.errors.iter().map(ToString::to_string).collect();
     let mut warnings = index.warnings.clone();
     let mut trials = Vec::new();
     for group in facts {
-        floor.merge(&group.floor);
+        for (mine, others) in floor.0.iter_mut().flatten().zip(group.floor.0.iter().flatten()) {
+            mine.merge(others);
+        }
         errors.extend(group.errors);
         warnings.extend(group.warnings);
         trials.extend(group.trials);
@@ -223,7 +236,7 @@ pub fn check(index: &Index, tick: impl Fn(u64) + Sync) -> Report {
 
 fn group_facts(index: &Index, group: &[usize]) -> GroupFacts {
     let mut facts = GroupFacts::default();
-    let mut runs: Vec<(Trial, Stages, Vec<Signals>)> = Vec::new();
+    let mut runs: Vec<(Stages, Vec<Signals>)> = Vec::new();
     for info in group.iter().filter_map(|place| index.trials.get(*place)) {
         let reading = index.read_trial_lenient(info);
         facts.errors.extend(reading.error.map(|error| error.to_string()));
@@ -232,28 +245,20 @@ fn group_facts(index: &Index, group: &[usize]) -> GroupFacts {
             let stages = stages(&trial);
             let signals = signals(&trial);
             facts.trials.push(trial_facts(index, &trial, &stages, &signals));
-            runs.push((trial, stages, signals));
+            runs.push((stages, signals));
         }
     }
-    let times: Vec<Vec<f64>> =
-        runs.iter().map(|(trial, ..)| trial.samples.iter().map(|sample| sample.t_s).collect()).collect();
-    let phases: Vec<Vec<usize>> = runs
-        .iter()
-        .map(|(trial, stages, _)| (0..trial.samples.len()).map(|at| stages.of(at)).collect())
-        .collect();
-    let aligned: Vec<Run<'_>> = runs
-        .iter()
-        .zip(&times)
-        .zip(&phases)
-        .map(|(((_, stages, signals), t_s), phase)| Run {
-            t_s,
-            // Without contact the start aligns.
-            onset_s: t_s.get(stages.contact.unwrap_or(0)).or(t_s.first()).copied().unwrap_or(0.0),
-            signals,
-            phase,
-        })
-        .collect();
-    facts.floor.add(&aligned);
+    for (channel, pools) in facts.floor.0.iter_mut().enumerate() {
+        for (stage, pool) in STAGES.into_iter().zip(pools) {
+            let run = |(facts, (stages, signals)): (&TrialFacts, &(Stages, Vec<Signals>))| {
+                let rows = signals.get(stages.range(stage)).unwrap_or_default();
+                let values: Vec<f64> = rows.iter().map(|row| row[channel]).collect();
+                (Course::of(&values), facts.white[channel].unwrap_or(0.0))
+            };
+            let courses: Vec<(Course, f64)> = facts.trials.iter().zip(&runs).map(run).collect();
+            pool.add(courses.iter().map(|(course, white)| (course, *white)));
+        }
+    }
     facts
 }
 
@@ -287,9 +292,7 @@ fn trial_facts(index: &Index, trial: &Trial, stages: &Stages, signals: &[Signals
         name: trial.info.trial.clone(),
         samples: trial.samples.len(),
         measured: std::array::from_fn(|channel| signals.iter().filter(|row| !row[channel].is_nan()).count()),
-        white: std::array::from_fn(|channel| {
-            white_noise(&signals.iter().map(|row| row[channel]).collect::<Vec<_>>())
-        }),
+        white: std::array::from_fn(|channel| white_noise(signals.iter().map(|row| row[channel]))),
         median_step_s: steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN),
         gaps,
         longest_gap_s,
@@ -330,7 +333,7 @@ fn primitives(infos: &[TrialInfo]) -> Vec<PrimitiveCount> {
         .collect()
 }
 
-fn channel_table(trials: &[TrialFacts], floor: &PureError<{ STAGES.len() }>, samples: usize) -> Vec<Channel> {
+fn channel_table(trials: &[TrialFacts], floor: &Floors, samples: usize) -> Vec<Channel> {
     (0..COUNT)
         .map(|channel| {
             let measured: usize = trials.iter().map(|trial| trial.measured[channel]).sum();
@@ -340,7 +343,7 @@ fn channel_table(trials: &[TrialFacts], floor: &PureError<{ STAGES.len() }>, sam
                 channel: NAMES[channel],
                 measured: measured as f64 / samples.max(1) as f64,
                 white: white.get(white.len() / 2).copied(),
-                floor: std::array::from_fn(|stage| floor.sigma(channel, stage)),
+                floor: std::array::from_fn(|stage| floor.0[channel][stage].floor()),
             }
         })
         .collect()

@@ -7,9 +7,9 @@ use comfy_table::{Cell, CellAlignment};
 use stickslip_shared::effects::{Effect, REGISTRY, find};
 
 use crate::commands::diagnose::{read_data, short};
-use crate::diagnose::campaign::{Campaign, default_model};
+use crate::diagnose::campaign::Campaign;
 use crate::fit::{self, Fit, Free, Options};
-use crate::model_file::{EffectEntry, ModelFile};
+use crate::model_file::{EffectEntry, ModelFile, default_model};
 use crate::output::{Output, table};
 
 /// Arguments of `stickslip add`.

@@ -7,8 +7,8 @@ use serde_json::json;
 
 use crate::blind::generate::{Class, Plan, Wanted, data, draw};
 use crate::blind::score::{Opened, figures, open};
-use crate::diagnose::campaign::default_model;
 use crate::diagnose::diagnose;
+use crate::model_file::default_model;
 use crate::output::{Output, table};
 use crate::rig::{HiddenEffect, Kind};
 

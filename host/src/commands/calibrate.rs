@@ -5,12 +5,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use serde::Serialize;
-use stickslip_shared::model::{Base, Friction, Model};
 
 use crate::calibrate::{Calibration, Share, calibrate};
 use crate::channels;
 use crate::dataset::{self, Trial};
-use crate::model_file::ModelFile;
+use crate::model_file::{ModelFile, default_model};
 use crate::output::{Output, table};
 
 /// Arguments of `stickslip calibrate`.
@@ -41,16 +40,6 @@ fn share(text: &str) -> Result<f64, String> {
     if value > 0.0 && value <= 1.0 { Ok(value) } else { Err("give a share above 0 and at most 1".into()) }
 }
 
-/// The model that calibration starts from where none is given.
-pub fn plain() -> Model<f64> {
-    Model {
-        base: Base::Hard,
-        friction: Friction { finger: 0.4, pusher: 0.25, support: 0.3 },
-        effects: heapless::Vec::new(),
-        formulas: heapless::Vec::new(),
-    }
-}
-
 #[derive(Serialize)]
 struct Written {
     #[serde(flatten)]
@@ -65,7 +54,7 @@ struct Written {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let mut file = match &args.model {
         Some(path) => ModelFile::read(path)?,
-        None => ModelFile::new(plain().base, plain().friction),
+        None => ModelFile::new(default_model().base, default_model().friction),
     };
     let base = file.to_model();
     let reading = dataset::read_lenient(&args.data)?;
@@ -90,7 +79,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     for (primitive, trials) in &primitives {
         let calibration = calibrate(&data.description, primitive, trials, &base, Share::of(args.share))
             .with_context(|| format!("{}: {primitive}", args.data.display()))?;
-        print(&calibration, output);
+        // The file first: a closed pipe ends the text, not the work.
         let path = args.out.as_ref().map(|out| named(out, primitive, several));
         if let Some(path) = &path {
             file.set_values(&calibration.model);
@@ -103,6 +92,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             std::fs::write(path, file.write()).with_context(|| format!("cannot write {}", path.display()))?;
             output.note(format_args!("model of {primitive} written to {}", path.display()));
         }
+        print(&calibration, output);
         documents.push(Written { calibration, file: path.map(|f| f.display().to_string()) });
     }
     output.document(&documents)
@@ -134,14 +124,15 @@ fn print(c: &Calibration, output: &Output) {
     }
     output.table(&friction);
     let mut errors = table(["quantity", "unit", "signal", "before", "calibration", "held out"]);
+    let size = |x: f64| if x.is_finite() { format!("{x:.3e}") } else { "-".into() };
     for e in &c.errors {
         errors.add_row([
             format!("{:?}", e.quantity).to_lowercase(),
             e.unit.into(),
-            format!("{:.3e}", e.signal),
-            format!("{:.3e}", e.before),
-            format!("{:.3e}", e.calibration),
-            format!("{:.3e}", e.held_out),
+            size(e.signal),
+            size(e.before),
+            size(e.calibration),
+            size(e.held_out),
         ]);
     }
     output.text("root mean square errors over windows of the motion:");

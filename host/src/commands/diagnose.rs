@@ -7,10 +7,9 @@ use comfy_table::{Cell, CellAlignment};
 use stickslip_shared::model::Model;
 
 use crate::dataset::{Dataset, Index};
-use crate::diagnose::campaign::default_model;
 use crate::diagnose::report::{Report, Verdict};
 use crate::diagnose::{diagnose, page, steps};
-use crate::model_file::ModelFile;
+use crate::model_file::{ModelFile, default_model};
 use crate::output::{Output, table};
 
 /// Arguments of `stickslip diagnose`.

@@ -103,7 +103,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     let model = match &args.model {
         Some(path) => crate::model_file::ModelFile::read(path)?.to_model(),
-        None => super::calibrate::plain(),
+        None => crate::model_file::default_model(),
     };
     let mut pool = rayon::ThreadPoolBuilder::new();
     if let Some(threads) = args.threads {

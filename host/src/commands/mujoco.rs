@@ -92,7 +92,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     let mut base = match &args.model {
         Some(path) => crate::model_file::ModelFile::read(path)?.to_model(),
-        None => super::calibrate::plain(),
+        None => crate::model_file::default_model(),
     };
     if !base.effects.is_empty() {
         output.note("MuJoCo gets the model's friction only: its effects act in the own model alone");
@@ -179,9 +179,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         let load = |i: usize| index.read_trial(&index.trials[i]).map_err(|e| e.to_string());
         let data = Data { description: &index.description, infos: &index.trials, load: &load };
         let comparison = compare(data, &models, &options, &mut |_, _| {}, &|| {})?;
-        std::fs::write(path, report::compare::page(&comparison))
-            .with_context(|| format!("cannot write {}", path.display()))?;
-        output.note(format_args!("page written to {}", path.display()));
+        output.page(path, report::compare::page(&comparison))?;
     }
     output.document(&rows)
 }
@@ -201,12 +199,7 @@ fn named(
     simulated: Vec<Simulated>,
 ) -> NamedModel {
     let recorded: BTreeMap<String, Simulated> = loaded.iter().map(|l| l.id.clone()).zip(simulated).collect();
-    NamedModel {
-        name: name.into(),
-        origin: origin.into(),
-        model: base.clone(),
-        recorded: Some(Arc::new(recorded)),
-    }
+    NamedModel { recorded: Some(Arc::new(recorded)), ..NamedModel::own(name, origin, base.clone()) }
 }
 
 fn export(

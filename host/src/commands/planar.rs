@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use anyhow::{Context, bail};
 use serde::Serialize;
 
-use super::calibrate::plain;
 use crate::calibrate::{Calibration, Share, calibrate};
 use crate::dataset::{self, Trial};
+use crate::model_file::default_model;
 use crate::output::{Output, table};
 use crate::planar::{Push, Summary, evaluate, summaries};
 
@@ -42,7 +42,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let base = args
         .model
         .as_deref()
-        .map_or_else(|| Ok(plain()), |path| super::compare::read_model(path).map(|m| m.model))?;
+        .map_or_else(|| Ok(default_model()), |path| super::compare::read_model(path).map(|m| m.model))?;
     let data = dataset::read(&args.data)?;
     let trials: Vec<(usize, Trial)> =
         data.trials.into_iter().enumerate().filter(|(_, t)| t.info.primitive == "planar_push").collect();

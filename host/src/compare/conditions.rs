@@ -122,17 +122,19 @@ pub fn key(info: &TrialInfo) -> String {
     .join("|")
 }
 
-/// Trials of each condition (places in `infos`), in the order of their first run.
+/// Trials of each condition (places in `infos`), in the order of their first run. Equal
+/// conditions without a run, or with a run number twice, are no repetitions and stand alone.
 pub fn conditions(infos: &[TrialInfo]) -> Vec<Vec<usize>> {
     let mut places: BTreeMap<String, usize> = BTreeMap::new();
     let mut out: Vec<Vec<usize>> = Vec::new();
     for (i, info) in infos.iter().enumerate() {
         let next = out.len();
         let place = *places.entry(key(info)).or_insert(next);
-        if place == next {
-            out.push(Vec::new());
+        let repeats = |j: &usize| infos[*j].run.is_some() && infos[*j].run != info.run;
+        match out.get_mut(place) {
+            Some(members) if info.run.is_some() && members.iter().all(repeats) => members.push(i),
+            _ => out.push(vec![i]),
         }
-        out[place].push(i);
     }
     out
 }

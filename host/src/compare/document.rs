@@ -65,8 +65,8 @@ pub struct ModelReport {
     pub name: String,
     /// Where its parameters come from.
     pub origin: String,
-    /// Coefficients of friction.
-    pub friction: BTreeMap<&'static str, f64>,
+    /// Coefficients of friction, by contact (`finger`), or primitive and contact (`pivot.finger`).
+    pub friction: BTreeMap<String, f64>,
     /// Ids of its effects.
     pub effects: Vec<String>,
     /// Sensor offsets found with it.
@@ -124,7 +124,7 @@ pub struct ErrorRow {
     pub multiples: Option<f64>,
     /// Lack of fit against the repetitions; `null` without repetitions.
     pub lack_of_fit: Option<Test>,
-    /// Whether lack of fit is significant after correction.
+    /// Whether lack of fit is significant after correction and the error above the floor.
     pub fails: bool,
     /// Channel number.
     #[serde(skip)]

@@ -7,9 +7,10 @@
 //! ([`noise`]). Lack of fit is an F test of the conditions' mean errors against that scatter
 //! ([`statistics`]), corrected for the number of channels and phases looked at.
 
+mod base;
 pub mod conditions;
 pub mod document;
-pub mod friction;
+mod give;
 pub mod noise;
 pub mod regions;
 pub mod rows;
@@ -40,11 +41,12 @@ const BANDS: usize = 12;
 /// The same for a trial that is drawn.
 const DRAWN_BANDS: usize = 48;
 
-/// What counts as an error of a force that rigid contact leaves open.
+/// What counts as an error where rigid contact leaves something open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Forces {
     /// What is outside the interval of all force distributions with the same motion, net wrench
-    /// and grip.
+    /// and grip, of all paths that cannot be told from the measured one, and of what pads of
+    /// real stiffness give way by (see `give.rs`).
     #[default]
     OutsideBand,
     /// The distance to the solution that the model returns, that of least elastic energy.
@@ -94,6 +96,8 @@ pub struct NamedModel {
     pub origin: String,
     /// The model.
     pub model: Model<f64>,
+    /// Instead of it, where each primitive has its own friction (other pushers).
+    pub by_primitive: BTreeMap<String, Model<f64>>,
     /// Signals of another engine, by trial; the own model is not run then.
     pub recorded: Option<Arc<BTreeMap<String, Simulated>>>,
 }
@@ -101,7 +105,26 @@ pub struct NamedModel {
 impl NamedModel {
     /// A model of the own engine.
     pub fn own(name: impl Into<String>, origin: impl Into<String>, model: Model<f64>) -> Self {
-        Self { name: name.into(), origin: origin.into(), model, recorded: None }
+        let (name, origin) = (name.into(), origin.into());
+        Self { name, origin, model, by_primitive: BTreeMap::new(), recorded: None }
+    }
+
+    /// The model for trials of `primitive`.
+    pub fn of(&self, primitive: &str) -> &Model<f64> {
+        self.by_primitive.get(primitive).unwrap_or(&self.model)
+    }
+
+    /// Coefficients by contact; with the primitive's name before where they differ.
+    fn friction(&self) -> BTreeMap<String, f64> {
+        let of = |prefix: &str, model: &Model<f64>| {
+            let f = model.friction;
+            [("finger", f.finger), ("pusher", f.pusher), ("support", f.support)]
+                .map(|(name, value)| (format!("{prefix}{name}"), value))
+        };
+        match self.by_primitive.is_empty() {
+            true => of("", &self.model).into_iter().collect(),
+            false => self.by_primitive.iter().flat_map(|(p, m)| of(&format!("{p}."), m)).collect(),
+        }
     }
 
     /// Whether rigid contact leaves forces of it open.
@@ -109,9 +132,12 @@ impl NamedModel {
         self.recorded.is_none() && matches!(self.model.base, Base::Hard)
     }
 
-    /// Intervals of the forces that rigid contact leaves open, as far as measurements ask for.
+    /// Intervals of the forces that the model leaves open, as far as measurements ask for: all
+    /// force distributions with the same motion, and all paths that cannot be told from the
+    /// measured one.
     fn bands(
         &self,
+        primitive: &str,
         prepared: &Prepared,
         simulated: &Simulated,
         phases: Phases,
@@ -126,13 +152,37 @@ impl NamedModel {
         let at: Vec<usize> = (0..count).map(|k| from + (2 * k + 1) * (n - from) / (2 * count)).collect();
         let (tare, noise) = TrialErrors::tare_and_noise(prepared, simulated, phases);
         let wanted = |i: usize| -> Signals { std::array::from_fn(|c| prepared.measured[i][c] - tare[c]) };
-        bands_towards(prepared, &self.model, &at, &wanted, &noise.map(|s| 3.0 * s))
+        let model = self.of(primitive);
+        let mut bands = bands_towards(prepared, model, &at, &wanted, &noise.map(|s| 3.0 * s));
+        for path in prepared.drifted() {
+            let moved = path.simulate(model).signals;
+            for (sample, band) in &mut bands {
+                for (channel, (low, high)) in band.iter_mut().enumerate().skip(6) {
+                    let value = moved.get(*sample).map_or(f64::NAN, |row| row[channel]);
+                    // `min` and `max` pass over a NaN.
+                    (*low, *high) = (low.min(value), high.max(value));
+                }
+            }
+        }
+        let give = give::give(prepared);
+        for (sample, band) in &mut bands {
+            let value = simulated.signals.get(*sample).copied().unwrap_or([f64::NAN; COUNT]);
+            let rest = phases.range(Phase::End).contains(sample);
+            for (channel, (low, high)) in band.iter_mut().enumerate() {
+                let by = give.of(channel, rest);
+                // A band that is narrower than that, or not known, is widened to it.
+                (*low, *high) = (low.min(value[channel] - by), high.max(value[channel] + by));
+            }
+        }
+        bands
     }
 
-    fn simulate(&self, trial: &str, prepared: &Prepared) -> Result<Simulated, String> {
+    fn simulate(&self, info: &TrialInfo, prepared: &Prepared) -> Result<Simulated, String> {
         match &self.recorded {
-            None => Ok(prepared.simulate(&self.model)),
-            Some(all) => all.get(trial).cloned().ok_or_else(|| format!("{} was not run on it", self.name)),
+            None => Ok(prepared.simulate(self.of(&info.primitive))),
+            Some(all) => {
+                all.get(&info.trial).cloned().ok_or_else(|| format!("{} was not run on it", self.name))
+            }
         }
     }
 }
@@ -193,7 +243,7 @@ pub fn compare(
     let calibrated;
     let models = if models.is_empty() {
         begin("calibrating", 1);
-        calibrated = [base_model(data, &groups, &held_out, &noise, &mut notes)];
+        calibrated = [base::calibrated(data, &groups, &held_out, &mut notes)];
         tick();
         &calibrated[..]
     } else {
@@ -220,19 +270,22 @@ pub fn compare(
         reported: &reported,
         noise: &noise,
     };
-    let mut floors: Option<BTreeMap<rows::Key, Floor>> = None;
     let mut reports = Vec::new();
-    let mut tares_of_last = Vec::new();
-    for (named, errors) in models.iter().zip(&compared.errors) {
-        let (offsets, tares) =
+    let mut offsets_and_tares: Vec<_> = Vec::new();
+    let mut shifted = compared.errors.clone();
+    for errors in &mut shifted {
+        let found =
             tare::offsets(&errors.iter().collect::<Vec<_>>(), &data.description.sensors, options.tare);
-        let mut shifted = errors.clone();
-        for (e, tare) in shifted.iter_mut().zip(&tares) {
+        for (e, tare) in errors.iter_mut().zip(&found.1) {
             e.shift(tare);
         }
-        // All models are measured against one floor: that of the first.
-        let floors = floors.get_or_insert_with(|| trials.floors(&shifted));
-        let mut errors = trials.rows(&shifted, &tares, floors);
+        offsets_and_tares.push(found);
+    }
+    let floors = trials.floors(&shifted);
+    let mut tares_of_last = Vec::new();
+    for (m, (named, (offsets, tares))) in models.iter().zip(offsets_and_tares).enumerate() {
+        let mut errors = trials.rows(&shifted, m, &tares, &floors);
+        let shifted = &shifted[m];
         if chosen.single {
             for row in &mut errors {
                 row.lack_of_fit = None;
@@ -242,16 +295,12 @@ pub fn compare(
         let (regions, trends, trends_tested) = if chosen.single {
             Default::default()
         } else {
-            regions::find(&trials, &shifted, &errors, floors)
+            regions::find(&trials, shifted, &errors, &floors)
         };
         reports.push(ModelReport {
             name: named.name.clone(),
             origin: named.origin.clone(),
-            friction: BTreeMap::from([
-                ("finger", named.model.friction.finger),
-                ("pusher", named.model.friction.pusher),
-                ("support", named.model.friction.support),
-            ]),
+            friction: named.friction(),
             effects: named.model.effects.iter().map(effect_name).collect(),
             offsets,
             errors,
@@ -259,11 +308,10 @@ pub fn compare(
             trends,
             trends_tested,
             unsolved_steps: shifted.iter().map(|e| e.unsolved).sum(),
-            trials: trials.trial_rows(&shifted, floors),
+            trials: trials.trial_rows(shifted, &floors),
         });
         tares_of_last = tares;
     }
-    let floors = floors.unwrap_or_default();
     let trial_rows = &reports[reports.len() - 1].trials;
     let traces = traces(data, &compared, &trials, models, &tares_of_last, &floors, trial_rows, chosen.single);
     let sources: BTreeSet<Source> = reports[0].errors.iter().map(|r| r.noise_source).collect();
@@ -330,50 +378,6 @@ fn chosen_trials(
     Ok(Chosen { reported: loaded.iter().copied().collect(), loaded, single: false })
 }
 
-/// The base model for a comparison without `--model`, with notes on where it comes from.
-fn base_model(
-    data: Data,
-    groups: &[Vec<usize>],
-    held_out: &[bool],
-    noise: &Signals,
-    notes: &mut Vec<String>,
-) -> NamedModel {
-    let usable: Vec<usize> =
-        groups.iter().filter_map(|g| g.iter().copied().find(|i| !held_out[*i])).collect();
-    let count = usable.len().min(friction::TRIALS);
-    let prepared: Vec<Prepared> = (0..count)
-        .into_par_iter()
-        .filter_map(|k| {
-            let i = usable[k * usable.len() / count];
-            let trial = (data.load)(i).ok()?;
-            prepare(data.description, &trial, i).ok()
-        })
-        .collect();
-    match friction::calibrate(&prepared, &data.description.sensors, noise) {
-        Some(c) => {
-            let origin = format!(
-                "no model was given: hard contact, friction calibrated quickly on {} trials",
-                c.trials
-            );
-            for name in &c.undetermined {
-                let value = match *name {
-                    "finger" => c.model.friction.finger,
-                    "pusher" => c.model.friction.pusher,
-                    _ => c.model.friction.support,
-                };
-                notes.push(format!("these data do not determine {name} friction; {value:.2} was taken"));
-            }
-            NamedModel::own("base", origin, c.model)
-        }
-        None => NamedModel::own(
-            "base",
-            "no model was given and no force measured to calibrate on: hard contact, friction 0.40 (fingers), 0.25 \
-             (pusher), 0.30 (support)",
-            friction::default_model(),
-        ),
-    }
-}
-
 fn simulate_all(
     data: Data,
     loaded: &[usize],
@@ -391,13 +395,14 @@ fn simulate_all(
                 let prepared = prepare(data.description, &trial, i).map_err(|e| e.to_string())?;
                 drop(trial);
                 let mut phases = None;
+                let info = &data.infos[i];
                 let errors = models
                     .iter()
                     .map(|m| {
-                        let simulated = m.simulate(&data.infos[i].trial, &prepared)?;
+                        let simulated = m.simulate(info, &prepared)?;
                         // The first model settles the phases, so that models compare like with like.
                         let p = *phases.get_or_insert_with(|| split(&prepared, &simulated, noise));
-                        let bands = m.bands(&prepared, &simulated, p, forces);
+                        let bands = m.bands(&info.primitive, &prepared, &simulated, p, forces);
                         Ok(TrialErrors::with_bands(&prepared, &simulated, p, &bands))
                     })
                     .collect::<Result<_, String>>()?;
@@ -467,11 +472,12 @@ fn traces(
             let prepared = prepare(data.description, &trial, i).ok()?;
             let modelled = models
                 .iter()
-                .map(|m| m.simulate(&row.trial, &prepared).map(|s| s.signals))
+                .map(|m| m.simulate(&data.infos[i], &prepared).map(|s| s.signals))
                 .collect::<Result<_, _>>()
                 .ok()?;
             let rigid = models.last().filter(|m| m.is_rigid());
-            let force_bands = rigid.map_or_else(Vec::new, |m| drawn_bands(&prepared, m));
+            let force_bands =
+                rigid.map_or_else(Vec::new, |m| drawn_bands(&prepared, m.of(&data.infos[i].primitive)));
             let mut measured = prepared.measured;
             for row in &mut measured {
                 for (x, tare) in row.iter_mut().zip(&tares[k]) {
@@ -508,9 +514,9 @@ fn traces(
 }
 
 /// Both ends of the intervals at samples spread over a trial, and their times.
-fn drawn_bands(prepared: &Prepared, model: &NamedModel) -> Vec<(f64, Band)> {
+fn drawn_bands(prepared: &Prepared, model: &Model<f64>) -> Vec<(f64, Band)> {
     let n = prepared.t_s.len();
     let count = DRAWN_BANDS.min(n);
     let at: Vec<usize> = (0..count).map(|k| k * (n - 1) / (count - 1).max(1)).collect();
-    bands(prepared, &model.model, &at).into_iter().map(|(i, band)| (prepared.t_s[i], band)).collect()
+    bands(prepared, model, &at).into_iter().map(|(i, band)| (prepared.t_s[i], band)).collect()
 }

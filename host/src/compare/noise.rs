@@ -1,17 +1,24 @@
 //! The noise floor: the error that a perfect model would still show.
 //!
 //! Runs of one condition repeat each other; what differs between them no model of the
-//! condition can predict. The floor of a channel and phase has two parts: the scatter of
-//! the error's course from run to run (means over eight sections of the phase, pooled over
-//! conditions) and the noise from sample to sample. A perfect model's RMS error equals it.
+//! condition can predict: their pooled scatter ([`crate::noise`]) is the RMS error of a perfect
+//! model.
+//!
+//! Whose scatter? The measurement's own holds, beside chance, what follows from differences
+//! of the runs that were measured (how the object was placed, say), and the errors of a model
+//! hold what that model makes of such differences: a rigid one that answers micrometres with
+//! newtons scatters more than what it describes. All are upper bounds of chance; the least of
+//! them is taken, one floor for all models that are compared.
+//!
 //! Where nothing is repeated the sensors' stated noise stands in; it lacks all that varies
 //! from run to run, and the report says so.
 
 use serde::Serialize;
 
-use super::trial::{SECTIONS, TrialErrors};
+use super::trial::TrialErrors;
 use crate::channels::{Quantity, Signals, quantity};
 use crate::dataset::Description;
+use crate::noise::{Course, Pool, about_mean};
 use crate::phases::Phase;
 
 /// Where a floor comes from.
@@ -49,44 +56,79 @@ pub fn sensor_noise(description: &Description) -> Signals {
     })
 }
 
-/// Floor of one channel and phase from the runs of each condition; `stated` is the sensor's
-/// noise.
-pub fn floor(conditions: &[Vec<&TrialErrors>], channel: usize, phase: Phase, stated: f64) -> Floor {
-    let (mut squares, mut degrees, mut samples, mut runs) = (0.0, 0.0, 0.0, 0.0);
-    let mut white_sq = 0.0;
-    for condition in conditions {
-        let known: Vec<&&TrialErrors> =
-            condition.iter().filter(|t| t.raw(channel, phase).is_known()).collect();
-        for t in &known {
-            samples += f64::from(t.raw(channel, phase).samples);
-            white_sq += t.white[channel].powi(2);
-            runs += 1.0;
-        }
-        for section in 0..SECTIONS {
-            let values: Vec<f64> = known
-                .iter()
-                .map(|t| t.raw(channel, phase).sections[section])
-                .filter(|x| x.is_finite())
-                .collect();
-            if values.len() > 1 {
-                let n = values.len() as f64;
-                let mean = values.iter().sum::<f64>() / n;
-                squares += values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>();
-                degrees += n - 1.0;
-            }
+/// Whose scatter from run to run is looked at.
+#[derive(Clone, Copy)]
+enum Witness<'a> {
+    /// The measurement's own.
+    Measured(&'a [TrialErrors]),
+    /// That of a model's errors.
+    Errors(&'a [TrialErrors]),
+}
+
+impl Witness<'_> {
+    fn course(&self, trial: usize, channel: usize, phase: Phase) -> &Course {
+        match self {
+            Self::Measured(all) => all[trial].measured(channel, phase),
+            Self::Errors(all) => all[trial].error(channel, phase),
         }
     }
-    let white_sq = if runs > 0.0 { white_sq / runs } else { 0.0 };
-    if degrees > 0.0 {
-        // A section's mean holds its share of the sample noise already.
-        let in_section = (samples / runs / SECTIONS as f64).max(1.0);
-        let between = (squares / degrees - white_sq / in_section).max(0.0);
-        let rms = (between + white_sq).sqrt();
-        if rms > 0.0 {
-            return Floor { rms, source: Source::Repetitions };
-        }
+
+    fn white(&self, trial: usize, channel: usize) -> f64 {
+        let (Self::Measured(all) | Self::Errors(all)) = self;
+        all[trial].white[channel]
     }
-    let rms = stated.max(white_sq.sqrt());
+}
+
+/// The measurement, and the errors of each model.
+fn witnesses(models: &[Vec<TrialErrors>]) -> impl Iterator<Item = Witness<'_>> {
+    let measured = models.first().map(|first| Witness::Measured(first));
+    measured.into_iter().chain(models.iter().map(|m| Witness::Errors(m)))
+}
+
+/// Floor of one channel and phase from `models`' errors of all trials; `conditions` are places
+/// of runs that repeat each other, `stated` is the sensor's noise.
+pub fn floor(
+    conditions: &[Vec<usize>],
+    models: &[Vec<TrialErrors>],
+    channel: usize,
+    phase: Phase,
+    stated: f64,
+) -> Floor {
+    let pool = |witness: Witness| {
+        let mut pool = Pool::default();
+        for condition in conditions {
+            let run = |k: &usize| (witness.course(*k, channel, phase), witness.white(*k, channel));
+            pool.add(condition.iter().map(run));
+        }
+        pool
+    };
+    let pools: Vec<Pool> = witnesses(models).map(pool).collect();
+    let repetitions = pools.iter().filter_map(Pool::floor).min_by(f64::total_cmp);
+    if let Some(rms) = repetitions.filter(|rms| *rms > 0.0) {
+        return Floor { rms, source: Source::Repetitions };
+    }
+    let rms = pools.first().map_or(0.0, Pool::white).max(stated);
     let source = if rms > 0.0 { Source::SensorNoise } else { Source::Unknown };
     Floor { rms, source }
+}
+
+/// What the runs' means of one channel and phase differ by, for each of `conditions`, after the
+/// witness that shows the least; see the module.
+pub fn repeated(
+    conditions: &[Vec<usize>],
+    models: &[Vec<TrialErrors>],
+    channel: usize,
+    phase: Phase,
+) -> Vec<Vec<f64>> {
+    let means = |witness: Witness| -> Vec<Vec<f64>> {
+        let of = |c: &Vec<usize>| c.iter().map(|k| witness.course(*k, channel, phase).mean).collect();
+        conditions.iter().map(of).collect()
+    };
+    let squares =
+        |groups: &Vec<Vec<f64>>| -> f64 { groups.iter().map(|g| about_mean(g.iter().copied()).0).sum() };
+    witnesses(models)
+        .map(means)
+        .filter(|groups| groups.iter().flatten().all(|x| x.is_finite()))
+        .min_by(|a, b| squares(a).total_cmp(&squares(b)))
+        .unwrap_or_default()
 }

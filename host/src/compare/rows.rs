@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::SIGNIFICANCE;
 use super::conditions;
 use super::document::{Change, ErrorRow, Fate, ModelReport, Place, Test, TrialRow};
-use super::noise::{Floor, Source, floor};
+use super::noise::{Floor, Source, floor, repeated};
 use super::statistics::{holm, lack_of_fit};
 use super::trial::TrialErrors;
 use crate::channels::{COUNT, NAMES, Signals, quantity};
@@ -60,15 +60,14 @@ impl<'a> Trials<'a> {
     }
 
     /// Noise floor of every primitive, channel and phase.
-    pub fn floors(&self, errors: &[TrialErrors]) -> BTreeMap<Key, Floor> {
+    pub fn floors(&self, models: &[Vec<TrialErrors>]) -> BTreeMap<Key, Floor> {
         let mut out = BTreeMap::new();
         for primitive in self.primitives() {
             let ks: Vec<usize> = (0..self.places.len()).filter(|k| self.primitive(*k) == primitive).collect();
-            let groups: Vec<Vec<&TrialErrors>> =
-                self.repetitions(&ks).iter().map(|g| g.iter().map(|k| &errors[*k]).collect()).collect();
+            let groups = self.repetitions(&ks);
             for channel in 0..COUNT {
                 for phase in PHASES {
-                    let f = floor(&groups, channel, phase, self.noise[channel]);
+                    let f = floor(&groups, models, channel, phase, self.noise[channel]);
                     out.insert((primitive.to_owned(), channel, phase), f);
                 }
             }
@@ -76,14 +75,16 @@ impl<'a> Trials<'a> {
         out
     }
 
-    /// Errors by primitive, channel and phase, failures first, then by size. `errors` have
-    /// their tares taken out.
+    /// Errors of one of `models` by primitive, channel and phase, failures first, then by size.
+    /// All errors have their tares taken out.
     pub fn rows(
         &self,
-        errors: &[TrialErrors],
+        models: &[Vec<TrialErrors>],
+        model: usize,
         tares: &[Signals],
         floors: &BTreeMap<Key, Floor>,
     ) -> Vec<ErrorRow> {
+        let errors = &models[model];
         let mut rows = Vec::new();
         for primitive in self.primitives() {
             let ks = self.of(primitive);
@@ -93,7 +94,7 @@ impl<'a> Trials<'a> {
                     let known: Vec<usize> =
                         ks.iter().copied().filter(|k| errors[*k].raw(channel, phase).is_known()).collect();
                     if !known.is_empty() {
-                        rows.push(self.row(errors, tares, floor, primitive, channel, phase, &known));
+                        rows.push(self.row(models, model, tares, floor, primitive, channel, phase, &known));
                     }
                 }
             }
@@ -102,7 +103,8 @@ impl<'a> Trials<'a> {
         for (row, corrected) in rows.iter_mut().zip(holm(&p)) {
             if let Some(test) = &mut row.lack_of_fit {
                 test.p_corrected = corrected;
-                row.fails = corrected < SIGNIFICANCE;
+                // What a perfect model would show too is no failure, however sure its sign is.
+                row.fails = corrected < SIGNIFICANCE && row.multiples.is_none_or(|m| m > 1.0);
             }
         }
         rows.sort_by(|a, b| {
@@ -115,7 +117,8 @@ impl<'a> Trials<'a> {
     #[allow(clippy::too_many_arguments)]
     fn row(
         &self,
-        errors: &[TrialErrors],
+        models: &[Vec<TrialErrors>],
+        model: usize,
         tares: &[Signals],
         floor: Option<&Floor>,
         primitive: &str,
@@ -123,6 +126,7 @@ impl<'a> Trials<'a> {
         phase: Phase,
         known: &[usize],
     ) -> ErrorRow {
+        let errors = &models[model];
         let mut samples = 0.0;
         let (mut square, mut sum, mut max) = (0.0, 0.0, 0.0f64);
         let (mut square_raw, mut sum_raw) = (0.0, 0.0);
@@ -137,11 +141,9 @@ impl<'a> Trials<'a> {
             square_raw += n * raw.mean_square();
             sum_raw += n * raw.bias();
         }
-        let groups: Vec<Vec<f64>> = self
-            .repetitions(known)
-            .iter()
-            .map(|g| g.iter().map(|k| errors[*k].raw(channel, phase).bias()).collect())
-            .collect();
+        let conditions = self.repetitions(known);
+        let bias = |k: &usize| errors[*k].raw(channel, phase).bias();
+        let groups: Vec<Vec<f64>> = conditions.iter().map(|g| g.iter().map(bias).collect()).collect();
         let rms = (square / samples).sqrt();
         let noise_floor = floor.filter(|f| f.rms > 0.0).map(|f| f.rms);
         ErrorRow {
@@ -157,7 +159,7 @@ impl<'a> Trials<'a> {
             noise_source: floor.map_or(Source::Unknown, |f| f.source),
             multiples: noise_floor.map(|f| rms / f),
             // Tared before contact: what is left there is zero by construction.
-            lack_of_fit: lack_of_fit(&groups)
+            lack_of_fit: lack_of_fit(&groups, &repeated(&conditions, models, channel, phase))
                 .filter(|_| !(phase == Phase::BeforeContact && tares.iter().any(|t| t[channel] != 0.0)))
                 .map(|l| Test {
                     f: l.f,

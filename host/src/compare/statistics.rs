@@ -18,21 +18,24 @@ pub struct LackOfFit {
 }
 
 /// F test that the mean errors of all conditions are zero. `conditions` holds the mean
-/// errors of the runs of each.
+/// errors of the runs of each, `repeated` what repetitions say about chance (the same errors,
+/// or the measurement itself), condition by condition.
 ///
 /// Parameters fitted to the same runs would lower the numerator: the test then rejects
 /// less often than stated, never more. Where conditions scatter unequally the degrees of
 /// freedom are reduced after Box (1954); the variance of each group enters with its own
 /// weight. `None` without two repetitions of any condition, or without scatter.
-pub fn lack_of_fit(conditions: &[Vec<f64>]) -> Option<LackOfFit> {
+pub fn lack_of_fit(conditions: &[Vec<f64>], repeated: &[Vec<f64>]) -> Option<LackOfFit> {
     let mut count = 0.0;
     let (mut fit, mut error, mut degrees) = (0.0, 0.0, 0.0);
     // Sums of the variances and of their squares, weighted as they enter each mean square.
-    let (mut v_fit, mut v2_fit, mut v_error, mut v2_error, mut repeated) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for runs in conditions.iter().filter(|r| !r.is_empty()) {
+    let (mut v_fit, mut v2_fit, mut v_error, mut v2_error, mut groups) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (errors, runs) in conditions.iter().zip(repeated).filter(|(e, r)| !e.is_empty() && e.len() == r.len())
+    {
         let n = runs.len() as f64;
-        let mean = runs.iter().sum::<f64>() / n;
-        let squares = runs.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>();
+        let mean_of = |x: &[f64]| x.iter().sum::<f64>() / n;
+        let (mean, centre) = (mean_of(errors), mean_of(runs));
+        let squares = runs.iter().map(|x| (x - centre) * (x - centre)).sum::<f64>();
         count += 1.0;
         fit += n * mean * mean;
         error += squares;
@@ -41,7 +44,7 @@ pub fn lack_of_fit(conditions: &[Vec<f64>]) -> Option<LackOfFit> {
             let variance = squares / (n - 1.0);
             // Unbiased for the square of the variance of a normal distribution.
             let square = variance * variance * (n - 1.0) / (n + 1.0);
-            repeated += 1.0;
+            groups += 1.0;
             v_fit += variance;
             v2_fit += square;
             v_error += (n - 1.0) * variance;
@@ -52,7 +55,7 @@ pub fn lack_of_fit(conditions: &[Vec<f64>]) -> Option<LackOfFit> {
         return None;
     }
     let pure = error / degrees;
-    let of_fit = (v_fit * v_fit / v2_fit * count / repeated).clamp(1.0, count);
+    let of_fit = (v_fit * v_fit / v2_fit * count / groups).clamp(1.0, count);
     let of_error = (v_error * v_error / v2_error).clamp(1.0, degrees);
     let f = fit / count / pure;
     let p = FisherSnedecor::new(of_fit, of_error).map_or(f64::NAN, |d| d.sf(f));

@@ -5,13 +5,10 @@
 
 use crate::channels::{COUNT, Quantity, Signals, quantity};
 use crate::force_bands::Band;
-use crate::phases::{PHASES, Phase, Phases, white_noise_of};
+use crate::noise::{Course, FEWEST_SAMPLES, white_noise};
+use crate::phases::{PHASES, Phase, Phases};
 use crate::simulate::{Prepared, Simulated};
 
-/// Sections of equal length into which each phase is cut to see how runs scatter.
-pub const SECTIONS: usize = 8;
-/// Fewer samples than this say nothing about a phase.
-pub const FEWEST_SAMPLES: u32 = 3;
 /// Fewer samples than this before contact give no tare.
 const FEWEST_TARE_SAMPLES: u32 = 5;
 
@@ -24,36 +21,21 @@ pub struct Cell {
     sum_sq: f64,
     low: f64,
     high: f64,
-    /// Mean error of each section; NaN where it holds no sample.
-    pub sections: [f64; SECTIONS],
 }
 
 impl Cell {
-    const EMPTY: Self = Self {
-        samples: 0,
-        sum: 0.0,
-        sum_sq: 0.0,
-        low: f64::INFINITY,
-        high: f64::NEG_INFINITY,
-        sections: [f64::NAN; SECTIONS],
-    };
+    const EMPTY: Self =
+        Self { samples: 0, sum: 0.0, sum_sq: 0.0, low: f64::INFINITY, high: f64::NEG_INFINITY };
 
     /// Sums of `errors`; NaN: not measured.
     pub fn of(errors: &[f64]) -> Self {
         let mut cell = Self::EMPTY;
-        let mut sections = [(0.0, 0u32); SECTIONS];
-        for (i, e) in errors.iter().enumerate().filter(|(_, e)| e.is_finite()) {
+        for e in errors.iter().filter(|e| e.is_finite()) {
             cell.samples += 1;
             cell.sum += e;
             cell.sum_sq += e * e;
             cell.low = cell.low.min(*e);
             cell.high = cell.high.max(*e);
-            let section = &mut sections[i * SECTIONS / errors.len()];
-            section.0 += e;
-            section.1 += 1;
-        }
-        for (mean, (sum, count)) in cell.sections.iter_mut().zip(sections) {
-            *mean = if count > 0 { sum / f64::from(count) } else { f64::NAN };
         }
         cell
     }
@@ -71,9 +53,6 @@ impl Cell {
         self.sum += n * offset;
         self.low += offset;
         self.high += offset;
-        for s in &mut self.sections {
-            *s += offset;
-        }
         self
     }
 
@@ -96,8 +75,12 @@ impl Cell {
 /// Errors of one trial against one model.
 #[derive(Clone, Debug)]
 pub struct TrialErrors {
-    /// By channel and phase; [`cell`](Self::cell) finds one.
+    /// By channel and phase; [`raw`](Self::raw) finds one.
     cells: Vec<Cell>,
+    /// The same, whether rigid contact leaves the force open or not: how runs scatter.
+    errors: Vec<Course>,
+    /// Of the measurement itself.
+    measured: Vec<Course>,
     /// Mean of measured minus modelled before contact; NaN where not known. Force and torque only.
     pub offset: Signals,
     /// Standard deviation of the measurement's noise from sample to sample.
@@ -131,6 +114,7 @@ impl TrialErrors {
     ) -> Self {
         let t = &prepared.t_s;
         let mut cells = vec![Cell::EMPTY; COUNT * PHASES.len()];
+        let (mut whole, mut measured) = (Vec::with_capacity(cells.len()), Vec::with_capacity(cells.len()));
         let mut errors = Vec::new();
         let mut offset = [f64::NAN; COUNT];
         let nearest = nearest(bands, t.len());
@@ -144,6 +128,10 @@ impl TrialErrors {
                         .zip(&prepared.measured[range])
                         .map(|(model, measured)| model[channel] - measured[channel]),
                 );
+                whole.push(Course::of(&errors));
+                let seen: Vec<f64> =
+                    prepared.measured[phases.range(phase)].iter().map(|row| row[channel]).collect();
+                measured.push(Course::of(&seen));
                 if phase != Phase::BeforeContact && !bands.is_empty() {
                     let known = if offset[channel].is_finite() { offset[channel] } else { 0.0 };
                     for (e, i) in errors.iter_mut().zip(phases.range(phase)) {
@@ -165,8 +153,12 @@ impl TrialErrors {
         let at = |i: usize| t.get(i).or(t.last()).copied().unwrap_or(0.0);
         Self {
             cells,
+            errors: whole,
+            measured,
             offset,
-            white: std::array::from_fn(|k| white_noise_of(prepared.measured.iter().map(|s| s[k]))),
+            white: std::array::from_fn(|k| {
+                white_noise(prepared.measured.iter().map(|s| s[k])).unwrap_or(0.0)
+            }),
             phase_s: PHASES.map(|p| {
                 let r = phases.range(p);
                 (at(r.start), at(r.end))
@@ -190,12 +182,23 @@ impl TrialErrors {
         &self.cells[channel * PHASES.len() + phase as usize]
     }
 
+    /// Course of the error of `channel` in `phase`, forces that are not determined counted too.
+    pub fn error(&self, channel: usize, phase: Phase) -> &Course {
+        &self.errors[channel * PHASES.len() + phase as usize]
+    }
+
+    /// Course of the measurement of `channel` in `phase`.
+    pub fn measured(&self, channel: usize, phase: Phase) -> &Course {
+        &self.measured[channel * PHASES.len() + phase as usize]
+    }
+
     /// Takes a constant of each channel out of the measurement.
     pub fn shift(&mut self, tare: &Signals) {
         for (channel, offset) in tare.iter().enumerate().filter(|(_, x)| x.is_finite()) {
-            for cell in &mut self.cells[channel * PHASES.len()..(channel + 1) * PHASES.len()] {
-                *cell = cell.shifted(*offset);
-            }
+            let range = channel * PHASES.len()..(channel + 1) * PHASES.len();
+            self.cells[range.clone()].iter_mut().for_each(|c| *c = c.shifted(*offset));
+            self.errors[range.clone()].iter_mut().for_each(|c| c.shift(*offset));
+            self.measured[range].iter_mut().for_each(|c| c.shift(-offset));
         }
     }
 }

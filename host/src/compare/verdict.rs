@@ -60,18 +60,34 @@ pub fn summary(data: &DataSummary, reports: &[ModelReport], changes: &[Change], 
     }
     let count = |fate| changes.iter().filter(|c| c.fate == fate).count();
     let before = count(Fate::Gone) + count(Fate::Smaller) + count(Fate::Remains);
-    let overall = |report: &ModelReport| {
-        let known: Vec<f64> = report.trials.iter().filter_map(|t| t.multiples).collect();
+    let trials = if data.held_out { "held-out trials" } else { "trials" };
+    let mut words = format!("From {} to {} the error of the {trials}", first.name, last.name);
+    // Where both agree with the measurement there is nothing to tell them apart.
+    let failing: Vec<&Change> = changes.iter().filter(|c| c.fate != Fate::Fits).collect();
+    let (some, of): (Vec<&Change>, &str) = if failing.is_empty() {
+        (changes.iter().collect(), "")
+    } else {
+        (failing, " where either of them fails")
+    };
+    let overall = |side: fn(&Change) -> Option<f64>| {
+        let known: Vec<f64> = some.iter().filter_map(|c| side(c)).collect();
         (known.iter().map(|m| m * m).sum::<f64>() / known.len().max(1) as f64).sqrt()
     };
-    let trials = if data.held_out { "held-out trials" } else { "trials" };
-    let mut words = format!(
-        "From {} to {} the error of the {trials} goes from {} to {} times the noise floor",
-        first.name,
-        last.name,
-        factor(overall(first)),
-        factor(overall(last)),
+    words += &format!(
+        " goes from {} to {} times the noise floor{of}",
+        factor(overall(|c| c.multiples_before)),
+        factor(overall(|c| c.multiples_after)),
     );
+    let sizes = changes.iter().filter_map(|c| Some((c, c.multiples_before?, c.multiples_after?)));
+    let change = |(_, before, after): &(&Change, f64, f64)| (before * before - after * after).abs();
+    if let Some((c, from, to)) = sizes.max_by(|a, b| change(a).total_cmp(&change(b))) {
+        words += &format!(
+            ", most in {} from {} to {}",
+            place_words(&c.place, many_primitives(&first.errors)),
+            factor(from),
+            factor(to),
+        );
+    }
     if data.noise_floor == Source::Repetitions && !single {
         words += &format!("; {} of {before} failures are gone", count(Fate::Gone));
         match count(Fate::New) {
@@ -150,7 +166,8 @@ pub fn notes(
             "One trial: lack of fit is not tested. The noise floor is the scatter of its repetitions.".into(),
         ),
         Source::Repetitions => notes.push(format!(
-            "Noise floor: scatter of repetitions ({} of {} conditions were run more than once). Lack of fit: F test \
+            "Noise floor: scatter of repetitions ({} of {} conditions were run more than once), of the measurement or of \
+             a model's errors, whichever is less; the same for all models. Lack of fit: F test \
              of the conditions' mean errors against that scatter, corrected for all looks (Holm), family-wise level \
              {SIGNIFICANCE}.",
             data.repeated_conditions, data.conditions,
@@ -167,10 +184,18 @@ pub fn notes(
     }
     if options.forces == Forces::OutsideBand {
         notes.push(
-            "Forces that rigid contact leaves open (several pads that stick can bear any part of each other's load): an \
-             error is what lies outside the interval of all force distributions with the same motion, net wrench and \
-             grip. The line drawn is the one of least elastic energy among them. --no-force-bands counts the distance \
-             to that line."
+            "Forces that rigid contact leaves open (several pads that stick can bear any part of each other's load; what \
+             sticks to a plate answers micrometres of the gripper's path): an error is what lies outside the interval \
+             of all force distributions with the same motion, net wrench and grip, and of paths within 5 um of the \
+             measured one. The line drawn is the one of least elastic energy. --no-force-bands counts the distance to \
+             that line."
+                .into(),
+        );
+    }
+    if options.forces == Forces::OutsideBand {
+        notes.push(
+            "Pads give way: no rigid model is better than 0.05 mm, 1 % of the path and 3 mrad, nor than half of the weight \
+             while things rest against each other. An error is what is beyond that, as in `diagnose`."
                 .into(),
         );
     }

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use stickslip_shared::model::{Base, Friction, Model};
+use stickslip_shared::model::{Friction, Model};
 
 use crate::channels::{self, Quantity};
 use crate::dataset::{Dataset, Description, TrialInfo};
@@ -245,10 +245,4 @@ fn tame(prepared: &Prepared, model: &Model<f64>, stride: usize) -> Simulated {
 fn depends_on_order(model: &Model<f64>) -> bool {
     // Formulas (code 0) may use the trial's number.
     model.effects.iter().any(|e| e.code == 0 || e.info().is_some_and(|i| i.id == "wear_drift"))
-}
-
-/// A model to begin with where the user gives none.
-pub fn default_model() -> Model<f64> {
-    let friction = Friction { finger: 0.4, pusher: 0.25, support: 0.3 };
-    Model::base(Base::Hard, friction)
 }

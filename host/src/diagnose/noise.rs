@@ -22,7 +22,7 @@ pub const FLOOR_POSITION_M: f64 = 5e-5;
 /// direction of forces to about half a degree.
 pub const FLOOR_OF_PATH: f64 = 0.01;
 /// As above, rad.
-const FLOOR_ROTATION_RAD: f64 = 3e-3;
+pub const FLOOR_ROTATION_RAD: f64 = 3e-3;
 /// Share of a sensor's uncertainty in the floor.
 const FLOOR_OF_UNCERTAINTY: f64 = 0.1;
 /// Share of the signal's spread within a bin in the floor: forces and torques.

@@ -1,0 +1,44 @@
+//! What no rigid model can be better at: pads and plates of real stiffness give way, and how
+//! a body at rest shares its weight among them hangs on how much. The sizes are those of the
+//! diagnosis ([`crate::diagnose::noise`]), so that both call the same thing an error.
+
+use crate::channels::{NAMES, Quantity, quantity};
+use crate::diagnose::noise::{
+    FLOOR_OF_PATH, FLOOR_OF_SHARED_WEIGHT, FLOOR_POSITION_M, FLOOR_ROTATION_RAD, SHARED_WEIGHT_LEVER_M,
+};
+use crate::simulate::Prepared;
+
+/// Grip and push.
+const NOT_SHARED: [&str; 5] = ["finger1_fx_n", "finger1_fy_n", "finger2_fx_n", "finger2_fy_n", "pusher_fx_n"];
+
+/// How far pose and forces of one trial may be from those of a rigid model.
+pub struct Give {
+    position_m: f64,
+    /// Zero where the object rests on one thing only.
+    weight_n: f64,
+}
+
+/// For one trial.
+pub fn give(prepared: &Prepared) -> Give {
+    let scene = &prepared.scene;
+    let gravity = scene.gravity_m_s2.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let shared = scene.fingers.is_some() && scene.pusher.is_some();
+    Give {
+        position_m: FLOOR_POSITION_M.hypot(FLOOR_OF_PATH * prepared.drive_path()),
+        weight_n: if shared { FLOOR_OF_SHARED_WEIGHT * scene.object.mass_kg * gravity } else { 0.0 },
+    }
+}
+
+impl Give {
+    /// Of `channel`; weight is shared while things are at `rest` against each other. The grip
+    /// and the force along x, the push itself, are not.
+    pub fn of(&self, channel: usize, rest: bool) -> f64 {
+        match quantity(channel) {
+            Quantity::Position => self.position_m,
+            Quantity::Rotation => FLOOR_ROTATION_RAD,
+            _ if !rest || NAMES.get(channel).is_some_and(|n| NOT_SHARED.contains(n)) => 0.0,
+            Quantity::Force => self.weight_n,
+            Quantity::Torque => self.weight_n * SHARED_WEIGHT_LEVER_M,
+        }
+    }
+}
