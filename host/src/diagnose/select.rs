@@ -19,7 +19,7 @@ use crate::diagnose::problem::Problem;
 use crate::diagnose::screen::{Screened, Start, Trial, screen};
 use crate::fit::{self, FOLDS, Free, Solution};
 
-/// Longest wave that counts as one, in paths.
+/// Longest wave that counts as one where it shows in friction and in force, in paths.
 const LONGEST_WAVE: f64 = 1.5;
 /// A fit whose loss is beyond this many times what its linear model promises did not converge.
 const CONVERGED: f64 = 1.2;
@@ -242,6 +242,17 @@ pub fn total(held: &Held) -> f64 {
     held.loss.iter().sum()
 }
 
+/// Part of a wave is no wave: it could be any slow change along the path. Where both friction and the
+/// jaw's force show it, less of it is enough. `from` is where the effect's parameters begin.
+fn part_of_a_wave(problem: &Problem, best: &Solution, free: &[Free], from: usize, info: &Info) -> bool {
+    let at = |name: &str| Some(from + info.parameters.iter().position(|p| p.name == name)?);
+    let (Some(wave), Some(force)) = (at("wavelength_m"), at("grip_n")) else { return false };
+    let covariance = fit::clustered_covariance(&best.grams, &problem.precision(free, 0), free.len());
+    let twice = free[force].get(&best.model).abs() > 3.0 * covariance[(force, force)].sqrt();
+    let longest = if twice { LONGEST_WAVE } else { 1.0 } * longest_path(problem);
+    free[wave].get(&best.model) > longest
+}
+
 /// Longest prescribed path of the trials, m.
 fn longest_path(problem: &Problem) -> f64 {
     problem.campaign.runs.iter().map(|r| r.prepared.drive_path()).fold(0.0, f64::max)
@@ -290,10 +301,7 @@ fn refit(problem: &Problem, base: &Held, bases: &[&Solution], screened: &Screene
         })
         .min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))?;
     let best = fit::solve_with(problem, &begun.model, &free, STEPS, &begun.columns[..base.free.len()]);
-    // Part of a wave is no wave: it could be any slow change along the path.
-    let wave = screened.trial.info.parameters.iter().position(|p| p.name == "wavelength_m");
-    let longest = LONGEST_WAVE * longest_path(problem);
-    if wave.is_some_and(|k| best.model.effects[slot].parameters[k] > longest) {
+    if part_of_a_wave(problem, &best, &free, base.free.len(), screened.trial.info) {
         return None;
     }
     let parameters = parameter_p_value(problem, &best, &free, base.free.len(), screened.trial.info);
