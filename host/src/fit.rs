@@ -13,7 +13,7 @@ use stickslip_shared::model::Model;
 use thiserror::Error;
 
 use crate::diagnose::campaign::Campaign;
-use crate::diagnose::features::Features;
+use crate::diagnose::features::{FEATURES, Features};
 use crate::diagnose::gls::{self, Gram};
 use crate::diagnose::noise;
 use crate::diagnose::phases::BINS;
@@ -505,13 +505,33 @@ pub fn sensitivities(
     predicted: &[Features],
     free: &[Free],
 ) -> Vec<Vec<Features>> {
+    let with = |f: &Free, step: f64| {
+        let mut changed = model.clone();
+        f.set(&mut changed, f.get(model) + step);
+        (f.get(&changed) - f.get(model), problem.predict(&changed))
+    };
+    let size = |with: &[Features]| -> f64 {
+        let each = problem.groups.iter().zip(with).zip(predicted);
+        each.map(|((g, w), p)| problem.whiteners[*g].apply(&difference(w, p, 1.0)).norm_squared()).sum()
+    };
+    let here: f64 = {
+        let residual = problem.residual(predicted);
+        problem.groups.iter().zip(&residual).map(|(g, r)| problem.whiteners[*g].apply(r).norm_squared()).sum()
+    };
     free.iter()
         .map(|f| {
             let step = f.step(model);
-            let mut changed = model.clone();
-            f.set(&mut changed, f.get(model) + step);
-            let step = f.get(&changed) - f.get(model);
-            let with = problem.predict(&changed);
+            let mut forward = with(f, step);
+            // A small step that changes more than there is to explain has passed the edge at which a
+            // contact lets go: the other side tells how things change on this one.
+            let change = size(&forward.1);
+            if change > here + (problem.groups.len() * FEATURES) as f64 {
+                let back = with(f, -step);
+                if back.0 != 0.0 && size(&back.1) < change {
+                    forward = back;
+                }
+            }
+            let (step, with) = forward;
             with.iter()
                 .zip(predicted)
                 .map(|(w, p)| difference(w, p, if step == 0.0 { f64::INFINITY } else { step }))
@@ -544,9 +564,11 @@ pub fn solve_with(
     iterations: usize,
     known: &[Vec<Features>],
 ) -> Solution {
-    let columns_at = |model: &Model<f64>, predicted: &[Features]| -> Vec<Vec<Features>> {
-        let mut columns = known.to_vec();
-        columns.extend(sensitivities(problem, model, predicted, &free[known.len()..]));
+    // Those of `known`, until they are no longer near enough.
+    let mut old = known.len();
+    let columns_at = |model: &Model<f64>, predicted: &[Features], old: usize| -> Vec<Vec<Features>> {
+        let mut columns = known[..old].to_vec();
+        columns.extend(sensitivities(problem, model, predicted, &free[old..]));
         columns
     };
     // How far the parameters that have a prior are from its mean, and what that costs.
@@ -562,7 +584,7 @@ pub fn solve_with(
     let mut here = start;
     let mut damping = 1e-3;
     let mut made = 0;
-    let mut columns = columns_at(&model, &predicted);
+    let mut columns = columns_at(&model, &predicted, old);
     let mut grams = problem.grams(&residual, &columns);
     for _ in 0..iterations {
         made += 1;
@@ -576,9 +598,11 @@ pub fn solve_with(
             let mut towards = home(&model);
             for (k, p) in precision.iter_mut().enumerate().take(n) {
                 let damped = prior[k] + damping * total[(k, k)];
-                // The damping pulls to where we are, the prior to its mean.
+                // The damping pulls to where we are, the prior to its mean; of what the data do not
+                // tell here it pulls nothing, for on the way there a contact may let go.
+                let told = total[(k, k)] > prior[k];
                 if let Some(d) = towards.get_mut(k) {
-                    *d *= if damped > 0.0 { prior[k] / damped } else { 0.0 };
+                    *d *= if told && damped > 0.0 { prior[k] / damped } else { 0.0 };
                 }
                 *p = damped;
             }
@@ -597,18 +621,23 @@ pub fn solve_with(
                 accepted = here - loss > 1e-3 * here + 0.1;
                 (model, predicted, residual, offsets, here) = (trial, p, r, o, loss);
                 damping = (damping * 0.2).max(1e-6);
-                columns = columns_at(&model, &predicted);
+                columns = columns_at(&model, &predicted, old);
                 grams = problem.grams(&residual, &columns);
                 break;
             }
             damping = (damping * 10.0).min(1e3);
         }
         if !accepted {
-            break;
+            if old == 0 {
+                break;
+            }
+            columns.splice(..old, sensitivities(problem, &model, &predicted, &free[..old]));
+            grams = problem.grams(&residual, &columns);
+            (old, damping) = (0, 1e-3);
         }
     }
-    if !known.is_empty() {
-        columns.splice(..known.len(), sensitivities(problem, &model, &predicted, &free[..known.len()]));
+    if old > 0 {
+        columns.splice(..old, sensitivities(problem, &model, &predicted, &free[..old]));
         grams = problem.grams(&residual, &columns);
     }
     Solution { model, grams, predicted, residual, columns, offsets, loss: (start, here), iterations: made }

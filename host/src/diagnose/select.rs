@@ -62,13 +62,15 @@ pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held 
     let precision = problem.precision(&free, 0);
     let mut folds = gls::fold_solutions(&solution.grams, &precision, FOLDS);
     // Where the fit could not follow the linear model any further, folds must not either.
-    let linear = gls::solve(solution.grams.iter().map(|g| (1.0, g)), &precision).map_or(0.0, |x| {
-        let prior: f64 = x.iter().zip(&precision).map(|(x, p)| p * x * x).sum();
-        solution.grams.iter().map(|g| gls::loss(g, &x)).sum::<f64>() + prior
-    });
-    if solution.loss.1 > CONVERGED * linear + free.len() as f64 {
-        let mut fixed = precision.clone();
-        fixed[..n].fill(FIXED);
+    let mut fixed = precision.clone();
+    fixed[..n].fill(FIXED);
+    let least = |precision: &[f64]| -> f64 {
+        gls::solve(solution.grams.iter().map(|g| (1.0, g)), precision).map_or(f64::INFINITY, |x| {
+            let prior: f64 = x.iter().zip(precision).map(|(x, p)| p * x * x).sum();
+            solution.grams.iter().map(|g| gls::loss(g, &x)).sum::<f64>() + prior
+        })
+    };
+    if least(&fixed) > CONVERGED * least(&precision) + n as f64 {
         folds = gls::fold_solutions(&solution.grams, &fixed, FOLDS);
     }
     let residual: Vec<Features> = solution
