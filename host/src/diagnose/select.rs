@@ -26,7 +26,7 @@ const CONVERGED: f64 = 1.2;
 /// Precision of a parameter that stays where it is.
 const FIXED: f64 = 1e15;
 /// Gauss-Newton steps of a candidate.
-const STEPS: usize = 8;
+const STEPS: usize = 12;
 
 /// A fitted model and how it does on held-out conditions.
 #[derive(Clone, Debug)]
@@ -291,18 +291,19 @@ fn refit(problem: &Problem, base: &Held, bases: &[&Solution], screened: &Screene
     let slot = base.solution.model.effects.len();
     let mut free = base.free.clone();
     free.extend(Free::of_effect(screened.trial.info, slot));
-    // One step from each start shows which is worth the rest.
-    let begun = screened
-        .starts
+    // One step from each start shows which two are worth the rest.
+    let begin = |start: &Start| {
+        let on = bases.get(start.on)?;
+        let model = within_reach(problem, on, start, &free, slot);
+        Some(fit::solve_with(problem, &model, &free, 1, &on.columns))
+    };
+    let mut begun: Vec<Solution> = screened.starts.iter().take(1 + bases.len()).filter_map(begin).collect();
+    begun.sort_by(|a, b| a.loss.1.total_cmp(&b.loss.1));
+    let best = begun
         .iter()
-        .take(1 + bases.len())
-        .filter_map(|start| {
-            let on = bases.get(start.on)?;
-            let model = within_reach(problem, on, start, &free, slot);
-            Some(fit::solve_with(problem, &model, &free, 1, &on.columns))
-        })
+        .take(2)
+        .map(|b| fit::solve_with(problem, &b.model, &free, STEPS, &b.columns[..base.free.len()]))
         .min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))?;
-    let best = fit::solve_with(problem, &begun.model, &free, STEPS, &begun.columns[..base.free.len()]);
     if part_of_a_wave(problem, &best, &free, base.free.len(), screened.trial.info) {
         return None;
     }
