@@ -77,7 +77,7 @@ no-panic: firmware-g474 ## No panic can be reached from the control task
 
 cost: setup ## Instructions of the tick and its parts on the emulated board
 	cargo build -p stickslip-firmware --features cost --bin cost $(BOARD_BUILD)
-	cargo run --release -p stickslip-host -- cost
+	cargo run --release -p stickslip-host -- cost --cases data/worst/*.json
 
 fuzz: setup ## Bytes that break the frame decoder, the predictor or a reader of files, looked for by coverage (FUZZ_SECONDS=60 each)
 	@tools/fuzz.sh $(or $(FUZZ_SECONDS),60)

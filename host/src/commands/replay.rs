@@ -250,7 +250,8 @@ fn solver(predictions: &[Prediction]) -> Solver {
             0 => "solved",
             1 => "iteration_limit",
             2 => "bad_input",
-            _ => "numerical",
+            3 => "numerical",
+            _ => "contradiction",
         };
         *ticks.entry(name).or_insert(0) += 1;
     }
