@@ -10,7 +10,7 @@ OUT := target/$(TARGET)/firmware
 FLASH_LIMIT := 524288
 RAM_LIMIT := 98304
 
-.PHONY: help setup mujoco-setup test lint test-host hil hil-probe soak soak-short firmware firmware-g474 flash-g474 size no-panic cost demo bench
+.PHONY: help setup mujoco-setup test lint test-host hil hil-probe soak soak-short firmware firmware-g474 flash-g474 size no-panic cost demo fuzz bench
 
 help: ## This list
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -70,13 +70,17 @@ size: firmware-g474 ## Flash and RAM of the firmware for the real board, against
 	@size $(OUT)/stickslip-nucleo-g474re | awk -v flash=$(FLASH_LIMIT) -v ram=$(RAM_LIMIT) 'NR == 2 { \
 		printf "flash %d of %d bytes, static RAM %d of %d\n", $$1 + $$2, flash, $$2 + $$3, ram; \
 		exit ($$1 + $$2 > flash || $$2 + $$3 > ram) }'
+	STICKSLIP_G474_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re cargo test -q -p stickslip-host --test memory_map
 
-no-panic: firmware-g474 ## No panic can be reached from the predictor's tick
+no-panic: firmware-g474 ## No panic can be reached from the control task
 	STICKSLIP_NO_PANIC_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re cargo test -p stickslip-host --test no_panic
 
 cost: setup ## Instructions of the tick and its parts on the emulated board
 	cargo build -p stickslip-firmware --features cost --bin cost $(BOARD_BUILD)
-	cargo run --release -p stickslip-host -- cost
+	cargo run --release -p stickslip-host -- cost --cases data/worst/*.json
+
+fuzz: ## Bytes that break the frame decoder or the predictor, looked for by coverage (FUZZ_SECONDS=60 each)
+	@tools/fuzz.sh $(or $(FUZZ_SECONDS),60)
 
 bench: ## The complementarity solvers against QuantEcon, Drake and Siconos, on the same problems
 	@tools/bench/lcp.sh

@@ -2,14 +2,21 @@
 use std::path::PathBuf;
 use std::{env, fs};
 
+/// Features and their maps in `memory/`.
+const BOARDS: [(&str, &str); 2] =
+    [("CARGO_FEATURE_MPS2_AN386", "mps2-an386.x"), ("CARGO_FEATURE_NUCLEO_G474RE", "nucleo-g474re.x")];
+
 fn main() {
-    if env::var_os("CARGO_FEATURE_MPS2_AN386").is_some() {
-        let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-        let map =
-            PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it")).join("../memory.x");
-        fs::copy(&map, out.join("memory.x")).expect("memory.x is in the workspace's root");
-        println!("cargo:rerun-if-changed={}", map.display());
-        println!("cargo:rustc-link-search={}", out.display());
+    let here = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it")).join("memory");
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+    for (feature, map) in BOARDS {
+        if env::var_os(feature).is_some() {
+            let map = here.join(map);
+            // The workspace's memory.x includes it by this name.
+            fs::copy(&map, out.join("board-memory.x")).expect("the board has a memory map");
+            println!("cargo:rerun-if-changed={}", map.display());
+            println!("cargo:rustc-link-search={}", out.display());
+        }
     }
     println!("cargo:rustc-link-arg-bins=--nmagic");
     println!("cargo:rustc-link-arg-bins=-Tlink.x");

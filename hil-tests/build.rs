@@ -3,29 +3,36 @@
 use std::path::PathBuf;
 use std::{env, fs};
 
-use stickslip_shared::selftest;
+use stickslip_shared::selftest::{self, hostile};
 
 /// Seed, ticks, horizon: without look-ahead, and with it.
 const RUNS: [(u32, u32, f32); 2] = [(1, 100_000, 0.0), (2, 3_000, 0.1)];
 
+/// Seed and rounds of the hostile problems.
+const HOSTILE: (u32, u32) = (3, 400);
+
 fn main() {
     let mut text = String::from("/// Seed, ticks, horizon and what the host got.\n");
     text += "pub const REFERENCE: [(u32, u32, f32, Digest); 2] = [\n";
+    let mut lines = String::new();
     for (seed, ticks, horizon) in RUNS {
         let digest = selftest::run(seed, ticks, horizon);
+        lines += &format!("predictor {seed} {ticks} {horizon:?} {digest:?}\n");
         text += &format!("({seed}, {ticks}, {horizon:?}, {digest:?}),\n");
     }
     text += "];\n";
+    let (seed, rounds) = HOSTILE;
+    let answers = hostile::run(seed, rounds);
+    lines += &format!("hostile {seed} {rounds} {answers:?}\n");
+    text += "/// Seed and rounds of the hostile problems, and what the host got.\n";
+    text += &format!("pub const HOSTILE: (u32, u32, Answers) = ({seed}, {rounds}, {answers:?});\n");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     fs::write(out.join("reference.rs"), text).expect("OUT_DIR can be written");
+    // A test on the host compares its own build, with debug assertions, with this one
+    // (`host/tests/hil.rs`).
+    let built = out.ancestors().nth(3).expect("OUT_DIR lies below the profile's folder");
+    fs::write(built.join("reference.txt"), lines).expect("the target folder can be written");
     println!("cargo:rerun-if-changed=build.rs");
-    if env::var_os("CARGO_FEATURE_MPS2_AN386").is_some() {
-        let map =
-            PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it")).join("../memory.x");
-        fs::copy(&map, out.join("memory.x")).expect("memory.x is in the workspace's root");
-        println!("cargo:rerun-if-changed={}", map.display());
-        println!("cargo:rustc-link-search={}", out.display());
-    }
     println!("cargo:rustc-link-arg-tests=--nmagic");
     println!("cargo:rustc-link-arg-tests=-Tlink.x");
     println!("cargo:rustc-link-arg-tests=-Tdefmt.x");

@@ -1,7 +1,7 @@
 //! The tick: every 4 ms take commands, take a sample, predict, report. It waits for the
 //! clock only, and it alone feeds the watchdog.
 
-use embassy_time::{Duration, Instant, Ticker};
+use embassy_time::{Duration, Instant, Timer};
 use stickslip_shared::predictor::{HASH_START, Prediction, flags, validity};
 use stickslip_shared::wire::{Mode, Sample, Source, StartRequest, TICK_US, TelemetryReport};
 
@@ -44,25 +44,26 @@ impl<G: Gauges> Control<G> {
     /// Ticks for ever.
     pub async fn run(mut self, mut watchdog: Watchdog) -> ! {
         let period = Duration::from_micros(u64::from(TICK_US));
-        let mut ticker = Ticker::every(period);
-        let mut due = Instant::now() + period;
+        let mut due = Instant::now();
         loop {
-            ticker.next().await;
+            due = due.saturating_add(period);
+            Timer::at(due).await;
             let began = timer();
-            if Instant::now() >= due + period {
+            if Instant::now() >= due.saturating_add(period) {
                 COUNTERS.ticks_missed.add(1);
                 defmt::warn!("tick {=u32} began a period late", self.report.tick);
             }
-            due += period;
             self.tick(began);
             watchdog.feed();
         }
     }
 
     /// One tick, begun at `began` on the board's timer.
+    // A function of its own: `make no-panic` follows its calls.
+    #[inline(never)]
     pub fn tick(&mut self, began: u32) {
         COUNTERS.ticks.add(1);
-        while let Ok(command) = COMMANDS.try_receive() {
+        while let Some(command) = COMMANDS.try_receive() {
             self.apply(command);
         }
         let running = self.run.is_some();

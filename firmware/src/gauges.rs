@@ -100,7 +100,7 @@ impl<G: Gauges> GaugeSource<G> {
 
 impl<G: Gauges> FingerSource for GaugeSource<G> {
     fn next(&mut self) -> Next {
-        while let Ok(sample) = SAMPLES.try_receive() {
+        while let Some(sample) = SAMPLES.try_receive() {
             self.newest = Some(sample);
         }
         let Some(counts) = self.poll() else {

@@ -9,9 +9,11 @@ pub mod board;
 pub mod control;
 pub mod gauges;
 pub mod link;
+pub mod queue;
 pub mod queues;
 pub mod slot;
 pub mod source;
+pub mod stack;
 pub mod stats;
 pub mod upload;
 

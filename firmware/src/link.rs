@@ -142,23 +142,19 @@ impl Link {
             (Mode::Ready, Source::Gauges) if !board::HAS_GAUGES => return Err(Refusal::NoGauges),
             (Mode::Ready, _) => {}
         }
-        let unasked = u32::try_from(SAMPLES.len()).unwrap_or(u32::MAX);
-        COUNTERS.samples_unasked.add(unasked);
-        SAMPLES.clear();
+        COUNTERS.samples_unasked.add(u32::try_from(SAMPLES.clear()).unwrap_or(u32::MAX));
         self.sequence = Sequence::default();
         queue(Command::Start(request))
     }
 
     fn commit(&mut self, commit: &wire::ModelCommit) -> Answer {
-        let slot = SPARE.try_receive().map_err(|_| Refusal::Busy)?;
-        match self.upload.commit(commit) {
-            Ok(predictor) => {
-                slot.predictor = Some(predictor);
+        let slot = SPARE.try_receive().ok_or(Refusal::Busy)?;
+        match self.upload.commit(commit, &mut slot.predictor) {
+            Ok(()) => {
                 slot.crc = commit.crc;
                 match COMMANDS.try_send(Command::Install(slot)) {
                     Ok(()) => Ok(()),
-                    Err(full) => {
-                        let embassy_sync::channel::TrySendError::Full(command) = full;
+                    Err(command) => {
                         if let Command::Install(slot) = command {
                             let _ = SPARE.try_send(slot);
                         }

@@ -25,8 +25,9 @@ async fn transmit(tx: board::Tx) -> ! {
     link::transmit(tx).await
 }
 
-#[entry]
-fn main() -> ! {
+/// Brings everything up; its stack is free again before anything runs.
+#[inline(never)]
+fn start() {
     static SLOTS: [StaticCell<Slot>; 2] = [StaticCell::new(), StaticCell::new()];
     let [active, spare] = &SLOTS;
     let board = board::init();
@@ -46,13 +47,21 @@ fn main() -> ! {
     if let Ok(token) = control(app, board::Watchdog::start()) {
         upper.spawn(token);
     }
+}
+
+#[entry]
+fn main() -> ! {
+    start();
     loop {
-        cortex_m::asm::wfi();
+        board::idle();
     }
 }
 
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo) -> ! {
-    defmt::error!("{}", defmt::Display2Format(info));
+    // Where, without its words: formatting them would take 4 KB of flash.
+    if let Some(place) = info.location() {
+        defmt::error!("panic at {=str}:{=u32}", place.file(), place.line());
+    }
     board::halt()
 }

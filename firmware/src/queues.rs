@@ -10,6 +10,7 @@ use stickslip_shared::predictor::Plan;
 use stickslip_shared::wire::frame::MAX_LINE;
 use stickslip_shared::wire::{Calibration, Mode, SAMPLE_QUEUE, Sample, StartRequest, TelemetryReport};
 
+use crate::queue::Queue;
 use crate::slot::Slot;
 
 /// A checked command, to be applied at the beginning of a tick.
@@ -31,15 +32,15 @@ pub enum Command {
 }
 
 /// Samples from the host.
-pub static SAMPLES: Channel<CriticalSectionRawMutex, Sample, SAMPLE_QUEUE> = Channel::new();
+pub static SAMPLES: Queue<Sample, SAMPLE_QUEUE> = Queue::new();
 /// Commands from the host.
-pub static COMMANDS: Channel<CriticalSectionRawMutex, Command, 8> = Channel::new();
+pub static COMMANDS: Queue<Command, 4> = Queue::new();
 /// Reports to the host.
-pub static REPORTS: Channel<CriticalSectionRawMutex, TelemetryReport, 16> = Channel::new();
+pub static REPORTS: Queue<TelemetryReport, 8> = Queue::new();
 /// Encoded answers to the host.
 pub static ANSWERS: Channel<CriticalSectionRawMutex, Vec<u8, MAX_LINE>, 4> = Channel::new();
 /// The slot that is not in use: here a new model is built.
-pub static SPARE: Channel<CriticalSectionRawMutex, &'static mut Slot, 2> = Channel::new();
+pub static SPARE: Queue<&'static mut Slot, 2> = Queue::new();
 
 static MODE: AtomicU8 = AtomicU8::new(0);
 /// CRC-32 of the model in use; meaningful where the mode is not `Safe`.

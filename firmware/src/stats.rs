@@ -18,7 +18,8 @@ impl Counter {
         let next = |now: u32| Some(now.saturating_add(more));
         let _ = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, next);
     }
-    fn get(&self) -> u32 {
+    /// The count.
+    pub fn get(&self) -> u32 {
         self.0.load(Ordering::Relaxed)
     }
 }
@@ -109,6 +110,7 @@ impl Counters {
             model_swaps: self.model_swaps.get(),
             solver_marks: self.solver_marks.get(),
             sensor_marks: self.sensor_marks.get(),
+            stack_bytes: crate::stack::depth_bytes(),
         }
     }
 }

@@ -28,12 +28,15 @@ impl Upload {
             .map_err(|_| Refusal::TooLarge { limit: short(MAX_MODEL_BYTES) })
     }
 
-    /// Builds what was received.
+    /// Builds what was received in `place`, which is empty where that fails.
     ///
     /// # Errors
     /// Length or checksum differ from the announced, the bytes are not a scene and a
     /// model, or the model cannot be run here.
-    pub fn commit(&self, commit: &ModelCommit) -> Result<Predictor<f32>, Refusal> {
+    // A function of its own: its stack is not that of every message.
+    #[inline(never)]
+    pub fn commit(&self, commit: &ModelCommit, place: &mut Option<Predictor<f32>>) -> Result<(), Refusal> {
+        *place = None;
         if self.bytes.len() != usize::from(commit.length) {
             return Err(Refusal::Length { received: short(self.bytes.len()) });
         }
@@ -42,7 +45,10 @@ impl Upload {
             return Err(Refusal::Crc { received });
         }
         match postcard::take_from_bytes::<ModelPackage>(&self.bytes) {
-            Ok(((scene, model, limits), [])) => Predictor::new(scene, model, limits).map_err(Refusal::Model),
+            Ok(((scene, model, limits), [])) => {
+                *place = Some(Predictor::new(scene, model, limits).map_err(Refusal::Model)?);
+                Ok(())
+            }
             _ => Err(Refusal::Undecodable),
         }
     }

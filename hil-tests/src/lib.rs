@@ -3,5 +3,6 @@
 #![no_std]
 
 use stickslip_shared::selftest::Digest;
+use stickslip_shared::selftest::hostile::Answers;
 
 include!(concat!(env!("OUT_DIR"), "/reference.rs"));

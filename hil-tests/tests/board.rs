@@ -7,8 +7,8 @@ mod tests {
     use heapless::Vec;
     use stickslip_firmware as _;
     use stickslip_firmware::upload::Upload;
-    use stickslip_hil_tests::REFERENCE;
-    use stickslip_shared::selftest;
+    use stickslip_hil_tests::{HOSTILE, REFERENCE};
+    use stickslip_shared::selftest::{self, hostile};
     use stickslip_shared::wire::frame::{FrameError, FrameReader, MAX_LINE, crc32, encode};
     use stickslip_shared::wire::{self, ModelChunk, ModelCommit, Refusal};
 
@@ -22,6 +22,12 @@ mod tests {
     fn predictor_gives_the_bits_of_the_host_with_look_ahead() {
         let [_, (seed, ticks, horizon_s, host)] = REFERENCE;
         assert_eq!(selftest::run(seed, ticks, horizon_s), host);
+    }
+
+    #[test]
+    fn solvers_give_the_bits_of_the_host_on_hostile_problems() {
+        let (seed, rounds, host) = HOSTILE;
+        assert_eq!(hostile::run(seed, rounds), host);
     }
 
     #[test]
@@ -56,12 +62,12 @@ mod tests {
         assert_eq!(upload.take(&piece(0)), Ok(()));
         assert_eq!(upload.take(&piece(16)), Err(Refusal::Offset { expected: 8 }));
         let short = ModelCommit { length: 9, crc: 0 };
-        assert_eq!(upload.commit(&short).err(), Some(Refusal::Length { received: 8 }));
+        assert_eq!(upload.commit(&short, &mut None).err(), Some(Refusal::Length { received: 8 }));
         let crc = crc32(&[1; 8]);
         let wrong = ModelCommit { length: 8, crc: !crc };
-        assert_eq!(upload.commit(&wrong).err(), Some(Refusal::Crc { received: crc }));
+        assert_eq!(upload.commit(&wrong, &mut None).err(), Some(Refusal::Crc { received: crc }));
         let garbage = ModelCommit { length: 8, crc };
-        assert_eq!(upload.commit(&garbage).err(), Some(Refusal::Undecodable));
+        assert_eq!(upload.commit(&garbage, &mut None).err(), Some(Refusal::Undecodable));
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //! on every run. These are instructions, not cycles.
 
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, bail, ensure};
@@ -82,17 +82,6 @@ pub struct Counts {
     pub stack_bytes: u32,
     /// Hash over all predictions.
     pub hash: u32,
-}
-
-/// `STICKSLIP_COST`, or where `make cost` puts it.
-#[must_use]
-pub fn default_program() -> PathBuf {
-    if let Some(path) = std::env::var_os("STICKSLIP_COST") {
-        return path.into();
-    }
-    let built = Path::new("target/thumbv7em-none-eabihf/firmware/cost");
-    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(built);
-    if built.is_file() || !workspace.is_file() { built.to_owned() } else { workspace }
 }
 
 /// What the board shall run, as it reads it.

@@ -37,9 +37,18 @@ pub enum Family {
     Scattered,
     /// All contacts in one point.
     Coincident,
+    /// No solution: rigid walls exactly opposed advance on the object from both sides.
+    Crushed,
+    /// No solution: three rigid walls around the object close in on it.
+    Wedged,
 }
 
-/// Every family, in the order of reports.
+/// Families without any solution. Their normal rows cancel exactly (in pairs or threes), so
+/// that the sum of the separation speeds is the sum of their constants, which is negative,
+/// whatever the impulses are.
+pub const IMPOSSIBLE: [Family; 2] = [Family::Crushed, Family::Wedged];
+
+/// Every family that has a solution, in the order of reports.
 pub const FAMILIES: [Family; 11] = [
     Family::Force,
     Family::Approach,
@@ -106,7 +115,24 @@ fn unit(rng: &mut ChaCha8Rng) -> [f64; 3] {
     }
 }
 
+/// Three walls around Z, whose normals add up to zero in every digit, at several heights.
+fn wedge(contacts: usize, rng: &mut ChaCha8Rng) -> Vec<Point> {
+    let mut list = Vec::new();
+    for _ in 0..(contacts / 3).max(1) {
+        let height = rng.random_range(-0.03..0.03);
+        for normal in [[1.0, 0.0, 0.0], [-0.5, 0.75, 0.0], [-0.5, -0.75, 0.0]] {
+            let at = [-0.02 * normal[0], -0.02 * normal[1], height];
+            let across = [-normal[1], normal[0], 0.0];
+            list.push(Point { at, normal, tangents: [across, [0.0, 0.0, 1.0]], finger: None });
+        }
+    }
+    list
+}
+
 fn points(family: Family, contacts: usize, rng: &mut ChaCha8Rng) -> Vec<Point> {
+    if family == Family::Wedged {
+        return wedge(contacts, rng);
+    }
     let pushers = match contacts {
         0..=8 => contacts % 2,
         _ => 2 - contacts % 2,
@@ -126,7 +152,7 @@ fn points(family: Family, contacts: usize, rng: &mut ChaCha8Rng) -> Vec<Point> {
                     let along = 2.0 * (k as f64 + 0.5) / each as f64 - 1.0;
                     (along * DISC_RADIUS_M * angle.cos(), along * DISC_RADIUS_M * angle.sin())
                 }
-                Family::Opposite if finger == 1 => first_patch[k],
+                Family::Opposite | Family::Crushed if finger == 1 => first_patch[k],
                 Family::Dup if k % 2 == 1 => {
                     let Some(last) = list.last() else { continue };
                     let last: &Point = last;
@@ -183,7 +209,7 @@ pub fn contact_problem(family: Family, contacts: usize, seed: u64) -> Factors {
     let ties = family == Family::Ties;
     let bodies = match family {
         Family::Force | Family::Collinear | Family::Heavy | Family::Light => true,
-        Family::Approach | Family::Scattered => false,
+        Family::Approach | Family::Scattered | Family::Crushed | Family::Wedged => false,
         _ => rng.random_bool(0.5),
     };
     let freedoms = if bodies { 8 } else { 6 };
@@ -246,6 +272,10 @@ pub fn contact_problem(family: Family, contacts: usize, seed: u64) -> Factors {
                 10f64.powf(rng.random_range(-3.0..1.0)),
                 rng.random_range(-0.05..0.15),
             ),
+            (Family::Crushed | Family::Wedged, _) => {
+                // Far more than the noise of 0.1 mm/s.
+                (0.0, mu_finger, 10f64.powf(rng.random_range(-2.5..0.0)))
+            }
             (_, Some(finger)) if bodies => {
                 let speed = match family {
                     Family::Heavy => rng.random_range(-2e-4..8e-4),

@@ -55,6 +55,8 @@ pub struct Summary {
     pub false_above_1e4: usize,
     /// Reported as having no solution.
     pub rays: usize,
+    /// Generated so that they have none: a claim is false whatever its residual.
+    pub impossible: usize,
     /// Largest residual among claims.
     pub worst_residual: f64,
     /// Median over problems of the median of the repetitions, microseconds.
@@ -238,6 +240,7 @@ pub fn summarise(name: &str, n: usize, judged: &[Judged]) -> Summary {
         false_claims: claims.iter().filter(|j| !certified(j)).count(),
         false_above_1e4: claims.iter().filter(|j| !(j.residual <= FALSE_RESIDUAL)).count(),
         rays: judged.iter().filter(|j| j.report.status == Status::Ray).count(),
+        impossible: 0,
         worst_residual: claims.iter().map(|j| j.residual).fold(0.0, f64::max),
         median_us: percentile(&medians, 50),
         p99_us: percentile(&medians, 99),

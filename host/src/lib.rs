@@ -15,6 +15,7 @@ pub mod expression;
 pub mod findings;
 pub mod fit;
 pub mod force_bands;
+pub mod hunt;
 pub mod import;
 pub mod lcp_files;
 pub mod lcp_gen;
@@ -27,6 +28,7 @@ pub mod noise;
 pub mod output;
 pub mod phases;
 pub mod planar;
+pub mod precision;
 #[cfg(feature = "probe")]
 pub mod probe;
 pub mod replay;

@@ -5,9 +5,11 @@
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use anyhow::Context;
 use comfy_table::{ContentArrangement, Table, presets};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
@@ -72,6 +74,16 @@ impl Output {
             let text = serde_json::to_string_pretty(document)?;
             print_line(&mut io::stdout().lock(), text);
         }
+        Ok(())
+    }
+
+    /// Writes a self-contained page and says where it is.
+    ///
+    /// # Errors
+    /// Where `path` cannot be written.
+    pub fn page(&self, path: &Path, html: impl AsRef<[u8]>) -> anyhow::Result<()> {
+        std::fs::write(path, html).with_context(|| format!("cannot write {}", path.display()))?;
+        self.note(format_args!("page written to {}", path.display()));
         Ok(())
     }
 

@@ -15,6 +15,7 @@ use std::time::Instant;
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use object::{Object, ObjectSection, ObjectSymbol};
+use stickslip_shared::selftest::{self, hostile};
 
 /// A test that takes longer hangs: emulation is slow, not endless.
 const PATIENCE: Duration = Duration::from_secs(400);
@@ -23,9 +24,45 @@ fn main() {
     let arguments = Arguments::from_args();
     let tests = match std::env::var_os("STICKSLIP_HIL_ELF") {
         None => Vec::new(),
-        Some(elf) => list(&PathBuf::from(elf)),
+        Some(elf) => {
+            let elf = PathBuf::from(elf);
+            let mut tests = list(&elf);
+            tests
+                .push(Trial::test("this_build_gives_the_bits_of_the_optimised_one", move || same_bits(&elf)));
+            tests
+        }
     };
     libtest_mimic::run(&arguments, tests).exit();
+}
+
+/// The build script of `hil-tests` wrote what the firmware's profile gives on this machine
+/// (optimised, without assertions); the board's tests hold the board against the same.
+fn same_bits(elf: &Path) -> Result<(), Failed> {
+    let built = elf.parent().and_then(Path::parent).ok_or("the ELF file lies in a target folder")?;
+    let path = built.join("reference.txt");
+    let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let mut compared = 0;
+    for line in text.lines() {
+        let words: Vec<&str> = line.split(' ').collect();
+        let own = match words.as_slice() {
+            ["predictor", seed, ticks, horizon, ..] => {
+                let digest = selftest::run(seed.parse()?, ticks.parse()?, horizon.parse()?);
+                format!("predictor {seed} {ticks} {horizon} {digest:?}")
+            }
+            ["hostile", seed, rounds, ..] => {
+                format!("hostile {seed} {rounds} {:?}", hostile::run(seed.parse()?, rounds.parse()?))
+            }
+            _ => return Err(format!("{}: `{line}` is not understood", path.display()).into()),
+        };
+        if own != line {
+            return Err(format!("optimised: {line}\nthis build: {own}").into());
+        }
+        compared += 1;
+    }
+    if compared < 3 {
+        return Err(format!("{} compares nothing", path.display()).into());
+    }
+    Ok(())
 }
 
 fn list(elf: &Path) -> Vec<Trial> {

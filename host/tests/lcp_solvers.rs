@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use rand::Rng;
 use stickslip_host::lcp_files::{Factors, ProblemFile, read};
 use stickslip_host::lcp_gen::{
-    DenseFamily, FAMILIES, Family, contact_problem, dense_problem, neighbour, rng, to_problem,
+    DenseFamily, FAMILIES, Family, IMPOSSIBLE, contact_problem, dense_problem, neighbour, rng, to_problem,
 };
 use stickslip_host::lcp_solve::{Solver, solve_file};
 use stickslip_shared::lcp::contact::ContactSolver;
@@ -162,6 +162,30 @@ fn object_between_two_advancing_walls_is_not_solved_and_said_to_be_a_ray() {
     let mut both = Box::new(Fallback::<f64, 16, 8, 98, 9216>::new());
     let report = both.solve(&problem).report();
     assert_eq!(report.status, Status::Ray, "{report:?}");
+}
+
+#[test]
+fn problems_made_without_a_solution_are_never_claimed_and_said_to_have_none() {
+    let mut both = Box::new(Fallback::<f64, 16, 8, 98, 9216>::new());
+    let mut rays = 0;
+    for family in IMPOSSIBLE {
+        for seed in 0..100 {
+            let factors = contact_problem(family, [2, 6, 9, 10][(seed % 4) as usize], seed);
+            // Rows that cancel: the sum of these speeds is that of the constants.
+            let group = if family == Family::Wedged { 3 } else { 0 };
+            if group > 0 {
+                assert!(factors.constant[..group].iter().sum::<f64>() < 0.0);
+            }
+            let problem = to_problem::<16, 8>(&factors).expect("fits");
+            both.contact.forget();
+            let report = both.solve(&problem).report();
+            assert_ne!(report.status, Status::Solved, "{family:?} {seed}");
+            rays += usize::from(report.status == Status::Ray);
+            let (m, q) = factors.dense();
+            assert!(dense().solve(&m, &q).solved().is_none(), "{family:?} {seed}");
+        }
+    }
+    assert!(rays >= 198, "{rays} of 200 said to have no solution");
 }
 
 #[test]

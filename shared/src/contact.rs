@@ -187,6 +187,14 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
         self.axes[0] * v.x + self.axes[1] * v.y + self.axes[2] * v.z
     }
 
+    /// A point of the object (object axes) seen from the origin of `moving`, carrier axes.
+    /// Where the object has hardly turned it is a sum of small numbers: a gap taken from it
+    /// keeps its digits in `f32`, and a rigid contact turns a nanometre into a hundredth of a newton.
+    #[inline(always)]
+    fn seen_from(&self, moving: &Moving<R>, point: &Vec3<R>) -> Vec3<R> {
+        (point - moving.position_m) + self.state.position_m + turned_by(&self.state.rotation, point)
+    }
+
     /// `lever` in carrier axes; completes and stores a contact.
     #[allow(clippy::too_many_arguments)]
     fn push(
@@ -339,11 +347,13 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
             PusherContact::Plane => {
                 let axes = [n, y, n.cross(&y)];
                 let towards = in_object(&-n);
-                let mut points: Vec<Vec3<R>, PUSHER_POINTS> = Vec::new();
+                // Lever, and place seen from the pusher's origin.
+                let mut points: Vec<(Vec3<R>, Vec3<R>), PUSHER_POINTS> = Vec::new();
                 match self.scene.object.shape.face_towards(&towards) {
                     Some(face) => {
                         for p in &face.corners() {
-                            lost += usize::from(points.push(self.in_carrier(p)).is_err());
+                            let at = (self.in_carrier(p), self.seen_from(moving, p));
+                            lost += usize::from(points.push(at).is_err());
                         }
                     }
                     None => {
@@ -353,17 +363,17 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
                         let (half, radius) = cylinder_size(&self.scene.object.shape);
                         let down = down * (radius / crate::real::most(down.norm(), R::of(1e-6)));
                         for h in [-half, half] {
-                            let _ = points.push(x * h + down);
+                            let lever = x * h + down;
+                            let _ = points.push((lever, lever - from_pusher));
                         }
                     }
                 }
                 let share = R::one() / R::of(points.len().max(1) as f64);
-                for (k, lever) in points.iter().enumerate() {
-                    let from = lever - from_pusher;
-                    let surface = moving.velocity_at(&from);
-                    let patch = [axes[1].dot(&from), axes[2].dot(&from)];
+                for (k, (lever, from)) in points.iter().enumerate() {
+                    let surface = moving.velocity_at(from);
+                    let patch = [axes[1].dot(from), axes[2].dot(from)];
                     lost +=
-                        self.push(Body::Pusher, first + k, *lever, axes, n.dot(&from), surface, patch, share);
+                        self.push(Body::Pusher, first + k, *lever, axes, n.dot(from), surface, patch, share);
                 }
             }
             PusherContact::Line { length_m } => {
@@ -443,7 +453,6 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
         let n = moving.rotation.transform_vector(&Vec3::x());
         let y = moving.rotation.transform_vector(&Vec3::y());
         let axes = [n, y, n.cross(&y)];
-        let from_support = moving.position_m - state.position_m;
         let mut points: Vec<(Vec3<R>, R), { crate::shape::MAX_SAMPLES }> = Vec::new();
         match support {
             SupportContact::Patch => {
@@ -471,7 +480,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
         let mut lost = 0;
         for (k, (point, share)) in points.iter().enumerate() {
             let lever = self.in_carrier(point);
-            let from = lever - from_support;
+            let from = self.seen_from(moving, point);
             let patch = [point.x, point.y];
             let surface = moving.velocity_at(&from);
             lost +=

@@ -47,6 +47,11 @@ impl Work {
         self.done = self.done.saturating_add(work_of(out));
     }
 
+    /// In evaluations of the momentum balance.
+    pub fn done(&self) -> u32 {
+        self.done
+    }
+
     /// Whether this tick has room for a step of the look-ahead. One is done in nearly every
     /// tick, so that it gets on however dear the present is.
     pub fn room(&self) -> bool {

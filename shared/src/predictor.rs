@@ -223,7 +223,8 @@ pub struct Prediction {
     pub finger_wrench: [[f32; 6]; 2],
     /// Model's force of the pusher on the object, world axes.
     pub pusher_force_n: [f32; 3],
-    /// Worst solver status of the tick: 0 solved, 1 iteration limit, 2 bad input, 3 numerical.
+    /// Worst solver status of the tick: 0 solved, 1 iteration limit, 2 bad input, 3 numerical,
+    /// 4 contacts that contradict each other. After 2 and 4 the last good state is kept.
     pub solver_status: u8,
     /// Largest momentum error of the tick's solves, N.
     pub solver_residual_n: f32,
@@ -400,6 +401,8 @@ pub struct Predictor<R: Real> {
     health: Health<R>,
     observer: Observer<R>,
     last: Prediction,
+    /// Of the last tick that stepped.
+    work: u32,
 }
 
 /// State of a started predictor.
@@ -470,7 +473,14 @@ impl<R: Real> Predictor<R> {
             trial: R::zero(),
             tracked: None,
             last: Prediction { drop_in_s: -1.0, ..Prediction::default() },
+            work: 0,
         })
+    }
+
+    /// Work of the last tick that stepped, in evaluations of the momentum balance: what bounds
+    /// the look-ahead, and what a search for the dearest tick counts.
+    pub fn work(&self) -> u32 {
+        self.work
     }
 
     /// Replaces the plan from the next tick on.
@@ -565,6 +575,8 @@ impl<R: Real> Predictor<R> {
         Poses { carrier, pusher, ..raw }
     }
 
+    // A function of its own: its stack is not that of every tick.
+    #[inline(never)]
     fn start(&mut self, sample: &Sample<R>) -> Option<()> {
         let object = sample.object?;
         let support = support_pose(&self.scene, &object);
@@ -643,6 +655,7 @@ impl<R: Real> Predictor<R> {
     }
 
     /// Settles the object for a tick; `false` where it has nothing to settle.
+    #[inline(never)]
     fn settle(&mut self) -> bool {
         let Some(Tracked { state, settling, .. }) = &mut self.tracked else { return false };
         let Some(going) = settling else { return false };
@@ -676,10 +689,18 @@ impl<R: Real> Predictor<R> {
         let mut work = Workspace::new();
         let mut worst = Worst::default();
         let mut out = advance(&self.scene, &self.model, &mut tracked.state, &drive, &mut work, &mut worst);
-        if out.status == ConeStatus::BadInput {
-            // Numbers that no rig has: the next sample with the object's pose begins anew.
+        if matches!(out.status, ConeStatus::BadInput | ConeStatus::Contradiction) {
+            // Numbers that no rig has: the last good state is kept for the next sample, and
+            // after a gap's length of such samples the model starts anew. (It does so at once
+            // where a gap was bridged in parts and the later ones failed.)
+            self.work = worst.work.done();
+            if !worst.moved {
+                tracked.gripper = PathFilter::new(tracked.poses.carrier);
+                tracked.pusher = tracked.poses.pusher.map(PathFilter::new);
+                self.tracked = Some(tracked);
+            }
             let last = self.repeat(validity::SOLVER);
-            return Some(Prediction { solver_status: 2, ..last });
+            return Some(Prediction { solver_status: status_code(out.status), ..last });
         }
         let effects = self.effects_on_friction(&work);
         tracked.poses = poses;
@@ -750,12 +771,8 @@ impl<R: Real> Predictor<R> {
             p.flags |= flags::UNSURE;
         }
         p.validity = doubt;
-        p.solver_status = match worst.status {
-            ConeStatus::Solved => 0,
-            ConeStatus::IterationLimit => 1,
-            ConeStatus::BadInput => 2,
-            ConeStatus::Numerical => 3,
-        };
+        p.solver_status = status_code(worst.status);
+        self.work = worst.work.done();
         p.solver_residual_n = worst.residual_n.to_f64() as f32;
         p.solver_iterations = worst.iterations;
         self.tracked = Some(tracked);
@@ -1178,6 +1195,17 @@ impl<R: Real> Predictor<R> {
     }
 }
 
+/// As it goes over the wire.
+fn status_code(status: ConeStatus) -> u8 {
+    match status {
+        ConeStatus::Solved => 0,
+        ConeStatus::IterationLimit => 1,
+        ConeStatus::BadInput => 2,
+        ConeStatus::Numerical => 3,
+        ConeStatus::Contradiction => 4,
+    }
+}
+
 /// Steps the model over a drive, in parts where it is long.
 fn advance<R: Real>(
     scene: &Scene<R>,
@@ -1197,6 +1225,9 @@ fn advance<R: Real>(
     let mut out = step_in(scene, model, state, &part, &options, work);
     worst.note(&out);
     for _ in 1..parts {
+        if matches!(out.status, ConeStatus::BadInput | ConeStatus::Contradiction) {
+            break;
+        }
         for m in [&mut part.pusher, &mut part.support].into_iter().flatten() {
             m.position_m += m.velocity_m_s * part.dt_s;
             m.rotation = crate::step::turned(&m.rotation, &(m.angular_rad_s * part.dt_s));
@@ -1313,11 +1344,19 @@ struct Worst<R> {
     iterations: u16,
     /// Of the tick so far.
     work: Work,
+    /// A step from sample to sample has moved the state.
+    moved: bool,
 }
 
 impl<R: Real> Default for Worst<R> {
     fn default() -> Self {
-        Self { status: ConeStatus::Solved, residual_n: R::zero(), iterations: 0, work: Work::default() }
+        Self {
+            status: ConeStatus::Solved,
+            residual_n: R::zero(),
+            iterations: 0,
+            work: Work::default(),
+            moved: false,
+        }
     }
 }
 
@@ -1331,6 +1370,7 @@ impl<R: Real> Worst<R> {
     /// The step from sample to sample.
     fn note(&mut self, out: &StepSummary<R>) {
         self.count(out);
+        self.moved |= !matches!(out.status, ConeStatus::BadInput | ConeStatus::Contradiction);
         if out.status != ConeStatus::Solved {
             self.status = out.status;
         }

@@ -4,6 +4,8 @@
 //! The samples are kinematics and noise only; nothing here is meant to be realistic beyond
 //! making every contact type, effect and branch of the solver work.
 
+pub mod hostile;
+
 use crate::effects::{Effect, MAX_PARAMETERS, REGISTRY};
 use crate::model::{
     Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,

@@ -19,6 +19,9 @@ use nalgebra::{Quaternion, UnitQuaternion};
 pub const JAW_MASS_KG: f64 = 0.3;
 /// Points farther apart than this are not handed to the solver, m.
 const NEAR_M: f64 = 1.0e-3;
+/// A body that presses harder than this (2 kN, ten times the range of the fingertip sensors)
+/// contradicts another one: the springs that stand for rigid contact would be 0.2 mm deep.
+const MOST_FORCE_N: f64 = 2.0e3;
 /// Adhesion ends at this separation, m.
 const ADHESION_RANGE_M: f64 = 2.0e-5;
 
@@ -313,7 +316,8 @@ pub fn step<R: Real, const NC: usize>(
     StepOutput { summary, contacts: work.contacts, friction: work.friction, force_n: work.force_n }
 }
 
-/// Advances `state` by one step. On `ConeStatus::BadInput` the state is left as it was;
+/// Advances `state` by one step. On `ConeStatus::BadInput` and `ConeStatus::Contradiction` its
+/// motion and springs are left as they were;
 /// with any other status it has moved and `residual_n` says how exactly.
 ///
 /// Never panics; bounded by `options` and the capacity `NC`.
@@ -475,6 +479,15 @@ pub fn step_in<R: Real, const NC: usize>(
     if solution.status == ConeStatus::BadInput {
         return output;
     }
+    for (answer, c) in work.cone.answers().zip(&work.contacts) {
+        if let Some(sum) = output.normal_n.get_mut(c.body.index()) {
+            *sum += answer.force_n[0];
+        }
+    }
+    if output.normal_n.iter().any(|n| *n > R::of(MOST_FORCE_N)) {
+        output.status = ConeStatus::Contradiction;
+        return output;
+    }
     let u = solution.velocity;
     state.memory = memory;
     gather(state, drive, work, &mut output);
@@ -534,7 +547,6 @@ fn gather<R: Real, const NC: usize>(
         // As many as contacts: there is room.
         let _ = work.force_n.push(f);
         let force = c.axes[0] * f[0] + c.axes[1] * f[1] + c.axes[2] * f[2];
-        let body = c.body.index();
         let Some(slot) = state.slots.get_mut(c.slot) else { continue };
         let ratio = R::one() / (dt + c.damping_s);
         let mut slipped = [zero; 2];
@@ -569,9 +581,6 @@ fn gather<R: Real, const NC: usize>(
         } else {
             slot.speed_m_s = zero;
             slot.rest_s += dt;
-        }
-        if let Some(sum) = out.normal_n.get_mut(body) {
-            *sum += f[0];
         }
         match c.body {
             Body::Finger1 | Body::Finger2 => {

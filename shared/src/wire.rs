@@ -9,6 +9,7 @@
 
 pub mod check;
 pub mod frame;
+pub mod mailbox;
 pub mod messages;
 pub mod sequence;
 
@@ -18,7 +19,7 @@ pub use table::*;
 include!(concat!(env!("OUT_DIR"), "/source.rs"));
 
 /// Changes when frames of the two sides no longer fit.
-pub const PROTOCOL: u16 = 1;
+pub const PROTOCOL: u16 = 2;
 /// Longest body of a frame, bytes.
 pub const MAX_BODY: usize = 320;
 /// Time from one tick to the next.

@@ -2,8 +2,11 @@
 //! the last good state alone.
 
 use heapless::Vec;
+use nalgebra::UnitQuaternion;
 use stickslip_shared::cone::{Bodies, ConeOptions, ConePoint, ConeSolution, ConeStatus, solve};
-use stickslip_shared::model::{Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape};
+use stickslip_shared::model::{
+    Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
+};
 use stickslip_shared::predictor::{Limits, ModelError, Predictor, Sample, validity};
 use stickslip_shared::real::Vec3;
 use stickslip_shared::shape::inertia;
@@ -187,4 +190,48 @@ fn a_sample_that_is_none_is_marked_and_the_state_kept() {
     let p = predictor.tick(&sample(20));
     assert_eq!(p.validity & validity::SAMPLE, 0);
     assert!(p.position_m.iter().zip(last.position_m).all(|(a, b)| (a - b).abs() < 1e-6));
+}
+
+/// A plate above the object that comes down on it with `speed`, and a table below.
+fn press() -> Scene<f32> {
+    Scene { fingers: None, support: Some(SupportContact::Patch), ..scene(0.2) }
+}
+
+#[test]
+fn an_object_crushed_between_plate_and_table_is_said_to_be_and_the_last_good_state_kept() {
+    let mut predictor = Predictor::new(press(), model(0.4), Limits::default()).unwrap();
+    let object = Pose::identity();
+    // The plate's +X, its normal into the object, points down.
+    let down = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), core::f32::consts::FRAC_PI_2);
+    let sample = |k: u32, height_m: f32| Sample {
+        t_s: k as f32 * 0.004,
+        grip_cmd_n: 0.0,
+        gripper: None,
+        object: (k == 0).then_some(object),
+        pusher: Some(Pose { position_m: Vec3::new(0.0, 0.0, height_m), rotation: down }),
+        finger: [None; 2],
+    };
+    let mut last = predictor.tick(&sample(0, 0.0126));
+    let mut good = last;
+    let (mut contradictory, mut k) = (0, 1);
+    while contradictory < 12 && k < 400 {
+        last = predictor.tick(&sample(k, 0.0126 - 1.6e-5 * k as f32));
+        assert!(last.solver_iterations <= 60, "{last:?}");
+        if last.solver_status == 4 {
+            contradictory += 1;
+            assert_ne!(last.validity & validity::SOLVER, 0);
+            assert_eq!((last.position_m, last.quaternion), (good.position_m, good.quaternion));
+        } else {
+            assert_eq!(contradictory, 0, "{last:?}");
+            good = last;
+        }
+        k += 1;
+    }
+    assert_eq!(contradictory, 12, "{last:?}");
+    // Half a millimetre of steel is not pressed away: the object has hardly moved until then.
+    assert!(good.position_m[2].abs() < 1e-3, "{good:?}");
+    // The plate is lifted: the model goes on from where it was.
+    let free = predictor.tick(&sample(k, 0.013));
+    assert_eq!(free.validity & validity::SOLVER, 0, "{free:?}");
+    assert!((free.position_m[2] - good.position_m[2]).abs() < 2e-3, "{free:?}");
 }

@@ -6,10 +6,15 @@ prints one table. Success and false claims are judged here, by the residual of d
 for every solver alike. Needs Python packages numpy, quantecon, drake, and a C compiler with
 libsiconos-numerics-dev for Siconos; what is missing is said and left out.
 
+Every solver has a bounded time a file (--patience): it starts no further problem after half
+of it, and is stopped at its end. The column `problems` says how many each one reached; ratios
+are of the medians over grasps.
+
 Usage: python lcp_peers.py STICKSLIP [--number 40] [--contacts 10] [--files FILE.lcp ...]
 """
 
 import argparse
+import multiprocessing
 import os
 import pathlib
 import struct
@@ -22,6 +27,8 @@ import numpy as np
 
 HERE = pathlib.Path(__file__).parent
 REPETITIONS = 5
+# A solve slower than this is not repeated.
+SLOW_US = 2e4
 
 
 def read_problems(path):
@@ -56,26 +63,49 @@ def residual(m, q, z):
     return max(-z.min() / largest, (-w / size).max(), (np.abs(z) / largest * np.abs(w) / size).sum())
 
 
-def timed(problems, solve):
-    answers = []
+def timed(problems, solve, patience):
+    answers, began = [], time.perf_counter()
     for m, q in problems:
+        if time.perf_counter() - began > patience / 2:
+            break
         times = []
         for _ in range(REPETITIONS):
             start = time.perf_counter()
             claims, z = solve(m, q)
             times.append(1e6 * (time.perf_counter() - start))
+            if times[-1] > SLOW_US:
+                break
         answers.append((claims, float(np.median(times)), z))
     return answers
 
 
+def bounded(patience, run, *arguments):
+    """`run` in a process of its own, which is stopped when it takes longer; None then."""
+    context = multiprocessing.get_context("fork")
+    receiver, sender = context.Pipe(duplex=False)
+    process = context.Process(target=lambda: sender.send(run(*arguments)))
+    process.start()
+    sender.close()
+    answers = None
+    try:
+        if receiver.poll(patience):
+            answers = receiver.recv()
+    except EOFError:
+        pass
+    if process.is_alive() and answers is None:
+        process.kill()
+    process.join()
+    return answers
+
+
 def ours(program, solver, factors):
-    def run(path, _):
+    def run(path, _, patience):
         source = path.with_suffix(".fac") if factors else path
         if not source.exists():
             return None
         with tempfile.NamedTemporaryFile(suffix=".res") as out:
             command = [program, "lcp", str(source), "--solver", solver, "--out", out.name]
-            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL, timeout=patience)
             return read_answers(pathlib.Path(out.name))
 
     return run
@@ -89,7 +119,7 @@ def quantecon():
         return bool(result.success), result.z
 
     solve(np.eye(3), -np.ones(3))  # compiles
-    return lambda _, problems: timed(problems, solve)
+    return lambda _, problems, patience: timed(problems, solve, patience)
 
 
 def drake():
@@ -99,9 +129,11 @@ def drake():
     # holds one complementarity constraint calls it. Building the program is not timed.
     solver = MobyLcpSolver()
 
-    def run(_, problems):
-        answers = []
+    def run(_, problems, patience):
+        answers, began = [], time.perf_counter()
         for m, q in problems:
+            if time.perf_counter() - began > patience / 2:
+                break
             program = MathematicalProgram()
             z = program.NewContinuousVariables(len(q))
             program.AddLinearComplementarityConstraint(m, q, z)
@@ -110,6 +142,8 @@ def drake():
                 start = time.perf_counter()
                 result = solver.Solve(program, None, None)
                 times.append(1e6 * (time.perf_counter() - start))
+                if times[-1] > SLOW_US:
+                    break
             answers.append((result.is_success(), float(np.median(times)), result.GetSolution(z)))
         return answers
 
@@ -125,10 +159,11 @@ def siconos(method):
         check=True,
     )
 
-    def run(path, _):
+    def run(path, _, patience):
         with tempfile.NamedTemporaryFile(suffix=".res") as out:
-            command = [program, str(path), method, out.name, str(REPETITIONS)]
-            subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            command = [program, str(path), method, out.name, str(REPETITIONS), str(patience / 2)]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL,
+                           stderr=subprocess.DEVNULL, timeout=patience)
             return read_answers(pathlib.Path(out.name))
 
     return run
@@ -140,6 +175,7 @@ def main():
     parser.add_argument("--number", type=int, default=40, help="problems of each family")
     parser.add_argument("--contacts", type=int, default=10)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--patience", type=float, default=10.0, help="seconds a solver and file")
     parser.add_argument("--files", nargs="*", type=pathlib.Path, help="these .lcp files instead")
     args = parser.parse_args()
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
@@ -170,8 +206,9 @@ def main():
                 continue
             groups = {"grasp": [], "degenerate": [], "sequence": []}
             for path, problems in sets:
-                answers = solve(path, problems)
+                answers = bounded(args.patience, solve, path, problems, args.patience)
                 if answers is None:
+                    print(f"{name}: no answer to {path.stem} in {args.patience:.0f} s", file=sys.stderr)
                     continue
                 stem = path.stem.rstrip("0123456789_").removeprefix("b_")
                 group = {"sequence": "sequence", "force": "grasp", "approach": "grasp"}.get(
@@ -180,9 +217,9 @@ def main():
                     groups[group].append((claims, residual(m, q, z), us))
             table.append((name, groups))
     reference = next((g for name, g in table if name.startswith("Quant")), None)
-    print("| solver | success % grasp / degenerate / sequence | false > 1e-8 | false > 1e-4 "
+    print("| solver | problems | success % grasp / degenerate / sequence | false > 1e-8 | false > 1e-4 "
           "| median us grasp / sequence | p99 us all | ratio to QuantEcon |")
-    print("|---|---|---|---|---|---|---|")
+    print("|---|---|---|---|---|---|---|---|")
     for name, groups in table:
         everything = [x for group in groups.values() for x in group]
         median = {k: np.median([us for _, _, us in v]) if v else np.nan for k, v in groups.items()}
@@ -190,9 +227,12 @@ def main():
                    for v in groups.values()]
         claims = [r for c, r, _ in everything if c]
         ratio = np.nan
-        if reference:
+        if reference and groups["grasp"]:
             ratio = np.median([us for _, _, us in reference["grasp"]]) / median["grasp"]
-        print(f"| {name} | {' / '.join(success)} | {sum(r > 1e-8 for r in claims)} "
+        if not everything:
+            print(f"| {name} | 0 | - | - | - | - | - | - |")
+            continue
+        print(f"| {name} | {len(everything)} | {' / '.join(success)} | {sum(r > 1e-8 for r in claims)} "
               f"| {sum(r > 1e-4 for r in claims)} "
               f"| {median['grasp']:.1f} / {median['sequence']:.1f} "
               f"| {np.percentile([us for _, _, us in everything], 99):.0f} | {ratio:.1f} |")

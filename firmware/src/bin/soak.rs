@@ -434,7 +434,7 @@ async fn transmit(seed: u32) -> ! {
 
 #[embassy_executor::task]
 async fn judge(ticks: u32) {
-    while COUNTERS.read().ticks < ticks {
+    while COUNTERS.ticks.get() < ticks {
         Timer::after_millis(100).await;
     }
     let (s, d) = (COUNTERS.read(), &DONE);
@@ -442,6 +442,7 @@ async fn judge(ticks: u32) {
     hprintln!("virtual time {} s: {} ticks, {} missed", s.ticks / 250, s.ticks, s.ticks_missed);
     // 8 ns an instruction, 40 ns a count.
     hprintln!("instructions a tick: mean {}, worst {}", s.mean_cost * 5, s.worst_cost * 5);
+    hprintln!("stack: {} bytes at the deepest", s.stack_bytes);
     hprintln!(
         "done: {} samples sound, {} lost, {} damaged, {} overtaken, {} repeated, {} bursts of garbage, {} sensor faults",
         value(&d.sound),

@@ -10,6 +10,8 @@ pub mod current;
 #[cfg(feature = "nucleo-g474re")]
 #[path = "nucleo_g474re.rs"]
 pub mod current;
+#[cfg(feature = "mps2-an386")]
+mod mailbox;
 
 #[cfg(all(feature = "mps2-an386", feature = "nucleo-g474re"))]
 compile_error!("choose one board: --features mps2-an386 or --features nucleo-g474re");

@@ -9,12 +9,12 @@ use core::mem::MaybeUninit;
 use cortex_m::peripheral::DWT;
 use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
-use embassy_stm32::adc::{Adc, AdcChannel, AnyAdcChannel, SampleTime};
+use embassy_stm32::adc::{Adc, AdcChannel, AnyAdcChannel, Instance, SampleTime};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::peripherals::{ADC1, ADC2, IWDG};
 use embassy_stm32::usart::{self, BufferedUart, BufferedUartRx, BufferedUartTx};
 use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{bind_interrupts, peripherals};
+use embassy_stm32::{bind_interrupts, pac, peripherals};
 use static_cell::StaticCell;
 
 use super::{Gauges, ResetCause};
@@ -42,21 +42,51 @@ pub type Tx = BufferedUartTx<'static>;
 
 /// Six gauge channels of each finger.
 pub struct Channels {
-    adc1: Adc<'static, ADC1>,
-    adc2: Adc<'static, ADC2>,
-    finger1: [AnyAdcChannel<'static, ADC1>; 6],
-    finger2: [AnyAdcChannel<'static, ADC2>; 6],
+    /// Numbers of the channels.
+    finger1: [u8; 6],
+    finger2: [u8; 6],
+    // Kept, so that both converters stay on.
+    _converters: (Adc<'static, ADC1>, Adc<'static, ADC2>),
+}
+
+/// Looks at a conversion's end before the converter counts as failed: far more than the 60
+/// converter clocks that it takes.
+const MOST_LOOKS: u32 = 5000;
+
+/// One conversion. embassy's `blocking_read` sets the channel up anew each time, can panic and
+/// waits for ever; here the channels are set up once, by [`channel`].
+fn convert(adc: pac::adc::Adc, channel: u8) -> Option<u16> {
+    adc.sqr1().write(|w| {
+        w.set_l(0);
+        w.set_sq(0, channel);
+    });
+    // Written as ones: cleared.
+    adc.isr().write(|w| {
+        w.set_eoc(true);
+        w.set_eos(true);
+        w.set_ovr(true);
+    });
+    adc.cr().modify(|w| w.set_adstart(true));
+    let ended = (0..MOST_LOOKS).any(|_| adc.isr().read().eoc());
+    ended.then(|| adc.dr().read().rdata())
+}
+
+/// Sets up pin, sampling time and converter of a channel by a first reading; its number.
+fn channel<T: Instance<Regs = pac::adc::Adc>>(
+    adc: &mut Adc<'static, T>,
+    mut pin: AnyAdcChannel<'static, T>,
+) -> u8 {
+    let _ = adc.blocking_read(&mut pin, SampleTime::CYCLES47_5);
+    pin.get_hw_channel()
 }
 
 impl Gauges for Channels {
     fn read(&mut self) -> Option<[u16; 12]> {
         let mut counts = [0; 12];
-        let (first, second) = counts.split_at_mut(6);
-        for (count, channel) in first.iter_mut().zip(&mut self.finger1) {
-            *count = self.adc1.blocking_read(channel, SampleTime::CYCLES47_5);
-        }
-        for (count, channel) in second.iter_mut().zip(&mut self.finger2) {
-            *count = self.adc2.blocking_read(channel, SampleTime::CYCLES47_5);
+        let channels = [(pac::ADC1, &self.finger1), (pac::ADC2, &self.finger2)];
+        let channels = channels.into_iter().flat_map(|(adc, finger)| finger.iter().map(move |c| (adc, *c)));
+        for (count, (adc, channel)) in counts.iter_mut().zip(channels) {
+            *count = convert(adc, channel)?;
         }
         Some(counts)
     }
@@ -101,7 +131,7 @@ static mut BOOTS: MaybeUninit<[u32; 2]> = MaybeUninit::uninit();
 const MARK: u32 = 0x57_1c_51_1b;
 
 fn reset_cause() -> ResetCause {
-    let flags = embassy_stm32::pac::RCC.csr().read();
+    let flags = pac::RCC.csr().read();
     let cause = if flags.iwdgrstf() || flags.wwdgrstf() {
         ResetCause::Watchdog
     } else if flags.borrstf() {
@@ -113,7 +143,7 @@ fn reset_cause() -> ResetCause {
     } else {
         ResetCause::Unknown
     };
-    embassy_stm32::pac::RCC.csr().modify(|w| w.set_rmvf(true));
+    pac::RCC.csr().modify(|w| w.set_rmvf(true));
     cause
 }
 
@@ -155,40 +185,47 @@ pub fn init() -> Board {
     let mut config = usart::Config::default();
     config.baudrate = crate::BAUD;
     static TX: StaticCell<[u8; 1024]> = StaticCell::new();
-    // Room for every sample that the host keeps ahead.
-    static RX: StaticCell<[u8; 8192]> = StaticCell::new();
+    // What comes during the dearest tick (4 ms, 400 bytes), five times over.
+    static RX: StaticCell<[u8; 2048]> = StaticCell::new();
     let uart =
-        BufferedUart::new(p.LPUART1, p.PA3, p.PA2, TX.init([0; 1024]), RX.init([0; 8192]), Irqs, config);
+        BufferedUart::new(p.LPUART1, p.PA3, p.PA2, TX.init([0; 1024]), RX.init([0; 2048]), Irqs, config);
     let Ok(uart) = uart else {
         defmt::error!("LPUART1 does not take {=u32} baud", crate::BAUD);
         halt();
     };
     let (tx, rx) = uart.split();
+    let (mut adc1, mut adc2) = (Adc::new(p.ADC1, Default::default()), Adc::new(p.ADC2, Default::default()));
+    let finger1 = [
+        p.PA0.degrade_adc(),
+        p.PA1.degrade_adc(),
+        p.PC0.degrade_adc(),
+        p.PC1.degrade_adc(),
+        p.PC2.degrade_adc(),
+        p.PC3.degrade_adc(),
+    ];
+    let finger2 = [
+        p.PA4.degrade_adc(),
+        p.PA6.degrade_adc(),
+        p.PA7.degrade_adc(),
+        p.PB2.degrade_adc(),
+        p.PB11.degrade_adc(),
+        p.PC4.degrade_adc(),
+    ];
     let gauges = Channels {
-        adc1: Adc::new(p.ADC1, Default::default()),
-        adc2: Adc::new(p.ADC2, Default::default()),
-        finger1: [
-            p.PA0.degrade_adc(),
-            p.PA1.degrade_adc(),
-            p.PC0.degrade_adc(),
-            p.PC1.degrade_adc(),
-            p.PC2.degrade_adc(),
-            p.PC3.degrade_adc(),
-        ],
-        finger2: [
-            p.PA4.degrade_adc(),
-            p.PA6.degrade_adc(),
-            p.PA7.degrade_adc(),
-            p.PB2.degrade_adc(),
-            p.PB11.degrade_adc(),
-            p.PC4.degrade_adc(),
-        ],
+        finger1: finger1.map(|pin| channel(&mut adc1, pin)),
+        finger2: finger2.map(|pin| channel(&mut adc2, pin)),
+        _converters: (adc1, adc2),
     };
     // The link's interrupt must not wait for a tick: one byte comes every 10 µs.
     interrupt::LPUART1.set_priority(Priority::P1);
     interrupt::UART4.set_priority(Priority::P4);
     interrupt::UART5.set_priority(Priority::P8);
     Board { rx, tx, gauges, reset_cause, boots }
+}
+
+/// Waits for an interrupt.
+pub fn idle() {
+    cortex_m::asm::wfi();
 }
 
 // Two interrupts that nothing else uses carry the executors.

@@ -21,7 +21,7 @@ use crate::report;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   stickslip compare data/demo --html compare.html
-  stickslip compare data/demo --trial push-r1 --model model.toml
+  stickslip compare data/demo --trial linear_push-obj4-g20-v10-s0-r1 --model model.toml
   stickslip compare data/demo --model model.toml --model better.toml --held-out 0.3 --html after.html")]
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
@@ -95,9 +95,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     let comparison = result.with_context(|| args.data.display().to_string())?;
     if let Some(path) = &args.html {
-        std::fs::write(path, report::compare::page(&comparison))
-            .with_context(|| format!("cannot write {}", path.display()))?;
-        output.note(format_args!("page written to {}", path.display()));
+        output.page(path, report::compare::page(&comparison))?;
     }
     print(&comparison, output);
     output.document(&comparison)

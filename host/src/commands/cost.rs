@@ -1,6 +1,6 @@
 //! `stickslip cost`: instructions of the tick and its parts on the emulated board.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use serde::Serialize;
@@ -9,6 +9,8 @@ use super::compare::read_model;
 use crate::cost::{self, Counts, Part, TICK_INSTRUCTIONS, TickCost};
 use crate::dataset::Index;
 use crate::device::package::Package;
+use crate::device::qemu::built;
+use crate::hunt::run::Case;
 use crate::model_file::default_model;
 use crate::output::{Output, table};
 
@@ -17,6 +19,7 @@ use crate::output::{Output, table};
 #[command(after_help = "Examples:
   stickslip cost
   stickslip cost data/demo --selftest 0
+  stickslip cost --cases data/worst/*.json
   stickslip --json cost --selftest 20000 > cost.json
 
 Needs the program that `make cost` builds, and QEMU. Counted are instructions, not cycles; the
@@ -34,6 +37,9 @@ pub struct Args {
     /// Contact model of the trials [default: rigid, friction 0.4 at fingers, 0.25 at pusher, 0.3 at table]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
+    /// Runs found by `stickslip hunt`, besides
+    #[arg(long, value_name = "CASE.json", num_args = 1..)]
+    pub cases: Vec<PathBuf>,
     /// The program for the board [default: where `make cost` puts it]
     #[arg(long, value_name = "ELF")]
     pub program: Option<PathBuf>,
@@ -42,10 +48,24 @@ pub struct Args {
 #[derive(Serialize)]
 struct Document<'a> {
     trials: &'a [Part],
+    cases: &'a [CaseCost],
     selftest: &'a [Part],
     worst_tick: Option<TickCost>,
     stack_bytes: u32,
     tick_instructions: f64,
+}
+
+/// A run of the hunt on the board.
+#[derive(Serialize)]
+struct CaseCost {
+    case: String,
+    target: String,
+    /// Instructions of its dearest tick.
+    worst_tick: f64,
+    /// Instructions of its dearest step from sample to sample.
+    worst_step: f64,
+    /// Ticks in which a solve hit its bound.
+    marked: usize,
 }
 
 /// # Errors
@@ -63,18 +83,34 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             packages.push(Package::new(&reader.description, &model, &trial, ordinal)?);
         }
     }
-    let program = args.program.clone().unwrap_or_else(cost::default_program);
+    let program = args.program.clone().unwrap_or_else(|| built("STICKSLIP_COST", "cost"));
     let recorded = cost::count(&program, &packages, (0, 0, 0.0))?;
     let varied = match args.selftest {
         0 => Counts::default(),
         ticks => cost::count(&program, &[], (args.seed, ticks, 0.1))?,
     };
+    let cases = count_cases(&program, &args.cases)?;
     let (trials, selftest) = (cost::summarise(&recorded), cost::summarise(&varied));
     output.text(format_args!("{} recorded trials", packages.len()));
     print(output, &trials);
     if args.selftest > 0 {
         output.text(format_args!("{} ticks of the self-test's trials", args.selftest));
         print(output, &selftest);
+    }
+    if !cases.is_empty() {
+        output.text("runs of the hunt");
+        let mut rows =
+            table(["instructions", "target", "dearest tick", "dearest step", "ticks at the bound"]);
+        for c in &cases {
+            rows.add_row(vec![
+                c.case.clone(),
+                c.target.clone(),
+                format!("{:.0}", c.worst_tick),
+                format!("{:.0}", c.worst_step),
+                c.marked.to_string(),
+            ]);
+        }
+        output.table(&rows);
     }
     let worst =
         recorded.ticks.iter().chain(&varied.ticks).copied().max_by(|a, b| a.tick_all.total_cmp(&b.tick_all));
@@ -96,11 +132,31 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     output.text(format_args!("stack below the tick's caller: {} bytes", recorded.stack_bytes));
     output.document(&Document {
         trials: &trials,
+        cases: &cases,
         selftest: &selftest,
         worst_tick: worst,
         stack_bytes: recorded.stack_bytes,
         tick_instructions: TICK_INSTRUCTIONS,
     })
+}
+
+fn count_cases(program: &Path, files: &[PathBuf]) -> anyhow::Result<Vec<CaseCost>> {
+    let mut list = Vec::new();
+    for path in files {
+        let name = path.display().to_string();
+        let bytes = std::fs::read(path).with_context(|| name.clone())?;
+        let case: Case = serde_json::from_slice(&bytes).with_context(|| name.clone())?;
+        let counts = cost::count(program, &[case.package()], (0, 0, 0.0)).with_context(|| name.clone())?;
+        let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
+        list.push(CaseCost {
+            case: path.file_stem().map_or(name, |s| s.to_string_lossy().into_owned()),
+            target: case.target,
+            worst_tick: largest(&mut counts.ticks.iter().map(|t| t.tick_all)),
+            worst_step: largest(&mut counts.steps.iter().filter(|s| s.place == 1).map(|s| s.step)),
+            marked: counts.ticks.iter().filter(|t| t.status != 0).count(),
+        });
+    }
+    Ok(list)
 }
 
 fn print(output: &Output, parts: &[Part]) {

@@ -44,7 +44,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         std::fs::remove_file(&log).with_context(|| format!("cannot replace {log}"))?;
     }
 
-    steps.title("A recorded push through the firmware, 250 ticks a second of the board");
+    steps.title(
+        "A recorded push through the firmware: 250 samples a second, by the board's clock and this machine's",
+    );
     steps.step(&["stream", &data, "--device", &args.device, "--log", &log])?;
     steps.title("The same samples on this machine: must agree bit for bit");
     steps.step(&["replay", &data, "--against", &log])?;

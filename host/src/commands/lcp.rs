@@ -7,7 +7,7 @@ use anyhow::{Context, bail};
 use serde::Serialize;
 
 use crate::lcp_files::{self, DenseSet, FactorSet, Factors, ProblemFile};
-use crate::lcp_gen::{FAMILIES, contact_problem, neighbour};
+use crate::lcp_gen::{FAMILIES, IMPOSSIBLE, contact_problem, neighbour};
 use crate::lcp_solve::{Judged, Solver, Solvers, Summary, solve_file, summarise};
 use crate::output::{Output, table};
 
@@ -100,8 +100,19 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     output.table(&rows);
     output.text(format!(
         "solved {}/{}  false {}  median {:.2} us  p99 {:.2} us",
-        total.solved, total.problems, total.false_claims, total.median_us, total.p99_us
+        total.solved,
+        total.problems - total.impossible,
+        total.false_claims,
+        total.median_us,
+        total.p99_us
     ));
+    if total.impossible > 0 {
+        let told: usize = sets.iter().filter(|s| s.impossible > 0).map(|s| s.rays).sum();
+        output.text(format!(
+            "without a solution {}: {told} reported as such, the rest as not solved",
+            total.impossible
+        ));
+    }
     output.document(&Document { solver: format!("{:?}", args.solver).to_lowercase(), sets, total })
 }
 
@@ -139,8 +150,8 @@ fn generated(args: &Args, number: u64) -> Sets {
     let mut solvers = Solvers::default();
     let mut sets = Vec::new();
     let mut all = Vec::new();
-    let families = FAMILIES.len() as u64;
-    for (k, family) in FAMILIES.into_iter().enumerate() {
+    let families = (FAMILIES.len() + IMPOSSIBLE.len()) as u64;
+    for (k, family) in FAMILIES.into_iter().chain(IMPOSSIBLE).enumerate() {
         let mut judged = Vec::new();
         let share = number / families + u64::from((k as u64) < number % families);
         for i in 0..share {
@@ -161,10 +172,23 @@ fn generated(args: &Args, number: u64) -> Sets {
             j.answer.z = Vec::new();
         }
         let n = 6 * args.contacts.unwrap_or(10);
-        sets.push(summarise(&format!("{family:?}").to_lowercase(), n, &judged));
+        let mut set = summarise(&format!("{family:?}").to_lowercase(), n, &judged);
+        if IMPOSSIBLE.contains(&family) {
+            // Whatever the residual is, a claim is false.
+            set.impossible = set.problems;
+            set.false_claims += set.solved;
+            set.false_above_1e4 += set.solved;
+            set.solved = 0;
+        }
+        sets.push(set);
         all.extend(judged);
     }
-    let total = summarise("all", 6 * args.contacts.unwrap_or(10), &all);
+    let mut total = summarise("all", 6 * args.contacts.unwrap_or(10), &all);
+    let sum = |of: fn(&Summary) -> usize| sets.iter().map(of).sum::<usize>();
+    total.impossible = sum(|s| s.impossible);
+    total.solved = sum(|s| s.solved);
+    total.false_claims = sum(|s| s.false_claims);
+    total.false_above_1e4 = sum(|s| s.false_above_1e4);
     Ok((sets, total))
 }
 

@@ -14,10 +14,12 @@ pub mod demo;
 pub mod diagnose;
 pub mod findings;
 pub mod grid;
+pub mod hunt;
 pub mod import;
 pub mod lcp;
 pub mod mujoco;
 pub mod planar;
+pub mod precision;
 pub mod replay;
 pub mod rig;
 pub mod score;
@@ -82,6 +84,10 @@ enum Command {
     Score(score::Args),
     /// Count the instructions of the tick and its parts on the emulated board
     Cost(cost::Args),
+    /// Hunt for the dearest and the least accurate problems of the solvers and of the tick
+    Hunt(hunt::Args),
+    /// Single against double precision of the time step, on recorded and random trials
+    Precision(precision::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
     Stream(stream::Args),
 }
@@ -108,6 +114,8 @@ impl Command {
             Command::Lcp(args) => lcp::run(args, output),
             Command::Score(args) => score::run(args, output),
             Command::Cost(args) => cost::run(args, output),
+            Command::Hunt(args) => hunt::run(args, output),
+            Command::Precision(args) => precision::run(args, output),
             Command::Stream(args) => stream::run(args, output),
         }
     }

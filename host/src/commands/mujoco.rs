@@ -179,9 +179,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         let load = |i: usize| index.read_trial(&index.trials[i]).map_err(|e| e.to_string());
         let data = Data { description: &index.description, infos: &index.trials, load: &load };
         let comparison = compare(data, &models, &options, &mut |_, _| {}, &|| {})?;
-        std::fs::write(path, report::compare::page(&comparison))
-            .with_context(|| format!("cannot write {}", path.display()))?;
-        output.note(format_args!("page written to {}", path.display()));
+        output.page(path, report::compare::page(&comparison))?;
     }
     output.document(&rows)
 }

@@ -21,9 +21,9 @@ use crate::report;
 /// Arguments of `stickslip replay`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  stickslip replay data/demo --trial push-r1
-  stickslip replay data/demo --trial push-r1 --against run.sslog
-  stickslip replay data/demo --trial push-r1 --model model.toml --html replay.html")]
+  stickslip replay data/demo --trial linear_push-obj4-g20-v10-s0-r1
+  stickslip replay data/demo --trial linear_push-obj4-g20-v10-s0-r1 --against run.sslog
+  stickslip replay data/demo --trial linear_push-obj4-g20-v10-s0-r1 --model model.toml --html replay.html")]
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,
@@ -144,15 +144,7 @@ pub struct Against {
 /// Where data, model or log cannot be read, or the log differs from the replay.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let index = Index::open(&args.data)?;
-    let at = match &args.trial {
-        None => 0,
-        Some(id) => index
-            .trials
-            .iter()
-            .position(|i| i.trial == *id)
-            .with_context(|| format!("{}: no trial is named `{id}`", args.data.display()))?,
-    };
-    let info = index.trials.get(at).with_context(|| format!("{}: no trials", args.data.display()))?;
+    let (at, info) = index.find(args.trial.as_deref())?;
     let trial = index.read_trial(info)?;
     let model = match &args.model {
         Some(path) => read_model(path)?.model,
@@ -181,9 +173,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         against,
     };
     if let Some(path) = &args.html {
-        std::fs::write(path, report::replay::page(&document, &t_s, &replayed.predictions))
-            .with_context(|| format!("cannot write {}", path.display()))?;
-        output.note(format_args!("page written to {}", path.display()));
+        output.page(path, report::replay::page(&document, &t_s, &replayed.predictions))?;
     }
     print(&document, output);
     output.document(&document)?;
@@ -260,7 +250,8 @@ fn solver(predictions: &[Prediction]) -> Solver {
             0 => "solved",
             1 => "iteration_limit",
             2 => "bad_input",
-            _ => "numerical",
+            3 => "numerical",
+            _ => "contradiction",
         };
         *ticks.entry(name).or_insert(0) += 1;
     }

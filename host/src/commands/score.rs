@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
 use serde::Serialize;
 use stickslip_shared::predictor::Limits;
 
@@ -121,9 +120,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         calibration,
     };
     if let Some(path) = &args.html {
-        std::fs::write(path, report::score::page(&document))
-            .with_context(|| format!("cannot write {}", path.display()))?;
-        output.note(format_args!("page written to {}", path.display()));
+        output.page(path, report::score::page(&document))?;
     }
     print(&document, output);
     output.document(&document)

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
 use stickslip_shared::predictor::{flags, validity};
 use stickslip_shared::wire::{self, Info, TelemetryReport};
@@ -18,15 +17,18 @@ use crate::model_file::default_model;
 use crate::output::{Output, table};
 use crate::replay::{SAMPLE_RECORD, TELEMETRY_RECORD};
 
+/// A run that takes so many times what its ticks take is not in real time.
+const LATE: f64 = 1.05;
+
 /// Command line of `stickslip stream`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  stickslip stream data/demo --trial push-r1 --device qemu
+  stickslip stream data/demo --trial linear_push-obj4-g20-v10-s0-r1 --device qemu
   stickslip stream data/demo --device serial:/dev/ttyACM0 --model model.toml
 
-The board takes one sample every 4 ms by its own clock; QEMU's runs by instructions, 125
-million a second. Exit code 1 where the board and the predictor on this host differ in a
-single bit, or the board did not take every sample.")]
+The board takes one sample every 4 ms by its own clock. QEMU's counts instructions, 125
+million a second, and waits for this machine's. Exit code 1 where the board and the predictor
+on this host differ in a single bit, or the board did not take every sample.")]
 pub struct Args {
     /// Folder of the data set
     #[arg(value_name = "DATA")]
@@ -53,8 +55,8 @@ pub struct Args {
 /// is cut off, or its predictions differ from this host's.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let reader = Index::open(&args.data)?;
-    let (ordinal, info) = find(&reader, args.trial.as_deref(), &args.data)?;
-    let trial = reader.read_trial(&info)?;
+    let (ordinal, info) = reader.find(args.trial.as_deref())?;
+    let trial = reader.read_trial(info)?;
     let model = match &args.model {
         Some(path) => read_model(path)?.model,
         None => default_model(),
@@ -122,25 +124,6 @@ fn keep<T: serde::Serialize>(
     let Some(writer) = log else { return Ok(()) };
     let bytes = postcard::to_allocvec(what).map_err(std::io::Error::other)?;
     writer.record(kind, ns, &bytes).map_err(std::io::Error::other)
-}
-
-fn find(
-    reader: &Index,
-    name: Option<&str>,
-    folder: &Path,
-) -> anyhow::Result<(usize, crate::dataset::TrialInfo)> {
-    let trials = &reader.trials;
-    let found = match name {
-        None => trials.first().map(|info| (0, info)),
-        Some(name) => trials.iter().enumerate().find(|(_, info)| info.trial == name),
-    };
-    let (ordinal, info) = found.with_context(|| match name {
-        None => format!("{} has no trials", folder.display()),
-        Some(name) => {
-            format!("{} has no trial `{name}`; `stickslip check` lists them", folder.display())
-        }
-    })?;
-    Ok((ordinal, info.clone()))
 }
 
 fn describe(info: &Info) -> String {
@@ -266,9 +249,10 @@ fn report(output: &Output, outcome: &Outcome) {
     let s = &outcome.statistics;
     let milliseconds = |cost: u32| f64::from(cost) / f64::from(outcome.timer_hz.max(1)) * 1e3;
     output.text(format_args!(
-        "{} of {} samples taken in {:.2} s; {} reports, {} lost on the line",
-        outcome.taken, outcome.samples, outcome.seconds, outcome.reports, outcome.reports_lost
+        "{} of {} samples taken; {:.2} s of the board's ticks in {:.2} s by this machine's clock",
+        outcome.taken, outcome.samples, outcome.board_s, outcome.seconds
     ));
+    output.text(format_args!("{} reports, {} lost on the line", outcome.reports, outcome.reports_lost));
     output.text(format_args!(
         "ticks missed {}, tick cost mean {:.3} ms, worst {:.3} ms; starved {}, samples lost {}, dropped {}, frames damaged {} there and {} here",
         outcome.ticks_missed,
@@ -280,6 +264,7 @@ fn report(output: &Output, outcome: &Outcome) {
         s.frames_damaged,
         outcome.frames_damaged
     ));
+    output.text(format_args!("stack of the board: {} bytes at the deepest", s.stack_bytes));
     output.text(format_args!(
         "{} of {} predictions equal this host's bit for bit",
         outcome.equal, outcome.compared
@@ -289,8 +274,11 @@ fn report(output: &Output, outcome: &Outcome) {
         output.note(if milliseconds(s.worst_cost) > period {
             "the model is too dear for this board: a tick took longer than its period"
         } else {
-            "no tick took longer than its period: the emulator was held up by this machine and woke late"
+            "no tick took longer than its period, but some began late: the board was held up by something else"
         });
+    }
+    if outcome.seconds > outcome.board_s * LATE {
+        output.note("not in real time: this machine is too busy or too slow for the emulated board");
     }
     if let Some(i) = &outcome.injected {
         output.text(format_args!(

@@ -38,6 +38,12 @@ pub struct Place {
 /// What is wrong, and what to do about it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Problem {
+    /// A trial that trials.csv does not list.
+    #[error("no trial is named `{0}`; `stickslip check` lists them")]
+    NoSuchTrial(String),
+    /// Nothing to choose from.
+    #[error("the data set lists no trials")]
+    NoTrials,
     /// dataset.toml names another format.
     #[error("unknown format; this reader knows \"stickslip-dataset/1\" only")]
     UnknownFormat,

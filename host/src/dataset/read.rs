@@ -117,6 +117,19 @@ impl Index {
         Ok(Index { folder: folder.to_owned(), description, trials, errors, warnings })
     }
 
+    /// The trial named `id`, or the first, and its place among the trials (wear goes with it).
+    ///
+    /// # Errors
+    /// No trial has that name, or there is none at all.
+    pub fn find(&self, id: Option<&str>) -> Result<(usize, &TrialInfo), DatasetError> {
+        let mut trials = self.trials.iter().enumerate();
+        let (found, problem) = match id {
+            None => (trials.next(), Problem::NoTrials),
+            Some(id) => (trials.find(|(_, info)| info.trial == id), Problem::NoSuchTrial(id.to_owned())),
+        };
+        found.ok_or_else(|| DatasetError::of_file(self.folder.join("trials.csv"), problem))
+    }
+
     /// Reads one trial strictly.
     ///
     /// # Errors

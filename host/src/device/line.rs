@@ -1,4 +1,4 @@
-//! The serial line: bytes out, frames in from a reading thread.
+//! The line: bytes out, frames in from a reading thread.
 
 use std::io::{self, Read, Write};
 use std::sync::Arc;
@@ -9,12 +9,11 @@ use std::time::{Duration, Instant};
 
 use postcard_rpc::Key;
 use serde::de::DeserializeOwned;
-use serialport::SerialPort;
 use stickslip_shared::wire::frame::FrameReader;
 
 use super::DeviceError;
 
-/// Bits a second on real boards; QEMU's line has no speed.
+/// Bits a second of a serial port.
 const BAUD: u32 = 1_000_000;
 /// How often the reading thread looks whether to end.
 const POLL: Duration = Duration::from_millis(50);
@@ -44,24 +43,31 @@ pub enum Event {
 
 /// An open line.
 pub struct Line {
-    port: Box<dyn SerialPort>,
+    port: Box<dyn Write>,
     events: Receiver<Result<Event, String>>,
     stop: Arc<AtomicBool>,
     reader: Option<JoinHandle<()>>,
 }
 
 impl Line {
+    /// A serial port.
     pub fn open(path: &str) -> Result<Self, DeviceError> {
         let failed = |source| DeviceError::NotThere { port: path.to_owned(), source };
-        let mut port = serialport::new(path, BAUD).timeout(POLL).open().map_err(failed)?;
+        let port = serialport::new(path, BAUD).timeout(POLL).open().map_err(failed)?;
         let reading = port.try_clone().map_err(failed)?;
+        Ok(Self::over(reading, port))
+    }
+
+    /// Over two halves. A read that finds nothing ends soon, as `TimedOut`.
+    pub fn over(reading: impl Read + Send + 'static, writing: impl Write + 'static) -> Self {
+        let mut port = Box::new(writing);
         let (sender, events) = channel();
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
         let reader = std::thread::spawn(move || read(reading, &sender, &flag));
         // Ends whatever a former user of the line left half sent.
         let _ = port.write_all(&[0]);
-        Ok(Self { port, events, stop, reader: Some(reader) })
+        Self { port, events, stop, reader: Some(reader) }
     }
 
     pub fn write(&mut self, bytes: &[u8]) -> Result<(), DeviceError> {
@@ -88,7 +94,7 @@ impl Drop for Line {
     }
 }
 
-fn read(mut port: Box<dyn SerialPort>, events: &Sender<Result<Event, String>>, stop: &AtomicBool) {
+fn read(mut port: impl Read, events: &Sender<Result<Event, String>>, stop: &AtomicBool) {
     let mut reader = FrameReader::new();
     let mut bytes = [0; 4096];
     while !stop.load(Ordering::Relaxed) {

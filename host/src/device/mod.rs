@@ -7,11 +7,13 @@
 pub mod error;
 pub mod faults;
 mod line;
+mod mailbox;
 pub mod package;
 pub mod qemu;
 pub mod session;
 
 use std::collections::VecDeque;
+use std::path::Path;
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
 
@@ -26,7 +28,7 @@ use faults::{Faults, Injected};
 use line::{Event, Line};
 use qemu::Qemu;
 
-/// How long an answer may take. QEMU looks for a newly opened line once a second.
+/// How long an answer may take. QEMU looks for a newly opened pseudo terminal once a second.
 const ANSWER: Duration = Duration::from_millis(800);
 /// Tries of a request that may be repeated without harm.
 const TRIES: usize = 5;
@@ -50,14 +52,18 @@ impl Device {
     /// Where the name is none of these, the port or QEMU is not there, nothing answers, or
     /// the board speaks another protocol.
     pub fn open(name: &str) -> Result<Self, DeviceError> {
-        let (path, qemu) = match name.split_once(':') {
-            None if name == "qemu" => Qemu::start(&qemu::default_firmware())?.split(),
-            Some(("qemu", firmware)) => Qemu::start(firmware.as_ref())?.split(),
-            Some(("serial", port)) => (port.to_owned(), None),
+        let emulated = |firmware: &Path| -> Result<_, DeviceError> {
+            let (qemu, reading, writing) = Qemu::start(firmware)?;
+            Ok((Line::over(reading, writing), Some(qemu)))
+        };
+        let (line, qemu) = match name.split_once(':') {
+            None if name == "qemu" => emulated(&qemu::built("STICKSLIP_FIRMWARE", "stickslip-mps2-an386"))?,
+            Some(("qemu", firmware)) => emulated(firmware.as_ref())?,
+            Some(("serial", port)) => (Line::open(port)?, None),
             _ => return Err(DeviceError::Name { name: name.to_owned() }),
         };
         let mut device = Self {
-            line: Line::open(&path)?,
+            line,
             reports: VecDeque::new(),
             seq: 0,
             damaged: 0,

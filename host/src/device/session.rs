@@ -57,8 +57,10 @@ pub struct Outcome {
     pub equal: usize,
     /// The first sample after which they differed.
     pub first_difference: Option<u32>,
-    /// Duration of the run.
+    /// Duration of the run by this machine's clock.
     pub seconds: f64,
+    /// The same by the board's ticks.
+    pub board_s: f64,
     /// The board's counts since its reset.
     pub statistics: Statistics,
     /// Counts a second of the costs in `statistics`.
@@ -93,7 +95,6 @@ pub fn stream(
     if let Some(seed) = faults {
         device.damage_line(seed);
     }
-    let began = Instant::now();
     let mut run = Run::new(package)?;
     let mut heard = Instant::now();
     loop {
@@ -121,7 +122,7 @@ pub fn stream(
     if run.last.is_none_or(|last| (last as usize) + 1 < count) {
         device.command::<wire::Stop>(&())?;
     }
-    let seconds = began.elapsed().as_secs_f64();
+    let (seconds, board_s) = run.duration();
     // Only now: in the run it would hold up the samples.
     for (seq, report) in std::mem::take(&mut run.answered) {
         run.replay(seq, &report, package);
@@ -131,6 +132,7 @@ pub fn stream(
     let outcome = Outcome {
         samples: count,
         seconds,
+        board_s,
         ticks_missed: statistics.ticks_missed.saturating_sub(before.ticks_missed),
         injected: device.injected(),
         statistics,
@@ -168,6 +170,8 @@ struct Run<'a> {
     /// When the board last took a sample.
     fed: Instant,
     reports: Option<Sequence>,
+    /// First and last report: when they arrived, and their ticks.
+    spanned: Option<[(Instant, u32); 2]>,
     /// Reports on samples, to be compared after the run.
     answered: Vec<(u32, TelemetryReport)>,
     /// The newest report: its hash covers samples whose own reports were lost.
@@ -194,6 +198,7 @@ impl<'a> Run<'a> {
             last: None,
             fed: Instant::now(),
             reports: None,
+            spanned: None,
             answered: Vec::new(),
             newest: None,
             outcome: Outcome::default(),
@@ -212,6 +217,8 @@ impl<'a> Run<'a> {
             return;
         }
         self.outcome.reports += 1;
+        let now = (Instant::now(), report.tick);
+        self.spanned = Some([self.spanned.map_or(now, |[first, _]| first), now]);
         self.outcome.taken = self.outcome.taken.max(report.taken as usize);
         if report.taken > 0 {
             self.newest = Some(*report);
@@ -269,6 +276,13 @@ impl<'a> Run<'a> {
         {
             self.replay(count - 1, &report, self.package);
         }
+    }
+
+    /// From the first report to the last, s: by this machine's clock and by the board's.
+    fn duration(&self) -> (f64, f64) {
+        let Some([first, last]) = self.spanned else { return (0.0, 0.0) };
+        let ticks = last.1.wrapping_sub(first.1);
+        ((last.0 - first.0).as_secs_f64(), f64::from(ticks) * f64::from(wire::TICK_US) * 1e-6)
     }
 
     fn ended(&self, report: &TelemetryReport, count: usize) -> bool {

@@ -69,6 +69,9 @@ pub enum ConeStatus {
     BadInput,
     /// The linear system broke down; the best velocity found is returned.
     Numerical,
+    /// The contacts contradict each other (an object crushed between advancing walls): forces
+    /// that no rig has. Said by the time step, which then has not moved anything.
+    Contradiction,
 }
 
 /// One contact point as the solver sees it.

@@ -6,8 +6,8 @@
 use super::contact::ContactSolver;
 use super::dense::Dense;
 use super::factors::{Factors, Impulses};
-use super::{Outcome, Report, Status};
-use crate::real::Real;
+use super::{Outcome, Report, Status, residual, tolerance};
+use crate::real::{Real, most};
 
 /// Both solvers, and room for the dense form.
 pub struct Fallback<R, const NC: usize, const ND: usize, const N: usize, const SQUARE: usize> {
@@ -58,7 +58,18 @@ impl<R: Real, const NC: usize, const ND: usize, const N: usize, const SQUARE: us
         let pivots = first.pivots.saturating_add(second.pivots);
         if second.residual < first.residual {
             self.answer.read_unknowns(z, problem);
-            return Outcome::new(&self.answer, Report { pivots, ..second });
+            // Opposite tangents have been paired: what is returned is judged, not what was found.
+            let mut paired = [R::zero(); N];
+            let mut residual = R::of(f64::INFINITY);
+            if let Some(paired) = paired.get_mut(..n) {
+                self.answer.write_unknowns(paired);
+                residual = most(residual::dense(m, q, paired).value(), second.residual);
+            }
+            let status = match second.status {
+                Status::Solved if !(residual <= tolerance()) => Status::Numerical,
+                status => status,
+            };
+            return Outcome::new(&self.answer, Report { pivots, residual, status, ..second });
         }
         // Both failed; a ray of the dense solver says more than a failure.
         let status = if second.status == Status::Ray { Status::Ray } else { first.status };

@@ -317,6 +317,8 @@ pub struct Statistics {
     pub solver_marks: u32,
     /// Samples that a sensor check marked.
     pub sensor_marks: u32,
+    /// Deepest the stack has been, bytes.
+    pub stack_bytes: u32,
 }
 
 /// Answer to a frame whose key is not in the table.

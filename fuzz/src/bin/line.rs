@@ -1,0 +1,4 @@
+//! Bytes on the line.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| stickslip_fuzz::line(bytes));
