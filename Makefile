@@ -79,7 +79,7 @@ cost: setup ## Instructions of the tick and its parts on the emulated board
 	cargo build -p stickslip-firmware --features cost --bin cost $(BOARD_BUILD)
 	cargo run --release -p stickslip-host -- cost --cases data/worst/*.json
 
-fuzz: ## Bytes that break the frame decoder or the predictor, looked for by coverage (FUZZ_SECONDS=60 each)
+fuzz: setup ## Bytes that break the frame decoder, the predictor or a reader of files, looked for by coverage (FUZZ_SECONDS=60 each)
 	@tools/fuzz.sh $(or $(FUZZ_SECONDS),60)
 
 bench: ## The complementarity solvers against QuantEcon, Drake and Siconos, on the same problems

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Coverage-guided fuzzing with libFuzzer on the stable compiler: the frame decoder and the
-# predictor are built with LLVM's coverage counters and fed for a number of seconds each.
+# Coverage-guided fuzzing with libFuzzer on the stable compiler: the frame decoder, the
+# predictor and the readers of files are built with LLVM's coverage counters and fed for a number of seconds each.
 # What breaks them is kept in fuzz/kept, where the tests try it from then on.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -16,11 +16,11 @@ fi
 # A target names the platform, so that build scripts are built without counters.
 RUSTFLAGS="$counters" cargo build -p stickslip-fuzz --features libfuzzer --profile fuzz --target "$host" --target-dir target/fuzz
 failed=0
-for target in line predictor; do
+for target in line predictor files; do
     corpus=target/fuzz/corpus/$target
     mkdir -p "$corpus"
     echo "== $target, $seconds s"
-    if ! "target/fuzz/$host/fuzz/fuzz-$target" -max_total_time="$seconds" -max_len=4096 -timeout=20 \
+    if ! "target/fuzz/$host/fuzz/fuzz-$target" -max_total_time="$seconds" -max_len=32768 -timeout=20 \
         -print_final_stats=1 -artifact_prefix="fuzz/kept/$target/" "$corpus" "fuzz/kept/$target" 2>&1 |
         grep -vE '^#[0-9]+\s+(NEW|REDUCE|pulse)|^INFO: seed corpus'; then
         failed=1

@@ -2,6 +2,8 @@
 //! the code that they reach (libFuzzer); what it found is kept in `kept/` and tried by the
 //! tests.
 
+pub mod files;
+
 use postcard_rpc::{Endpoint, Topic};
 use serde::Serialize;
 use serde::de::DeserializeOwned;

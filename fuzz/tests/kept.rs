@@ -29,3 +29,11 @@ fn kept_models_and_samples_run_without_panic_and_the_same_twice() {
         stickslip_fuzz::predictor(&bytes);
     }
 }
+
+#[test]
+fn kept_files_are_read_or_refused_with_their_name() {
+    for (path, bytes) in kept("files") {
+        println!("{}", path.display());
+        stickslip_fuzz::files::read(&bytes);
+    }
+}

@@ -2,7 +2,7 @@
 //! anew for each seed, for each primitive. Prints the share of seeds in which the interval
 //! (or the bound, where a coefficient is only bounded) holds the rig's coefficient.
 //!
-//! `cargo run --release -p stickslip-host --example calibration_coverage [SEEDS [SHARE]]`
+//! `cargo run --release -p stickslip-host --example calibration_coverage [SEEDS [SHARE [PRIMITIVE [FIRST]]]]`
 
 use stickslip_host::calibrate::{Coefficient, Share, calibrate, name};
 use stickslip_host::model_file::default_model;

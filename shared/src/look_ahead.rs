@@ -27,11 +27,21 @@ const MOST_WORK: u32 = 116;
 const FACTORS_WORK: u32 = 4;
 /// Work of a step around its solve; each effect adds half a unit a contact point.
 const AROUND_WORK: u32 = 8;
+/// Contact points of the board's usual scene: an evaluation there is the unit of work.
+const USUAL_POINTS: u32 = 16;
+/// What an evaluation costs besides its points, in points.
+const FIXED_POINTS: u32 = 12;
 
-/// Work of a step, in evaluations of the momentum balance.
-fn work_of<R: Real>(out: &StepSummary<R>) -> u32 {
-    let around = AROUND_WORK.saturating_add(u32::from(out.hooks) / 2);
-    out.iterations.saturating_mul(FACTORS_WORK).saturating_add(out.evaluations).saturating_add(around)
+impl<R: Real> StepSummary<R> {
+    /// Work of the step, in evaluations of the momentum balance of 16 points.
+    pub fn work(&self) -> u32 {
+        let solve = self.iterations.saturating_mul(FACTORS_WORK).saturating_add(self.evaluations);
+        let around = solve.saturating_add(AROUND_WORK);
+        // Fewer points are not counted as cheaper: searches are longer where contacts come and go.
+        let points = u32::from(self.points).max(USUAL_POINTS).saturating_add(FIXED_POINTS);
+        let scaled = around.saturating_mul(points) / (USUAL_POINTS + FIXED_POINTS);
+        scaled.saturating_add(u32::from(self.hooks) / 2)
+    }
 }
 
 /// Work done in a tick.
@@ -44,10 +54,10 @@ pub(crate) struct Work {
 impl Work {
     /// Books a step.
     pub fn add<R: Real>(&mut self, out: &StepSummary<R>) {
-        self.done = self.done.saturating_add(work_of(out));
+        self.done = self.done.saturating_add(out.work());
     }
 
-    /// In evaluations of the momentum balance.
+    /// In evaluations of the momentum balance of 16 points.
     pub fn done(&self) -> u32 {
         self.done
     }

@@ -1206,7 +1206,11 @@ fn status_code(status: ConeStatus) -> u8 {
     }
 }
 
-/// Steps the model over a drive, in parts where it is long.
+/// Iterations and evaluations kept for each later part of a step made in parts.
+const LATER_PART: (u32, u32) = (5, 30);
+
+/// Steps the model over a drive, in parts where it is long; all parts together have the bound of
+/// a whole step.
 fn advance<R: Real>(
     scene: &Scene<R>,
     model: &Model<R>,
@@ -1221,10 +1225,17 @@ fn advance<R: Real>(
     }
     let mut part = *drive;
     part.dt_s = drive.dt_s / R::of(f64::from(parts));
-    let options = ConeOptions::present();
-    let mut out = step_in(scene, model, state, &part, &options, work);
+    let present = ConeOptions::present();
+    let (mut iterations, mut evaluations) = (present.max_iterations, present.max_evaluations);
+    let bounded = |iterations: u32, evaluations: u32, later: u8| ConeOptions {
+        max_iterations: iterations.saturating_sub(LATER_PART.0 * u32::from(later)).max(LATER_PART.0),
+        max_evaluations: evaluations.saturating_sub(LATER_PART.1 * u32::from(later)).max(LATER_PART.1),
+        ..present
+    };
+    let mut out =
+        step_in(scene, model, state, &part, &bounded(iterations, evaluations, parts.saturating_sub(1)), work);
     worst.note(&out);
-    for _ in 1..parts {
+    for later in (0..parts.saturating_sub(1)).rev() {
         if matches!(out.status, ConeStatus::BadInput | ConeStatus::Contradiction) {
             break;
         }
@@ -1232,7 +1243,9 @@ fn advance<R: Real>(
             m.position_m += m.velocity_m_s * part.dt_s;
             m.rotation = crate::step::turned(&m.rotation, &(m.angular_rad_s * part.dt_s));
         }
-        out = step_in(scene, model, state, &part, &options, work);
+        iterations = iterations.saturating_sub(out.iterations);
+        evaluations = evaluations.saturating_sub(out.evaluations);
+        out = step_in(scene, model, state, &part, &bounded(iterations, evaluations, later), work);
         worst.note(&out);
     }
     out

@@ -119,6 +119,8 @@ pub struct StepSummary<R: Real> {
     pub iterations: u32,
     /// Evaluations of the momentum balance.
     pub evaluations: u32,
+    /// Contact points handed to the solver.
+    pub points: u16,
     /// Contact points times effects: how often an effect was asked for its friction.
     pub hooks: u16,
     /// What the sensors would show at the end of the step.
@@ -463,6 +465,7 @@ pub fn step_in<R: Real, const NC: usize>(
         residual_n: solution.residual_n,
         iterations: solution.iterations,
         evaluations: solution.evaluations,
+        points: work.contacts.len() as u16,
         hooks: (work.contacts.len() * model.effects.len()) as u16,
         reading: Reading {
             position_m: state.position_m,

@@ -56,7 +56,9 @@ impl Qemu {
             "memory-backend-file,id=line,size={MEMORY_BYTES},share=on,mem-path={}",
             offer.path().display()
         );
-        let child = Command::new("qemu-system-arm")
+        let mut command = Command::new("qemu-system-arm");
+        end_with_this_process(&mut command);
+        let child = command
             .args(["-machine", "mps2-an386,memory-backend=line", "-object", &memory])
             .args(["-display", "none", "-monitor", "none", "-serial", "null"])
             .args(["-icount", ICOUNT, "-semihosting-config", "enable=on,target=native", "-kernel"])
@@ -119,6 +121,18 @@ impl Qemu {
         self.child.id()
     }
 }
+
+/// Also where this process is killed the emulator must not run on: its board never idles.
+#[cfg(target_os = "linux")]
+fn end_with_this_process(command: &mut Command) {
+    use rustix::process::{Signal, set_parent_process_death_signal};
+    use std::os::unix::process::CommandExt;
+    // SAFETY: between fork and exec, one system call and nothing else.
+    unsafe { command.pre_exec(|| Ok(set_parent_process_death_signal(Some(Signal::KILL))?)) };
+}
+
+#[cfg(not(target_os = "linux"))]
+fn end_with_this_process(_: &mut Command) {}
 
 impl Drop for Qemu {
     fn drop(&mut self) {

@@ -319,7 +319,7 @@ pub fn worst(target: Target, package: &Package) -> Option<f64> {
             return;
         }
         let value = match target {
-            Target::StepWork => f64::from(4 * out.iterations + out.evaluations),
+            Target::StepWork => f64::from(out.work()),
             Target::StepResidual => f64::from(out.residual_n),
             _ => {
                 let pair = precision::compare(walked);

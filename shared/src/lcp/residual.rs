@@ -4,7 +4,7 @@
 //! `w_i`), the residual is the largest of three: the most negative unknown `-min(z) / Z`, the
 //! most negative slack `-w_i / s_i`, and the sum of the products `(|z_i| / Z) (|w_i| / s_i)`.
 
-use super::magnitude;
+use super::{magnitude, tolerance};
 use crate::real::{Real, most};
 
 /// The three parts of the residual, dimensionless.
@@ -49,11 +49,12 @@ impl<R: Real> Residual<R> {
 }
 
 /// The residual, or how far the worst slack is below zero in units of the largest constant
-/// where that is more than a tenth. Huge unknowns make any row large and its residual small:
-/// contacts that contradict each other would be solved by impulses without bound.
+/// where that is more than the square root of the tolerance (1e-4 in `f64`). Huge unknowns make
+/// any row large and its residual small: contacts that contradict each other, if only a little
+/// beside what else moves, would be solved by impulses without bound.
 pub(super) fn credible<R: Real>(residual: R, worst_slack: R, largest_constant: R) -> R {
     let violation = -worst_slack;
-    if violation > largest_constant * R::of(0.1) && largest_constant > R::zero() {
+    if violation > largest_constant * tolerance::<R>().root() && largest_constant > R::zero() {
         most(violation / largest_constant, residual)
     } else {
         residual
