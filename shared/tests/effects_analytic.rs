@@ -152,7 +152,8 @@ fn face_tilt_raises_the_grip_in_proportion_to_the_way_along_the_object() {
 fn a_jaw_that_gives_way_late_presses_harder_in_proportion_to_the_speed_of_opening() {
     let record = pure_push::<f64>(0.01).with("face_tilt", &[0.0, 0.0, 500.0, 0.1]).play();
     let x = -record.state.position_m.x;
-    close(record.last().normal_n[0], N + 500.0 * (x + 0.1 * 0.01), 2e-3);
+    // The object slides towards +X of the gripper, the pads towards -X of the object.
+    close(record.last().normal_n[0], N + 500.0 * (x - 0.1 * 0.01), 2e-3);
 }
 
 #[test]
