@@ -93,7 +93,21 @@ pub fn with_effects(campaign: &Campaign, file: &mut ModelFile, new: usize) -> Re
     let whole = file.to_model();
     let mut model = whole.clone();
     model.effects.truncate(whole.effects.len() - new.min(whole.effects.len()));
-    let base = fit::base_parameters(campaign);
+    let mut base = fit::base_parameters(campaign);
+    // What a calibration could not determine stays as it is: with an effect more it would take up
+    // what else the model lacks.
+    let mut kept = Vec::new();
+    if !file.friction_intervals.is_empty() {
+        base.retain(|f| {
+            let name = f.name(&model);
+            let known =
+                name.strip_prefix("friction.").is_none_or(|n| file.friction_intervals.contains_key(n));
+            if !known {
+                kept.push(*f);
+            }
+            known
+        });
+    }
     let infos: Vec<_> = file.effects.iter().map(crate::model_file::EffectEntry::info).collect();
     let described = |e: &Effect<f64>, slot: usize| infos.get(slot).copied().flatten().or_else(|| e.info());
     let all = |count: usize| -> Vec<Free> {
@@ -118,6 +132,12 @@ pub fn with_effects(campaign: &Campaign, file: &mut ModelFile, new: usize) -> Re
         if let Some((_, best)) = best {
             fitted = best;
         }
+    }
+    for f in kept {
+        let (name, value) = (f.name(&model), f.get(&fitted.model));
+        fitted
+            .notes
+            .push(format!("{name} was not determined by the model's calibration: {value:.3}, not fitted"));
     }
     file.set_values(&fitted.model);
     file.friction_intervals.clear();
