@@ -7,9 +7,8 @@ pub mod files;
 use postcard_rpc::{Endpoint, Topic};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use stickslip_shared::model::{Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape};
-use stickslip_shared::predictor::{HASH_START, Limits, Plan, Predictor};
-use stickslip_shared::shape::inertia;
+use stickslip_shared::predictor::{HASH_START, Plan, Predictor};
+use stickslip_shared::selftest::push;
 use stickslip_shared::wire::frame::{Frame, FrameReader, MAX_LINE, encode};
 use stickslip_shared::wire::{self, ModelPackage, Pose, Sample, TICK_US, check};
 
@@ -67,20 +66,6 @@ fn again<T: Serialize + DeserializeOwned>(frame: &Frame<'_>) -> Option<T> {
     Some(value)
 }
 
-/// The paper's push: 200 g prism, 20 N on each finger, flat pusher.
-fn push() -> ModelPackage {
-    let shape = Shape::Prism { length_m: 0.1, side_m: 0.025 };
-    let scene = Scene {
-        gravity_m_s2: [0.0, 0.0, -9.81],
-        object: Object { inertia_kg_m2: inertia(&shape, 0.2), shape, mass_kg: 0.2 },
-        fingers: Some(FingerContact::Disc { diameter_m: 0.02 }),
-        pusher: Some(PusherContact::Plane),
-        support: None,
-    };
-    let friction = Friction { finger: 0.3, pusher: 0.25, support: 0.3 };
-    (scene, Model::base(Base::Hard, friction), Limits::default())
-}
-
 /// A model, a plan and samples from bytes: whatever the model takes for valid must be run
 /// without panic through whatever samples, twice with the same outputs.
 ///
@@ -94,7 +79,7 @@ pub fn predictor(bytes: &[u8]) {
             Ok(taken) => taken,
             Err(_) => return,
         },
-        _ => (push(), bytes),
+        _ => (push(0.2, 0.3), bytes),
     };
     let (plan, bytes) = postcard::take_from_bytes::<Plan>(bytes).unwrap_or((Plan::default(), bytes));
     let samples = if choice[1] % 2 == 0 { decoded(bytes) } else { damaged(bytes) };

@@ -143,16 +143,24 @@ impl Free {
         }
     }
 
+    /// The coefficient's name in a model file; none for a parameter of an effect.
+    pub fn coefficient(&self) -> Option<&'static str> {
+        match self {
+            Free::FingerFriction => Some("finger"),
+            Free::PusherFriction => Some("pusher"),
+            Free::SupportFriction => Some("support"),
+            Free::Effect { .. } => None,
+        }
+    }
+
     /// Name with unit suffix; effects as `effect.parameter`.
     pub fn name(&self, model: &Model<f64>) -> String {
         match self {
-            Free::FingerFriction => "friction.finger".into(),
-            Free::PusherFriction => "friction.pusher".into(),
-            Free::SupportFriction => "friction.support".into(),
             Free::Effect { slot, of, .. } => {
                 let info = model.effects.get(*slot).and_then(stickslip_shared::effects::Effect::info);
                 format!("{}.{}", info.map_or("effect", |i| i.id), of.name)
             }
+            _ => format!("friction.{}", self.coefficient().unwrap_or_default()),
         }
     }
 
@@ -489,13 +497,7 @@ pub struct Solution {
 
 /// Loss minimised over the offsets, and the offsets.
 fn profile(problem: &Problem, residual: &[Features]) -> (f64, Vec<f64>) {
-    let grams = problem.grams(residual, &[]);
-    let precision = problem.precision(&[], 0);
-    let Some(x) = gls::solve(grams.iter().map(|g| (1.0, g)), &precision) else {
-        return (f64::INFINITY, vec![0.0; precision.len()]);
-    };
-    let prior: f64 = x.iter().zip(&precision).map(|(x, p)| p * x * x).sum();
-    (grams.iter().map(|g| gls::loss(g, &x)).sum::<f64>() + prior, x.iter().copied().collect())
+    gls::least(&problem.grams(residual, &[]), &problem.precision(&[], 0))
 }
 
 /// Columns of the sensitivities of the groups' features to `free`.
@@ -510,24 +512,23 @@ pub fn sensitivities(
         f.set(&mut changed, f.get(model) + step);
         (f.get(&changed) - f.get(model), problem.predict(&changed))
     };
-    let size = |with: &[Features]| -> f64 {
-        let each = problem.groups.iter().zip(with).zip(predicted);
-        each.map(|((g, w), p)| problem.whiteners[*g].apply(&difference(w, p, 1.0)).norm_squared()).sum()
+    let size = |all: &[Features]| -> f64 {
+        problem.groups.iter().zip(all).map(|(g, r)| problem.whiteners[*g].square(r)).sum()
     };
-    let here: f64 = {
-        let residual = problem.residual(predicted);
-        problem.groups.iter().zip(&residual).map(|(g, r)| problem.whiteners[*g].apply(r).norm_squared()).sum()
+    let changed = |with: &[Features]| -> f64 {
+        size(&with.iter().zip(predicted).map(|(w, p)| difference(w, p, 1.0)).collect::<Vec<_>>())
     };
+    let here = size(&problem.residual(predicted));
     free.iter()
         .map(|f| {
             let step = f.step(model);
             let mut forward = with(f, step);
             // A small step that changes more than there is to explain has passed the edge at which a
             // contact lets go: the other side tells how things change on this one.
-            let change = size(&forward.1);
+            let change = changed(&forward.1);
             if change > here + (problem.groups.len() * FEATURES) as f64 {
                 let back = with(f, -step);
-                if back.0 != 0.0 && size(&back.1) < change {
+                if back.0 != 0.0 && changed(&back.1) < change {
                     forward = back;
                 }
             }
@@ -750,9 +751,10 @@ pub fn starts(
 ) -> Vec<Model<f64>> {
     let screened = effect.info().map(|info| {
         let problem = Problem::new(campaign, model);
-        let others = basins(campaign, model, free, 0);
+        let mut ways = basins(campaign, model, free, 0);
+        ways.retain(|m| apart(campaign, m, model));
         let bases: Vec<Solution> =
-            std::iter::once(model).chain(&others).map(|m| solve(&problem, m, free, 0)).collect();
+            std::iter::once(model).chain(&ways).map(|m| solve(&problem, m, free, 0)).collect();
         let trial = Trial { info, program: None };
         let starts = screen(&problem, &bases.iter().collect::<Vec<_>>(), free, &trial).starts;
         let of_first = starts.iter().find(|s| s.on == 0);

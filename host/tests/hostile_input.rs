@@ -6,9 +6,9 @@ use std::path::Path;
 use postcard_rpc::{Endpoint, Topic};
 use proptest::prelude::*;
 use stickslip_host::dataset::Index;
-use stickslip_shared::model::{Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape};
+use stickslip_shared::model::{Friction, Shape};
 use stickslip_shared::predictor::{Intent, Limits, Plan, Predictor, Segment, flags, validity};
-use stickslip_shared::shape::inertia;
+use stickslip_shared::selftest::push;
 use stickslip_shared::wire::frame::{FrameError, FrameReader, MAX_LINE, encode};
 use stickslip_shared::wire::{self, Pose, Sample};
 
@@ -60,18 +60,6 @@ fn almost_sound(seq: u32, at: usize, value: f32) -> Sample {
         *number = value;
     }
     sample
-}
-
-fn push(finger: f32) -> (Scene<f32>, Model<f32>) {
-    let shape = Shape::Prism { length_m: 0.1, side_m: 0.025 };
-    let scene = Scene {
-        gravity_m_s2: [0.0, 0.0, -9.81],
-        object: Object { inertia_kg_m2: inertia(&shape, 0.2), shape, mass_kg: 0.2 },
-        fingers: Some(FingerContact::Disc { diameter_m: 0.02 }),
-        pusher: Some(PusherContact::Plane),
-        support: None,
-    };
-    (scene, Model::base(Base::Hard, Friction { finger, pusher: 0.25, support: 0.3 }))
 }
 
 fn frames(reader: &mut FrameReader, bytes: &[u8]) -> Vec<Result<(u32, Vec<u8>), FrameError>> {
@@ -136,7 +124,7 @@ proptest! {
     fn any_samples_get_an_answer_of_bounded_cost_that_claims_nothing_it_does_not_know(
         samples in prop::collection::vec(any_sample(), 1..12)
     ) {
-        let (scene, model) = push(0.3);
+        let (scene, model, _) = push(0.2, 0.3);
         let mut predictor = Predictor::new(scene, model, Limits::default()).unwrap();
         for sample in &samples {
             let p = predictor.take(sample);
@@ -149,7 +137,7 @@ proptest! {
     fn one_wild_number_in_a_push_does_not_outlast_itself(
         at in 0_usize..34, value in any_f32(), when in 10_u32..30
     ) {
-        let (scene, model) = push(0.3);
+        let (scene, model, _) = push(0.2, 0.3);
         let mut predictor = Predictor::new(scene, model, Limits::default()).unwrap();
         let mut segments = heapless::Vec::new();
         let _ = segments.push(Segment {
@@ -174,7 +162,7 @@ proptest! {
     fn a_model_with_any_numbers_is_run_or_refused(
         mass_kg in any_f32(), side_m in any_f32(), friction in prop::array::uniform3(any_f32())
     ) {
-        let (mut scene, mut model) = push(0.3);
+        let (mut scene, mut model, _) = push(0.2, 0.3);
         scene.object.mass_kg = mass_kg;
         scene.object.shape = Shape::Prism { length_m: 0.1, side_m };
         model.friction = Friction { finger: friction[0], pusher: friction[1], support: friction[2] };
@@ -224,7 +212,7 @@ proptest! {
 #[test]
 fn hours_later_and_over_the_wrap_of_its_time_stamp_a_push_gives_the_same_predictions() {
     let run = |start_us: u32| {
-        let (scene, model) = push(0.3);
+        let (scene, model, _) = push(0.2, 0.3);
         let mut predictor = Predictor::new(scene, model, Limits::default()).unwrap();
         let mut out = Vec::new();
         for seq in 0..400 {

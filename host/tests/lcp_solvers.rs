@@ -2,6 +2,7 @@
 
 use proptest::prelude::*;
 use rand::Rng;
+use stickslip_host::hunt::problem::single;
 use stickslip_host::lcp_files::{Factors, ProblemFile, read};
 use stickslip_host::lcp_gen::{
     DenseFamily, FAMILIES, Family, IMPOSSIBLE, contact_problem, dense_problem, neighbour, rng, to_problem,
@@ -290,24 +291,6 @@ fn single_precision_solves_grasps_to_its_tolerance() {
         }
     }
     assert!(solved >= 95, "{solved} of 100");
-}
-
-fn single(
-    p: &stickslip_shared::lcp::factors::Factors<f64, 16, 8>,
-) -> stickslip_shared::lcp::factors::Factors<f32, 16, 8> {
-    let mut list = heapless::Vec::new();
-    for c in &p.contacts {
-        let contact = stickslip_shared::lcp::factors::Contact {
-            normal: c.normal.map(|x| x as f32),
-            tangents: c.tangents.map(|t| t.map(|x| x as f32)),
-            compliance: c.compliance as f32,
-            friction: c.friction as f32,
-            separation: c.separation as f32,
-            slip: c.slip.map(|x| x as f32),
-        };
-        list.push(contact).expect("the same capacity");
-    }
-    stickslip_shared::lcp::factors::Factors { inverse_mass: p.inverse_mass.map(|x| x as f32), contacts: list }
 }
 
 #[test]

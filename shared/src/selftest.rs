@@ -15,6 +15,7 @@ use crate::real::Vec3;
 use crate::shape::inertia;
 use crate::step::turned;
 use crate::track::Pose;
+use crate::wire::ModelPackage;
 use heapless::Vec;
 use nalgebra::UnitQuaternion;
 
@@ -75,6 +76,19 @@ fn at(x: f32, y: f32, z: f32) -> Pose<f32> {
 
 fn object(shape: Shape<f32>, mass_kg: f32) -> Object<f32> {
     Object { inertia_kg_m2: inertia(&shape, mass_kg), shape, mass_kg }
+}
+
+/// The paper's push, for tests: a prism of 100 x 25 mm between discs, a flat pusher, rigid contact.
+pub fn push(mass_kg: f32, finger_friction: f32) -> ModelPackage {
+    let scene = Scene {
+        gravity_m_s2: [0.0, 0.0, -9.81],
+        object: object(Shape::Prism { length_m: 0.1, side_m: 0.025 }, mass_kg),
+        fingers: Some(FingerContact::Disc { diameter_m: 0.02 }),
+        pusher: Some(PusherContact::Plane),
+        support: None,
+    };
+    let friction = Friction { finger: finger_friction, pusher: 0.25, support: 0.3 };
+    (scene, Model::base(Base::Hard, friction), Limits::default())
 }
 
 fn random_model(draw: &mut Draw) -> Model<f32> {

@@ -4,12 +4,10 @@
 use heapless::Vec;
 use nalgebra::UnitQuaternion;
 use stickslip_shared::cone::{Bodies, ConeOptions, ConePoint, ConeSolution, ConeStatus, solve};
-use stickslip_shared::model::{
-    Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
-};
+use stickslip_shared::model::{Model, Scene, SupportContact};
 use stickslip_shared::predictor::{Limits, ModelError, Predictor, Sample, validity};
 use stickslip_shared::real::Vec3;
-use stickslip_shared::shape::inertia;
+use stickslip_shared::selftest::push;
 use stickslip_shared::track::Pose;
 
 type Points = Vec<ConePoint<f32>, 16>;
@@ -134,18 +132,11 @@ fn an_object_crushed_between_advancing_walls_is_squeezed_in_bounded_time() {
 }
 
 fn scene(mass_kg: f32) -> Scene<f32> {
-    let shape = Shape::Prism { length_m: 0.1, side_m: 0.025 };
-    Scene {
-        gravity_m_s2: [0.0, 0.0, -9.81],
-        object: Object { inertia_kg_m2: inertia(&shape, mass_kg), shape, mass_kg },
-        fingers: Some(FingerContact::Disc { diameter_m: 0.02 }),
-        pusher: Some(PusherContact::Plane),
-        support: None,
-    }
+    push(mass_kg, 0.4).0
 }
 
 fn model(finger: f32) -> Model<f32> {
-    Model::base(Base::Hard, Friction { finger, pusher: 0.25, support: 0.3 })
+    push(0.2, finger).1
 }
 
 #[test]

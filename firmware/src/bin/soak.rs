@@ -26,14 +26,12 @@ use stickslip_firmware::link::{self, Link};
 use stickslip_firmware::queues::{SAMPLES, SPARE};
 use stickslip_firmware::slot::Slot;
 use stickslip_firmware::stats::COUNTERS;
-use stickslip_shared::model::{Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape};
-use stickslip_shared::predictor::{Intent, Limits, Plan, Segment};
-use stickslip_shared::shape::inertia;
+use stickslip_shared::predictor::{Intent, Plan, Segment};
+use stickslip_shared::selftest::push;
 use stickslip_shared::wire::frame::{FrameReader, MAX_LINE, crc32, encode};
 use stickslip_shared::wire::sequence::{Order, Sequence};
 use stickslip_shared::wire::{
-    self, CHUNK, ModelChunk, ModelCommit, ModelPackage, Pose, Sample, Source, StartRequest, TICK_US,
-    TelemetryReport,
+    self, CHUNK, ModelChunk, ModelCommit, Pose, Sample, Source, StartRequest, TICK_US, TelemetryReport,
 };
 
 /// Samples of one run: rest, push, rest.
@@ -113,19 +111,6 @@ impl Draw {
     }
 }
 
-/// The paper's push: 200 g prism, 20 N on each finger, flat pusher.
-fn package(finger: f32) -> ModelPackage {
-    let shape = Shape::Prism { length_m: 0.1, side_m: 0.025 };
-    let scene = Scene {
-        gravity_m_s2: [0.0, 0.0, -9.81],
-        object: Object { inertia_kg_m2: inertia(&shape, 0.2), shape, mass_kg: 0.2 },
-        fingers: Some(FingerContact::Disc { diameter_m: 0.02 }),
-        pusher: Some(PusherContact::Plane),
-        support: None,
-    };
-    (scene, Model::base(Base::Hard, Friction { finger, pusher: 0.25, support: 0.3 }), Limits::default())
-}
-
 fn plan() -> Plan {
     let mut segments = Vec::new();
     for (duration_s, speed) in [(0.4, 0.0), (1.5, -0.01), (5.0, 0.0)] {
@@ -186,7 +171,7 @@ impl Host {
 
     fn model(&mut self) {
         let mut buffer = [0; wire::MAX_MODEL_BYTES];
-        let package = package(if self.draw.once_in(2) { 0.15 } else { 0.3 });
+        let package = push(0.2, if self.draw.once_in(2) { 0.15 } else { 0.3 });
         let Ok(bytes) = postcard::to_slice(&package, &mut buffer) else { return };
         let mut offset = 0;
         for piece in bytes.chunks(CHUNK) {

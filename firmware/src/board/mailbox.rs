@@ -1,10 +1,13 @@
 //! The emulated board's line through memory (`stickslip_shared::wire::mailbox`), looked at
 //! twice a millisecond.
 
+use core::convert::Infallible;
 use core::sync::atomic::{Ordering, fence};
 
 use embassy_time::Timer;
-use stickslip_shared::wire::mailbox::{ADDRESS, MARK, MEMORY_BYTES, OFFERED, Ring, TAKEN, TO_BOARD, TO_HOST};
+use stickslip_shared::wire::mailbox::{
+    ADDRESS, MARK, MEMORY_BYTES, OFFERED, Ring, TAKEN, TO_BOARD, TO_HOST, steady,
+};
 
 /// How long each side may wait for the other to look.
 const LOOK_US: u64 = 500;
@@ -31,16 +34,10 @@ pub fn take() {
     set_word(TAKEN, MARK);
 }
 
-/// A count of the other side, which may be written just now: read until it stands still.
-fn steady(offset: u32) -> u32 {
-    let mut last = word(offset);
-    loop {
-        let now = word(offset);
-        if now == last {
-            return now;
-        }
-        last = now;
-    }
+/// A count of the host's.
+fn count(offset: u32) -> u32 {
+    let Ok(count) = steady(|| Ok::<_, Infallible>(word(offset)));
+    count
 }
 
 /// Waits for bytes from the host.
@@ -48,7 +45,7 @@ pub async fn read(buffer: &mut [u8]) -> usize {
     const RING: Ring = TO_BOARD;
     loop {
         let read = word(RING.read);
-        let (from, length) = RING.readable(steady(RING.written), read);
+        let (from, length) = RING.readable(count(RING.written), read);
         let length = length.min(u32::try_from(buffer.len()).unwrap_or(0));
         if length > 0 {
             fence(Ordering::Acquire);
@@ -69,7 +66,7 @@ pub async fn write(bytes: &[u8]) -> usize {
     const RING: Ring = TO_HOST;
     loop {
         let written = word(RING.written);
-        let (to, room) = RING.writable(written, steady(RING.read));
+        let (to, room) = RING.writable(written, count(RING.read));
         let length = room.min(u32::try_from(bytes.len()).unwrap_or(0));
         if length > 0 || bytes.is_empty() {
             for (k, byte) in (0..length).zip(bytes) {

@@ -98,15 +98,8 @@ pub fn with_effects(campaign: &Campaign, file: &mut ModelFile, new: usize) -> Re
     // what else the model lacks.
     let mut kept = Vec::new();
     if !file.friction_intervals.is_empty() {
-        base.retain(|f| {
-            let name = f.name(&model);
-            let known =
-                name.strip_prefix("friction.").is_none_or(|n| file.friction_intervals.contains_key(n));
-            if !known {
-                kept.push(*f);
-            }
-            known
-        });
+        let known = |f: &Free| f.coefficient().is_none_or(|name| file.friction_intervals.contains_key(name));
+        (base, kept) = base.into_iter().partition(known);
     }
     let infos: Vec<_> = file.effects.iter().map(crate::model_file::EffectEntry::info).collect();
     let described = |e: &Effect<f64>, slot: usize| infos.get(slot).copied().flatten().or_else(|| e.info());
@@ -143,15 +136,13 @@ pub fn with_effects(campaign: &Campaign, file: &mut ModelFile, new: usize) -> Re
     file.friction_intervals.clear();
     for (free, e) in all(fitted.model.effects.len()).iter().zip(&fitted.estimates) {
         let range = [e.low, e.high];
-        match free {
-            Free::Effect { slot, of: p, .. } => {
-                if let Some(entry) = file.effects.get_mut(*slot) {
-                    entry.intervals.insert(p.name.into(), range);
-                }
-            }
-            Free::FingerFriction => drop(file.friction_intervals.insert("finger".into(), range)),
-            Free::PusherFriction => drop(file.friction_intervals.insert("pusher".into(), range)),
-            Free::SupportFriction => drop(file.friction_intervals.insert("support".into(), range)),
+        if let Free::Effect { slot, of: p, .. } = free
+            && let Some(entry) = file.effects.get_mut(*slot)
+        {
+            entry.intervals.insert(p.name.into(), range);
+        }
+        if let Some(name) = free.coefficient() {
+            file.friction_intervals.insert(name.into(), range);
         }
     }
     Ok(fitted)

@@ -3,9 +3,7 @@
 //! diagnosis ([`crate::diagnose::noise`]), so that both call the same thing an error.
 
 use crate::channels::{NAMES, Quantity, quantity};
-use crate::diagnose::noise::{
-    FLOOR_OF_PATH, FLOOR_OF_SHARED_WEIGHT, FLOOR_POSITION_M, FLOOR_ROTATION_RAD, SHARED_WEIGHT_LEVER_M,
-};
+use crate::diagnose::noise::{FLOOR_OF_PATH, FLOOR_POSITION_M, FLOOR_ROTATION_RAD, shared_weight};
 use crate::simulate::Prepared;
 
 /// Grip and push.
@@ -16,16 +14,18 @@ pub struct Give {
     position_m: f64,
     /// Zero where the object rests on one thing only.
     weight_n: f64,
+    weight_nm: f64,
 }
 
 /// For one trial.
 pub fn give(prepared: &Prepared) -> Give {
     let scene = &prepared.scene;
-    let gravity = scene.gravity_m_s2.iter().map(|g| g * g).sum::<f64>().sqrt();
-    let shared = scene.fingers.is_some() && scene.pusher.is_some();
+    let both = scene.fingers.is_some() && scene.pusher.is_some();
+    let weight = |quantity| if both { shared_weight(scene, quantity) } else { 0.0 };
     Give {
         position_m: FLOOR_POSITION_M.hypot(FLOOR_OF_PATH * prepared.drive_path()),
-        weight_n: if shared { FLOOR_OF_SHARED_WEIGHT * scene.object.mass_kg * gravity } else { 0.0 },
+        weight_n: weight(Quantity::Force),
+        weight_nm: weight(Quantity::Torque),
     }
 }
 
@@ -38,7 +38,7 @@ impl Give {
             Quantity::Rotation => FLOOR_ROTATION_RAD,
             _ if !rest || NAMES.get(channel).is_some_and(|n| NOT_SHARED.contains(n)) => 0.0,
             Quantity::Force => self.weight_n,
-            Quantity::Torque => self.weight_n * SHARED_WEIGHT_LEVER_M,
+            Quantity::Torque => self.weight_nm,
         }
     }
 }

@@ -191,8 +191,6 @@ pub fn notes(
              that line."
                 .into(),
         );
-    }
-    if options.forces == Forces::OutsideBand {
         notes.push(
             "Pads give way: no rigid model is better than 0.05 mm, 1 % of the path and 3 mrad, nor than half of the weight \
              while things rest against each other. An error is what is beyond that, as in `diagnose`."

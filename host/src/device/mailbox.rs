@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use stickslip_shared::wire::mailbox::{MARK, MEMORY_BYTES, OFFERED, Ring, TAKEN, TO_BOARD, TO_HOST};
+use stickslip_shared::wire::mailbox::{MARK, MEMORY_BYTES, OFFERED, Ring, TAKEN, TO_BOARD, TO_HOST, steady};
 
 /// How often each side looks.
 const LOOK: Duration = Duration::from_micros(500);
@@ -61,18 +61,6 @@ fn set_word(file: &File, offset: u32, value: u32) -> io::Result<()> {
     file.write_all_at(&value.to_le_bytes(), u64::from(offset))
 }
 
-/// A count of the other side, which may be written just now: read until it stands still.
-fn steady(file: &File, offset: u32) -> io::Result<u32> {
-    let mut last = word(file, offset)?;
-    loop {
-        let now = word(file, offset)?;
-        if now == last {
-            return Ok(now);
-        }
-        last = now;
-    }
-}
-
 fn gone() -> io::Error {
     io::Error::new(io::ErrorKind::BrokenPipe, "the emulator ended")
 }
@@ -90,7 +78,7 @@ impl Read for Reading {
         // Looked at before the bytes: what was sent before the end is still read.
         let ended = self.ended.load(Ordering::Acquire);
         let read = word(&self.file, RING.read)?;
-        let (from, length) = RING.readable(steady(&self.file, RING.written)?, read);
+        let (from, length) = RING.readable(steady(|| word(&self.file, RING.written))?, read);
         let length = buffer.len().min(length as usize);
         if length == 0 {
             if ended {
@@ -121,7 +109,7 @@ impl Write for Writing {
                 return Err(gone());
             }
             let written = word(&self.file, RING.written)?;
-            let (to, room) = RING.writable(written, steady(&self.file, RING.read)?);
+            let (to, room) = RING.writable(written, steady(|| word(&self.file, RING.read))?);
             let length = bytes.len().min(room as usize);
             if let Some(piece) = bytes.get(..length).filter(|piece| !piece.is_empty() || bytes.is_empty()) {
                 self.file.write_all_at(piece, u64::from(to))?;

@@ -64,6 +64,11 @@ impl Whitener {
         x
     }
 
+    /// Sum of squares of the whitened features.
+    pub fn square(&self, features: &[f64]) -> f64 {
+        self.apply(features).norm_squared()
+    }
+
     /// Whitened columns of the sensor offsets.
     pub fn offsets(&self) -> Vec<DVector<f64>> {
         (0..OFFSETS)
@@ -167,6 +172,15 @@ pub fn loss(g: &Gram, x: &DVector<f64>) -> f64 {
     let quadratic = (x.transpose() * a * x)[(0, 0)];
     let cross = (x.transpose() * b)[(0, 0)];
     (g.matrix[(n, n)] - 2.0 * cross + quadratic).max(0.0)
+}
+
+/// Least loss over the coefficients, what their prior costs included, and where it is.
+pub fn least(grams: &[Gram], precision: &[f64]) -> (f64, Vec<f64>) {
+    let Some(x) = solve(grams.iter().map(|g| (1.0, g)), precision) else {
+        return (f64::INFINITY, vec![0.0; precision.len()]);
+    };
+    let prior: f64 = x.iter().zip(precision).map(|(x, p)| p * x * x).sum();
+    (grams.iter().map(|g| loss(g, &x)).sum::<f64>() + prior, x.iter().copied().collect())
 }
 
 /// Which of `folds` parts a condition belongs to; neighbouring conditions fall into different parts.

@@ -8,6 +8,7 @@
 //! share of how much the signal changes within the bin). Effects below it are not called so.
 
 use nalgebra::{DMatrix, SymmetricEigen};
+use stickslip_shared::model::Scene;
 
 use crate::channels::{COUNT, Quantity};
 use crate::dataset::Sensors;
@@ -32,9 +33,9 @@ const FLOOR_OF_POSE_RANGE: f64 = 0.04;
 /// Share of the weight in the floor of what fingers and pusher, or two fingers, bear together at
 /// rest: how they share it is statically indeterminate (each may bear it by friction) and
 /// depends on how soft they are; only the sum follows from balance.
-pub const FLOOR_OF_SHARED_WEIGHT: f64 = 0.5;
+const FLOOR_OF_SHARED_WEIGHT: f64 = 0.5;
 /// Lever of that share in torques, m.
-pub const SHARED_WEIGHT_LEVER_M: f64 = 0.03;
+const SHARED_WEIGHT_LEVER_M: f64 = 0.03;
 /// Friction of conditions differs by at least this (relative), beside repetitions.
 pub const CONDITION_FRICTION: f64 = 0.004;
 /// Standard deviation of the prior of friction about the model as given (relative, at least
@@ -52,6 +53,17 @@ pub fn floor_of_range(feature: usize) -> f64 {
     match quantity(feature) {
         Quantity::Position | Quantity::Rotation => FLOOR_OF_POSE_RANGE,
         Quantity::Force | Quantity::Torque => FLOOR_OF_RANGE,
+    }
+}
+
+/// How far a force or torque may be off where the object's weight is shared.
+pub fn shared_weight(scene: &Scene<f64>, quantity: Quantity) -> f64 {
+    let gravity = scene.gravity_m_s2.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let force_n = FLOOR_OF_SHARED_WEIGHT * scene.object.mass_kg * gravity;
+    match quantity {
+        Quantity::Position | Quantity::Rotation => 0.0,
+        Quantity::Force => force_n,
+        Quantity::Torque => force_n * SHARED_WEIGHT_LEVER_M,
     }
 }
 

@@ -7,7 +7,7 @@
 use nalgebra::DVector;
 use stickslip_shared::model::{Model, Scene};
 
-use crate::channels::{COUNT, Quantity};
+use crate::channels::COUNT;
 use crate::diagnose::campaign::Campaign;
 use crate::diagnose::features::{self, FEATURES, Features};
 use crate::diagnose::gls::{self, Gram, OFFSETS, Whitener};
@@ -78,12 +78,7 @@ fn shared_weight(scene: &Scene<f64>, feature: usize) -> f64 {
     if scene.fingers.is_none() || !shared {
         return 0.0;
     }
-    let gravity = scene.gravity_m_s2.iter().map(|g| g * g).sum::<f64>().sqrt();
-    let force = noise::FLOOR_OF_SHARED_WEIGHT * scene.object.mass_kg * gravity;
-    match features::quantity(feature) {
-        Quantity::Force => force,
-        _ => force * noise::SHARED_WEIGHT_LEVER_M,
-    }
+    noise::shared_weight(scene, features::quantity(feature))
 }
 
 /// Relative step with which friction is varied.

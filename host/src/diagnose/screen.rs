@@ -115,7 +115,7 @@ pub fn screen(problem: &Problem, bases: &[&Solution], base_free: &[Free], trial:
     }
     starts.sort_by(|a: &Start, b| a.loss.total_cmp(&b.loss));
     let before = bases.first().map_or(0.0, |base| {
-        total(&base.grams, &problem.precision(base_free, base.columns.len() - base_free.len())).0
+        gls::least(&base.grams, &problem.precision(base_free, base.columns.len() - base_free.len())).0
     });
     let gain = starts.first().map_or(0.0, |s| before - s.loss);
     Screened { trial: trial.clone(), gain, starts, invisible }
@@ -229,16 +229,6 @@ fn loss_with(
     all.extend(columns.iter().cloned());
     let grams = problem.grams(&base.residual, &all);
     let with = problem.precision(base_free, all.len() - base_free.len());
-    let (loss, x) = total(&grams, &with);
+    let (loss, x) = gls::least(&grams, &with);
     (loss, x[..all.len()].to_vec())
-}
-
-fn total(grams: &[gls::Gram], precision: &[f64]) -> (f64, Vec<f64>) {
-    match gls::solve(grams.iter().map(|g| (1.0, g)), precision) {
-        Some(x) => {
-            let prior: f64 = x.iter().zip(precision).map(|(x, p)| p * x * x).sum();
-            (grams.iter().map(|g| gls::loss(g, &x)).sum::<f64>() + prior, x.iter().copied().collect())
-        }
-        None => (f64::INFINITY, vec![0.0; precision.len()]),
-    }
 }

@@ -64,12 +64,7 @@ pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held 
     // Where the fit could not follow the linear model any further, folds must not either.
     let mut fixed = precision.clone();
     fixed[..n].fill(FIXED);
-    let least = |precision: &[f64]| -> f64 {
-        gls::solve(solution.grams.iter().map(|g| (1.0, g)), precision).map_or(f64::INFINITY, |x| {
-            let prior: f64 = x.iter().zip(precision).map(|(x, p)| p * x * x).sum();
-            solution.grams.iter().map(|g| gls::loss(g, &x)).sum::<f64>() + prior
-        })
-    };
+    let least = |precision: &[f64]| gls::least(&solution.grams, precision).0;
     if least(&fixed) > CONVERGED * least(&precision) + n as f64 {
         folds = gls::fold_solutions(&solution.grams, &fixed, FOLDS);
     }
@@ -95,7 +90,7 @@ pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held 
     // is misfit.
     let mut loss = vec![0.0; problem.campaign.conditions];
     for (g, r) in problem.groups.iter().zip(&residual) {
-        loss[problem.campaign.groups[*g].condition] += problem.whiteners[*g].apply(r).norm_squared();
+        loss[problem.campaign.groups[*g].condition] += problem.whiteners[*g].square(r);
     }
     let misfit = misfit::of(problem, &residual);
     Held { solution, free, loss, residual, misfit }

@@ -178,7 +178,9 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     apart / largest
 }
 
-fn single(p: &Problem<f64, 16, FREEDOMS>) -> Problem<f32, 16, FREEDOMS> {
+/// The same problem in single precision.
+#[must_use]
+pub fn single(p: &Problem<f64, 16, FREEDOMS>) -> Problem<f32, 16, FREEDOMS> {
     let contacts = p.contacts.iter().map(|c| Contact {
         normal: c.normal.map(|x| x as f32),
         tangents: c.tangents.map(|t| t.map(|x| x as f32)),

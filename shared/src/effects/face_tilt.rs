@@ -68,21 +68,24 @@ pub(super) fn pad_x_m<R: Real>(c: &StepContext<R>) -> R {
     -c.rotation.inverse_transform_vector(&c.position_m).x
 }
 
+/// How far the object has opened a jaw that gives way late: from where it closed, and `late_s`
+/// times how fast `width` grows. There the jaw has its force.
+pub(super) fn opened<R: Real>(width: R, late_s: R, c: &StepContext<R>, memory: &mut [R; MEMORY]) -> R {
+    let [closed, start, last] = *memory;
+    let (start, last) = if closed == R::zero() { (width, width) } else { (start, last) };
+    *memory = [R::one(), start, width];
+    width - start + late_s * (width - last) / most(c.dt_s, R::of(1e-6))
+}
+
 impl<R: Real> Law<R> for FaceTilt {
     fn info(&self) -> &'static Info {
         &INFO
     }
 
     fn grip(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, memory: &mut [R; MEMORY], grip_n: &mut R) {
-        if p[2] == R::zero() {
-            return;
+        if p[2] != R::zero() {
+            *grip_n += p[2] * opened(pad_x_m(c), p[3], c, memory);
         }
-        let x = pad_x_m(c);
-        // Where the jaw closed it has its force.
-        let [closed, start, last] = *memory;
-        let (start, last) = if closed == R::zero() { (x, x) } else { (start, last) };
-        *memory = [R::one(), start, x];
-        *grip_n += p[2] * (x - start + p[3] * (x - last) / most(c.dt_s, R::of(1e-6)));
     }
 
     fn contact(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, contact: &mut Contact<R>) {

@@ -6,7 +6,7 @@
 //! keep its force answers to the height, of which that slope is the derivative:
 //! `N = N + grip (h - h_start + late dh/dt)`, `h = -cos(a)`.
 
-use super::face_tilt::pad_x_m;
+use super::face_tilt::{opened, pad_x_m};
 use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext, text};
 use crate::contact::is_finger;
 use crate::real::{Real, most};
@@ -47,15 +47,9 @@ impl<R: Real> Law<R> for FaceWaviness {
     }
 
     fn grip(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, memory: &mut [R; MEMORY], grip_n: &mut R) {
-        if p[3] == R::zero() {
-            return;
+        if p[3] != R::zero() {
+            *grip_n += p[3] * opened(-angle(p, pad_x_m(c)).cos(), p[4], c, memory);
         }
-        let height = -angle(p, pad_x_m(c)).cos();
-        // Where the jaw closed it has its force.
-        let [closed, start, last] = *memory;
-        let (start, last) = if closed == R::zero() { (height, height) } else { (start, last) };
-        *memory = [R::one(), start, height];
-        *grip_n += p[3] * (height - start + p[4] * (height - last) / most(c.dt_s, R::of(1e-6)));
     }
 
     fn friction(

@@ -34,6 +34,21 @@ pub struct Ring {
     pub length: u32,
 }
 
+/// A count of the other side, which may be written just now: `word` is read until it stands still.
+///
+/// # Errors
+/// That of `word`.
+pub fn steady<E>(mut word: impl FnMut() -> Result<u32, E>) -> Result<u32, E> {
+    let mut last = word()?;
+    loop {
+        let now = word()?;
+        if now == last {
+            return Ok(now);
+        }
+        last = now;
+    }
+}
+
 impl Ring {
     /// Offset and length of the longest piece that can be read at once.
     #[must_use]
