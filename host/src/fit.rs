@@ -14,7 +14,7 @@ use thiserror::Error;
 
 use crate::diagnose::campaign::Campaign;
 use crate::diagnose::features::{FEATURES, Features};
-use crate::diagnose::gls::{self, Gram};
+use crate::diagnose::gls::{self, Gram, Prior};
 use crate::diagnose::noise;
 use crate::diagnose::phases::BINS;
 use crate::diagnose::problem::{Problem, difference};
@@ -292,7 +292,7 @@ fn keep_unseen(
     let mut kept = Vec::new();
     for f in free {
         let at = seen.iter().position(|s| s == f).unwrap_or(0);
-        let covariance = clustered_covariance(&solution.grams, &problem.precision(&seen, 0), seen.len());
+        let covariance = clustered_covariance(&solution.grams, &problem.priors(&seen, 0), seen.len());
         let value = f.get(&solution.model);
         let (low, high) = f.bounds();
         let sd = covariance[(at, at)].sqrt();
@@ -440,9 +440,9 @@ pub fn rough_start(campaign: &Campaign, model: &Model<f64>) -> Model<f64> {
 
 /// Intervals, covariance and notes of a solution.
 pub fn summary(problem: &Problem, solution: Solution, before: f64, free: &[Free], options: &Options) -> Fit {
-    let precision = problem.precision(free, 0);
-    let covariance = clustered_covariance(&solution.grams, &precision, free.len());
-    let intervals = resample(&solution.grams, &precision, free.len(), options);
+    let prior = problem.priors(free, 0);
+    let covariance = clustered_covariance(&solution.grams, &prior, free.len());
+    let intervals = resample(&solution.grams, &prior, free.len(), options);
     let model = solution.model;
     let estimates: Vec<Estimate> = free
         .iter()
@@ -461,7 +461,7 @@ pub fn summary(problem: &Problem, solution: Solution, before: f64, free: &[Free]
         })
         .collect();
     let notes = notes(&estimates, &covariance, free);
-    let folds = gls::fold_solutions(&solution.grams, &precision, FOLDS);
+    let folds = gls::fold_solutions(&solution.grams, &prior, FOLDS);
     let held_out = gls::held_out(&solution.grams, &folds);
     Fit {
         model,
@@ -497,7 +497,7 @@ pub struct Solution {
 
 /// Loss minimised over the offsets, and the offsets.
 fn profile(problem: &Problem, residual: &[Features]) -> (f64, Vec<f64>) {
-    gls::least(&problem.grams(residual, &[]), &problem.precision(&[], 0))
+    gls::least(&problem.grams(residual, &[]), &problem.priors(&[], 0))
 }
 
 /// Columns of the sensitivities of the groups' features to `free`.
@@ -590,24 +590,24 @@ pub fn solve_with(
     for _ in 0..iterations {
         made += 1;
         let n = free.len();
-        let mut precision = problem.precision(free, 0);
+        let prior = problem.priors(free, 0);
+        let mut damped = prior.clone();
         let total: DMatrix<f64> =
-            grams.iter().fold(DMatrix::zeros(precision.len() + 1, precision.len() + 1), |a, g| a + &g.matrix);
+            grams.iter().fold(DMatrix::zeros(prior.len() + 1, prior.len() + 1), |a, g| a + &g.matrix);
         let mut accepted = false;
         for _ in 0..DAMPINGS {
-            let prior = problem.precision(free, 0);
             let mut towards = home(&model);
-            for (k, p) in precision.iter_mut().enumerate().take(n) {
-                let damped = prior[k] + damping * total[(k, k)];
+            for k in 0..n {
+                let precision = prior.precision[k] + damping * total[(k, k)];
                 // The damping pulls to where we are, the prior to its mean; of what the data do not
                 // tell here it pulls nothing, for on the way there a contact may let go.
-                let told = total[(k, k)] > prior[k];
+                let told = total[(k, k)] > prior.precision[k];
                 if let Some(d) = towards.get_mut(k) {
-                    *d *= if told && damped > 0.0 { prior[k] / damped } else { 0.0 };
+                    *d *= if told && precision > 0.0 { prior.precision[k] / precision } else { 0.0 };
                 }
-                *p = damped;
+                damped.precision[k] = precision;
             }
-            let Some(x) = gls::solve_towards(grams.iter().map(|g| (1.0, g)), &precision, &towards) else {
+            let Some(x) = gls::solve_towards(grams.iter().map(|g| (1.0, g)), &damped, &towards) else {
                 break;
             };
             let mut trial = model.clone();
@@ -645,16 +645,16 @@ pub fn solve_with(
 }
 
 /// Covariance of the first `n` coefficients: `A^-1 (sum of squared scores by condition) A^-1`.
-pub fn clustered_covariance(grams: &[Gram], precision: &[f64], n: usize) -> DMatrix<f64> {
-    let size = precision.len();
-    let mut a = DMatrix::from_diagonal(&DVector::from_row_slice(precision));
+pub fn clustered_covariance(grams: &[Gram], prior: &Prior, n: usize) -> DMatrix<f64> {
+    let size = prior.len();
+    let mut a = DMatrix::from_diagonal(&DVector::from_row_slice(&prior.precision));
     for g in grams {
         a += g.matrix.view((0, 0), (size, size));
     }
     for i in 0..size {
         a[(i, i)] += 1e-12 + 1e-9 * a[(i, i)];
     }
-    let Some(x) = gls::solve(grams.iter().map(|g| (1.0, g)), precision) else {
+    let Some(x) = gls::solve(grams.iter().map(|g| (1.0, g)), prior) else {
         return DMatrix::from_element(n, n, f64::NAN);
     };
     let conditions = grams.iter().map(|g| g.condition + 1).max().unwrap_or(0);
@@ -670,7 +670,11 @@ pub fn clustered_covariance(grams: &[Gram], precision: &[f64], n: usize) -> DMat
     middle *= used / (used - 1.0);
     // The prior's own spread belongs to the offsets.
     for i in 0..size {
-        middle[(i, i)] += precision[i];
+        middle[(i, i)] += prior.precision[i];
+        // What its bound holds does not vary.
+        if x[i].abs() >= prior.bound[i] {
+            a[(i, i)] *= 1e9;
+        }
     }
     match a.cholesky() {
         Some(c) => {
@@ -682,12 +686,12 @@ pub fn clustered_covariance(grams: &[Gram], precision: &[f64], n: usize) -> DMat
 }
 
 /// 95 % interval of each coefficient's deviation from the best one, by resampling whole conditions.
-fn resample(grams: &[Gram], precision: &[f64], n: usize, options: &Options) -> Vec<[f64; 2]> {
+fn resample(grams: &[Gram], prior: &Prior, n: usize, options: &Options) -> Vec<[f64; 2]> {
     let conditions = grams.iter().map(|g| g.condition + 1).max().unwrap_or(0);
     if options.resamples < 20 || conditions < 3 {
         return Vec::new();
     }
-    let Some(best) = gls::solve(grams.iter().map(|g| (1.0, g)), precision) else { return Vec::new() };
+    let Some(best) = gls::solve(grams.iter().map(|g| (1.0, g)), prior) else { return Vec::new() };
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(options.seed);
     let mut draws: Vec<Vec<f64>> = vec![Vec::with_capacity(options.resamples); n];
     for _ in 0..options.resamples {
@@ -695,7 +699,7 @@ fn resample(grams: &[Gram], precision: &[f64], n: usize, options: &Options) -> V
         for _ in 0..conditions {
             weight[rng.random_range(0..conditions)] += 1.0;
         }
-        if let Some(x) = gls::solve(grams.iter().map(|g| (weight[g.condition], g)), precision) {
+        if let Some(x) = gls::solve(grams.iter().map(|g| (weight[g.condition], g)), prior) {
             for k in 0..n {
                 draws[k].push(x[k] - best[k]);
             }

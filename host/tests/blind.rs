@@ -2,10 +2,9 @@
 //! rig's own reality and diagnosed without the key.
 
 use rayon::prelude::*;
-use stickslip_host::blind::generate::{Wanted, data, draw};
-use stickslip_host::blind::score::{Opened, Share, figures, open};
-use stickslip_host::diagnose::diagnose;
-use stickslip_host::model_file::default_model;
+use stickslip_host::blind;
+use stickslip_host::blind::generate::Wanted;
+use stickslip_host::blind::score::{Opened, Share, figures};
 
 const RUNS: usize = 60;
 const SEED: u64 = 2;
@@ -13,10 +12,7 @@ const SEED: u64 = 2;
 const CONDITIONS: usize = 8;
 
 fn run(number: usize) -> Opened {
-    let (key, list) = draw(SEED, number, CONDITIONS, &Wanted::default());
-    let seed = SEED.wrapping_mul(1_000_003).wrapping_add(number as u64);
-    let dataset = data(&key, &list, seed).unwrap();
-    open(key, &diagnose(&dataset, &default_model(), &[], &|| ()).unwrap())
+    blind::run(SEED, number, CONDITIONS, &Wanted::default()).unwrap()
 }
 
 fn at_least(what: &str, share: Share, least: f64, runs: &[Opened]) {

@@ -50,7 +50,7 @@ fn a_nuisance_in_the_residual_is_projected_out_exactly() {
         grams.push(gls::gram(condition, std::slice::from_ref(&effect), &offsets, &residual));
         shifted.push(gls::gram(condition, &[effect], &offsets, &(residual + nuisance * 7.0)));
     }
-    let of = |g: &[gls::Gram]| gls::solve(g.iter().map(|g| (1.0, g)), &[0.0, 0.0]).expect("solvable");
+    let of = |g: &[gls::Gram]| gls::solve(g.iter().map(|g| (1.0, g)), &gls::Prior::none(2)).expect("solvable");
     let (a, b) = (of(&grams), of(&shifted));
     assert!((a[0] - b[0]).abs() < 1e-7);
     assert!((b[1] - a[1] - 7.0).abs() < 1e-7);

@@ -33,6 +33,8 @@ pub struct Opened {
     pub worst_place: String,
     /// How the hidden effects, and the first of all, did as candidates of the first stage.
     pub candidates: Vec<CandidateReport>,
+    /// Where two are hidden: error of the base model and noise floor with each of them alone.
+    pub each_alone: Vec<[f64; 2]>,
     /// Time of the diagnosis, s.
     pub seconds: f64,
 }
@@ -78,6 +80,8 @@ pub struct Figures {
     pub unknown_not_named: Share,
     /// Two effects, both named, alone or in one of at most three sets.
     pub both_named: Share,
+    /// The same where each of them alone would be strong.
+    pub both_strong_named: Share,
     /// Two effects, at least one named and none wrong.
     pub one_of_two: Share,
     /// Held-out error after adding at most 1.3 noise floors, where rightly named.
@@ -91,7 +95,7 @@ pub struct Figures {
 }
 
 /// Opens one run.
-pub fn open(key: Key, report: &Report) -> Opened {
+pub fn open(key: Key, report: &Report, each_alone: Vec<[f64; 2]>) -> Opened {
     let hidden = |c: &CandidateReport| key.effects.iter().any(|e| e.kind.name() == c.id);
     let candidates = report.candidates.iter().enumerate().filter(|(k, c)| *k == 0 || hidden(c));
     Opened {
@@ -104,6 +108,7 @@ pub fn open(key: Key, report: &Report) -> Opened {
         worst: report.error.worst_before,
         worst_after: report.error.worst_after,
         worst_place: report.places.first().map_or(String::new(), |p| format!("{} {}", p.channel, p.phase)),
+        each_alone,
         seconds: report.seconds,
     }
 }
@@ -179,6 +184,9 @@ pub fn figures(runs: &[Opened]) -> Figures {
             }
             Class::Two => {
                 f.both_named.count(r.right());
+                if r.each_alone.iter().all(|[error, floor]| *error > STRONG * floor) {
+                    f.both_strong_named.count(r.right());
+                }
                 f.one_of_two.count(!r.named.is_empty() && !r.wrong());
             }
             Class::Unknown => f.unknown_not_named.count(r.named.is_empty()),

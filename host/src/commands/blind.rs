@@ -1,14 +1,12 @@
 //! `stickslip blind`: blind test of the diagnosis on synthetic data.
 
-use anyhow::anyhow;
 use comfy_table::Cell;
 use rayon::prelude::*;
 use serde_json::json;
 
-use crate::blind::generate::{Class, Plan, Wanted, data, draw};
-use crate::blind::score::{Opened, figures, open};
-use crate::diagnose::diagnose;
-use crate::model_file::default_model;
+use crate::blind;
+use crate::blind::generate::{Class, Plan, Wanted};
+use crate::blind::score::{Opened, figures};
 use crate::output::{Output, table};
 use crate::rig::{HiddenEffect, Kind};
 
@@ -38,6 +36,9 @@ pub struct Args {
     /// Plan of all runs
     #[arg(long, value_enum)]
     pub plan: Option<Plan>,
+    /// Only these numbers of the series, to look at them again
+    #[arg(long, value_name = "NUMBER", value_delimiter = ',')]
+    pub only: Vec<usize>,
     /// Multiple of the typical strength of all effects [default: drawn from 0.8 to 2]
     #[arg(long, value_name = "FACTOR")]
     pub strength: Option<f64>,
@@ -62,18 +63,15 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         .into_iter()
         .flat_map(|effects| {
             let wanted = Wanted { effects, class: args.class, plan: args.plan, strength: args.strength };
-            (0..args.runs).map(move |number| (number, wanted.clone()))
+            let chosen = |number: &usize| args.only.is_empty() || args.only.contains(number);
+            (0..args.runs).filter(chosen).map(move |number| (number, wanted.clone()))
         })
         .collect();
     let bar = output.progress(cases.len() as u64, "blind test");
     let opened: Vec<Opened> = cases
         .par_iter()
         .map(|(number, wanted)| {
-            let seed = args.seed.wrapping_mul(1_000_003).wrapping_add(*number as u64);
-            let (key, list) = draw(args.seed, *number, args.conditions, wanted);
-            let dataset = data(&key, &list, seed).map_err(|e| anyhow!(e))?;
-            let report = diagnose(&dataset, &default_model(), &[], &|| ())?;
-            let o = open(key, &report);
+            let o = blind::run(args.seed, *number, args.conditions, wanted)?;
             bar.suspend(|| output.note(line(*number, &o)));
             bar.inc(1);
             Ok(o)
@@ -90,6 +88,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         ("nothing missing, said so", f.nothing_right, "99 %"),
         ("unknown effect, not given a name", f.unknown_not_named, "90 %"),
         ("two effects, both named", f.both_named, "80 %"),
+        ("two effects, each strong alone, both named", f.both_strong_named, "-"),
         ("two effects, none wrongly named", f.one_of_two, "-"),
         ("rightly named, error after within 1.3 noise floors", f.error_fell, "95 %"),
     ] {

@@ -12,7 +12,8 @@ use crate::channels::COUNT;
 use crate::diagnose::features::{FEATURES, Features};
 use crate::diagnose::phases::{BINS, PEAK};
 
-/// Constant errors of the force and torque channels: nuisance with a prior.
+/// Constant errors of the force and torque channels of finger 1, finger 2 and pusher: nuisance within what
+/// is stated.
 pub const OFFSETS: usize = COUNT - 6;
 
 /// Turns features of one group into uncorrelated ones of unit variance.
@@ -74,10 +75,48 @@ impl Whitener {
         (0..OFFSETS)
             .map(|o| {
                 let mut column = vec![0.0; FEATURES];
-                column[(o + 6) * BINS..(o + 6) * BINS + PEAK].fill(1.0);
+                for (channel, sign) in shifts(o) {
+                    column[channel * BINS..channel * BINS + PEAK].fill(sign);
+                }
                 self.apply(&column)
             })
             .collect()
+    }
+}
+
+/// The channels that a unit offset shifts, and by how much: finger 1, finger 2 (in their sum and in their
+/// difference), pusher.
+pub fn shifts(offset: usize) -> Vec<(usize, f64)> {
+    match offset {
+        0..6 => vec![(offset + 6, 1.0), (offset + 12, 1.0)],
+        6..12 => vec![(offset, 1.0), (offset + 6, -1.0)],
+        _ => vec![(offset + 6, 1.0)],
+    }
+}
+
+/// What is known of the coefficients before the data: each has mean zero.
+#[derive(Clone, Debug)]
+pub struct Prior {
+    /// Precision of each; 0: nothing is known.
+    pub precision: Vec<f64>,
+    /// Largest absolute value of each.
+    pub bound: Vec<f64>,
+}
+
+impl Prior {
+    /// Nothing is known of `n` coefficients.
+    pub fn none(n: usize) -> Self {
+        Self { precision: vec![0.0; n], bound: vec![f64::INFINITY; n] }
+    }
+
+    /// Number of coefficients.
+    pub fn len(&self) -> usize {
+        self.precision.len()
+    }
+
+    /// Whether there are no coefficients.
+    pub fn is_empty(&self) -> bool {
+        self.precision.is_empty()
     }
 }
 
@@ -113,55 +152,83 @@ pub fn gram(
     Gram { condition, matrix, features: residual.len() }
 }
 
-/// Coefficients of `[parameters | offsets]` that minimise the summed loss; `precision` is
-/// the prior precision of every coefficient.
-pub fn solve<'a>(grams: impl Iterator<Item = (f64, &'a Gram)>, precision: &[f64]) -> Option<DVector<f64>> {
-    let n = precision.len();
-    let mut a = DMatrix::zeros(n, n);
-    let mut b = DVector::zeros(n);
-    for (weight, g) in grams {
-        a += g.matrix.view((0, 0), (n, n)) * weight;
-        b += g.matrix.view((0, n), (n, 1)) * weight;
-    }
-    solve_normal(a, b, precision)
+/// Coefficients of `[parameters | offsets]` that minimise the summed loss.
+pub fn solve<'a>(grams: impl Iterator<Item = (f64, &'a Gram)>, prior: &Prior) -> Option<DVector<f64>> {
+    solve_towards(grams, prior, &[])
 }
 
-/// As [`solve`], with a prior mean `towards` of the coefficients.
+/// As [`solve`], with a prior mean `towards` of the first coefficients.
 pub fn solve_towards<'a>(
     grams: impl Iterator<Item = (f64, &'a Gram)>,
-    precision: &[f64],
+    prior: &Prior,
     towards: &[f64],
 ) -> Option<DVector<f64>> {
-    let n = precision.len();
+    let n = prior.len();
     let mut a = DMatrix::zeros(n, n);
-    let mut b = DVector::from_fn(n, |i, _| precision[i] * towards.get(i).copied().unwrap_or(0.0));
+    let mut b = DVector::from_fn(n, |i, _| prior.precision[i] * towards.get(i).copied().unwrap_or(0.0));
     for (weight, g) in grams {
         a += g.matrix.view((0, 0), (n, n)) * weight;
         b += g.matrix.view((0, n), (n, 1)) * weight;
     }
-    solve_normal(a, b, precision)
+    solve_normal(a, b, prior)
 }
 
-/// Solves `(A + diag(precision)) x = b`, scaled; what the data do not see stays at zero.
-pub fn solve_normal(mut a: DMatrix<f64>, mut b: DVector<f64>, precision: &[f64]) -> Option<DVector<f64>> {
-    let n = precision.len();
+/// Changes of the set of bounds that hold tried at most.
+const MOST_SETS: usize = 100;
+
+/// Minimises `x' (A + diag(precision)) x / 2 - b' x` within the bounds: those that hold are found by
+/// putting in what is violated and taking out what pulls inwards. What the data do not see stays at zero.
+pub fn solve_normal(mut a: DMatrix<f64>, b: DVector<f64>, prior: &Prior) -> Option<DVector<f64>> {
+    let n = prior.len();
     for i in 0..n {
-        a[(i, i)] += precision[i];
+        a[(i, i)] += prior.precision[i];
     }
-    let scale: Vec<f64> =
-        (0..n).map(|i| if a[(i, i)] > 0.0 { 1.0 / a[(i, i)].sqrt() } else { 0.0 }).collect();
+    let mut held: Vec<Option<f64>> = vec![None; n];
+    let mut x = DVector::zeros(n);
+    for _ in 0..MOST_SETS {
+        x = solve_with_held(&a, &b, &held)?;
+        let mut changed = false;
+        for i in 0..n {
+            if held[i].is_none() && x[i].abs() > prior.bound[i] {
+                held[i] = Some(prior.bound[i].copysign(x[i]));
+                changed = true;
+            }
+        }
+        if changed {
+            continue;
+        }
+        // The gradient at a bound that holds points inwards.
+        let slope = &a * &x - &b;
+        let inwards = |i: &usize| held[*i].map_or(0.0, |v| slope[*i] * v.signum());
+        match (0..n).max_by(|i, j| inwards(i).total_cmp(&inwards(j))) {
+            Some(i) if inwards(&i) > 1e-9 * (1.0 + b[i].abs()) => held[i] = None,
+            _ => return Some(x),
+        }
+    }
     for i in 0..n {
-        b[i] *= scale[i];
-        for j in 0..n {
-            a[(i, j)] *= scale[i] * scale[j];
-        }
-        a[(i, i)] += 1e-9;
-        if scale[i] == 0.0 {
-            a[(i, i)] = 1.0;
-        }
+        x[i] = x[i].clamp(-prior.bound[i], prior.bound[i]);
     }
-    let x = a.cholesky()?.solve(&b);
-    Some(DVector::from_fn(n, |i, _| x[i] * scale[i]))
+    Some(x)
+}
+
+/// Solves `A x = b` with some of `x` held at values, scaled.
+fn solve_with_held(a: &DMatrix<f64>, b: &DVector<f64>, held: &[Option<f64>]) -> Option<DVector<f64>> {
+    let n = held.len();
+    let scale: Vec<f64> = (0..n)
+        .map(|i| if a[(i, i)] > 0.0 && held[i].is_none() { 1.0 / a[(i, i)].sqrt() } else { 0.0 })
+        .collect();
+    let mut right = b.clone();
+    for (j, v) in held.iter().enumerate().filter_map(|(j, v)| Some((j, (*v)?))) {
+        right.axpy(-v, &a.column(j), 1.0);
+    }
+    let matrix = DMatrix::from_fn(n, n, |i, j| match i == j {
+        true if scale[i] == 0.0 => 1.0,
+        true => a[(i, i)] * scale[i] * scale[i] + 1e-9,
+        false => a[(i, j)] * scale[i] * scale[j],
+    });
+    let right = DVector::from_fn(n, |i, _| right[i] * scale[i]);
+    let x = matrix.cholesky()?.solve(&right);
+    Some(DVector::from_fn(n, |i, _| held[i].unwrap_or(x[i] * scale[i])))
 }
 
 /// Loss of a group at coefficients `x`: squared whitened residual that remains.
@@ -175,12 +242,12 @@ pub fn loss(g: &Gram, x: &DVector<f64>) -> f64 {
 }
 
 /// Least loss over the coefficients, what their prior costs included, and where it is.
-pub fn least(grams: &[Gram], precision: &[f64]) -> (f64, Vec<f64>) {
-    let Some(x) = solve(grams.iter().map(|g| (1.0, g)), precision) else {
-        return (f64::INFINITY, vec![0.0; precision.len()]);
+pub fn least(grams: &[Gram], prior: &Prior) -> (f64, Vec<f64>) {
+    let Some(x) = solve(grams.iter().map(|g| (1.0, g)), prior) else {
+        return (f64::INFINITY, vec![0.0; prior.len()]);
     };
-    let prior: f64 = x.iter().zip(precision).map(|(x, p)| p * x * x).sum();
-    (grams.iter().map(|g| loss(g, &x)).sum::<f64>() + prior, x.iter().copied().collect())
+    let cost: f64 = x.iter().zip(&prior.precision).map(|(x, p)| p * x * x).sum();
+    (grams.iter().map(|g| loss(g, &x)).sum::<f64>() + cost, x.iter().copied().collect())
 }
 
 /// Which of `folds` parts a condition belongs to; neighbouring conditions fall into different parts.
@@ -189,11 +256,11 @@ pub fn fold(condition: usize, folds: usize) -> usize {
 }
 
 /// Coefficients fitted without each of `folds` parts of the conditions in turn.
-pub fn fold_solutions(grams: &[Gram], precision: &[f64], folds: usize) -> Vec<DVector<f64>> {
+pub fn fold_solutions(grams: &[Gram], prior: &Prior, folds: usize) -> Vec<DVector<f64>> {
     (0..folds)
         .map(|k| {
             let others = grams.iter().filter(|g| fold(g.condition, folds) != k).map(|g| (1.0, g));
-            solve(others, precision).unwrap_or_else(|| DVector::zeros(precision.len()))
+            solve(others, prior).unwrap_or_else(|| DVector::zeros(prior.len()))
         })
         .collect()
 }

@@ -27,10 +27,11 @@ use stickslip_shared::model::Model;
 use crate::dataset::Dataset;
 use crate::fit::{self, FitError, Free, Solution};
 use campaign::Campaign;
+use misfit::Misfit;
 use problem::Problem;
 use report::{Report, Verdict};
 use screen::Trial;
-use select::{Candidate, Held, candidates, explained, hold_out, paired, total};
+use select::{Candidate, Held, candidates, explained, hold_out, paired, search_again, total};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Family-wise probability of naming an effect where there is none.
@@ -76,6 +77,10 @@ const CERTAIN: f64 = 0.95;
 const LIKELY: f64 = 0.05;
 /// Share of the excess that is enough where nothing relevant is left.
 const EXPLAINS_RELEVANT: f64 = 0.5;
+/// Share of the excess below which a first effect is not even tried.
+const WORTH_TRYING: f64 = 0.25;
+/// Candidates that are searched again before `unexplained` is said.
+const SEARCHED_AGAIN: usize = 4;
 /// Most effects named.
 const MOST_EFFECTS: usize = 3;
 /// Effects refitted at each stage.
@@ -123,20 +128,10 @@ pub fn diagnose(
     tick: Tick,
 ) -> Result<Report, FitError> {
     let begun = Instant::now();
-    let campaign = Campaign::new(dataset, model);
+    let campaign = campaign_of(dataset, model)?;
     tick();
-    if campaign.runs.is_empty() {
-        let why = campaign.refused.first().map_or("the data set has no trials".into(), ToString::to_string);
-        return Err(FitError::NoTrials(why));
-    }
-    let free = free_of(&campaign, model);
-    let mut others = fit::basins(&campaign, model, &free, 6);
-    let first = others[0].clone();
+    let (mut problem, mut base, mut others) = fitted_base(&campaign, model);
     tick();
-    let mut problem = Problem::new(&campaign, &first);
-    let solution = fit::solve(&problem, &first, &free, 5);
-    tick();
-    let mut base = hold_out(&problem, solution, free);
     let mut drift = None;
     if let Some((around, without, with)) = drifting(&problem, &base) {
         (problem, base, drift) = (around, without, Some(with));
@@ -156,6 +151,33 @@ pub fn diagnose(
     Ok(report)
 }
 
+fn campaign_of(dataset: &Dataset, model: &Model<f64>) -> Result<Campaign, FitError> {
+    let campaign = Campaign::new(dataset, model);
+    if campaign.runs.is_empty() {
+        let why = campaign.refused.first().map_or("the data set has no trials".into(), ToString::to_string);
+        return Err(FitError::NoTrials(why));
+    }
+    Ok(campaign)
+}
+
+/// The fitting problem around `model` with its friction fitted, that model held out, and other models
+/// from which an effect may start.
+fn fitted_base<'a>(campaign: &'a Campaign, model: &Model<f64>) -> (Problem<'a>, Held, Vec<Model<f64>>) {
+    let free = free_of(campaign, model);
+    let ways = fit::basins(campaign, model, &free, 6);
+    let problem = Problem::new(campaign, &ways[0]);
+    let base = hold_out(&problem, fit::solve(&problem, &ways[0], &free, 5), free);
+    (problem, base, ways)
+}
+
+/// How much `model`, its friction fitted, misses of `dataset` on held-out conditions.
+///
+/// # Errors
+/// Where no trial can be simulated.
+pub fn base_misfit(dataset: &Dataset, model: &Model<f64>) -> Result<Misfit, FitError> {
+    Ok(fitted_base(&campaign_of(dataset, model)?, model).1.misfit)
+}
+
 /// Two effects that the data cannot tell apart, and the experiments that would.
 pub type Telling = ([&'static str; 2], Vec<experiment::Experiment>);
 
@@ -171,23 +193,25 @@ pub fn suggest(
     most: usize,
     tick: Tick,
 ) -> Result<Option<Telling>, FitError> {
-    let campaign = Campaign::new(dataset, model);
-    if campaign.runs.is_empty() {
-        let why = campaign.refused.first().map_or("the data set has no trials".into(), ToString::to_string);
-        return Err(FitError::NoTrials(why));
-    }
-    let free = free_of(&campaign, model);
-    let first = fit::first_fit(&campaign, model, &free, 6);
-    let problem = Problem::new(&campaign, &first);
-    let base = hold_out(&problem, fit::solve(&problem, &first, &free, 5), free);
+    let campaign = campaign_of(dataset, model)?;
+    let (problem, base, ways) = fitted_base(&campaign, model);
+    let others = other_ways(&problem, &base, &ways);
     let survivors = if between.is_empty() { SURVIVORS } else { REGISTRY.len() };
-    let mut found = candidates(&problem, &base, &[], &Trial::listed(), survivors, tick).0;
+    let mut found = candidates(&problem, &base, &others, &Trial::listed(), survivors, tick).0;
     if !between.is_empty() {
         found.retain(|c| between.iter().any(|b| b == c.info.id));
     }
     let [a, b, ..] = found.as_slice() else { return Ok(None) };
     let (x, y) = (&a.held.solution.model, &b.held.solution.model);
     Ok(Some(([a.info.id, b.info.id], experiment::experiments(&problem, x, y, most))))
+}
+
+/// `ways` of contact that are far from `base`, each at its place.
+fn other_ways(problem: &Problem, base: &Held, ways: &[Model<f64>]) -> Vec<Solution> {
+    ways.iter()
+        .filter(|m| fit::apart(problem.campaign, m, &base.solution.model))
+        .map(|m| fit::solve(problem, m, &base.free, 0))
+        .collect()
 }
 
 /// Friction, and the parameters of the effects that the model has already.
@@ -227,11 +251,11 @@ fn drifting<'a>(problem: &Problem<'a>, base: &Held) -> Option<(Problem<'a>, Held
     let (without, with) = (fitted(&base.solution.model, &base.free), fitted(&found.model, &free));
     let left = |held: &Held| (held.misfit.error.powi(2) - held.misfit.noise_floor.powi(2)).max(0.0);
     let explained = 1.0 - left(&with) / left(&without).max(1e-9);
-    let candidate = Candidate { info: wear.info, held: with, p_value: chance, explained };
+    let candidate = Candidate { info: wear.info, held: with, p_value: chance, explained, starts: Vec::new() };
     Some((around, without, candidate))
 }
 
-/// Most effects named at once are [`MOST_EFFECTS`]; see `docs/diagnosis.md` for the rules.
+/// Screening, choice and verdict; see `docs/diagnosis.md` for the rules.
 fn find(
     problem: &Problem,
     base: Held,
@@ -240,52 +264,88 @@ fn find(
     trials: &[Trial],
     tick: Tick,
 ) -> Findings {
-    let level = FALSE_ALARM / REGISTRY.len() as f64;
     let start = drift.as_ref().map_or(&base, |c| &c.held);
     let relevant = start.misfit.exceeds(RELEVANT) && start.misfit.excess > 0.0;
-    let enough = problem.campaign.conditions >= FEWEST_CONDITIONS;
+    let worth_a_name = relevant && problem.campaign.conditions >= FEWEST_CONDITIONS;
     // Where nothing is worth a name, the screening only tells what these data could not show.
-    let survivors = if relevant && enough { SURVIVORS } else { 0 };
+    let survivors = if worth_a_name { SURVIVORS } else { 0 };
     let others: Vec<Solution> = match survivors {
         0 => Vec::new(),
-        _ => others
-            .iter()
-            .filter(|m| fit::apart(problem.campaign, m, &base.solution.model))
-            .map(|m| fit::solve(problem, m, &base.free, 0))
-            .collect(),
+        _ => other_ways(problem, &base, others),
     };
-    let (first, invisible) = candidates(problem, start, &others, trials, survivors, tick);
+    let (mut first, invisible) = candidates(problem, start, &others, trials, survivors, tick);
+    let mut choice = Choice::nothing();
+    if worth_a_name {
+        choice = choose(problem, start, &first, trials, tick);
+        if choice.verdict == Verdict::Unexplained {
+            // Before that is said, the likely ones are looked at more closely.
+            search_again(problem, start, &others, &mut first, SEARCHED_AGAIN, tick);
+            choice = choose(problem, start, &first, trials, tick);
+        }
+    }
+    let Choice { chosen, equal, mut verdict } = choice;
+    let equal = sets(drift.as_ref(), &chosen, &equal, |c| small_compliance(problem, c));
+    if verdict == Verdict::Effect && !equal.is_empty() {
+        verdict = Verdict::Ambiguous;
+    }
+    if drift.is_some() && chosen.is_empty() {
+        verdict = Verdict::Effect;
+    }
+    let chosen: Vec<Candidate> = drift.into_iter().chain(chosen).collect();
+    let model = chosen.last().map_or(&base, |c| &c.held).solution.model.clone();
+    let last = chosen.last().map(|c| c.held.clone());
+    let chosen: Vec<Candidate> = chosen.into_iter().filter(|c| !small_compliance(problem, c)).collect();
+    Findings { base, first, chosen, last, equal, invisible, verdict, model }
+}
+
+/// What is taken from the candidates.
+struct Choice {
+    /// Effects in the order in which they were chosen.
+    chosen: Vec<Candidate>,
+    /// For each of them: those that do as well in its place.
+    equal: Vec<Vec<&'static str>>,
+    verdict: Verdict,
+}
+
+impl Choice {
+    fn nothing() -> Self {
+        Self { chosen: Vec::new(), equal: Vec::new(), verdict: Verdict::NothingMissing }
+    }
+}
+
+/// Chooses effects one after the other, `first` being the candidates for the first place, and
+/// judges what they explain.
+fn choose(problem: &Problem, start: &Held, first: &[Candidate], trials: &[Trial], tick: Tick) -> Choice {
+    let level = FALSE_ALARM / REGISTRY.len() as f64;
     let named = |chosen: &[Candidate]| chosen.iter().filter(|c| !small_compliance(problem, c)).count();
     let mut chosen: Vec<Candidate> = Vec::new();
-    // For each chosen effect: those that do as well in its place.
     let mut equal: Vec<Vec<&'static str>> = Vec::new();
-    if relevant && enough {
-        let mut stage = first.clone();
-        while chosen.len() < MOST_EFFECTS {
-            let before = chosen.last().map_or(start, |c: &Candidate| &c.held);
-            let worth = if named(&chosen) == 0 { 0.25 } else { EXPLAINS_FURTHER };
-            let taken = |c: &Candidate| {
-                let share = explained(&before.misfit, &c.held.misfit);
-                let chance = match (share > OBVIOUS, small_compliance(problem, c)) {
-                    (true, _) => FALSE_ALARM,
-                    (false, true) => LIKELY,
-                    (false, false) => level,
-                };
-                share > worth && c.p_value < chance
+    let mut stage = first.to_vec();
+    while chosen.len() < MOST_EFFECTS {
+        let before = chosen.last().map_or(start, |c: &Candidate| &c.held);
+        let taken = |c: &Candidate| {
+            let share = explained(&before.misfit, &c.held.misfit);
+            let pads = small_compliance(problem, c);
+            let worth = if named(&chosen) == 0 || pads { WORTH_TRYING } else { EXPLAINS_FURTHER };
+            let chance = match share {
+                _ if pads || share > CERTAIN => LIKELY,
+                _ if share > OBVIOUS => FALSE_ALARM,
+                _ => level,
             };
-            let Some(best) = stage.iter().position(taken) else {
-                break;
-            };
-            let winner = stage[best].clone();
-            equal.push(equals(before, &winner, &stage));
-            chosen.push(winner);
-            let last = &chosen[chosen.len() - 1];
-            if !last.held.misfit.exceeds(RELEVANT) {
-                break;
-            }
-            if chosen.len() < MOST_EFFECTS {
-                stage = candidates(problem, &last.held, &[], trials, SURVIVORS, tick).0;
-            }
+            share > worth && c.p_value < chance
+        };
+        let Some(best) = stage.iter().position(taken) else {
+            break;
+        };
+        let winner = stage[best].clone();
+        equal.push(equals(before, &winner, &stage));
+        chosen.push(winner);
+        let last = &chosen[chosen.len() - 1];
+        if !last.held.misfit.exceeds(RELEVANT) {
+            break;
+        }
+        if chosen.len() < MOST_EFFECTS {
+            stage = candidates(problem, &last.held, &[], trials, SURVIVORS, tick).0;
         }
     }
     drop_needless(problem, start, &mut chosen, &mut equal);
@@ -294,7 +354,7 @@ fn find(
         let together = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
         let alone = first.iter().find(|c| c.p_value < level && c.explained > together - SIMPLER);
         if let Some(alone) = alone {
-            equal = vec![equals(start, alone, &first)];
+            equal = vec![equals(start, alone, first)];
             chosen = vec![alone.clone()];
         }
     }
@@ -311,28 +371,17 @@ fn find(
         let poor = misfit.error > POOR_ERROR * misfit.noise_floor && misfit.exceeds(FAR);
         settled || near || share >= CERTAIN || (share >= ADEQUATE_SHARE && !poor)
     });
+    let explains = adequate && share >= needed;
     // How pads give way is no missing effect: what counts is what they leave.
     let judged = chosen.last().filter(|_| named(&chosen) == 0).map_or(start, |c| &c.held);
-    let unexplained = judged.misfit.exceeds(UNEXPLAINED);
-    let mut equal = sets(drift.as_ref(), &chosen, &equal, |c| small_compliance(problem, c));
-    let beyond_pads = chosen.is_empty() || named(&chosen) > 0 || !adequate || share < needed;
-    let verdict = match (relevant && enough && beyond_pads, !adequate || share < needed) {
-        (false, _) => Verdict::NothingMissing,
-        (true, true) if unexplained => Verdict::Unexplained,
-        (true, true) => Verdict::NothingMissing,
-        (true, false) if !equal.is_empty() => Verdict::Ambiguous,
-        (true, false) => Verdict::Effect,
-    };
-    if matches!(verdict, Verdict::Unexplained | Verdict::NothingMissing) {
-        equal.clear();
-        chosen.clear();
+    let only_pads = !chosen.is_empty() && named(&chosen) == 0;
+    if explains {
+        let verdict = if only_pads { Verdict::NothingMissing } else { Verdict::Effect };
+        return if only_pads { Choice::nothing() } else { Choice { chosen, equal, verdict } };
     }
-    let verdict = if drift.is_some() && chosen.is_empty() { Verdict::Effect } else { verdict };
-    let chosen: Vec<Candidate> = drift.into_iter().chain(chosen).collect();
-    let model = chosen.last().map_or(&base, |c| &c.held).solution.model.clone();
-    let last = chosen.last().map(|c| c.held.clone());
-    let chosen: Vec<Candidate> = chosen.into_iter().filter(|c| !small_compliance(problem, c)).collect();
-    Findings { base, first, chosen, last, equal, invisible, verdict, model }
+    let verdict =
+        if judged.misfit.exceeds(UNEXPLAINED) { Verdict::Unexplained } else { Verdict::NothingMissing };
+    Choice { verdict, ..Choice::nothing() }
 }
 
 /// Takes out effects that those chosen after them made needless: fitted without one, the others

@@ -14,7 +14,7 @@ use crate::channels::{COUNT, Quantity};
 use crate::dataset::Sensors;
 use crate::diagnose::campaign::Campaign;
 use crate::diagnose::features::{FEATURES, Features, quantity};
-use crate::diagnose::phases::BINS;
+use crate::diagnose::phases::{BINS, PEAK};
 
 /// Contacts of real pads and plates give way: 20 N on 1e6 N/m is 20 um, and 0.1 N m on the
 /// face of such a contact turns it by some mrad. No rigid model is better than that, m.
@@ -28,6 +28,10 @@ pub const FLOOR_ROTATION_RAD: f64 = 3e-3;
 const FLOOR_OF_UNCERTAINTY: f64 = 0.1;
 /// Share of the signal's spread within a bin in the floor: forces and torques.
 const FLOOR_OF_RANGE: f64 = 0.15;
+/// The same of the onset's peak, which is no matter of timing: how far forces overshoot.
+const FLOOR_OF_PEAK: f64 = 0.05;
+/// The largest of many samples lies above their mean by so many standard deviations of the noise.
+const LARGEST_OF_NOISE: f64 = 3.0;
 /// The same of the pose, which follows the prescribed motion.
 const FLOOR_OF_POSE_RANGE: f64 = 0.04;
 /// Share of the weight in the floor of what fingers and pusher, or two fingers, bear together at
@@ -52,6 +56,7 @@ const PRIOR_FREEDOM: f64 = 4.0;
 pub fn floor_of_range(feature: usize) -> f64 {
     match quantity(feature) {
         Quantity::Position | Quantity::Rotation => FLOOR_OF_POSE_RANGE,
+        _ if feature % BINS == PEAK => FLOOR_OF_PEAK,
         Quantity::Force | Quantity::Torque => FLOOR_OF_RANGE,
     }
 }
@@ -123,6 +128,7 @@ pub fn estimate(campaign: &Campaign, residuals: &[Features], friction: &[[Featur
                 Quantity::Rotation => FLOOR_ROTATION_RAD,
                 Quantity::Force | Quantity::Torque => 0.0,
             };
+            let noise = if f % BINS == PEAK { LARGEST_OF_NOISE * noise } else { noise };
             noise.hypot(FLOOR_OF_UNCERTAINTY * uncertainty).hypot(compliance)
         })
         .collect();

@@ -26,6 +26,8 @@ pub enum Phase {
     Before,
     /// The first 1.8 mm (at most 30 %) of the path in contact.
     Onset,
+    /// The largest force in it, beyond what follows.
+    Peak,
     /// The rest of the path.
     Sliding,
     /// At rest in the midst of the motion.
@@ -38,14 +40,22 @@ pub enum Phase {
 
 impl Phase {
     /// All, in time order.
-    pub const ALL: [Phase; 6] =
-        [Phase::Before, Phase::Onset, Phase::Sliding, Phase::Pause, Phase::Restart, Phase::After];
+    pub const ALL: [Phase; 7] = [
+        Phase::Before,
+        Phase::Onset,
+        Phase::Peak,
+        Phase::Sliding,
+        Phase::Pause,
+        Phase::Restart,
+        Phase::After,
+    ];
 
     /// The phase of a bin.
     pub fn of(bin: usize) -> Phase {
         match bin {
             0 => Phase::Before,
-            1..=4 | PEAK => Phase::Onset,
+            1..=4 => Phase::Onset,
+            PEAK => Phase::Peak,
             5..=10 => Phase::Sliding,
             11 => Phase::Pause,
             12 => Phase::Restart,
@@ -58,6 +68,7 @@ impl Phase {
         match self {
             Phase::Before => "rest before",
             Phase::Onset => "onset",
+            Phase::Peak => "peak of the onset",
             Phase::Sliding => "sliding",
             Phase::Pause => "pause",
             Phase::Restart => "restart",

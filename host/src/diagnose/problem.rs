@@ -8,9 +8,10 @@ use nalgebra::DVector;
 use stickslip_shared::model::{Model, Scene};
 
 use crate::channels::COUNT;
+use crate::dataset::Sensors;
 use crate::diagnose::campaign::Campaign;
 use crate::diagnose::features::{self, FEATURES, Features};
-use crate::diagnose::gls::{self, Gram, OFFSETS, Whitener};
+use crate::diagnose::gls::{self, Gram, OFFSETS, Prior, Whitener};
 use crate::diagnose::noise::{self, Noise};
 use crate::diagnose::phases::{BINS, PEAK, Phase};
 use crate::fit::Free;
@@ -28,8 +29,8 @@ pub struct Problem<'a> {
     pub whiteners: Vec<Whitener>,
     /// Whitened offset columns of each group.
     pub offsets: Vec<Vec<DVector<f64>>>,
-    /// Prior precision of the offsets.
-    pub offset_precision: [f64; OFFSETS],
+    /// Prior of the offsets.
+    pub of_offsets: Prior,
     /// For each group: standard deviation of one run of each feature, floor included.
     pub single_run: Vec<Features>,
     /// For each group: standard deviation of the floor of each feature.
@@ -162,12 +163,7 @@ impl<'a> Problem<'a> {
             floors.push(floor2.iter().map(|x| x.sqrt()).collect());
         }
         groups.retain(|g| !whiteners[*g].active.is_empty() && !failed.contains(&campaign.groups[*g].runs[0]));
-        let channels = noise::channel_noise(&campaign.description.sensors);
-        let offset_precision = std::array::from_fn(|o| {
-            let (noise, uncertainty) = channels[o + 6];
-            // A bound on a constant error, taken as uniform.
-            1.0 / (uncertainty * uncertainty / 3.0 + 0.01 * noise * noise)
-        });
+        let of_offsets = prior_of_offsets(&campaign.description.sensors);
         let offsets = whiteners.iter().map(Whitener::offsets).collect();
         Self {
             campaign,
@@ -175,7 +171,7 @@ impl<'a> Problem<'a> {
             targets,
             whiteners,
             offsets,
-            offset_precision,
+            of_offsets,
             single_run,
             floors,
             residuals,
@@ -231,54 +227,54 @@ impl<'a> Problem<'a> {
         Some((mean, 1.0 / (sd * sd)))
     }
 
-    /// Prior precision of the `free` coefficients, of `more` that have no prior, and the offsets.
-    pub fn precision(&self, free: &[Free], more: usize) -> Vec<f64> {
-        let mut p: Vec<f64> = free.iter().map(|f| self.prior(f).map_or(0.0, |(_, p)| p)).collect();
-        p.resize(free.len() + more, 0.0);
-        p.extend(self.offset_precision);
-        p
-    }
-
-    /// Fitted sensor offsets within what is stated: a constant error beyond a sensor's
-    /// uncertainty is no nuisance. Fingers are bounded one by one.
-    fn within_uncertainty(&self, offsets: &[f64]) -> Vec<f64> {
-        let sensors = &self.campaign.description.sensors;
-        let bound = |sensor: &crate::dataset::WrenchSensor, k: usize| {
-            let (noise, uncertainty) = match k {
-                0..3 => (sensor.force_noise_n, sensor.force_uncertainty_n),
-                _ => (sensor.torque_noise_nm, sensor.torque_uncertainty_nm),
-            };
-            1.1 * uncertainty + 3.0 * noise
-        };
-        let mut out = offsets.to_vec();
-        for k in 0..6 {
-            let b = bound(&sensors.finger, k);
-            let (sum, difference) = (offsets[k], offsets[k + 6]);
-            let one = (0.5 * (sum + difference)).clamp(-b, b);
-            let two = (0.5 * (sum - difference)).clamp(-b, b);
-            (out[k], out[k + 6]) = (one + two, one - two);
-            let b = bound(&sensors.pusher, k);
-            out[k + 12] = offsets[k + 12].clamp(-b, b);
+    /// Prior of the changes of the `free` coefficients, of `more` of which nothing is known, and of the offsets.
+    pub fn priors(&self, free: &[Free], more: usize) -> Prior {
+        let mut out = Prior::none(free.len() + more);
+        for (p, f) in out.precision.iter_mut().zip(free) {
+            *p = self.prior(f).map_or(0.0, |(_, p)| p);
         }
+        out.precision.extend(&self.of_offsets.precision);
+        out.bound.extend(&self.of_offsets.bound);
         out
     }
 
-    /// Residual with the fitted sensor offsets taken out, as far as they are within what is stated.
+    /// Residual with the fitted sensor offsets taken out.
     pub fn without_offsets(&self, residual: &[Features], offsets: &[f64]) -> Vec<Features> {
-        let offsets = self.within_uncertainty(offsets);
+        let mut shift = [0.0; COUNT];
+        for (o, x) in offsets.iter().enumerate() {
+            for (channel, sign) in gls::shifts(o) {
+                shift[channel] += sign * x;
+            }
+        }
         residual
             .iter()
             .map(|r| {
                 let mut r = r.clone();
                 for channel in 6..COUNT {
                     for f in &mut r[channel * BINS..channel * BINS + PEAK] {
-                        *f -= offsets[channel - 6];
+                        *f -= shift[channel];
                     }
                 }
                 r
             })
             .collect()
     }
+}
+
+/// A sensor's constant error is uniform within the uncertainty stated, about: beyond a tenth more and the
+/// noise it is no nuisance any more.
+fn prior_of_offsets(sensors: &Sensors) -> Prior {
+    let mut out = Prior::none(OFFSETS);
+    for o in 0..OFFSETS {
+        let sensor = if o < 12 { &sensors.finger } else { &sensors.pusher };
+        let (noise, uncertainty) = match o % 6 {
+            0..3 => (sensor.force_noise_n.max(1e-4), sensor.force_uncertainty_n),
+            _ => (sensor.torque_noise_nm.max(1e-6), sensor.torque_uncertainty_nm),
+        };
+        out.precision[o] = 1.0 / (uncertainty * uncertainty / 3.0 + 0.01 * noise * noise);
+        out.bound[o] = 1.1 * uncertainty + 3.0 * noise;
+    }
+    out
 }
 
 /// `(with - without) / step`.

@@ -115,7 +115,7 @@ pub fn screen(problem: &Problem, bases: &[&Solution], base_free: &[Free], trial:
     }
     starts.sort_by(|a: &Start, b| a.loss.total_cmp(&b.loss));
     let before = bases.first().map_or(0.0, |base| {
-        gls::least(&base.grams, &problem.precision(base_free, base.columns.len() - base_free.len())).0
+        gls::least(&base.grams, &problem.priors(base_free, base.columns.len() - base_free.len())).0
     });
     let gain = starts.first().map_or(0.0, |s| before - s.loss);
     Screened { trial: trial.clone(), gain, starts, invisible }
@@ -228,7 +228,7 @@ fn loss_with(
     let mut all: Vec<Vec<Features>> = base.columns[..base_free.len()].to_vec();
     all.extend(columns.iter().cloned());
     let grams = problem.grams(&base.residual, &all);
-    let with = problem.precision(base_free, all.len() - base_free.len());
+    let with = problem.priors(base_free, all.len() - base_free.len());
     let (loss, x) = gls::least(&grams, &with);
     (loss, x[..all.len()].to_vec())
 }

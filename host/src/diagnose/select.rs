@@ -13,7 +13,7 @@ use stickslip_shared::effects::Info;
 use stickslip_shared::model::{MAX_EFFECTS, Model};
 
 use crate::diagnose::features::Features;
-use crate::diagnose::gls;
+use crate::diagnose::gls::{self, Prior};
 use crate::diagnose::misfit::{self, Misfit};
 use crate::diagnose::problem::Problem;
 use crate::diagnose::screen::{Screened, Start, Trial, screen};
@@ -54,18 +54,20 @@ pub struct Candidate {
     pub p_value: f64,
     /// Share of the excess misfit that it explains.
     pub explained: f64,
+    /// Where its fit may have started.
+    pub starts: Vec<Start>,
 }
 
 /// Held-out performance of a solution.
 pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held {
     let n = free.len();
-    let precision = problem.precision(&free, 0);
-    let mut folds = gls::fold_solutions(&solution.grams, &precision, FOLDS);
+    let prior = problem.priors(&free, 0);
+    let mut folds = gls::fold_solutions(&solution.grams, &prior, FOLDS);
     // Where the fit could not follow the linear model any further, folds must not either.
-    let mut fixed = precision.clone();
-    fixed[..n].fill(FIXED);
-    let least = |precision: &[f64]| gls::least(&solution.grams, precision).0;
-    if least(&fixed) > CONVERGED * least(&precision) + n as f64 {
+    let mut fixed = prior.clone();
+    fixed.precision[..n].fill(FIXED);
+    let least = |prior: &Prior| gls::least(&solution.grams, prior).0;
+    if least(&fixed) > CONVERGED * least(&prior) + n as f64 {
         folds = gls::fold_solutions(&solution.grams, &fixed, FOLDS);
     }
     let residual: Vec<Features> = solution
@@ -86,8 +88,6 @@ pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held 
             r
         })
         .collect();
-    // Of the residual whose sensor offsets are within what is stated: what they cannot take
-    // is misfit.
     let mut loss = vec![0.0; problem.campaign.conditions];
     for (g, r) in problem.groups.iter().zip(&residual) {
         loss[problem.campaign.groups[*g].condition] += problem.whiteners[*g].square(r);
@@ -120,7 +120,7 @@ pub fn p_value(a: &[f64], b: &[f64]) -> f64 {
 /// Probability that the effect's strengths differ from neutral by chance: Wald's test with the
 /// covariance clustered by condition, against F.
 fn parameter_p_value(problem: &Problem, solution: &Solution, free: &[Free], from: usize, info: &Info) -> f64 {
-    let covariance = fit::clustered_covariance(&solution.grams, &problem.precision(free, 0), free.len());
+    let covariance = fit::clustered_covariance(&solution.grams, &problem.priors(free, 0), free.len());
     let strengths: Vec<(usize, f64)> = free
         .iter()
         .enumerate()
@@ -225,7 +225,7 @@ pub fn candidates(
     let kept = screened.into_iter().filter(|s| s.gain > 0.02 * most && s.gain > 1.0).take(survivors);
     let mut out: Vec<Candidate> = kept
         .filter_map(|s| {
-            let c = refit(problem, base, &bases, &s);
+            let c = refit(problem, base, &bases, s.trial.info, &s.starts, Search::Quick);
             tick();
             c
         })
@@ -244,7 +244,7 @@ pub fn total(held: &Held) -> f64 {
 fn part_of_a_wave(problem: &Problem, best: &Solution, free: &[Free], from: usize, info: &Info) -> bool {
     let at = |name: &str| Some(from + info.parameters.iter().position(|p| p.name == name)?);
     let (Some(wave), Some(force)) = (at("wavelength_m"), at("grip_n")) else { return false };
-    let covariance = fit::clustered_covariance(&best.grams, &problem.precision(free, 0), free.len());
+    let covariance = fit::clustered_covariance(&best.grams, &problem.priors(free, 0), free.len());
     let twice = free[force].get(&best.model).abs() > 3.0 * covariance[(force, force)].sqrt();
     let longest = if twice { LONGEST_WAVE } else { 1.0 } * longest_path(problem);
     free[wave].get(&best.model) > longest
@@ -281,33 +281,106 @@ pub fn within_reach(
     start.model.clone()
 }
 
-/// `screened` fitted together with what `base` has; `None` where it does not apply.
-fn refit(problem: &Problem, base: &Held, bases: &[&Solution], screened: &Screened) -> Option<Candidate> {
+/// How much is tried to fit a candidate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Search {
+    /// One step from the best starts, and the best two of these to their end.
+    Quick,
+    /// All starts to their end, and the best of it from beside where it ended.
+    Thorough,
+}
+
+/// Factors on a parameter of the best fit from which a thorough search starts again.
+const BESIDE: [f64; 2] = [0.6, 1.6];
+/// Steps of a fit that only shows whether a start is worth more.
+const FEW_STEPS: usize = 4;
+/// Ways back to the best fit that a thorough search tries at most.
+const MOST_BESIDE: usize = 12;
+
+/// The `most` best of `candidates` fitted again from more starts, where least squares may have ended in a
+/// side valley; those that come out better take the place of what was there.
+pub fn search_again(
+    problem: &Problem,
+    base: &Held,
+    others: &[Solution],
+    candidates: &mut [Candidate],
+    most: usize,
+    tick: &(dyn Fn() + Sync),
+) {
+    let bases: Vec<&Solution> = std::iter::once(&base.solution).chain(others).collect();
+    for c in candidates.iter_mut().take(most) {
+        let again = refit(problem, base, &bases, c.info, &c.starts, Search::Thorough);
+        if let Some(again) = again.filter(|again| total(&again.held) < total(&c.held)) {
+            *c = again;
+        }
+        tick();
+    }
+    candidates.sort_by(|a, b| total(&a.held).total_cmp(&total(&b.held)));
+}
+
+/// The effect fitted together with what `base` has; `None` where it does not apply.
+fn refit(
+    problem: &Problem,
+    base: &Held,
+    bases: &[&Solution],
+    info: &'static Info,
+    starts: &[Start],
+    search: Search,
+) -> Option<Candidate> {
     let slot = base.solution.model.effects.len();
     let mut free = base.free.clone();
-    free.extend(Free::of_effect(screened.trial.info, slot));
-    // One step from each start shows which two are worth the rest.
+    free.extend(Free::of_effect(info, slot));
+    // A few steps from each start show which are worth the rest.
+    let (steps, begun, kept) = match search {
+        Search::Quick => (1, 1 + bases.len(), 2),
+        Search::Thorough => (FEW_STEPS, starts.len(), 4),
+    };
     let begin = |start: &Start| {
         let on = bases.get(start.on)?;
         let model = within_reach(problem, on, start, &free, slot);
-        Some(fit::solve_with(problem, &model, &free, 1, &on.columns))
+        Some(fit::solve_with(problem, &model, &free, steps, &on.columns))
     };
-    let mut begun: Vec<Solution> = screened.starts.iter().take(1 + bases.len()).filter_map(begin).collect();
+    let mut begun: Vec<Solution> = starts.iter().take(begun).filter_map(begin).collect();
     begun.sort_by(|a, b| a.loss.1.total_cmp(&b.loss.1));
-    let best = begun
+    let mut best = begun
         .iter()
-        .take(2)
+        .take(kept)
         .map(|b| fit::solve_with(problem, &b.model, &free, STEPS, &b.columns[..base.free.len()]))
         .min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))?;
-    if part_of_a_wave(problem, &best, &free, base.free.len(), screened.trial.info) {
+    if search == Search::Thorough {
+        best = beside(problem, best, &free);
+    }
+    if part_of_a_wave(problem, &best, &free, base.free.len(), info) {
         return None;
     }
-    let parameters = parameter_p_value(problem, &best, &free, base.free.len(), screened.trial.info);
+    let parameters = parameter_p_value(problem, &best, &free, base.free.len(), info);
     let held = hold_out(problem, best, free);
     // Three tests of the same question, one probability.
     let differences = p_value(&base.loss, &held.loss);
     let ratios = p_value(&log_loss(problem, &base.loss), &log_loss(problem, &held.loss));
     let p_value = combined(&[differences, ratios, parameters]);
     let explained = explained(&base.misfit, &held.misfit);
-    Some(Candidate { info: screened.trial.info, held, p_value, explained })
+    Some(Candidate { info, held, p_value, explained, starts: starts.to_vec() })
+}
+
+/// The best that is found from `best` with one parameter after the other moved away, as long as that
+/// gains anything.
+fn beside(problem: &Problem, mut best: Solution, free: &[Free]) -> Solution {
+    let ways: Vec<(&Free, f64)> = free.iter().flat_map(|f| BESIDE.map(|factor| (f, factor))).collect();
+    let mut tried = 0;
+    let mut since = 0;
+    for (f, factor) in ways.iter().cycle().take(MOST_BESIDE.max(ways.len())) {
+        if since == ways.len() || tried == MOST_BESIDE {
+            break;
+        }
+        (tried, since) = (tried + 1, since + 1);
+        let mut model = best.model.clone();
+        f.set(&mut model, f.get(&best.model) * factor);
+        let found = fit::solve_with(problem, &model, free, FEW_STEPS, &best.columns);
+        if found.loss.1 < 0.98 * best.loss.1 {
+            best = fit::solve(problem, &found.model, free, STEPS);
+            since = 0;
+        }
+    }
+    best
 }
