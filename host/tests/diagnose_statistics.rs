@@ -57,6 +57,43 @@ fn a_nuisance_in_the_residual_is_projected_out_exactly() {
 }
 
 #[test]
+fn bounded_coefficients_cost_least_among_all_sets_of_bounds_that_may_hold() {
+    let mut rng = rng(5);
+    for _ in 0..300 {
+        let n = 4;
+        let root = nalgebra::DMatrix::from_fn(6, n, |_, _| rng.sample::<f64, _>(StandardNormal));
+        let a = root.transpose() * &root;
+        let b = DVector::from_fn(n, |_, _| 5.0 * rng.sample::<f64, _>(StandardNormal));
+        // Of the first nothing is known.
+        let prior = gls::Prior {
+            precision: vec![0.0, 0.3, 0.3, 0.3],
+            bound: vec![f64::INFINITY, 0.4, 0.7, 1.0],
+        };
+        let h = &a + nalgebra::DMatrix::from_diagonal(&DVector::from_row_slice(&prior.precision));
+        let cost = |x: &DVector<f64>| 0.5 * x.dot(&(&h * x)) - b.dot(x);
+        let found = gls::solve_normal(a, b.clone(), &prior).expect("solvable");
+        // Each of the three is free, at its lower or at its upper bound.
+        let mut least = f64::INFINITY;
+        for set in 0..27 {
+            let held = [set % 3, set / 3 % 3, set / 9].map(|k| [0.0, -1.0, 1.0][k]);
+            let mut m = h.clone();
+            let mut r = b.clone();
+            for (k, side) in held.iter().enumerate().filter(|(_, side)| **side != 0.0) {
+                m.row_mut(k + 1).fill(0.0);
+                m[(k + 1, k + 1)] = 1.0;
+                r[k + 1] = side * prior.bound[k + 1];
+            }
+            let x = m.lu().solve(&r).expect("solvable");
+            if (1..n).all(|k| x[k].abs() <= prior.bound[k] + 1e-12) {
+                least = least.min(cost(&x));
+            }
+        }
+        assert!((1..n).all(|k| found[k].abs() <= prior.bound[k]));
+        assert!((cost(&found) - least).abs() < 1e-6 * (1.0 + least.abs()), "{} {least}", cost(&found));
+    }
+}
+
+#[test]
 fn the_paired_test_alarms_no_more_often_than_its_level_under_pure_chance() {
     let mut rng = rng(3);
     let trials = 4000;
