@@ -412,6 +412,31 @@ pub fn apart(campaign: &Campaign, a: &Model<f64>, b: &Model<f64>) -> bool {
     base_parameters(campaign).iter().any(|f| (f.get(a) / f.get(b)).ln().abs() > FAR.ln())
 }
 
+/// `model` with all combinations of friction coefficients that are tried before a fit.
+pub fn friction_grid(campaign: &Campaign, model: &Model<f64>) -> Vec<Model<f64>> {
+    let mut out = vec![model.clone()];
+    for free in base_parameters(campaign) {
+        let varied = |m: &Model<f64>| -> Vec<Model<f64>> {
+            let with = |value: &f64| {
+                let mut m = m.clone();
+                free.set(&mut m, *value);
+                m
+            };
+            std::iter::once(m.clone()).chain(tried(&free).iter().map(with)).collect()
+        };
+        out = out.iter().flat_map(varied).collect();
+    }
+    out
+}
+
+fn tried(free: &Free) -> &'static [f64] {
+    match free {
+        Free::FingerFriction => TRIED[0],
+        Free::PusherFriction => TRIED[1],
+        _ => TRIED[2],
+    }
+}
+
 /// `model` with the friction that fits best on a coarse grid around it, by a robust cost: far
 /// from the truth an object may be dropped, and least squares would look nowhere else.
 pub fn rough_start(campaign: &Campaign, model: &Model<f64>) -> Model<f64> {
@@ -420,12 +445,7 @@ pub fn rough_start(campaign: &Campaign, model: &Model<f64>) -> Model<f64> {
     let mut best = (cost(model), model.clone());
     for _ in 0..2 {
         for free in &present {
-            let values = match free {
-                Free::FingerFriction => TRIED[0],
-                Free::PusherFriction => TRIED[1],
-                _ => TRIED[2],
-            };
-            for value in values {
+            for value in tried(free) {
                 let mut changed = best.1.clone();
                 free.set(&mut changed, *value);
                 let c = cost(&changed);

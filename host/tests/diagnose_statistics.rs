@@ -50,7 +50,8 @@ fn a_nuisance_in_the_residual_is_projected_out_exactly() {
         grams.push(gls::gram(condition, std::slice::from_ref(&effect), &offsets, &residual));
         shifted.push(gls::gram(condition, &[effect], &offsets, &(residual + nuisance * 7.0)));
     }
-    let of = |g: &[gls::Gram]| gls::solve(g.iter().map(|g| (1.0, g)), &gls::Prior::none(2)).expect("solvable");
+    let of =
+        |g: &[gls::Gram]| gls::solve(g.iter().map(|g| (1.0, g)), &gls::Prior::none(2)).expect("solvable");
     let (a, b) = (of(&grams), of(&shifted));
     assert!((a[0] - b[0]).abs() < 1e-7);
     assert!((b[1] - a[1] - 7.0).abs() < 1e-7);
@@ -65,10 +66,8 @@ fn bounded_coefficients_cost_least_among_all_sets_of_bounds_that_may_hold() {
         let a = root.transpose() * &root;
         let b = DVector::from_fn(n, |_, _| 5.0 * rng.sample::<f64, _>(StandardNormal));
         // Of the first nothing is known.
-        let prior = gls::Prior {
-            precision: vec![0.0, 0.3, 0.3, 0.3],
-            bound: vec![f64::INFINITY, 0.4, 0.7, 1.0],
-        };
+        let prior =
+            gls::Prior { precision: vec![0.0, 0.3, 0.3, 0.3], bound: vec![f64::INFINITY, 0.4, 0.7, 1.0] };
         let h = &a + nalgebra::DMatrix::from_diagonal(&DVector::from_row_slice(&prior.precision));
         let cost = |x: &DVector<f64>| 0.5 * x.dot(&(&h * x)) - b.dot(x);
         let found = gls::solve_normal(a, b.clone(), &prior).expect("solvable");

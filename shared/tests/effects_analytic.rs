@@ -201,6 +201,17 @@ fn grip_force_lag_settles_at_the_drop_in_steady_sliding() {
 }
 
 #[test]
+fn a_sharp_grip_force_lag_drops_all_above_its_knee_and_nothing_below() {
+    let pressed = |knee_m_s: f64| {
+        let with = [0.12, 0.05, knee_m_s, 8.0];
+        pure_push::<f64>(0.01).with("grip_force_lag", &with).play().last().normal_n[0]
+    };
+    close(pressed(0.005), N * (1.0 - 0.12 * 256.0 / 257.0), 1e-3);
+    close(pressed(0.01), N * (1.0 - 0.12 / 2.0), 1e-3);
+    assert!(pressed(0.05) > 0.999 * N);
+}
+
+#[test]
 fn mass_error_shows_as_weight_and_its_offset_as_moment() {
     let w = hold::<f64>().with("mass_error", &[0.25, 0.004]).play().last().reading.finger;
     let weight = 0.2005 * 1.25 * 9.81;

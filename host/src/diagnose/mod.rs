@@ -31,10 +31,12 @@ use misfit::Misfit;
 use problem::Problem;
 use report::{Report, Verdict};
 use screen::Trial;
-use select::{Candidate, Held, candidates, explained, hold_out, paired, search_again, total};
+use select::{Candidate, Held, Search, candidates, explained, hold_out, paired, search_again, total};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// Family-wise probability of naming an effect where there is none.
+/// Family-wise probability of naming an effect where there is none; what explains enough on conditions that
+/// it was not fitted to needs no correction for the number of effects (few conditions give no smaller
+/// probabilities).
 pub const FALSE_ALARM: f64 = 0.01;
 /// Systematic misfit of a channel in a phase beyond this many noise floors is worth a name.
 pub const RELEVANT: f64 = 2.5;
@@ -68,9 +70,6 @@ const ADEQUATE_ERROR: f64 = 1.3;
 /// [`FAR`] of them: something else stands behind it.
 const POOR_ERROR: f64 = 1.75;
 const FAR: f64 = 8.0;
-/// An effect that explains this share on conditions it was not fitted to is taken at
-/// [`FALSE_ALARM`] without correction: few conditions give no smaller probabilities.
-const OBVIOUS: f64 = 0.9;
 /// An effect that explains this share is named whatever is left; the report says what is.
 const CERTAIN: f64 = 0.95;
 /// Pads give way: a small compliance is likely beforehand and needs less evidence.
@@ -276,11 +275,11 @@ fn find(
     let (mut first, invisible) = candidates(problem, start, &others, trials, survivors, tick);
     let mut choice = Choice::nothing();
     if worth_a_name {
-        choice = choose(problem, start, &first, trials, tick);
+        choice = choose(problem, start, &first, trials, Search::Quick, tick);
         if choice.verdict == Verdict::Unexplained {
             // Before that is said, the likely ones are looked at more closely.
             search_again(problem, start, &others, &mut first, SEARCHED_AGAIN, tick);
-            choice = choose(problem, start, &first, trials, tick);
+            choice = choose(problem, start, &first, trials, Search::Thorough, tick);
         }
     }
     let Choice { chosen, equal, mut verdict } = choice;
@@ -315,7 +314,14 @@ impl Choice {
 
 /// Chooses effects one after the other, `first` being the candidates for the first place, and
 /// judges what they explain.
-fn choose(problem: &Problem, start: &Held, first: &[Candidate], trials: &[Trial], tick: Tick) -> Choice {
+fn choose(
+    problem: &Problem,
+    start: &Held,
+    first: &[Candidate],
+    trials: &[Trial],
+    search: Search,
+    tick: Tick,
+) -> Choice {
     let level = FALSE_ALARM / REGISTRY.len() as f64;
     let named = |chosen: &[Candidate]| chosen.iter().filter(|c| !small_compliance(problem, c)).count();
     let mut chosen: Vec<Candidate> = Vec::new();
@@ -329,7 +335,7 @@ fn choose(problem: &Problem, start: &Held, first: &[Candidate], trials: &[Trial]
             let worth = if named(&chosen) == 0 || pads { WORTH_TRYING } else { EXPLAINS_FURTHER };
             let chance = match share {
                 _ if pads || share > CERTAIN => LIKELY,
-                _ if share > OBVIOUS => FALSE_ALARM,
+                _ if share > EXPLAINS => FALSE_ALARM,
                 _ => level,
             };
             share > worth && c.p_value < chance
@@ -346,6 +352,9 @@ fn choose(problem: &Problem, start: &Held, first: &[Candidate], trials: &[Trial]
         }
         if chosen.len() < MOST_EFFECTS {
             stage = candidates(problem, &last.held, &[], trials, SURVIVORS, tick).0;
+            if search == Search::Thorough {
+                search_again(problem, &last.held, &[], &mut stage, SEARCHED_AGAIN, tick);
+            }
         }
     }
     drop_needless(problem, start, &mut chosen, &mut equal);

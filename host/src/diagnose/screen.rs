@@ -72,6 +72,8 @@ fn shapes(p: &stickslip_shared::effects::Parameter) -> Vec<f64> {
     } else if p.name == "late_s" {
         // The fit finds it.
         vec![p.typical]
+    } else if p.name == "sharpness" {
+        vec![p.low, 0.5 * p.high]
     } else if p.typical == 0.0 {
         vec![0.0, 0.5 * p.high]
     } else {

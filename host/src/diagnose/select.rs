@@ -283,10 +283,11 @@ pub fn within_reach(
 
 /// How much is tried to fit a candidate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Search {
+pub enum Search {
     /// One step from the best starts, and the best two of these to their end.
     Quick,
-    /// All starts to their end, and the best of it from beside where it ended.
+    /// The best on a grid of friction and of the effect's strength, and of that the best from beside
+    /// where it ended.
     Thorough,
 }
 
@@ -296,6 +297,8 @@ const BESIDE: [f64; 2] = [0.6, 1.6];
 const FEW_STEPS: usize = 4;
 /// Ways back to the best fit that a thorough search tries at most.
 const MOST_BESIDE: usize = 12;
+/// Places of the grid that are worth a few steps.
+const WORTH_STEPS: usize = 6;
 
 /// The `most` best of `candidates` fitted again from more starts, where least squares may have ended in a
 /// side valley; those that come out better take the place of what was there.
@@ -330,21 +333,21 @@ fn refit(
     let slot = base.solution.model.effects.len();
     let mut free = base.free.clone();
     free.extend(Free::of_effect(info, slot));
-    // A few steps from each start show which are worth the rest.
-    let (steps, begun, kept) = match search {
-        Search::Quick => (1, 1 + bases.len(), 2),
-        Search::Thorough => (FEW_STEPS, starts.len(), 4),
-    };
     let begin = |start: &Start| {
         let on = bases.get(start.on)?;
         let model = within_reach(problem, on, start, &free, slot);
-        Some(fit::solve_with(problem, &model, &free, steps, &on.columns))
+        Some(fit::solve_with(problem, &model, &free, 1, &on.columns))
     };
-    let mut begun: Vec<Solution> = starts.iter().take(begun).filter_map(begin).collect();
+    // A few steps from each start show which are worth the rest.
+    let mut begun: Vec<Solution> = starts.iter().take(1 + bases.len()).filter_map(begin).collect();
+    if search == Search::Thorough {
+        let few = |m: &Model<f64>| fit::solve(problem, m, &free, FEW_STEPS);
+        begun.extend(on_grid(problem, starts, info, slot).iter().map(few));
+    }
     begun.sort_by(|a, b| a.loss.1.total_cmp(&b.loss.1));
     let mut best = begun
         .iter()
-        .take(kept)
+        .take(2)
         .map(|b| fit::solve_with(problem, &b.model, &free, STEPS, &b.columns[..base.free.len()]))
         .min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))?;
     if search == Search::Thorough {
@@ -361,6 +364,33 @@ fn refit(
     let p_value = combined(&[differences, ratios, parameters]);
     let explained = explained(&base.misfit, &held.misfit);
     Some(Candidate { info, held, p_value, explained, starts: starts.to_vec() })
+}
+
+/// The best places of a grid: friction from little to much, the effect as in `starts` and at its typical
+/// strength either way.
+fn on_grid(problem: &Problem, starts: &[Start], info: &Info, slot: usize) -> Vec<Model<f64>> {
+    let mut models: Vec<Model<f64>> = starts.iter().map(|s| s.model.clone()).collect();
+    if let Some(start) = starts.first() {
+        for (k, p) in info.parameters.iter().enumerate().filter(|(_, p)| p.typical != p.neutral) {
+            for sign in [1.0, -1.0] {
+                let mut m = start.model.clone();
+                if let Some(e) = m.effects.get_mut(slot) {
+                    for (x, p) in e.parameters.iter_mut().zip(info.parameters) {
+                        *x = if p.typical == p.neutral { *x } else { p.neutral };
+                    }
+                    e.parameters[k] = (p.neutral + sign * (p.typical - p.neutral)).clamp(p.low, p.high);
+                }
+                if !models.contains(&m) {
+                    models.push(m);
+                }
+            }
+        }
+    }
+    let grid: Vec<Model<f64>> = models.iter().flat_map(|m| fit::friction_grid(problem.campaign, m)).collect();
+    let mut ranked: Vec<(f64, Model<f64>)> =
+        grid.into_iter().map(|m| (fit::robust_cost(problem.campaign, &m), m)).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ranked.into_iter().take(WORTH_STEPS).map(|(_, m)| m).collect()
 }
 
 /// The best that is found from `best` with one parameter after the other moved away, as long as that

@@ -3,12 +3,13 @@
 //! With `v` the mean slip speed of the fingers:
 //!
 //! ```text
-//! N = N_late (1 - l),   time dl/dt = drop v / (v + knee) - l
+//! N = N_late (1 - l),   time dl/dt = drop v^s / (v^s + knee^s) - l
 //! time dN_late/dt = N_command - N_late
 //! ```
 //!
 //! A force-controlled gripper of finite bandwidth on an object whose width changes as it
-//! slides. Integrated implicitly: stable at any step. It remembers the loss `l`, the error
+//! slides. The sharpness s tells whether it loses force the more the faster the object slides (1),
+//! or all of it once it slides (Hill's curve). Integrated implicitly: stable at any step. It remembers the loss `l`, the error
 //! `N_late - N_command` and the last command.
 
 use super::{Info, Law, MAX_PARAMETERS, MEMORY, Parameter, StepContext, text};
@@ -16,6 +17,9 @@ use crate::real::{Real, most};
 
 /// Least knee, m/s.
 const LEAST_KNEE_M_S: f64 = 1e-5;
+
+/// Slower than this nothing slides, m/s.
+const LEAST_SPEED_M_S: f64 = 1e-9;
 
 /// See the module.
 pub struct GripForceLag;
@@ -40,6 +44,14 @@ pub const INFO: Info = Info {
             [1e-4, 1e-2],
             "slip speed at which half of the drop is reached",
         ),
+        Parameter::new(
+            "sharpness",
+            "1",
+            1.0,
+            1.0,
+            [1.0, 8.0],
+            "exponent of the speed: gradual (1) or a threshold (8)",
+        ),
     ],
 };
 
@@ -54,7 +66,8 @@ impl<R: Real> Law<R> for GripForceLag {
         let speed = (c.slip_speed_m_s[0] + c.slip_speed_m_s[1]) * half;
         let keep = most(p[1], R::zero());
         let keep = keep / (keep + c.dt_s);
-        let target = p[0] * speed / (speed + most(p[2], R::of(LEAST_KNEE_M_S)));
+        let ratio = most(p[2], R::of(LEAST_KNEE_M_S)) / most(speed, R::of(LEAST_SPEED_M_S));
+        let target = p[0] / (R::one() + (ratio.ln() * most(p[3], R::one())).exp());
         let loss = target + (loss - target) * keep;
         // The first command is met from the start.
         let step = if last > R::zero() { *grip_n - last } else { R::zero() };
