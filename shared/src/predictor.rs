@@ -18,6 +18,7 @@
 
 use crate::cone::{ConeOptions, ConeStatus};
 use crate::contact::{Body, SLOTS};
+use crate::effects;
 use crate::health::Health;
 use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S, Work};
 use crate::model::{FingerContact, Model, Scene, Shape};
@@ -58,7 +59,7 @@ const AT_ONCE_S: f32 = 0.03;
 const LEAST_AHEAD_S: f32 = 0.004;
 /// An object that leaves the grasp moves at least this fast, m/s.
 const LEAVING_M_S: f64 = 0.01;
-/// Slip that the model alone foresees must be foreseen in so many samples in a row.
+/// Slip and sag that the model alone foresees must be foreseen in so many samples in a row.
 const FORESEEN_SAMPLES: u8 = 3;
 
 /// What a plan segment means to do with the grasp.
@@ -400,6 +401,8 @@ pub struct Predictor<R: Real> {
     tracked: Option<Tracked<R>>,
     health: Health<R>,
     observer: Observer<R>,
+    /// Friction while sliding over that at rest, by the model's effects.
+    sliding: R,
     last: Prediction,
     /// Of the last tick that stepped.
     work: u32,
@@ -430,6 +433,8 @@ struct Tracked<R: Real> {
     outlook: Option<Foreseen<R>>,
     /// Samples in a row in which the model of a held grasp foresees slip and the measurement is with it.
     foreseen: u8,
+    /// Samples in a row in which the look-ahead sees sag beyond its limit.
+    sagging: u8,
     /// Planned velocity and angular velocity, and how long a change of it still matters.
     motion: [[f32; 3]; 2],
     settling_s: R,
@@ -465,6 +470,7 @@ impl<R: Real> Predictor<R> {
         Ok(Self {
             health: Health::default(),
             observer: Observer::new(model.friction.finger),
+            sliding: sliding_share(&model),
             scene,
             model,
             limits,
@@ -612,6 +618,7 @@ impl<R: Real> Predictor<R> {
             seen_m: local.position_m,
             outlook: None,
             foreseen: 0,
+            sagging: 0,
             motion: [[0.0; 3]; 2],
             settling_s: R::zero(),
             slip_warning: Warning::default(),
@@ -763,7 +770,8 @@ impl<R: Real> Predictor<R> {
                 f.slip_speed_m_s = f.slip_speed_m_s.max(v.norm().to_f64() as f32);
             }
         }
-        judge(&mut p, present.intent, &self.limits, tracked.pushing);
+        let sags = self.sags(&p, &mut tracked, &observed);
+        judge(&mut p, present.intent, &self.limits, sags, tracked.pushing);
         if worst.status != ConeStatus::Solved {
             doubt |= validity::SOLVER;
         }
@@ -908,6 +916,7 @@ impl<R: Real> Predictor<R> {
             bearing_n,
             steered: tracked.settling_s > R::zero(),
             effects,
+            sliding: self.sliding,
             dt_s: drive.dt_s,
         })
     }
@@ -1066,6 +1075,15 @@ impl<R: Real> Predictor<R> {
         p.finger.iter().all(|f| (f.model_utilisation - used).abs() < 0.1)
     }
 
+    /// Sag beyond its limit: there is, comes with a slip under way, or was foreseen for some
+    /// samples in a row (a single look-ahead may be older than a change of the motion).
+    fn sags(&self, p: &Prediction, tracked: &mut Tracked<R>, observed: &Observed<R>) -> bool {
+        let ahead = p.sag_ahead_m > self.limits.sag_m;
+        tracked.sagging = if ahead { tracked.sagging.saturating_add(1) } else { 0 };
+        let slips = observed.moved.is_some_and(|m| m.slip_s > R::zero());
+        p.sag_m > self.limits.sag_m || ahead && (slips || tracked.sagging >= FORESEEN_SAMPLES)
+    }
+
     /// Time until the pads are off the object, if it goes on as it moves now: `d = v t + a t^2 / 2`.
     fn leaves_in(&self, moved: &Moved<R>, edge_m: &[[R; 2]; 2], attitude: &Rotation<R>) -> Option<f32> {
         if !(moved.slip_s > R::zero()) {
@@ -1195,6 +1213,13 @@ impl<R: Real> Predictor<R> {
     }
 }
 
+/// Friction while sliding over that at rest, by the model's effects.
+fn sliding_share<R: Real>(model: &Model<R>) -> R {
+    model.effects.iter().fold(R::one(), |share, e| {
+        share * effects::law::<R>(e.code).map_or_else(R::one, |law| law.sliding_share(&e.parameters))
+    })
+}
+
 /// As it goes over the wire.
 fn status_code(status: ConeStatus) -> u8 {
     match status {
@@ -1311,7 +1336,7 @@ fn sooner(a: Option<f32>, b: Option<f32>) -> Option<f32> {
 }
 
 /// Sets the flags from the figures.
-fn judge(p: &mut Prediction, intent: Intent, limits: &Limits, pushing: bool) {
+fn judge(p: &mut Prediction, intent: Intent, limits: &Limits, sag: bool, pushing: bool) {
     let mut set = 0;
     let (slip, ahead) = ([flags::SLIP_1, flags::SLIP_2], [flags::SLIP_AHEAD_1, flags::SLIP_AHEAD_2]);
     let mut any = false;
@@ -1324,7 +1349,6 @@ fn judge(p: &mut Prediction, intent: Intent, limits: &Limits, pushing: bool) {
         }
         any |= f.slip_in_s >= 0.0;
     }
-    let sag = p.sag_m.max(p.sag_ahead_m) > limits.sag_m;
     let turned = p.rotation_rad > limits.rotation_rad;
     if sag && intent != Intent::Free {
         set |= flags::SAG;

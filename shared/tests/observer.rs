@@ -1,7 +1,7 @@
 //! Claims about what the observer takes from noisy measurements.
 
 use stickslip_shared::observer::friction::{Friction, Use};
-use stickslip_shared::observer::motion::Motion;
+use stickslip_shared::observer::motion::{Forces, Motion};
 use stickslip_shared::observer::trend::Trend;
 use stickslip_shared::real::Vec3;
 
@@ -73,7 +73,7 @@ fn slipping(ticks: u32, path: impl Fn(f32) -> f32) -> Option<u32> {
     (0..ticks).find(|tick| {
         let mut around = |x: f32, sigma: f32| x + sigma * noise.next();
         let p = Vec3::new(around(0.0, 42e-6), around(0.0, 3e-6), around(path(*tick as f32 * DT), 42e-6));
-        motion.follow(&[p, p], false, DT).slip_s > 0.0
+        motion.follow(&[p, p], Forces::Hold, DT).slip_s > 0.0
     })
 }
 

@@ -8,8 +8,10 @@
 
 use crate::real::{Real, clamp, least, most};
 
-/// Relative uncertainty of the model's friction, and of one learnt from a slip.
-const SPREAD_TOLD: f64 = 0.15;
+/// How much less friction there may be than the model's, or than was learnt from a slip; and how
+/// much less is likely.
+const SPREAD_TOLD: f64 = 0.25;
+const LIKELY_TOLD: f64 = 0.15;
 const SPREAD_LEARNT: f64 = 0.06;
 /// Bounds of the estimate relative to the model's coefficient.
 const LEAST_SHARE: f64 = 0.2;
@@ -80,6 +82,16 @@ impl<R: Real> Friction<R> {
     pub fn least(&self) -> R {
         let spread = if self.learnt { SPREAD_LEARNT } else { SPREAD_TOLD };
         most(self.estimate * R::of(1.0 - spread), self.proven)
+    }
+
+    /// The least that is likely, whatever was held.
+    pub fn likely(&self) -> R {
+        self.estimate * R::of(1.0 - if self.learnt { SPREAD_LEARNT } else { LIKELY_TOLD })
+    }
+
+    /// Slow mean of what was needed.
+    pub fn level(&self) -> R {
+        self.level
     }
 
     /// Another grasp of the same object: keeps what was learnt.

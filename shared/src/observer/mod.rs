@@ -7,19 +7,21 @@
 //! ahead needs a cause: `r` rises on a line whose slope is proven ([`trend`]), or the grip
 //! command falls steadily, `r(t) = r N / (N + N' t)`, and either reaches the least
 //! coefficient there may be ([`friction`]). A slip now is motion beyond noise ([`motion`]);
-//! where the pose is not measured, a ratio above the coefficient for three samples, or fingers
-//! that no longer bear the weight they bore.
+//! where the pose is not measured, it is a ratio that is clipped at the coefficient
+//! ([`plateau`]), or fingers that no longer bear the weight they bore.
 //!
 //! Constant errors of the sensors are taken off by what they show beyond the model's
 //! wrenches while the rig is at rest at the start, within bounds.
 
 pub mod friction;
 pub mod motion;
+pub mod plateau;
 pub mod trend;
 
 use crate::real::{Real, Vec3, clamp, least, most};
 use friction::{Friction, Use};
-use motion::{Motion, Moved};
+use motion::{Forces, Motion, Moved};
+use plateau::{Bars, Plateau};
 use trend::Trend;
 
 /// Samples of the tare: 0.13 s at 250 Hz.
@@ -29,10 +31,10 @@ const TARE_N: f64 = 0.4;
 const TARE_NM: f64 = 0.005;
 /// Smoothing of the ratio that is shown.
 const SMOOTHING: f64 = 0.3;
-/// Samples over the limit in a row that are slip where no pose is measured.
-const OVER_SAMPLES: u8 = 3;
 /// Share of the estimated limit that counts as slip there.
 const SLIPPING_SHARE: f64 = 0.98;
+/// Share of the least limit from which less motion is slip.
+const AT_LIMIT_SHARE: f64 = 0.9;
 /// Samples in which a falling grip command becomes a trend.
 const FALLING_SAMPLES: u8 = 15;
 /// Below this share of the limit a trend is no threat yet, and mostly that of a lift-off.
@@ -59,7 +61,7 @@ pub struct Observer<R: Real> {
     motion: Motion<R>,
     trend: Trend<R>,
     ratio: Option<R>,
-    over: u8,
+    plateau: Plateau<R>,
     grip_n: R,
     grip_trend_n_s: R,
     falling: u8,
@@ -85,6 +87,8 @@ pub struct Seen<'a, R: Real> {
     pub steered: bool,
     /// What the model's effects make of the base coefficient, as a factor.
     pub effects: R,
+    /// Friction while sliding over that at rest, by the model's effects.
+    pub sliding: R,
     /// Since the last sample.
     pub dt_s: R,
 }
@@ -124,7 +128,7 @@ impl<R: Real> Observer<R> {
             motion: Motion::default(),
             trend: Trend::new(R::of(NOISE * NOISE)),
             ratio: None,
-            over: 0,
+            plateau: Plateau::default(),
             grip_n: zero,
             grip_trend_n_s: zero,
             falling: 0,
@@ -203,7 +207,21 @@ impl<R: Real> Observer<R> {
         let now = both.filter(|_| self.tared >= TARE_SAMPLES);
         let falling = now.is_some() && self.falls(s);
         seen.moved = match &s.points_m {
-            Some(points) => Some(self.motion.follow(points, falling, s.dt_s)),
+            Some(points) => {
+                // A load that has been held is none that it slips under.
+                let noise = self.trend.noise();
+                let bar = most(
+                    self.friction.likely() * effects * R::of(AT_LIMIT_SHARE),
+                    self.friction.proven() * effects + noise * R::of(2.0),
+                );
+                let at_limit = now.is_some_and(|r| r > bar);
+                let forces = match (falling, at_limit) {
+                    (true, _) => Forces::Fall,
+                    (false, true) => Forces::AtLimit,
+                    (false, false) => Forces::Hold,
+                };
+                Some(self.motion.follow(points, forces, s.dt_s))
+            }
             None => {
                 self.motion.forget();
                 None
@@ -220,9 +238,13 @@ impl<R: Real> Observer<R> {
         // What was held is no limit: only more than that is slip.
         let noise = self.trend.noise();
         let held = self.friction.proven() * effects + noise * R::of(3.0);
-        let bound = most(seen.limit * R::of(SLIPPING_SHARE) - noise, held);
-        let beyond = now > bound;
-        self.over = if beyond { self.over.saturating_add(1) } else { 0 };
+        let clipped = self.plateau.clipped(&Bars {
+            now,
+            level: self.friction.level() * effects,
+            noise,
+            risen: most(seen.limit * R::of(SLIPPING_SHARE) - noise, held),
+            jumped: most(self.friction.likely() * effects * least(s.sliding, R::one()), held),
+        });
         let fastest = |m: Moved<R>| most(m.velocity_m_s[0].norm(), m.velocity_m_s[1].norm());
         let usage = Use {
             needed: smooth / effects,
@@ -236,8 +258,8 @@ impl<R: Real> Observer<R> {
         seen.limit = self.friction.estimate() * effects;
         seen.least_limit = self.friction.least() * effects;
         seen.ratio = Some(smooth);
-        let over = most(R::of(f64::from(self.over)), R::of(f64::from(self.unborne)));
-        seen.over_s = if self.over >= OVER_SAMPLES || falling { over * s.dt_s } else { R::zero() };
+        let over = clipped.max(if falling { self.unborne } else { 0 });
+        seen.over_s = R::of(f64::from(over)) * s.dt_s;
         seen.limit_in_s = self.time_left(smooth, seen.least_limit);
         seen
     }
