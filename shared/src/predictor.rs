@@ -59,6 +59,8 @@ const AT_ONCE_S: f32 = 0.03;
 const LEAST_AHEAD_S: f32 = 0.004;
 /// An object that leaves the grasp moves at least this fast, m/s.
 const LEAVING_M_S: f64 = 0.01;
+/// A slip shorter than this says nothing of the next one, m.
+const EDGE_NOISE_M: f64 = 2.0e-4;
 /// Slip and sag that the model alone foresees must be foreseen in so many samples in a row.
 const FORESEEN_SAMPLES: u8 = 3;
 
@@ -435,6 +437,9 @@ struct Tracked<R: Real> {
     foreseen: u8,
     /// Samples in a row in which the look-ahead sees sag beyond its limit.
     sagging: u8,
+    /// Where the present slip began, object in the gripper; how far the last one went, object axes.
+    slip_from_m: Option<Vec3<R>>,
+    slipped_m: Vec3<R>,
     /// Planned velocity and angular velocity, and how long a change of it still matters.
     motion: [[f32; 3]; 2],
     settling_s: R,
@@ -460,6 +465,27 @@ impl Warning {
             None => self.left_s -= dt_s,
         }
         (self.left_s > 0.0).then_some(self.in_s)
+    }
+}
+
+impl<R: Real> Tracked<R> {
+    /// How far the object has come in this slip, or came in the last one.
+    fn note_slip(&mut self, slips: bool, attitude: &Rotation<R>) {
+        if slips {
+            let from = *self.slip_from_m.get_or_insert(self.seen_m);
+            self.slipped_m = attitude.inverse_transform_vector(&(self.seen_m - from));
+        } else {
+            self.slip_from_m = None;
+        }
+    }
+
+    /// One more slip as long as the last takes the pads' centres off the object: `edge_m` is
+    /// the way left each way.
+    fn another_is_the_last(&self, edge_m: &[[R; 2]; 2]) -> bool {
+        [self.slipped_m.x, self.slipped_m.z].iter().zip(edge_m).any(|(moved, sides)| {
+            let way = if *moved > R::zero() { sides[0] } else { sides[1] };
+            moved.abs() > R::of(EDGE_NOISE_M) && moved.abs() > way
+        })
     }
 }
 
@@ -619,6 +645,8 @@ impl<R: Real> Predictor<R> {
             outlook: None,
             foreseen: 0,
             sagging: 0,
+            slip_from_m: None,
+            slipped_m: Vec3::zeros(),
             motion: [[0.0; 3]; 2],
             settling_s: R::zero(),
             slip_warning: Warning::default(),
@@ -1006,8 +1034,17 @@ impl<R: Real> Predictor<R> {
         // The grasp point in object axes, and how far the object reaches along each of them.
         let pad = seen.rotation.inverse_transform_vector(&-seen.position_m);
         let first = tracked.start.rotation.inverse_transform_vector(&-tracked.start.position_m);
-        [Vec3::x(), Vec3::z()].map(|axis| {
+        // A round side touches along a line: it leaves the pad at its rim.
+        let rim = match (&self.scene.object.shape, self.scene.fingers) {
+            (
+                Shape::Cylinder { diameter_m, across_flats_m, .. },
+                Some(FingerContact::Disc { diameter_m: pad } | FingerContact::Line { length_m: pad }),
+            ) if *across_flats_m >= *diameter_m => Some(pad * R::of(0.5)),
+            _ => None,
+        };
+        [(Vec3::x(), None), (Vec3::z(), rim)].map(|(axis, rim)| {
             let reach = self.scene.object.shape.reach(&axis);
+            let reach = rim.map_or(reach, |rim| least(rim, reach));
             let at = pad.dot(&axis);
             if first.dot(&axis).abs() < reach {
                 // The pad goes the other way than the object.
@@ -1049,6 +1086,10 @@ impl<R: Real> Predictor<R> {
                 .leaves_in(moved, edge_m, attitude)
                 .filter(|t| *t <= self.limits.drop_warning_s.min(foresight(moved)));
             drop = sooner(drop, leaves);
+            tracked.note_slip(moved.slip_s > R::zero(), attitude);
+            if tracked.another_is_the_last(edge_m) {
+                drop = sooner(drop, Some(self.limits.drop_warning_s));
+            }
             self.sag_ahead(p, tracked, moved);
         } else if slips && (blind || observed.over_s > R::of(LASTING_S)) {
             drop = sooner(drop, Some(self.limits.horizon_s));

@@ -94,6 +94,15 @@ impl<R: Real> Friction<R> {
         self.level
     }
 
+    /// Loads have been clipped at `needed`: there is no more than that.
+    pub fn cap(&mut self, needed: R) {
+        let bound = most(needed, self.told * R::of(LEAST_SHARE));
+        if bound < self.estimate {
+            self.estimate = most(bound, self.proven);
+            self.learnt = true;
+        }
+    }
+
     /// Another grasp of the same object: keeps what was learnt.
     pub fn regrasped(&self) -> Self {
         Self { estimate: self.estimate, learnt: self.learnt, ..Self::new(self.told) }

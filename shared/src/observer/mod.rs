@@ -13,12 +13,14 @@
 //! Constant errors of the sensors are taken off by what they show beyond the model's
 //! wrenches while the rig is at rest at the start, within bounds.
 
+pub mod bearing;
 pub mod friction;
 pub mod motion;
 pub mod plateau;
 pub mod trend;
 
 use crate::real::{Real, Vec3, clamp, least, most};
+use bearing::Bearing;
 use friction::{Friction, Use};
 use motion::{Forces, Motion, Moved};
 use plateau::{Bars, Plateau};
@@ -39,16 +41,6 @@ const AT_LIMIT_SHARE: f64 = 0.9;
 const FALLING_SAMPLES: u8 = 15;
 /// Below this share of the limit a trend is no threat yet, and mostly that of a lift-off.
 const THREAT_SHARE: f64 = 0.5;
-/// Samples in a row that show an object borne by less than its weight.
-const FALLING_LOAD_SAMPLES: u8 = 3;
-/// After so many it does not fall but rests elsewhere, or has been dropped.
-const FALLEN_SAMPLES: u8 = 100;
-/// What it is borne by then, as a share of what bore it; noise is taken off.
-const BORNE_SHARE: f64 = 0.95;
-/// The told weight is right if it is borne for a while within this share.
-const WEIGHT_SHARE: f64 = 0.15;
-/// Time constant of the mean force that bears the object.
-const BORNE_S: f64 = 0.3;
 /// First guess of the ratio's noise, standard deviation.
 const NOISE: f64 = 0.005;
 
@@ -65,9 +57,7 @@ pub struct Observer<R: Real> {
     grip_n: R,
     grip_trend_n_s: R,
     falling: u8,
-    /// Mean of the force that bears the object, over the model's.
-    borne: R,
-    unborne: u8,
+    bearing: Bearing<R>,
 }
 
 /// What one sample is.
@@ -132,8 +122,7 @@ impl<R: Real> Observer<R> {
             grip_n: zero,
             grip_trend_n_s: zero,
             falling: 0,
-            borne: zero,
-            unborne: 0,
+            bearing: Bearing::default(),
         }
     }
 
@@ -205,7 +194,9 @@ impl<R: Real> Observer<R> {
         };
         // Before the tare a constant error may look like any load.
         let now = both.filter(|_| self.tared >= TARE_SAMPLES);
-        let falling = now.is_some() && self.falls(s);
+        let bears = s.bearing_n.filter(|_| now.is_some());
+        let fallen = self.bearing.falls(bears, s.steered, s.dt_s);
+        let falling = fallen > 0;
         seen.moved = match &s.points_m {
             Some(points) => {
                 // A load that has been held is none that it slips under.
@@ -242,9 +233,15 @@ impl<R: Real> Observer<R> {
             now,
             level: self.friction.level() * effects,
             noise,
+            held: self.friction.proven() * effects,
+            steered: s.steered,
             risen: most(seen.limit * R::of(SLIPPING_SHARE) - noise, held),
             jumped: most(self.friction.likely() * effects * least(s.sliding, R::one()), held),
         });
+        // Only where nobody sees what the object does.
+        if let (Some(ceiling), true) = (self.plateau.ceiling(), seen.moved.is_none()) {
+            self.friction.cap(ceiling / effects);
+        }
         let fastest = |m: Moved<R>| most(m.velocity_m_s[0].norm(), m.velocity_m_s[1].norm());
         let usage = Use {
             needed: smooth / effects,
@@ -258,34 +255,10 @@ impl<R: Real> Observer<R> {
         seen.limit = self.friction.estimate() * effects;
         seen.least_limit = self.friction.least() * effects;
         seen.ratio = Some(smooth);
-        let over = clipped.max(if falling { self.unborne } else { 0 });
+        let over = clipped.max(fallen);
         seen.over_s = R::of(f64::from(over)) * s.dt_s;
         seen.limit_in_s = self.time_left(smooth, seen.least_limit);
         seen
-    }
-
-    /// The fingers bear less than the weight that they bore: the object falls (Newton). Only
-    /// where the told weight has proven right, and what the model expects is borne no more.
-    fn falls(&mut self, s: &Seen<R>) -> bool {
-        let Some([measured, model]) = s.bearing_n else {
-            self.unborne = 0;
-            return false;
-        };
-        if !(model > R::of(0.2)) {
-            (self.borne, self.unborne) = (R::zero(), 0);
-            return false;
-        }
-        let share = measured / model;
-        let noise = self.trend.noise() * s.grip_n.abs() * R::of(2.0) / model;
-        let less = least(self.borne, R::one()) * R::of(BORNE_SHARE) - noise * R::of(3.0);
-        let right = (self.borne - R::one()).abs() < R::of(WEIGHT_SHARE);
-        if right && share < less && !s.steered && self.unborne < FALLEN_SAMPLES {
-            self.unborne += 1;
-        } else {
-            self.unborne = 0;
-            self.borne += (share - self.borne) * least(s.dt_s / R::of(BORNE_S), R::one());
-        }
-        self.unborne >= FALLING_LOAD_SAMPLES
     }
 
     fn follow_grip(&mut self, grip_n: R, dt_s: R) {
