@@ -49,8 +49,8 @@ pub const LONGEST_GAP_S: f64 = 0.1;
 const HELD_S: f32 = 0.15;
 /// A change of the planned motion moves the load for so long.
 const SETTLING_S: f64 = 0.1;
-/// Without a pose, what lasts longer than a knock is taken for the loss of the grasp.
-const LASTING_S: f64 = 0.06;
+/// Without a pose, a slip that lasts longer than most knocks is taken for the loss of the grasp.
+const LASTING_S: f64 = 0.03;
 /// A slip is extrapolated no further than this multiple of the time for which it has been
 /// seen, and a little: most slips that a knock causes end by themselves.
 const EXTRAPOLATED: f32 = 4.0;
@@ -61,8 +61,10 @@ const LEAST_AHEAD_S: f32 = 0.004;
 const LEAVING_M_S: f64 = 0.01;
 /// A slip shorter than this says nothing of the next one, m.
 const EDGE_NOISE_M: f64 = 2.0e-4;
+/// The next slip may be longer than the last by so much.
+const NEXT_SLIP: f64 = 1.25;
 /// Slip and sag that the model alone foresees must be foreseen in so many samples in a row.
-const FORESEEN_SAMPLES: u8 = 3;
+const FORESEEN_SAMPLES: u8 = 5;
 
 /// What a plan segment means to do with the grasp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
@@ -437,8 +439,8 @@ struct Tracked<R: Real> {
     foreseen: u8,
     /// Samples in a row in which the look-ahead sees sag beyond its limit.
     sagging: u8,
-    /// Where the present slip began, object in the gripper; how far the last one went, object axes.
-    slip_from_m: Option<Vec3<R>>,
+    /// Where the object last rested, in the gripper; how far the last slip went, object axes.
+    rest_m: Vec3<R>,
     slipped_m: Vec3<R>,
     /// Planned velocity and angular velocity, and how long a change of it still matters.
     motion: [[f32; 3]; 2],
@@ -471,11 +473,11 @@ impl Warning {
 impl<R: Real> Tracked<R> {
     /// How far the object has come in this slip, or came in the last one.
     fn note_slip(&mut self, slips: bool, attitude: &Rotation<R>) {
+        let way = self.seen_m - self.rest_m;
         if slips {
-            let from = *self.slip_from_m.get_or_insert(self.seen_m);
-            self.slipped_m = attitude.inverse_transform_vector(&(self.seen_m - from));
+            self.slipped_m = attitude.inverse_transform_vector(&way);
         } else {
-            self.slip_from_m = None;
+            self.rest_m += way * R::of(0.1);
         }
     }
 
@@ -484,7 +486,7 @@ impl<R: Real> Tracked<R> {
     fn another_is_the_last(&self, edge_m: &[[R; 2]; 2]) -> bool {
         [self.slipped_m.x, self.slipped_m.z].iter().zip(edge_m).any(|(moved, sides)| {
             let way = if *moved > R::zero() { sides[0] } else { sides[1] };
-            moved.abs() > R::of(EDGE_NOISE_M) && moved.abs() > way
+            moved.abs() > R::of(EDGE_NOISE_M) && moved.abs() * R::of(NEXT_SLIP) > way
         })
     }
 }
@@ -645,7 +647,7 @@ impl<R: Real> Predictor<R> {
             outlook: None,
             foreseen: 0,
             sagging: 0,
-            slip_from_m: None,
+            rest_m: local.position_m,
             slipped_m: Vec3::zeros(),
             motion: [[0.0; 3]; 2],
             settling_s: R::zero(),
@@ -1092,6 +1094,7 @@ impl<R: Real> Predictor<R> {
             }
             self.sag_ahead(p, tracked, moved);
         } else if slips && (blind || observed.over_s > R::of(LASTING_S)) {
+            // Nobody sees how fast it goes.
             drop = sooner(drop, Some(self.limits.horizon_s));
         }
         ahead = tracked.slip_warning.hold(ahead, now.dt_s);

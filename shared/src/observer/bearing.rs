@@ -25,6 +25,9 @@ const COUNTED_SIGMAS: f64 = 2.5;
 /// Less than this bears nothing, N.
 const LEAST_N: f64 = 0.2;
 
+/// Share of the alarm's bar from which the object may be falling.
+const SUSPECT_SHARE: f64 = 0.4;
+
 /// State.
 #[derive(Clone, Debug)]
 pub struct Bearing<R: Real> {
@@ -32,6 +35,7 @@ pub struct Bearing<R: Real> {
     mean: R,
     variance: R,
     deficit: R,
+    suspect: bool,
     fallen: u8,
     /// Samples so far: the first count more.
     age: u8,
@@ -40,11 +44,16 @@ pub struct Bearing<R: Real> {
 impl<R: Real> Default for Bearing<R> {
     fn default() -> Self {
         let variance = R::of(NOISE * NOISE);
-        Self { mean: R::zero(), variance, deficit: R::zero(), fallen: 0, age: 0 }
+        Self { mean: R::zero(), variance, deficit: R::zero(), suspect: false, fallen: 0, age: 0 }
     }
 }
 
 impl<R: Real> Bearing<R> {
+    /// The object may be falling.
+    pub fn suspect(&self) -> bool {
+        self.suspect
+    }
+
     /// One sample: the force that bears the object, measured and by the model, N. For how many
     /// samples it has been falling; zero where it is borne.
     pub fn falls(&mut self, bearing_n: Option<[R; 2]>, steered: bool, dt_s: R) -> u8 {
@@ -65,6 +74,7 @@ impl<R: Real> Bearing<R> {
         } else {
             self.deficit = R::zero();
         }
+        self.suspect = self.deficit > enough * R::of(SUSPECT_SHARE);
         if self.deficit > enough {
             self.fallen = self.fallen.saturating_add(1);
             return self.fallen;

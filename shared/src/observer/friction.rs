@@ -29,6 +29,8 @@ const PEAK_SHARE: f64 = 0.97;
 /// Friction is learnt from slip that is this old and this fast.
 const SLID_S: f64 = 0.008;
 const SLID_M_S: f64 = 0.005;
+/// Pads that carry less than this share of what they carried in the slip do not slide.
+const CAUGHT_SHARE: f64 = 0.9;
 /// Slip this long settles the estimate.
 const LEARNT_S: f64 = 0.04;
 
@@ -57,7 +59,7 @@ pub struct Friction<R: Real> {
     proven: R,
     level: R,
     steady_s: R,
-    /// Highest need of the present knock.
+    /// Highest need of the present knock, or of the present slip.
     peak: R,
 }
 
@@ -117,18 +119,24 @@ impl<R: Real> Friction<R> {
     pub fn learn(&mut self, seen: &Use<R>, dt_s: R) {
         let (low, high) = (self.told * R::of(LEAST_SHARE), self.told * R::of(MOST_SHARE));
         if seen.slip_s.is_some_and(|s| s > R::zero()) {
-            if seen.slip_s.is_some_and(|s| s > R::of(SLID_S)) && seen.speed_m_s > R::of(SLID_M_S) {
+            let slides = seen.slip_s.is_some_and(|s| s > R::of(SLID_S)) && seen.speed_m_s > R::of(SLID_M_S);
+            self.peak = if slides { most(self.peak, seen.needed) } else { R::zero() };
+            // Pads that have caught the object again carry less; the speed is seen to fall later.
+            if slides && seen.needed > self.peak * R::of(CAUGHT_SHARE) {
                 let gain = R::of(if self.learnt { 0.05 } else { 0.2 });
                 self.estimate = clamp(self.estimate + (seen.needed - self.estimate) * gain, low, high);
                 self.learnt |= seen.slip_s.is_some_and(|s| s > R::of(LEARNT_S));
                 self.proven = R::zero();
             }
-            (self.peak, self.steady_s) = (R::zero(), R::zero());
+            self.steady_s = R::zero();
             return;
         }
         let fade = dt_s / R::of(FADE_S);
         self.estimate += (self.told - self.estimate) * fade;
         self.proven -= self.proven * fade;
+        if !(self.level > R::zero()) {
+            self.level = seen.needed;
+        }
         self.level += (seen.needed - self.level) * least(dt_s / R::of(LEVEL_S), R::one());
         let near =
             (seen.needed - self.level).abs() < self.level * R::of(LEVEL_SHARE) + seen.noise * R::of(2.0);

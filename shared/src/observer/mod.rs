@@ -197,19 +197,31 @@ impl<R: Real> Observer<R> {
         let bears = s.bearing_n.filter(|_| now.is_some());
         let fallen = self.bearing.falls(bears, s.steered, s.dt_s);
         let falling = fallen > 0;
+        // What was held is no limit: only more than that is slip.
+        let noise = self.trend.noise();
+        let (proven, likely) = (self.friction.proven() * effects, self.friction.likely() * effects);
+        let held = proven + noise * R::of(3.0);
+        let clipped = now.map_or(0, |now| {
+            self.plateau.clipped(&Bars {
+                now,
+                level: self.friction.level() * effects,
+                noise,
+                held: proven,
+                steered: s.steered,
+                risen: most(seen.limit * R::of(SLIPPING_SHARE) - noise, held),
+                jumped: most(likely * least(s.sliding, R::one()), held),
+            })
+        });
         seen.moved = match &s.points_m {
             Some(points) => {
                 // A load that has been held is none that it slips under.
-                let noise = self.trend.noise();
-                let bar = most(
-                    self.friction.likely() * effects * R::of(AT_LIMIT_SHARE),
-                    self.friction.proven() * effects + noise * R::of(2.0),
-                );
-                let at_limit = now.is_some_and(|r| r > bar);
-                let forces = match (falling, at_limit) {
-                    (true, _) => Forces::Fall,
-                    (false, true) => Forces::AtLimit,
-                    (false, false) => Forces::Hold,
+                let bar = most(likely * R::of(AT_LIMIT_SHARE), proven + noise * R::of(2.0));
+                let forces = if falling {
+                    Forces::Fall
+                } else if now.is_some_and(|r| r > bar) || self.bearing.suspect() {
+                    Forces::AtLimit
+                } else {
+                    Forces::Hold
                 };
                 Some(self.motion.follow(points, forces, s.dt_s))
             }
@@ -226,18 +238,6 @@ impl<R: Real> Observer<R> {
         } else {
             self.trend.push(now, s.dt_s);
         }
-        // What was held is no limit: only more than that is slip.
-        let noise = self.trend.noise();
-        let held = self.friction.proven() * effects + noise * R::of(3.0);
-        let clipped = self.plateau.clipped(&Bars {
-            now,
-            level: self.friction.level() * effects,
-            noise,
-            held: self.friction.proven() * effects,
-            steered: s.steered,
-            risen: most(seen.limit * R::of(SLIPPING_SHARE) - noise, held),
-            jumped: most(self.friction.likely() * effects * least(s.sliding, R::one()), held),
-        });
         // Only where nobody sees what the object does.
         if let (Some(ceiling), true) = (self.plateau.ceiling(), seen.moved.is_none()) {
             self.friction.cap(ceiling / effects);

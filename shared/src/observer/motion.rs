@@ -3,7 +3,7 @@
 //! Each finger's material point of the object (X, Z, and the turn at the arm of torsion) is
 //! followed by an alpha-beta filter. While it sticks, an anchor follows slowly, with a
 //! drift of its own: a pad that creeps steadily does not slip. Slip is a departure of the
-//! last `n` raw samples' mean from the anchor beyond the noise, `|mean| > h sigma / sqrt(n)`
+//! last `n` raw samples' mean from the anchor beyond the noise, `|mean| > h sigma / sqrt(n) + b`
 //! for any `n` from two to eight (a likelihood ratio test against a step of unknown age and
 //! size), each sample counted up to a bound, so that one wild sample proves nothing. How
 //! sure it must be depends on what the forces say ([`Forces`]): pads that carry a load near
@@ -22,8 +22,8 @@ const CREEP_S2: f64 = 5.0;
 const CREEP_M_S: f64 = 1e-3;
 /// Most samples in a mean.
 const WINDOW: usize = 8;
-/// A sample counts up to so many standard deviations: two of them prove what one does not.
-const COUNTED_SIGMAS: f64 = 5.0;
+/// A sample counts up to this share of what two must sum to: one alone proves nothing.
+const COUNTED_SHARE: f64 = 0.6;
 /// First guess of the noise of the pose in the grasp, one axis.
 const NOISE_M: f64 = 5e-5;
 /// Samples after which gains are what they are; before, each sample counts the same.
@@ -37,20 +37,21 @@ const REST_SAMPLES: u8 = 8;
 pub enum Forces {
     /// Far below the friction limit, or not measured.
     Hold,
-    /// About the limit.
+    /// About the limit, or they may bear less than the weight.
     AtLimit,
     /// They no longer bear the object.
     Fall,
 }
 
 impl Forces {
-    /// Departure that is slip: standard deviations of a mean; m, along the face and of the turn.
+    /// Departure that is slip: standard deviations of a mean, and what the anchor may lag behind
+    /// a creep besides, along the face and of the turn, m.
     fn bar(self) -> (f64, [f64; 2]) {
         match self {
             // By chance once in some hundred hours.
-            Forces::Hold => (6.0, [1e-4, 5e-5]),
+            Forces::Hold => (5.5, [4e-5, 4e-5]),
             // By chance once in some minutes at the limit, where a grasp rarely is.
-            Forces::AtLimit => (4.8, [5e-5, 2.5e-5]),
+            Forces::AtLimit => (4.7, [5e-6, 1.5e-5]),
             Forces::Fall => (3.5, [0.0, 0.0]),
         }
     }
@@ -88,19 +89,19 @@ impl<R: Real> Point<R> {
     /// The last samples lie away from the anchor; `sigma_m` of one sample along the face, and
     /// of the turn.
     fn departed(&self, sigma_m: [R; 2], forces: Forces) -> bool {
-        let (sigmas, least_m) = forces.bar();
-        let counted = sigma_m.map(|s| s * R::of(COUNTED_SIGMAS));
+        let (sigmas, lag_m) = forces.bar();
         let (mut sum, mut count) = (Vec3::zeros(), R::zero());
+        let bar = |sigma: R, lag: f64, n: R| sigma * R::of(sigmas) * n.root() + R::of(lag) * n;
+        let bars = |n: R| [bar(sigma_m[0], lag_m[0], n), bar(sigma_m[1], lag_m[1], n)];
+        let counted = bars(R::of(2.0)).map(|b| b * R::of(COUNTED_SHARE));
         self.raw.iter().any(|raw| {
             let d: Vec3<R> = raw - self.anchor;
             let size = (d.x * d.x + d.z * d.z).root();
             let share = if size > counted[0] { counted[0] / size } else { R::one() };
             sum += Vec3::new(d.x * share, clamp(d.y, -counted[1], counted[1]), d.z * share);
             count += R::one();
-            let bar = |sigma: R, least: f64| most(sigma * R::of(sigmas) * count.root(), R::of(least) * count);
-            let along = bar(sigma_m[0], least_m[0]);
-            let beyond =
-                sum.x * sum.x + sum.z * sum.z > along * along || sum.y.abs() > bar(sigma_m[1], least_m[1]);
+            let [along, turn] = bars(count);
+            let beyond = sum.x * sum.x + sum.z * sum.z > along * along || sum.y.abs() > turn;
             beyond && count > R::one()
         })
     }
@@ -160,7 +161,7 @@ impl<R: Real> Motion<R> {
                     (change.x * change.x + change.z * change.z) * R::of(0.25),
                     change.y * change.y * R::of(0.5),
                 ];
-                let gain = most(R::of(0.005), first * R::of(0.1));
+                let gain = most(R::of(0.005), first);
                 for (v, square) in self.variance.iter_mut().zip(squares) {
                     *v += (least(square, *v * R::of(9.0)) - *v) * gain;
                 }
