@@ -82,5 +82,6 @@ cost: setup ## Instructions of the tick and its parts on the emulated board
 fuzz: setup ## Bytes that break the frame decoder, the predictor or a reader of files, looked for by coverage (FUZZ_SECONDS=60 each)
 	@tools/fuzz.sh $(or $(FUZZ_SECONDS),60)
 
-bench: ## The complementarity solvers against QuantEcon, Drake and Siconos, on the same problems
-	@tools/bench/lcp.sh
+bench: ## The complementarity solvers against QuantEcon, Drake and Siconos; instructions of the tick
+	@tools/bench/lcp.sh $(if $(NUMBER),--number $(NUMBER))
+	@$(MAKE) --no-print-directory cost

@@ -13,6 +13,7 @@ use serde::Serialize;
 use stickslip_shared::wire::Sample;
 
 use crate::device::package::Package;
+use crate::lcp_files::Factors;
 
 /// Where QEMU's loader puts what the board shall run.
 const INPUT: &str = "0x21000000";
@@ -71,6 +72,22 @@ pub struct TickCost {
     pub validity: u32,
 }
 
+/// Contacts and degrees of freedom of the contact problems that the board solves.
+pub const PROBLEM: (usize, usize) = (16, 8);
+
+/// A contact problem and its neighbour, solved on the board by `lcp::contact`; instructions.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct SolveCost {
+    /// From open contacts.
+    pub cold: f64,
+    /// The same problem from its own answer.
+    pub same: f64,
+    /// The neighbour from that answer.
+    pub moved: f64,
+    /// Which of the three were solved.
+    pub solved: [bool; 3],
+}
+
 /// What a run counted.
 #[derive(Clone, Debug, Default)]
 pub struct Counts {
@@ -78,6 +95,8 @@ pub struct Counts {
     pub ticks: Vec<TickCost>,
     /// Every step of these.
     pub steps: Vec<StepCost>,
+    /// Every pair of contact problems.
+    pub solves: Vec<SolveCost>,
     /// Deepest stack below the caller of `tick`, bytes.
     pub stack_bytes: u32,
     /// Hash over all predictions.
@@ -85,16 +104,20 @@ pub struct Counts {
 }
 
 /// What the board shall run, as it reads it.
-fn input(trials: &[Package], selftest: SelfTest) -> anyhow::Result<Vec<u8>> {
+fn input(trials: &[Package], selftest: SelfTest, pairs: &[[Factors; 2]]) -> anyhow::Result<Vec<u8>> {
     let number = u32::try_from(trials.len()).context("too many trials")?;
     let (seed, ticks, horizon_s) = selftest;
-    let mut records = postcard::to_stdvec(&(number, seed, ticks, horizon_s))?;
+    let problems = u32::try_from(pairs.len()).context("too many problems")?;
+    let mut records = postcard::to_stdvec(&(number, seed, ticks, horizon_s, problems))?;
     for trial in trials {
         let count = u32::try_from(trial.samples.len()).context("too many samples")?;
         records.extend(postcard::to_stdvec(&(&trial.model, &trial.plan, trial.ordinal, count))?);
         for sample in &trial.samples {
             records.extend(postcard::to_stdvec::<Sample>(sample)?);
         }
+    }
+    for problem in pairs.as_flattened() {
+        records.extend(record(problem)?);
     }
     let length = u32::try_from(records.len()).ok().filter(|l| *l < (16 << 20) - 8);
     let length = length.context("more samples than the board's memory holds (16 MiB): fewer trials")?;
@@ -104,14 +127,39 @@ fn input(trials: &[Package], selftest: SelfTest) -> anyhow::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Runs `trials` and the self-test on the emulated board and counts.
+/// A problem of [`PROBLEM`]'s size, rounded to single precision.
+fn record(problem: &Factors) -> anyhow::Result<Vec<u8>> {
+    let (contacts, freedoms) = (problem.friction.len(), problem.inverse_mass.len());
+    ensure!(
+        (contacts, freedoms) == PROBLEM,
+        "{contacts} contacts and {freedoms} degrees of freedom; the board's program holds {PROBLEM:?}"
+    );
+    let row = |r: usize| [0, 1, 2, 3, 4, 5, 6, 7].map(|k| problem.jacobian[r * freedoms + k] as f32);
+    let inverse_mass = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| problem.inverse_mass[k] as f32);
+    let list: Vec<_> = (0..contacts)
+        .map(|i| {
+            let tangent = contacts + 4 * i;
+            let q = &problem.constant;
+            let numbers = [problem.compliance[i], problem.friction[i], q[i], q[tangent], q[tangent + 1]];
+            (row(i), [row(tangent), row(tangent + 1)], numbers.map(|x| x as f32))
+        })
+        .collect();
+    Ok(postcard::to_stdvec(&(inverse_mass, list))?)
+}
+
+/// Runs `trials`, the self-test and pairs of contact problems on the emulated board and counts.
 ///
 /// # Errors
 /// QEMU or the program is missing, or what it printed is not what was asked for.
-pub fn count(program: &Path, trials: &[Package], selftest: SelfTest) -> anyhow::Result<Counts> {
+pub fn count(
+    program: &Path,
+    trials: &[Package],
+    selftest: SelfTest,
+    pairs: &[[Factors; 2]],
+) -> anyhow::Result<Counts> {
     ensure!(program.is_file(), "{} is not there: `make cost` builds it", program.display());
     let file = std::env::temp_dir().join(format!("stickslip-cost-{}.bin", std::process::id()));
-    std::fs::write(&file, input(trials, selftest)?).with_context(|| file.display().to_string())?;
+    std::fs::write(&file, input(trials, selftest, pairs)?).with_context(|| file.display().to_string())?;
     let result = run(program, &file);
     let _ = std::fs::remove_file(&file);
     result
@@ -202,6 +250,12 @@ impl Reader {
                 }
                 self.tick += 1;
             }
+            ("solve", &[cold, same, moved, a, b, c]) => self.counts.solves.push(SolveCost {
+                cold: instructions(cold),
+                same: instructions(same),
+                moved: instructions(moved),
+                solved: [a, b, c].map(|x| x == 1),
+            }),
             ("stack", [bytes]) => self.counts.stack_bytes = self.counts.stack_bytes.max(*bytes),
             ("end", [hash]) => {
                 self.counts.hash = *hash;
@@ -260,5 +314,16 @@ pub fn summarise(counts: &Counts) -> Vec<Part> {
         part("  iterations (a count)", ticks(|t| f64::from(t.iterations))),
         part("hash of the outputs", ticks(|t| t.hash)),
         part("telemetry frame", ticks(|t| t.encode)),
+    ]
+}
+
+/// Median, 99th percentile and largest of the solves of contact problems.
+#[must_use]
+pub fn summarise_solves(counts: &Counts) -> Vec<Part> {
+    let solves = |of: fn(&SolveCost) -> f64| counts.solves.iter().map(of).collect::<Vec<_>>();
+    vec![
+        part("cold", solves(|s| s.cold)),
+        part("warm, unchanged", solves(|s| s.same)),
+        part("warm, moved", solves(|s| s.moved)),
     ]
 }

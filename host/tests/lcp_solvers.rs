@@ -183,7 +183,10 @@ fn problems_made_without_a_solution_are_never_claimed_and_said_to_have_none() {
             assert_ne!(report.status, Status::Solved, "{family:?} {seed}");
             rays += usize::from(report.status == Status::Ray);
             let (m, q) = factors.dense();
-            assert!(dense().solve(&m, &q).solved().is_none(), "{family:?} {seed}");
+            let report = dense().solve(&m, &q).report();
+            assert_eq!(report.status, Status::Ray, "{family:?} {seed}");
+            // By a proof after the first run, not by the failure of every other one.
+            assert!(report.pivots as usize <= 10 * q.len() + 70, "{family:?} {seed}: {report:?}");
         }
     }
     assert!(rays >= 198, "{rays} of 200 said to have no solution");

@@ -20,7 +20,7 @@ pub const LOOK_AHEAD_STEPS: u8 = 5;
 pub(crate) const LONGEST_STEP_S: f64 = 0.02;
 /// Work of a tick beyond which the look-ahead waits for the next one: about half a tick of
 /// the emulated board.
-const ENOUGH_WORK: u32 = 75;
+const ENOUGH_WORK: u32 = 68;
 /// Work beyond which not even a first step is begun: the dearest step still ends in time.
 const MOST_WORK: u32 = 116;
 /// Work of a Newton step besides its evaluations: matrix and factors cost four of them.

@@ -16,7 +16,7 @@
 //! the intended direction, slip while holding, sag and rotation beyond their limits are
 //! flagged as unexpected.
 
-use crate::cone::{ConeOptions, ConeStatus};
+use crate::cone::{ConeOptions, ConeStatus, Kept};
 use crate::contact::{Body, SLOTS};
 use crate::effects;
 use crate::health::Health;
@@ -431,6 +431,8 @@ struct Tracked<R: Real> {
     settling: Option<Settling<R>>,
     /// A look-ahead under way.
     ahead: Option<Ahead<R>>,
+    /// Factors of the last step, and of the last one of the look-ahead.
+    kept: [Kept<R>; 2],
     /// Where the object was last measured without a jump, in the gripper.
     seen_m: Vec3<R>,
     /// What the newest finished one found.
@@ -643,6 +645,7 @@ impl<R: Real> Predictor<R> {
             strayed: 0,
             settling,
             ahead: None,
+            kept: [Kept::nothing(); 2],
             seen_m: local.position_m,
             outlook: None,
             foreseen: 0,
@@ -724,6 +727,7 @@ impl<R: Real> Predictor<R> {
         };
         self.model.friction.finger = self.observer.friction();
         let mut work = Workspace::new();
+        *work.kept() = tracked.kept[0];
         let mut worst = Worst::default();
         let mut out = advance(&self.scene, &self.model, &mut tracked.state, &drive, &mut work, &mut worst);
         if matches!(out.status, ConeStatus::BadInput | ConeStatus::Contradiction) {
@@ -739,6 +743,7 @@ impl<R: Real> Predictor<R> {
             let last = self.repeat(validity::SOLVER);
             return Some(Prediction { solver_status: status_code(out.status), ..last });
         }
+        tracked.kept[0] = *work.kept();
         let effects = self.effects_on_friction(&work);
         tracked.poses = poses;
         if out.points_lost > 0 {
@@ -781,7 +786,9 @@ impl<R: Real> Predictor<R> {
             self.observe(&mut tracked, &out, sample, &drive, &present, seen.as_ref(), effects, &mut doubt);
         let mut p = self.describe(&tracked, &out, &observed, &present);
         let model_sag = p.sag_m;
+        *work.kept() = tracked.kept[1];
         self.look_ahead(&mut tracked, &drive, sample, &present, &mut p, &mut worst, &mut work, &mut doubt);
+        tracked.kept[1] = *work.kept();
         if let Some(seen) = &seen {
             // The model knows what comes, the measurement what is.
             let to_come = p.sag_ahead_m - model_sag;

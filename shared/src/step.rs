@@ -5,7 +5,7 @@
 //! that is solved for is that relative to the carrier (the gripper), in carrier axes, so
 //! that a stuck object has velocity zero exactly, also in `f32`.
 
-use crate::cone::{self, Bodies, ConeOptions, ConePoint, ConeStatus, DOF};
+use crate::cone::{self, Before, Bodies, ConeOptions, ConePoint, ConeStatus, DOF, Kept};
 use crate::contact::{self, Body, Contact, Contacts};
 use crate::effects::{self, Environment, FrictionLaw, Loads, MEMORY, Reading, Slip, StepContext};
 use crate::model::{MAX_EFFECTS, Model, PusherContact, Scene, SupportContact};
@@ -150,7 +150,14 @@ pub struct Workspace<R: Real, const NC: usize> {
 }
 
 impl<R: Real, const NC: usize> Workspace<R, NC> {
+    /// Factors of the last solve, with which the next begins.
+    pub fn kept(&mut self) -> &mut Kept<R> {
+        &mut self.cone.kept
+    }
+
     /// Empty.
+    // Built in place: it is larger than all else in a tick.
+    #[inline(always)]
     pub fn new() -> Self {
         Self { contacts: Vec::new(), friction: Vec::new(), force_n: Vec::new(), cone: cone::Workspace::new() }
     }
@@ -445,6 +452,14 @@ pub fn step_in<R: Real, const NC: usize>(
         };
         // The capacities are that of the contacts: these cannot fail.
         work.cone.add(&point);
+        let load_n = slot.load_n;
+        work.cone.expect(if !(load_n > zero) {
+            Before::Open
+        } else if slot.speed_m_s > zero {
+            Before::Slid { load_n }
+        } else {
+            Before::Stuck { load_n }
+        });
         let _ = work.friction.push(law);
         if kept != i {
             let c = *c;

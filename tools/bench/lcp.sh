@@ -4,13 +4,21 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 venv="${STICKSLIP_BENCH_VENV:-$HOME/.cache/stickslip-bench}"
+as_root() {
+    if [ "$(id -u)" = 0 ]; then "$@"; else sudo -n "$@"; fi
+}
+install() {
+    as_root apt-get update -qq &&
+        as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >/dev/null
+}
+
 if [ ! -x "$venv/bin/python" ]; then
-    python3 -m venv "$venv"
+    python3 -m venv "$venv" || { install python3-venv && python3 -m venv "$venv"; }
 fi
 "$venv/bin/python" -c 'import numpy, quantecon, pydrake' 2>/dev/null ||
     "$venv/bin/pip" install --quiet numpy quantecon drake
-if [ ! -e /usr/include/siconos/numerics/lcp_cst.h ] && [ "$(id -u)" = 0 ]; then
-    apt-get install --yes --no-install-recommends libsiconos-numerics-dev >/dev/null ||
+if [ ! -e /usr/include/siconos/numerics/lcp_cst.h ]; then
+    install libsiconos-numerics-dev ||
         echo "libsiconos-numerics-dev could not be installed: Siconos is left out" >&2
 fi
 cargo build --quiet --release --package stickslip-host

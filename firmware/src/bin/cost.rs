@@ -2,7 +2,8 @@
 //! starts it under `-icount` and makes a table of what it prints).
 //!
 //! What to run lies at [`INPUT`], put there by QEMU's loader: magic, length, then postcard
-//! records: a head, and for each trial its scene, model and plan, followed by its samples.
+//! records: a head, and for each trial its scene, model and plan, followed by its samples; then
+//! pairs of contact problems for the pyramid solver (`lcp::contact`).
 //! Printed are lines of counts of the 25 MHz timer; the first line says how many counts a
 //! million instructions take.
 #![no_std]
@@ -18,6 +19,9 @@ use heapless::{String, Vec};
 use postcard_rpc::Topic;
 use serde::de::DeserializeOwned;
 use stickslip_firmware::board::current::{self as board, timer};
+use stickslip_shared::lcp::Status;
+use stickslip_shared::lcp::contact::ContactSolver;
+use stickslip_shared::lcp::factors::{Contact, Factors};
 use stickslip_shared::predictor::{HASH_START, Plan, Prediction, Predictor};
 use stickslip_shared::probe::{self, Edge, Part};
 use stickslip_shared::selftest;
@@ -29,8 +33,16 @@ const INPUT: usize = 0x2100_0000;
 const INPUT_BYTES: usize = 16 << 20;
 const MAGIC: u32 = 0x5354_4331;
 
-/// Trials that follow; seed, ticks and horizon (s) of the self-test.
-type Head = (u32, u32, u32, f32);
+/// Trials that follow; seed, ticks and horizon (s) of the self-test; contact problems that follow
+/// the trials, in pairs.
+type Head = (u32, u32, u32, f32, u32);
+/// Contacts and degrees of freedom of the contact problems.
+const CONTACTS: usize = 16;
+const FREEDOMS: usize = 8;
+/// Normal, tangents, compliance, friction, separation and slip.
+type ContactRecord = ([f32; FREEDOMS], [[f32; FREEDOMS]; 2], [f32; 5]);
+/// Inverse masses and contacts.
+type ProblemRecord = ([f32; FREEDOMS], Vec<ContactRecord, CONTACTS>);
 /// Scene, model and limits, plan, place in the data set, samples that follow.
 type Trial = (ModelPackage, Plan, f32, u32);
 
@@ -182,6 +194,37 @@ fn tick(run: impl FnOnce() -> Prediction, hash: &mut u32) {
     ));
 }
 
+fn problem(record: &ProblemRecord) -> Factors<f32, CONTACTS, FREEDOMS> {
+    let mut contacts = Vec::new();
+    for (normal, tangents, [compliance, friction, separation, first, second]) in &record.1 {
+        // As many as the record holds: there is room.
+        let _ = contacts.push(Contact {
+            normal: *normal,
+            tangents: *tangents,
+            compliance: *compliance,
+            friction: *friction,
+            separation: *separation,
+            slip: [*first, *second],
+        });
+    }
+    Factors { inverse_mass: record.0, contacts }
+}
+
+/// A problem cold, once more from its own answer, and its neighbour from that answer.
+#[inline(never)]
+fn solve_pair(solver: &mut ContactSolver<f32, CONTACTS, FREEDOMS>, pair: &[ProblemRecord; 2]) {
+    let [first, second] = [problem(&pair[0]), problem(&pair[1])];
+    solver.forget();
+    let (cold, cold_counts, _) = watched(|| solver.solve(&first).report());
+    let (same, same_counts, _) = watched(|| solver.solve(&first).report());
+    let (moved, moved_counts, _) = watched(|| solver.solve(&second).report());
+    let solved = [cold, same, moved].map(|r| u32::from(r.status == Status::Solved));
+    print(format_args!(
+        "solve {cold_counts} {same_counts} {moved_counts} {} {} {}",
+        solved[0], solved[1], solved[2]
+    ));
+}
+
 fn telemetry(prediction: &Prediction) -> usize {
     let report = TelemetryReport { prediction: *prediction, ..Default::default() };
     let mut line = [0; MAX_LINE];
@@ -229,7 +272,7 @@ fn main() -> ! {
 
 fn run() -> Option<()> {
     let mut input = input()?;
-    let (trials, seed, ticks, horizon_s): Head = input.next()?;
+    let (trials, seed, ticks, horizon_s, pairs): Head = input.next()?;
     let mut hash = HASH_START;
     for k in 0..trials {
         let ((scene, model, limits), plan, ordinal, count): Trial = input.next()?;
@@ -243,6 +286,10 @@ fn run() -> Option<()> {
             tick(|| predictor.take(&sample), &mut hash);
         }
         print(format_args!("stack {}", depth(lowest)));
+    }
+    let mut solver = ContactSolver::new();
+    for _ in 0..pairs {
+        solve_pair(&mut solver, &[input.next()?, input.next()?]);
     }
     if ticks > 0 {
         print(format_args!("selftest"));

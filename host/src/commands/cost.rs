@@ -11,6 +11,8 @@ use crate::dataset::Index;
 use crate::device::package::Package;
 use crate::device::qemu::built;
 use crate::hunt::run::Case;
+use crate::lcp_files::Factors;
+use crate::lcp_gen::{Family, contact_problem, neighbour};
 use crate::model_file::default_model;
 use crate::output::{Output, table};
 
@@ -34,6 +36,9 @@ pub struct Args {
     /// Seed of these
     #[arg(long, default_value_t = 2)]
     pub seed: u32,
+    /// Contact problems of the pyramid solver, besides
+    #[arg(long, default_value_t = 200, value_name = "PROBLEMS")]
+    pub problems: u64,
     /// Contact model of the trials [default: rigid, friction 0.4 at fingers, 0.25 at pusher, 0.3 at table]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
@@ -45,11 +50,15 @@ pub struct Args {
     pub program: Option<PathBuf>,
 }
 
+/// How far a neighbour is moved, of the sizes of motion in a push.
+const CHANGE: f64 = 1e-4;
+
 #[derive(Serialize)]
 struct Document<'a> {
     trials: &'a [Part],
     cases: &'a [CaseCost],
     selftest: &'a [Part],
+    solves: &'a [Part],
     worst_tick: Option<TickCost>,
     stack_bytes: u32,
     tick_instructions: f64,
@@ -84,10 +93,21 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         }
     }
     let program = args.program.clone().unwrap_or_else(|| built("STICKSLIP_COST", "cost"));
-    let recorded = cost::count(&program, &packages, (0, 0, 0.0))?;
+    let recorded = cost::count(&program, &packages, (0, 0, 0.0), &[])?;
     let varied = match args.selftest {
         0 => Counts::default(),
-        ticks => cost::count(&program, &[], (args.seed, ticks, 0.1))?,
+        ticks => cost::count(&program, &[], (args.seed, ticks, 0.1), &[])?,
+    };
+    let pairs: Vec<[Factors; 2]> = (0..args.problems)
+        .map(|seed| {
+            let first = contact_problem(Family::Force, cost::PROBLEM.0, seed);
+            let second = neighbour(&first, CHANGE, seed);
+            [first, second]
+        })
+        .collect();
+    let solved = match pairs.as_slice() {
+        [] => Counts::default(),
+        pairs => cost::count(&program, &[], (0, 0, 0.0), pairs)?,
     };
     let cases = count_cases(&program, &args.cases)?;
     let (trials, selftest) = (cost::summarise(&recorded), cost::summarise(&varied));
@@ -96,6 +116,20 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     if args.selftest > 0 {
         output.text(format_args!("{} ticks of the self-test's trials", args.selftest));
         print(output, &selftest);
+    }
+    let solves = cost::summarise_solves(&solved);
+    if !solved.solves.is_empty() {
+        let at = |k: usize| solved.solves.iter().filter(|s| s.solved[k]).count();
+        output.text(format_args!(
+            "{} problems of {} contacts for the pyramid solver, single precision, and their neighbours at \
+             {CHANGE:.0e}: solved {} cold, {} unchanged, {} moved",
+            solved.solves.len(),
+            cost::PROBLEM.0,
+            at(0),
+            at(1),
+            at(2)
+        ));
+        print(output, &solves);
     }
     if !cases.is_empty() {
         output.text("runs of the hunt");
@@ -134,6 +168,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         trials: &trials,
         cases: &cases,
         selftest: &selftest,
+        solves: &solves,
         worst_tick: worst,
         stack_bytes: recorded.stack_bytes,
         tick_instructions: TICK_INSTRUCTIONS,
@@ -146,7 +181,8 @@ fn count_cases(program: &Path, files: &[PathBuf]) -> anyhow::Result<Vec<CaseCost
         let name = path.display().to_string();
         let bytes = std::fs::read(path).with_context(|| name.clone())?;
         let case: Case = serde_json::from_slice(&bytes).with_context(|| name.clone())?;
-        let counts = cost::count(program, &[case.package()], (0, 0, 0.0)).with_context(|| name.clone())?;
+        let counts =
+            cost::count(program, &[case.package()], (0, 0, 0.0), &[]).with_context(|| name.clone())?;
         let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
         list.push(CaseCost {
             case: path.file_stem().map_or(name, |s| s.to_string_lossy().into_owned()),

@@ -4,6 +4,7 @@ use super::{DOF, Mat7, Vec7};
 use crate::real::Real;
 
 /// Triangular factors of a matrix.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Factors<R> {
     /// Multipliers below the diagonal, the upper triangle above it, inverses on it.
     rows: Mat7<R>,
@@ -16,11 +17,20 @@ fn magnitude<R: Real>(x: R) -> R {
 }
 
 impl<R: Real> Factors<R> {
-    /// `None` where the matrix is singular or not a number.
+    /// Of nothing yet.
+    pub(super) fn none() -> Self {
+        Self { rows: [[R::zero(); DOF]; DOF], exchanged: [0; DOF] }
+    }
+
+    /// Where the matrix is written before it is factorised.
+    pub(super) fn matrix(&mut self) -> &mut Mat7<R> {
+        &mut self.rows
+    }
+
+    /// Turns the matrix into its factors; `false` where it is singular or not a number.
     #[inline(never)]
-    pub(super) fn of(matrix: &Mat7<R>) -> Option<Self> {
-        let mut rows = *matrix;
-        let mut exchanged = [0; DOF];
+    pub(super) fn factorise(&mut self) -> bool {
+        let Self { rows, exchanged } = self;
         for k in 0..DOF {
             let (mut pivot, mut size) = (k, magnitude(rows[k][k]));
             for i in k + 1..DOF {
@@ -30,7 +40,7 @@ impl<R: Real> Factors<R> {
                 }
             }
             if !(size > R::zero()) {
-                return None;
+                return false;
             }
             exchanged[k] = pivot as u8;
             if pivot != k {
@@ -49,7 +59,7 @@ impl<R: Real> Factors<R> {
                 }
             }
         }
-        Some(Self { rows, exchanged })
+        true
     }
 
     /// Solves `A x = -b`; `None` where a component is not finite.

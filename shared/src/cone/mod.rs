@@ -19,7 +19,12 @@
 //! There are no facets, hence nothing that could depend on how facets are turned.
 //!
 //! Method: semismooth Newton in seven dimensions. The matrix is assembled in a time that is
-//! linear in the number of contacts and factorised in constant time. Where the friction
+//! linear in the number of contacts and factorised in constant time. Factors of an earlier step serve again
+//! while the points do what they did when these were made. A rigid contact turns a wrong guess of
+//! a micrometre into newtons: where a point touches at the last velocity that was open in the
+//! step before, or the reverse, the first Newton step is made as if every point did the same
+//! again. Where they only rub otherwise it is not: which of several solutions is found would
+//! change. Where the friction
 //! bound's dependence on the normal force spoils the descent, the bound is frozen, the then
 //! convex problem is minimised, and the bound is updated (the Tresca fixed point).
 //!
@@ -32,7 +37,7 @@ mod patch;
 use crate::real::{Real, Vec3, clamp, most};
 use heapless::Vec;
 use linear::Factors;
-use patch::{Local, Patch, add_slopes, curvature, find_kinks, subtract_forces};
+use patch::{Local, Patch, add_slopes, curvature, find_kinks, modes, subtract_forces};
 
 /// Most contact points of one solve.
 pub const MAX_POINTS: usize = 64;
@@ -171,6 +176,8 @@ enum Bound<'a, R> {
     Coupled,
     /// Given, one a contact (Tresca friction: the problem is then convex).
     Frozen(&'a [R]),
+    /// Coupled, in the modes that the points are expected to be in.
+    Expected,
 }
 
 type Vec7<R> = [R; DOF];
@@ -191,6 +198,23 @@ impl<R: Real> Balance<R> {
     }
 }
 
+/// Factors of an earlier solve: while the points do the same, they serve again.
+#[derive(Clone, Copy, Debug)]
+pub struct Kept<R> {
+    factors: Factors<R>,
+    /// Of what the points did when they were made.
+    modes: u32,
+    /// Zero: there are none.
+    dt_s: R,
+}
+
+impl<R: Real> Kept<R> {
+    /// None.
+    pub fn nothing() -> Self {
+        Self { factors: Factors::none(), modes: 0, dt_s: R::zero() }
+    }
+}
+
 /// A solve in progress. Angular velocities are multiplied by the radius of gyration, moments
 /// divided by it: all components of a vector are then comparable.
 struct Problem<'a, R: Real> {
@@ -203,6 +227,10 @@ struct Problem<'a, R: Real> {
     free: Vec7<R>,
     /// Evaluations of the balance made.
     evaluations: u32,
+    /// Whether to begin with what the points did before.
+    expected: bool,
+    dt_s: R,
+    kept: &'a mut Kept<R>,
 }
 
 impl<R: Real> Problem<'_, R> {
@@ -239,9 +267,15 @@ impl<R: Real> Problem<'_, R> {
         Balance { f, scale_n: scale, rounding_n: rounding * R::of(32.0) * R::EPSILON }
     }
 
-    /// Factors of the Jacobian where the last balance was taken.
-    fn slopes(&self, bound: Bound<'_, R>) -> Option<Factors<R>> {
-        let mut h = [[R::zero(); DOF]; DOF];
+    /// Whether the factors at hand were made for what the points do now.
+    fn fits(&self) -> bool {
+        self.kept.dt_s == self.dt_s && self.kept.modes == modes(self.points)
+    }
+
+    /// Factors of the Jacobian where the last balance was taken; `false` where it is singular.
+    fn factorise(&mut self, bound: Bound<'_, R>) -> bool {
+        let h = self.kept.factors.matrix();
+        *h = [[R::zero(); DOF]; DOF];
         for i in 0..3 {
             h[i][i] = self.mass_rate;
             for j in 0..3 {
@@ -249,8 +283,13 @@ impl<R: Real> Problem<'_, R> {
             }
         }
         h[6][6] = self.jaw_rate;
-        add_slopes(self.patches, self.points, bound, &mut h);
-        Factors::of(&h)
+        add_slopes(self.patches, self.points, bound, h);
+        let regular = self.kept.factors.factorise();
+        // Those with friction bounds held are for no other solve.
+        let lasting = regular && !matches!(bound, Bound::Frozen(_));
+        self.kept.dt_s = if lasting { self.dt_s } else { R::zero() };
+        self.kept.modes = modes(self.points);
+        regular
     }
 }
 
@@ -293,6 +332,23 @@ fn advance<R: Real>(v: &Vec7<R>, d: &Vec7<R>, step: R) -> Vec7<R> {
     w
 }
 
+/// What a point did in the step before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Before<R> {
+    /// No force.
+    Open,
+    /// Touched without slip.
+    Stuck {
+        /// Normal force.
+        load_n: R,
+    },
+    /// Slipped.
+    Slid {
+        /// Normal force.
+        load_n: R,
+    },
+}
+
 /// A point's answer to the velocity found.
 #[derive(Clone, Copy, Debug)]
 pub struct Answer<R> {
@@ -316,6 +372,10 @@ pub struct Workspace<R: Real, const NC: usize> {
     /// Zero while every number was finite.
     probe: R,
     good: bool,
+    /// Some point is expected to touch.
+    expected: bool,
+    /// Factors of the last solve, for the next.
+    pub kept: Kept<R>,
 }
 
 impl<R: Real, const NC: usize> Default for Workspace<R, NC> {
@@ -369,6 +429,7 @@ pub fn solve<R: Real, const NC: usize>(
 
 impl<R: Real, const NC: usize> Workspace<R, NC> {
     /// Empty.
+    #[inline(always)]
     pub fn new() -> Self {
         Self {
             patches: Vec::new(),
@@ -377,6 +438,8 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
             scale: R::one(),
             probe: R::zero(),
             good: false,
+            expected: false,
+            kept: Kept::nothing(),
         }
     }
 
@@ -386,6 +449,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         let i = &bodies.inertia_kg_m2;
         self.patches.clear();
         self.count = 0;
+        self.expected = false;
         self.probe = (bodies.mass_kg + bodies.jaw_mass_kg + bodies.dt_s) * zero;
         for row in i {
             self.probe += (row[0] + row[1] + row[2]) * zero;
@@ -428,6 +492,15 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         }
     }
 
+    /// The point that was added last did this in the step before.
+    #[inline(always)]
+    pub fn expect(&mut self, before: Before<R>) {
+        if let Some(point) = self.count.checked_sub(1).and_then(|last| self.locals.get_mut(last)) {
+            point.expect(before);
+            self.expected |= before != Before::Open;
+        }
+    }
+
     /// Every point's answer to the velocity found, in the order in which they were added.
     #[inline(always)]
     pub fn answers(&self) -> impl Iterator<Item = Answer<R>> {
@@ -465,9 +538,13 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
             jaw_rate: bodies.jaw_mass_kg * rate,
             free: scaled(&bodies.free, radius),
             evaluations: 0,
+            expected: self.expected,
+            dt_s: bodies.dt_s,
+            kept: &mut self.kept,
         };
         let start = if finite(guess) { guess } else { &bodies.free };
-        let (velocity, residual_n, status, iterations) = problem.coupled(scaled(start, radius), options);
+        let start = scaled(start, radius);
+        let (velocity, residual_n, status, iterations) = problem.coupled(start, options);
         if status != ConeStatus::Solved {
             // What was evaluated last need not be the best.
             problem.balance(&velocity, Bound::Coupled);
@@ -553,6 +630,7 @@ impl<R: Real> Problem<'_, R> {
     fn newton(&mut self, p: &mut Progress<R>, options: &ConeOptions<R>, steps: u32) -> Phase {
         let mut taken = 0;
         let mut trusted = 0_u8;
+        let mut fresh = true;
         let mut at = self.balance(&p.velocity, Bound::Coupled);
         loop {
             let size = size(&at.f);
@@ -570,12 +648,23 @@ impl<R: Real> Problem<'_, R> {
             if taken >= steps {
                 return Phase::Stalled;
             }
+            if core::mem::take(&mut self.expected) && !self.points.iter().all(Local::touches_as_before) {
+                at = self.as_before(p, at, options);
+                continue;
+            }
+            let before = merit(&at.f);
+            if core::mem::replace(&mut fresh, false) && self.fits() {
+                at = self.polish(p, at, options);
+                if merit(&at.f) < before * R::of(GOOD) {
+                    continue;
+                }
+            }
             taken += 1;
             p.used += 1;
-            let Some(factors) = self.slopes(Bound::Coupled) else {
+            if !self.factorise(Bound::Coupled) {
                 return Phase::Singular;
-            };
-            let Some(d) = factors.solve_negative(&at.f) else {
+            }
+            let Some(d) = self.kept.factors.solve_negative(&at.f) else {
                 return Phase::Singular;
             };
             let before = merit(&at.f);
@@ -592,9 +681,35 @@ impl<R: Real> Problem<'_, R> {
             p.velocity = trial;
             at = there;
             if merit(&at.f) < before * R::of(GOOD) {
-                at = self.polish(p, at, &factors, options);
+                at = self.polish(p, at, options);
             }
         }
+    }
+
+    /// First step where a point touches at the last velocity that was open before, or the reverse:
+    /// to the velocity at which all do what they did before.
+    fn as_before(&mut self, p: &mut Progress<R>, at: Balance<R>, options: &ConeOptions<R>) -> Balance<R> {
+        let expected = self.balance(&p.velocity, Bound::Expected);
+        let made = self.fits() || {
+            p.used += 1;
+            self.factorise(Bound::Expected)
+        };
+        let step = if made { self.kept.factors.solve_negative(&expected.f) } else { None };
+        let Some(d) = step else {
+            return self.balance(&p.velocity, Bound::Coupled);
+        };
+        let start = p.velocity;
+        p.velocity = advance(&start, &d, R::one());
+        let there = self.balance(&p.velocity, Bound::Coupled);
+        if merit(&there.f) < merit(&at.f) * R::of(GOOD) {
+            return self.polish(p, there, options);
+        }
+        if !(merit(&there.f) < merit(&at.f)) {
+            // They do something else now.
+            p.velocity = start;
+            return self.balance(&start, Bound::Coupled);
+        }
+        there
     }
 
     /// Along a direction of descent `d` from `v`, where the balance is `f`: the full step, or
@@ -670,18 +785,12 @@ impl<R: Real> Problem<'_, R> {
 
     /// Further steps with the same factors while they are worth their cost: a step without a
     /// new matrix costs a fifth of one with it.
-    fn polish(
-        &mut self,
-        p: &mut Progress<R>,
-        mut at: Balance<R>,
-        factors: &Factors<R>,
-        options: &ConeOptions<R>,
-    ) -> Balance<R> {
+    fn polish(&mut self, p: &mut Progress<R>, mut at: Balance<R>, options: &ConeOptions<R>) -> Balance<R> {
         for _ in 0..POLISH_STEPS {
             if size(&at.f) <= at.tolerance_n(options) {
                 break;
             }
-            let Some(d) = factors.solve_negative(&at.f) else { break };
+            let Some(d) = self.kept.factors.solve_negative(&at.f) else { break };
             let trial = advance(&p.velocity, &d, R::one());
             let there = self.balance(&trial, Bound::Coupled);
             let (before, after) = (merit(&at.f), merit(&there.f));
@@ -717,7 +826,8 @@ impl<R: Real> Problem<'_, R> {
                 break;
             }
             *used += 1;
-            let direction = self.slopes(bound).and_then(|factors| factors.solve_negative(&at.f));
+            let regular = self.factorise(bound);
+            let direction = if regular { self.kept.factors.solve_negative(&at.f) } else { None };
             let Some(d) = direction else {
                 break;
             };

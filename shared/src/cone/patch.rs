@@ -9,7 +9,7 @@
 //! Angular velocities are multiplied and lengths divided by the radius of gyration: all
 //! numbers of the balance are then newtons and metres a second.
 
-use super::{Answer, Bound, ConePoint, Mat7, Vec7};
+use super::{Answer, Before, Bound, ConePoint, Mat7, Vec7};
 use crate::real::{Real, Vec3, most};
 
 /// Axes and centre of a patch, and how many points it has.
@@ -51,6 +51,9 @@ pub(super) struct Local<R> {
     bias_force: [R; 2],
     /// -1 where the second tangent was turned round to make the axes right-handed.
     side: R,
+    /// What is expected of it, and the normal force of then.
+    expected: (bool, Friction),
+    load: R,
     touching: bool,
     friction: Friction,
     /// Force of friction per bound, and bound over the unbounded force, while slipping.
@@ -128,6 +131,8 @@ impl<R: Real> Local<R> {
             weight: zero,
             bias_force: [zero; 2],
             side: zero,
+            expected: (false, Friction::None),
+            load: zero,
             touching: false,
             friction: Friction::None,
             q: [zero; 2],
@@ -152,6 +157,46 @@ impl<R: Real> Local<R> {
     /// What bounds friction.
     pub(super) fn bound(&self) -> R {
         most(self.force[0] + self.adhesion, R::zero())
+    }
+
+    /// Expects the point to do what it did before: the answer that [`Local::as_expected`] goes by.
+    #[inline(always)]
+    pub(super) fn expect(&mut self, before: Before<R>) {
+        let rubs = self.gain[0] > R::zero();
+        (self.expected, self.load) = match before {
+            Before::Open => ((false, Friction::None), R::zero()),
+            Before::Stuck { load_n } if rubs => ((true, Friction::Stick), load_n),
+            Before::Slid { load_n } if rubs => ((true, Friction::Slip), load_n),
+            Before::Stuck { load_n } | Before::Slid { load_n } => ((true, Friction::None), load_n),
+        };
+    }
+
+    /// Whether it touches, or does not, as expected.
+    pub(super) fn touches_as_before(&self) -> bool {
+        self.touching == self.expected.0
+    }
+
+    /// Force at relative velocity `u` in the mode that is expected, whether it holds there or not:
+    /// linear in `u` but for the direction of slip.
+    #[inline(always)]
+    fn as_expected(&mut self, u: [R; 3]) {
+        let zero = R::zero();
+        (self.touching, self.friction) = self.expected;
+        let normal = if self.touching { -self.normal_stiffness * u[0] } else { -self.adhesion };
+        self.force = [normal, zero, zero];
+        let y1 = -self.gain[0] * u[1];
+        let y2 = -self.gain[1] * u[2];
+        match self.friction {
+            Friction::None => {}
+            Friction::Stick => self.force = [normal, self.mu[0] * y1, self.mu[1] * y2],
+            Friction::Slip => {
+                let inverse = R::one() / most((y1 * y1 + y2 * y2).root(), R::of(1e-12));
+                self.q = [self.mu[0] * y1 * inverse, self.mu[1] * y2 * inverse];
+                self.s = (self.load + self.adhesion) * inverse;
+                let bound = normal + self.adhesion;
+                self.force = [normal, bound * self.q[0], bound * self.q[1]];
+            }
+        }
     }
 
     /// The contact law: force at relative velocity `u`.
@@ -188,6 +233,14 @@ impl<R: Real> Local<R> {
     }
 }
 
+/// A number for what all points do.
+pub(super) fn modes<R: Real>(points: &[Local<R>]) -> u32 {
+    points.iter().fold(points.len() as u32, |code, p| {
+        let mode = (p.friction as u32) << 1 | u32::from(p.touching);
+        code.wrapping_mul(0x0100_0193) ^ mode
+    })
+}
+
 /// Sum of the forces of a patch, about its centre and along its axes, and their sizes.
 struct Sum<R> {
     force: [R; 3],
@@ -219,12 +272,12 @@ pub(super) fn subtract_forces<R: Real>(
             let [dn, d1, d2] = p.at;
             let u = p.moved(&twist);
             let u = [u[0] + p.bias[0], u[1] + p.bias[1], u[2] + p.bias[2]];
-            let frozen = match bound {
-                Bound::Coupled => None,
-                Bound::Frozen(list) => Some(list.get(index).copied().unwrap_or(zero)),
-            };
+            match bound {
+                Bound::Coupled => p.answer(u, None),
+                Bound::Frozen(list) => p.answer(u, Some(list.get(index).copied().unwrap_or(zero))),
+                Bound::Expected => p.as_expected(u),
+            }
             index += 1;
-            p.answer(u, frozen);
             let [fn_, f1, f2] = p.force;
             if p.touching {
                 *scale = most(*scale, fn_);
@@ -261,7 +314,7 @@ pub(super) fn curvature<R: Real>(
     d: &Vec7<R>,
     bound: Bound<'_, R>,
 ) -> R {
-    let coupled = matches!(bound, Bound::Coupled);
+    let coupled = !matches!(bound, Bound::Frozen(_));
     let mut sum = R::zero();
     let mut rest = points;
     for patch in patches {
@@ -364,7 +417,7 @@ pub(super) fn add_slopes<R: Real>(
     bound: Bound<'_, R>,
     h: &mut Mat7<R>,
 ) {
-    let coupled = matches!(bound, Bound::Coupled);
+    let coupled = !matches!(bound, Bound::Frozen(_));
     let mut rest = points;
     for patch in patches {
         let (own, others) = rest.split_at(patch.count.min(rest.len()));

@@ -54,7 +54,7 @@ fn goal<R: Real>(first_shift: R) -> (R, R) {
     if R::EPSILON.to_f64() < 1e-12 {
         (tolerance::<R>() * R::of(1e-3), first_shift * R::of(1e-4))
     } else {
-        (tolerance::<R>() * R::of(0.5), first_shift * R::of(0.3))
+        (tolerance::<R>(), first_shift * R::of(0.3))
     }
 }
 
