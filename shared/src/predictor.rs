@@ -801,10 +801,14 @@ impl<R: Real> Predictor<R> {
             let grip_n = sample.grip_cmd_n.to_f64() as f32;
             let dt_s = drive.dt_s.to_f64() as f32;
             self.combine(&mut p, &mut tracked, &observed, Now { grip_n, edge_m, doubt, dt_s });
-        } else if let Some(moved) = observed.moved.as_ref().filter(|m| m.slip_s > R::zero()) {
-            for (f, v) in p.finger.iter_mut().zip(&moved.velocity_m_s) {
-                f.slip_in_s = 0.0;
-                f.slip_speed_m_s = f.slip_speed_m_s.max(v.norm().to_f64() as f32);
+        } else {
+            // What is meant to move rests nowhere.
+            tracked.rest_m = tracked.seen_m;
+            if let Some(moved) = observed.moved.as_ref().filter(|m| m.slip_s > R::zero()) {
+                for (f, v) in p.finger.iter_mut().zip(&moved.velocity_m_s) {
+                    f.slip_in_s = 0.0;
+                    f.slip_speed_m_s = f.slip_speed_m_s.max(v.norm().to_f64() as f32);
+                }
             }
         }
         let sags = self.sags(&p, &mut tracked, &observed);

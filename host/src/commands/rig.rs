@@ -34,7 +34,7 @@ pub struct Args {
     /// Everything follows from it
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Runs of each condition [default: 3; 1 for lift, slip-hours and demo]
+    /// Runs of each condition [default: 3; 1 for lift, slip-hours, decay and demo]
     #[arg(long, value_name = "N")]
     pub runs: Option<usize>,
     /// Friction of the fingers [default: drawn from 0.35 to 0.5]
