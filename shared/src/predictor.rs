@@ -725,7 +725,7 @@ impl<R: Real> Predictor<R> {
             self.tracked = Some(tracked);
             return None;
         };
-        self.model.friction.finger = self.observer.friction();
+        self.model.friction.finger = self.observer.assumed_friction();
         let mut work = Workspace::new();
         *work.kept() = tracked.kept[0];
         let mut worst = Worst::default();

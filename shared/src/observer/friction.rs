@@ -31,6 +31,8 @@ const SLID_S: f64 = 0.008;
 const SLID_M_S: f64 = 0.005;
 /// Pads that carry less than this share of what they carried in the slip do not slide.
 const CAUGHT_SHARE: f64 = 0.9;
+/// A load that is held leaves about so much friction.
+const HELD_MARGIN: f64 = 1.08;
 /// Slip this long settles the estimate.
 const LEARNT_S: f64 = 0.04;
 
@@ -57,6 +59,8 @@ pub struct Friction<R: Real> {
     learnt: bool,
     /// Held without slip: that much there is.
     proven: R,
+    /// Needed now, where the pose shows that nothing moves.
+    holds: R,
     level: R,
     steady_s: R,
     /// Highest need of the present knock, or of the present slip.
@@ -67,12 +71,28 @@ impl<R: Real> Friction<R> {
     /// Knows what the model says.
     pub fn new(told: R) -> Self {
         let zero = R::zero();
-        Self { told, estimate: told, learnt: false, proven: zero, level: zero, steady_s: zero, peak: zero }
+        Self {
+            told,
+            estimate: told,
+            learnt: false,
+            proven: zero,
+            holds: zero,
+            level: zero,
+            steady_s: zero,
+            peak: zero,
+        }
     }
 
     /// The coefficient, estimated.
     pub fn estimate(&self) -> R {
         self.estimate
+    }
+
+    /// What the model is to reckon with: pads that hold a load do not slip under it, and not
+    /// at the next tremor.
+    pub fn assumed(&self) -> R {
+        let held = most(self.proven, self.holds) * R::of(HELD_MARGIN);
+        most(self.estimate, least(held, self.told * R::of(MOST_SHARE)))
     }
 
     /// What was held without slip; zero where nothing was.
@@ -117,6 +137,8 @@ impl<R: Real> Friction<R> {
 
     /// One sample.
     pub fn learn(&mut self, seen: &Use<R>, dt_s: R) {
+        let still = seen.slip_s.is_some_and(|s| !(s > R::zero()));
+        self.holds = if still { seen.needed } else { R::zero() };
         let (low, high) = (self.told * R::of(LEAST_SHARE), self.told * R::of(MOST_SHARE));
         if seen.slip_s.is_some_and(|s| s > R::zero()) {
             let slides = seen.slip_s.is_some_and(|s| s > R::of(SLID_S)) && seen.speed_m_s > R::of(SLID_M_S);

@@ -131,6 +131,11 @@ impl<R: Real> Observer<R> {
         self.friction.estimate()
     }
 
+    /// The same as the model is to reckon with: more where more is held.
+    pub fn assumed_friction(&self) -> R {
+        self.friction.assumed()
+    }
+
     /// Forgets what was learnt about friction.
     pub fn reset_friction(&mut self) {
         self.friction.reset();
