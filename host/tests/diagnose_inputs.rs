@@ -57,8 +57,9 @@ fn without_repetitions_a_strong_effect_is_found_as_the_best_candidate_and_the_do
     let report = found(&made("finger_friction_mismatch=0.6", 8, |run| run == 1));
     says(&report, "no repetitions");
     assert_ne!(report.verdict, Verdict::NothingMissing, "{}", report.summary);
-    let best = report.candidates.iter().max_by(|a, b| a.explained.total_cmp(&b.explained)).unwrap();
-    assert_eq!(best.id, "finger_friction_mismatch", "{}", report.summary);
+    // Best on held-out conditions, as the report puts them in order.
+    assert_eq!(report.candidates[0].id, "finger_friction_mismatch", "{}", report.summary);
+    assert!(report.candidates[0].explained > 0.75, "{}", report.summary);
 }
 
 #[test]
