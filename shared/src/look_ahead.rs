@@ -6,7 +6,7 @@
 //! are told from now. The work is counted in evaluations of the momentum balance, not in
 //! time: both sides stop at the same place.
 
-use crate::cone::{ConeOptions, ConeStatus};
+use crate::cone::{ConeOptions, ConeStatus, FIXED_POINTS, USUAL_POINTS};
 use crate::contact::SLOTS;
 use crate::model::{Model, Scene};
 use crate::predictor::{Plan, Segment};
@@ -27,10 +27,6 @@ const MOST_WORK: u32 = 116;
 const FACTORS_WORK: u32 = 4;
 /// Work of a step around its solve; each effect adds half a unit a contact point.
 const AROUND_WORK: u32 = 8;
-/// Contact points of the board's usual scene: an evaluation there is the unit of work.
-const USUAL_POINTS: u32 = 16;
-/// What an evaluation costs besides its points, in points.
-const FIXED_POINTS: u32 = 12;
 
 impl<R: Real> StepSummary<R> {
     /// Work of the step, in evaluations of the momentum balance of 16 points.
