@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
 
 /// The tick, and the predictor's part of it.
-const TICKS: [&[&str]; 2] = [&["control", "Control", "4tick"], &["Predictor", "4tick"]];
+const TICKS: [&[&str]; 2] = [&["control", "Control", "4tick"], &["control", "7predict"]];
 /// What the executor polls: the task is the one that calls the tick.
 const TASK: &[&str] = &["TaskStorage", "4poll"];
 /// Caller and panic that stay, both in embassy. Its time driver borrows its timer queue in a

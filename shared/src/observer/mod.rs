@@ -17,7 +17,7 @@ pub mod friction;
 pub mod motion;
 pub mod trend;
 
-use crate::real::{Real, Vec3, clamp, least, most};
+use crate::real::{Length, Real, Vec3, clamp, least, most};
 use friction::{Friction, Use};
 use motion::{Motion, Moved};
 use trend::Trend;
@@ -223,7 +223,7 @@ impl<R: Real> Observer<R> {
         let bound = most(seen.limit * R::of(SLIPPING_SHARE) - noise, held);
         let beyond = now > bound;
         self.over = if beyond { self.over.saturating_add(1) } else { 0 };
-        let fastest = |m: Moved<R>| most(m.velocity_m_s[0].norm(), m.velocity_m_s[1].norm());
+        let fastest = |m: Moved<R>| most(m.velocity_m_s[0].length(), m.velocity_m_s[1].length());
         let usage = Use {
             needed: smooth / effects,
             // The smoothed ratio's is 0.42 of a sample's.

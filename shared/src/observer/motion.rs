@@ -6,7 +6,7 @@
 //! filtered point from the anchor beyond the noise, borne out by two raw samples in a row.
 //! It ends when the point has come to rest; the anchor is then set anew.
 
-use crate::real::{Real, Vec3, clamp, least, most};
+use crate::real::{Length, Real, Vec3, clamp, least, most};
 
 /// Gains of the filter: its noise is 0.57 of the samples'.
 const ALPHA: f64 = 0.4;
@@ -98,7 +98,7 @@ impl<R: Real> Motion<R> {
         let least_m = [SLIPPED_M, TURNED_M].map(|x| R::of(if falling { 0.0 } else { x }));
         let limit = [most(least_m[0], noise[0] * sigmas), most(least_m[1], noise[1] * sigmas)];
         self.age = self.age.saturating_add(1).min(WARM);
-        let first = R::one() / R::of(f64::from(self.age) + 1.0);
+        let first = R::one() / (R::of(f64::from(self.age)) + R::one());
         let slipping = self.slip_s > R::zero();
         let mut begins = false;
         let mut fastest = R::zero();
@@ -127,7 +127,7 @@ impl<R: Real> Motion<R> {
             };
             p.away = if beyond(&(raw - p.anchor), 0.7) { (p.away + 1).min(2) } else { 0 };
             begins |= self.age > 8 && p.away == 2 && beyond(&away, 1.0);
-            fastest = most(fastest, p.velocity.norm());
+            fastest = most(fastest, p.velocity.length());
             if !slipping {
                 let follow = most(least(R::of(FOLLOW_S) * dt_s, R::one()), first);
                 p.anchor += away * follow + p.creep * dt_s;
