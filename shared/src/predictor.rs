@@ -867,8 +867,9 @@ impl<R: Real> Predictor<R> {
                 *doubt |= validity::BIASED;
             }
             let (mut miss, mut size) = (R::zero(), R::zero());
-            for i in [0, 2] {
-                let (measured, model) = (a[i] + b[i], out.reading.finger[0][i] + out.reading.finger[1][i]);
+            let [f1, f2] = &out.reading.finger;
+            // Along X and Z.
+            for (measured, model) in [(a[0] + b[0], f1[0] + f2[0]), (a[2] + b[2], f1[2] + f2[2])] {
                 miss += (measured - model).abs();
                 size += most(measured.abs(), model.abs());
             }
