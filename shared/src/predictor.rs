@@ -18,12 +18,13 @@
 
 use crate::cone::{ConeOptions, ConeStatus, Kept};
 use crate::contact::{Body, SLOTS};
+use crate::effects;
 use crate::health::Health;
 use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S, Work};
 use crate::model::{FingerContact, Model, Scene, Shape};
 use crate::observer::motion::Moved;
 use crate::observer::{Observed, Observer, Seen};
-use crate::real::{Length, Real, Rotation, Vec3, most};
+use crate::real::{Length, Real, Rotation, Vec3, least, most};
 use crate::step::{Drive, State, StepSummary, Workspace};
 use crate::track::{PathFilter, Pose, Poses, Settling, drive_between, seat, support_pose};
 use heapless::Vec;
@@ -48,8 +49,8 @@ pub const LONGEST_GAP_S: f64 = 0.1;
 const HELD_S: f32 = 0.15;
 /// A change of the planned motion moves the load for so long.
 const SETTLING_S: f64 = 0.1;
-/// Without a pose, what lasts longer than a knock is taken for the loss of the grasp.
-const LASTING_S: f64 = 0.06;
+/// Without a pose, a slip that lasts longer than most knocks is taken for the loss of the grasp.
+const LASTING_S: f64 = 0.03;
 /// A slip is extrapolated no further than this multiple of the time for which it has been
 /// seen, and a little: most slips that a knock causes end by themselves.
 const EXTRAPOLATED: f32 = 4.0;
@@ -58,8 +59,12 @@ const AT_ONCE_S: f32 = 0.03;
 const LEAST_AHEAD_S: f32 = 0.004;
 /// An object that leaves the grasp moves at least this fast, m/s.
 const LEAVING_M_S: f64 = 0.01;
-/// Slip that the model alone foresees must be foreseen in so many samples in a row.
-const FORESEEN_SAMPLES: u8 = 3;
+/// A slip shorter than this says nothing of the next one, m.
+const EDGE_NOISE_M: f64 = 2.0e-4;
+/// The next slip may be longer than the last by so much.
+const NEXT_SLIP: f64 = 1.25;
+/// Slip and sag that the model alone foresees must be foreseen in so many samples in a row.
+const FORESEEN_SAMPLES: u8 = 5;
 
 /// What a plan segment means to do with the grasp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
@@ -401,6 +406,8 @@ pub struct Predictor<R: Real> {
     tracked: Option<Tracked<R>>,
     health: Health<R>,
     observer: Observer<R>,
+    /// Friction while sliding over that at rest, by the model's effects.
+    sliding: R,
     last: Prediction,
     /// Of the last tick that stepped.
     work: u32,
@@ -433,6 +440,11 @@ struct Tracked<R: Real> {
     outlook: Option<Foreseen<R>>,
     /// Samples in a row in which the model of a held grasp foresees slip and the measurement is with it.
     foreseen: u8,
+    /// Samples in a row in which the look-ahead sees sag beyond its limit.
+    sagging: u8,
+    /// Where the object last rested, in the gripper; how far the last slip went, object axes.
+    rest_m: Vec3<R>,
+    slipped_m: Vec3<R>,
     /// Planned velocity and angular velocity, and how long a change of it still matters.
     motion: [[f32; 3]; 2],
     settling_s: R,
@@ -461,6 +473,27 @@ impl Warning {
     }
 }
 
+impl<R: Real> Tracked<R> {
+    /// How far the object has come in this slip, or came in the last one.
+    fn note_slip(&mut self, slips: bool, attitude: &Rotation<R>) {
+        let way = self.seen_m - self.rest_m;
+        if slips {
+            self.slipped_m = attitude.inverse_transform_vector(&way);
+        } else {
+            self.rest_m += way * R::of(0.1);
+        }
+    }
+
+    /// One more slip as long as the last takes the pads' centres off the object: `edge_m` is
+    /// the way left each way.
+    fn another_is_the_last(&self, edge_m: &[[R; 2]; 2]) -> bool {
+        [self.slipped_m.x, self.slipped_m.z].iter().zip(edge_m).any(|(moved, sides)| {
+            let way = if *moved > R::zero() { sides[0] } else { sides[1] };
+            moved.abs() > R::of(EDGE_NOISE_M) && moved.abs() * R::of(NEXT_SLIP) > way
+        })
+    }
+}
+
 impl<R: Real> Predictor<R> {
     /// A predictor that waits for its first sample.
     pub fn new(scene: Scene<R>, model: Model<R>, limits: Limits) -> Result<Self, ModelError> {
@@ -468,6 +501,7 @@ impl<R: Real> Predictor<R> {
         Ok(Self {
             health: Health::default(),
             observer: Observer::new(model.friction.finger),
+            sliding: sliding_share(&model),
             scene,
             model,
             limits,
@@ -616,6 +650,9 @@ impl<R: Real> Predictor<R> {
             seen_m: local.position_m,
             outlook: None,
             foreseen: 0,
+            sagging: 0,
+            rest_m: local.position_m,
+            slipped_m: Vec3::zeros(),
             motion: [[0.0; 3]; 2],
             settling_s: R::zero(),
             slip_warning: Warning::default(),
@@ -689,7 +726,7 @@ impl<R: Real> Predictor<R> {
             self.tracked = Some(tracked);
             return None;
         };
-        self.model.friction.finger = self.observer.friction();
+        self.model.friction.finger = self.observer.assumed_friction();
         let mut work = Workspace::new();
         *work.kept() = tracked.kept[0];
         let mut worst = Worst::default();
@@ -765,13 +802,18 @@ impl<R: Real> Predictor<R> {
             let grip_n = sample.grip_cmd_n.to_f64() as f32;
             let dt_s = drive.dt_s.to_f64() as f32;
             self.combine(&mut p, &mut tracked, &observed, Now { grip_n, edge_m, doubt, dt_s });
-        } else if let Some(moved) = observed.moved.as_ref().filter(|m| m.slip_s > R::zero()) {
-            for (f, v) in p.finger.iter_mut().zip(&moved.velocity_m_s) {
-                f.slip_in_s = 0.0;
-                f.slip_speed_m_s = f.slip_speed_m_s.max(v.length().to_f64() as f32);
+        } else {
+            // What is meant to move rests nowhere.
+            tracked.rest_m = tracked.seen_m;
+            if let Some(moved) = observed.moved.as_ref().filter(|m| m.slip_s > R::zero()) {
+                for (f, v) in p.finger.iter_mut().zip(&moved.velocity_m_s) {
+                    f.slip_in_s = 0.0;
+                    f.slip_speed_m_s = f.slip_speed_m_s.max(v.length().to_f64() as f32);
+                }
             }
         }
-        judge(&mut p, present.intent, &self.limits, tracked.pushing);
+        let sags = self.sags(&p, &mut tracked, &observed);
+        judge(&mut p, present.intent, &self.limits, sags, tracked.pushing);
         if worst.status != ConeStatus::Solved {
             doubt |= validity::SOLVER;
         }
@@ -917,6 +959,7 @@ impl<R: Real> Predictor<R> {
             bearing_n,
             steered: tracked.settling_s > R::zero(),
             effects,
+            sliding: self.sliding,
             dt_s: drive.dt_s,
         })
     }
@@ -1006,8 +1049,17 @@ impl<R: Real> Predictor<R> {
         // The grasp point in object axes, and how far the object reaches along each of them.
         let pad = seen.rotation.inverse_transform_vector(&-seen.position_m);
         let first = tracked.start.rotation.inverse_transform_vector(&-tracked.start.position_m);
-        [Vec3::x(), Vec3::z()].map(|axis| {
+        // A round side touches along a line: it leaves the pad at its rim.
+        let rim = match (&self.scene.object.shape, self.scene.fingers) {
+            (
+                Shape::Cylinder { diameter_m, across_flats_m, .. },
+                Some(FingerContact::Disc { diameter_m: pad } | FingerContact::Line { length_m: pad }),
+            ) if *across_flats_m >= *diameter_m => Some(pad * R::of(0.5)),
+            _ => None,
+        };
+        [(Vec3::x(), None), (Vec3::z(), rim)].map(|(axis, rim)| {
             let reach = self.scene.object.shape.reach(&axis);
+            let reach = rim.map_or(reach, |rim| least(rim, reach));
             let at = pad.dot(&axis);
             if first.dot(&axis).abs() < reach {
                 // The pad goes the other way than the object.
@@ -1049,8 +1101,13 @@ impl<R: Real> Predictor<R> {
                 .leaves_in(moved, edge_m, attitude)
                 .filter(|t| *t <= self.limits.drop_warning_s.min(foresight(moved)));
             drop = sooner(drop, leaves);
+            tracked.note_slip(moved.slip_s > R::zero(), attitude);
+            if tracked.another_is_the_last(edge_m) {
+                drop = sooner(drop, Some(self.limits.drop_warning_s));
+            }
             self.sag_ahead(p, tracked, moved);
         } else if slips && (blind || observed.over_s > R::of(LASTING_S)) {
+            // Nobody sees how fast it goes.
             drop = sooner(drop, Some(self.limits.horizon_s));
         }
         ahead = tracked.slip_warning.hold(ahead, now.dt_s);
@@ -1073,6 +1130,15 @@ impl<R: Real> Predictor<R> {
     fn agrees(&self, p: &Prediction, observed: &Observed<R>, ratio: R) -> bool {
         let used = (ratio / most(observed.limit, R::of(1e-6))).to_f64() as f32;
         p.finger.iter().all(|f| (f.model_utilisation - used).abs() < 0.1)
+    }
+
+    /// Sag beyond its limit: there is, comes with a slip under way, or was foreseen for some
+    /// samples in a row (a single look-ahead may be older than a change of the motion).
+    fn sags(&self, p: &Prediction, tracked: &mut Tracked<R>, observed: &Observed<R>) -> bool {
+        let ahead = p.sag_ahead_m > self.limits.sag_m;
+        tracked.sagging = if ahead { tracked.sagging.saturating_add(1) } else { 0 };
+        let slips = observed.moved.is_some_and(|m| m.slip_s > R::zero());
+        p.sag_m > self.limits.sag_m || ahead && (slips || tracked.sagging >= FORESEEN_SAMPLES)
     }
 
     /// Time until the pads are off the object, if it goes on as it moves now: `d = v t + a t^2 / 2`.
@@ -1204,6 +1270,13 @@ impl<R: Real> Predictor<R> {
     }
 }
 
+/// Friction while sliding over that at rest, by the model's effects.
+fn sliding_share<R: Real>(model: &Model<R>) -> R {
+    model.effects.iter().fold(R::one(), |share, e| {
+        share * effects::law::<R>(e.code).map_or_else(R::one, |law| law.sliding_share(&e.parameters))
+    })
+}
+
 /// As it goes over the wire.
 fn status_code(status: ConeStatus) -> u8 {
     match status {
@@ -1320,7 +1393,7 @@ fn sooner(a: Option<f32>, b: Option<f32>) -> Option<f32> {
 }
 
 /// Sets the flags from the figures.
-fn judge(p: &mut Prediction, intent: Intent, limits: &Limits, pushing: bool) {
+fn judge(p: &mut Prediction, intent: Intent, limits: &Limits, sag: bool, pushing: bool) {
     let mut set = 0;
     let (slip, ahead) = ([flags::SLIP_1, flags::SLIP_2], [flags::SLIP_AHEAD_1, flags::SLIP_AHEAD_2]);
     let mut any = false;
@@ -1333,7 +1406,6 @@ fn judge(p: &mut Prediction, intent: Intent, limits: &Limits, pushing: bool) {
         }
         any |= f.slip_in_s >= 0.0;
     }
-    let sag = p.sag_m.max(p.sag_ahead_m) > limits.sag_m;
     let turned = p.rotation_rad > limits.rotation_rad;
     if sag && intent != Intent::Free {
         set |= flags::SAG;

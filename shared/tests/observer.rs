@@ -1,7 +1,9 @@
 //! Claims about what the observer takes from noisy measurements.
 
+use stickslip_shared::observer::bearing::Bearing;
 use stickslip_shared::observer::friction::{Friction, Use};
-use stickslip_shared::observer::motion::Motion;
+use stickslip_shared::observer::motion::{Forces, Motion};
+use stickslip_shared::observer::plateau::{Bars, Plateau};
 use stickslip_shared::observer::trend::Trend;
 use stickslip_shared::real::Vec3;
 
@@ -73,7 +75,7 @@ fn slipping(ticks: u32, path: impl Fn(f32) -> f32) -> Option<u32> {
     (0..ticks).find(|tick| {
         let mut around = |x: f32, sigma: f32| x + sigma * noise.next();
         let p = Vec3::new(around(0.0, 42e-6), around(0.0, 3e-6), around(path(*tick as f32 * DT), 42e-6));
-        motion.follow(&[p, p], false, DT).slip_s > 0.0
+        motion.follow(&[p, p], Forces::Hold, DT).slip_s > 0.0
     })
 }
 
@@ -122,4 +124,82 @@ fn a_load_that_stays_proves_the_friction_that_it_needs() {
     assert!((friction.least() - 0.45).abs() < 0.01, "least {}", friction.least());
     friction.reset();
     assert_eq!(friction.estimate(), 0.4);
+}
+
+/// Samples in which the wrenches are taken for clipped while the ratio runs: noise 0.007, what
+/// slips if it rose there 0.4, if it jumped 0.34.
+fn clipped(ticks: u32, value: impl Fn(f32) -> f32) -> (Vec<u32>, Option<f32>) {
+    let (mut plateau, mut noise) = (Plateau::default(), Noise(5));
+    let (mut level, mut ceiling) = (value(0.0), None);
+    let found = (0..ticks)
+        .filter(|tick| {
+            let now = value(*tick as f32 * DT) + 0.007 * noise.next();
+            level += (now - level) * DT / 0.5;
+            let samples = plateau.clipped(&Bars {
+                now,
+                level,
+                noise: 0.007,
+                held: 0.0,
+                steered: false,
+                risen: 0.4,
+                jumped: 0.34,
+            });
+            ceiling = ceiling.or(plateau.ceiling());
+            samples > 0
+        })
+        .collect();
+    (found, ceiling)
+}
+
+/// A knock of 40 ms that would reach `peak` on top of 0.2, clipped at `mu`.
+fn knock(peak: f32, mu: f32) -> impl Fn(f32) -> f32 {
+    move |t: f32| (0.2 + (peak - 0.2) * (1.0 - ((t - 1.02) / 0.02).abs()).max(0.0)).min(mu)
+}
+
+#[test]
+fn a_load_clipped_at_the_friction_there_is_shows_within_24_ms() {
+    let load = |t: f32| if t < 1.0 { 0.2 } else { 0.36 };
+    let first = *clipped(400, load).0.first().expect("clipped");
+    assert!((250..=256).contains(&first), "tick {first}");
+    assert!(!clipped(400, knock(0.7, 0.36)).0.is_empty(), "a knock that slides is flat");
+}
+
+#[test]
+fn a_steady_load_or_a_knock_that_is_held_is_not_clipped() {
+    assert_eq!(clipped(HOUR / 10, |_| 0.37).0, Vec::<u32>::new());
+    assert_eq!(clipped(400, |t| if t < 1.0 { 0.2 } else { 0.3 }).0, Vec::<u32>::new());
+    let (found, ceiling) = clipped(400, knock(0.5, 1.0));
+    assert_eq!((found, ceiling), (Vec::new(), None));
+}
+
+#[test]
+fn friction_is_learnt_from_the_flat_top_of_a_knock_and_not_below_what_was_held() {
+    let ceiling = clipped(400, knock(0.5, 0.3)).1.expect("a ceiling");
+    assert!((ceiling - 0.3).abs() < 0.015, "{ceiling}");
+    let mut friction = Friction::new(0.4f32);
+    friction.cap(ceiling);
+    assert_eq!(friction.estimate(), ceiling);
+    for _ in 0..1000 {
+        friction.learn(&held(0.35, None), DT);
+    }
+    friction.cap(ceiling);
+    assert!(friction.estimate() > 0.34, "{}", friction.estimate());
+}
+
+/// First sample in which fingers that bear `share(t)` of the weight, noise 3 %, let it fall.
+fn falls(ticks: u32, share: impl Fn(f32) -> f32) -> Option<u32> {
+    let (mut bearing, mut noise) = (Bearing::default(), Noise(23));
+    (0..ticks).find(|tick| {
+        let measured = share(*tick as f32 * DT) + 0.03 * noise.next();
+        bearing.falls(Some([measured, 1.0]), false, DT) > 0
+    })
+}
+
+#[test]
+fn fingers_that_bear_a_tenth_less_are_told_within_40_ms_and_noise_is_not_in_an_hour() {
+    let tick = falls(1000, |t| if t < 2.0 { 1.0 } else { 0.9 }).expect("falls");
+    assert!((500..510).contains(&tick), "tick {tick}");
+    assert_eq!(falls(HOUR, |_| 1.0), None);
+    // A weight that is not what was told proves nothing.
+    assert_eq!(falls(1000, |t| if t < 2.0 { 1.4 } else { 1.2 }), None);
 }

@@ -166,6 +166,25 @@ fn a_sudden_load_beyond_the_limit_is_flagged_within_20_ms() {
 }
 
 #[test]
+fn a_slip_that_a_second_one_like_it_would_turn_into_a_drop_leaves_a_drop_warning_up() {
+    // The face ends 12.5 mm below the pads' centres.
+    for (slip_m, warned) in [(0.008f32, true), (0.004, false)] {
+        let grip = 2.0 * WEIGHT_N / (2.0 * MU);
+        let mut hold = Hold::new(grip);
+        for _ in 0..250 {
+            hold.tick(grip, WEIGHT_N, 0.0);
+        }
+        let mut p = Prediction::default();
+        for tick in 0..300 {
+            let slipped_m = slip_m * (tick as f32 * DT / 0.08).min(1.0);
+            p = hold.tick(grip, WEIGHT_N, slipped_m);
+        }
+        assert_eq!(p.flags & flags::DROP != 0, warned, "after {slip_m} m: {p:?}");
+        assert_eq!(p.flags & (flags::SLIP_1 | flags::SLIP_2), 0, "it rests");
+    }
+}
+
+#[test]
 fn friction_is_learnt_from_a_slip_and_stays_within_bounds() {
     let grip = 2.0 * WEIGHT_N / (2.0 * MU);
     let mut hold = Hold::new(grip);

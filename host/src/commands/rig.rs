@@ -6,10 +6,10 @@ use anyhow::{Context, bail};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::dataset::{self, Dataset, TableFormat};
+use crate::dataset::{TableFormat, TrialInfo, Writer};
 use crate::output::{Output, table};
 use crate::rig::plan::{self, PlanName};
-use crate::rig::{Condition, HiddenEffect, Kind, Nuisance, Outcome, Reality, STEP_S, Setup, Truth, objects};
+use crate::rig::{Condition, HiddenEffect, Kind, Nuisance, Reality, STEP_S, Setup, Truth, objects};
 
 /// Command line of `stickslip rig`.
 #[derive(Debug, clap::Args)]
@@ -34,7 +34,7 @@ pub struct Args {
     /// Everything follows from it
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Runs of each condition [default: 3; 1 for lift, slip-hours and demo]
+    /// Runs of each condition [default: 3; 1 for lift, slip-hours, decay and demo]
     #[arg(long, value_name = "N")]
     pub runs: Option<usize>,
     /// Friction of the fingers [default: drawn from 0.35 to 0.5]
@@ -108,6 +108,14 @@ struct EffectRow {
     what: &'static str,
 }
 
+/// What stays of a trial whose table is written.
+struct Made {
+    info: TrialInfo,
+    truth: Truth,
+    samples: usize,
+    last_s: f64,
+}
+
 /// Makes the data set.
 ///
 /// # Errors
@@ -125,30 +133,30 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let trials = plan::trials(&conditions, args.runs.unwrap_or(args.plan.usual_runs()));
     let setup = setup(args, &conditions);
     let bar = output.progress(trials.len() as u64, "simulating");
-    let outcomes = trials
+    let writer = Writer::begin(&setup.description, folder, args.format)
+        .with_context(|| format!("writing the data set {}", folder.display()))?;
+    let made = trials
         .par_iter()
         .map(|(condition, run)| {
-            let mut outcome =
-                crate::rig::run(&setup, condition, *run, args.seed).map_err(anyhow::Error::msg)?;
-            // Only the key needs more than the measurement.
-            outcome.exact = Vec::new();
+            let outcome = crate::rig::run(&setup, condition, *run, args.seed).map_err(anyhow::Error::msg)?;
+            writer.table(&outcome.trial).with_context(|| format!("writing the trial {}", condition.label))?;
             bar.inc(1);
-            Ok(outcome)
+            let samples = &outcome.trial.samples;
+            let last_s = samples.last().map_or(0.0, |s| s.t_s);
+            Ok(Made { samples: samples.len(), last_s, info: outcome.trial.info, truth: outcome.truth })
         })
-        .collect::<anyhow::Result<Vec<Outcome>>>()?;
+        .collect::<anyhow::Result<Vec<Made>>>()?;
     bar.finish_and_clear();
     if let Some(path) = &args.key {
-        write_key(path, args.seed, &setup.reality, &trials, &outcomes)?;
+        write_key(path, args.seed, &setup.reality, &trials, &made)?;
     }
-    let trials: Vec<_> = outcomes.into_iter().map(|o| o.trial).collect();
-    let dataset = Dataset { folder: folder.to_path_buf(), description: setup.description, trials };
-    dataset::write_as(&dataset, folder, args.format)
-        .with_context(|| format!("writing the data set {}", folder.display()))?;
+    let infos: Vec<&TrialInfo> = made.iter().map(|m| &m.info).collect();
+    writer.finish(&infos).with_context(|| format!("writing the data set {}", folder.display()))?;
     let report = Report {
         folder,
-        trials: dataset.trials.len(),
-        samples: dataset.trials.iter().map(|t| t.samples.len()).sum(),
-        data_s: dataset.trials.iter().filter_map(|t| t.samples.last()).map(|s| s.t_s).sum(),
+        trials: made.len(),
+        samples: made.iter().map(|m| m.samples).sum(),
+        data_s: made.iter().map(|m| m.last_s).sum(),
     };
     output.text(format_args!(
         "{}: {} trials, {} samples, {:.0} s of data",
@@ -216,19 +224,15 @@ fn write_key(
     seed: u64,
     reality: &Reality,
     trials: &[(Condition, usize)],
-    outcomes: &[Outcome],
+    made: &[Made],
 ) -> anyhow::Result<()> {
     let key = Key {
         seed,
         reality,
         trials: trials
             .iter()
-            .zip(outcomes)
-            .map(|((condition, _), outcome)| KeyTrial {
-                trial: &outcome.trial.info.trial,
-                condition,
-                truth: &outcome.truth,
-            })
+            .zip(made)
+            .map(|((condition, _), made)| KeyTrial { trial: &made.info.trial, condition, truth: &made.truth })
             .collect(),
     };
     let text = serde_json::to_string_pretty(&key)?;

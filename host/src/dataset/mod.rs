@@ -18,7 +18,7 @@ mod write;
 pub use description::FORMAT;
 pub use error::{DatasetError, Line, Place, Problem, Warning};
 pub use read::{Index, Reading, TrialReading, read, read_lenient};
-pub use write::{TableFormat, write, write_as};
+pub use write::{TableFormat, Writer, write, write_as};
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

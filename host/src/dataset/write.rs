@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::columns::{COLUMNS as TABLE_COLUMNS, PartialPoses, cells, sample};
 use super::error::{DatasetError, Line, Problem};
 use super::trials::{COLUMNS, stays_inside, unknown_object};
-use super::{Dataset, Trial, TrialInfo, csv_table, description, parquet_table};
+use super::{Dataset, Description, Trial, TrialInfo, csv_table, description, parquet_table};
 
 /// How trials are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, clap::ValueEnum)]
@@ -37,27 +37,74 @@ pub fn write(dataset: &Dataset, folder: &Path) -> Result<(), DatasetError> {
 /// What the reader would refuse (with the place it would have), and what the file system answers.
 pub fn write_as(dataset: &Dataset, folder: &Path, format: TableFormat) -> Result<(), DatasetError> {
     description::check_description(&dataset.description, folder)?;
-    check_trials(dataset, folder)?;
-    let toml_file = folder.join("dataset.toml");
-    let text = toml::to_string(&dataset.description)
-        .map_err(|error| DatasetError::of_file(&toml_file, Problem::Toml(error.to_string())))?;
-    make_folder(folder)?;
-    if toml_file.exists() {
-        fs::remove_file(&toml_file).map_err(|error| io(&toml_file, &error))?;
+    let infos: Vec<&TrialInfo> = dataset.trials.iter().map(|trial| &trial.info).collect();
+    check_infos(&dataset.description, &infos, folder)?;
+    for trial in &dataset.trials {
+        check_samples(&trial.samples, &folder.join(table_file(&trial.info, TableFormat::Csv)))?;
     }
-    let files: Vec<String> = dataset.trials.iter().map(|trial| table_file(&trial.info, format)).collect();
+    let writer = Writer::begin(&dataset.description, folder, format)?;
     dataset
         .trials
         .par_iter()
-        .zip(&files)
-        .map(|(trial, file)| write_table(trial, &folder.join(file), format))
+        .map(|trial| write_table(trial, &folder.join(table_file(&trial.info, format)), format))
         .collect::<Vec<_>>()
         .into_iter()
         .collect::<Result<(), _>>()?;
-    let trials_file = folder.join("trials.csv");
-    write_trials(dataset, &files, &trials_file)
-        .map_err(|error| io(&trials_file, &std::io::Error::other(error)))?;
-    fs::write(&toml_file, text).map_err(|error| io(&toml_file, &error))
+    writer.finish(&infos)
+}
+
+/// A data set written trial by trial: its tables need not be in memory together. Tables may be
+/// written from several threads.
+#[derive(Debug)]
+pub struct Writer<'a> {
+    description: &'a Description,
+    folder: &'a Path,
+    format: TableFormat,
+    toml: String,
+}
+
+impl<'a> Writer<'a> {
+    /// Makes the folder; a dataset.toml that lies there is removed until [`Self::finish`].
+    ///
+    /// # Errors
+    /// A description that the reader would refuse; what the file system answers.
+    pub fn begin(
+        description: &'a Description,
+        folder: &'a Path,
+        format: TableFormat,
+    ) -> Result<Self, DatasetError> {
+        description::check_description(description, folder)?;
+        let file = folder.join("dataset.toml");
+        let toml = toml::to_string(description)
+            .map_err(|error| DatasetError::of_file(&file, Problem::Toml(error.to_string())))?;
+        make_folder(folder)?;
+        if file.exists() {
+            fs::remove_file(&file).map_err(|error| io(&file, &error))?;
+        }
+        Ok(Self { description, folder, format, toml })
+    }
+
+    /// Writes one trial's table.
+    ///
+    /// # Errors
+    /// As [`write_as`].
+    pub fn table(&self, trial: &Trial) -> Result<(), DatasetError> {
+        let file = table_file(&trial.info, self.format);
+        check_samples(&trial.samples, &self.folder.join(table_file(&trial.info, TableFormat::Csv)))?;
+        write_table(trial, &self.folder.join(file), self.format)
+    }
+
+    /// Writes trials.csv, then dataset.toml.
+    ///
+    /// # Errors
+    /// As [`write_as`].
+    pub fn finish(self, infos: &[&TrialInfo]) -> Result<(), DatasetError> {
+        check_infos(self.description, infos, self.folder)?;
+        let file = self.folder.join("trials.csv");
+        write_trials(infos, self.format, &file).map_err(|error| io(&file, &std::io::Error::other(error)))?;
+        let file = self.folder.join("dataset.toml");
+        fs::write(&file, &self.toml).map_err(|error| io(&file, &error))
+    }
 }
 
 /// The table's path: the trial's own, or `trials/<trial>`, with the format's ending.
@@ -71,10 +118,10 @@ fn table_file(info: &TrialInfo, format: TableFormat) -> String {
     format!("{}.{ending}", stem.unwrap_or(&named))
 }
 
-fn check_trials(dataset: &Dataset, folder: &Path) -> Result<(), DatasetError> {
+fn check_infos(description: &Description, infos: &[&TrialInfo], folder: &Path) -> Result<(), DatasetError> {
     let file = folder.join("trials.csv");
     let mut names = BTreeSet::new();
-    for (index, Trial { info, samples }) in dataset.trials.iter().enumerate() {
+    for (index, info) in infos.iter().enumerate() {
         let refuse = |column: &str, value: &str, problem| {
             let refusal = DatasetError::of_file(&file, problem).at(Line::Text(index as u64 + 2));
             Err(refusal.column(column).value(value))
@@ -90,8 +137,8 @@ fn check_trials(dataset: &Dataset, folder: &Path) -> Result<(), DatasetError> {
         if !names.insert(&info.trial) {
             return refuse("trial", &info.trial, Problem::Duplicate);
         }
-        if !dataset.description.objects.iter().any(|object| object.id == info.object) {
-            return refuse("object", &info.object, unknown_object(&dataset.description));
+        if !description.objects.iter().any(|object| object.id == info.object) {
+            return refuse("object", &info.object, unknown_object(description));
         }
         if !stays_inside(Path::new(&table_file(info, TableFormat::Csv))) {
             return refuse("file", &info.file, Problem::OutsideFolder);
@@ -106,7 +153,6 @@ fn check_trials(dataset: &Dataset, folder: &Path) -> Result<(), DatasetError> {
         if let Some(grip) = info.grip_n.filter(|grip| *grip < 0.0) {
             return refuse("grip_n", &grip.to_string(), Problem::Negative("a grip force"));
         }
-        check_samples(samples, &folder.join(table_file(info, TableFormat::Csv)))?;
     }
     Ok(())
 }
@@ -167,15 +213,15 @@ fn write_table(trial: &Trial, path: &Path, format: TableFormat) -> Result<(), Da
     }
 }
 
-fn write_trials(dataset: &Dataset, files: &[String], path: &Path) -> Result<(), csv::Error> {
-    let extra: BTreeSet<&String> = dataset.trials.iter().flat_map(|trial| trial.info.extra.keys()).collect();
+fn write_trials(infos: &[&TrialInfo], format: TableFormat, path: &Path) -> Result<(), csv::Error> {
+    let extra: BTreeSet<&String> = infos.iter().flat_map(|info| info.extra.keys()).collect();
     let mut writer = csv::Writer::from_path(path)?;
     writer.write_record(COLUMNS.iter().copied().chain(extra.iter().map(|name| name.as_str())))?;
-    for (Trial { info, .. }, file) in dataset.trials.iter().zip(files) {
+    for info in infos {
         let number = |number: Option<f64>| number.map(|n| n.to_string()).unwrap_or_default();
         let mut record = vec![
             info.trial.clone(),
-            file.clone(),
+            table_file(info, format),
             info.object.clone(),
             info.primitive.clone(),
             number(info.grip_n),

@@ -22,6 +22,8 @@ pub enum PlanName {
     RollSmall,
     /// Lifts: steady ones, and each way of losing an object
     Lift,
+    /// 60 lifts whose grip decays at all speeds, to where the object slips or short of it
+    Decay,
     /// 27 conditions of pushing a triangle over a table with a rod
     Planar,
     /// Hours of lifting and pushing, mostly without any unexpected slip
@@ -39,7 +41,7 @@ impl PlanName {
     /// Runs of each condition where the user does not say.
     pub fn usual_runs(self) -> usize {
         match self {
-            Self::Demo | Self::SlipHours | Self::Lift => 1,
+            Self::Demo | Self::SlipHours | Self::Lift | Self::Decay => 1,
             _ => 3,
         }
     }
@@ -85,6 +87,7 @@ pub fn conditions(name: PlanName, objects: &[String], seed: u64, hours: f64) -> 
         PlanName::PivotSmall => pivots(&of(&["obj4"]), &[20.0, 27.0, 35.0], &[5.0, 10.0, 20.0], &[0.0, 15.0]),
         PlanName::RollSmall => rolls(&of(&["obj1"]), &[2.0, 3.5, 5.0], &[10.0, 20.0]),
         PlanName::Lift => lifts(&of(&["obj4", "obj5", "obj3"]), seed),
+        PlanName::Decay => decays(&of(&["obj1", "obj2", "obj3", "obj4", "obj5"]), seed),
         PlanName::Planar => planar(&of(&["tri"])),
         PlanName::SlipHours => slip_hours(&of(&["obj1", "obj2", "obj3", "obj4", "obj5"]), seed, hours),
         PlanName::Demo => demo(),
@@ -233,6 +236,26 @@ fn lifts(objects: &[String], seed: u64) -> Vec<Condition> {
         c.label = format!("lift-{:03}", i + 1);
     }
     all
+}
+
+/// Lifts whose grip decays within half a second to eight, to half of what friction of 0.4 needs
+/// or up to a quarter more than that.
+fn decays(objects: &[String], seed: u64) -> Vec<Condition> {
+    let mut rng = stream(seed, "decays");
+    (1..=60)
+        .map(|i| {
+            let object = &objects[rng.random_range(0..objects.len())];
+            let margin = rng.random_range(1.5..3.0);
+            let steady = lift(object, margin, 10.0);
+            let from_s = 0.2 + steady.travel / steady.speed_m_s + rng.random_range(0.4..1.4);
+            let scenario = Scenario::DecayingGrip {
+                share: rng.random_range(0.5..1.25) / margin,
+                from_s,
+                until_s: from_s + 0.5 * 16.0_f64.powf(rng.random_range(0.0..1.0)),
+            };
+            Condition { label: format!("lift-{i:03}"), scenario, ..steady }
+        })
+        .collect()
 }
 
 /// One of each scenario for a lift that holds `margin` times what it needs.

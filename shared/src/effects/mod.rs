@@ -241,6 +241,10 @@ pub trait Law<R: Real>: Sync {
         _law: &mut FrictionLaw<R>,
     ) {
     }
+    /// Friction while sliding over that at rest.
+    fn sliding_share(&self, _p: &[R; MAX_PARAMETERS]) -> R {
+        R::one()
+    }
     /// Changes what the sensors show.
     fn sense(&self, _p: &[R; MAX_PARAMETERS], _c: &StepContext<R>, _reading: &mut Reading<R>) {}
 }

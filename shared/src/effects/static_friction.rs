@@ -57,4 +57,8 @@ impl<R: Real> Law<R> for StaticFriction {
         let factor = R::one() + p[0] * (-x * x).exp();
         law.mu = law.mu.map(|mu| mu * factor);
     }
+
+    fn sliding_share(&self, p: &[R; MAX_PARAMETERS]) -> R {
+        R::one() / (R::one() + most(p[0], R::zero()))
+    }
 }

@@ -8,8 +8,10 @@
 
 use crate::real::{Real, clamp, least, most};
 
-/// Relative uncertainty of the model's friction, and of one learnt from a slip.
-const SPREAD_TOLD: f64 = 0.15;
+/// How much less friction there may be than the model's, or than was learnt from a slip; and how
+/// much less is likely.
+const SPREAD_TOLD: f64 = 0.25;
+const LIKELY_TOLD: f64 = 0.15;
 const SPREAD_LEARNT: f64 = 0.06;
 /// Bounds of the estimate relative to the model's coefficient.
 const LEAST_SHARE: f64 = 0.2;
@@ -27,6 +29,10 @@ const PEAK_SHARE: f64 = 0.97;
 /// Friction is learnt from slip that is this old and this fast.
 const SLID_S: f64 = 0.008;
 const SLID_M_S: f64 = 0.005;
+/// Pads that carry less than this share of what they carried in the slip do not slide.
+const CAUGHT_SHARE: f64 = 0.9;
+/// A load that is held leaves about so much friction.
+const HELD_MARGIN: f64 = 1.08;
 /// Slip this long settles the estimate.
 const LEARNT_S: f64 = 0.04;
 
@@ -53,9 +59,11 @@ pub struct Friction<R: Real> {
     learnt: bool,
     /// Held without slip: that much there is.
     proven: R,
+    /// Needed now, where the pose shows that nothing moves.
+    holds: R,
     level: R,
     steady_s: R,
-    /// Highest need of the present knock.
+    /// Highest need of the present knock, or of the present slip.
     peak: R,
 }
 
@@ -63,12 +71,28 @@ impl<R: Real> Friction<R> {
     /// Knows what the model says.
     pub fn new(told: R) -> Self {
         let zero = R::zero();
-        Self { told, estimate: told, learnt: false, proven: zero, level: zero, steady_s: zero, peak: zero }
+        Self {
+            told,
+            estimate: told,
+            learnt: false,
+            proven: zero,
+            holds: zero,
+            level: zero,
+            steady_s: zero,
+            peak: zero,
+        }
     }
 
     /// The coefficient, estimated.
     pub fn estimate(&self) -> R {
         self.estimate
+    }
+
+    /// What the model is to reckon with: pads that hold a load do not slip under it, and not
+    /// at the next tremor.
+    pub fn assumed(&self) -> R {
+        let held = most(self.proven, self.holds) * R::of(HELD_MARGIN);
+        most(self.estimate, least(held, self.told * R::of(MOST_SHARE)))
     }
 
     /// What was held without slip; zero where nothing was.
@@ -80,6 +104,25 @@ impl<R: Real> Friction<R> {
     pub fn least(&self) -> R {
         let spread = if self.learnt { SPREAD_LEARNT } else { SPREAD_TOLD };
         most(self.estimate * R::of(1.0 - spread), self.proven)
+    }
+
+    /// The least that is likely, whatever was held.
+    pub fn likely(&self) -> R {
+        self.estimate * R::of(1.0 - if self.learnt { SPREAD_LEARNT } else { LIKELY_TOLD })
+    }
+
+    /// Slow mean of what was needed.
+    pub fn level(&self) -> R {
+        self.level
+    }
+
+    /// Loads have been clipped at `needed`: there is no more than that.
+    pub fn cap(&mut self, needed: R) {
+        let bound = most(needed, self.told * R::of(LEAST_SHARE));
+        if bound < self.estimate {
+            self.estimate = most(bound, self.proven);
+            self.learnt = true;
+        }
     }
 
     /// Another grasp of the same object: keeps what was learnt.
@@ -94,20 +137,28 @@ impl<R: Real> Friction<R> {
 
     /// One sample.
     pub fn learn(&mut self, seen: &Use<R>, dt_s: R) {
+        let still = seen.slip_s.is_some_and(|s| !(s > R::zero()));
+        self.holds = if still { seen.needed } else { R::zero() };
         let (low, high) = (self.told * R::of(LEAST_SHARE), self.told * R::of(MOST_SHARE));
         if seen.slip_s.is_some_and(|s| s > R::zero()) {
-            if seen.slip_s.is_some_and(|s| s > R::of(SLID_S)) && seen.speed_m_s > R::of(SLID_M_S) {
+            let slides = seen.slip_s.is_some_and(|s| s > R::of(SLID_S)) && seen.speed_m_s > R::of(SLID_M_S);
+            self.peak = if slides { most(self.peak, seen.needed) } else { R::zero() };
+            // Pads that have caught the object again carry less; the speed is seen to fall later.
+            if slides && seen.needed > self.peak * R::of(CAUGHT_SHARE) {
                 let gain = R::of(if self.learnt { 0.05 } else { 0.2 });
                 self.estimate = clamp(self.estimate + (seen.needed - self.estimate) * gain, low, high);
                 self.learnt |= seen.slip_s.is_some_and(|s| s > R::of(LEARNT_S));
                 self.proven = R::zero();
             }
-            (self.peak, self.steady_s) = (R::zero(), R::zero());
+            self.steady_s = R::zero();
             return;
         }
         let fade = dt_s / R::of(FADE_S);
         self.estimate += (self.told - self.estimate) * fade;
         self.proven -= self.proven * fade;
+        if !(self.level > R::zero()) {
+            self.level = seen.needed;
+        }
         self.level += (seen.needed - self.level) * least(dt_s / R::of(LEVEL_S), R::one());
         let near =
             (seen.needed - self.level).abs() < self.level * R::of(LEVEL_SHARE) + seen.noise * R::of(2.0);

@@ -7,19 +7,23 @@
 //! ahead needs a cause: `r` rises on a line whose slope is proven ([`trend`]), or the grip
 //! command falls steadily, `r(t) = r N / (N + N' t)`, and either reaches the least
 //! coefficient there may be ([`friction`]). A slip now is motion beyond noise ([`motion`]);
-//! where the pose is not measured, a ratio above the coefficient for three samples, or fingers
-//! that no longer bear the weight they bore.
+//! where the pose is not measured, it is a ratio that is clipped at the coefficient
+//! ([`plateau`]), or fingers that no longer bear the weight they bore.
 //!
 //! Constant errors of the sensors are taken off by what they show beyond the model's
 //! wrenches while the rig is at rest at the start, within bounds.
 
+pub mod bearing;
 pub mod friction;
 pub mod motion;
+pub mod plateau;
 pub mod trend;
 
 use crate::real::{Length, Real, Vec3, clamp, least, most};
+use bearing::Bearing;
 use friction::{Friction, Use};
-use motion::{Motion, Moved};
+use motion::{Forces, Motion, Moved};
+use plateau::{Bars, Plateau};
 use trend::Trend;
 
 /// Samples of the tare: 0.13 s at 250 Hz.
@@ -29,24 +33,14 @@ const TARE_N: f64 = 0.4;
 const TARE_NM: f64 = 0.005;
 /// Smoothing of the ratio that is shown.
 const SMOOTHING: f64 = 0.3;
-/// Samples over the limit in a row that are slip where no pose is measured.
-const OVER_SAMPLES: u8 = 3;
 /// Share of the estimated limit that counts as slip there.
 const SLIPPING_SHARE: f64 = 0.98;
+/// Share of the least limit from which less motion is slip.
+const AT_LIMIT_SHARE: f64 = 0.9;
 /// Samples in which a falling grip command becomes a trend.
 const FALLING_SAMPLES: u8 = 15;
 /// Below this share of the limit a trend is no threat yet, and mostly that of a lift-off.
 const THREAT_SHARE: f64 = 0.5;
-/// Samples in a row that show an object borne by less than its weight.
-const FALLING_LOAD_SAMPLES: u8 = 3;
-/// After so many it does not fall but rests elsewhere, or has been dropped.
-const FALLEN_SAMPLES: u8 = 100;
-/// What it is borne by then, as a share of what bore it; noise is taken off.
-const BORNE_SHARE: f64 = 0.95;
-/// The told weight is right if it is borne for a while within this share.
-const WEIGHT_SHARE: f64 = 0.15;
-/// Time constant of the mean force that bears the object.
-const BORNE_S: f64 = 0.3;
 /// First guess of the ratio's noise, standard deviation.
 const NOISE: f64 = 0.005;
 
@@ -59,13 +53,11 @@ pub struct Observer<R: Real> {
     motion: Motion<R>,
     trend: Trend<R>,
     ratio: Option<R>,
-    over: u8,
+    plateau: Plateau<R>,
     grip_n: R,
     grip_trend_n_s: R,
     falling: u8,
-    /// Mean of the force that bears the object, over the model's.
-    borne: R,
-    unborne: u8,
+    bearing: Bearing<R>,
 }
 
 /// What one sample is.
@@ -85,6 +77,8 @@ pub struct Seen<'a, R: Real> {
     pub steered: bool,
     /// What the model's effects make of the base coefficient, as a factor.
     pub effects: R,
+    /// Friction while sliding over that at rest, by the model's effects.
+    pub sliding: R,
     /// Since the last sample.
     pub dt_s: R,
 }
@@ -124,18 +118,22 @@ impl<R: Real> Observer<R> {
             motion: Motion::default(),
             trend: Trend::new(R::of(NOISE * NOISE)),
             ratio: None,
-            over: 0,
+            plateau: Plateau::default(),
             grip_n: zero,
             grip_trend_n_s: zero,
             falling: 0,
-            borne: zero,
-            unborne: 0,
+            bearing: Bearing::default(),
         }
     }
 
     /// Friction coefficient of the fingers, estimated, without the model's effects.
     pub fn friction(&self) -> R {
         self.friction.estimate()
+    }
+
+    /// The same as the model is to reckon with: more where more is held.
+    pub fn assumed_friction(&self) -> R {
+        self.friction.assumed()
     }
 
     /// Forgets what was learnt about friction.
@@ -201,9 +199,37 @@ impl<R: Real> Observer<R> {
         };
         // Before the tare a constant error may look like any load.
         let now = both.filter(|_| self.tared >= TARE_SAMPLES);
-        let falling = now.is_some() && self.falls(s);
+        let bears = s.bearing_n.filter(|_| now.is_some());
+        let fallen = self.bearing.falls(bears, s.steered, s.dt_s);
+        let falling = fallen > 0;
+        // What was held is no limit: only more than that is slip.
+        let noise = self.trend.noise();
+        let (proven, likely) = (self.friction.proven() * effects, self.friction.likely() * effects);
+        let held = proven + noise * R::of(3.0);
+        let clipped = now.map_or(0, |now| {
+            self.plateau.clipped(&Bars {
+                now,
+                level: self.friction.level() * effects,
+                noise,
+                held: proven,
+                steered: s.steered,
+                risen: most(seen.limit * R::of(SLIPPING_SHARE) - noise, held),
+                jumped: most(likely * least(s.sliding, R::one()), held),
+            })
+        });
         seen.moved = match &s.points_m {
-            Some(points) => Some(self.motion.follow(points, falling, s.dt_s)),
+            Some(points) => {
+                // A load that has been held is none that it slips under.
+                let bar = most(likely * R::of(AT_LIMIT_SHARE), proven + noise * R::of(2.0));
+                let forces = if falling {
+                    Forces::Fall
+                } else if now.is_some_and(|r| r > bar) || self.bearing.suspect() {
+                    Forces::AtLimit
+                } else {
+                    Forces::Hold
+                };
+                Some(self.motion.follow(points, forces, s.dt_s))
+            }
             None => {
                 self.motion.forget();
                 None
@@ -217,12 +243,10 @@ impl<R: Real> Observer<R> {
         } else {
             self.trend.push(now, s.dt_s);
         }
-        // What was held is no limit: only more than that is slip.
-        let noise = self.trend.noise();
-        let held = self.friction.proven() * effects + noise * R::of(3.0);
-        let bound = most(seen.limit * R::of(SLIPPING_SHARE) - noise, held);
-        let beyond = now > bound;
-        self.over = if beyond { self.over.saturating_add(1) } else { 0 };
+        // Only where nobody sees what the object does.
+        if let (Some(ceiling), true) = (self.plateau.ceiling(), seen.moved.is_none()) {
+            self.friction.cap(ceiling / effects);
+        }
         let fastest = |m: Moved<R>| most(m.velocity_m_s[0].length(), m.velocity_m_s[1].length());
         let usage = Use {
             needed: smooth / effects,
@@ -236,34 +260,10 @@ impl<R: Real> Observer<R> {
         seen.limit = self.friction.estimate() * effects;
         seen.least_limit = self.friction.least() * effects;
         seen.ratio = Some(smooth);
-        let over = most(R::of(f64::from(self.over)), R::of(f64::from(self.unborne)));
-        seen.over_s = if self.over >= OVER_SAMPLES || falling { over * s.dt_s } else { R::zero() };
+        let over = clipped.max(fallen);
+        seen.over_s = R::of(f64::from(over)) * s.dt_s;
         seen.limit_in_s = self.time_left(smooth, seen.least_limit);
         seen
-    }
-
-    /// The fingers bear less than the weight that they bore: the object falls (Newton). Only
-    /// where the told weight has proven right, and what the model expects is borne no more.
-    fn falls(&mut self, s: &Seen<R>) -> bool {
-        let Some([measured, model]) = s.bearing_n else {
-            self.unborne = 0;
-            return false;
-        };
-        if !(model > R::of(0.2)) {
-            (self.borne, self.unborne) = (R::zero(), 0);
-            return false;
-        }
-        let share = measured / model;
-        let noise = self.trend.noise() * s.grip_n.abs() * R::of(2.0) / model;
-        let less = least(self.borne, R::one()) * R::of(BORNE_SHARE) - noise * R::of(3.0);
-        let right = (self.borne - R::one()).abs() < R::of(WEIGHT_SHARE);
-        if right && share < less && !s.steered && self.unborne < FALLEN_SAMPLES {
-            self.unborne += 1;
-        } else {
-            self.unborne = 0;
-            self.borne += (share - self.borne) * least(s.dt_s / R::of(BORNE_S), R::one());
-        }
-        self.unborne >= FALLING_LOAD_SAMPLES
     }
 
     fn follow_grip(&mut self, grip_n: R, dt_s: R) {

@@ -3,8 +3,12 @@
 //! Each finger's material point of the object (X, Z, and the turn at the arm of torsion) is
 //! followed by an alpha-beta filter. While it sticks, an anchor follows slowly, with a
 //! drift of its own: a pad that creeps steadily does not slip. Slip is a departure of the
-//! filtered point from the anchor beyond the noise, borne out by two raw samples in a row.
-//! It ends when the point has come to rest; the anchor is then set anew.
+//! last `n` raw samples' mean from the anchor beyond the noise, `|mean| > h sigma / sqrt(n) + b`
+//! for any `n` from two to eight (a likelihood ratio test against a step of unknown age and
+//! size), each sample counted up to a bound, so that one wild sample proves nothing. How
+//! sure it must be depends on what the forces say ([`Forces`]): pads that carry a load near
+//! the limit may slip, those far below it hardly do. Slip ends when the point has come to
+//! rest; the anchor is then set anew.
 
 use crate::real::{Length, Real, Vec3, clamp, least, most};
 
@@ -16,12 +20,10 @@ const FILTERED: f64 = 0.57;
 const FOLLOW_S: f64 = 5.0;
 const CREEP_S2: f64 = 5.0;
 const CREEP_M_S: f64 = 1e-3;
-/// Departure that is slip, m and standard deviations of the filtered point: by chance once
-/// in a hundred hours. Where the forces show that the object falls, less will do.
-const SLIPPED_M: f64 = 1e-4;
-const TURNED_M: f64 = 5e-5;
-const SIGMAS: f64 = 6.0;
-const SIGMAS_FALLING: f64 = 3.5;
+/// Most samples in a mean.
+const WINDOW: usize = 8;
+/// A sample counts up to this share of what two must sum to: one alone proves nothing.
+const COUNTED_SHARE: f64 = 0.6;
 /// First guess of the noise of the pose in the grasp, one axis.
 const NOISE_M: f64 = 5e-5;
 /// Samples after which gains are what they are; before, each sample counts the same.
@@ -29,6 +31,31 @@ const WARM: u8 = 50;
 /// Slower than this for some samples is rest.
 const REST_M_S: f64 = 3e-3;
 const REST_SAMPLES: u8 = 8;
+
+/// What the forces say of slip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Forces {
+    /// Far below the friction limit, or not measured.
+    Hold,
+    /// About the limit, or they may bear less than the weight.
+    AtLimit,
+    /// They no longer bear the object.
+    Fall,
+}
+
+impl Forces {
+    /// Departure that is slip: standard deviations of a mean, and what the anchor may lag behind
+    /// a creep besides, along the face and of the turn, m.
+    fn bar(self) -> (f64, [f64; 2]) {
+        match self {
+            // By chance once in some hundred hours.
+            Forces::Hold => (5.5, [4e-5, 4e-5]),
+            // By chance once in some minutes at the limit, where a grasp rarely is.
+            Forces::AtLimit => (4.7, [5e-6, 1.5e-5]),
+            Forces::Fall => (3.5, [0.0, 0.0]),
+        }
+    }
+}
 
 /// State.
 #[derive(Clone, Debug)]
@@ -45,13 +72,39 @@ pub struct Motion<R: Real> {
 
 #[derive(Clone, Copy, Debug)]
 struct Point<R: Real> {
-    raw: Vec3<R>,
+    /// Samples, the newest first.
+    raw: [Vec3<R>; WINDOW],
     at: Vec3<R>,
     velocity: Vec3<R>,
     anchor: Vec3<R>,
     creep: Vec3<R>,
-    /// Raw samples in a row that lie away from the anchor.
-    away: u8,
+}
+
+impl<R: Real> Point<R> {
+    fn resting(at: Vec3<R>) -> Self {
+        let still = Vec3::zeros();
+        Self { raw: [at; WINDOW], at, velocity: still, anchor: at, creep: still }
+    }
+
+    /// The last samples lie away from the anchor; `sigma_m` of one sample along the face, and
+    /// of the turn.
+    fn departed(&self, sigma_m: [R; 2], forces: Forces) -> bool {
+        let (sigmas, lag_m) = forces.bar();
+        let (mut sum, mut count) = (Vec3::zeros(), R::zero());
+        let bar = |sigma: R, lag: f64, n: R| sigma * R::of(sigmas) * n.root() + R::of(lag) * n;
+        let bars = |n: R| [bar(sigma_m[0], lag_m[0], n), bar(sigma_m[1], lag_m[1], n)];
+        let counted = bars(R::of(2.0)).map(|b| b * R::of(COUNTED_SHARE));
+        self.raw.iter().any(|raw| {
+            let d: Vec3<R> = raw - self.anchor;
+            let size = (d.x * d.x + d.z * d.z).root();
+            let share = if size > counted[0] { counted[0] / size } else { R::one() };
+            sum += Vec3::new(d.x * share, clamp(d.y, -counted[1], counted[1]), d.z * share);
+            count += R::one();
+            let [along, turn] = bars(count);
+            let beyond = sum.x * sum.x + sum.z * sum.z > along * along || sum.y.abs() > turn;
+            beyond && count > R::one()
+        })
+    }
 }
 
 /// What the pose shows at one sample.
@@ -85,33 +138,30 @@ impl<R: Real> Motion<R> {
         *self = Self { variance: self.variance, ..Self::default() };
     }
 
-    /// The points at one sample; `falling` where the forces no longer bear the object.
-    pub fn follow(&mut self, raw: &[Vec3<R>; 2], falling: bool, dt_s: R) -> Moved<R> {
+    /// The points at one sample.
+    pub fn follow(&mut self, raw: &[Vec3<R>; 2], forces: Forces, dt_s: R) -> Moved<R> {
         let Some(mut points) = self.points else {
-            let still = Vec3::zeros();
-            self.points =
-                Some(raw.map(|p| Point { raw: p, at: p, velocity: still, anchor: p, creep: still, away: 0 }));
-            return self.moved([still; 2]);
+            self.points = Some(raw.map(Point::resting));
+            return self.moved([Vec3::zeros(); 2]);
         };
         let noise = self.variance.map(|v| v.root() * R::of(FILTERED));
-        let sigmas = R::of(if falling { SIGMAS_FALLING } else { SIGMAS });
-        let least_m = [SLIPPED_M, TURNED_M].map(|x| R::of(if falling { 0.0 } else { x }));
-        let limit = [most(least_m[0], noise[0] * sigmas), most(least_m[1], noise[1] * sigmas)];
+        let sigma_m = self.variance.map(|v| v.root());
         self.age = self.age.saturating_add(1).min(WARM);
         let first = R::one() / (R::of(f64::from(self.age)) + R::one());
         let slipping = self.slip_s > R::zero();
         let mut begins = false;
         let mut fastest = R::zero();
         for (p, raw) in points.iter_mut().zip(raw) {
-            let change = raw - p.raw;
-            p.raw = *raw;
+            let change = raw - p.raw[0];
+            p.raw.rotate_right(1);
+            p.raw[0] = *raw;
             if !slipping {
                 // Each the difference of two samples; X and Z together are two.
                 let squares = [
                     (change.x * change.x + change.z * change.z) * R::of(0.25),
                     change.y * change.y * R::of(0.5),
                 ];
-                let gain = most(R::of(0.005), first * R::of(0.1));
+                let gain = most(R::of(0.005), first);
                 for (v, square) in self.variance.iter_mut().zip(squares) {
                     *v += (least(square, *v * R::of(9.0)) - *v) * gain;
                 }
@@ -121,12 +171,7 @@ impl<R: Real> Motion<R> {
             p.at = ahead + miss * R::of(ALPHA);
             p.velocity += miss * (R::of(BETA) / dt_s);
             let away = p.at - p.anchor;
-            let beyond = |d: &Vec3<R>, share: f64| {
-                let limit = limit.map(|l| l * R::of(share));
-                d.x * d.x + d.z * d.z > limit[0] * limit[0] || d.y.abs() > limit[1]
-            };
-            p.away = if beyond(&(raw - p.anchor), 0.7) { (p.away + 1).min(2) } else { 0 };
-            begins |= self.age > 8 && p.away == 2 && beyond(&away, 1.0);
+            begins |= self.age > 8 && !slipping && p.departed(sigma_m, forces);
             fastest = most(fastest, p.velocity.length());
             if !slipping {
                 let follow = most(least(R::of(FOLLOW_S) * dt_s, R::one()), first);

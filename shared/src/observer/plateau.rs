@@ -1,0 +1,151 @@
+//! Slip told from the wrenches alone: a load that is clipped.
+//!
+//! Pads that slide carry `mu N`, whatever pulls at them: the needed ratio climbs to the
+//! coefficient and stays there, flat within its noise. A knock that is held has a peak
+//! instead. Five samples are flat if neither their slope nor their curvature is proven or a
+//! tenth of the climb. Where the ratio *jumped* to its plateau, the load may have been far
+//! more than what the pads carry, so the least friction that is likely is enough to call it
+//! slip; where it rose slowly, it must have reached the friction there is. A load that has
+//! been held for long is a load.
+//!
+//! A short jump that is flat wherever it lies was clipped, most likely: where it ends within
+//! a tenth of a second, its height is a ceiling of friction to be learnt from.
+
+use crate::real::{Real, least, most};
+
+/// Samples that must be flat.
+const FLAT: usize = 5;
+/// Slope and curvature over the window, as a share of the jump and in standard deviations.
+const FLAT_SHARE: f64 = 0.12;
+const FLAT_SIGMAS: f64 = 2.0;
+/// A jump is at least this share of the ratio, and so many standard deviations.
+const JUMP_SHARE: f64 = 0.1;
+const JUMP_SIGMAS: f64 = 8.0;
+/// The plateau ends where the ratio falls below this share of it, less two standard deviations.
+const ENDED_SHARE: f64 = 0.95;
+
+/// A knock that was clipped lasts so many samples at least (one that was not is narrower at half
+/// its height than at its foot) and at most, and adds so much to the load.
+const LEAST_KNOCK: u8 = 9;
+const KNOCK: u8 = 25;
+const KNOCK_SHARE: f64 = 0.15;
+
+/// State.
+#[derive(Clone, Debug)]
+pub struct Plateau<R: Real> {
+    /// Ratios, the newest first; how many there are.
+    recent: [R; FLAT],
+    count: u8,
+    /// Where it is clipped, and for how many samples it has been.
+    at: R,
+    clipped: u8,
+    /// A flat top: its height, how long it has been there, and where the load was before.
+    top: R,
+    lasting: u8,
+    base: R,
+    /// Height of a knock that has just ended.
+    ceiling: Option<R>,
+}
+
+/// What one sample is held against.
+#[derive(Clone, Copy, Debug)]
+pub struct Bars<R: Real> {
+    /// The ratio, not smoothed.
+    pub now: R,
+    /// Slow mean of it.
+    pub level: R,
+    /// Noise of a sample, standard deviation.
+    pub noise: R,
+    /// Ratio that has been held for long.
+    pub held: R,
+    /// The planned motion is changing, and the load with it.
+    pub steered: bool,
+    /// Ratio that is slip where it was reached slowly.
+    pub risen: R,
+    /// The same for a jump.
+    pub jumped: R,
+}
+
+impl<R: Real> Default for Plateau<R> {
+    fn default() -> Self {
+        let zero = R::zero();
+        Self {
+            recent: [zero; FLAT],
+            count: 0,
+            at: zero,
+            clipped: 0,
+            top: zero,
+            lasting: 0,
+            base: zero,
+            ceiling: None,
+        }
+    }
+}
+
+impl<R: Real> Plateau<R> {
+    /// Takes one sample; for how many samples the load has been clipped, zero where it is not.
+    pub fn clipped(&mut self, s: &Bars<R>) -> u8 {
+        self.recent.rotate_right(1);
+        self.recent[0] = s.now;
+        self.count = self.count.saturating_add(1).min(FLAT as u8);
+        let flat = self.flat(s);
+        self.knock(s, flat);
+        let slack = s.noise * R::of(2.0);
+        let lasts = s.now > self.at * R::of(ENDED_SHARE) - slack && s.held < self.at * R::of(ENDED_SHARE);
+        if self.clipped > 0 && lasts {
+            self.clipped = self.clipped.saturating_add(1);
+        } else {
+            self.clipped = match flat {
+                Some((mean, jumped)) if mean > if jumped { least(s.jumped, s.risen) } else { s.risen } => {
+                    self.at = mean;
+                    FLAT as u8
+                }
+                _ => 0,
+            };
+        }
+        self.clipped
+    }
+
+    /// Height at which a knock was clipped that has ended with this sample.
+    pub fn ceiling(&self) -> Option<R> {
+        self.ceiling
+    }
+
+    fn knock(&mut self, s: &Bars<R>, flat: Option<(R, bool)>) {
+        self.ceiling = None;
+        if s.steered {
+            self.lasting = 0;
+            return;
+        }
+        if self.lasting == 0 {
+            if let Some((mean, true)) = flat
+                && mean > s.level * R::of(1.0 + KNOCK_SHARE)
+            {
+                (self.top, self.base, self.lasting) = (mean, s.level, FLAT as u8);
+            }
+            return;
+        }
+        self.lasting = self.lasting.saturating_add(1);
+        let height = self.top - self.base;
+        if s.now > self.top + most(height * R::of(0.5), s.noise * R::of(4.0)) || self.lasting > KNOCK {
+            // It went on rising, or it stays: no knock.
+            self.lasting =
+                if self.lasting > KNOCK && s.now > self.base + height * R::of(0.5) { KNOCK } else { 0 };
+        } else if s.now < self.base + height * R::of(0.5) {
+            self.ceiling = (LEAST_KNOCK..KNOCK).contains(&self.lasting).then_some(self.top);
+            self.lasting = 0;
+        }
+    }
+
+    /// Mean of the last samples where they are flat, and whether they jumped there.
+    fn flat(&self, s: &Bars<R>) -> Option<(R, bool)> {
+        let [a, b, c, d, e] = self.recent;
+        let mean = (a + b + c + d + e) * R::of(0.2);
+        let jump = mean - s.level;
+        let jumped = jump > mean * R::of(JUMP_SHARE) && jump > s.noise * R::of(JUMP_SIGMAS);
+        let slope = ((a + b) - (d + e)).abs() * R::of(0.5);
+        let bend = ((b + c + d) * R::of(1.0 / 3.0) - (a + e) * R::of(0.5)).abs();
+        let bound = most(jump.abs() * R::of(FLAT_SHARE), s.noise * R::of(FLAT_SIGMAS));
+        (self.count as usize == FLAT && slope < bound && bend < bound).then_some((mean, jumped))
+    }
+}
