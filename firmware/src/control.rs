@@ -2,7 +2,7 @@
 //! clock only, and it alone feeds the watchdog.
 
 use embassy_time::{Duration, Instant, Timer};
-use stickslip_shared::predictor::{HASH_START, Prediction, flags, validity};
+use stickslip_shared::predictor::{HASH_START, Prediction, Predictor, flags, validity};
 use stickslip_shared::wire::{Mode, Sample, Source, StartRequest, TICK_US, TelemetryReport};
 
 use crate::board::Gauges;
@@ -156,7 +156,7 @@ impl<G: Gauges> Control<G> {
     fn predict(&mut self, sample: &Sample) {
         // A run starts with a model only; the slot cannot lose it.
         let Some(predictor) = &mut self.slot.predictor else { return };
-        let prediction = predictor.take(sample);
+        let prediction = predict(predictor, sample);
         if prediction.validity & validity::SOLVER != 0 {
             COUNTERS.solver_marks.add(1);
         }
@@ -170,4 +170,11 @@ impl<G: Gauges> Control<G> {
         self.report.prediction = prediction;
         self.report.hash = prediction.hash(self.report.hash);
     }
+}
+
+/// The predictor's tick.
+// A function of its own: `make no-panic` follows its calls.
+#[inline(never)]
+fn predict(predictor: &mut Predictor<f32>, sample: &Sample) -> Prediction {
+    predictor.take(sample)
 }

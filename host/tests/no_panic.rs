@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
 
 /// The tick, and the predictor's part of it.
-const TICKS: [&[&str]; 2] = [&["control", "Control", "4tick"], &["Predictor", "4tick"]];
+const TICKS: [&[&str]; 2] = [&["control", "Control", "4tick"], &["control", "7predict"]];
 /// What the executor polls: the task is the one that calls the tick.
 const TASK: &[&str] = &["TaskStorage", "4poll"];
 /// Caller and panic that stay, both in embassy. Its time driver borrows its timer queue in a
@@ -21,7 +21,10 @@ const TASK: &[&str] = &["TaskStorage", "4poll"];
 /// waker that is not its executor's: the control task is polled by that executor with no other.
 const EXEMPT: &[(&str, &str)] = &[
     ("_embassy_time_schedule_wake", "panic_already_borrowed"),
-    ("_embassy_time_queue_item_from_waker", "panic_fmt"),
+    ("_embassy_time_schedule_wake", "borrow_mut"),
+    // It says so in the log, then panics.
+    ("_embassy_time_queue_item_from_waker", "acquire_header_and_release"),
+    ("_embassy_time_queue_item_from_waker", "defmt_default_panic"),
 ];
 const FORBIDDEN: &[&str] =
     &["panicking", "rust_begin_unwind", "unwrap_failed", "expect_failed", "defmt_panic"];

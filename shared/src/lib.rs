@@ -10,6 +10,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod angle;
 pub mod cone;
 pub mod contact;
 pub mod effects;

@@ -6,12 +6,12 @@
 //! are told from now. The work is counted in evaluations of the momentum balance, not in
 //! time: both sides stop at the same place.
 
-use crate::cone::{ConeOptions, ConeStatus};
+use crate::cone::{ConeOptions, ConeStatus, FIXED_POINTS, USUAL_POINTS};
 use crate::contact::SLOTS;
 use crate::model::{Model, Scene};
 use crate::predictor::{Plan, Segment};
-use crate::real::{Real, Vec3, clamp, most};
-use crate::step::{State, StepSummary, Workspace, step_in, turned};
+use crate::real::{Length, Real, Vec3, clamp, most};
+use crate::step::{State, StepSummary, Workspace, turned};
 use crate::track::{Pose, Poses, drive_between};
 
 /// Steps over the horizon.
@@ -27,10 +27,6 @@ const MOST_WORK: u32 = 116;
 const FACTORS_WORK: u32 = 4;
 /// Work of a step around its solve; each effect adds half a unit a contact point.
 const AROUND_WORK: u32 = 8;
-/// Contact points of the board's usual scene: an evaluation there is the unit of work.
-const USUAL_POINTS: u32 = 16;
-/// What an evaluation costs besides its points, in points.
-const FIXED_POINTS: u32 = 12;
 
 impl<R: Real> StepSummary<R> {
     /// Work of the step, in evaluations of the momentum balance of 16 points.
@@ -130,7 +126,7 @@ impl<R: Real> Ahead<R> {
             pusher_m_s,
             departure_n,
             ahead_s: R::zero(),
-            speed_m_s: state.absolute_m_s.norm(),
+            speed_m_s: state.absolute_m_s.length(),
             found: Foreseen {
                 began_s: t_s,
                 peak_utilisation: [0.0; 2],
@@ -181,7 +177,7 @@ impl<R: Real> Ahead<R> {
                 break;
             };
             let options = ConeOptions::look_ahead();
-            let out = step_in(course.scene, course.model, &mut self.state, &drive, &options, space);
+            let out = R::step(course.scene, course.model, &mut self.state, &drive, &options, space);
             note(&out);
             work.add(&out);
             work.steps_ahead = work.steps_ahead.saturating_add(1);
@@ -191,7 +187,7 @@ impl<R: Real> Ahead<R> {
             let found = &mut self.found;
             for k in 0..2 {
                 found.peak_utilisation[k] = found.peak_utilisation[k].max(out.utilisation[k].to_f64() as f32);
-                if found.slip_after_s[k] < 0.0 && out.slip_m_s[k].norm() > course.slip_m_s {
+                if found.slip_after_s[k] < 0.0 && out.slip_m_s[k].length() > course.slip_m_s {
                     found.slip_after_s[k] = when;
                     found.slip[k] = out.slip_m_s[k];
                 }
@@ -200,7 +196,7 @@ impl<R: Real> Ahead<R> {
             let lost = !(n1 > R::zero()) || !(n2 > R::zero());
             // Falling: fast relative to the gripper and gaining half of gravity.
             let [vx, vy, vz, ..] = self.state.velocity;
-            let speed = Vec3::new(vx, vy, vz).norm();
+            let speed = Vec3::new(vx, vy, vz).length();
             let falling = speed > R::of(0.05) && (speed - self.speed_m_s) / dt > R::of(2.0);
             self.speed_m_s = speed;
             if held && (lost || falling) && found.drop_after_s < 0.0 {

@@ -24,8 +24,8 @@ use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S, Work};
 use crate::model::{FingerContact, Model, Scene, Shape};
 use crate::observer::motion::Moved;
 use crate::observer::{Observed, Observer, Seen};
-use crate::real::{Real, Rotation, Vec3, least, most};
-use crate::step::{Drive, State, StepSummary, Workspace, step_in};
+use crate::real::{Length, Real, Rotation, Vec3, least, most};
+use crate::step::{Drive, State, StepSummary, Workspace};
 use crate::track::{PathFilter, Pose, Poses, Settling, drive_between, seat, support_pose};
 use heapless::Vec;
 use postcard_schema::Schema;
@@ -376,8 +376,9 @@ pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), Model
         let info = e.info().ok_or(ModelError::UnknownEffect)?;
         let inside = |(p, i): (&R, &crate::effects::Parameter)| {
             // Bounds are decimal; a value sent as f32 may round just past them.
-            let slack = 1e-6 * (i.high - i.low);
-            p.finite() && p.to_f64() >= i.low - slack && p.to_f64() <= i.high + slack
+            let (low, high) = (R::of(i.low), R::of(i.high));
+            let slack = R::of(1e-6) * (high - low);
+            p.finite() && *p >= low - slack && *p <= high + slack
         };
         if !e.parameters.iter().zip(info.parameters).all(inside) {
             return Err(ModelError::EffectParameter);
@@ -612,7 +613,7 @@ impl<R: Real> Predictor<R> {
     }
 
     // A function of its own: its stack is not that of every tick.
-    #[inline(never)]
+    #[cold]
     fn start(&mut self, sample: &Sample<R>) -> Option<()> {
         let object = sample.object?;
         let support = support_pose(&self.scene, &object);
@@ -663,8 +664,8 @@ impl<R: Real> Predictor<R> {
     }
 
     /// One tick. Never panics; work is bounded.
-    // A function of its own in the firmware: `make no-panic` follows its calls.
-    #[inline(never)]
+    // Not `inline(never)`: such a function is compiled in this crate alone, for speed; the firmware
+    // compiles the tick for size, but for the steps of the model ([`Real::step`]).
     pub fn tick(&mut self, sample: &Sample<R>) -> Prediction {
         let mut doubt = 0;
         if !sample.t_s.finite() || !sample.grip_cmd_n.finite() {
@@ -756,7 +757,7 @@ impl<R: Real> Predictor<R> {
             tracked.strayed = if strayed { tracked.strayed.saturating_add(1) } else { 0 };
             // What slides leaves the model step by step, a wild pose jumps.
             let limit = R::of(f64::from(self.limits.divergence_m));
-            let jumped = !((measured.position_m - tracked.seen_m).norm() <= limit);
+            let jumped = !((measured.position_m - tracked.seen_m).length() <= limit);
             if !(strayed && jumped) {
                 tracked.seen_m = measured.position_m;
             }
@@ -807,7 +808,7 @@ impl<R: Real> Predictor<R> {
             if let Some(moved) = observed.moved.as_ref().filter(|m| m.slip_s > R::zero()) {
                 for (f, v) in p.finger.iter_mut().zip(&moved.velocity_m_s) {
                     f.slip_in_s = 0.0;
-                    f.slip_speed_m_s = f.slip_speed_m_s.max(v.norm().to_f64() as f32);
+                    f.slip_speed_m_s = f.slip_speed_m_s.max(v.length().to_f64() as f32);
                 }
             }
         }
@@ -833,7 +834,7 @@ impl<R: Real> Predictor<R> {
     fn correct(&self, tracked: &mut Tracked<R>, measured: &Pose<R>) -> bool {
         let state = &mut tracked.state;
         let mut error = measured.position_m - state.position_m;
-        if error.norm() > R::of(f64::from(self.limits.divergence_m)) {
+        if error.length() > R::of(f64::from(self.limits.divergence_m)) {
             return true;
         }
         if self.scene.fingers.is_some() {
@@ -908,13 +909,14 @@ impl<R: Real> Predictor<R> {
                 *doubt |= validity::BIASED;
             }
             let (mut miss, mut size) = (R::zero(), R::zero());
-            for i in [0, 2] {
-                let (measured, model) = (a[i] + b[i], out.reading.finger[0][i] + out.reading.finger[1][i]);
+            let [f1, f2] = &out.reading.finger;
+            // Along X and Z.
+            for (measured, model) in [(a[0] + b[0], f1[0] + f2[0]), (a[2] + b[2], f1[2] + f2[2])] {
                 miss += (measured - model).abs();
                 size += most(measured.abs(), model.abs());
             }
             let parted =
-                seen.is_some_and(|s| (s.position_m - tracked.state.position_m).norm() > R::of(0.0015));
+                seen.is_some_and(|s| (s.position_m - tracked.state.position_m).length() > R::of(0.0015));
             let apart = miss > size * R::of(0.3) + R::of(0.5) || parted;
             tracked.apart = if apart { tracked.apart.saturating_add(1) } else { 0 };
         }
@@ -941,10 +943,10 @@ impl<R: Real> Predictor<R> {
         let up = -drive.carrier.inverse_transform_vector(&Vec3::from(self.scene.gravity_m_s2));
         let bears = |w: &[[R; 6]; 2]| {
             let sum = |i: usize| w[0][i] + w[1][i];
-            Vec3::new(sum(0), sum(1), sum(2)).dot(&up) / up.norm()
+            Vec3::new(sum(0), sum(1), sum(2)).dot(&up) / up.length()
         };
         let bearing_n = match &wrenches {
-            [Some(a), Some(b)] if up.norm() > R::of(1e-3) => {
+            [Some(a), Some(b)] if up.length() > R::of(1e-3) => {
                 Some([bears(&[*a, *b]), bears(&out.reading.finger)])
             }
             _ => None,
@@ -998,7 +1000,7 @@ impl<R: Real> Predictor<R> {
                 let now = moved.slip_s > R::zero();
                 slip = if now { moved.velocity_m_s[k] } else { Vec3::zeros() };
             }
-            f.slip_speed_m_s = narrow(slip.norm());
+            f.slip_speed_m_s = narrow(slip.length());
             f.slip_direction_rad = direction(&slip);
             f.slip_in_s = -1.0;
             p.finger_wrench[k] = out.reading.finger[k].map(narrow);
@@ -1024,7 +1026,7 @@ impl<R: Real> Predictor<R> {
                 down -= v * (v.dot(&down) / square);
             }
         }
-        let size = down.norm();
+        let size = down.length();
         if !(size > R::of(1e-3)) {
             return R::zero();
         }
@@ -1148,7 +1150,7 @@ impl<R: Real> Predictor<R> {
         let mean = (moved.velocity_m_s[0] + moved.velocity_m_s[1]) * R::of(0.5);
         // Without the turn.
         let velocity = attitude.inverse_transform_vector(&Vec3::new(mean.x, R::zero(), mean.z));
-        let speed = velocity.norm();
+        let speed = velocity.length();
         for (v, sides) in [velocity.x, velocity.z].into_iter().zip(edge_m) {
             let way = if v > R::zero() { sides[0] } else { sides[1] };
             let v = v.abs();
@@ -1170,7 +1172,7 @@ impl<R: Real> Predictor<R> {
         }
         let down =
             tracked.poses.carrier.rotation.inverse_transform_vector(&Vec3::from(self.scene.gravity_m_s2));
-        let size = down.norm();
+        let size = down.length();
         if size > R::of(1e-3) {
             let v = (moved.velocity_m_s[0] + moved.velocity_m_s[1]) * R::of(0.5);
             let sinking = (v.x * down.x + v.z * down.z) / size;
@@ -1313,7 +1315,7 @@ fn advance<R: Real>(
         ..present
     };
     let mut out =
-        step_in(scene, model, state, &part, &bounded(iterations, evaluations, parts.saturating_sub(1)), work);
+        R::step(scene, model, state, &part, &bounded(iterations, evaluations, parts.saturating_sub(1)), work);
     worst.note(&out);
     for later in (0..parts.saturating_sub(1)).rev() {
         if matches!(out.status, ConeStatus::BadInput | ConeStatus::Contradiction) {
@@ -1325,7 +1327,7 @@ fn advance<R: Real>(
         }
         iterations = iterations.saturating_sub(out.iterations);
         evaluations = evaluations.saturating_sub(out.evaluations);
-        out = step_in(scene, model, state, &part, &bounded(iterations, evaluations, later), work);
+        out = R::step(scene, model, state, &part, &bounded(iterations, evaluations, later), work);
         worst.note(&out);
     }
     out
@@ -1456,7 +1458,7 @@ impl<R: Real> Worst<R> {
     /// A step of the look-ahead: its status goes with what it foresees.
     fn count(&mut self, out: &StepSummary<R>) {
         self.work.add(out);
-        self.iterations = self.iterations.saturating_add(least(f64::from(out.iterations), 1e4) as u16);
+        self.iterations = self.iterations.saturating_add(out.iterations.min(10_000) as u16);
     }
 
     /// The step from sample to sample.

@@ -4,6 +4,10 @@
 //! same source gives the same bits on x86 and on a Cortex-M4F. `sqrt` is the one
 //! exception in form, not in bits: IEEE 754 requires it to be correctly rounded.
 
+use crate::cone::ConeOptions;
+use crate::contact::{Contacts, SLOTS, find};
+use crate::model::{Model, Scene};
+use crate::step::{Drive, State, StepSummary, Workspace, step_in};
 use nalgebra::{Matrix3, RealField, UnitQuaternion, Vector3};
 
 /// Three components, in the axes that the field's name says.
@@ -12,6 +16,20 @@ pub type Vec3<R> = Vector3<R>;
 pub type Mat3<R> = Matrix3<R>;
 /// Unit quaternion, rotating local axes into the parent's.
 pub type Rotation<R> = UnitQuaternion<R>;
+
+/// Length of a vector by [`Real::root`]: nalgebra's `norm` has the same bits, from a square root in
+/// software.
+pub trait Length<R> {
+    /// Square root of the sum of squares.
+    fn length(&self) -> R;
+}
+
+impl<R: Real> Length<R> for Vec3<R> {
+    #[inline(never)]
+    fn length(&self) -> R {
+        self.norm_squared().root()
+    }
+}
 
 /// A scalar for which every operation is the same on every platform.
 pub trait Real:
@@ -27,8 +45,28 @@ pub trait Real:
     fn canonical_bits(self) -> u64;
     /// `true` for neither NaN nor an infinity.
     fn finite(self) -> bool;
+    /// Sine and cosine of an angle in rad, of `f32` without double precision.
+    fn sine_cosine(self) -> (Self, Self);
     /// Square root, correctly rounded: the same bits everywhere; one instruction on an FPU.
     fn root(self) -> Self;
+    /// [`crate::step::step_in`] with room for any scene. Generic code is compiled, and optimised,
+    /// with the program that uses it; this is compiled here, whatever the program is optimised for.
+    fn step(
+        scene: &Scene<Self>,
+        model: &Model<Self>,
+        state: &mut State<Self, SLOTS>,
+        drive: &Drive<Self>,
+        options: &ConeOptions<Self>,
+        work: &mut Workspace<Self, SLOTS>,
+    ) -> StepSummary<Self>;
+    /// [`crate::contact::find`] likewise.
+    fn find_contacts(
+        scene: &Scene<Self>,
+        model: &Model<Self>,
+        state: &State<Self, SLOTS>,
+        drive: &Drive<Self>,
+        out: &mut Contacts<Self, SLOTS>,
+    ) -> usize;
 }
 
 impl Real for f32 {
@@ -49,6 +87,28 @@ impl Real for f32 {
     fn root(self) -> Self {
         stickslip_root::sqrtf(self)
     }
+    fn sine_cosine(self) -> (Self, Self) {
+        crate::angle::sine_cosine(self)
+    }
+    fn step(
+        scene: &Scene<Self>,
+        model: &Model<Self>,
+        state: &mut State<Self, SLOTS>,
+        drive: &Drive<Self>,
+        options: &ConeOptions<Self>,
+        work: &mut Workspace<Self, SLOTS>,
+    ) -> StepSummary<Self> {
+        step_in(scene, model, state, drive, options, work)
+    }
+    fn find_contacts(
+        scene: &Scene<Self>,
+        model: &Model<Self>,
+        state: &State<Self, SLOTS>,
+        drive: &Drive<Self>,
+        out: &mut Contacts<Self, SLOTS>,
+    ) -> usize {
+        find(scene, model, state, drive, out)
+    }
 }
 
 impl Real for f64 {
@@ -67,6 +127,28 @@ impl Real for f64 {
     }
     fn root(self) -> Self {
         libm::sqrt(self)
+    }
+    fn sine_cosine(self) -> (Self, Self) {
+        libm::sincos(self)
+    }
+    fn step(
+        scene: &Scene<Self>,
+        model: &Model<Self>,
+        state: &mut State<Self, SLOTS>,
+        drive: &Drive<Self>,
+        options: &ConeOptions<Self>,
+        work: &mut Workspace<Self, SLOTS>,
+    ) -> StepSummary<Self> {
+        step_in(scene, model, state, drive, options, work)
+    }
+    fn find_contacts(
+        scene: &Scene<Self>,
+        model: &Model<Self>,
+        state: &State<Self, SLOTS>,
+        drive: &Drive<Self>,
+        out: &mut Contacts<Self, SLOTS>,
+    ) -> usize {
+        find(scene, model, state, drive, out)
     }
 }
 

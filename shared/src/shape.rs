@@ -137,7 +137,7 @@ impl<R: Real> Face<R> {
             Extent::Rectangle(h) => {
                 for i in 0..4u8 {
                     for j in 0..4u8 {
-                        let c = |k: u8| R::of((f64::from(k) - 1.5) / 2.0);
+                        let c = |k: u8| (R::of(f64::from(k)) - R::of(1.5)) * R::of(0.5);
                         let _ = out.push((self.point([h[0] * c(i), h[1] * c(j)]), R::of(1.0 / 16.0)));
                     }
                 }
@@ -146,8 +146,8 @@ impl<R: Real> Face<R> {
                 // Two rings of equal area a point.
                 for i in 0..16u8 {
                     let (count, first, radius) = if i < 5 { (5.0, 0.0, 0.3727) } else { (11.0, 5.0, 0.7943) };
-                    let angle = R::of((f64::from(i) - first) / count * core::f64::consts::TAU);
-                    let (s, c) = angle.sin_cos();
+                    let angle = R::two_pi() * (R::of(f64::from(i)) - R::of(first)) / R::of(count);
+                    let (s, c) = angle.sine_cosine();
                     let d = *r * R::of(radius);
                     let _ = out.push((self.point([d * c, d * s]), R::of(1.0 / 16.0)));
                 }
@@ -343,6 +343,8 @@ impl<R: Real> Shape<R> {
 
     /// Distance from the centre to the side of the object along `direction` (object axes,
     /// unit), m.
+    // Compiled here: optimised for size its bounds would be checked.
+    #[inline(never)]
     pub fn reach(&self, direction: &Vec3<R>) -> R {
         match self.face_towards(direction) {
             Some(face) => {
@@ -415,7 +417,7 @@ pub fn inertia<R: Real>(shape: &Shape<R>, mass_kg: R) -> [[R; 3]; 3] {
             let (r, h) = (*diameter_m * R::of(0.5), *across_flats_m * R::of(0.5));
             let h = crate::real::clamp(h, zero, r);
             let (r2, edge) = (r * r, (r * r - h * h).root());
-            let segment = r2 * (h / most(r, R::of(1e-9))).asin();
+            let segment = r2 * h.atan2(edge);
             let area = R::of(2.0) * (h * edge + segment);
             let yy = R::of(0.5) * (r2 * segment - h * edge * (r2 - R::of(2.0) * h * h));
             let zz = R::of(1.0 / 3.0) * h * edge * edge * edge + R::of(0.5) * r2 * (h * edge + segment);

@@ -461,11 +461,8 @@ pub fn step_in<R: Real, const NC: usize>(
             Before::Stuck { load_n }
         });
         let _ = work.friction.push(law);
-        if kept != i {
-            let c = *c;
-            if let Some(to) = work.contacts.get_mut(kept) {
-                *to = c;
-            }
+        if let Ok([to, from]) = work.contacts.get_disjoint_mut([kept, i]) {
+            core::mem::swap(to, from);
         }
         kept += 1;
     }
@@ -675,6 +672,18 @@ fn inverse_times<R: Real>(i: &[[R; 3]; 3], t: &Vec3<R>) -> Vec3<R> {
     (c[0] * t.x + c[1] * t.y + c[2] * t.z) / determinant
 }
 
+/// The shortest turn that takes +X to the unit vector `to`.
+fn turn_from_x<R: Real>(to: &Vec3<R>) -> Rotation<R> {
+    let zero = R::zero();
+    let w = R::one() + to.x;
+    if !(w > R::of(1e-6)) {
+        return UnitQuaternion::new_unchecked(Quaternion::new(zero, zero, R::one(), zero));
+    }
+    // Twice the half-angle's cosine and sine times cos(angle / 2): normalised below.
+    let norm = (w * w + to.z * to.z + to.y * to.y).root();
+    UnitQuaternion::new_unchecked(Quaternion::new(w, zero, -to.z, to.y) / norm)
+}
+
 /// The height of the table that just touches the object at `position_m`, as a frame at rest
 /// relative to the carrier with +X along `up` (carrier axes).
 pub fn support_under<R: Real>(
@@ -689,11 +698,9 @@ pub fn support_under<R: Real>(
         _ => scene.object.shape.reach(&down),
     };
     let at = position_m - up * reach;
-    let frame = UnitQuaternion::rotation_between(&Vec3::x(), up)
-        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vec3::y_axis(), R::pi()));
     Moving {
         position_m: at,
-        rotation: frame,
+        rotation: turn_from_x(up),
         velocity_m_s: Vec3::zeros(),
         angular_rad_s: Vec3::zeros(),
         reference_m: at,

@@ -5,10 +5,10 @@
 //! velocities are the differences of the two poses over the time between them.
 
 use crate::cone::ConeOptions;
-use crate::contact::{self, Body, Contacts};
+use crate::contact::{self, Body, Contacts, SLOTS};
 use crate::model::{Model, Scene};
-use crate::real::{Real, Rotation, Vec3, most};
-use crate::step::{Drive, Moving, State, Workspace, step_in, support_under};
+use crate::real::{Length, Real, Rotation, Vec3, most};
+use crate::step::{Drive, Moving, State, Workspace, support_under};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// Position (m) and rotation (local axes to world axes).
@@ -134,7 +134,7 @@ pub fn drive_between<R: Real>(
 pub fn support_pose<R: Real>(scene: &Scene<R>, object: &Pose<R>) -> Option<Pose<R>> {
     scene.support.as_ref()?;
     let gravity = Vec3::from(scene.gravity_m_s2);
-    let size = gravity.norm();
+    let size = gravity.length();
     let up = if size > R::of(1e-3) { -gravity / size } else { Vec3::z() };
     let table = support_under(scene, &object.position_m, &object.rotation, &up);
     Some(Pose { position_m: table.position_m, rotation: table.rotation })
@@ -143,14 +143,16 @@ pub fn support_pose<R: Real>(scene: &Scene<R>, object: &Pose<R>) -> Option<Pose<
 /// How far the pusher must be moved along its contact normal so that it does not overlap
 /// the object at the start (m, world axes; zero where there is a gap). Pose noise of tens
 /// of micrometres would otherwise appear as hundreds of newtons.
-pub fn seat<R: Real, const NC: usize>(
+// A function of its own: its list of contacts is not on the stack of every tick.
+#[inline(never)]
+pub fn seat<R: Real>(
     scene: &Scene<R>,
     model: &Model<R>,
-    state: &State<R, NC>,
+    state: &State<R, SLOTS>,
     drive: &Drive<R>,
 ) -> Vec3<R> {
-    let mut found: Contacts<R, NC> = heapless::Vec::new();
-    contact::find(scene, model, state, drive, &mut found);
+    let mut found: Contacts<R, SLOTS> = heapless::Vec::new();
+    R::find_contacts(scene, model, state, drive, &mut found);
     let mut deepest = R::zero();
     let mut shift = Vec3::zeros();
     for c in found.iter().filter(|c| c.body == Body::Pusher) {
@@ -222,7 +224,7 @@ impl<R: Real> PathFilter<R> {
         };
         let miss = raw.position_m - ahead.position_m;
         let quiet = self.noise_m2 < R::of(QUIET_M * QUIET_M);
-        if quiet || miss.norm() > R::of(JUMP_M) {
+        if quiet || miss.length() > R::of(JUMP_M) {
             self.drift_m_s = (raw.position_m - self.pose.position_m) / dt_s - linear;
             self.drift_rad_s = Vec3::zeros();
             self.pose = *raw;
@@ -257,19 +259,20 @@ pub struct Settling<R: Real> {
 
 impl<R: Real> Settling<R> {
     /// `None` where only the fingers hold the object.
-    pub fn begin<const NC: usize>(
+    #[inline(never)]
+    pub fn begin(
         scene: &Scene<R>,
         model: &Model<R>,
-        state: &mut State<R, NC>,
+        state: &mut State<R, SLOTS>,
         drive: &Drive<R>,
     ) -> Option<Self> {
         let gravity = drive.carrier.inverse_transform_vector(&Vec3::from(scene.gravity_m_s2));
-        let mut found: Contacts<R, NC> = heapless::Vec::new();
-        contact::find(scene, model, state, drive, &mut found);
+        let mut found: Contacts<R, SLOTS> = heapless::Vec::new();
+        R::find_contacts(scene, model, state, drive, &mut found);
         let carried = found.iter().any(|c| {
             matches!(c.body, Body::Pusher | Body::Support)
                 && c.gap_m < R::of(TOUCHING_M)
-                && c.axes[0].dot(&gravity) < R::of(-0.5) * gravity.norm()
+                && c.axes[0].dot(&gravity) < R::of(-0.5) * gravity.length()
         });
         if !carried || scene.fingers.is_none() {
             return None;
@@ -280,13 +283,13 @@ impl<R: Real> Settling<R> {
     }
 
     /// At most `steps` steps; `true` when the object has settled.
-    pub fn go_on<const NC: usize>(
+    pub fn go_on(
         &mut self,
         scene: &Scene<R>,
         model: &Model<R>,
-        state: &mut State<R, NC>,
+        state: &mut State<R, SLOTS>,
         steps: u8,
-        work: &mut Workspace<R, NC>,
+        work: &mut Workspace<R, SLOTS>,
     ) -> bool {
         let mut base = Model::base(model.base, model.friction);
         base.friction.finger = R::zero();
@@ -298,7 +301,7 @@ impl<R: Real> Settling<R> {
             ..self.drive
         };
         for _ in 0..steps.min(self.left) {
-            step_in(scene, &base, state, &still, &ConeOptions::default(), work);
+            R::step(scene, &base, state, &still, &ConeOptions::default(), work);
             self.left = self.left.saturating_sub(1);
         }
         if self.left > 0 {
@@ -318,12 +321,7 @@ impl<R: Real> Settling<R> {
 }
 
 /// [`Settling`] at one go.
-pub fn settle<R: Real, const NC: usize>(
-    scene: &Scene<R>,
-    model: &Model<R>,
-    state: &mut State<R, NC>,
-    drive: &Drive<R>,
-) {
+pub fn settle<R: Real>(scene: &Scene<R>, model: &Model<R>, state: &mut State<R, SLOTS>, drive: &Drive<R>) {
     if let Some(mut settling) = Settling::begin(scene, model, state, drive) {
         settling.go_on(scene, model, state, SETTLE_STEPS, &mut Workspace::new());
     }

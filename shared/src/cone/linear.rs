@@ -43,8 +43,9 @@ impl<R: Real> Factors<R> {
                 return false;
             }
             exchanged[k] = pivot as u8;
-            if pivot != k {
-                rows.swap(k, pivot);
+            // Fails where both are the same row.
+            if let Ok([a, b]) = rows.get_disjoint_mut([k, pivot]) {
+                core::mem::swap(a, b);
             }
             let inverse = R::one() / rows[k][k];
             rows[k][k] = inverse;

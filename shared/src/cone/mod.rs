@@ -50,12 +50,17 @@ const GOOD: f64 = 0.04;
 const POLISH_STEPS: u8 = 3;
 
 /// Bounds of [`ConeOptions::present`].
-const PRESENT_ITERATIONS: u32 = 22;
-const PRESENT_EVALUATIONS: u32 = 120;
+const PRESENT_ITERATIONS: u32 = 18;
+const PRESENT_EVALUATIONS: u32 = 76;
 /// Bounds and relative tolerance of [`ConeOptions::look_ahead`].
 const LOOK_AHEAD_ITERATIONS: u32 = 8;
 const LOOK_AHEAD_EVALUATIONS: u32 = 40;
 const LOOK_AHEAD_TOLERANCE: f64 = 1e-3;
+
+/// Contact points of the board's usual scene.
+pub(crate) const USUAL_POINTS: u32 = 16;
+/// What an evaluation costs besides its points, in points.
+pub(crate) const FIXED_POINTS: u32 = 12;
 
 /// Most evaluations of a line search after the first.
 const SEARCH_STEPS: u8 = 8;
@@ -139,6 +144,8 @@ pub struct ConeOptions<R: Real> {
     pub max_evaluations: u32,
     /// Residual called solved, as a share of the largest force in the balance.
     pub tolerance: R,
+    /// Points for which the two bounds are meant: with more, which cost more, they are lowered.
+    pub usual_points: u32,
 }
 
 impl<R: Real> Default for ConeOptions<R> {
@@ -148,6 +155,7 @@ impl<R: Real> Default for ConeOptions<R> {
             max_evaluations: 400,
             // f32: what summing some twenty forces leaves; f64: far below any use.
             tolerance: most(R::of(100.0) * R::EPSILON, R::of(1e-10)),
+            usual_points: MAX_POINTS as u32,
         }
     }
 }
@@ -155,7 +163,12 @@ impl<R: Real> Default for ConeOptions<R> {
 impl<R: Real> ConeOptions<R> {
     /// For the step to the present sample within a tick: bounded in time.
     pub fn present() -> Self {
-        Self { max_iterations: PRESENT_ITERATIONS, max_evaluations: PRESENT_EVALUATIONS, ..Self::default() }
+        Self {
+            max_iterations: PRESENT_ITERATIONS,
+            max_evaluations: PRESENT_EVALUATIONS,
+            usual_points: USUAL_POINTS,
+            ..Self::default()
+        }
     }
 
     /// For steps into the future, which is known far less exactly than a solve: the balance
@@ -165,6 +178,20 @@ impl<R: Real> ConeOptions<R> {
             max_iterations: LOOK_AHEAD_ITERATIONS,
             max_evaluations: LOOK_AHEAD_EVALUATIONS,
             tolerance: R::of(LOOK_AHEAD_TOLERANCE),
+            usual_points: USUAL_POINTS,
+        }
+    }
+
+    /// The same with the bounds for `points` points.
+    fn bounded_for(&self, points: usize) -> Self {
+        let usual = self.usual_points.saturating_add(FIXED_POINTS);
+        let points = (points as u32).saturating_add(FIXED_POINTS);
+        let lowered =
+            |bound: u32| if points > usual { (bound.saturating_mul(usual) / points).max(1) } else { bound };
+        Self {
+            max_iterations: lowered(self.max_iterations),
+            max_evaluations: lowered(self.max_evaluations),
+            ..*self
         }
     }
 }
@@ -544,6 +571,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         };
         let start = if finite(guess) { guess } else { &bodies.free };
         let start = scaled(start, radius);
+        let options = &options.bounded_for(problem.points.len());
         let (velocity, residual_n, status, iterations) = problem.coupled(start, options);
         if status != ConeStatus::Solved {
             // What was evaluated last need not be the best.

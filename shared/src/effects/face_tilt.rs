@@ -92,7 +92,7 @@ impl<R: Real> Law<R> for FaceTilt {
         if p[0] == R::zero() || !is_finger(contact.body) {
             return;
         }
-        let (sin, cos) = (p[0].sin(), p[0].cos());
+        let (sin, cos) = p[0].sine_cosine();
         contact.gap_m -= sin / cos * (contact.object_m.x - contact.patch_m[0]);
         let [n, t, _] = contact.axes;
         contact.axes[0] = n * cos + t * sin;

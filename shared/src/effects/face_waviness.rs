@@ -48,7 +48,7 @@ impl<R: Real> Law<R> for FaceWaviness {
 
     fn grip(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, memory: &mut [R; MEMORY], grip_n: &mut R) {
         if p[3] != R::zero() {
-            *grip_n += p[3] * opened(-angle(p, pad_x_m(c)).cos(), p[4], c, memory);
+            *grip_n += p[3] * opened(-angle(p, pad_x_m(c)).sine_cosine().1, p[4], c, memory);
         }
     }
 
@@ -63,7 +63,7 @@ impl<R: Real> Law<R> for FaceWaviness {
             return;
         }
         let x = slip.object_m.x - slip.patch_m[0];
-        let factor = R::one() + p[0] * angle(p, x).sin();
+        let factor = R::one() + p[0] * angle(p, x).sine_cosine().0;
         law.mu = law.mu.map(|mu| mu * factor);
     }
 }

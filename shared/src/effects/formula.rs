@@ -264,9 +264,12 @@ impl<R: Real> Formula<R> {
                     Op::Root => x.root(),
                     Op::Exponential => x.exp(),
                     Op::Logarithm => x.ln(),
-                    Op::Sine => x.sin(),
-                    Op::Cosine => x.cos(),
-                    Op::Tangent => x.tan(),
+                    Op::Sine => x.sine_cosine().0,
+                    Op::Cosine => x.sine_cosine().1,
+                    Op::Tangent => {
+                        let (sine, cosine) = x.sine_cosine();
+                        sine / cosine
+                    }
                     Op::HyperbolicTangent => x.tanh(),
                     Op::Sign => truth(x > zero) - truth(x < zero),
                     _ => return None,

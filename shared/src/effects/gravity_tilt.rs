@@ -4,7 +4,7 @@
 //! `g' = |g| (g + r x g) / |g + r x g|` with `r = (about_x, about_y, 0)`.
 
 use super::{Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, StepContext, text};
-use crate::real::{Real, Vec3};
+use crate::real::{Length, Real, Vec3};
 
 /// See the module.
 pub struct GravityTilt;
@@ -30,9 +30,9 @@ impl<R: Real> Law<R> for GravityTilt {
     fn loads(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, _: &mut [R; MEMORY], loads: &mut Loads<R>) {
         let g = loads.gravity_m_s2;
         let turned = g + Vec3::new(p[0], p[1], R::zero()).cross(&g);
-        let size = turned.norm();
+        let size = turned.length();
         if size > R::zero() {
-            loads.gravity_m_s2 = turned * (g.norm() / size);
+            loads.gravity_m_s2 = turned * (g.length() / size);
         }
     }
 }

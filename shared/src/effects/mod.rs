@@ -277,7 +277,7 @@ impl<R: Real> Effect<R> {
     pub fn info(&self) -> Option<&'static Info> {
         match self.code {
             formula::CODE => Some(&formula::INFO),
-            code => law::<R>(code).map(Law::info),
+            code => REGISTRY.iter().copied().find(|info| info.code == code),
         }
     }
 }

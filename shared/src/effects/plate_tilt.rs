@@ -8,7 +8,7 @@
 use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext, text};
 use crate::contact::{Body, Contact};
 use crate::model::PusherContact;
-use crate::real::{Real, most};
+use crate::real::{Length, Real, most};
 
 /// See the module.
 pub struct PlateTilt;
@@ -44,9 +44,9 @@ impl<R: Real> Law<R> for PlateTilt {
                 // The point seen from the pusher's origin, on the turned axes.
                 let from = n * contact.gap_m + t1 * contact.patch_m[0] + t2 * contact.patch_m[1];
                 let turned = n + t1 * p[1] - t2 * p[0];
-                let n = turned / turned.norm();
+                let n = turned / turned.length();
                 let t1 = t1 - n * n.dot(&t1);
-                let t1 = t1 / most(t1.norm(), R::of(1e-6));
+                let t1 = t1 / most(t1.length(), R::of(1e-6));
                 contact.axes = [n, t1, n.cross(&t1)];
                 contact.gap_m = n.dot(&from);
             }

@@ -8,7 +8,7 @@
 //! It remembers the spring's rotation vector.
 
 use super::{Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, StepContext, text};
-use crate::real::{Real, Vec3, most};
+use crate::real::{Length, Real, Vec3, most};
 
 /// Rotation over which the moment builds up, rad.
 const RANGE_RAD: f64 = 0.02;
@@ -66,7 +66,7 @@ impl<R: Real> Law<R> for RollingResistance {
         let range = most(R::of(RANGE_RAD), coarse);
         let [x, y, z] = *memory;
         let spring = Vec3::new(x, y, z) + rolled * (c.dt_s / load);
-        let size = spring.norm();
+        let size = spring.length();
         let spring = if size > range { spring * (range / size) } else { spring };
         *memory = [spring.x, spring.y, spring.z];
         loads.torque_nm -= spring * (moment / range);

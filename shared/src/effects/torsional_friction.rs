@@ -9,7 +9,7 @@
 
 use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext, text};
 use crate::contact::{Body, Contact};
-use crate::real::{Real, most};
+use crate::real::{Length, Real, most};
 
 /// Points nearer to the centre of their patch have no outward direction, m.
 const POINT_M: f64 = 1e-5;
@@ -50,7 +50,7 @@ impl<R: Real> Law<R> for TorsionalFriction {
             Body::Support => contact.lever_m - contact.axes[0] * contact.axes[0].dot(&contact.lever_m),
             _ => contact.axes[1] * contact.patch_m[0] + contact.axes[2] * contact.patch_m[1],
         };
-        let radius = out.norm();
+        let radius = out.length();
         if !(radius > R::of(POINT_M)) {
             contact.spread_m = most(p[0], R::zero());
             return;

@@ -19,7 +19,7 @@ pub mod motion;
 pub mod plateau;
 pub mod trend;
 
-use crate::real::{Real, Vec3, clamp, least, most};
+use crate::real::{Length, Real, Vec3, clamp, least, most};
 use bearing::Bearing;
 use friction::{Friction, Use};
 use motion::{Forces, Motion, Moved};
@@ -247,7 +247,7 @@ impl<R: Real> Observer<R> {
         if let (Some(ceiling), true) = (self.plateau.ceiling(), seen.moved.is_none()) {
             self.friction.cap(ceiling / effects);
         }
-        let fastest = |m: Moved<R>| most(m.velocity_m_s[0].norm(), m.velocity_m_s[1].norm());
+        let fastest = |m: Moved<R>| most(m.velocity_m_s[0].length(), m.velocity_m_s[1].length());
         let usage = Use {
             needed: smooth / effects,
             // The smoothed ratio's is 0.42 of a sample's.

@@ -10,7 +10,7 @@
 //! the limit may slip, those far below it hardly do. Slip ends when the point has come to
 //! rest; the anchor is then set anew.
 
-use crate::real::{Real, Vec3, clamp, least, most};
+use crate::real::{Length, Real, Vec3, clamp, least, most};
 
 /// Gains of the filter: its noise is 0.57 of the samples'.
 const ALPHA: f64 = 0.4;
@@ -147,7 +147,7 @@ impl<R: Real> Motion<R> {
         let noise = self.variance.map(|v| v.root() * R::of(FILTERED));
         let sigma_m = self.variance.map(|v| v.root());
         self.age = self.age.saturating_add(1).min(WARM);
-        let first = R::one() / R::of(f64::from(self.age) + 1.0);
+        let first = R::one() / (R::of(f64::from(self.age)) + R::one());
         let slipping = self.slip_s > R::zero();
         let mut begins = false;
         let mut fastest = R::zero();
@@ -172,7 +172,7 @@ impl<R: Real> Motion<R> {
             p.velocity += miss * (R::of(BETA) / dt_s);
             let away = p.at - p.anchor;
             begins |= self.age > 8 && !slipping && p.departed(sigma_m, forces);
-            fastest = most(fastest, p.velocity.norm());
+            fastest = most(fastest, p.velocity.length());
             if !slipping {
                 let follow = most(least(R::of(FOLLOW_S) * dt_s, R::one()), first);
                 p.anchor += away * follow + p.creep * dt_s;

@@ -92,10 +92,10 @@ impl<R: Real> Trend<R> {
         // A jump within the block is not noise.
         let spread = if spread > self.variance * R::of(9.0) { self.variance * R::of(9.0) } else { spread };
         self.variance += (spread - self.variance) * R::of(NOISE_SHARE);
-        self.means.rotate_left(1);
-        if let Some(newest) = self.means.last_mut() {
-            // Times count from now, so that they stay small.
-            *newest = [mean + self.first, R::zero()];
+        // Times count from now, so that they stay small.
+        let mut newer = [mean + self.first, R::zero()];
+        for place in self.means.iter_mut().rev() {
+            core::mem::swap(place, &mut newer);
         }
         for [_, at] in &mut self.means {
             *at -= self.now_s;
