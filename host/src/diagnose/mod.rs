@@ -78,7 +78,7 @@ const LIKELY: f64 = 0.05;
 /// along the face, under 35 N.
 const PADS_GIVE_M: f64 = 1e-4;
 /// Share of the excess that is enough where nothing relevant is left.
-const EXPLAINS_RELEVANT: f64 = 0.5;
+const EXPLAINS_RELEVANT: f64 = 0.6;
 /// Share of the excess below which a first effect is not even tried.
 const WORTH_TRYING: f64 = 0.25;
 /// Candidates that are searched again before `unexplained` is said.
