@@ -437,12 +437,19 @@ fn small_compliance(problem: &Problem, candidate: &Candidate) -> bool {
         return false;
     }
     let grip_n = problem.campaign.runs.iter().map(|r| r.prepared.grip_n()).fold(0.0, f64::max);
-    let effects = &candidate.held.solution.model.effects;
-    let compliance = effects.iter().find(|e| e.code == candidate.info.code).map_or([0.0; 2], |e| {
-        let [tangential, normal, ..] = e.parameters;
-        [tangential, normal]
-    });
-    compliance.iter().all(|c| c * grip_n < PADS_GIVE_M)
+    let Held { solution, free, .. } = &candidate.held;
+    let covariance = fit::clustered_covariance(&solution.grams, &problem.priors(free, 0), free.len());
+    let of_it = |f: &Free| match f {
+        Free::Effect { slot, .. } => {
+            solution.model.effects.get(*slot).is_some_and(|e| e.code == candidate.info.code)
+        }
+        _ => false,
+    };
+    // What the data do not determine says nothing about the pads.
+    free.iter().enumerate().filter(|(_, f)| of_it(f)).all(|(k, f)| {
+        let compliance_m_n = f.get(&solution.model);
+        compliance_m_n * grip_n < PADS_GIVE_M || compliance_m_n < 2.0 * covariance[(k, k)].sqrt()
+    })
 }
 
 /// The sets that explain the data as well as `chosen`: one effect exchanged for an `equal` one.
