@@ -69,6 +69,31 @@ pub trait Real:
     ) -> usize;
 }
 
+/// The same for both precisions, but no default: a default is compiled with the program that uses it.
+macro_rules! contact_code {
+    () => {
+        fn step(
+            scene: &Scene<Self>,
+            model: &Model<Self>,
+            state: &mut State<Self, SLOTS>,
+            drive: &Drive<Self>,
+            options: &ConeOptions<Self>,
+            work: &mut Workspace<Self, SLOTS>,
+        ) -> StepSummary<Self> {
+            step_in(scene, model, state, drive, options, work)
+        }
+        fn find_contacts(
+            scene: &Scene<Self>,
+            model: &Model<Self>,
+            state: &State<Self, SLOTS>,
+            drive: &Drive<Self>,
+            out: &mut Contacts<Self, SLOTS>,
+        ) -> usize {
+            find(scene, model, state, drive, out)
+        }
+    };
+}
+
 impl Real for f32 {
     const EPSILON: Self = f32::EPSILON;
     fn of(x: f64) -> Self {
@@ -90,25 +115,7 @@ impl Real for f32 {
     fn sine_cosine(self) -> (Self, Self) {
         crate::angle::sine_cosine(self)
     }
-    fn step(
-        scene: &Scene<Self>,
-        model: &Model<Self>,
-        state: &mut State<Self, SLOTS>,
-        drive: &Drive<Self>,
-        options: &ConeOptions<Self>,
-        work: &mut Workspace<Self, SLOTS>,
-    ) -> StepSummary<Self> {
-        step_in(scene, model, state, drive, options, work)
-    }
-    fn find_contacts(
-        scene: &Scene<Self>,
-        model: &Model<Self>,
-        state: &State<Self, SLOTS>,
-        drive: &Drive<Self>,
-        out: &mut Contacts<Self, SLOTS>,
-    ) -> usize {
-        find(scene, model, state, drive, out)
-    }
+    contact_code!();
 }
 
 impl Real for f64 {
@@ -131,25 +138,7 @@ impl Real for f64 {
     fn sine_cosine(self) -> (Self, Self) {
         libm::sincos(self)
     }
-    fn step(
-        scene: &Scene<Self>,
-        model: &Model<Self>,
-        state: &mut State<Self, SLOTS>,
-        drive: &Drive<Self>,
-        options: &ConeOptions<Self>,
-        work: &mut Workspace<Self, SLOTS>,
-    ) -> StepSummary<Self> {
-        step_in(scene, model, state, drive, options, work)
-    }
-    fn find_contacts(
-        scene: &Scene<Self>,
-        model: &Model<Self>,
-        state: &State<Self, SLOTS>,
-        drive: &Drive<Self>,
-        out: &mut Contacts<Self, SLOTS>,
-    ) -> usize {
-        find(scene, model, state, drive, out)
-    }
+    contact_code!();
 }
 
 /// Smaller of two; the second where the first is NaN.

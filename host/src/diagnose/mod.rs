@@ -388,8 +388,8 @@ fn choose(
     let judged = chosen.last().filter(|_| named(&chosen) == 0).map_or(start, |c| &c.held);
     let only_pads = !chosen.is_empty() && named(&chosen) == 0;
     if explains {
-        let verdict = if only_pads { Verdict::NothingMissing } else { Verdict::Effect };
-        return if only_pads { Choice::nothing() } else { Choice { chosen, equal, verdict } };
+        let effect = Choice { chosen, equal, verdict: Verdict::Effect };
+        return if only_pads { Choice::nothing() } else { effect };
     }
     let verdict =
         if judged.misfit.exceeds(UNEXPLAINED) { Verdict::Unexplained } else { Verdict::NothingMissing };

@@ -397,13 +397,12 @@ fn on_grid(problem: &Problem, starts: &[Start], info: &Info, slot: usize) -> Vec
 /// gains anything.
 fn beside(problem: &Problem, mut best: Solution, free: &[Free]) -> Solution {
     let ways: Vec<(&Free, f64)> = free.iter().flat_map(|f| BESIDE.map(|factor| (f, factor))).collect();
-    let mut tried = 0;
     let mut since = 0;
-    for (f, factor) in ways.iter().cycle().take(MOST_BESIDE.max(ways.len())) {
-        if since == ways.len() || tried == MOST_BESIDE {
+    for (f, factor) in ways.iter().cycle().take(MOST_BESIDE) {
+        if since == ways.len() {
             break;
         }
-        (tried, since) = (tried + 1, since + 1);
+        since += 1;
         let mut model = best.model.clone();
         f.set(&mut model, f.get(&best.model) * factor);
         let found = fit::solve_with(problem, &model, free, FEW_STEPS, &best.columns);
