@@ -516,7 +516,12 @@ impl<R: Real> Predictor<R> {
     /// A predictor that waits for its first sample.
     pub fn new(scene: Scene<R>, model: Model<R>, limits: Limits) -> Result<Self, ModelError> {
         validate(&scene, &model)?;
-        Ok(Self {
+        Ok(Self::of_valid(scene, model, limits))
+    }
+
+    /// The same of what [`validate`] has let through.
+    pub fn of_valid(scene: Scene<R>, model: Model<R>, limits: Limits) -> Self {
+        Self {
             core: Core {
                 health: Health::default(),
                 observer: Observer::new(model.friction.finger),
@@ -531,7 +536,7 @@ impl<R: Real> Predictor<R> {
                 work: 0,
             },
             tracked: None,
-        })
+        }
     }
 
     /// Work of the last tick that stepped, in evaluations of the momentum balance: what bounds
