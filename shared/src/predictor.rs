@@ -996,11 +996,12 @@ impl<R: Real> Core<R> {
     /// What the model's effects make of the fingers' friction limit: a factor on the base coefficient.
     fn effects_on_friction(&self, work: &Workspace<R, SLOTS>) -> R {
         let (mut limit, mut normal) = (R::zero(), R::zero());
-        for ((c, law), f) in work.contacts.iter().zip(&work.friction).zip(&work.force_n) {
+        for (c, answer) in work.contacts.iter().zip(work.answers()) {
             if matches!(c.body, Body::Finger1 | Body::Finger2) {
-                let bound = most(f[0] + law.adhesion_n, R::zero());
-                limit += (law.mu[0] + law.mu[1]) * R::of(0.5) * bound;
-                normal += most(f[0], R::zero());
+                let [force_n, ..] = answer.force_n;
+                let bound = most(force_n + answer.adhesion_n, R::zero());
+                limit += (answer.mu[0] + answer.mu[1]) * R::of(0.5) * bound;
+                normal += most(force_n, R::zero());
             }
         }
         let base = self.model.friction.finger * normal;
@@ -1246,8 +1247,8 @@ impl<R: Real> Core<R> {
                     let v = m.velocity_m_s + drive.carrier_m_s + drive.carrier_rad_s.cross(&m.position_m);
                     drive.carrier.transform_vector(&v)
                 });
-                let ahead = Ahead::begin(&tracked.state, &tracked.poses, sample.t_s, pusher_m_s, departure_n);
-                tracked.ahead = Some(ahead);
+                let Tracked { ahead, state, poses, .. } = &mut *tracked;
+                Ahead::begin(ahead, state, poses, sample.t_s, pusher_m_s, departure_n);
             }
             let Some(ahead) = &mut tracked.ahead else { break };
             if let Some(found) = ahead.go_on(&course, &mut done, work, |out| worst.count(out)) {

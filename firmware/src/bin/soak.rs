@@ -25,6 +25,7 @@ use stickslip_firmware::control::Control;
 use stickslip_firmware::link::{self, Link};
 use stickslip_firmware::queues::{SAMPLES, SPARE};
 use stickslip_firmware::slot::Slot;
+use stickslip_firmware::stack::BUDGET_BYTES;
 use stickslip_firmware::stats::COUNTERS;
 use stickslip_shared::predictor::{Intent, Plan, Predictor, Segment};
 use stickslip_shared::selftest::push;
@@ -427,7 +428,12 @@ async fn judge(ticks: u32) {
     hprintln!("virtual time {} s: {} ticks, {} missed", s.ticks / 250, s.ticks, s.ticks_missed);
     // 8 ns an instruction, 40 ns a count.
     hprintln!("instructions a tick: mean {}, worst {}", s.mean_cost * 5, s.worst_cost * 5);
-    hprintln!("stack: {} bytes at the deepest", s.stack_bytes);
+    hprintln!(
+        "stack: {} of {} bytes at the deepest; static, with this program: {}",
+        s.stack_bytes,
+        BUDGET_BYTES,
+        s.static_bytes
+    );
     hprintln!(
         "done: {} samples sound, {} lost, {} damaged, {} overtaken, {} repeated, {} bursts of garbage, {} sensor faults",
         value(&d.sound),
@@ -477,6 +483,7 @@ async fn judge(ticks: u32) {
     // Slack: what is on its way at this moment.
     let held = [
         ("no tick began late", s.ticks_missed == 0),
+        ("the stack keeps within its budget", s.stack_bytes <= BUDGET_BYTES),
         ("every sound sample is accounted for", near(value(&d.sound), taken, 2)),
         ("every missing sample is counted", near(missing, s.samples_lost, 2)),
         ("every late sample is counted", near(value(&d.overtaken), s.samples_reordered, 1)),
