@@ -20,7 +20,7 @@ fn take<T: DeserializeOwned>(bytes: &mut &[u8]) -> Option<T> {
 }
 
 /// Decodes a [`ModelPackage`]; `None`, and nothing in `place`, where the bytes are not one, or more than one.
-#[inline(never)]
+#[inline]
 pub fn decode(mut bytes: &[u8], place: &mut Option<ModelPackage>) -> Option<()> {
     *place = None;
     let rest = &mut bytes;
@@ -35,6 +35,7 @@ pub fn decode(mut bytes: &[u8], place: &mut Option<ModelPackage>) -> Option<()> 
 }
 
 /// Decodes what follows the friction coefficients.
+#[inline]
 fn fill(bytes: &mut &[u8], (_, model, limits): &mut ModelPackage) -> Option<()> {
     for _ in 0..take::<usize>(bytes)? {
         model.effects.push(take::<Effect<f32>>(bytes)?).ok()?;
