@@ -55,7 +55,9 @@ fn damaged_bytes_are_refused_where_postcard_refuses_them() {
         let done = decode(&bytes, &mut place);
         assert_eq!(done.is_some(), place.is_some());
         // Bytes as numbers: a NaN is not equal to itself.
-        let again = |p: &Option<ModelPackage>| p.as_ref().map(|p| postcard::to_slice(p, &mut [0; MAX_MODEL_BYTES]).unwrap().to_vec());
+        let again = |p: &Option<ModelPackage>| {
+            p.as_ref().map(|p| postcard::to_slice(p, &mut [0; MAX_MODEL_BYTES]).unwrap().to_vec())
+        };
         assert_eq!(again(&place), again(&expected), "{bytes:?}");
     }
 }
