@@ -20,7 +20,7 @@ use crate::diagnose::screen::{Screened, Start, Trial, screen};
 use crate::fit::{self, FOLDS, Free, Solution};
 
 /// Longest wave that counts as one where it shows in friction and in force, in paths.
-const LONGEST_WAVE: f64 = 1.5;
+const LONGEST_WAVE: f64 = 3.0;
 /// A fit whose loss is beyond this many times what its linear model promises did not converge.
 const CONVERGED: f64 = 1.2;
 /// Precision of a parameter that stays where it is.
