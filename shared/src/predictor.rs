@@ -18,7 +18,6 @@
 
 use crate::cone::{ConeOptions, ConeStatus, Kept};
 use crate::contact::{Body, SLOTS};
-use crate::effects;
 use crate::health::Health;
 use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S, Work};
 use crate::model::{FingerContact, Model, Scene, Shape};
@@ -1305,7 +1304,7 @@ impl<R: Real> Core<R> {
 /// Friction while sliding over that at rest, by the model's effects.
 fn sliding_share<R: Real>(model: &Model<R>) -> R {
     model.effects.iter().fold(R::one(), |share, e| {
-        share * effects::law::<R>(e.code).map_or_else(R::one, |law| law.sliding_share(&e.parameters))
+        share * R::law(e.code).map_or_else(R::one, |law| law.sliding_share(&e.parameters))
     })
 }
 

@@ -232,7 +232,7 @@ fn effect_hooks<'a, R: Real>(
     model.effects.iter().enumerate().filter_map(move |(i, e)| {
         let law: Option<&'a dyn effects::Law<R>> = match e.code {
             effects::formula::CODE => formulas.next().map(|f| f as &dyn effects::Law<R>),
-            code => effects::law::<R>(code).map(|law| law as &dyn effects::Law<R>),
+            code => R::law(code).map(|law| law as &dyn effects::Law<R>),
         };
         law.map(|law| (i, law, &e.parameters))
     })
