@@ -345,6 +345,21 @@ pub fn step_in<R: Real, const NC: usize>(
     options: &ConeOptions<R>,
     work: &mut Workspace<R, NC>,
 ) -> StepSummary<R> {
+    let guess = state.velocity;
+    step_from(scene, model, state, drive, options, &guess, work)
+}
+
+/// [`step_in`] whose iteration begins at the velocity `guess` and not at that of the last step.
+#[inline(always)]
+pub fn step_from<R: Real, const NC: usize>(
+    scene: &Scene<R>,
+    model: &Model<R>,
+    state: &mut State<R, NC>,
+    drive: &Drive<R>,
+    options: &ConeOptions<R>,
+    guess: &[R; DOF],
+    work: &mut Workspace<R, NC>,
+) -> StepSummary<R> {
     let _span = probe::span(Part::Step);
     let zero = R::zero();
     let dt = drive.dt_s;
@@ -474,7 +489,7 @@ pub fn step_in<R: Real, const NC: usize>(
     work.contacts.truncate(kept);
 
     let part = probe::span(Part::Cone);
-    let solution = work.cone.solve(&bodies, &state.velocity, options);
+    let solution = work.cone.solve(&bodies, guess, options);
     drop(part);
     let mut output = StepSummary {
         status: solution.status,
