@@ -489,7 +489,9 @@ pub fn step_from<R: Real, const NC: usize>(
     work.contacts.truncate(kept);
 
     let part = probe::span(Part::Cone);
-    let solution = work.cone.solve(&bodies, guess, options);
+    let hooks = (work.contacts.len() * model.effects.len()) as u16;
+    let options = options.beside(u32::from(hooks) / 2);
+    let solution = work.cone.solve(&bodies, guess, &options);
     drop(part);
     let mut output = StepSummary {
         status: solution.status,
@@ -497,7 +499,7 @@ pub fn step_from<R: Real, const NC: usize>(
         iterations: solution.iterations,
         evaluations: solution.evaluations,
         points: work.contacts.len() as u16,
-        hooks: (work.contacts.len() * model.effects.len()) as u16,
+        hooks,
         reading: Reading {
             position_m: state.position_m,
             rotation: state.rotation,
