@@ -194,11 +194,12 @@ impl<R: Real> ConeOptions<R> {
 
     /// The same with bounds for `work` evaluations, where that is less, but for some.
     pub(crate) fn within(&self, work: u32) -> Self {
-        let whole = self.work().max(1);
-        let share = |bound: u32| (bound.saturating_mul(work.clamp(LEAST_WORK, whole)) / whole).max(1);
+        let whole = self.work();
         if work >= whole {
             return *self;
         }
+        let work = work.max(LEAST_WORK).min(whole);
+        let share = |bound: u32| bound.saturating_mul(work).checked_div(whole).map_or(1, |b| b.max(1));
         Self {
             max_iterations: share(self.max_iterations),
             max_evaluations: share(self.max_evaluations),
