@@ -5,7 +5,8 @@
 //! about the finger axis at two thirds of the patch radius. The pose is averaged over five
 //! samples; a slow mean of it (0.2 s) is the anchor. Slip is a departure from the anchor by
 //! [`SLIPPED_M`], dated back to where the departure left the noise; one that stops short of
-//! it, but beyond [`NEAR_M`], is a near slip. What moves slower than
+//! it, but beyond [`NEAR_M`], is a near slip. Where a slip has ended, the anchor is set anew: one
+//! that still lags the last slip would date the next before its cause. What moves slower than
 //! about [`SLIPPED_M`] in 0.2 s, a creeping pad, is no slip; it shows as sag.
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -24,6 +25,8 @@ pub const NEAR_M: f64 = 1.2e-4;
 /// object with 30 um each leave 19 um on an axis after smoothing; this is 3.7 times that.
 const NOISE_M: f64 = 7e-5;
 const ANCHOR_S: f64 = 0.2;
+/// Samples whose mean is the anchor after a slip.
+const RESTED: usize = 10;
 /// Smoothing of the pose: this many samples to either side.
 const HALF_WINDOW: usize = 2;
 /// A cause builds up over this time or it is sudden.
@@ -205,7 +208,7 @@ fn slips(
     let mut quiet_s = 0.0;
     let mut slipping = false;
     let mut before_s = 0.0;
-    for (t, q) in t.iter().zip(path) {
+    for (i, (t, q)) in t.iter().zip(path).enumerate() {
         if *t > until_s {
             break;
         }
@@ -222,6 +225,10 @@ fn slips(
             if let Some(last) = found.last_mut() {
                 last.2 = *t;
             }
+            let rested = path[(i + 1).saturating_sub(RESTED)..=i].iter().flatten();
+            let (sum, count) = rested.fold((Vector3::zeros(), 0.0), |(sum, n), q| (sum + q, n + 1.0));
+            anchor = sum / count;
+            quiet_s = *t;
         }
         anchor += (q - anchor) * ((t - before_s) / ANCHOR_S).min(1.0);
         before_s = *t;
