@@ -47,8 +47,11 @@ const JAW_KEPT_M: f64 = 1.0e-4;
 pub const LONGEST_GAP_S: f64 = 0.1;
 /// A warning stays up for so long after its cause was last seen.
 const HELD_S: f32 = 0.15;
-/// A change of the planned motion moves the load for so long.
+/// A change of the planned motion moves the load for so long, and a plan may be late by so much.
 const SETTLING_S: f64 = 0.1;
+const PLAN_LATE_S: f32 = 0.04;
+/// Of the first, the time in which the gripper may still gain or lose speed.
+const GAINING_S: f64 = 0.04;
 /// Without a pose, a slip that lasts longer than most knocks is taken for the loss of the grasp.
 const LASTING_S: f64 = 0.03;
 /// A slip is extrapolated no further than this multiple of the time for which it has been
@@ -943,6 +946,11 @@ impl<R: Real> Predictor<R> {
             tracked.settling_s = R::of(SETTLING_S);
             tracked.motion = motion;
         }
+        let soon = self.plan.at(sample.t_s.to_f64() as f32 + PLAN_LATE_S);
+        let soon = soon.is_some_and(|s| apart(&[s.velocity_m_s, s.angular_rad_s], &motion) > 1.0);
+        if soon {
+            tracked.settling_s = most(tracked.settling_s, drive.dt_s);
+        }
         let up = -drive.carrier.inverse_transform_vector(&Vec3::from(self.scene.gravity_m_s2));
         let bears = |w: &[[R; 6]; 2]| {
             let sum = |i: usize| w[0][i] + w[1][i];
@@ -961,6 +969,7 @@ impl<R: Real> Predictor<R> {
             arm_m: self.torsion_arm_m,
             bearing_n,
             steered: tracked.settling_s > R::zero(),
+            accelerates: soon || tracked.settling_s > R::of(SETTLING_S - GAINING_S),
             effects,
             sliding: self.sliding,
             dt_s: drive.dt_s,
