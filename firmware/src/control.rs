@@ -24,7 +24,7 @@ struct Run {
 
 /// State of the control task.
 pub struct Control<G: Gauges> {
-    slot: &'static mut Slot,
+    predictor: &'static mut Option<Predictor<f32>>,
     gauges: GaugeSource<G>,
     run: Option<Run>,
     report: TelemetryReport,
@@ -32,9 +32,9 @@ pub struct Control<G: Gauges> {
 
 impl<G: Gauges> Control<G> {
     /// In the safe state: no model, no run.
-    pub fn new(slot: &'static mut Slot, gauges: G) -> Self {
+    pub fn new(predictor: &'static mut Option<Predictor<f32>>, gauges: G) -> Self {
         Self {
-            slot,
+            predictor,
             gauges: GaugeSource::new(gauges),
             run: None,
             report: TelemetryReport { hash: HASH_START, ..Default::default() },
@@ -42,7 +42,7 @@ impl<G: Gauges> Control<G> {
     }
 
     /// Ticks for ever.
-    pub async fn run(mut self, mut watchdog: Watchdog) -> ! {
+    pub async fn run(&mut self, mut watchdog: Watchdog) -> ! {
         let period = Duration::from_micros(u64::from(TICK_US));
         let mut due = Instant::now();
         loop {
@@ -72,7 +72,7 @@ impl<G: Gauges> Control<G> {
         if let Some(sample) = &sample {
             self.predict(sample);
         }
-        let mode = match (&self.run, &self.slot.predictor) {
+        let mode = match (&self.run, &self.predictor) {
             (Some(_), _) => Mode::Running,
             (None, Some(_)) => Mode::Ready,
             (None, None) => Mode::Safe,
@@ -96,14 +96,14 @@ impl<G: Gauges> Control<G> {
     fn apply(&mut self, command: Command) {
         match command {
             Command::Install(slot) => {
-                let old = core::mem::replace(&mut self.slot, slot);
-                MODEL_CRC.store(self.slot.crc, core::sync::atomic::Ordering::Relaxed);
+                install(slot, self.predictor);
+                MODEL_CRC.store(slot.crc, core::sync::atomic::Ordering::Relaxed);
                 COUNTERS.model_swaps.add(1);
-                // Two slots, two places: there is always room.
-                let _ = SPARE.try_send(old);
+                // One slot, one place: there is always room.
+                let _ = SPARE.try_send(slot);
             }
             Command::Plan(plan) => {
-                if let Some(predictor) = &mut self.slot.predictor {
+                if let Some(predictor) = self.predictor {
                     predictor.set_plan(plan);
                 }
             }
@@ -111,7 +111,7 @@ impl<G: Gauges> Control<G> {
             Command::Calibration(calibration) => self.gauges.calibrate(&calibration),
             Command::Tare => self.gauges.tare(),
             Command::Start(request) => {
-                if let Some(predictor) = &mut self.slot.predictor {
+                if let Some(predictor) = self.predictor {
                     predictor.restart();
                     predictor.set_trial(request.trial);
                 }
@@ -154,8 +154,8 @@ impl<G: Gauges> Control<G> {
     }
 
     fn predict(&mut self, sample: &Sample) {
-        // A run starts with a model only; the slot cannot lose it.
-        let Some(predictor) = &mut self.slot.predictor else { return };
+        // A run starts with a model only, and none is ever taken away.
+        let Some(predictor) = self.predictor else { return };
         let prediction = predict(predictor, sample);
         if prediction.validity & validity::SOLVER != 0 {
             COUNTERS.solver_marks.add(1);
@@ -169,6 +169,15 @@ impl<G: Gauges> Control<G> {
         }
         self.report.prediction = prediction;
         self.report.hash = prediction.hash(self.report.hash);
+    }
+}
+
+/// A predictor of the model in the slot, in place of the one before.
+// A function of its own: its stack is not that of every tick.
+#[inline(never)]
+fn install(slot: &mut Slot, place: &mut Option<Predictor<f32>>) {
+    if let Some((scene, model, limits)) = slot.package.take() {
+        *place = Some(Predictor::of_valid(scene, model, limits));
     }
 }
 

@@ -29,7 +29,7 @@ impl Link {
     }
 
     /// Receives for ever.
-    pub async fn run<R: Read>(mut self, mut rx: R) -> ! {
+    pub async fn run<R: Read>(&mut self, mut rx: R) -> ! {
         let mut reader = FrameReader::new();
         let mut bytes = [0; 64];
         loop {
@@ -149,7 +149,7 @@ impl Link {
 
     fn commit(&mut self, commit: &wire::ModelCommit) -> Answer {
         let slot = SPARE.try_receive().ok_or(Refusal::Busy)?;
-        match self.upload.commit(commit, &mut slot.predictor) {
+        match self.upload.commit(commit, &mut slot.package) {
             Ok(()) => {
                 slot.crc = commit.crc;
                 match COMMANDS.try_send(Command::Install(slot)) {

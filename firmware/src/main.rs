@@ -9,14 +9,15 @@ use stickslip_firmware::control::Control;
 use stickslip_firmware::link::{self, Link};
 use stickslip_firmware::queues::SPARE;
 use stickslip_firmware::slot::Slot;
+use stickslip_shared::predictor::Predictor;
 
 #[embassy_executor::task]
-async fn control(control: Control<board::Channels>, watchdog: board::Watchdog) -> ! {
+async fn control(control: &'static mut Control<board::Channels>, watchdog: board::Watchdog) -> ! {
     control.run(watchdog).await
 }
 
 #[embassy_executor::task]
-async fn receive(link: Link, rx: board::Rx) -> ! {
+async fn receive(link: &'static mut Link, rx: board::Rx) -> ! {
     link.run(rx).await
 }
 
@@ -28,13 +29,15 @@ async fn transmit(tx: board::Tx) -> ! {
 /// Brings everything up; its stack is free again before anything runs.
 #[inline(never)]
 fn start() {
-    static SLOTS: [StaticCell<Slot>; 2] = [StaticCell::new(), StaticCell::new()];
-    let [active, spare] = &SLOTS;
+    static SLOT: StaticCell<Slot> = StaticCell::new();
+    static PREDICTOR: StaticCell<Option<Predictor<f32>>> = StaticCell::new();
+    static CONTROL: StaticCell<Control<board::Channels>> = StaticCell::new();
+    static LINK: StaticCell<Link> = StaticCell::new();
     let board = board::init();
     defmt::info!("stickslip on {=str}, start {=u32}", board::NAME, board.boots);
-    let _ = SPARE.try_send(spare.init(Slot::new()));
-    let app = Control::new(active.init(Slot::new()), board.gauges);
-    let link = Link::new(board.reset_cause, board.boots);
+    let _ = SPARE.try_send(SLOT.init(Slot::new()));
+    let app = CONTROL.init(Control::new(PREDICTOR.init(None), board.gauges));
+    let link = LINK.init(Link::new(board.reset_cause, board.boots));
     let upper = board::control_executor();
     let lower = board::communication_executor();
     // Each task is spawned once, so its one place is free.

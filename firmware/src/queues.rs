@@ -15,7 +15,7 @@ use crate::slot::Slot;
 
 /// A checked command, to be applied at the beginning of a tick.
 pub enum Command {
-    /// Swap the model; the old slot goes back to [`SPARE`].
+    /// Take over the model in the slot, which goes back to [`SPARE`].
     Install(&'static mut Slot),
     /// Planned motion.
     Plan(Plan),
@@ -39,8 +39,8 @@ pub static COMMANDS: Queue<Command, 4> = Queue::new();
 pub static REPORTS: Queue<TelemetryReport, 8> = Queue::new();
 /// Encoded answers to the host.
 pub static ANSWERS: Channel<CriticalSectionRawMutex, Vec<u8, MAX_LINE>, 4> = Channel::new();
-/// The slot that is not in use: here a new model is built.
-pub static SPARE: Queue<&'static mut Slot, 2> = Queue::new();
+/// The slot, while no model waits in it.
+pub static SPARE: Queue<&'static mut Slot, 1> = Queue::new();
 
 static MODE: AtomicU8 = AtomicU8::new(0);
 /// CRC-32 of the model in use; meaningful where the mode is not `Safe`.

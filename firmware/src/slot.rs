@@ -1,23 +1,23 @@
-//! The two places that hold a predictor.
+//! The place where a new model waits.
 //!
-//! One runs, in the other the link builds the next model at its low priority. A swap
-//! passes a reference from task to task at the beginning of a tick, so it costs nothing
-//! and happens whole or not at all.
+//! The link decodes and checks it there at its low priority; the control task takes it over at
+//! the beginning of a tick. So the predictor that runs never sees half a model, and there is
+//! memory for one predictor only.
 
-use stickslip_shared::predictor::Predictor;
+use stickslip_shared::wire::ModelPackage;
 
-/// A place for one predictor.
+/// A place for one model.
 #[derive(Default)]
 pub struct Slot {
-    /// `None` before the first model.
-    pub predictor: Option<Predictor<f32>>,
-    /// CRC-32 of the model's bytes.
+    /// `None` before the first.
+    pub package: Option<ModelPackage>,
+    /// CRC-32 of its bytes.
     pub crc: u32,
 }
 
 impl Slot {
     /// Without a model.
     pub const fn new() -> Self {
-        Self { predictor: None, crc: 0 }
+        Self { package: None, crc: 0 }
     }
 }

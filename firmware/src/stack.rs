@@ -1,5 +1,9 @@
-//! How deep the stack has been: it is painted at the start, what is still painted was never
+//! What memory is taken, and how deep the stack has been: it is painted at the start, what is still painted was never
 //! used. Both priorities and all interrupts share the one stack.
+
+/// Most that the stack may take: with the static memory that `make size` allows (24.5 KiB), 48 KiB.
+/// `make soak` fails beyond it.
+pub const BUDGET_BYTES: u32 = 24_064;
 
 /// What cortex-m-rt paints the stack with (feature `paint-stack`).
 const PAINT: u32 = 0xcccc_cccc;
@@ -9,6 +13,13 @@ const MOST_WORDS: usize = 32 << 10;
 unsafe extern "C" {
     static _stack_start: u32;
     static _stack_end: u32;
+    static _ram_start: u32;
+}
+
+/// Bytes below the stack's end: variables, buffers, tasks.
+pub fn static_bytes() -> u32 {
+    let (bottom, end) = (&raw const _ram_start, &raw const _stack_end);
+    u32::try_from((end as usize).saturating_sub(bottom as usize)).unwrap_or(u32::MAX)
 }
 
 /// Bytes used at the deepest since reset.

@@ -111,6 +111,7 @@ impl Counters {
             solver_marks: self.solver_marks.get(),
             sensor_marks: self.sensor_marks.get(),
             stack_bytes: crate::stack::depth_bytes(),
+            static_bytes: crate::stack::static_bytes(),
         }
     }
 }

@@ -1,8 +1,9 @@
-//! A model that arrives in pieces: collected, checked as a whole, then built.
+//! A model that arrives in pieces: collected, checked as a whole, then decoded.
 
 use heapless::Vec;
-use stickslip_shared::predictor::Predictor;
+use stickslip_shared::predictor::validate;
 use stickslip_shared::wire::frame::crc32;
+use stickslip_shared::wire::package::decode;
 use stickslip_shared::wire::{MAX_MODEL_BYTES, ModelChunk, ModelCommit, ModelPackage, Refusal};
 
 /// Bytes received so far.
@@ -28,14 +29,14 @@ impl Upload {
             .map_err(|_| Refusal::TooLarge { limit: short(MAX_MODEL_BYTES) })
     }
 
-    /// Builds what was received in `place`, which is empty where that fails.
+    /// Decodes what was received into `place`, which is empty where that fails.
     ///
     /// # Errors
     /// Length or checksum differ from the announced, the bytes are not a scene and a
     /// model, or the model cannot be run here.
     // A function of its own: its stack is not that of every message.
     #[inline(never)]
-    pub fn commit(&self, commit: &ModelCommit, place: &mut Option<Predictor<f32>>) -> Result<(), Refusal> {
+    pub fn commit(&self, commit: &ModelCommit, place: &mut Option<ModelPackage>) -> Result<(), Refusal> {
         *place = None;
         if self.bytes.len() != usize::from(commit.length) {
             return Err(Refusal::Length { received: short(self.bytes.len()) });
@@ -44,13 +45,12 @@ impl Upload {
         if received != commit.crc {
             return Err(Refusal::Crc { received });
         }
-        match postcard::take_from_bytes::<ModelPackage>(&self.bytes) {
-            Ok(((scene, model, limits), [])) => {
-                *place = Some(Predictor::new(scene, model, limits).map_err(Refusal::Model)?);
-                Ok(())
-            }
-            _ => Err(Refusal::Undecodable),
-        }
+        decode(&self.bytes, place).ok_or(Refusal::Undecodable)?;
+        let checked = place.as_ref().map_or(Ok(()), |(scene, model, _)| validate(scene, model));
+        checked.map_err(|error| {
+            *place = None;
+            Refusal::Model(error)
+        })
     }
 }
 

@@ -162,13 +162,15 @@ fn pair(walked: &Walked, guess: &[f32; 7]) -> StepPair {
     };
     let mut narrow = [[0.0; 3]; SLOTS];
     let mut bodies = [[0.0; 3]; 4];
-    for (c, f) in walked.work.contacts.iter().zip(&walked.work.force_n) {
-        narrow[c.slot] = f.map(f64::from);
-        let force: Vec3<f64> = world(&c.axes.map(|a| a.cast()), &f.map(f64::from));
+    for (c, answer) in walked.work.contacts.iter().zip(walked.work.answers()) {
+        let f = answer.force_n.map(f64::from);
+        narrow[c.slot] = f;
+        let force: Vec3<f64> = world(&c.axes.map(|a| a.cast()), &f);
         (0..3).for_each(|k| bodies[c.body.index()][k] -= force[k]);
     }
-    for (c, f) in work.contacts.iter().zip(&work.force_n) {
-        let force = world(&c.axes, f);
+    for (c, answer) in work.contacts.iter().zip(work.answers()) {
+        let f = answer.force_n;
+        let force = world(&c.axes, &f);
         for k in 0..3 {
             pair.force_n = pair.force_n.max((f[k] - narrow[c.slot][k]).abs());
             pair.load_n = pair.load_n.max(f[k].abs());

@@ -85,11 +85,12 @@ fn steps_of_the_worst_runs_balance_momentum_or_are_marked() {
                 return;
             }
             steps += 1;
-            let largest = walked.work.force_n.iter().flatten().fold(0.0_f32, |m, f| m.max(f.abs())).max(1.0);
+            let largest = walked.work.answers().flat_map(|a| a.force_n).fold(1.0_f32, |m, f| m.max(f.abs()));
             // Rounding of the offsets of rigid contacts, which the certificate allows for.
             assert!(out.residual_n <= 1e-3 * largest + 5e-3, "{name}: {} N of {largest} N", out.residual_n);
             // Forces obey the contact law: no pull without adhesion, friction within its bound.
-            for (f, law) in walked.work.force_n.iter().zip(&walked.work.friction) {
+            for law in walked.work.answers() {
+                let f = law.force_n;
                 assert!(f[0] >= -law.adhesion_n - 1e-6, "{name}: {f:?}");
                 let bound = f[0] + law.adhesion_n;
                 if law.mu.iter().all(|m| *m > 0.0) {

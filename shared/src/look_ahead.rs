@@ -111,16 +111,19 @@ pub(crate) struct Ahead<R: Real> {
 }
 
 impl<R: Real> Ahead<R> {
-    /// From the present on. `pusher_m_s`: velocity, world; `departure_n`: grip commanded beyond
+    /// Begins one in `place`, from the present on. `pusher_m_s`: velocity, world; `departure_n`: grip commanded beyond
     /// the plan's, which goes on.
+    // A function of its own: what is moved into place is not on the stack of every step.
+    #[inline(never)]
     pub fn begin(
+        place: &mut Option<Self>,
         state: &State<R, SLOTS>,
         poses: &Poses<R>,
         t_s: R,
         pusher_m_s: Option<Vec3<R>>,
         departure_n: R,
-    ) -> Self {
-        Self {
+    ) {
+        *place = Some(Self {
             state: state.clone(),
             pusher: poses.pusher,
             pusher_m_s,
@@ -138,7 +141,7 @@ impl<R: Real> Ahead<R> {
                 position_m: state.position_m,
                 marked: false,
             },
-        }
+        });
     }
 
     /// Goes on until the horizon is reached (then what it found is returned) or the work is

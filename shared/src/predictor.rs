@@ -397,6 +397,13 @@ fn seconds(us: u64) -> f32 {
 /// The predictor: parameters, plan and the state of the tracked object.
 #[derive(Clone, Debug)]
 pub struct Predictor<R: Real> {
+    core: Core<R>,
+    tracked: Option<Tracked<R>>,
+}
+
+/// All but the tracked object: that is large, and is worked on where it lies.
+#[derive(Clone, Debug)]
+struct Core<R: Real> {
     scene: Scene<R>,
     model: Model<R>,
     limits: Limits,
@@ -406,7 +413,6 @@ pub struct Predictor<R: Real> {
     /// sampling time within an hour.
     epoch_us: u64,
     trial: R,
-    tracked: Option<Tracked<R>>,
     health: Health<R>,
     observer: Observer<R>,
     /// Friction while sliding over that at rest, by the model's effects.
@@ -416,6 +422,18 @@ pub struct Predictor<R: Real> {
     last: Prediction,
     /// Of the last tick that stepped.
     work: u32,
+}
+
+/// Why a sample was not followed.
+enum Unfollowed {
+    /// It cannot be used.
+    Sample,
+    /// Its step had no answer.
+    Solver {
+        status: ConeStatus,
+        /// The state has moved on the way: it is no longer that of the last sample.
+        lost: bool,
+    },
 }
 
 /// State of a started predictor.
@@ -503,51 +521,58 @@ impl<R: Real> Predictor<R> {
     /// A predictor that waits for its first sample.
     pub fn new(scene: Scene<R>, model: Model<R>, limits: Limits) -> Result<Self, ModelError> {
         validate(&scene, &model)?;
-        Ok(Self {
-            health: Health::default(),
-            observer: Observer::new(model.friction.finger),
-            sliding: sliding_share(&model),
-            torsion_arm_m: torsion_arm(&model, patch_arm(&scene)),
-            scene,
-            model,
-            limits,
-            plan: Plan::default(),
-            epoch_us: 0,
-            trial: R::zero(),
+        Ok(Self::of_valid(scene, model, limits))
+    }
+
+    /// The same of what [`validate`] has let through.
+    pub fn of_valid(scene: Scene<R>, model: Model<R>, limits: Limits) -> Self {
+        Self {
+            core: Core {
+                health: Health::default(),
+                observer: Observer::new(model.friction.finger),
+                sliding: sliding_share(&model),
+                torsion_arm_m: torsion_arm(&model, patch_arm(&scene)),
+                scene,
+                model,
+                limits,
+                plan: Plan::default(),
+                epoch_us: 0,
+                trial: R::zero(),
+                last: Prediction { drop_in_s: -1.0, ..Prediction::default() },
+                work: 0,
+            },
             tracked: None,
-            last: Prediction { drop_in_s: -1.0, ..Prediction::default() },
-            work: 0,
-        })
+        }
     }
 
     /// Work of the last tick that stepped, in evaluations of the momentum balance: what bounds
     /// the look-ahead, and what a search for the dearest tick counts.
     pub fn work(&self) -> u32 {
-        self.work
+        self.core.work
     }
 
     /// Replaces the plan from the next tick on.
     pub fn set_plan(&mut self, plan: Plan) {
-        self.plan = plan;
-        self.plan.start_s -= seconds(self.epoch_us);
+        self.core.plan = plan;
+        self.core.plan.start_s -= seconds(self.core.epoch_us);
     }
 
     /// Place of the trial in its data set (wear goes with it).
     pub fn set_trial(&mut self, trial: R) {
-        self.trial = trial;
+        self.core.trial = trial;
     }
 
     /// Forgets the tracked object; the next sample with an object pose starts anew.
     pub fn restart(&mut self) {
         self.tracked = None;
-        self.plan.start_s += seconds(self.epoch_us);
-        self.epoch_us = 0;
+        self.core.plan.start_s += seconds(self.core.epoch_us);
+        self.core.epoch_us = 0;
     }
 
     /// One tick with a sample from the line. Its time stamp may wrap around (every 71 minutes).
     pub fn take(&mut self, sample: &crate::wire::Sample) -> Prediction {
         // The stamp's 32 bits are the lowest of the epoch's 64.
-        let mut since_us = sample.t_us.wrapping_sub(self.epoch_us as u32);
+        let mut since_us = sample.t_us.wrapping_sub(self.core.epoch_us as u32);
         if self.tracked.is_none() || (EPOCH_US..=u32::MAX / 2).contains(&since_us) {
             self.move_epoch(since_us);
             since_us = 0;
@@ -559,8 +584,8 @@ impl<R: Real> Predictor<R> {
     /// Counts time from `by_us` later on.
     fn move_epoch(&mut self, by_us: u32) {
         let by_s = seconds(u64::from(by_us));
-        self.epoch_us = self.epoch_us.wrapping_add(u64::from(by_us));
-        self.plan.start_s -= by_s;
+        self.core.epoch_us = self.core.epoch_us.wrapping_add(u64::from(by_us));
+        self.core.plan.start_s -= by_s;
         if let Some(tracked) = &mut self.tracked {
             let by_s = R::of(f64::from(by_s));
             tracked.poses.t_s -= by_s;
@@ -574,14 +599,120 @@ impl<R: Real> Predictor<R> {
 
     /// Forgets what was learnt about friction: the next object or finger is another one.
     pub fn reset_friction(&mut self) {
-        self.observer.reset_friction();
+        self.core.observer.reset_friction();
     }
 
     /// The scene and model in use; the fingers' friction is the estimate.
     pub fn model(&self) -> (&Scene<R>, &Model<R>) {
-        (&self.scene, &self.model)
+        (&self.core.scene, &self.core.model)
     }
 
+    // A function of its own: its stack is not that of every tick.
+    #[inline(never)]
+    #[cold]
+    fn start(&mut self, sample: &Sample<R>) -> Option<()> {
+        let object = sample.object?;
+        let support = support_pose(&self.core.scene, &object);
+        let mut poses = self.core.poses(sample, None)?;
+        poses.support = support;
+        let reference_m = poses.pusher.map_or_else(Vec3::zeros, |p| p.position_m);
+        let later = Poses { t_s: poses.t_s + R::of(0.004), ..poses };
+        let drive = drive_between(&poses, &later, &reference_m, sample.grip_cmd_n, self.core.trial)?;
+        let local = poses.carrier.to_local(&object);
+        self.core.observer = self.core.observer.restarted();
+        let mut state =
+            State::held(&self.core.scene, &self.core.model, &drive, local.position_m, local.rotation);
+        let seat_m = seat(&self.core.scene, &self.core.model, &state, &drive);
+        if let Some(p) = &mut poses.pusher {
+            p.position_m += seat_m;
+        }
+        let mut seated = drive;
+        if let Some(p) = &mut seated.pusher {
+            p.position_m += drive.carrier.inverse_transform_vector(&seat_m);
+        }
+        let settling = Settling::begin(&self.core.scene, &self.core.model, &mut state, &seated);
+        self.tracked = Some(Tracked {
+            state,
+            poses,
+            support,
+            seat_m,
+            reference_m: reference_m + seat_m,
+            start: local,
+            pushing: false,
+            apart: 0,
+            strayed: 0,
+            settling,
+            ahead: None,
+            kept: [Kept::nothing(); 2],
+            seen_m: local.position_m,
+            outlook: None,
+            foreseen: 0,
+            sagging: 0,
+            rest_m: local.position_m,
+            slipped_m: Vec3::zeros(),
+            motion: [[0.0; 3]; 2],
+            settling_s: R::zero(),
+            slip_warning: Warning::default(),
+            drop_warning: Warning::default(),
+            gripper: PathFilter::new(poses.carrier),
+            pusher: poses.pusher.map(PathFilter::new),
+        });
+        Some(())
+    }
+
+    /// One tick. Never panics; work is bounded.
+    // Not `inline(never)`: such a function is compiled in this crate alone, for speed; the firmware
+    // compiles the tick for size, but for the steps of the model ([`Real::step`]).
+    pub fn tick(&mut self, sample: &Sample<R>) -> Prediction {
+        let mut doubt = 0;
+        if !sample.t_s.finite() || !sample.grip_cmd_n.finite() {
+            return self.core.repeat(validity::SAMPLE);
+        }
+        let elapsed = self.tracked.as_ref().map(|t| sample.t_s - t.poses.t_s);
+        if elapsed.is_some_and(|e| e > R::of(LONGEST_GAP_S)) {
+            doubt |= validity::GAP;
+            self.tracked = None;
+        }
+        if self.tracked.is_none() {
+            if self.start(sample).is_none() {
+                return self.core.repeat(doubt | validity::WAITING);
+            }
+            self.core.last = Prediction { drop_in_s: -1.0, validity: doubt, ..Prediction::default() };
+            return self.core.last;
+        }
+        if self.settle() {
+            return self.core.repeat(doubt | validity::WAITING);
+        }
+        let Self { core, tracked: place } = self;
+        let Some(tracked) = place else { return core.repeat(doubt | validity::WAITING) };
+        match core.follow(tracked, sample, doubt) {
+            Ok(()) => {}
+            Err(Unfollowed::Sample) => return core.repeat(validity::SAMPLE),
+            Err(Unfollowed::Solver { status, lost }) => {
+                if lost {
+                    *place = None;
+                }
+                core.last =
+                    Prediction { solver_status: status_code(status), ..core.repeat(validity::SOLVER) };
+            }
+        }
+        core.last
+    }
+
+    /// Settles the object for a tick; `false` where it has nothing to settle.
+    #[inline(never)]
+    fn settle(&mut self) -> bool {
+        let Some(Tracked { state, settling, .. }) = &mut self.tracked else { return false };
+        let Some(going) = settling else { return false };
+        if going.go_on(&self.core.scene, &self.core.model, state, SETTLE_STEPS_A_TICK, &mut Workspace::new())
+        {
+            *settling = None;
+        }
+        true
+    }
+}
+
+impl<R: Real> Core<R> {
     fn poses(&self, sample: &Sample<R>, tracked: Option<&Tracked<R>>) -> Option<Poses<R>> {
         let carrier = match (sample.gripper, tracked) {
             (Some(gripper), _) => gripper,
@@ -618,100 +749,6 @@ impl<R: Real> Predictor<R> {
         Poses { carrier, pusher, ..raw }
     }
 
-    // A function of its own: its stack is not that of every tick.
-    #[cold]
-    fn start(&mut self, sample: &Sample<R>) -> Option<()> {
-        let object = sample.object?;
-        let support = support_pose(&self.scene, &object);
-        let mut poses = self.poses(sample, None)?;
-        poses.support = support;
-        let reference_m = poses.pusher.map_or_else(Vec3::zeros, |p| p.position_m);
-        let later = Poses { t_s: poses.t_s + R::of(0.004), ..poses };
-        let drive = drive_between(&poses, &later, &reference_m, sample.grip_cmd_n, self.trial)?;
-        let local = poses.carrier.to_local(&object);
-        self.observer = self.observer.restarted();
-        let mut state = State::held(&self.scene, &self.model, &drive, local.position_m, local.rotation);
-        let seat_m = seat(&self.scene, &self.model, &state, &drive);
-        if let Some(p) = &mut poses.pusher {
-            p.position_m += seat_m;
-        }
-        let mut seated = drive;
-        if let Some(p) = &mut seated.pusher {
-            p.position_m += drive.carrier.inverse_transform_vector(&seat_m);
-        }
-        let settling = Settling::begin(&self.scene, &self.model, &mut state, &seated);
-        self.tracked = Some(Tracked {
-            state,
-            poses,
-            support,
-            seat_m,
-            reference_m: reference_m + seat_m,
-            start: local,
-            pushing: false,
-            apart: 0,
-            strayed: 0,
-            settling,
-            ahead: None,
-            kept: [Kept::nothing(); 2],
-            seen_m: local.position_m,
-            outlook: None,
-            foreseen: 0,
-            sagging: 0,
-            rest_m: local.position_m,
-            slipped_m: Vec3::zeros(),
-            motion: [[0.0; 3]; 2],
-            settling_s: R::zero(),
-            slip_warning: Warning::default(),
-            drop_warning: Warning::default(),
-            gripper: PathFilter::new(poses.carrier),
-            pusher: poses.pusher.map(PathFilter::new),
-        });
-        Some(())
-    }
-
-    /// One tick. Never panics; work is bounded.
-    // Not `inline(never)`: such a function is compiled in this crate alone, for speed; the firmware
-    // compiles the tick for size, but for the steps of the model ([`Real::step`]).
-    pub fn tick(&mut self, sample: &Sample<R>) -> Prediction {
-        let mut doubt = 0;
-        if !sample.t_s.finite() || !sample.grip_cmd_n.finite() {
-            return self.repeat(validity::SAMPLE);
-        }
-        let elapsed = self.tracked.as_ref().map(|t| sample.t_s - t.poses.t_s);
-        if elapsed.is_some_and(|e| e > R::of(LONGEST_GAP_S)) {
-            doubt |= validity::GAP;
-            self.tracked = None;
-        }
-        if self.tracked.is_none() {
-            if self.start(sample).is_none() {
-                return self.repeat(doubt | validity::WAITING);
-            }
-            self.last = Prediction { drop_in_s: -1.0, validity: doubt, ..Prediction::default() };
-            return self.last;
-        }
-        if self.settle() {
-            return self.repeat(doubt | validity::WAITING);
-        }
-        match self.follow(sample, doubt) {
-            Some(p) => {
-                self.last = p;
-                p
-            }
-            None => self.repeat(validity::SAMPLE),
-        }
-    }
-
-    /// Settles the object for a tick; `false` where it has nothing to settle.
-    #[inline(never)]
-    fn settle(&mut self) -> bool {
-        let Some(Tracked { state, settling, .. }) = &mut self.tracked else { return false };
-        let Some(going) = settling else { return false };
-        if going.go_on(&self.scene, &self.model, state, SETTLE_STEPS_A_TICK, &mut Workspace::new()) {
-            *settling = None;
-        }
-        true
-    }
-
     fn repeat(&mut self, doubt: u32) -> Prediction {
         Prediction {
             validity: self.last.validity | doubt,
@@ -720,18 +757,18 @@ impl<R: Real> Predictor<R> {
         }
     }
 
-    fn follow(&mut self, sample: &Sample<R>, mut doubt: u32) -> Option<Prediction> {
-        let mut tracked = self.tracked.take()?;
-        let poses = self.poses(sample, Some(&tracked)).map(|raw| self.denoised(raw, &mut tracked));
-        let next = poses.and_then(|poses| {
-            let from = &tracked.poses;
-            let drive = drive_between(from, &poses, &tracked.reference_m, sample.grip_cmd_n, self.trial)?;
-            Some((poses, drive))
-        });
-        let Some((poses, drive)) = next else {
-            self.tracked = Some(tracked);
-            return None;
-        };
+    /// The last prediction becomes that for the sample.
+    fn follow(
+        &mut self,
+        tracked: &mut Tracked<R>,
+        sample: &Sample<R>,
+        mut doubt: u32,
+    ) -> Result<(), Unfollowed> {
+        let raw = self.poses(sample, Some(tracked)).ok_or(Unfollowed::Sample)?;
+        let poses = self.denoised(raw, tracked);
+        let drive =
+            drive_between(&tracked.poses, &poses, &tracked.reference_m, sample.grip_cmd_n, self.trial)
+                .ok_or(Unfollowed::Sample)?;
         self.model.friction.finger = self.observer.assumed_friction();
         let mut work = Workspace::new();
         *work.kept() = tracked.kept[0];
@@ -742,13 +779,9 @@ impl<R: Real> Predictor<R> {
             // after a gap's length of such samples the model starts anew. (It does so at once
             // where a gap was bridged in parts and the later ones failed.)
             self.work = worst.work.done();
-            if !worst.moved {
-                tracked.gripper = PathFilter::new(tracked.poses.carrier);
-                tracked.pusher = tracked.poses.pusher.map(PathFilter::new);
-                self.tracked = Some(tracked);
-            }
-            let last = self.repeat(validity::SOLVER);
-            return Some(Prediction { solver_status: status_code(out.status), ..last });
+            tracked.gripper = PathFilter::new(tracked.poses.carrier);
+            tracked.pusher = tracked.poses.pusher.map(PathFilter::new);
+            return Err(Unfollowed::Solver { status: out.status, lost: worst.moved });
         }
         tracked.kept[0] = *work.kept();
         let effects = self.effects_on_friction(&work, &load_of(sample, &out));
@@ -759,7 +792,7 @@ impl<R: Real> Predictor<R> {
         tracked.pushing = out.normal_n[2] > R::zero();
         if let Some(object) = sample.object {
             let measured = poses.carrier.to_local(&object);
-            let strayed = self.correct(&mut tracked, &measured);
+            let strayed = self.correct(tracked, &measured);
             tracked.strayed = if strayed { tracked.strayed.saturating_add(1) } else { 0 };
             // What slides leaves the model step by step, a wild pose jumps.
             let limit = R::of(f64::from(self.limits.divergence_m));
@@ -776,8 +809,7 @@ impl<R: Real> Predictor<R> {
                 tracked.ahead = None;
                 tracked.outlook = None;
                 doubt |= validity::DIVERGED;
-                let seen = Self::restarted(&self.scene, &self.model, &tracked, &drive, &measured);
-                tracked.state = seen;
+                self.restart_at(tracked, &drive, &measured);
                 out.reading.position_m = measured.position_m;
                 out.reading.rotation = measured.rotation;
             }
@@ -790,24 +822,24 @@ impl<R: Real> Predictor<R> {
         let object = sample.object.filter(|_| doubt & validity::POSE == 0);
         let seen = object.zip(sample.gripper).map(|(object, gripper)| gripper.to_local(&object));
         let observed =
-            self.observe(&mut tracked, &out, sample, &drive, &present, seen.as_ref(), effects, &mut doubt);
-        let mut p = self.describe(&tracked, &out, &observed, &present);
+            self.observe(tracked, &out, sample, &drive, &present, seen.as_ref(), effects, &mut doubt);
+        let mut p = self.describe(tracked, &out, &observed, &present);
         let model_sag = p.sag_m;
         *work.kept() = tracked.kept[1];
-        self.look_ahead(&mut tracked, &drive, sample, &present, &mut p, &mut worst, &mut work, &mut doubt);
+        self.look_ahead(tracked, &drive, sample, &present, &mut p, &mut worst, &mut work, &mut doubt);
         tracked.kept[1] = *work.kept();
         if let Some(seen) = &seen {
             // The model knows what comes, the measurement what is.
             let to_come = p.sag_ahead_m - model_sag;
-            p.sag_m = self.sag(&tracked, &poses.carrier, &present, &seen.position_m).to_f64() as f32;
+            p.sag_m = self.sag(tracked, &poses.carrier, &present, &seen.position_m).to_f64() as f32;
             p.sag_ahead_m = p.sag_m + to_come;
             p.rotation_rad = rotation_between(&tracked.start, &seen.rotation).to_f64() as f32;
         }
         if present.intent == Intent::Hold {
-            let edge_m = seen.as_ref().map(|seen| (self.to_the_edge(&tracked, seen), seen.rotation));
+            let edge_m = seen.as_ref().map(|seen| (self.to_the_edge(tracked, seen), seen.rotation));
             let grip_n = sample.grip_cmd_n.to_f64() as f32;
             let dt_s = drive.dt_s.to_f64() as f32;
-            self.combine(&mut p, &mut tracked, &observed, Now { grip_n, edge_m, doubt, dt_s });
+            self.combine(&mut p, tracked, &observed, Now { grip_n, edge_m, doubt, dt_s });
         } else {
             // What is meant to move rests nowhere.
             tracked.rest_m = tracked.seen_m;
@@ -818,7 +850,7 @@ impl<R: Real> Predictor<R> {
                 }
             }
         }
-        let sags = self.sags(&p, &mut tracked, &observed);
+        let sags = self.sags(&p, tracked, &observed);
         judge(&mut p, present.intent, &self.limits, sags, tracked.pushing);
         if worst.status != ConeStatus::Solved {
             doubt |= validity::SOLVER;
@@ -831,8 +863,8 @@ impl<R: Real> Predictor<R> {
         self.work = worst.work.done();
         p.solver_residual_n = worst.residual_n.to_f64() as f32;
         p.solver_iterations = worst.iterations;
-        self.tracked = Some(tracked);
-        Some(p)
+        self.last = p;
+        Ok(())
     }
 
     /// Draws the model's object towards the measured pose where no contact resists; `true`
@@ -860,13 +892,10 @@ impl<R: Real> Predictor<R> {
         false
     }
 
-    fn restarted(
-        scene: &Scene<R>,
-        model: &Model<R>,
-        tracked: &Tracked<R>,
-        drive: &Drive<R>,
-        measured: &Pose<R>,
-    ) -> State<R, SLOTS> {
+    // A function of its own: its stack is not that of every tick.
+    #[inline(never)]
+    fn restart_at(&self, tracked: &mut Tracked<R>, drive: &Drive<R>, measured: &Pose<R>) {
+        let (scene, model) = (&self.scene, &self.model);
         let mut state = State::held(scene, model, drive, measured.position_m, measured.rotation);
         state.memory = tracked.state.memory;
         state.time_s = tracked.state.time_s;
@@ -877,7 +906,7 @@ impl<R: Real> Predictor<R> {
             state.jaw_m = tracked.state.jaw_m;
             state.slots = tracked.state.slots;
         }
-        state
+        tracked.state = state;
     }
 
     /// Checks the sensors and takes from them what they tell.
@@ -980,11 +1009,12 @@ impl<R: Real> Predictor<R> {
     /// (carrier axes, any length): a factor on the base coefficient.
     fn effects_on_friction(&self, work: &Workspace<R, SLOTS>, load: &Vec3<R>) -> R {
         let (mut limit, mut normal) = (R::zero(), R::zero());
-        for ((c, law), f) in work.contacts.iter().zip(&work.friction).zip(&work.force_n) {
+        for (c, answer) in work.contacts.iter().zip(work.answers()) {
             if matches!(c.body, Body::Finger1 | Body::Finger2) {
-                let bound = most(f[0] + law.adhesion_n, R::zero());
-                limit += coefficient_along(&law.mu, c.axes[1].dot(load), c.axes[2].dot(load)) * bound;
-                normal += most(f[0], R::zero());
+                let [force_n, ..] = answer.force_n;
+                let bound = most(force_n + answer.adhesion_n, R::zero());
+                limit += coefficient_along(&answer.mu, c.axes[1].dot(load), c.axes[2].dot(load)) * bound;
+                normal += most(force_n, R::zero());
             }
         }
         let base = self.model.friction.finger * normal;
@@ -1213,7 +1243,7 @@ impl<R: Real> Predictor<R> {
         let mut done = worst.work;
         let mut begun = false;
         while done.room() && !begun {
-            let mut ahead = tracked.ahead.take().unwrap_or_else(|| {
+            if tracked.ahead.is_none() {
                 begun = true;
                 // A grip command that departs from the plan goes on doing so.
                 let departure_n = sample.grip_cmd_n - R::of(f64::from(present.grip_n));
@@ -1221,11 +1251,13 @@ impl<R: Real> Predictor<R> {
                     let v = m.velocity_m_s + drive.carrier_m_s + drive.carrier_rad_s.cross(&m.position_m);
                     drive.carrier.transform_vector(&v)
                 });
-                Ahead::begin(&tracked.state, &tracked.poses, sample.t_s, pusher_m_s, departure_n)
-            });
-            match ahead.go_on(&course, &mut done, work, |out| worst.count(out)) {
-                Some(found) => tracked.outlook = Some(found),
-                None => tracked.ahead = Some(ahead),
+                let Tracked { ahead, state, poses, .. } = &mut *tracked;
+                Ahead::begin(ahead, state, poses, sample.t_s, pusher_m_s, departure_n);
+            }
+            let Some(ahead) = &mut tracked.ahead else { break };
+            if let Some(found) = ahead.go_on(&course, &mut done, work, |out| worst.count(out)) {
+                tracked.outlook = Some(found);
+                tracked.ahead = None;
             }
         }
         for f in &mut p.finger {

@@ -5,7 +5,7 @@
 //! that is solved for is that relative to the carrier (the gripper), in carrier axes, so
 //! that a stuck object has velocity zero exactly, also in `f32`.
 
-use crate::cone::{self, Before, Bodies, ConeOptions, ConePoint, ConeStatus, DOF, Kept};
+use crate::cone::{self, Answer, Before, Bodies, ConeOptions, ConePoint, ConeStatus, DOF, Kept};
 use crate::contact::{self, Body, Contact, Contacts};
 use crate::effects::{self, Environment, FrictionLaw, Loads, MEMORY, Reading, Slip, StepContext};
 use crate::model::{MAX_EFFECTS, Model, PusherContact, Scene, SupportContact};
@@ -142,10 +142,6 @@ pub struct StepSummary<R: Real> {
 pub struct Workspace<R: Real, const NC: usize> {
     /// Contact points handed to the solver.
     pub contacts: Contacts<R, NC>,
-    /// Friction law of each.
-    pub friction: Vec<FrictionLaw<R>, NC>,
-    /// Force on the object at each, along its axes.
-    pub force_n: Vec<[R; 3], NC>,
     cone: cone::Workspace<R, NC>,
 }
 
@@ -159,7 +155,13 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     // Built in place: it is larger than all else in a tick.
     #[inline(always)]
     pub fn new() -> Self {
-        Self { contacts: Vec::new(), friction: Vec::new(), force_n: Vec::new(), cone: cone::Workspace::new() }
+        Self { contacts: Vec::new(), cone: cone::Workspace::new() }
+    }
+
+    /// What each contact point answered; none after a step that has not moved.
+    #[inline(always)]
+    pub fn answers(&self) -> impl Iterator<Item = Answer<R>> {
+        self.cone.answers()
     }
 }
 
@@ -322,7 +324,12 @@ pub fn step<R: Real, const NC: usize>(
 ) -> StepOutput<R, NC> {
     let mut work = Workspace::new();
     let summary = step_in(scene, model, state, drive, &ConeOptions::default(), &mut work);
-    StepOutput { summary, contacts: work.contacts, friction: work.friction, force_n: work.force_n }
+    StepOutput {
+        summary,
+        friction: work.answers().map(|a| FrictionLaw { mu: a.mu, adhesion_n: a.adhesion_n }).collect(),
+        force_n: work.answers().map(|a| a.force_n).collect(),
+        contacts: work.contacts,
+    }
 }
 
 /// Advances `state` by one step. On `ConeStatus::BadInput` and `ConeStatus::Contradiction` its
@@ -395,7 +402,6 @@ pub fn step_in<R: Real, const NC: usize>(
         free: [v_free.x, v_free.y, v_free.z, w_free.x, w_free.y, w_free.z, jaw_free],
     };
     work.cone.begin(&bodies);
-    work.friction.clear();
     let mut kept = 0;
     for i in 0..work.contacts.len() {
         let Some(c) = work.contacts.get(i) else { continue };
@@ -460,7 +466,6 @@ pub fn step_in<R: Real, const NC: usize>(
         } else {
             Before::Stuck { load_n }
         });
-        let _ = work.friction.push(law);
         if let Ok([to, from]) = work.contacts.get_disjoint_mut([kept, i]) {
             core::mem::swap(to, from);
         }
@@ -470,7 +475,6 @@ pub fn step_in<R: Real, const NC: usize>(
 
     let part = probe::span(Part::Cone);
     let solution = work.cone.solve(&bodies, &state.velocity, options);
-    work.force_n.clear();
     drop(part);
     let mut output = StepSummary {
         status: solution.status,
@@ -501,6 +505,7 @@ pub fn step_in<R: Real, const NC: usize>(
     }
     if output.normal_n.iter().any(|n| *n > R::of(MOST_FORCE_N)) {
         output.status = ConeStatus::Contradiction;
+        work.cone.forget();
         return output;
     }
     let u = solution.velocity;
@@ -545,7 +550,7 @@ pub fn step_f64(
 fn gather<R: Real, const NC: usize>(
     state: &mut State<R, NC>,
     drive: &Drive<R>,
-    work: &mut Workspace<R, NC>,
+    work: &Workspace<R, NC>,
     out: &mut StepSummary<R>,
 ) {
     let zero = R::zero();
@@ -556,11 +561,8 @@ fn gather<R: Real, const NC: usize>(
     let mut limit = [[zero; 2]; 2];
     let mut weight = [zero; 2];
     let by_dt = R::one() / dt;
-    let iter = work.cone.answers().zip(work.contacts.iter()).zip(work.friction.iter());
-    for ((answer, c), law) in iter {
+    for (answer, c) in work.answers().zip(&work.contacts) {
         let f = answer.force_n;
-        // As many as contacts: there is room.
-        let _ = work.force_n.push(f);
         let force = c.axes[0] * f[0] + c.axes[1] * f[1] + c.axes[2] * f[2];
         let Some(slot) = state.slots.get_mut(c.slot) else { continue };
         let ratio = R::one() / (dt + c.damping_s);
@@ -575,8 +577,8 @@ fn gather<R: Real, const NC: usize>(
             slipped[k] = slot.spring_m[k] + moved - spring;
             slot.spring_m[k] = spring;
         }
-        let bound = f[0] + law.adhesion_n;
-        let [m1, m2] = law.mu;
+        let bound = f[0] + answer.adhesion_n;
+        let [m1, m2] = answer.mu;
         let sliding = if bound > zero && m1 > zero && m2 > zero {
             let (a, b) = (f[1] / m1, f[2] / m2);
             a * a + b * b > R::of(0.9998) * bound * bound

@@ -11,6 +11,7 @@ pub mod check;
 pub mod frame;
 pub mod mailbox;
 pub mod messages;
+pub mod package;
 pub mod sequence;
 
 pub use messages::*;

@@ -25,8 +25,9 @@ use stickslip_firmware::control::Control;
 use stickslip_firmware::link::{self, Link};
 use stickslip_firmware::queues::{SAMPLES, SPARE};
 use stickslip_firmware::slot::Slot;
+use stickslip_firmware::stack::BUDGET_BYTES;
 use stickslip_firmware::stats::COUNTERS;
-use stickslip_shared::predictor::{Intent, Plan, Segment};
+use stickslip_shared::predictor::{Intent, Plan, Predictor, Segment};
 use stickslip_shared::selftest::push;
 use stickslip_shared::wire::frame::{FrameReader, MAX_LINE, crc32, encode};
 use stickslip_shared::wire::sequence::{Order, Sequence};
@@ -403,12 +404,12 @@ impl Write for Ear {
 }
 
 #[embassy_executor::task]
-async fn control(control: Control<board::Channels>, watchdog: board::Watchdog) -> ! {
+async fn control(control: &'static mut Control<board::Channels>, watchdog: board::Watchdog) -> ! {
     control.run(watchdog).await
 }
 
 #[embassy_executor::task]
-async fn receive(link: Link, seed: u32) -> ! {
+async fn receive(link: &'static mut Link, seed: u32) -> ! {
     link.run(Host::new(seed)).await
 }
 
@@ -427,7 +428,12 @@ async fn judge(ticks: u32) {
     hprintln!("virtual time {} s: {} ticks, {} missed", s.ticks / 250, s.ticks, s.ticks_missed);
     // 8 ns an instruction, 40 ns a count.
     hprintln!("instructions a tick: mean {}, worst {}", s.mean_cost * 5, s.worst_cost * 5);
-    hprintln!("stack: {} bytes at the deepest", s.stack_bytes);
+    hprintln!(
+        "stack: {} of {} bytes at the deepest; static, with this program: {}",
+        s.stack_bytes,
+        BUDGET_BYTES,
+        s.static_bytes
+    );
     hprintln!(
         "done: {} samples sound, {} lost, {} damaged, {} overtaken, {} repeated, {} bursts of garbage, {} sensor faults",
         value(&d.sound),
@@ -477,6 +483,7 @@ async fn judge(ticks: u32) {
     // Slack: what is on its way at this moment.
     let held = [
         ("no tick began late", s.ticks_missed == 0),
+        ("the stack keeps within its budget", s.stack_bytes <= BUDGET_BYTES),
         ("every sound sample is accounted for", near(value(&d.sound), taken, 2)),
         ("every missing sample is counted", near(missing, s.samples_lost, 2)),
         ("every late sample is counted", near(value(&d.overtaken), s.samples_reordered, 1)),
@@ -520,16 +527,19 @@ fn argument() -> Option<u32> {
 
 #[entry]
 fn main() -> ! {
-    static SLOTS: [StaticCell<Slot>; 2] = [StaticCell::new(), StaticCell::new()];
-    let [active, spare] = &SLOTS;
+    static SLOT: StaticCell<Slot> = StaticCell::new();
+    static PREDICTOR: StaticCell<Option<Predictor<f32>>> = StaticCell::new();
+    static CONTROL: StaticCell<Control<board::Channels>> = StaticCell::new();
+    static LINK: StaticCell<Link> = StaticCell::new();
     let board = board::init();
-    let _ = SPARE.try_send(spare.init(Slot::new()));
-    let app = Control::new(active.init(Slot::new()), board.gauges);
+    let _ = SPARE.try_send(SLOT.init(Slot::new()));
+    let app = CONTROL.init(Control::new(PREDICTOR.init(None), board.gauges));
+    let link = LINK.init(Link::new(board.reset_cause, board.boots));
     let upper = board::control_executor();
     let lower = board::communication_executor();
     let ticks = argument().unwrap_or(TICKS);
     // Each task is spawned once, so its one place is free.
-    if let Ok(token) = receive(Link::new(board.reset_cause, board.boots), 0x9e37_79b9 ^ ticks) {
+    if let Ok(token) = receive(link, 0x9e37_79b9 ^ ticks) {
         lower.spawn(token);
     }
     if let Ok(token) = transmit(0x85eb_ca6b ^ ticks) {

@@ -184,11 +184,11 @@ pub fn init() -> Board {
     let p = embassy_stm32::init(clocks());
     let mut config = usart::Config::default();
     config.baudrate = crate::BAUD;
-    static TX: StaticCell<[u8; 1024]> = StaticCell::new();
-    // What comes during the dearest tick (4 ms, 400 bytes), five times over.
-    static RX: StaticCell<[u8; 2048]> = StaticCell::new();
+    static TX: StaticCell<[u8; 512]> = StaticCell::new();
+    // What comes during the dearest tick (4 ms, 400 bytes), twice over.
+    static RX: StaticCell<[u8; 1024]> = StaticCell::new();
     let uart =
-        BufferedUart::new(p.LPUART1, p.PA3, p.PA2, TX.init([0; 1024]), RX.init([0; 2048]), Irqs, config);
+        BufferedUart::new(p.LPUART1, p.PA3, p.PA2, TX.init([0; 512]), RX.init([0; 1024]), Irqs, config);
     let Ok(uart) = uart else {
         defmt::error!("LPUART1 does not take {=u32} baud", crate::BAUD);
         halt();

@@ -264,7 +264,10 @@ fn report(output: &Output, outcome: &Outcome) {
         s.frames_damaged,
         outcome.frames_damaged
     ));
-    output.text(format_args!("stack of the board: {} bytes at the deepest", s.stack_bytes));
+    output.text(format_args!(
+        "memory of the board: {} bytes, stack {} at the deepest",
+        s.static_bytes, s.stack_bytes
+    ));
     output.text(format_args!(
         "{} of {} predictions equal this host's bit for bit",
         outcome.equal, outcome.compared

@@ -385,6 +385,10 @@ pub struct Answer<R> {
     pub biased_slip_m_s: [R; 2],
     /// As given, along the tangents.
     pub stiffness_n_s_m: [R; 2],
+    /// As given.
+    pub mu: [R; 2],
+    /// As given.
+    pub adhesion_n: R,
 }
 
 /// Working memory of a solve: points are added one by one, then solved for.
@@ -474,8 +478,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     pub fn begin(&mut self, bodies: &Bodies<R>) {
         let zero = R::zero();
         let i = &bodies.inertia_kg_m2;
-        self.patches.clear();
-        self.count = 0;
+        self.forget();
         self.expected = false;
         self.probe = (bodies.mass_kg + bodies.jaw_mass_kg + bodies.dt_s) * zero;
         for row in i {
@@ -534,10 +537,17 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         self.locals.iter().take(self.count).map(Local::given)
     }
 
+    /// Forgets the points, and what they answered.
+    pub fn forget(&mut self) {
+        self.patches.clear();
+        self.count = 0;
+    }
+
     /// Solves for the velocity at the end of the step, from `guess`: see [`solve`].
     pub fn solve(&mut self, bodies: &Bodies<R>, guess: &[R; DOF], options: &ConeOptions<R>) -> Solved<R> {
         let points = self.locals.get_mut(..self.count).unwrap_or_default();
         if !(self.good && self.probe == R::zero() && points.len() <= MAX_POINTS) {
+            self.forget();
             return Solved {
                 velocity: *guess,
                 status: ConeStatus::BadInput,

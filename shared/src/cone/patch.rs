@@ -149,6 +149,8 @@ impl<R: Real> Local<R> {
             force_n: [self.force[0], self.force[1], self.force[2] * self.side],
             biased_slip_m_s: [self.slip[0], self.slip[1] * self.side],
             stiffness_n_s_m: self.stiffness,
+            mu: self.mu,
+            adhesion_n: self.adhesion,
         }
     }
 }

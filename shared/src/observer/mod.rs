@@ -317,3 +317,9 @@ fn ratio<R: Real>(wrenches: &[&[R; 6]], arm_m: R) -> Option<R> {
     let needed = (x * x + z * z + torsion * torsion).root() / normal;
     needed.finite().then_some(least(needed, R::of(100.0)))
 }
+
+/// Puts `newest` first and drops the last.
+// By swaps: `rotate_right` alone would bring 1.5 KB of `memmove`.
+fn shift_in<T>(list: &mut [T], mut newest: T) {
+    list.iter_mut().for_each(|item| core::mem::swap(item, &mut newest));
+}

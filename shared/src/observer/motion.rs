@@ -153,8 +153,7 @@ impl<R: Real> Motion<R> {
         let mut fastest = R::zero();
         for (p, raw) in points.iter_mut().zip(raw) {
             let change = raw - p.raw[0];
-            p.raw.rotate_right(1);
-            p.raw[0] = *raw;
+            super::shift_in(&mut p.raw, *raw);
             if !slipping {
                 // Each the difference of two samples; X and Z together are two.
                 let squares = [

@@ -107,8 +107,7 @@ impl<R: Real> Default for Plateau<R> {
 impl<R: Real> Plateau<R> {
     /// Takes one sample; for how many samples the load has been clipped, zero where it is not.
     pub fn clipped(&mut self, s: &Bars<R>) -> u8 {
-        self.recent.rotate_right(1);
-        self.recent[0] = s.now;
+        super::shift_in(&mut self.recent, s.now);
         self.count = self.count.saturating_add(1).min(FLAT as u8);
         self.follow(s);
         let flat = self.flat(s);

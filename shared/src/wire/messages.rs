@@ -319,6 +319,8 @@ pub struct Statistics {
     pub sensor_marks: u32,
     /// Deepest the stack has been, bytes.
     pub stack_bytes: u32,
+    /// Memory that is taken whatever the stack does, bytes.
+    pub static_bytes: u32,
 }
 
 /// Answer to a frame whose key is not in the table.
