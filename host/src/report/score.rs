@@ -59,7 +59,8 @@ pub fn page(d: &Document) -> String {
             least_span: 100.0,
             ..Chart::default()
         };
-        let caption = format!("{}: {}", class.name(), names.join(", "));
+        // One item: the caption lays its items out side by side.
+        let caption = format!("<span>{}: {}</span>", class.name(), names.join(", "));
         body += &figure(&caption, &chart);
     }
     body += "</div>\n<h2>Whether what is stated comes true</h2>\n<div class=\"grid\">\n";
