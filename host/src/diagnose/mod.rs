@@ -83,6 +83,8 @@ const EXPLAINS_RELEVANT: f64 = 0.6;
 const WORTH_TRYING: f64 = 0.25;
 /// Candidates that are searched again before `unexplained` is said.
 const SEARCHED_AGAIN: usize = 4;
+/// Candidates for a further effect that are searched on a grid.
+const SEARCHED_FURTHER: usize = 3;
 /// Most effects named.
 const MOST_EFFECTS: usize = 3;
 /// Effects refitted at each stage.
@@ -116,7 +118,10 @@ pub struct Findings {
 
 /// Steps that [`diagnose`] reports to its `tick` at most.
 pub fn steps() -> u64 {
-    (MOST_EFFECTS as u64) * (REGISTRY.len() + SURVIVORS) as u64 + 4
+    let stage = REGISTRY.len() + SURVIVORS;
+    let quick = MOST_EFFECTS * stage + (MOST_EFFECTS - 1) * SEARCHED_FURTHER;
+    let thorough = MOST_EFFECTS * SEARCHED_AGAIN + (MOST_EFFECTS - 1) * stage;
+    (quick + thorough + 4) as u64
 }
 
 /// Diagnoses `model` on `dataset`; the user's `own` effects are ranked beside the listed ones.
@@ -281,7 +286,7 @@ fn find(
         choice = choose(problem, start, &first, trials, Search::Quick, tick);
         if choice.verdict == Verdict::Unexplained {
             // Before that is said, the likely ones are looked at more closely.
-            search_again(problem, start, &others, &mut first, SEARCHED_AGAIN, tick);
+            search_again(problem, start, &others, &mut first, (SEARCHED_AGAIN, Search::Thorough), tick);
             choice = choose(problem, start, &first, trials, Search::Thorough, tick);
         }
     }
@@ -339,6 +344,7 @@ fn choose(
             let chance = match share {
                 _ if pads || share > CERTAIN => LIKELY,
                 _ if share > EXPLAINS => FALSE_ALARM,
+                _ if share > EXPLAINS_RELEVANT && !c.held.misfit.exceeds(RELEVANT) => FALSE_ALARM,
                 _ => level,
             };
             share > worth && c.p_value < chance
@@ -355,9 +361,12 @@ fn choose(
         }
         if chosen.len() < MOST_EFFECTS {
             stage = candidates(problem, &last.held, &[], trials, SURVIVORS, tick).0;
-            if search == Search::Thorough {
-                search_again(problem, &last.held, &[], &mut stage, SEARCHED_AGAIN, tick);
-            }
+            // Beside another effect least squares often ends in a side valley.
+            let (most, search) = match search {
+                Search::Quick => (SEARCHED_FURTHER, Search::Grid),
+                other => (SEARCHED_AGAIN, other),
+            };
+            search_again(problem, &last.held, &[], &mut stage, (most, search), tick);
         }
     }
     drop_needless(problem, start, &mut chosen, &mut equal);

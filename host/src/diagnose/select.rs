@@ -286,8 +286,9 @@ pub fn within_reach(
 pub enum Search {
     /// One step from the best starts, and the best two of these to their end.
     Quick,
-    /// The best on a grid of friction and of the effect's strength, and of that the best from beside
-    /// where it ended.
+    /// Also the best on a grid of friction and of the effect's strength.
+    Grid,
+    /// As that, and from beside where it ended.
     Thorough,
 }
 
@@ -307,12 +308,12 @@ pub fn search_again(
     base: &Held,
     others: &[Solution],
     candidates: &mut [Candidate],
-    most: usize,
+    (most, search): (usize, Search),
     tick: &(dyn Fn() + Sync),
 ) {
     let bases: Vec<&Solution> = std::iter::once(&base.solution).chain(others).collect();
     for c in candidates.iter_mut().take(most) {
-        let again = refit(problem, base, &bases, c.info, &c.starts, Search::Thorough);
+        let again = refit(problem, base, &bases, c.info, &c.starts, search);
         if let Some(again) = again.filter(|again| total(&again.held) < total(&c.held)) {
             *c = again;
         }
@@ -340,7 +341,7 @@ fn refit(
     };
     // A few steps from each start show which are worth the rest.
     let mut begun: Vec<Solution> = starts.iter().take(1 + bases.len()).filter_map(begin).collect();
-    if search == Search::Thorough {
+    if search != Search::Quick {
         let few = |m: &Model<f64>| fit::solve(problem, m, &free, FEW_STEPS);
         begun.extend(on_grid(problem, starts, info, slot).iter().map(few));
     }
