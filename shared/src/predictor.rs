@@ -1323,9 +1323,10 @@ fn patch_arm<R: Real>(scene: &Scene<R>) -> R {
 
 /// The same with the model's effects.
 fn torsion_arm<R: Real>(model: &Model<R>, arm_m: R) -> R {
-    model.effects.iter().fold(arm_m, |arm_m, e| {
-        effects::law::<R>(e.code).map_or(arm_m, |law| law.torsion_arm(&e.parameters, arm_m))
-    })
+    model
+        .effects
+        .iter()
+        .fold(arm_m, |arm_m, e| R::law(e.code).map_or(arm_m, |law| law.torsion_arm(&e.parameters, arm_m)))
 }
 
 /// Force of both fingers on the object: measured, or else the model's.
