@@ -6,8 +6,8 @@ SHELL := /bin/bash
 TARGET := thumbv7em-none-eabihf
 BOARD_BUILD := --target $(TARGET) --profile firmware
 OUT := target/$(TARGET)/firmware
-# Flash of the board, and static RAM: with the stack that the soak allows (`BUDGET_BYTES` of firmware/src/stack.rs) 48 KiB.
-FLASH_LIMIT := 524288
+# Flash, and static RAM: with the stack that the soak allows (`BUDGET_BYTES` of firmware/src/stack.rs) 48 KiB.
+FLASH_LIMIT := 131072
 RAM_LIMIT := 25088
 
 .PHONY: help setup mujoco-setup test lint test-host hil hil-probe soak soak-short firmware firmware-g474 flash-g474 size no-panic cost demo fuzz bench

@@ -10,7 +10,7 @@ use stickslip_shared::contact::SLOTS;
 use stickslip_shared::effects::MEMORY;
 use stickslip_shared::model::{MAX_EFFECTS, Model, Scene};
 use stickslip_shared::real::{Rotation, Vec3};
-use stickslip_shared::step::{Drive, Moving, Slot, State, StepSummary, Workspace, step_in};
+use stickslip_shared::step::{Drive, Moving, Slot, State, StepSummary, Workspace, step_from, step_in};
 use stickslip_shared::track::{PathFilter, Poses, Settling, drive_between, seat, support_pose};
 use stickslip_shared::wire::Sample;
 
@@ -140,16 +140,14 @@ pub fn compare(walked: &Walked) -> StepPair {
     if nearer && second.solved { StepPair { several: true, ..second } } else { first }
 }
 
-/// The iteration in `f64` begins at the object's velocity `guess`.
+/// The iteration in `f64` begins at the velocity `guess`, that of the jaw included.
 fn pair(walked: &Walked, guess: &[f32; 7]) -> StepPair {
     let (scene, model) = (walked.scene.cast::<f64>(), walked.model.cast::<f64>());
     let mut state = wide_state(walked.before);
-    for (to, from) in state.velocity.iter_mut().zip(guess).take(6) {
-        *to = f64::from(*from);
-    }
+    let guess = guess.map(f64::from);
     let mut work: Workspace<f64, SLOTS> = Workspace::new();
     let drive = wide_drive(walked.drive);
-    let out = step_in(&scene, &model, &mut state, &drive, &ConeOptions::default(), &mut work);
+    let out = step_from(&scene, &model, &mut state, &drive, &ConeOptions::default(), &guess, &mut work);
     let mut pair = StepPair {
         force_n: 0.0,
         body_force_n: 0.0,

@@ -6,7 +6,7 @@
 //! are told from now. The work is counted in evaluations of the momentum balance, not in
 //! time: both sides stop at the same place.
 
-use crate::cone::{ConeOptions, ConeStatus, FIXED_POINTS, USUAL_POINTS};
+use crate::cone::{ConeOptions, ConeStatus, FACTORS_WORK, FIXED_POINTS, USUAL_POINTS};
 use crate::contact::SLOTS;
 use crate::model::{Model, Scene};
 use crate::predictor::{Plan, Segment};
@@ -21,10 +21,10 @@ pub(crate) const LONGEST_STEP_S: f64 = 0.02;
 /// Work of a tick beyond which the look-ahead waits for the next one: about half a tick of
 /// the emulated board.
 const ENOUGH_WORK: u32 = 68;
-/// Work beyond which not even a first step is begun: the dearest step still ends in time.
+/// Work beyond which not even a first step is begun.
 const MOST_WORK: u32 = 116;
-/// Work of a Newton step besides its evaluations: matrix and factors cost four of them.
-const FACTORS_WORK: u32 = 4;
+/// Work with which a tick shall end: what is left of it bounds a step of the look-ahead.
+const TICK_WORK: u32 = 150;
 /// Work of a step around its solve; each effect adds half a unit a contact point.
 const AROUND_WORK: u32 = 8;
 
@@ -56,6 +56,11 @@ impl Work {
     /// In evaluations of the momentum balance of 16 points.
     pub fn done(&self) -> u32 {
         self.done
+    }
+
+    /// For the next step of the look-ahead: a dear one does not make the tick late, but is marked.
+    fn options<R: Real>(&self) -> ConeOptions<R> {
+        ConeOptions::look_ahead().within(TICK_WORK.saturating_sub(self.done.saturating_add(AROUND_WORK)))
     }
 
     /// Whether this tick has room for a step of the look-ahead. One is done in nearly every
@@ -179,7 +184,7 @@ impl<R: Real> Ahead<R> {
             let Some(drive) = drive_between(&from, &to, &course.reference_m, grip, course.trial) else {
                 break;
             };
-            let options = ConeOptions::look_ahead();
+            let options = work.options();
             let out = R::step(course.scene, course.model, &mut self.state, &drive, &options, space);
             note(&out);
             work.add(&out);

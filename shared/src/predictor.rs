@@ -18,7 +18,6 @@
 
 use crate::cone::{ConeOptions, ConeStatus, Kept};
 use crate::contact::{Body, SLOTS};
-use crate::effects;
 use crate::health::Health;
 use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S, Work};
 use crate::model::{FingerContact, Model, Scene, Shape};
@@ -47,8 +46,11 @@ const JAW_KEPT_M: f64 = 1.0e-4;
 pub const LONGEST_GAP_S: f64 = 0.1;
 /// A warning stays up for so long after its cause was last seen.
 const HELD_S: f32 = 0.15;
-/// A change of the planned motion moves the load for so long.
+/// A change of the planned motion moves the load for so long, and a plan may be late by so much.
 const SETTLING_S: f64 = 0.1;
+const PLAN_LATE_S: f32 = 0.04;
+/// Of the first, the time in which the gripper may still gain or lose speed.
+const GAINING_S: f64 = 0.04;
 /// Without a pose, a slip that lasts longer than most knocks is taken for the loss of the grasp.
 const LASTING_S: f64 = 0.03;
 /// A slip is extrapolated no further than this multiple of the time for which it has been
@@ -414,6 +416,8 @@ struct Core<R: Real> {
     observer: Observer<R>,
     /// Friction while sliding over that at rest, by the model's effects.
     sliding: R,
+    /// Arm of a finger's torsional friction, the model's effects included, m.
+    torsion_arm_m: R,
     last: Prediction,
     /// Of the last tick that stepped.
     work: u32,
@@ -526,6 +530,7 @@ impl<R: Real> Predictor<R> {
                 health: Health::default(),
                 observer: Observer::new(model.friction.finger),
                 sliding: sliding_share(&model),
+                torsion_arm_m: torsion_arm(&model, patch_arm(&scene)),
                 scene,
                 model,
                 limits,
@@ -778,7 +783,7 @@ impl<R: Real> Core<R> {
             return Err(Unfollowed::Solver { status: out.status, lost: worst.moved });
         }
         tracked.kept[0] = *work.kept();
-        let effects = self.effects_on_friction(&work);
+        let effects = self.effects_on_friction(&work, &load_of(sample, &out));
         tracked.poses = poses;
         if out.points_lost > 0 {
             doubt |= validity::POINTS_LOST;
@@ -955,7 +960,7 @@ impl<R: Real> Core<R> {
         let points_m = seen.map(|s| {
             let turn = s.rotation * tracked.start.rotation.inverse();
             let half = tracked.state.jaw_half_m;
-            let about_y = turn.into_inner().j * R::of(2.0) * self.arm();
+            let about_y = turn.into_inner().j * R::of(2.0) * patch_arm(&self.scene);
             [half, -half].map(|y| {
                 let pad = Vec3::new(R::zero(), y, R::zero());
                 let moved = s.position_m + turn.transform_vector(&(pad - tracked.start.position_m)) - pad;
@@ -968,6 +973,11 @@ impl<R: Real> Core<R> {
         if apart(&motion, &tracked.motion) > 1.0 {
             tracked.settling_s = R::of(SETTLING_S);
             tracked.motion = motion;
+        }
+        let soon = self.plan.at(sample.t_s.to_f64() as f32 + PLAN_LATE_S);
+        let soon = soon.is_some_and(|s| apart(&[s.velocity_m_s, s.angular_rad_s], &motion) > 1.0);
+        if soon {
+            tracked.settling_s = most(tracked.settling_s, drive.dt_s);
         }
         let up = -drive.carrier.inverse_transform_vector(&Vec3::from(self.scene.gravity_m_s2));
         let bears = |w: &[[R; 6]; 2]| {
@@ -984,23 +994,25 @@ impl<R: Real> Core<R> {
             wrenches: &wrenches,
             grip_n: sample.grip_cmd_n,
             points_m,
-            arm_m: self.arm(),
+            arm_m: self.torsion_arm_m,
             bearing_n,
             steered: tracked.settling_s > R::zero(),
+            accelerates: soon || tracked.settling_s > R::of(SETTLING_S - GAINING_S),
             effects,
             sliding: self.sliding,
             dt_s: drive.dt_s,
         })
     }
 
-    /// What the model's effects make of the fingers' friction limit: a factor on the base coefficient.
-    fn effects_on_friction(&self, work: &Workspace<R, SLOTS>) -> R {
+    /// What the model's effects make of the fingers' friction limit under a load along `load`
+    /// (carrier axes, any length): a factor on the base coefficient.
+    fn effects_on_friction(&self, work: &Workspace<R, SLOTS>, load: &Vec3<R>) -> R {
         let (mut limit, mut normal) = (R::zero(), R::zero());
         for (c, answer) in work.contacts.iter().zip(work.answers()) {
             if matches!(c.body, Body::Finger1 | Body::Finger2) {
                 let [force_n, ..] = answer.force_n;
                 let bound = most(force_n + answer.adhesion_n, R::zero());
-                limit += (answer.mu[0] + answer.mu[1]) * R::of(0.5) * bound;
+                limit += coefficient_along(&answer.mu, c.axes[1].dot(load), c.axes[2].dot(load)) * bound;
                 normal += most(force_n, R::zero());
             }
         }
@@ -1062,15 +1074,6 @@ impl<R: Real> Core<R> {
         }
         let down = carrier.rotation.inverse_transform_vector(&(down / size));
         down.dot(&(position_m - tracked.start.position_m))
-    }
-
-    /// Arm of a finger's torsional friction: torsion limit over force limit.
-    fn arm(&self) -> R {
-        match self.scene.fingers {
-            Some(FingerContact::Disc { diameter_m }) => diameter_m * R::of(1.0 / 3.0),
-            Some(FingerContact::Line { length_m }) => length_m * R::of(0.5),
-            _ => R::zero(),
-        }
     }
 
     /// How far each way (object X and Z) the object can still move until a pad's centre is off
@@ -1305,8 +1308,46 @@ impl<R: Real> Core<R> {
 /// Friction while sliding over that at rest, by the model's effects.
 fn sliding_share<R: Real>(model: &Model<R>) -> R {
     model.effects.iter().fold(R::one(), |share, e| {
-        share * effects::law::<R>(e.code).map_or_else(R::one, |law| law.sliding_share(&e.parameters))
+        share * R::law(e.code).map_or_else(R::one, |law| law.sliding_share(&e.parameters))
     })
+}
+
+/// Arm of a finger's torsional friction by the shape of its patch: torsion limit over force limit.
+fn patch_arm<R: Real>(scene: &Scene<R>) -> R {
+    match scene.fingers {
+        Some(FingerContact::Disc { diameter_m }) => diameter_m * R::of(1.0 / 3.0),
+        Some(FingerContact::Line { length_m }) => length_m * R::of(0.5),
+        _ => R::zero(),
+    }
+}
+
+/// The same with the model's effects.
+fn torsion_arm<R: Real>(model: &Model<R>, arm_m: R) -> R {
+    model
+        .effects
+        .iter()
+        .fold(arm_m, |arm_m, e| R::law(e.code).map_or(arm_m, |law| law.torsion_arm(&e.parameters, arm_m)))
+}
+
+/// Force of both fingers on the object: measured, or else the model's.
+fn load_of<R: Real>(sample: &Sample<R>, out: &StepSummary<R>) -> Vec3<R> {
+    let sum = |[a, b]: [&[R; 6]; 2]| Vec3::new(a[0] + b[0], R::zero(), a[2] + b[2]);
+    let [f1, f2] = &out.reading.finger;
+    match &sample.finger {
+        [Some(a), Some(b)] if sum([a, b]).norm_squared().finite() => sum([a, b]),
+        _ => sum([f1, f2]),
+    }
+}
+
+/// Coefficient of an elliptic cone in the direction of a load with the components `a` and `b`
+/// along the tangents; the mean where it has none.
+fn coefficient_along<R: Real>(mu: &[R; 2], a: R, b: R) -> R {
+    let size = (a * a + b * b).root();
+    if mu[0] == mu[1] || !(size > R::of(1e-6)) || !(least(mu[0], mu[1]) > R::zero()) {
+        return (mu[0] + mu[1]) * R::of(0.5);
+    }
+    let (a, b) = (a / mu[0], b / mu[1]);
+    size / (a * a + b * b).root()
 }
 
 /// As it goes over the wire.

@@ -6,6 +6,7 @@
 
 use crate::cone::ConeOptions;
 use crate::contact::{Contacts, SLOTS, find};
+use crate::effects::Law;
 use crate::model::{Model, Scene};
 use crate::step::{Drive, State, StepSummary, Workspace, step_in};
 use nalgebra::{Matrix3, RealField, UnitQuaternion, Vector3};
@@ -67,6 +68,8 @@ pub trait Real:
         drive: &Drive<Self>,
         out: &mut Contacts<Self, SLOTS>,
     ) -> usize;
+    /// [`crate::effects::law`] likewise: a second copy of every effect would take 5 KB.
+    fn law(code: u8) -> Option<&'static dyn Law<Self>>;
 }
 
 /// The same for both precisions, but no default: a default is compiled with the program that uses it.
@@ -90,6 +93,9 @@ macro_rules! contact_code {
             out: &mut Contacts<Self, SLOTS>,
         ) -> usize {
             find(scene, model, state, drive, out)
+        }
+        fn law(code: u8) -> Option<&'static dyn Law<Self>> {
+            crate::effects::law(code)
         }
     };
 }

@@ -232,7 +232,7 @@ fn effect_hooks<'a, R: Real>(
     model.effects.iter().enumerate().filter_map(move |(i, e)| {
         let law: Option<&'a dyn effects::Law<R>> = match e.code {
             effects::formula::CODE => formulas.next().map(|f| f as &dyn effects::Law<R>),
-            code => effects::law::<R>(code).map(|law| law as &dyn effects::Law<R>),
+            code => R::law(code).map(|law| law as &dyn effects::Law<R>),
         };
         law.map(|law| (i, law, &e.parameters))
     })
@@ -343,6 +343,21 @@ pub fn step_in<R: Real, const NC: usize>(
     state: &mut State<R, NC>,
     drive: &Drive<R>,
     options: &ConeOptions<R>,
+    work: &mut Workspace<R, NC>,
+) -> StepSummary<R> {
+    let guess = state.velocity;
+    step_from(scene, model, state, drive, options, &guess, work)
+}
+
+/// [`step_in`] whose iteration begins at the velocity `guess` and not at that of the last step.
+#[inline(always)]
+pub fn step_from<R: Real, const NC: usize>(
+    scene: &Scene<R>,
+    model: &Model<R>,
+    state: &mut State<R, NC>,
+    drive: &Drive<R>,
+    options: &ConeOptions<R>,
+    guess: &[R; DOF],
     work: &mut Workspace<R, NC>,
 ) -> StepSummary<R> {
     let _span = probe::span(Part::Step);
@@ -474,7 +489,9 @@ pub fn step_in<R: Real, const NC: usize>(
     work.contacts.truncate(kept);
 
     let part = probe::span(Part::Cone);
-    let solution = work.cone.solve(&bodies, &state.velocity, options);
+    let hooks = (work.contacts.len() * model.effects.len()) as u16;
+    let options = options.beside(u32::from(hooks) / 2);
+    let solution = work.cone.solve(&bodies, guess, &options);
     drop(part);
     let mut output = StepSummary {
         status: solution.status,
@@ -482,7 +499,7 @@ pub fn step_in<R: Real, const NC: usize>(
         iterations: solution.iterations,
         evaluations: solution.evaluations,
         points: work.contacts.len() as u16,
-        hooks: (work.contacts.len() * model.effects.len()) as u16,
+        hooks,
         reading: Reading {
             position_m: state.position_m,
             rotation: state.rotation,

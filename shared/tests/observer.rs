@@ -99,7 +99,7 @@ fn an_object_that_gains_speed_is_seen_to_slip_within_28_ms_of_its_first_motion()
 }
 
 fn held(needed: f32, slip_s: Option<f32>) -> Use<f32> {
-    Use { needed, noise: 0.002, slip_s, speed_m_s: 0.05, grip_holds: true }
+    Use { needed, noise: 0.002, slip_s, speed_m_s: 0.05, grip_holds: true, steered: false }
 }
 
 #[test]
@@ -129,6 +129,15 @@ fn a_load_that_stays_proves_the_friction_that_it_needs() {
 /// Samples in which the wrenches are taken for clipped while the ratio runs: noise 0.007, what
 /// slips if it rose there 0.4, if it jumped 0.34.
 fn clipped(ticks: u32, value: impl Fn(f32) -> f32) -> (Vec<u32>, Option<f32>) {
+    clipped_while(ticks, value, 0..0)
+}
+
+/// The same while the gripper gains speed in `gains`.
+fn clipped_while(
+    ticks: u32,
+    value: impl Fn(f32) -> f32,
+    gains: std::ops::Range<u32>,
+) -> (Vec<u32>, Option<f32>) {
     let (mut plateau, mut noise) = (Plateau::default(), Noise(5));
     let (mut level, mut ceiling) = (value(0.0), None);
     let found = (0..ticks)
@@ -141,8 +150,10 @@ fn clipped(ticks: u32, value: impl Fn(f32) -> f32) -> (Vec<u32>, Option<f32>) {
                 noise: 0.007,
                 held: 0.0,
                 steered: false,
+                accelerates: gains.contains(tick),
                 risen: 0.4,
                 jumped: 0.34,
+                sliding: 1.0,
             });
             ceiling = ceiling.or(plateau.ceiling());
             samples > 0
@@ -170,6 +181,30 @@ fn a_steady_load_or_a_knock_that_is_held_is_not_clipped() {
     assert_eq!(clipped(400, |t| if t < 1.0 { 0.2 } else { 0.3 }).0, Vec::<u32>::new());
     let (found, ceiling) = clipped(400, knock(0.5, 1.0));
     assert_eq!((found, ceiling), (Vec::new(), None));
+}
+
+#[test]
+fn a_load_that_first_went_higher_is_held() {
+    let load = |t: f32| match t {
+        t if t < 1.0 => 0.2,
+        t if t < 1.01 => 0.43,
+        _ => 0.36,
+    };
+    assert_eq!(clipped(400, load).0, Vec::<u32>::new());
+}
+
+#[test]
+fn a_load_that_falls_as_the_gripper_stops_gaining_speed_is_held_and_one_that_stays_is_clipped() {
+    // A gain of 1.5 m/s2 for 40 ms.
+    let held = |t: f32| match t {
+        t if t < 1.0 => 0.02,
+        t if t < 1.04 => 0.39,
+        _ => 0.345,
+    };
+    assert_eq!(clipped_while(400, held, 240..265).0, Vec::<u32>::new());
+    let slides = |t: f32| if t < 1.0 { 0.02 } else { 0.37 };
+    let first = *clipped_while(400, slides, 240..265).0.first().expect("clipped");
+    assert!((265..268).contains(&first), "tick {first}");
 }
 
 #[test]

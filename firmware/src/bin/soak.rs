@@ -126,9 +126,26 @@ fn plan() -> Plan {
     Plan { start_s: 0.0, segments }
 }
 
+/// A serialised model.
+type Bytes = Vec<u8, { wire::MAX_MODEL_BYTES }>;
+
+/// Of two frictions. Made once, before anything runs: on the host's stack they would be on the board's.
+#[inline(never)]
+fn models() -> &'static [Bytes; 2] {
+    static MODELS: StaticCell<[Bytes; 2]> = StaticCell::new();
+    let models = MODELS.init([const { Vec::new() }; 2]);
+    for (bytes, friction) in models.iter_mut().zip([0.15, 0.3]) {
+        let _ = bytes.resize_default(wire::MAX_MODEL_BYTES);
+        let length = postcard::to_slice(&push(0.2, friction), bytes).map_or(0, |used| used.len());
+        bytes.truncate(length);
+    }
+    models
+}
+
 /// The host's side of the line, sending: what the receiving task reads.
 struct Host {
     draw: Draw,
+    models: &'static [Bytes; 2],
     out: Vec<u8, ROOM>,
     at: usize,
     due: Instant,
@@ -143,9 +160,10 @@ struct Host {
 }
 
 impl Host {
-    fn new(seed: u32) -> Self {
+    fn new(seed: u32, models: &'static [Bytes; 2]) -> Self {
         Self {
             draw: Draw(seed),
+            models,
             out: Vec::new(),
             at: 0,
             due: Instant::now(),
@@ -171,9 +189,8 @@ impl Host {
     }
 
     fn model(&mut self) {
-        let mut buffer = [0; wire::MAX_MODEL_BYTES];
-        let package = push(0.2, if self.draw.once_in(2) { 0.15 } else { 0.3 });
-        let Ok(bytes) = postcard::to_slice(&package, &mut buffer) else { return };
+        let [first, second] = self.models;
+        let bytes = if self.draw.once_in(2) { first } else { second };
         let mut offset = 0;
         for piece in bytes.chunks(CHUNK) {
             let chunk = ModelChunk { offset, bytes: Vec::from_slice(piece).unwrap_or_default() };
@@ -409,8 +426,8 @@ async fn control(control: &'static mut Control<board::Channels>, watchdog: board
 }
 
 #[embassy_executor::task]
-async fn receive(link: &'static mut Link, seed: u32) -> ! {
-    link.run(Host::new(seed)).await
+async fn receive(link: &'static mut Link, seed: u32, models: &'static [Bytes; 2]) -> ! {
+    link.run(Host::new(seed, models)).await
 }
 
 #[embassy_executor::task]
@@ -525,8 +542,9 @@ fn argument() -> Option<u32> {
     core::str::from_utf8(text.get(..length)?).ok()?.split_whitespace().find_map(|word| word.parse().ok())
 }
 
-#[entry]
-fn main() -> ! {
+/// Brings everything up; its stack is free again before anything runs.
+#[inline(never)]
+fn start() {
     static SLOT: StaticCell<Slot> = StaticCell::new();
     static PREDICTOR: StaticCell<Option<Predictor<f32>>> = StaticCell::new();
     static CONTROL: StaticCell<Control<board::Channels>> = StaticCell::new();
@@ -539,7 +557,7 @@ fn main() -> ! {
     let lower = board::communication_executor();
     let ticks = argument().unwrap_or(TICKS);
     // Each task is spawned once, so its one place is free.
-    if let Ok(token) = receive(link, 0x9e37_79b9 ^ ticks) {
+    if let Ok(token) = receive(link, 0x9e37_79b9 ^ ticks, models()) {
         lower.spawn(token);
     }
     if let Ok(token) = transmit(0x85eb_ca6b ^ ticks) {
@@ -551,6 +569,11 @@ fn main() -> ! {
     if let Ok(token) = control(app, board::Watchdog::start()) {
         upper.spawn(token);
     }
+}
+
+#[entry]
+fn main() -> ! {
+    start();
     loop {
         cortex_m::asm::wfi();
     }

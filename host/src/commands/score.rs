@@ -12,7 +12,7 @@ use crate::output::{Output, table};
 use crate::report;
 use crate::score::calibration::{Calibration, Stated};
 use crate::score::figures::{Class, Row, rows};
-use crate::score::{Judged, Method, ObjectPose, judge};
+use crate::score::{Judged, Method, ObjectPose, Scored, judge};
 
 /// Command line of `stickslip score`.
 #[derive(Debug, clap::Args)]
@@ -50,6 +50,10 @@ pub struct Document {
     pub data: PathBuf,
     /// Trials scored.
     pub trials: usize,
+    /// Trials passed over: name, why.
+    pub passed_over: Vec<(String, String)>,
+    /// What is worth knowing of the tables.
+    pub warnings: Vec<String>,
     /// Time scored, h.
     pub hours: f64,
     /// See [`ObjectPose`].
@@ -67,6 +71,9 @@ pub struct Document {
 /// # Errors
 /// Where data or model cannot be read.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    for (option, value) in [("--ratio", args.ratio), ("--rate", args.rate)] {
+        anyhow::ensure!(value > 0.0 && value.is_finite(), "{option} is {value}; give a number above zero");
+    }
     let index = Index::open(&args.data)?;
     let model = match &args.model {
         Some(path) => read_model(path)?.model,
@@ -87,9 +94,12 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     methods.extend([Method::Ratio(args.ratio), Method::Rate(args.rate)]);
     let bar = output.progress(index.trials.len() as u64, "scoring");
-    let judged = judge(&index, &methods, Limits::default(), || bar.inc(1))?;
+    let Scored { judged, passed_over, warnings } = judge(&index, &methods, Limits::default(), || bar.inc(1))?;
     bar.finish_and_clear();
-    anyhow::ensure!(!judged.is_empty(), "{}: no trial in which something is grasped", args.data.display());
+    if judged.is_empty() {
+        let why = passed_over.first().map_or("the data set lists no trials", |(_, why)| *why);
+        anyhow::bail!("{}: no trial can be scored: {why}", args.data.display());
+    }
     let names: Vec<String> = methods.iter().map(Method::name).collect();
     let ticks: usize = judged.iter().map(|j| j.alarms[0].ticks).sum();
     let doubtful: usize = judged.iter().map(|j| j.alarms[0].doubtful).sum();
@@ -113,6 +123,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         schema: "stickslip-score/1",
         data: args.data.clone(),
         trials: judged.len(),
+        passed_over: passed_over.into_iter().map(|(trial, why)| (trial, why.to_owned())).collect(),
+        warnings: warnings.iter().map(ToString::to_string).collect(),
         hours: judged.iter().map(|j: &Judged| j.truth.until_s).sum::<f64>() / 3600.0,
         object_pose: pose,
         doubtful_share: doubtful as f64 / ticks.max(1) as f64,
@@ -126,7 +138,27 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     output.document(&document)
 }
 
+/// What the table's columns mean.
+pub const LEGEND: &str = "found: an alarm was up at onset or came at most 0.1 s later; in time: slip that builds up 100 ms ahead, sudden or \
+     intended slip at most 20 ms after its onset, sag and rotation and drop before they happen, a foreseeable drop \
+     360 ms ahead; lead: onset minus the alarm's beginning, negative where it came late; false/h: alarms an hour \
+     that met no event of the kind (slip: in trials that mean to hold); near/h: alarms that met something less (a motion short of a slip; for sag, a slip; for a \
+     drop, a slip that ended in time)";
+
+/// Trials passed over that are named.
+const NAMED: usize = 3;
+
 fn print(d: &Document, output: &Output) {
+    for warning in &d.warnings {
+        output.note(warning);
+    }
+    for (trial, why) in d.passed_over.iter().take(NAMED) {
+        output.note(format_args!("trial {trial} not scored: {why}"));
+    }
+    if d.passed_over.len() > NAMED {
+        output
+            .note(format_args!("{} more trials not scored (--json lists all)", d.passed_over.len() - NAMED));
+    }
     output.text(format_args!(
         "{}: {} trials, {:.2} h scored; sample not trusted in {:.2} % of the ticks\n",
         d.data.display(),
@@ -149,11 +181,7 @@ fn print(d: &Document, output: &Output) {
         shown.add_row(cells(r));
     }
     output.table(&shown);
-    output.text(
-        "\nin time: slip that builds up 100 ms ahead, sudden or intended slip at most 20 ms after its onset, sag and \
-         rotation and drop before they happen, a foreseeable drop 360 ms ahead; near: alarms that met something \
-         less (a motion short of a slip; for a drop, a slip that ended in time)",
-    );
+    output.text(format_args!("\n{LEGEND}"));
     for c in &d.calibration {
         output.text(format_args!("\n{}", c.method));
         let stated = [

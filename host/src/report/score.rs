@@ -2,7 +2,8 @@
 
 use super::html::{escape, page as whole};
 use super::plot::{Chart, Line, MEASURED, MODELS};
-use crate::commands::score::{Document, cells};
+use crate::commands::score::{Document, LEGEND, cells};
+use crate::score::ObjectPose;
 use crate::score::figures::Class;
 
 const SIZE: (u32, u32) = (560, 240);
@@ -10,17 +11,25 @@ const SIZE: (u32, u32) = (560, 240);
 /// The whole page.
 pub fn page(d: &Document) -> String {
     let mut body = format!(
-        "<h1>stickslip score: {}</h1>\n<div class=\"facts\"><span><b>{}</b> trials</span><span><b>{:.2}</b> h</span></div>\n\
+        "<h1>stickslip score: {}</h1>\n<div class=\"facts\"><span><b>{}</b> trials</span><span><b>{:.2}</b> h</span><span>object's pose: <b>{}</b></span>\
+         <span>not scored: <b>{}</b> trials</span><span>sample not trusted: <b>{:.2} %</b> of the ticks</span></div>\n\
          <table><tr><th>event<th>method<th>events<th>found<th>in time<th>lead 5/50/95 %, ms<th>false/h<th>near/h<th>onset error, ms</tr>\n",
         escape(&d.data.display().to_string()),
         d.trials,
-        d.hours
+        d.hours,
+        match d.object_pose {
+            ObjectPose::Every => "in every sample",
+            ObjectPose::Start => "at the start only",
+        },
+        d.passed_over.len(),
+        d.doubtful_share * 100.0
     );
     for r in d.rows.iter().filter(|r| r.events > 0) {
         let row: Vec<String> = cells(r).iter().map(|c| format!("<td>{}", escape(c))).collect();
         body += &format!("<tr>{}</tr>\n", row.concat());
     }
-    body += "</table>\n<h2>Events warned at least so far ahead</h2>\n<div class=\"grid\">\n";
+    body += &format!("</table>\n<p>{}</p>\n", escape(LEGEND));
+    body += "<h2>Events warned at least so far ahead</h2>\n<div class=\"grid\">\n";
     for class in Class::ALL {
         let of = || d.rows.iter().filter(move |r| r.class == class && r.events > 0);
         if of().next().is_none() {
@@ -50,7 +59,8 @@ pub fn page(d: &Document) -> String {
             least_span: 100.0,
             ..Chart::default()
         };
-        let caption = format!("{}: {}", class.name(), names.join(", "));
+        // One item: the caption lays its items out side by side.
+        let caption = format!("<span>{}: {}</span>", class.name(), names.join(", "));
         body += &figure(&caption, &chart);
     }
     body += "</div>\n<h2>Whether what is stated comes true</h2>\n<div class=\"grid\">\n";

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use stickslip_shared::model::Model;
 use stickslip_shared::predictor::{Limits, Prediction, Predictor, flags};
 
-use crate::dataset::{DatasetError, Description, Index, Trial, TrialInfo};
+use crate::dataset::{DatasetError, Description, Index, Trial, TrialInfo, Warning, error::join_warnings};
 use crate::replay::{Feed, feed};
 use crate::simulate::scene;
 use alarms::{Episode, episodes};
@@ -113,6 +113,17 @@ pub struct Judged {
     pub alarms: Vec<Alarms>,
 }
 
+/// What a data set gave.
+#[derive(Clone, Debug, Default)]
+pub struct Scored {
+    /// Trials with something to judge by.
+    pub judged: Vec<Judged>,
+    /// The others: name, and why they are passed over.
+    pub passed_over: Vec<(String, &'static str)>,
+    /// What is worth knowing of the tables, equal remarks joined.
+    pub warnings: Vec<Warning>,
+}
+
 /// Why a data set cannot be scored.
 #[derive(Debug, thiserror::Error)]
 pub enum ScoreError {
@@ -127,47 +138,73 @@ pub enum ScoreError {
     Scene(#[from] crate::simulate::SceneError),
 }
 
-/// Scores every trial that grasps something; the others are passed over. `done` is called after each.
+/// Scores every trial that grasps something and shows where the object is. `done` is called after
+/// each.
 ///
 /// # Errors
-/// A trial that cannot be read, or a model that the predictor refuses.
+/// A refused row of trials.csv, a trial that cannot be read, or a model that the predictor refuses.
 pub fn judge(
     index: &Index,
     methods: &[Method],
     limits: Limits,
     done: impl Fn() + Sync,
-) -> Result<Vec<Judged>, ScoreError> {
-    let judged: Vec<Option<Judged>> = index
+) -> Result<Scored, ScoreError> {
+    if let Some(error) = index.errors.first() {
+        return Err(error.clone().into());
+    }
+    let judged: Vec<(Result<Judged, &'static str>, Vec<Warning>)> = index
         .trials
         .par_iter()
         .enumerate()
         .map(|(ordinal, info)| {
-            let judged = judge_trial(&index.description, index, info, ordinal, methods, limits);
+            let reading = index.read_trial_lenient(info);
+            if let Some(error) = reading.error {
+                return Err(error.into());
+            }
+            let judged = match &reading.trial {
+                Some(trial) => judge_trial(&index.description, trial, ordinal, methods, limits)?,
+                None => Err("no samples"),
+            };
             done();
-            judged
+            Ok((judged, reading.warnings))
         })
-        .collect::<Result<_, _>>()?;
-    Ok(judged.into_iter().flatten().collect())
+        .collect::<Result<_, ScoreError>>()?;
+    let mut scored = Scored::default();
+    let mut warnings = index.warnings.clone();
+    for ((judged, more), info) in judged.into_iter().zip(&index.trials) {
+        warnings.extend(more);
+        match judged {
+            Ok(judged) => scored.judged.push(judged),
+            Err(why) => scored.passed_over.push((info.trial.clone(), why)),
+        }
+    }
+    scored.warnings = join_warnings(warnings);
+    Ok(scored)
 }
 
 fn judge_trial(
     description: &Description,
-    index: &Index,
-    info: &TrialInfo,
+    trial: &Trial,
     ordinal: usize,
     methods: &[Method],
     limits: Limits,
-) -> Result<Option<Judged>, ScoreError> {
-    let trial = index.read_trial(info)?;
-    let rig = scene(description, &trial)?;
+) -> Result<Result<Judged, &'static str>, ScoreError> {
+    let info: &TrialInfo = &trial.info;
+    let rig = scene(description, trial)?;
     if rig.fingers.is_none() {
-        return Ok(None);
+        return Ok(Err(match description.fingers {
+            Some(_) => "nothing is grasped: no sample has a whole gripper pose",
+            None => "nothing is grasped: dataset.toml describes no fingers",
+        }));
     }
-    let mut feed = feed(description, &trial)?;
+    if !trial.samples.iter().any(|s| s.object.is_some() && s.gripper.is_some()) {
+        return Ok(Err("no sample has the whole poses of gripper and object, which tell when it slips"));
+    }
+    let mut feed = feed(description, trial)?;
     let set_point = trial.samples.iter().find_map(|s| s.grip_cmd_n).or(info.grip_n).unwrap_or(0.0) as f32;
     feed.plan.segments.iter_mut().for_each(|s| s.grip_n = set_point);
-    let truth = truth::find(&rig, &feed.plan, &trial, &limits);
-    let t_s = times(&trial);
+    let truth = truth::find(&rig, &feed.plan, trial, &limits);
+    let t_s = times(trial);
     let alarms = methods
         .iter()
         .map(|method| match method {
@@ -190,7 +227,7 @@ fn judge_trial(
         })
         .collect::<Result<Vec<_>, ScoreError>>()?;
     let holds = feed.plan.segments.iter().all(|s| s.intent == stickslip_shared::predictor::Intent::Hold);
-    Ok(Some(Judged { trial: info.trial.clone(), holds, truth, alarms }))
+    Ok(Ok(Judged { trial: info.trial.clone(), holds, truth, alarms }))
 }
 
 fn times(trial: &Trial) -> Vec<f64> {

@@ -5,7 +5,9 @@
 //! about the finger axis at two thirds of the patch radius. The pose is averaged over five
 //! samples; a slow mean of it (0.2 s) is the anchor. Slip is a departure from the anchor by
 //! [`SLIPPED_M`], dated back to where the departure left the noise; one that stops short of
-//! it, but beyond [`NEAR_M`], is a near slip. What moves slower than
+//! it, but beyond [`NEAR_M`], is a near slip, and so is a step that stays, beyond [`STEP_M`]
+//! between the means of a tenth of a second before and after. Where a slip has ended, the anchor is set anew: one
+//! that still lags the last slip would date the next before its cause. What moves slower than
 //! about [`SLIPPED_M`] in 0.2 s, a creeping pad, is no slip; it shows as sag.
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -20,10 +22,19 @@ use crate::dataset::Trial;
 pub const SLIPPED_M: f64 = 3e-4;
 /// Departure that is motion beyond doubt: six standard deviations of the smoothed pose.
 pub const NEAR_M: f64 = 1.2e-4;
+/// Step that stays and is motion beyond doubt: six deviations of the difference of two means.
+pub const STEP_M: f64 = 7.2e-5;
+/// Samples in each mean, how far the means lie before and after the step, and how far back and
+/// on again the means lie that tell how fast the pads creep.
+const STEP_MEAN: usize = 25;
+const STEP_GAP: [usize; 2] = [5, 10];
+const CREEP: usize = 100;
 /// Departure that may still be noise: onset is the last sample below it. Poses of gripper and
 /// object with 30 um each leave 19 um on an axis after smoothing; this is 3.7 times that.
 const NOISE_M: f64 = 7e-5;
 const ANCHOR_S: f64 = 0.2;
+/// Samples whose mean is the anchor after a slip.
+const RESTED: usize = 10;
 /// Smoothing of the pose: this many samples to either side.
 const HALF_WINDOW: usize = 2;
 /// A cause builds up over this time or it is sudden.
@@ -114,7 +125,9 @@ pub fn find(scene: &Scene<f64>, plan: &Plan, trial: &Trial, limits: &Limits) -> 
     };
     let (slips, near) = (beyond(SLIPPED_M), beyond(NEAR_M));
     let apart = |n: &(f64, f64)| slips.iter().all(|s| n.1 < s.0 || n.0 > s.1);
-    truth.near = near.into_iter().map(|(from, to, _)| (from, to)).filter(apart).collect();
+    let steps = paths.iter().flat_map(|path| steps(&t, path, truth.until_s));
+    truth.near = near.into_iter().map(|(from, to, _)| (from, to)).chain(steps).filter(apart).collect();
+    truth.near.sort_by(|a, b| a.0.total_cmp(&b.0));
     for (onset_s, end_s, finger_s) in slips {
         let cause = cause(&t, &truth.ratio, onset_s, BUILD_UP_S);
         let intended = intent(onset_s) != Intent::Hold;
@@ -205,7 +218,7 @@ fn slips(
     let mut quiet_s = 0.0;
     let mut slipping = false;
     let mut before_s = 0.0;
-    for (t, q) in t.iter().zip(path) {
+    for (i, (t, q)) in t.iter().zip(path).enumerate() {
         if *t > until_s {
             break;
         }
@@ -222,12 +235,49 @@ fn slips(
             if let Some(last) = found.last_mut() {
                 last.2 = *t;
             }
+            let rested = path[(i + 1).saturating_sub(RESTED)..=i].iter().flatten();
+            let (sum, count) = rested.fold((Vector3::zeros(), 0.0), |(sum, n), q| (sum + q, n + 1.0));
+            anchor = sum / count;
+            quiet_s = *t;
         }
         anchor += (q - anchor) * ((t - before_s) / ANCHOR_S).min(1.0);
         before_s = *t;
     }
     if slipping && let Some(last) = found.last_mut() {
         last.2 = until_s;
+    }
+    found
+}
+
+/// Steps of one finger that stay, less what the pads creep: from, to.
+fn steps(t: &[f64], path: &[Option<Vector3<f64>>], until_s: f64) -> Vec<(f64, f64)> {
+    let mut sums = vec![(Vector3::zeros(), 0.0)];
+    for q in path {
+        let (sum, count) = sums.last().copied().unwrap_or_default();
+        sums.push(q.map_or((sum, count), |q| (sum + q, count + 1.0)));
+    }
+    let mean = |from: usize| {
+        let (a, b) = (sums.get(from)?, sums.get(from + STEP_MEAN)?);
+        (b.1 - a.1 > 0.5 * STEP_MEAN as f64).then(|| (b.0 - a.0) / (b.1 - a.1))
+    };
+    let [back, on] = STEP_GAP;
+    let mut found: Vec<(f64, f64)> = Vec::new();
+    for (i, t) in t.iter().enumerate().take_while(|(_, t)| **t <= until_s) {
+        let Some(before) = i.checked_sub(back + STEP_MEAN) else { continue };
+        let (Some(was), Some(is)) = (mean(before), mean(i + on)) else { continue };
+        let creeps = [
+            before.checked_sub(CREEP).and_then(mean).map(|earlier| was - earlier),
+            mean(i + on + CREEP).map(|later| later - is),
+        ];
+        let known = creeps.iter().flatten().count().max(1) as f64;
+        let creep = creeps.iter().flatten().sum::<Vector3<f64>>() / known;
+        let apart = (back + on + STEP_MEAN) as f64 / CREEP as f64;
+        if (is - was - creep * apart).norm() > STEP_M {
+            match found.last_mut() {
+                Some(last) if t - last.1 < 0.05 => last.1 = *t,
+                _ => found.push((*t, *t)),
+            }
+        }
     }
     found
 }
@@ -371,4 +421,54 @@ fn cause_at(t: &[f64], ratio: &[f64], onset_s: f64, seen_s: f64) -> Cause {
     let share = first / last;
     let steadily = half - first > 0.25 * (last - first);
     if seen_s > 0.0 && (0.5..0.97).contains(&share) && steadily { Cause::BuildsUp } else { Cause::Sudden }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT_S: f64 = 0.004;
+
+    /// A path along X through `(time s, place m)`, with noise of 19 um on each axis.
+    fn path(knots: &[(f64, f64)], until_s: f64) -> (Vec<f64>, Vec<Option<Vector3<f64>>>) {
+        let noise = |i: usize| 2.7e-5 * (1.9 * i as f64 + 0.7 * (i * i) as f64).sin();
+        let at = |t: f64| {
+            let after = knots.partition_point(|k| k.0 <= t);
+            match (after.checked_sub(1).and_then(|i| knots.get(i)), knots.get(after)) {
+                (Some(a), Some(b)) => a.1 + (b.1 - a.1) * (t - a.0) / (b.0 - a.0),
+                (Some(k), None) | (None, Some(k)) => k.1,
+                (None, None) => 0.0,
+            }
+        };
+        let t: Vec<f64> = (0..(until_s / DT_S) as usize).map(|i| i as f64 * DT_S).collect();
+        let q = |(i, t): (usize, &f64)| {
+            Some(Vector3::new(at(*t) + noise(i), noise(i + 7919), noise(i + 104_729) * 0.3))
+        };
+        let places = t.iter().enumerate().map(q).collect();
+        (t, places)
+    }
+
+    #[test]
+    fn the_second_of_two_slips_is_dated_by_its_own_beginning() {
+        let knots = [(1.0, 0.0), (1.04, 1.6e-3), (1.7, 1.6e-3), (1.74, 3.2e-3)];
+        let (t, q) = path(&knots, 3.0);
+        let found = slips(&t, &q, 3.0, 0, SLIPPED_M);
+        let onsets: Vec<f64> = found.iter().map(|s| s.1).collect();
+        assert_eq!(onsets.len(), 2, "{found:?}");
+        for (onset, began) in onsets.iter().zip([1.0, 1.7]) {
+            assert!((began - 0.005..began + 0.009).contains(onset), "{onset} for {began}");
+        }
+    }
+
+    #[test]
+    fn a_lasting_step_of_a_tenth_of_a_millimetre_is_a_near_slip_and_steady_creep_is_none() {
+        let (t, q) = path(&[(2.0, 0.0), (2.02, 1.0e-4)], 4.0);
+        assert!(slips(&t, &q, 4.0, 0, SLIPPED_M).is_empty());
+        let found = steps(&t, &q, 4.0);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].0 < 2.02 && found[0].1 > 2.0 && found[0].1 - found[0].0 < 0.2, "{found:?}");
+        // Half a millimetre in a second.
+        let (t, q) = path(&[(0.0, 0.0), (4.0, 2.0e-3)], 4.0);
+        assert!(steps(&t, &q, 4.0).is_empty());
+    }
 }

@@ -62,6 +62,11 @@ pub(crate) const USUAL_POINTS: u32 = 16;
 /// What an evaluation costs besides its points, in points.
 pub(crate) const FIXED_POINTS: u32 = 12;
 
+/// Work of a Newton step besides its evaluations: matrix and factors cost four of them.
+pub(crate) const FACTORS_WORK: u32 = 4;
+/// No solve is bounded below so much work.
+const LEAST_WORK: u32 = 16;
+
 /// Most evaluations of a line search after the first.
 const SEARCH_STEPS: u8 = 8;
 /// Newton steps before friction bounds are held.
@@ -180,6 +185,35 @@ impl<R: Real> ConeOptions<R> {
             tolerance: R::of(LOOK_AHEAD_TOLERANCE),
             usual_points: USUAL_POINTS,
         }
+    }
+
+    /// Work of a solve that uses up its bounds, in evaluations.
+    pub(crate) fn work(&self) -> u32 {
+        self.max_iterations.saturating_mul(FACTORS_WORK).saturating_add(self.max_evaluations)
+    }
+
+    /// The same with bounds for `work` evaluations, where that is less, but for some.
+    pub(crate) fn within(&self, work: u32) -> Self {
+        let whole = self.work();
+        if work >= whole {
+            return *self;
+        }
+        let work = work.max(LEAST_WORK).min(whole);
+        let share = |bound: u32| bound.saturating_mul(work).checked_div(whole).map_or(1, |b| b.max(1));
+        Self {
+            max_iterations: share(self.max_iterations),
+            max_evaluations: share(self.max_evaluations),
+            ..*self
+        }
+    }
+
+    /// The same where a step within a tick does `work` evaluations' worth besides the solve.
+    pub(crate) fn beside(&self, work: u32) -> Self {
+        if self.usual_points >= MAX_POINTS as u32 {
+            return *self;
+        }
+        let whole = self.work();
+        self.within(whole.saturating_sub(work).max(whole / 2))
     }
 
     /// The same with the bounds for `points` points.

@@ -1,10 +1,12 @@
-//! Contacts stick with a pull-off force.
+//! Fingertips stick with a pull-off force.
 //!
-//! Every whole contact bears a pull of up to `pull_off` and slides at `mu (N + pull_off)`:
+//! Each finger pad bears a pull of up to `pull_off` and slides at `mu (N + pull_off)`:
 //! the Coulomb law with an adhesive offset (Derjaguin 1934; pull-off as in Johnson, Kendall
-//! and Roberts 1971).
+//! and Roberts 1971). It takes a soft face to touch closely enough: a hard table or pusher under
+//! a held object does not stick. Where nothing is gripped, the table is the contact.
 
 use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext, text};
+use crate::contact::{Body, is_finger};
 use crate::real::{Real, most};
 
 /// See the module.
@@ -14,7 +16,7 @@ pub struct Adhesion;
 pub const INFO: Info = Info {
     id: "adhesion",
     code: 14,
-    summary: text("contacts stick: friction at zero load and a pull-off force"),
+    summary: text("fingertips stick: friction at zero load and a pull-off force"),
     signature: text(
         "friction force against grip is a straight line that misses the origin; a pull when a contact opens",
     ),
@@ -25,7 +27,7 @@ pub const INFO: Info = Info {
         1.0,
         0.0,
         [0.0, 20.0],
-        "greatest pull of one whole contact",
+        "greatest pull of one finger (of the table where nothing is gripped)",
     )],
 };
 
@@ -37,10 +39,13 @@ impl<R: Real> Law<R> for Adhesion {
     fn friction(
         &self,
         p: &[R; MAX_PARAMETERS],
-        _: &StepContext<R>,
+        c: &StepContext<R>,
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {
-        law.adhesion_n += most(p[0], R::zero()) * slip.share;
+        let table = slip.body == Body::Support && !(c.grip_cmd_n > R::zero());
+        if is_finger(slip.body) || table {
+            law.adhesion_n += most(p[0], R::zero()) * slip.share;
+        }
     }
 }

@@ -245,6 +245,10 @@ pub trait Law<R: Real>: Sync {
     fn sliding_share(&self, _p: &[R; MAX_PARAMETERS]) -> R {
         R::one()
     }
+    /// Arm of a finger's torsional friction, torsion limit over force limit, m.
+    fn torsion_arm(&self, _p: &[R; MAX_PARAMETERS], arm_m: R) -> R {
+        arm_m
+    }
     /// Changes what the sensors show.
     fn sense(&self, _p: &[R; MAX_PARAMETERS], _c: &StepContext<R>, _reading: &mut Reading<R>) {}
 }

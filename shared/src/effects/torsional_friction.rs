@@ -14,6 +14,9 @@ use crate::real::{Length, Real, most};
 /// Points nearer to the centre of their patch have no outward direction, m.
 const POINT_M: f64 = 1e-5;
 
+/// A patch can shrink to nearly a point, not turn inside out.
+const MOST_SHRUNK: f64 = -0.95;
+
 /// See the module.
 pub struct TorsionalFriction;
 
@@ -55,11 +58,14 @@ impl<R: Real> Law<R> for TorsionalFriction {
             contact.spread_m = most(p[0], R::zero());
             return;
         }
-        // A patch can shrink to nearly a point, not turn inside out.
-        let change = most(p[0] / radius, R::of(-0.95));
+        let change = most(p[0] / radius, R::of(MOST_SHRUNK));
         contact.lever_m += out * change;
         if contact.body != Body::Support {
             contact.patch_m = contact.patch_m.map(|at| at * (R::one() + change));
         }
+    }
+
+    fn torsion_arm(&self, p: &[R; MAX_PARAMETERS], arm_m: R) -> R {
+        most(arm_m + p[0], arm_m * R::of(1.0 + MOST_SHRUNK))
     }
 }

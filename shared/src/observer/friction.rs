@@ -49,6 +49,8 @@ pub struct Use<R: Real> {
     pub speed_m_s: R,
     /// The grip is not falling.
     pub grip_holds: bool,
+    /// The planned motion is changing: the load becomes another.
+    pub steered: bool,
 }
 
 /// State.
@@ -156,13 +158,13 @@ impl<R: Real> Friction<R> {
         let fade = dt_s / R::of(FADE_S);
         self.estimate += (self.told - self.estimate) * fade;
         self.proven -= self.proven * fade;
-        if !(self.level > R::zero()) {
+        if seen.steered || !(self.level > R::zero()) {
             self.level = seen.needed;
         }
         self.level += (seen.needed - self.level) * least(dt_s / R::of(LEVEL_S), R::one());
         let near =
             (seen.needed - self.level).abs() < self.level * R::of(LEVEL_SHARE) + seen.noise * R::of(2.0);
-        self.steady_s = if near { self.steady_s + dt_s } else { R::zero() };
+        self.steady_s = if near && !seen.steered { self.steady_s + dt_s } else { R::zero() };
         self.peak = most(self.peak, seen.needed);
         let over = seen.needed < self.peak * R::of(OVER_SHARE);
         if over {

@@ -75,6 +75,8 @@ pub struct Seen<'a, R: Real> {
     pub bearing_n: Option<[R; 2]>,
     /// The planned motion is changing, and the load with it.
     pub steered: bool,
+    /// The gripper gains or loses speed by the plan.
+    pub accelerates: bool,
     /// What the model's effects make of the base coefficient, as a factor.
     pub effects: R,
     /// Friction while sliding over that at rest, by the model's effects.
@@ -213,8 +215,10 @@ impl<R: Real> Observer<R> {
                 noise,
                 held: proven,
                 steered: s.steered,
+                accelerates: s.accelerates,
                 risen: most(seen.limit * R::of(SLIPPING_SHARE) - noise, held),
                 jumped: most(likely * least(s.sliding, R::one()), held),
+                sliding: s.sliding,
             })
         });
         seen.moved = match &s.points_m {
@@ -255,6 +259,7 @@ impl<R: Real> Observer<R> {
             slip_s: seen.moved.map(|m| m.slip_s),
             speed_m_s: seen.moved.map_or_else(R::zero, fastest),
             grip_holds: self.falling == 0,
+            steered: s.steered,
         };
         self.friction.learn(&usage, s.dt_s);
         seen.limit = self.friction.estimate() * effects;

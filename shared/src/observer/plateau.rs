@@ -6,7 +6,10 @@
 //! tenth of the climb. Where the ratio *jumped* to its plateau, the load may have been far
 //! more than what the pads carry, so the least friction that is likely is enough to call it
 //! slip; where it rose slowly, it must have reached the friction there is. A load that has
-//! been held for long is a load.
+//! been held for long is a load. So is one that first went higher: what the pads carried a
+//! moment ago without sliding they carry still (but for the break-away that the model knows).
+//! While the gripper gains speed, a held load is more than the weight by the acceleration; one
+//! that stays as high when the gain ends is clipped, so the least likely friction waits for that.
 //!
 //! A short jump that is flat wherever it lies was clipped, most likely: where it ends within
 //! a tenth of a second, its height is a ceiling of friction to be learnt from.
@@ -21,6 +24,13 @@ const FLAT_SIGMAS: f64 = 2.0;
 /// A jump is at least this share of the ratio, and so many standard deviations.
 const JUMP_SHARE: f64 = 0.1;
 const JUMP_SIGMAS: f64 = 8.0;
+/// A plateau that follows a jump begins within so many samples of it.
+const AFTER_JUMP: u8 = 15;
+/// A peak so far above the plateau, as a share of it and in standard deviations, was carried.
+const CARRIED_SHARE: f64 = 0.02;
+const CARRIED_SIGMAS: f64 = 2.5;
+/// The load that went higher has gone where the ratio falls below this share of its peak.
+const GONE_SHARE: f64 = 0.8;
 /// The plateau ends where the ratio falls below this share of it, less two standard deviations.
 const ENDED_SHARE: f64 = 0.95;
 
@@ -36,6 +46,11 @@ pub struct Plateau<R: Real> {
     /// Ratios, the newest first; how many there are.
     recent: [R; FLAT],
     count: u8,
+    /// Samples since the ratio last jumped, and what it was before.
+    since_jump: u8,
+    before: R,
+    /// Highest ratio of the present load.
+    peak: R,
     /// Where it is clipped, and for how many samples it has been.
     at: R,
     clipped: u8,
@@ -60,10 +75,14 @@ pub struct Bars<R: Real> {
     pub held: R,
     /// The planned motion is changing, and the load with it.
     pub steered: bool,
+    /// The gripper gains or loses speed by the plan.
+    pub accelerates: bool,
     /// Ratio that is slip where it was reached slowly.
     pub risen: R,
     /// The same for a jump.
     pub jumped: R,
+    /// Friction while sliding over that at rest.
+    pub sliding: R,
 }
 
 impl<R: Real> Default for Plateau<R> {
@@ -72,6 +91,9 @@ impl<R: Real> Default for Plateau<R> {
         Self {
             recent: [zero; FLAT],
             count: 0,
+            since_jump: u8::MAX,
+            before: zero,
+            peak: zero,
             at: zero,
             clipped: 0,
             top: zero,
@@ -87,6 +109,7 @@ impl<R: Real> Plateau<R> {
     pub fn clipped(&mut self, s: &Bars<R>) -> u8 {
         super::shift_in(&mut self.recent, s.now);
         self.count = self.count.saturating_add(1).min(FLAT as u8);
+        self.follow(s);
         let flat = self.flat(s);
         self.knock(s, flat);
         let slack = s.noise * R::of(2.0);
@@ -95,7 +118,11 @@ impl<R: Real> Plateau<R> {
             self.clipped = self.clipped.saturating_add(1);
         } else {
             self.clipped = match flat {
-                Some((mean, jumped)) if mean > if jumped { least(s.jumped, s.risen) } else { s.risen } => {
+                Some((mean, jumped))
+                    if !self.carried_more(mean, s)
+                        && mean
+                            > if jumped && !s.accelerates { least(s.jumped, s.risen) } else { s.risen } =>
+                {
                     self.at = mean;
                     FLAT as u8
                 }
@@ -110,6 +137,29 @@ impl<R: Real> Plateau<R> {
         self.ceiling
     }
 
+    /// Follows jumps and the peak.
+    fn follow(&mut self, s: &Bars<R>) {
+        if !s.accelerates {
+            self.since_jump = self.since_jump.saturating_add(1);
+        }
+        let [now, .., last] = self.recent;
+        let jump = now - last;
+        if self.count as usize == FLAT && jump > most(now * R::of(JUMP_SHARE), s.noise * R::of(JUMP_SIGMAS)) {
+            if self.since_jump > AFTER_JUMP {
+                self.before = last;
+            }
+            self.since_jump = FLAT as u8 - 1;
+        }
+        let gone = now < self.peak * R::of(GONE_SHARE);
+        self.peak = if gone { now } else { most(self.peak, now) };
+    }
+
+    /// The present load was more than `mean`, by more than noise and break-away explain.
+    fn carried_more(&self, mean: R, s: &Bars<R>) -> bool {
+        let share = R::of(1.0 + CARRIED_SHARE) / least(most(s.sliding, R::of(0.1)), R::one());
+        self.peak > mean * share + s.noise * R::of(CARRIED_SIGMAS)
+    }
+
     fn knock(&mut self, s: &Bars<R>, flat: Option<(R, bool)>) {
         self.ceiling = None;
         if s.steered {
@@ -118,9 +168,10 @@ impl<R: Real> Plateau<R> {
         }
         if self.lasting == 0 {
             if let Some((mean, true)) = flat
-                && mean > s.level * R::of(1.0 + KNOCK_SHARE)
+                && mean > self.before * R::of(1.0 + KNOCK_SHARE)
+                && !self.carried_more(mean, s)
             {
-                (self.top, self.base, self.lasting) = (mean, s.level, FLAT as u8);
+                (self.top, self.base, self.lasting) = (mean, self.before, FLAT as u8);
             }
             return;
         }
@@ -141,7 +192,7 @@ impl<R: Real> Plateau<R> {
         let [a, b, c, d, e] = self.recent;
         let mean = (a + b + c + d + e) * R::of(0.2);
         let jump = mean - s.level;
-        let jumped = jump > mean * R::of(JUMP_SHARE) && jump > s.noise * R::of(JUMP_SIGMAS);
+        let jumped = self.since_jump < AFTER_JUMP;
         let slope = ((a + b) - (d + e)).abs() * R::of(0.5);
         let bend = ((b + c + d) * R::of(1.0 / 3.0) - (a + e) * R::of(0.5)).abs();
         let bound = most(jump.abs() * R::of(FLAT_SHARE), s.noise * R::of(FLAT_SIGMAS));
