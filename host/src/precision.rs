@@ -86,7 +86,7 @@ pub fn walk(package: &Package, mut see: impl FnMut(&Walked)) {
     }
     let mut work = Workspace::new();
     if let Some(mut settling) = Settling::begin(scene, model, &mut state, &seated) {
-        settling.go_on(scene, model, &mut state, u8::MAX, &mut work);
+        settling.go_on(scene, model, &mut state, u32::MAX, &mut work);
     }
     let reference = unseated + seat_m;
     let mut carrier = PathFilter::new(from.carrier);

@@ -24,9 +24,9 @@ const ENOUGH_WORK: u32 = 68;
 /// Work beyond which not even a first step is begun.
 const MOST_WORK: u32 = 116;
 /// Work with which a tick shall end: what is left of it bounds a step of the look-ahead.
-const TICK_WORK: u32 = 150;
+pub(crate) const TICK_WORK: u32 = 150;
 /// Work of a step around its solve; each effect adds half a unit a contact point.
-const AROUND_WORK: u32 = 8;
+pub(crate) const AROUND_WORK: u32 = 8;
 
 impl<R: Real> StepSummary<R> {
     /// Work of the step, in evaluations of the momentum balance of 16 points.

@@ -19,7 +19,7 @@
 use crate::cone::{ConeOptions, ConeStatus, Kept};
 use crate::contact::{Body, SLOTS};
 use crate::health::Health;
-use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S, Work};
+use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S, TICK_WORK, Work};
 use crate::model::{FingerContact, Model, Scene, Shape};
 use crate::observer::motion::Moved;
 use crate::observer::{Observed, Observer, Seen};
@@ -32,8 +32,6 @@ use serde::{Deserialize, Serialize};
 
 /// Most segments of a plan.
 pub const MAX_SEGMENTS: usize = 8;
-/// Steps in which the object settles, a tick: four ticks at the start of a trial.
-const SETTLE_STEPS_A_TICK: u8 = 3;
 /// Most steps in which a gap is bridged: a tick must end.
 const MOST_PARTS: u8 = 3;
 /// The epoch moves on after so long.
@@ -703,8 +701,7 @@ impl<R: Real> Predictor<R> {
     fn settle(&mut self) -> bool {
         let Some(Tracked { state, settling, .. }) = &mut self.tracked else { return false };
         let Some(going) = settling else { return false };
-        if going.go_on(&self.core.scene, &self.core.model, state, SETTLE_STEPS_A_TICK, &mut Workspace::new())
-        {
+        if going.go_on(&self.core.scene, &self.core.model, state, TICK_WORK, &mut Workspace::new()) {
             *settling = None;
         }
         true

@@ -6,6 +6,7 @@
 
 use crate::cone::ConeOptions;
 use crate::contact::{self, Body, Contacts, SLOTS};
+use crate::look_ahead::AROUND_WORK;
 use crate::model::{Model, Scene};
 use crate::real::{Length, Real, Rotation, Vec3, most};
 use crate::step::{Drive, Moving, State, Workspace, support_under};
@@ -282,13 +283,14 @@ impl<R: Real> Settling<R> {
         Some(Self { drive: *drive, left: SETTLE_STEPS })
     }
 
-    /// At most `steps` steps; `true` when the object has settled.
+    /// Steps while half of `most_work` ([`crate::step::StepSummary::work`]) is left, each bounded by what is left;
+    /// `true` when the object has settled.
     pub fn go_on(
         &mut self,
         scene: &Scene<R>,
         model: &Model<R>,
         state: &mut State<R, SLOTS>,
-        steps: u8,
+        most_work: u32,
         work: &mut Workspace<R, SLOTS>,
     ) -> bool {
         let mut base = Model::base(model.base, model.friction);
@@ -300,8 +302,12 @@ impl<R: Real> Settling<R> {
             support: self.drive.support.map(at_rest),
             ..self.drive
         };
-        for _ in 0..steps.min(self.left) {
-            R::step(scene, &base, state, &still, &ConeOptions::default(), work);
+        let mut done: u32 = 0;
+        while self.left > 0 && done <= most_work / 2 {
+            let options =
+                ConeOptions::default().within(most_work.saturating_sub(done.saturating_add(AROUND_WORK)));
+            let out = R::step(scene, &base, state, &still, &options, work);
+            done = done.saturating_add(out.work());
             self.left = self.left.saturating_sub(1);
         }
         if self.left > 0 {
@@ -323,7 +329,7 @@ impl<R: Real> Settling<R> {
 /// [`Settling`] at one go.
 pub fn settle<R: Real>(scene: &Scene<R>, model: &Model<R>, state: &mut State<R, SLOTS>, drive: &Drive<R>) {
     if let Some(mut settling) = Settling::begin(scene, model, state, drive) {
-        settling.go_on(scene, model, state, SETTLE_STEPS, &mut Workspace::new());
+        settling.go_on(scene, model, state, u32::MAX, &mut Workspace::new());
     }
 }
 
