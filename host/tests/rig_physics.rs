@@ -1,7 +1,8 @@
 //! The synthetic reality obeys mechanics: balances, limits with known answers, dissipation.
 
+use stickslip_host::dataset::Sample;
 use stickslip_host::rig::{
-    Condition, Exact, Outcome, Primitive, Reality, STEP_S, Scenario, Setup, objects, run,
+    Condition, Exact, Nuisance, Outcome, Primitive, Reality, STEP_S, Scenario, Setup, objects, run, simulate,
 };
 
 const GRAVITY_M_S2: f64 = 9.81;
@@ -287,4 +288,29 @@ fn a_dropped_cylinder_comes_to_rest_on_the_table() {
     let last = outcome.exact.last().unwrap();
     assert!((last.object.0[2] - 0.0125).abs() < 1e-4, "{:?}", last.object.0);
     assert!((last.support[2] - 0.145 * GRAVITY_M_S2).abs() < 0.05);
+}
+
+#[test]
+fn a_drifting_sensor_departs_in_proportion_to_time_and_stays_within_its_share() {
+    let bench = objects::bench("test");
+    let readings = |drift: f64| {
+        let nuisance = Nuisance { drift, ..Nuisance::PAPER };
+        let reality = Reality::draw(&bench, nuisance, 7);
+        let setup = Setup { description: bench.clone(), reality, step_s: STEP_S };
+        simulate(&setup, &push(20.0), 1, 11).expect("the condition suits the rig").samples
+    };
+    let (still, drifting) = (readings(0.0), readings(6.0));
+    let departs = |i: usize| {
+        let force = |samples: &[Sample]| samples[i].finger[0].expect("finger 1 is measured").force_n[1];
+        force(&drifting) - force(&still)
+    };
+    let last = still.len() - 1;
+    let share = 6.0 * bench.sensors.finger.force_uncertainty_n * still[last].t_s / 60.0;
+    assert!(departs(0).abs() < 1e-3 && departs(last).abs() > 1e-2 * share && departs(last).abs() <= share);
+    assert!(
+        (departs(last / 2) - departs(last) / 2.0).abs() < 1e-3,
+        "{} {}",
+        departs(last / 2),
+        departs(last)
+    );
 }

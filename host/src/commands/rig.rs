@@ -52,6 +52,9 @@ pub struct Args {
     /// Constant sensor errors as a share of the stated uncertainty
     #[arg(long, default_value_t = Nuisance::PAPER.bias, value_name = "SHARE")]
     pub bias_scale: f64,
+    /// How far sensor errors drift in a minute of a trial, as a share of the stated uncertainty
+    #[arg(long, default_value_t = 0.0, value_name = "SHARE")]
+    pub drift: f64,
     /// Relative standard deviation of friction from run to run
     #[arg(long, default_value_t = Nuisance::PAPER.friction_run, value_name = "SHARE")]
     pub run_variation: f64,
@@ -175,6 +178,7 @@ fn check(args: &Args, folder: &Path) -> anyhow::Result<()> {
         ("--mu-support", args.mu_support.unwrap_or(0.3), 0.0, 10.0),
         ("--noise-scale", args.noise_scale, 0.0, 1e3),
         ("--bias-scale", args.bias_scale, 0.0, 100.0),
+        ("--drift", args.drift, 0.0, 100.0),
         ("--run-variation", args.run_variation, 0.0, 0.3),
         ("--condition-variation", args.condition_variation, 0.0, 0.3),
         ("--hours", args.hours, 1e-3, 100.0),
@@ -207,6 +211,7 @@ fn setup(args: &Args, conditions: &[Condition]) -> Setup {
     let nuisance = Nuisance {
         noise: args.noise_scale,
         bias: args.bias_scale,
+        drift: args.drift,
         friction_run: args.run_variation,
         friction_condition: args.condition_variation,
         ..Nuisance::PAPER

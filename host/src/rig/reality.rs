@@ -29,6 +29,8 @@ pub struct Nuisance {
     pub pressure_m: f64,
     /// Constant sensor errors as a share of the stated uncertainty.
     pub bias: f64,
+    /// How far sensor errors drift in a minute of a trial, as a share of the stated uncertainty.
+    pub drift: f64,
     /// Sensor noise as a multiple of what the data set states.
     pub noise: f64,
 }
@@ -42,6 +44,7 @@ impl Nuisance {
         placing_rad: 2e-3,
         pressure_m: 2e-4,
         bias: 0.6,
+        drift: 0.0,
         noise: 1.0,
     };
     /// Nothing varies, nothing errs.
@@ -52,6 +55,7 @@ impl Nuisance {
         placing_rad: 0.0,
         pressure_m: 0.0,
         bias: 0.0,
+        drift: 0.0,
         noise: 0.0,
     };
 }
@@ -75,6 +79,8 @@ pub struct Reality {
     pub nuisance: Nuisance,
     /// Constant error of fingers 1, 2 and the pusher: force (N), torque (N m).
     pub bias: [[f64; 6]; 3],
+    /// How fast these change during a trial: N/s, N m/s.
+    pub drift: [[f64; 6]; 3],
     /// Phase of the waves of wavy faces, rad.
     pub wave_phase_rad: f64,
 }
@@ -91,6 +97,7 @@ impl Reality {
             effects: Vec::new(),
             nuisance: Nuisance::NONE,
             bias: [[0.0; 6]; 3],
+            drift: [[0.0; 6]; 3],
             wave_phase_rad: 0.0,
         }
     }
@@ -107,6 +114,12 @@ impl Reality {
         let sensors = &description.sensors;
         for (bias, sensor) in reality.bias.iter_mut().zip([sensors.finger, sensors.finger, sensors.pusher]) {
             *bias = constant_error(&sensor, nuisance.bias, &mut rng);
+        }
+        // A stream of its own: data without drift stay as they are.
+        let mut rng = stream(seed, "drift");
+        for (drift, sensor) in reality.drift.iter_mut().zip([sensors.finger, sensors.finger, sensors.pusher])
+        {
+            *drift = constant_error(&sensor, nuisance.drift / MINUTE_S, &mut rng);
         }
         reality
     }
@@ -140,8 +153,8 @@ impl Reality {
         let mut bias = self.bias;
         for (bias, sensor) in bias.iter_mut().zip([sensors.finger, sensors.finger, sensors.pusher]) {
             // A little of the constant error comes anew with each run.
-            let drift = constant_error(&sensor, 0.05 * n.bias, rng);
-            bias.iter_mut().zip(drift).for_each(|(b, d)| *b += d);
+            let anew = constant_error(&sensor, 0.05 * n.bias, rng);
+            bias.iter_mut().zip(anew).for_each(|(b, a)| *b += a);
         }
         let mut jitter = || n.pressure_m * rng.sample::<f64, _>(StandardNormal);
         let pressure_offset_m = [[jitter(), jitter()], [jitter(), jitter()]];
@@ -170,6 +183,7 @@ impl Reality {
             lateral_pull_n_m: 0.0,
             sensors: SensorErrors {
                 bias,
+                drift: self.drift,
                 noise: [sensors.finger, sensors.pusher]
                     .map(|s| [s.force_noise_n * n.noise, s.torque_noise_nm * n.noise]),
                 pose_noise: [
@@ -204,6 +218,9 @@ impl Reality {
         (Vector3::new(within(n.placing_m), 0.0, within(n.placing_m)), within(n.placing_rad))
     }
 }
+
+/// Seconds in a minute.
+const MINUTE_S: f64 = 60.0;
 
 fn constant_error(sensor: &WrenchSensor, share: f64, rng: &mut ChaCha8Rng) -> [f64; 6] {
     std::array::from_fn(|k| {

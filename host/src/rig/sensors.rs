@@ -1,5 +1,5 @@
 //! What the sensors make of the true values: gain, misalignment, crosstalk, constant
-//! errors, white noise, delay, and the steps of the recording: 0.1 mN, 1 uN m, 0.1 um and
+//! and drifting errors, white noise, delay, and the steps of the recording: 0.1 mN, 1 uN m, 0.1 um and
 //! 1e-7 in a quaternion, all far below the noise.
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -32,6 +32,8 @@ pub fn measure(
     (0..exact.len())
         .map(|i| {
             let now = &exact[i];
+            let since_s = now.t_s - exact[0].t_s;
+            let error = |k: usize| std::array::from_fn(|c| errors.bias[k][c] + errors.drift[k][c] * since_s);
             let object = delayed(exact, i, errors.mocap_latency_s);
             Sample {
                 t_s: recorded(now.t_s, 1e6),
@@ -42,7 +44,7 @@ pub fn measure(
                 finger: [0, 1].map(|f| {
                     equipment.fingers.then(|| {
                         let seen = finger_reading(&now.finger[f], errors);
-                        noisy_wrench(&seen, &errors.bias[f], errors.noise[0], rng)
+                        noisy_wrench(&seen, &error(f), errors.noise[0], rng)
                     })
                 }),
                 pusher_wrench: equipment.pusher.then(|| {
@@ -50,7 +52,7 @@ pub fn measure(
                         true => now.pusher,
                         false => pusher_reading(&now.pusher, errors),
                     };
-                    noisy_wrench(&seen, &errors.bias[2], errors.noise[1], rng)
+                    noisy_wrench(&seen, &error(2), errors.noise[1], rng)
                 }),
             }
         })

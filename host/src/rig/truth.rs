@@ -81,6 +81,8 @@ pub struct Truth {
 pub struct SensorErrors {
     /// Constant error of fingers 1, 2 and pusher: force (N) and torque (N m).
     pub bias: [[f64; 6]; 3],
+    /// How fast that changes from the trial's start on: N/s, N m/s.
+    pub drift: [[f64; 6]; 3],
     /// Standard deviation of force and torque noise: fingers, pusher.
     pub noise: [[f64; 2]; 2],
     /// Standard deviation of position and rotation noise.
