@@ -283,6 +283,9 @@ fn find(
     let (mut first, invisible) = candidates(problem, start, &others, trials, survivors, tick);
     let mut choice = Choice::nothing();
     if worth_a_name {
+        if first.first().is_some_and(|c| poor(&c.held.misfit)) {
+            search_again(problem, start, &others, &mut first, (SEARCHED_FURTHER, Search::Grid), tick);
+        }
         choice = choose(problem, start, &first, trials, Search::Quick, tick);
         if choice.verdict == Verdict::Unexplained {
             // Before that is said, the likely ones are looked at more closely.
@@ -373,7 +376,9 @@ fn choose(
     // One effect that does what several do together is the better answer.
     if named(&chosen) > 1 {
         let together = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
-        let alone = first.iter().find(|c| c.p_value < level && c.explained > together - SIMPLER);
+        let alone = first
+            .iter()
+            .find(|c| c.p_value < level && c.explained > together - SIMPLER && !poor(&c.held.misfit));
         if let Some(alone) = alone {
             equal = vec![equals(start, alone, first)];
             chosen = vec![alone.clone()];
@@ -389,8 +394,7 @@ fn choose(
     let adequate = chosen.last().is_some_and(|c| {
         let misfit = &c.held.misfit;
         let near = misfit.error <= ADEQUATE_ERROR * misfit.noise_floor && !misfit.exceeds(UNEXPLAINED);
-        let poor = misfit.error > POOR_ERROR * misfit.noise_floor && misfit.exceeds(FAR);
-        settled || near || share >= CERTAIN || (share >= ADEQUATE_SHARE && !poor)
+        settled || near || share >= CERTAIN || (share >= ADEQUATE_SHARE && !poor(misfit))
     });
     let explains = adequate && share >= needed;
     // How pads give way is no missing effect: what counts is what they leave.
@@ -403,6 +407,11 @@ fn choose(
     let verdict =
         if judged.misfit.exceeds(UNEXPLAINED) { Verdict::Unexplained } else { Verdict::NothingMissing };
     Choice { verdict, ..Choice::nothing() }
+}
+
+/// Whether something else stands behind what a fit leaves, however much it explains.
+fn poor(misfit: &Misfit) -> bool {
+    misfit.error > POOR_ERROR * misfit.noise_floor && misfit.exceeds(FAR)
 }
 
 /// Takes out effects that those chosen after them made needless: fitted without one, the others
@@ -425,8 +434,8 @@ fn drop_needless(
         model.effects.remove(slot);
         let free: Vec<Free> = last.free.iter().filter_map(|f| f.without_slot(slot)).collect();
         let held = hold_out(problem, fit::solve(problem, &model, &free, 8), free);
-        let kept = explained(&start.misfit, &held.misfit) > explained(&start.misfit, &last.misfit) - SIMPLER;
-        if kept {
+        let share = |held: &Held| explained(&start.misfit, &held.misfit);
+        if share(&held) > share(last) - SIMPLER && (!poor(&held.misfit) || poor(&last.misfit)) {
             chosen.remove(k);
             equal.remove(k);
             if let Some(last) = chosen.last_mut() {
@@ -492,7 +501,8 @@ fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<&'static 
             let no_worse = paired(&c.held.loss, &winner.held.loss).is_none_or(|(t, _)| t < EQUAL);
             let behind = winner.explained - explained(&base.misfit, &c.held.misfit);
             // Significant or not: what differs by so little is below the noise floor.
-            let near = total(&c.held) < SAME_LOSS * total(&winner.held);
+            // Where much is left, the model is wrong and losses do not tell two effects apart.
+            let near = total(&c.held) < SAME_LOSS * total(&winner.held) || poor(&winner.held.misfit);
             let both = settled(winner) && settled(c) && winner.explained < EXPLAINS;
             (no_worse && (behind < EQUAL_SHARE || both)) || (near && behind < SAME_SHARE)
         })
