@@ -14,6 +14,7 @@ pub mod queues;
 pub mod slot;
 pub mod source;
 pub mod stack;
+pub mod state;
 pub mod stats;
 pub mod upload;
 

@@ -3,13 +3,10 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use static_cell::StaticCell;
 use stickslip_firmware::board::current as board;
 use stickslip_firmware::control::Control;
 use stickslip_firmware::link::{self, Link};
-use stickslip_firmware::queues::SPARE;
-use stickslip_firmware::slot::Slot;
-use stickslip_shared::predictor::Predictor;
+use stickslip_firmware::state;
 
 #[embassy_executor::task]
 async fn control(control: &'static mut Control<board::Channels>, watchdog: board::Watchdog) -> ! {
@@ -29,15 +26,9 @@ async fn transmit(tx: board::Tx) -> ! {
 /// Brings everything up; its stack is free again before anything runs.
 #[inline(never)]
 fn start() {
-    static SLOT: StaticCell<Slot> = StaticCell::new();
-    static PREDICTOR: StaticCell<Option<Predictor<f32>>> = StaticCell::new();
-    static CONTROL: StaticCell<Control<board::Channels>> = StaticCell::new();
-    static LINK: StaticCell<Link> = StaticCell::new();
     let board = board::init();
     defmt::info!("stickslip on {=str}, start {=u32}", board::NAME, board.boots);
-    let _ = SPARE.try_send(SLOT.init(Slot::new()));
-    let app = CONTROL.init(Control::new(PREDICTOR.init(None), board.gauges));
-    let link = LINK.init(Link::new(board.reset_cause, board.boots));
+    let (app, link) = state::init(board.gauges, board.reset_cause, board.boots);
     let upper = board::control_executor();
     let lower = board::communication_executor();
     // Each task is spawned once, so its one place is free.

@@ -23,11 +23,11 @@ use static_cell::StaticCell;
 use stickslip_firmware::board::current as board;
 use stickslip_firmware::control::Control;
 use stickslip_firmware::link::{self, Link};
-use stickslip_firmware::queues::{SAMPLES, SPARE};
-use stickslip_firmware::slot::Slot;
+use stickslip_firmware::queues::SAMPLES;
 use stickslip_firmware::stack::BUDGET_BYTES;
+use stickslip_firmware::state;
 use stickslip_firmware::stats::COUNTERS;
-use stickslip_shared::predictor::{Intent, Plan, Predictor, Segment};
+use stickslip_shared::predictor::{Intent, Plan, Segment};
 use stickslip_shared::selftest::push;
 use stickslip_shared::wire::frame::{FrameReader, MAX_LINE, crc32, encode};
 use stickslip_shared::wire::sequence::{Order, Sequence};
@@ -545,14 +545,8 @@ fn argument() -> Option<u32> {
 /// Brings everything up; its stack is free again before anything runs.
 #[inline(never)]
 fn start() {
-    static SLOT: StaticCell<Slot> = StaticCell::new();
-    static PREDICTOR: StaticCell<Option<Predictor<f32>>> = StaticCell::new();
-    static CONTROL: StaticCell<Control<board::Channels>> = StaticCell::new();
-    static LINK: StaticCell<Link> = StaticCell::new();
     let board = board::init();
-    let _ = SPARE.try_send(SLOT.init(Slot::new()));
-    let app = CONTROL.init(Control::new(PREDICTOR.init(None), board.gauges));
-    let link = LINK.init(Link::new(board.reset_cause, board.boots));
+    let (app, link) = state::init(board.gauges, board.reset_cause, board.boots);
     let upper = board::control_executor();
     let lower = board::communication_executor();
     let ticks = argument().unwrap_or(TICKS);
