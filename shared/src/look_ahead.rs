@@ -23,10 +23,10 @@ pub(crate) const LONGEST_STEP_S: f64 = 0.02;
 const ENOUGH_WORK: u32 = 68;
 /// Work beyond which not even a first step is begun.
 const MOST_WORK: u32 = 116;
-/// Work with which a tick shall end: what is left of it bounds a step of the look-ahead.
+/// Work with which a tick shall end: what is left of it bounds a step of the look-ahead, or of settling.
 pub(crate) const TICK_WORK: u32 = 150;
 /// Work of a step around its solve; each effect adds half a unit a contact point.
-pub(crate) const AROUND_WORK: u32 = 8;
+const AROUND_WORK: u32 = 8;
 
 impl<R: Real> StepSummary<R> {
     /// Work of the step, in evaluations of the momentum balance of 16 points.
@@ -58,9 +58,10 @@ impl Work {
         self.done
     }
 
-    /// For the next step of the look-ahead: a dear one does not make the tick late, but is marked.
-    fn options<R: Real>(&self) -> ConeOptions<R> {
-        ConeOptions::look_ahead().within(TICK_WORK.saturating_sub(self.done.saturating_add(AROUND_WORK)))
+    /// `options` for a next step that ends within `most` in all: a dear one does not make the tick
+    /// late, but is marked.
+    pub fn bounding<R: Real>(&self, options: &ConeOptions<R>, most: u32) -> ConeOptions<R> {
+        options.within(most.saturating_sub(self.done.saturating_add(AROUND_WORK)))
     }
 
     /// Whether this tick has room for a step of the look-ahead. One is done in nearly every
@@ -184,7 +185,7 @@ impl<R: Real> Ahead<R> {
             let Some(drive) = drive_between(&from, &to, &course.reference_m, grip, course.trial) else {
                 break;
             };
-            let options = work.options();
+            let options = work.bounding(&ConeOptions::look_ahead(), TICK_WORK);
             let out = R::step(course.scene, course.model, &mut self.state, &drive, &options, space);
             note(&out);
             work.add(&out);

@@ -6,7 +6,7 @@
 
 use crate::cone::ConeOptions;
 use crate::contact::{self, Body, Contacts, SLOTS};
-use crate::look_ahead::AROUND_WORK;
+use crate::look_ahead::Work;
 use crate::model::{Model, Scene};
 use crate::real::{Length, Real, Rotation, Vec3, most};
 use crate::step::{Drive, Moving, State, Workspace, support_under};
@@ -302,12 +302,10 @@ impl<R: Real> Settling<R> {
             support: self.drive.support.map(at_rest),
             ..self.drive
         };
-        let mut done: u32 = 0;
-        while self.left > 0 && done <= most_work / 2 {
-            let options =
-                ConeOptions::default().within(most_work.saturating_sub(done.saturating_add(AROUND_WORK)));
-            let out = R::step(scene, &base, state, &still, &options, work);
-            done = done.saturating_add(out.work());
+        let mut done = Work::default();
+        while self.left > 0 && done.done() <= most_work / 2 {
+            let options = done.bounding(&ConeOptions::default(), most_work);
+            done.add(&R::step(scene, &base, state, &still, &options, work));
             self.left = self.left.saturating_sub(1);
         }
         if self.left > 0 {
