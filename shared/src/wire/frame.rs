@@ -3,6 +3,7 @@
 //! COBS (Cheshire and Baker 1999) keeps the byte 0 for the end of a frame, so a receiver
 //! finds the next frame after any damage; the CRC-32 (ISO-HDLC) finds the damage.
 
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use postcard_rpc::Key;
 use postcard_rpc::header::{VarHeader, VarKey, VarSeq};
 use serde::{Serialize, de::DeserializeOwned};
@@ -18,33 +19,14 @@ pub const MAX_PLAIN: usize = HEADER + MAX_BODY + CHECKSUM;
 /// Longest frame on the line: one byte more for every 254, one in front, the 0 behind.
 pub const MAX_LINE: usize = MAX_PLAIN + MAX_PLAIN / 254 + 2;
 
-/// CRC-32 (ISO-HDLC) of `bytes`, four bits at a time: the table takes 64 bytes, that of bytes 1 KB.
-#[inline]
-pub fn crc32(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(u32::MAX, |crc, byte| {
-        let crc = crc ^ u32::from(*byte);
-        let crc = (crc >> 4) ^ NIBBLES[crc as usize & 15];
-        (crc >> 4) ^ NIBBLES[crc as usize & 15]
-    })
-}
+/// Without a table, which would take 1 KB.
+const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
-/// What each value of the lowest four bits does to the rest.
-const NIBBLES: [u32; 16] = {
-    let mut table = [0; 16];
-    let mut value = 0;
-    while value < 16 {
-        let mut crc = value as u32;
-        let mut bit = 0;
-        while bit < 4 {
-            // The polynomial, lowest bit first.
-            crc = (crc >> 1) ^ if crc & 1 == 1 { 0xedb8_8320 } else { 0 };
-            bit += 1;
-        }
-        table[value] = crc;
-        value += 1;
-    }
-    table
-};
+/// CRC-32 (ISO-HDLC) of `bytes`.
+#[inline(never)]
+pub fn crc32(bytes: &[u8]) -> u32 {
+    CRC.checksum(bytes)
+}
 
 /// Why bytes are not a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
