@@ -119,7 +119,7 @@ pub struct Findings {
 /// Steps that [`diagnose`] reports to its `tick` at most.
 pub fn steps() -> u64 {
     let stage = REGISTRY.len() + SURVIVORS;
-    let quick = MOST_EFFECTS * stage + (MOST_EFFECTS - 1) * SEARCHED_FURTHER;
+    let quick = MOST_EFFECTS * (stage + SEARCHED_FURTHER);
     let thorough = MOST_EFFECTS * SEARCHED_AGAIN + (MOST_EFFECTS - 1) * stage;
     (quick + thorough + 4) as u64
 }
