@@ -116,7 +116,7 @@ pub struct FormulaParameter {
 
 /// What is wrong with a model file and where.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{file}:{line}:{column}: {message}")]
+#[error("{file}{}: {message}", place(*.line, *.column))]
 pub struct ModelFileError {
     /// Path as given.
     pub file: String,
@@ -126,6 +126,11 @@ pub struct ModelFileError {
     pub column: usize,
     /// What is wrong and what to do.
     pub message: String,
+}
+
+/// `:line:column`, nothing where there is none.
+fn place(line: usize, column: usize) -> String {
+    if line == 0 { String::new() } else { format!(":{line}:{column}") }
 }
 
 #[derive(Deserialize)]

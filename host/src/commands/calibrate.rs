@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use serde::Serialize;
+use stickslip_shared::model::Model;
 
-use crate::calibrate::{Calibration, Share, calibrate};
+use crate::calibrate::{Calibration, Coefficient, Estimate, Share, calibrate};
 use crate::channels;
 use crate::dataset::{self, Trial};
 use crate::model_file::{ModelFile, default_model};
@@ -23,8 +24,8 @@ pub struct Args {
     /// Model to start from: its contact law and effects are kept [default: hard contact, no effects]
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
-    /// Where the calibrated model is written; with several primitives one file for each,
-    /// its name before the extension
+    /// Where the calibrated model is written; with several primitives one more file for each, its
+    /// name before the extension, and here the best determined friction of all
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Share of the trials that friction is found from, at least eight trials; the rest validate
@@ -95,7 +96,35 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         print(&calibration, output);
         documents.push(Written { calibration, file: path.map(|f| f.display().to_string()) });
     }
+    if let Some(path) = args.out.as_ref().filter(|_| several) {
+        let estimates: Vec<&Estimate> = documents.iter().flat_map(|d| &d.calibration.estimates).collect();
+        best_of(&mut file, &base, &estimates);
+        std::fs::write(path, file.write()).with_context(|| format!("cannot write {}", path.display()))?;
+        output.note(format_args!(
+            "model with the best determined friction of all written to {}",
+            path.display()
+        ));
+    }
     output.document(&documents)
+}
+
+/// `file` with the narrowest estimate of each coefficient.
+fn best_of(file: &mut ModelFile, base: &Model<f64>, estimates: &[&Estimate]) {
+    let mut model = base.clone();
+    file.friction_intervals.clear();
+    let width = |e: &Estimate| match (e.low, e.high) {
+        (Some(low), Some(high)) => high - low,
+        _ => f64::INFINITY,
+    };
+    for coefficient in [Coefficient::Finger, Coefficient::Pusher, Coefficient::Support] {
+        let of_it = estimates.iter().filter(|e| e.coefficient == coefficient);
+        let Some(best) = of_it.min_by(|a, b| width(a).total_cmp(&width(b))) else { continue };
+        *coefficient.of(&mut model) = best.value;
+        if let (Some(low), Some(high)) = (best.low, best.high) {
+            file.friction_intervals.insert(crate::calibrate::name(coefficient).into(), [low, high]);
+        }
+    }
+    file.set_values(&model);
 }
 
 fn named(out: &Path, primitive: &str, several: bool) -> PathBuf {

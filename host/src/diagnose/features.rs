@@ -66,19 +66,26 @@ impl Bins {
         self.reduce(&simulated.signals)
     }
 
+    /// The samples that belong to a bin, fingers as sum and difference.
+    pub fn each(&self, signals: &[Signals], mut take: impl FnMut(usize, &Signals)) {
+        for (s, bin) in signals.iter().zip(&self.bin) {
+            if let Some(b) = bin {
+                take(usize::from(*b), &combined(s));
+            }
+        }
+    }
+
     /// Spread (largest less smallest value) of the model's channels within each bin.
     pub fn ranges(&self, simulated: &Simulated) -> Features {
         let mut low = vec![f64::INFINITY; FEATURES];
         let mut high = vec![f64::NEG_INFINITY; FEATURES];
-        for (s, bin) in simulated.signals.iter().zip(&self.bin) {
-            let Some(b) = bin else { continue };
-            let x = combined(s);
+        self.each(&simulated.signals, |b, x| {
             for k in 0..COUNT {
-                let f = k * BINS + usize::from(*b);
+                let f = k * BINS + b;
                 low[f] = low[f].min(x[k]);
                 high[f] = high[f].max(x[k]);
             }
-        }
+        });
         let mut out: Features =
             low.iter().zip(&high).map(|(l, h)| if h >= l { h - l } else { 0.0 }).collect();
         for k in 0..COUNT {

@@ -18,6 +18,7 @@ pub mod report;
 pub mod screen;
 pub mod select;
 pub mod structure;
+pub mod swing;
 
 use std::time::Instant;
 
@@ -33,6 +34,7 @@ use report::{Report, Verdict};
 use screen::Trial;
 use select::{Candidate, Held, Search, candidates, explained, hold_out, paired, search_again, total};
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use swing::Swing;
 
 /// Family-wise probability of naming an effect where there is none; what explains enough on conditions that
 /// it was not fitted to needs no correction for the number of effects (few conditions give no smaller
@@ -74,11 +76,12 @@ const FAR: f64 = 8.0;
 const CERTAIN: f64 = 0.95;
 /// Pads give way: a small compliance is likely beforehand and needs less evidence.
 const LIKELY: f64 = 0.05;
-/// How far real pads give way at the largest grip, m: rubber of 1e6 N/m along the normal, and softer
-/// along the face, under 35 N.
-const PADS_GIVE_M: f64 = 1e-4;
+/// How far real pads give way at the largest grip, m: fingertips of 2e5 N/m under 40 N.
+const PADS_GIVE_M: f64 = 2e-4;
 /// Share of the excess that is enough where nothing relevant is left.
 const EXPLAINS_RELEVANT: f64 = 0.6;
+/// Strengths of two effects that are correlated more than this are not two findings.
+const ENTANGLED: f64 = 0.98;
 /// Share of the excess below which a first effect is not even tried.
 const WORTH_TRYING: f64 = 0.25;
 /// Candidates that are searched again before `unexplained` is said.
@@ -110,6 +113,8 @@ pub struct Findings {
     pub equal: Vec<Vec<&'static str>>,
     /// Effects that change nothing in these data.
     pub invisible: Vec<&'static str>,
+    /// What swings while the object slides, and not in the model.
+    pub swing: Option<Swing>,
     /// What came out.
     pub verdict: Verdict,
     /// Model with the chosen effects (the base model where none is chosen).
@@ -258,7 +263,9 @@ fn drifting<'a>(problem: &Problem<'a>, base: &Held) -> Option<(Problem<'a>, Held
     let (without, with) = (fitted(&base.solution.model, &base.free), fitted(&found.model, &free));
     let left = |held: &Held| (held.misfit.error.powi(2) - held.misfit.noise_floor.powi(2)).max(0.0);
     let explained = 1.0 - left(&with) / left(&without).max(1e-9);
-    let candidate = Candidate { info: wear.info, held: with, p_value: chance, explained, starts: Vec::new() };
+    let searched = Search::Thorough;
+    let candidate =
+        Candidate { info: wear.info, held: with, p_value: chance, explained, starts: Vec::new(), searched };
     Some((around, without, candidate))
 }
 
@@ -286,11 +293,12 @@ fn find(
         if first.first().is_some_and(|c| poor(&c.held.misfit)) {
             search_again(problem, start, &others, &mut first, (SEARCHED_FURTHER, Search::Grid), tick);
         }
-        choice = choose(problem, start, &first, trials, Search::Quick, tick);
+        let mut stages = Stages::new();
+        choice = choose(problem, start, &first, trials, &mut stages, Search::Quick, tick);
         if choice.verdict == Verdict::Unexplained {
             // Before that is said, the likely ones are looked at more closely.
             search_again(problem, start, &others, &mut first, (SEARCHED_AGAIN, Search::Thorough), tick);
-            choice = choose(problem, start, &first, trials, Search::Thorough, tick);
+            choice = choose(problem, start, &first, trials, &mut stages, Search::Thorough, tick);
         }
     }
     let Choice { chosen, equal, mut verdict } = choice;
@@ -304,8 +312,15 @@ fn find(
     let chosen: Vec<Candidate> = drift.into_iter().chain(chosen).collect();
     let model = chosen.last().map_or(&base, |c| &c.held).solution.model.clone();
     let last = chosen.last().map(|c| c.held.clone());
+    let swing = swing::missed(problem.campaign, &model);
+    if swing.is_some()
+        && verdict == Verdict::NothingMissing
+        && problem.campaign.conditions >= FEWEST_CONDITIONS
+    {
+        verdict = Verdict::Unexplained;
+    }
     let chosen: Vec<Candidate> = chosen.into_iter().filter(|c| !small_compliance(problem, c)).collect();
-    Findings { base, first, chosen, last, equal, invisible, verdict, model }
+    Findings { base, first, chosen, last, equal, invisible, swing, verdict, model }
 }
 
 /// What is taken from the candidates.
@@ -323,13 +338,17 @@ impl Choice {
     }
 }
 
-/// Chooses effects one after the other, `first` being the candidates for the first place, and
-/// judges what they explain.
+/// Candidates for a further effect beside those of a model.
+type Stages = Vec<(Model<f64>, Vec<Candidate>)>;
+
+/// Chooses effects one after the other, `first` being the candidates for the first place and `stages`
+/// those for further ones met so far, and judges what they explain.
 fn choose(
     problem: &Problem,
     start: &Held,
     first: &[Candidate],
     trials: &[Trial],
+    stages: &mut Stages,
     search: Search,
     tick: Tick,
 ) -> Choice {
@@ -350,7 +369,7 @@ fn choose(
                 _ if share > EXPLAINS_RELEVANT && !c.held.misfit.exceeds(RELEVANT) => FALSE_ALARM,
                 _ => level,
             };
-            share > worth && c.p_value < chance
+            share > worth && c.p_value < chance && (chosen.is_empty() || !entangled(problem, &c.held))
         };
         let Some(best) = stage.iter().position(taken) else {
             break;
@@ -363,13 +382,18 @@ fn choose(
             break;
         }
         if chosen.len() < MOST_EFFECTS {
-            stage = candidates(problem, &last.held, &[], trials, SURVIVORS, tick).0;
+            let on = &last.held.solution.model;
+            let at = stages.iter().position(|(model, _)| model == on).unwrap_or_else(|| {
+                stages.push((on.clone(), candidates(problem, &last.held, &[], trials, SURVIVORS, tick).0));
+                stages.len() - 1
+            });
             // Beside another effect least squares often ends in a side valley.
             let (most, search) = match search {
                 Search::Quick => (SEARCHED_FURTHER, Search::Grid),
                 other => (SEARCHED_AGAIN, other),
             };
-            search_again(problem, &last.held, &[], &mut stage, (most, search), tick);
+            search_again(problem, &last.held, &[], &mut stages[at].1, (most, search), tick);
+            stage = stages[at].1.clone();
         }
     }
     drop_needless(problem, start, &mut chosen, &mut equal);
@@ -407,6 +431,27 @@ fn choose(
     let verdict =
         if judged.misfit.exceeds(UNEXPLAINED) { Verdict::Unexplained } else { Verdict::NothingMissing };
     Choice { verdict, ..Choice::nothing() }
+}
+
+/// Whether a fit of several effects plays one against another, or pulls one as far as it goes: what they
+/// explain together is then neither's.
+fn entangled(problem: &Problem, held: &Held) -> bool {
+    let Held { solution, free, .. } = held;
+    let covariance = fit::clustered_covariance(&solution.grams, &problem.priors(free, 0), free.len());
+    let strength = |f: &Free| match f {
+        Free::Effect { slot, of, .. } if of.typical != of.neutral => Some((*slot, *of)),
+        _ => None,
+    };
+    let at_bound = |f: &Free| {
+        let x = f.get(&solution.model);
+        strength(f).is_some_and(|(_, of)| x != of.neutral && (x <= of.low || x >= of.high))
+    };
+    let correlated = |k: usize, l: usize| {
+        let r = covariance[(k, l)] / (covariance[(k, k)] * covariance[(l, l)]).sqrt();
+        let (a, b) = (strength(&free[k]), strength(&free[l]));
+        matches!((a, b), (Some(a), Some(b)) if a.0 != b.0) && r.abs() > ENTANGLED
+    };
+    free.iter().any(at_bound) || (0..free.len()).any(|k| (0..k).any(|l| correlated(k, l)))
 }
 
 /// Whether something else stands behind what a fit leaves, however much it explains.

@@ -11,6 +11,7 @@ use crate::diagnose::features::channel_name;
 use crate::diagnose::problem::Problem;
 use crate::diagnose::select::{Candidate, explained};
 use crate::diagnose::structure::{self, Structure};
+use crate::diagnose::swing::Swing;
 use crate::fit::{self, Free, Options};
 
 /// What came out.
@@ -125,7 +126,7 @@ pub struct Report {
 
 /// Makes the report.
 pub fn report(problem: &Problem, findings: Findings, took: Duration) -> Report {
-    let Findings { base, first, chosen, last, equal, invisible, verdict, model } = &findings;
+    let Findings { base, first, chosen, last, equal, invisible, swing, verdict, model } = &findings;
     let named = matches!(verdict, Verdict::Effect | Verdict::Ambiguous);
     let last = last.as_ref().filter(|_| named).unwrap_or(base);
     let effects: Vec<&'static str> = if named { by_strength(base, chosen) } else { Vec::new() };
@@ -161,10 +162,11 @@ pub fn report(problem: &Problem, findings: Findings, took: Duration) -> Report {
                 .map_or(0.0, |q| q.size),
         })
         .collect();
-    let unexplained = match verdict {
+    let mut unexplained = match verdict {
         Verdict::NothingMissing => Vec::new(),
         _ => structure::describe(problem, last),
     };
+    unexplained.extend(swing.as_ref().map(Swing::structure));
     let options = Options::default();
     let summary_fit = fit::summary(problem, last.solution.clone(), 0.0, &last.free, &options);
     let parameters = summary_fit
@@ -178,7 +180,10 @@ pub fn report(problem: &Problem, findings: Findings, took: Duration) -> Report {
     }
     limits.extend(summary_fit.notes);
     let share = explained(&base.misfit, &last.misfit);
-    let summary = sentence(*verdict, &effects, equal, share, first, &error, problem);
+    let mut summary = sentence(*verdict, &effects, equal, share, first, &error, problem);
+    if let Some(swing) = swing {
+        summary += &format!(" {}.", swing.text());
+    }
     Report {
         verdict: *verdict,
         summary,

@@ -56,6 +56,8 @@ pub struct Candidate {
     pub explained: f64,
     /// Where its fit may have started.
     pub starts: Vec<Start>,
+    /// How much was tried to fit it.
+    pub searched: Search,
 }
 
 /// Held-out performance of a solution.
@@ -225,7 +227,7 @@ pub fn candidates(
     let kept = screened.into_iter().filter(|s| s.gain > 0.02 * most && s.gain > 1.0).take(survivors);
     let mut out: Vec<Candidate> = kept
         .filter_map(|s| {
-            let c = refit(problem, base, &bases, s.trial.info, &s.starts, Search::Quick);
+            let c = refit(problem, base, &bases, (s.trial.info, &s.starts), Search::Quick, None);
             tick();
             c
         })
@@ -282,7 +284,7 @@ pub fn within_reach(
 }
 
 /// How much is tried to fit a candidate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Search {
     /// One step from the best starts, and the best two of these to their end.
     Quick,
@@ -312,45 +314,34 @@ pub fn search_again(
     tick: &(dyn Fn() + Sync),
 ) {
     let bases: Vec<&Solution> = std::iter::once(&base.solution).chain(others).collect();
-    for c in candidates.iter_mut().take(most) {
-        let again = refit(problem, base, &bases, c.info, &c.starts, search);
-        if let Some(again) = again.filter(|again| total(&again.held) < total(&c.held)) {
-            *c = again;
+    for c in candidates.iter_mut().take(most).filter(|c| c.searched < search) {
+        let searched = (c.searched >= Search::Grid).then_some(&c.held.solution);
+        let again = refit(problem, base, &bases, (c.info, &c.starts), search, searched);
+        match again.filter(|again| total(&again.held) < total(&c.held)) {
+            Some(again) => *c = again,
+            None => c.searched = search,
         }
         tick();
     }
     candidates.sort_by(|a, b| total(&a.held).total_cmp(&total(&b.held)));
 }
 
-/// The effect fitted together with what `base` has; `None` where it does not apply.
+/// The effect fitted together with what `base` has, from its starts or from where it was `searched` for
+/// already; `None` where it does not apply.
 fn refit(
     problem: &Problem,
     base: &Held,
     bases: &[&Solution],
-    info: &'static Info,
-    starts: &[Start],
+    (info, starts): (&'static Info, &[Start]),
     search: Search,
+    searched: Option<&Solution>,
 ) -> Option<Candidate> {
-    let slot = base.solution.model.effects.len();
     let mut free = base.free.clone();
-    free.extend(Free::of_effect(info, slot));
-    let begin = |start: &Start| {
-        let on = bases.get(start.on)?;
-        let model = within_reach(problem, on, start, &free, slot);
-        Some(fit::solve_with(problem, &model, &free, 1, &on.columns))
+    free.extend(Free::of_effect(info, base.solution.model.effects.len()));
+    let mut best = match searched {
+        Some(best) => best.clone(),
+        None => best_of_starts(problem, base, bases, (info, starts), &free, search)?,
     };
-    // A few steps from each start show which are worth the rest.
-    let mut begun: Vec<Solution> = starts.iter().take(1 + bases.len()).filter_map(begin).collect();
-    if search != Search::Quick {
-        let few = |m: &Model<f64>| fit::solve(problem, m, &free, FEW_STEPS);
-        begun.extend(on_grid(problem, starts, info, slot).iter().map(few));
-    }
-    begun.sort_by(|a, b| a.loss.1.total_cmp(&b.loss.1));
-    let mut best = begun
-        .iter()
-        .take(2)
-        .map(|b| fit::solve_with(problem, &b.model, &free, STEPS, &b.columns[..base.free.len()]))
-        .min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))?;
     if search == Search::Thorough {
         best = beside(problem, best, &free);
     }
@@ -364,7 +355,36 @@ fn refit(
     let ratios = p_value(&log_loss(problem, &base.loss), &log_loss(problem, &held.loss));
     let p_value = combined(&[differences, ratios, parameters]);
     let explained = explained(&base.misfit, &held.misfit);
-    Some(Candidate { info, held, p_value, explained, starts: starts.to_vec() })
+    Some(Candidate { info, held, p_value, explained, starts: starts.to_vec(), searched: search })
+}
+
+/// The effect fitted from its `starts` and, unless the search is quick, from the best places of a grid.
+fn best_of_starts(
+    problem: &Problem,
+    base: &Held,
+    bases: &[&Solution],
+    (info, starts): (&'static Info, &[Start]),
+    free: &[Free],
+    search: Search,
+) -> Option<Solution> {
+    let slot = base.solution.model.effects.len();
+    let begin = |start: &Start| {
+        let on = bases.get(start.on)?;
+        let model = within_reach(problem, on, start, free, slot);
+        Some(fit::solve_with(problem, &model, free, 1, &on.columns))
+    };
+    // A few steps from each start show which are worth the rest.
+    let mut begun: Vec<Solution> = starts.iter().take(1 + bases.len()).filter_map(begin).collect();
+    if search != Search::Quick {
+        let few = |m: &Model<f64>| fit::solve(problem, m, free, FEW_STEPS);
+        begun.extend(on_grid(problem, starts, info, slot).iter().map(few));
+    }
+    begun.sort_by(|a, b| a.loss.1.total_cmp(&b.loss.1));
+    begun
+        .iter()
+        .take(2)
+        .map(|b| fit::solve_with(problem, &b.model, free, STEPS, &b.columns[..base.free.len()]))
+        .min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))
 }
 
 /// The best places of a grid: friction from little to much, the effect as in `starts` and at its typical

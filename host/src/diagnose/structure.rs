@@ -3,6 +3,7 @@
 
 use serde::Serialize;
 
+use crate::diagnose::campaign::{Campaign, Run};
 use crate::diagnose::features::channel_name;
 use crate::diagnose::phases::{BINS, Phase};
 use crate::diagnose::problem::Problem;
@@ -15,7 +16,7 @@ pub struct Structure {
     pub channel: String,
     /// Phase.
     pub phase: &'static str,
-    /// Root mean square systematic misfit, in noise floors.
+    /// Root mean square systematic misfit, in noise floors (of a swing, in those of one sample).
     pub size: f64,
     /// Quantities it depends on, strongest first, with the share of its variance that each adds.
     pub depends_on: Vec<(&'static str, f64)>,
@@ -45,7 +46,7 @@ pub fn describe(problem: &Problem, held: &Held) -> Vec<Structure> {
         .collect()
 }
 
-/// Forward selection of quantities for the residual of one channel in one phase.
+/// On which quantities the residual of one channel in one phase depends.
 fn depends_on(problem: &Problem, held: &Held, channel: usize, phase: Phase) -> Vec<(&'static str, f64)> {
     let mut y = Vec::new();
     let mut x: Vec<Vec<f64>> = vec![Vec::new(); QUANTITIES.len()];
@@ -57,23 +58,42 @@ fn depends_on(problem: &Problem, held: &Held, channel: usize, phase: Phase) -> V
                 continue;
             }
             y.push(r[f] / problem.single_run[*g][f]);
-            let i = &run.info;
-            let along = bin as f64;
-            let values = [
-                i.grip_n.unwrap_or(0.0),
-                i.speed_m_s.or(i.speed_rad_s).unwrap_or(0.0),
-                i.slope_rad.unwrap_or(0.0),
-                i.pusher_offset_m.unwrap_or(0.0),
-                run.prepared.scene.object.mass_kg,
-                run.prepared.ordinal,
-                along,
-                (along - 7.5) * (along - 7.5),
-            ];
-            for (column, v) in x.iter_mut().zip(values) {
+            for (column, v) in x.iter_mut().zip(quantities(run, bin as f64)) {
                 column.push(v);
             }
         }
     }
+    forward(&y, x)
+}
+
+/// Values of [`QUANTITIES`] for a run, so far `along` its path.
+fn quantities(run: &Run, along: f64) -> [f64; QUANTITIES.len()] {
+    let i = &run.info;
+    [
+        i.grip_n.unwrap_or(0.0),
+        i.speed_m_s.or(i.speed_rad_s).unwrap_or(0.0),
+        i.slope_rad.unwrap_or(0.0),
+        i.pusher_offset_m.unwrap_or(0.0),
+        run.prepared.scene.object.mass_kg,
+        run.prepared.ordinal,
+        along,
+        (along - 7.5) * (along - 7.5),
+    ]
+}
+
+/// On which quantities `y`, a value of each run, depends.
+pub fn of_runs(campaign: &Campaign, y: &[f64]) -> Vec<(&'static str, f64)> {
+    let mut x: Vec<Vec<f64>> = vec![Vec::new(); QUANTITIES.len()];
+    for run in &campaign.runs {
+        for (column, v) in x.iter_mut().zip(quantities(run, 0.0)) {
+            column.push(v);
+        }
+    }
+    forward(y, x)
+}
+
+/// Forward selection among the columns of `x` for `y`: the share of its squares that each adds.
+fn forward(y: &[f64], mut x: Vec<Vec<f64>>) -> Vec<(&'static str, f64)> {
     let total: f64 = y.iter().map(|v| v * v).sum();
     if total <= 0.0 || y.len() < 6 {
         return Vec::new();
