@@ -43,6 +43,8 @@ pub struct Place {
     pub size: f64,
     /// What the size is at least: three standard errors below that of all conditions but the worst.
     pub at_least: f64,
+    /// A run of the condition where it is largest.
+    pub run: usize,
 }
 
 impl Misfit {
@@ -78,8 +80,9 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
     let mut count = vec![0.0; FEATURES];
     let (mut square, mut scatter, mut seen, mut scattered) = (0.0, 0.0, 0.0, 0.0);
     // For each place: mean square of each condition.
-    let mut by_place: BTreeMap<(usize, Phase), Vec<f64>> = BTreeMap::new();
+    let mut by_place: BTreeMap<(usize, Phase), Vec<(f64, usize)>> = BTreeMap::new();
     for of in campaign.runs_of() {
+        let Some(one) = of.first().copied() else { continue };
         let mut here: BTreeMap<(usize, Phase), (f64, f64)> = BTreeMap::new();
         let of: Vec<&Features> = of.iter().filter_map(|r| runs[*r].as_ref()).collect();
         for f in 0..FEATURES {
@@ -104,7 +107,7 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
             }
         }
         for (place, (sum, n)) in here {
-            by_place.entry(place).or_default().push(sum / n);
+            by_place.entry(place).or_default().push((sum / n, one));
         }
     }
     let systematic: Features =
@@ -125,12 +128,12 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
         .into_iter()
         .map(|((channel, phase), squares)| {
             let n = squares.len() as f64;
-            let mean = squares.iter().sum::<f64>() / n;
+            let mean = squares.iter().map(|s| s.0).sum::<f64>() / n;
             // A single condition in which the model fails altogether decides nothing.
-            let largest = squares.iter().copied().fold(0.0, f64::max);
+            let (largest, run) = squares.iter().copied().fold((0.0, 0), |m, s| if s.0 > m.0 { s } else { m });
             let others = if n > 1.0 { (mean * n - largest) / (n - 1.0) } else { 0.0 };
             let least: f64 = others - 3.0 * CHANCE / n.sqrt();
-            Place { channel, phase, size: mean.max(0.0).sqrt(), at_least: least.max(0.0).sqrt() }
+            Place { channel, phase, size: mean.max(0.0).sqrt(), at_least: least.max(0.0).sqrt(), run }
         })
         .collect();
     places.sort_by(|a, b| b.size.total_cmp(&a.size));

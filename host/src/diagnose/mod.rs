@@ -80,6 +80,8 @@ const LIKELY: f64 = 0.05;
 const PADS_GIVE_M: f64 = 2e-4;
 /// Share of the excess that is enough where nothing relevant is left.
 const EXPLAINS_RELEVANT: f64 = 0.6;
+/// A model that explains this share of the excess is worth building the problem anew around.
+const NEAR: f64 = 0.5;
 /// Strengths of two effects that are correlated more than this are not two findings.
 const ENTANGLED: f64 = 0.98;
 /// Share of the excess below which a first effect is not even tried.
@@ -115,6 +117,8 @@ pub struct Findings {
     pub invisible: Vec<&'static str>,
     /// What swings while the object slides, and not in the model.
     pub swing: Option<Swing>,
+    /// Where nothing explains the data: the model around which to go through them once more.
+    pub again: Option<Model<f64>>,
     /// What came out.
     pub verdict: Verdict,
     /// Model with the chosen effects (the base model where none is chosen).
@@ -124,7 +128,7 @@ pub struct Findings {
 /// Steps that [`diagnose`] reports to its `tick` at most.
 pub fn steps() -> u64 {
     let stage = REGISTRY.len() + SURVIVORS;
-    let quick = MOST_EFFECTS * (stage + SEARCHED_FURTHER);
+    let quick = 2 * MOST_EFFECTS * (stage + SEARCHED_FURTHER);
     let thorough = MOST_EFFECTS * SEARCHED_AGAIN + (MOST_EFFECTS - 1) * stage;
     (quick + thorough + 4) as u64
 }
@@ -151,7 +155,12 @@ pub fn diagnose(
     }
     let mut trials = Trial::listed();
     trials.extend(own.iter().cloned());
-    let findings = find(&problem, base, &others, drift, &trials, tick);
+    let mut findings = find(&problem, base, &others, drift, &trials, Pass::First, tick);
+    if let Some(near) = findings.again.take() {
+        let (around, base) = around(&campaign, &near, &findings.base);
+        findings = find(&around, base, &others, None, &trials, Pass::Second, tick);
+        problem = around;
+    }
     let pair = findings.equal.first().and_then(|set| {
         let chosen = |id: &str| findings.chosen.iter().any(|c| c.info.id == id);
         let other = findings.first.iter().find(|c| set.contains(&c.info.id) && !chosen(c.info.id))?;
@@ -218,6 +227,15 @@ pub fn suggest(
     Ok(Some(([a.info.id, b.info.id], experiment::experiments(&problem, x, y, most))))
 }
 
+/// The problem built anew around a model `near` the data, and the base model in it: corrections of coarse
+/// steps and noise are those of the model that it is built around, and far from there they mislead.
+fn around<'a>(campaign: &'a Campaign, near: &Model<f64>, base: &Held) -> (Problem<'a>, Held) {
+    let problem = Problem::new(campaign, near);
+    let solution = fit::solve(&problem, &base.solution.model, &base.free, 5);
+    let base = hold_out(&problem, solution, base.free.clone());
+    (problem, base)
+}
+
 /// `ways` of contact that are far from `base`, each at its place.
 fn other_ways(problem: &Problem, base: &Held, ways: &[Model<f64>]) -> Vec<Solution> {
     ways.iter()
@@ -269,6 +287,15 @@ fn drifting<'a>(problem: &Problem<'a>, base: &Held) -> Option<(Problem<'a>, Held
     Some((around, without, candidate))
 }
 
+/// How often the data were gone through.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Pass {
+    /// Around the base model.
+    First,
+    /// Around the best model of the first pass, which did not explain the data.
+    Second,
+}
+
 /// Screening, choice and verdict; see `docs/diagnosis.md` for the rules.
 fn find(
     problem: &Problem,
@@ -276,6 +303,7 @@ fn find(
     others: &[Model<f64>],
     drift: Option<Candidate>,
     trials: &[Trial],
+    pass: Pass,
     tick: Tick,
 ) -> Findings {
     let start = drift.as_ref().map_or(&base, |c| &c.held);
@@ -289,19 +317,21 @@ fn find(
     };
     let (mut first, invisible) = candidates(problem, start, &others, trials, survivors, tick);
     let mut choice = Choice::nothing();
+    let mut again = None;
     if worth_a_name {
         if first.first().is_some_and(|c| poor(&c.held.misfit)) {
             search_again(problem, start, &others, &mut first, (SEARCHED_FURTHER, Search::Grid), tick);
         }
         let mut stages = Stages::new();
         choice = choose(problem, start, &first, trials, &mut stages, Search::Quick, tick);
-        if choice.verdict == Verdict::Unexplained {
+        again = choice.near.take().filter(|_| pass == Pass::First && drift.is_none());
+        if choice.verdict == Verdict::Unexplained && again.is_none() {
             // Before that is said, the likely ones are looked at more closely.
             search_again(problem, start, &others, &mut first, (SEARCHED_AGAIN, Search::Thorough), tick);
             choice = choose(problem, start, &first, trials, &mut stages, Search::Thorough, tick);
         }
     }
-    let Choice { chosen, equal, mut verdict } = choice;
+    let Choice { chosen, equal, mut verdict, .. } = choice;
     let equal = sets(drift.as_ref(), &chosen, &equal, |c| small_compliance(problem, c));
     if verdict == Verdict::Effect && !equal.is_empty() {
         verdict = Verdict::Ambiguous;
@@ -320,7 +350,7 @@ fn find(
         verdict = Verdict::Unexplained;
     }
     let chosen: Vec<Candidate> = chosen.into_iter().filter(|c| !small_compliance(problem, c)).collect();
-    Findings { base, first, chosen, last, equal, invisible, swing, verdict, model }
+    Findings { base, first, chosen, last, equal, invisible, swing, again, verdict, model }
 }
 
 /// What is taken from the candidates.
@@ -329,12 +359,14 @@ struct Choice {
     chosen: Vec<Candidate>,
     /// For each of them: those that do as well in its place.
     equal: Vec<Vec<&'static str>>,
+    /// Where nothing explains the data: the best model met, if it explains much of them.
+    near: Option<Model<f64>>,
     verdict: Verdict,
 }
 
 impl Choice {
     fn nothing() -> Self {
-        Self { chosen: Vec::new(), equal: Vec::new(), verdict: Verdict::NothingMissing }
+        Self { chosen: Vec::new(), equal: Vec::new(), near: None, verdict: Verdict::NothingMissing }
     }
 }
 
@@ -396,6 +428,10 @@ fn choose(
             stage = stages[at].1.clone();
         }
     }
+    let met = chosen.iter().chain(stage.first()).min_by(|a, b| total(&a.held).total_cmp(&total(&b.held)));
+    let near = met
+        .filter(|c| explained(&start.misfit, &c.held.misfit) > NEAR)
+        .map(|c| c.held.solution.model.clone());
     drop_needless(problem, start, &mut chosen, &mut equal);
     // One effect that does what several do together is the better answer.
     if named(&chosen) > 1 {
@@ -425,12 +461,13 @@ fn choose(
     let judged = chosen.last().filter(|_| named(&chosen) == 0).map_or(start, |c| &c.held);
     let only_pads = !chosen.is_empty() && named(&chosen) == 0;
     if explains {
-        let effect = Choice { chosen, equal, verdict: Verdict::Effect };
+        let effect = Choice { chosen, equal, near: None, verdict: Verdict::Effect };
         return if only_pads { Choice::nothing() } else { effect };
     }
-    let verdict =
-        if judged.misfit.exceeds(UNEXPLAINED) { Verdict::Unexplained } else { Verdict::NothingMissing };
-    Choice { verdict, ..Choice::nothing() }
+    if judged.misfit.exceeds(UNEXPLAINED) {
+        return Choice { verdict: Verdict::Unexplained, near, ..Choice::nothing() };
+    }
+    Choice::nothing()
 }
 
 /// Whether a fit of several effects plays one against another, or pulls one as far as it goes: what they

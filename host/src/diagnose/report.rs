@@ -6,12 +6,13 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use crate::diagnose::Findings;
 use crate::diagnose::features::channel_name;
+use crate::diagnose::misfit::Misfit;
 use crate::diagnose::problem::Problem;
 use crate::diagnose::select::{Candidate, explained};
 use crate::diagnose::structure::{self, Structure};
 use crate::diagnose::swing::Swing;
+use crate::diagnose::{Findings, RELEVANT};
 use crate::fit::{self, Free, Options};
 
 /// What came out.
@@ -126,7 +127,7 @@ pub struct Report {
 
 /// Makes the report.
 pub fn report(problem: &Problem, findings: Findings, took: Duration) -> Report {
-    let Findings { base, first, chosen, last, equal, invisible, swing, verdict, model } = &findings;
+    let Findings { base, first, chosen, last, equal, invisible, swing, verdict, model, .. } = &findings;
     let named = matches!(verdict, Verdict::Effect | Verdict::Ambiguous);
     let last = last.as_ref().filter(|_| named).unwrap_or(base);
     let effects: Vec<&'static str> = if named { by_strength(base, chosen) } else { Vec::new() };
@@ -180,7 +181,7 @@ pub fn report(problem: &Problem, findings: Findings, took: Duration) -> Report {
     }
     limits.extend(summary_fit.notes);
     let share = explained(&base.misfit, &last.misfit);
-    let mut summary = sentence(*verdict, &effects, equal, share, first, &error, problem);
+    let mut summary = sentence(*verdict, &effects, equal, share, first, &base.misfit, problem);
     if let Some(swing) = swing {
         summary += &format!(" {}.", swing.text());
     }
@@ -304,7 +305,7 @@ fn sentence(
     equal: &[Vec<&'static str>],
     share: f64,
     first: &[Candidate],
-    error: &ErrorReport,
+    misfit: &Misfit,
     problem: &Problem,
 ) -> String {
     let conditions = problem.campaign.conditions;
@@ -319,10 +320,21 @@ fn sentence(
         .map_or(String::new(), |c| {
             format!("; next best {} ({:.0} %)", c.info.id, 100.0 * c.explained.max(0.0))
         });
+    let lone = misfit.places.first().filter(|p| p.size > RELEVANT && p.at_least <= 1.0).map(|p| {
+        format!(
+            "No effect is named: {} in {} misses by {:.1} noise floors, but mostly in one condition (that of trial {}), from which nothing can be concluded.",
+            channel_name(p.channel),
+            p.phase.name(),
+            p.size,
+            problem.campaign.runs[p.run].info.trial
+        )
+    });
     match verdict {
+        // What one condition alone shows may be the model's way of contact there.
+        Verdict::NothingMissing if lone.is_some() => lone.unwrap_or_default(),
         Verdict::NothingMissing => format!(
             "Nothing is missing: no channel misses systematically by more than {:.1} noise floors.",
-            error.worst_before.max(0.1)
+            misfit.worst().max(0.1)
         ),
         Verdict::Effect => format!(
             "The model lacks {}; {} {:.0} % of the excess error{next}.",
