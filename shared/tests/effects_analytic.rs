@@ -270,6 +270,18 @@ fn sensor_misalignment_turns_the_push_into_the_channels_across() {
 }
 
 #[test]
+fn a_finger_sensor_turned_about_gripper_z_shows_a_share_of_the_grip_along_the_slide() {
+    let mut run = hold::<f64>();
+    run.scene.gravity_m_s2 = [0.0; 3];
+    let plain = run.play().last().reading.finger;
+    let turned = run.with("sensor_misalignment", &[0.0, 0.0, 0.0, 0.0, 0.03, -0.02]).play();
+    for ((w, plain), angle) in turned.last().reading.finger.iter().zip(plain).zip([0.03, -0.02]) {
+        close(plain[1].abs(), N, 1e-6);
+        close(w[0] - plain[0], -angle * plain[1], 1e-6);
+    }
+}
+
+#[test]
 fn sensor_crosstalk_leaks_its_share_of_the_grip_on_each_finger() {
     let mut run = hold::<f64>().with("sensor_crosstalk", &[0.02, 0.03, -0.01, 0.01, 0.0005]);
     run.scene.gravity_m_s2 = [0.0; 3];

@@ -1,7 +1,7 @@
 //! A sensor's axes are turned against the frame in which it reports.
 //!
-//! Each finger sensor by a small angle about its normal, gripper Y; the pusher's about
-//! world Y and Z. Force and torque turn alike: `w' = w + r x w`, to first order.
+//! Each finger sensor by small angles about its normal, gripper Y, and about gripper Z (a share of
+//! the grip then shows along the slide); the pusher's about world Y and Z. Force and torque turn alike: `w' = w + r x w`, to first order.
 
 use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext, text};
 use crate::real::{Real, Vec3};
@@ -23,6 +23,8 @@ pub const INFO: Info = Info {
         Parameter::new("finger2_rad", "rad", 0.03, 0.0, [-0.3, 0.3], "finger 2 about gripper Y"),
         Parameter::new("pusher_y_rad", "rad", 0.03, 0.0, [-0.3, 0.3], "pusher about world Y"),
         Parameter::new("pusher_z_rad", "rad", 0.03, 0.0, [-0.3, 0.3], "pusher about world Z"),
+        Parameter::new("finger1_z_rad", "rad", 0.03, 0.0, [-0.3, 0.3], "finger 1 about gripper Z"),
+        Parameter::new("finger2_z_rad", "rad", 0.03, 0.0, [-0.3, 0.3], "finger 2 about gripper Z"),
     ],
 };
 
@@ -40,8 +42,8 @@ impl<R: Real> Law<R> for SensorMisalignment {
             [force.x, force.y, force.z, torque.x, torque.y, torque.z]
         };
         let [finger1, finger2] = reading.finger;
-        let about_y = |w, angle| turn(w, Vec3::new(zero, angle, zero));
-        reading.finger = [about_y(finger1, p[0]), about_y(finger2, p[1])];
+        let finger = |w, y, z| turn(w, Vec3::new(zero, y, z));
+        reading.finger = [finger(finger1, p[0], p[4]), finger(finger2, p[1], p[5])];
         reading.pusher = turn(reading.pusher, Vec3::new(zero, p[2], p[3]));
     }
 }
