@@ -6,6 +6,9 @@ SHELL := /bin/bash
 TARGET := thumbv7em-none-eabihf
 BOARD_BUILD := --target $(TARGET) --profile firmware
 OUT := target/$(TARGET)/firmware
+# Panics name their file: not where this machine keeps it, so that the firmware is the same everywhere.
+export CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS := \
+	--remap-path-prefix=$(or $(CARGO_HOME),$(HOME)/.cargo)/registry/src/=
 # Flash, and static RAM: with the stack that the soak allows (`BUDGET_BYTES` of firmware/src/stack.rs) 48 KiB.
 FLASH_LIMIT := 131072
 RAM_LIMIT := 25088

@@ -63,15 +63,28 @@ impl<G: Gauges> Control<G> {
     #[inline(never)]
     pub fn tick(&mut self, began: u32) {
         COUNTERS.ticks.add(1);
-        while let Some(command) = COMMANDS.try_receive() {
-            self.apply(command);
-        }
+        self.obey();
         let running = self.run.is_some();
         let sample = self.sample();
-        self.report.sample_seq = sample.map(|sample| sample.seq);
+        self.report.sample_seq = sample.as_ref().map(|sample| sample.seq);
         if let Some(sample) = &sample {
             self.predict(sample);
         }
+        self.tell(running, began);
+    }
+
+    /// Applies the commands that wait.
+    // Functions of their own, as the next: their stack is not that of the predictor.
+    #[inline(never)]
+    fn obey(&mut self) {
+        while let Some(command) = COMMANDS.try_receive() {
+            self.apply(command);
+        }
+    }
+
+    /// Reports the tick that `began`, `running` at its beginning.
+    #[inline(never)]
+    fn tell(&mut self, running: bool, began: u32) {
         let mode = match (&self.run, &self.predictor) {
             (Some(_), _) => Mode::Running,
             (None, Some(_)) => Mode::Ready,

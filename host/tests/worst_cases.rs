@@ -67,7 +67,7 @@ fn worst_runs_end_every_tick_within_the_bound_of_its_work_and_mark_what_is_not_s
             }
             // The step to the sample alone (also in three parts), or a step ahead that is begun
             // below the limit of the tick's work.
-            assert!(predictor.work() <= 450, "{name}: {} evaluations", predictor.work());
+            assert!(predictor.work() <= 190, "{name}: {} evaluations", predictor.work());
         }
     }
 }

@@ -1358,11 +1358,11 @@ fn status_code(status: ConeStatus) -> u8 {
     }
 }
 
-/// Iterations and evaluations kept for each later part of a step made in parts.
-const LATER_PART: (u32, u32) = (5, 30);
+/// Work kept for each later part of a step made in parts.
+const LATER_WORK: u32 = 40;
 
-/// Steps the model over a drive, in parts where it is long; all parts together have the bound of
-/// a whole step.
+/// Steps the model over a drive, in parts where it is long; all parts together are bounded by the
+/// work of a tick.
 fn advance<R: Real>(
     scene: &Scene<R>,
     model: &Model<R>,
@@ -1378,14 +1378,12 @@ fn advance<R: Real>(
     let mut part = *drive;
     part.dt_s = drive.dt_s / R::of(f64::from(parts));
     let present = ConeOptions::present();
-    let (mut iterations, mut evaluations) = (present.max_iterations, present.max_evaluations);
-    let bounded = |iterations: u32, evaluations: u32, later: u8| ConeOptions {
-        max_iterations: iterations.saturating_sub(LATER_PART.0 * u32::from(later)).max(LATER_PART.0),
-        max_evaluations: evaluations.saturating_sub(LATER_PART.1 * u32::from(later)).max(LATER_PART.1),
-        ..present
+    let bounded = |done: &Work, later: u8| match parts {
+        1 => present,
+        _ => done.bounding(&present, TICK_WORK.saturating_sub(LATER_WORK * u32::from(later))),
     };
-    let mut out =
-        R::step(scene, model, state, &part, &bounded(iterations, evaluations, parts.saturating_sub(1)), work);
+    let options = bounded(&worst.work, parts.saturating_sub(1));
+    let mut out = R::step(scene, model, state, &part, &options, work);
     worst.note(&out);
     for later in (0..parts.saturating_sub(1)).rev() {
         if matches!(out.status, ConeStatus::BadInput | ConeStatus::Contradiction) {
@@ -1395,9 +1393,8 @@ fn advance<R: Real>(
             m.position_m += m.velocity_m_s * part.dt_s;
             m.rotation = crate::step::turned(&m.rotation, &(m.angular_rad_s * part.dt_s));
         }
-        iterations = iterations.saturating_sub(out.iterations);
-        evaluations = evaluations.saturating_sub(out.evaluations);
-        out = R::step(scene, model, state, &part, &bounded(iterations, evaluations, later), work);
+        let options = bounded(&worst.work, later);
+        out = R::step(scene, model, state, &part, &options, work);
         worst.note(&out);
     }
     out

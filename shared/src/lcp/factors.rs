@@ -42,14 +42,16 @@ pub struct Factors<R, const NC: usize, const ND: usize> {
 impl<R: Real, const ND: usize> Contact<R, ND> {
     fn defect(&self) -> Option<Defect> {
         // Only zeros times x can make the sum finite: one test for many numbers.
-        let mut probe = R::zero();
-        let mut acts = false;
-        for row in [&self.normal, &self.tangents[0], &self.tangents[1]] {
-            for &x in row {
-                probe += x * R::zero();
-                acts |= x != R::zero();
-            }
+        // In columns, so that several lanes can work.
+        let [first, second] = &self.tangents;
+        let (mut zeros, mut acts) = ([R::zero(); ND], [false; ND]);
+        for k in 0..ND {
+            let (x, y, z) = (self.normal[k], first[k], second[k]);
+            zeros[k] = x * R::zero() + y * R::zero() + z * R::zero();
+            acts[k] = (x != R::zero()) | (y != R::zero()) | (z != R::zero());
         }
+        let acts = acts.iter().fold(false, |any, x| any | x);
+        let mut probe = zeros.iter().fold(R::zero(), |sum, x| sum + *x);
         for x in [self.compliance, self.friction, self.separation, self.slip[0], self.slip[1]] {
             probe += x * R::zero();
         }

@@ -42,6 +42,23 @@ impl<R: Real> Residual<R> {
         }
     }
 
+    /// [`Residual::add_row`] with one over the largest unknown, which is positive: a division less for
+    /// each part. `size` is positive, or `w` zero with it.
+    #[inline(always)]
+    pub(super) fn add_scaled_row(&mut self, z: R, w: R, size: R, by_largest: R) {
+        let share = z * by_largest;
+        self.unknown = most(self.unknown, -share);
+        if size > R::zero() {
+            let relative = w / size;
+            self.slack = most(self.slack, -relative);
+            self.complementarity += magnitude(share) * magnitude(relative);
+        }
+        // Only finite numbers times zero add up to zero.
+        if !((z + w + size) * R::zero() == R::zero()) {
+            self.complementarity = R::of(f64::INFINITY);
+        }
+    }
+
     /// The largest part: the number that is compared with the tolerance.
     pub fn value(&self) -> R {
         most(most(self.unknown, self.slack), self.complementarity)

@@ -4,10 +4,11 @@
 //! functions takes ten times that of the stack. Here it is decoded piece by piece; the bytes are the same.
 
 use super::ModelPackage;
-use crate::effects::Effect;
 use crate::effects::formula::Formula;
 use crate::model::{Base, Friction, Model, Scene};
 use crate::predictor::Limits;
+use crate::real::Real;
+use heapless::Vec;
 use serde::de::DeserializeOwned;
 
 /// Takes a value off the front of `bytes`.
@@ -26,7 +27,7 @@ pub fn decode(mut bytes: &[u8], place: &mut Option<ModelPackage>) -> Option<()> 
     let rest = &mut bytes;
     let scene: Scene<f32> = take(rest)?;
     let (base, friction): (Base<f32>, Friction<f32>) = take(rest)?;
-    let package = place.insert((scene, Model::base(base, friction), Limits::default()));
+    let package = insert(place, scene, base, friction);
     let whole = fill(rest, package);
     if whole.is_none() {
         *place = None;
@@ -34,14 +35,35 @@ pub fn decode(mut bytes: &[u8], place: &mut Option<ModelPackage>) -> Option<()> 
     whole
 }
 
+/// Puts what was decoded into its place, without effects.
+// Generic, so that it is compiled with what uses it; a function of its own, as `take`.
+#[inline(never)]
+fn insert<R: Real>(
+    place: &mut Option<(Scene<R>, Model<R>, Limits)>,
+    scene: Scene<R>,
+    base: Base<R>,
+    friction: Friction<R>,
+) -> &mut (Scene<R>, Model<R>, Limits) {
+    place.insert((scene, Model::base(base, friction), Limits::default()))
+}
+
+/// Decodes a list and appends it to `list`.
+#[inline(never)]
+fn append<T: DeserializeOwned, const N: usize>(bytes: &mut &[u8], list: &mut Vec<T, N>) -> Option<()> {
+    for _ in 0..take::<usize>(bytes)? {
+        list.push(take(bytes)?).ok()?;
+    }
+    Some(())
+}
+
 /// Decodes what follows the friction coefficients.
 #[inline]
 fn fill(bytes: &mut &[u8], (_, model, limits): &mut ModelPackage) -> Option<()> {
+    append(bytes, &mut model.effects)?;
     for _ in 0..take::<usize>(bytes)? {
-        model.effects.push(take::<Effect<f32>>(bytes)?).ok()?;
-    }
-    for _ in 0..take::<usize>(bytes)? {
-        model.formulas.push(take::<Formula<f32>>(bytes)?).ok()?;
+        let (target, bodies) = take(bytes)?;
+        model.formulas.push(Formula { target, bodies, program: Vec::new() }).ok()?;
+        append(bytes, &mut model.formulas.last_mut()?.program)?;
     }
     *limits = take(bytes)?;
     bytes.is_empty().then_some(())

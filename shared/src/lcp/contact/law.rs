@@ -259,10 +259,12 @@ impl<R: Real, const ND: usize> Track<R, ND> {
             Mode::Stick => {
                 for r in 0..ND {
                     let (f, g) = (first[r] * self.tangent_gain, second[r] * self.tangent_gain);
+                    let h = normal[r] * self.normal_gain;
                     for c in 0..ND {
-                        matrix[r][c] += f * first[c] + g * second[c];
+                        matrix[r][c] += f * first[c] + g * second[c] + h * normal[c];
                     }
                 }
+                return;
             }
             Mode::Slide(s, 0) => add_scaled(&mut force, self.friction * sign(s), first),
             Mode::Slide(0, t) => add_scaled(&mut force, self.friction * sign(t), second),

@@ -115,7 +115,7 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
                 continue;
             }
             let shift = first_shift::<R>() * if start > 2 { R::of(10.0) } else { R::one() };
-            let (end, kinks, residual) = attempt(tracks, shift, start);
+            let (end, kinks, residual, y) = attempt(tracks, shift, start);
             pivots = pivots.saturating_add(kinks);
             match end {
                 End::Ray => rays += 1,
@@ -130,7 +130,7 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
                     (1, _) => Path::Velocities,
                     (k, _) => Path::Restarted((k - 1) as u8),
                 };
-                store(tracks, &roots, &mut self.answer);
+                store(tracks, &y, &roots, &mut self.answer);
             }
             if residual <= tolerance() {
                 self.known = count;
@@ -170,18 +170,22 @@ fn contradictory<R: Real, const ND: usize>(tracks: &[Track<R, ND>]) -> bool {
     law::dot(&y, &y) <= size * R::of(1e-6) && work < R::zero()
 }
 
-/// One way to the answer: warm (`start` 0) or from open contacts. Returns the residual.
+/// One way to the answer: warm (`start` 0) or from open contacts. Returns pivots, the residual and
+/// the velocities that the impulses cause.
 fn attempt<R: Real, const ND: usize>(
     tracks: &mut [Track<R, ND>],
     first_shift: R,
     start: u32,
-) -> (End, u32, R) {
+) -> (End, u32, R, [R; ND]) {
     let limit = 20 * tracks.len() as u32 + 40;
     // A repair that takes longer than a cold start is none.
     let first_limit = if start == 0 { 2 * tracks.len() as u32 + 10 } else { limit };
     let infinite = R::of(f64::INFINITY);
     let mut shift = first_shift;
     let (aim, least_shift) = goal(first_shift);
+    // A warm answer is near already: a round more would cost as much as the first. The next warm
+    // start goes on from it.
+    let aim = if start == 0 { most(aim, tolerance::<R>() * R::of(0.1)) } else { aim };
     let mut y = [R::zero(); ND];
     let mut pivots = 1;
     for track in tracks.iter_mut() {
@@ -197,11 +201,12 @@ fn attempt<R: Real, const ND: usize>(
     if end != End::Arrived {
         // The best there is: the solution for the offsets that are left.
         let speeds = settle(tracks);
-        return (end, pivots, certify(tracks, &speeds));
+        return (end, pivots, certify(tracks, &speeds), speeds);
     }
     let (mut residual, mut failed) = (infinite, End::Arrived);
+    let mut speeds = y;
     for round in 0..ROUNDS {
-        let speeds = settle(tracks);
+        speeds = settle(tracks);
         let before = residual;
         residual = certify(tracks, &speeds);
         if residual <= aim || round + 1 == ROUNDS {
@@ -235,7 +240,7 @@ fn attempt<R: Real, const ND: usize>(
             }
         }
     }
-    (failed, pivots, residual)
+    (failed, pivots, residual, speeds)
 }
 
 /// Start without contact: offsets that open every contact, different for each so that no two
@@ -323,6 +328,7 @@ fn certify<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &[R; ND]) -
     let (mut worst, mut constant) = (R::zero(), R::zero());
     let mut sum = Residual::zero();
     let four = R::of(4.0);
+    let by_largest = if largest > R::zero() { R::one() / largest } else { R::zero() };
     for track in tracks.iter() {
         let [normal, first, second] = track.impulse;
         let [separation, slip_first, slip_second] = track.speed;
@@ -333,38 +339,35 @@ fn certify<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &[R; ND]) -
         for k in 0..3 {
             constant = most(magnitude(track.constant[k]), constant);
         }
-        sum.add_row(normal, slack, size, largest);
+        sum.add_scaled_row(normal, slack, size, by_largest);
         for (k, force, slip) in [(1, first, slip_first), (2, second, slip_second)] {
             // Both signs of the tangent count in the row, and the slip speed bound.
             let diagonal = track.size[k] + track.size[k] + R::one();
             let size = magnitude(track.constant[k]) + diagonal * largest;
             let slack = if force < R::zero() { track.slip - slip } else { track.slip + slip };
-            sum.add_row(magnitude(force), slack, size, largest);
+            sum.add_scaled_row(magnitude(force), slack, size, by_largest);
         }
         let unused = track.friction * normal - magnitude(first) - magnitude(second);
-        sum.add_row(track.slip, unused, (track.friction + four) * largest, largest);
+        sum.add_scaled_row(track.slip, unused, (track.friction + four) * largest, by_largest);
     }
     residual::credible(sum.value(), worst, constant)
 }
 
 fn store<R: Real, const NC: usize, const ND: usize>(
     tracks: &[Track<R, ND>],
+    y: &[R; ND],
     roots: &[R; ND],
     answer: &mut Impulses<R, NC, ND>,
 ) {
     answer.normal.clear();
     answer.tangential.clear();
     answer.slip.clear();
-    let mut y = [R::zero(); ND];
     for track in tracks {
         let [normal, first, second] = track.impulse;
         // The capacity is that of the problem: nothing is refused.
         let _ = answer.normal.push(normal);
         let _ = answer.tangential.push([first, second]);
         let _ = answer.slip.push(track.slip);
-        for k in 0..3 {
-            add_scaled(&mut y, track.impulse[k], &track.rows[k]);
-        }
     }
     for k in 0..ND {
         answer.velocity_change[k] = y[k] * roots[k];
