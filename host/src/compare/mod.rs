@@ -274,8 +274,7 @@ pub fn compare(
     let mut offsets_and_tares: Vec<_> = Vec::new();
     let mut shifted = compared.errors.clone();
     for errors in &mut shifted {
-        let found =
-            tare::offsets(&errors.iter().collect::<Vec<_>>(), &data.description.sensors, options.tare);
+        let found = tare::offsets(&errors.iter().collect::<Vec<_>>(), data.description, options.tare);
         for (e, tare) in errors.iter_mut().zip(&found.1) {
             e.shift(tare);
         }

@@ -2,7 +2,9 @@
 //!
 //! Before contact the model says what a true sensor would show. The mean of measured minus
 //! modelled there is taken as that trial's offset of a force or torque channel and
-//! subtracted.
+//! subtracted. What of its mean over the data set is more than the uncertainty that
+//! `dataset.toml` states (a tenth more, the noise, and for the fingers how they share the
+//! object's weight) is no offset and stays: a pressure that is not centred, a wrong mass.
 //!
 //! The fingers' normal forces are the exception: both too high is a grip that differs from
 //! the command, which a tare would hide. Of them only the imbalance `(d1 + d2) / 2` is
@@ -15,7 +17,8 @@ use serde::Serialize;
 
 use super::trial::TrialErrors;
 use crate::channels::{COUNT, NAMES, Quantity, Signals, quantity};
-use crate::dataset::Sensors;
+use crate::dataset::{Description, Sensors};
+use crate::diagnose::noise::share_of_weight;
 
 /// Finger 1's and finger 2's normal force.
 const NORMAL: [usize; 2] = [7, 13];
@@ -71,8 +74,9 @@ pub struct Offsets {
     pub trials_without: usize,
 }
 
-/// Finds the offsets of all trials; `tares` receives what is to be taken out of each.
-pub fn offsets(trials: &[&TrialErrors], sensors: &Sensors, tare: Tare) -> (Offsets, Vec<Signals>) {
+/// Finds the offsets of all trials, and what is to be taken out of each.
+pub fn offsets(trials: &[&TrialErrors], description: &Description, tare: Tare) -> (Offsets, Vec<Signals>) {
+    let sensors = &description.sensors;
     let known = |k: usize| trials.iter().map(move |t| t.offset[k]).filter(|x| x.is_finite());
     let mean: Signals = std::array::from_fn(|k| mean_and_deviation(known(k)).0);
     let channels = (0..COUNT)
@@ -99,11 +103,15 @@ pub fn offsets(trials: &[&TrialErrors], sensors: &Sensors, tare: Tare) -> (Offse
         taken_out: constant && tare == Tare::BeforeContact,
     });
     let grip_offset = if constant { grip_mean } else { 0.0 };
+    let beyond: Signals = std::array::from_fn(|k| {
+        let most = largest_offset(description, k);
+        if most > 0.0 && mean[k].is_finite() { mean[k] - mean[k].clamp(-most, most) } else { 0.0 }
+    });
     let tares = trials
         .iter()
         .map(|t| match tare {
             Tare::None => [0.0; COUNT],
-            Tare::BeforeContact => of_trial(&t.offset, &mean, grip_offset),
+            Tare::BeforeContact => of_trial(&t.offset, &mean, &beyond, grip_offset),
         })
         .collect();
     let without = |t: &&&TrialErrors| (0..COUNT).any(|k| mean[k].is_finite() && !t.offset[k].is_finite());
@@ -111,10 +119,11 @@ pub fn offsets(trials: &[&TrialErrors], sensors: &Sensors, tare: Tare) -> (Offse
     (Offsets { tare, channels, grip, trials_without }, tares)
 }
 
-/// What is taken out of one trial.
-fn of_trial(offset: &Signals, mean: &Signals, grip_offset: f64) -> Signals {
-    let mut out: Signals =
-        std::array::from_fn(|k| [offset[k], mean[k]].into_iter().find(|x| x.is_finite()).unwrap_or(0.0));
+/// What is taken out of one trial; `beyond` is what of the mean is no offset.
+fn of_trial(offset: &Signals, mean: &Signals, beyond: &Signals, grip_offset: f64) -> Signals {
+    let mut out: Signals = std::array::from_fn(|k| {
+        [offset[k], mean[k]].into_iter().find(|x| x.is_finite()).map_or(0.0, |x| x - beyond[k])
+    });
     let [one, two] = NORMAL;
     let imbalance = 0.5 * (out[one] + out[two]);
     let both = mean[one].is_finite() && mean[two].is_finite();
@@ -136,6 +145,23 @@ fn stated_bound(sensors: &Sensors, channel: usize) -> f64 {
         Quantity::Torque => sensor.torque_uncertainty_nm,
         Quantity::Position | Quantity::Rotation => 0.0,
     }
+}
+
+/// What may be called an offset at most; 0 where the data set states nothing.
+fn largest_offset(description: &Description, channel: usize) -> f64 {
+    let sensor = if channel < 18 { description.sensors.finger } else { description.sensors.pusher };
+    let stated = stated_bound(&description.sensors, channel);
+    if stated <= 0.0 {
+        return 0.0;
+    }
+    let gravity = description.gravity_m_s2.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let weight_n = description.objects.iter().map(|o| o.mass_kg).fold(0.0, f64::max) * gravity;
+    let shared = if channel < 18 { share_of_weight(weight_n, quantity(channel)) } else { 0.0 };
+    let noise = match quantity(channel) {
+        Quantity::Force => sensor.force_noise_n,
+        _ => sensor.torque_noise_nm,
+    };
+    1.1 * stated + 3.0 * noise + shared
 }
 
 /// Mean and standard deviation; NaN where there is nothing.

@@ -254,7 +254,7 @@ fn offset_notes(report: &ModelReport, tare: Tare) -> Vec<String> {
     let beyond: Vec<&str> = offsets.channels.iter().filter(|c| c.beyond_bound).map(|c| c.channel).collect();
     if !beyond.is_empty() {
         notes.push(format!(
-            "Offsets beyond what dataset.toml states, hardly the sensors': {}.",
+            "Offsets beyond what dataset.toml states, hardly the sensors': {}. What is clearly more stays in the errors.",
             beyond.join(", ")
         ));
     }

@@ -22,11 +22,14 @@ pub mod swing;
 
 use std::time::Instant;
 
+use rayon::prelude::*;
 use stickslip_shared::effects::{MAX_PARAMETERS, REGISTRY};
 use stickslip_shared::model::Model;
 
+use crate::balance::{StageBalance, balance};
 use crate::dataset::Dataset;
 use crate::fit::{self, FitError, Free, Solution};
+use crate::stages::stages;
 use campaign::Campaign;
 use misfit::Misfit;
 use problem::Problem;
@@ -168,8 +171,24 @@ pub fn diagnose(
     });
     let experiment = pair.and_then(|[a, b]| experiment::experiments(&problem, a, b, 1).into_iter().next());
     let mut report = report::report(&problem, findings, begun.elapsed());
+    report.weigh(unbalanced(dataset));
     report.suggested_experiment = experiment;
     Ok(report)
+}
+
+/// Trials whose measured forces do not sum to zero, and in how many that can be told.
+fn unbalanced(dataset: &Dataset) -> (Vec<StageBalance>, usize) {
+    let worst: Vec<Option<StageBalance>> = dataset
+        .trials
+        .par_iter()
+        .filter_map(|t| balance(&dataset.description, t, &stages(t)).ok())
+        .map(|stages| {
+            let size = |s: &StageBalance| s.sum_n.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            stages.into_iter().filter(StageBalance::fails).max_by(|a, b| size(a).total_cmp(&size(b)))
+        })
+        .collect();
+    let checked = worst.len();
+    (worst.into_iter().flatten().collect(), checked)
 }
 
 fn campaign_of(dataset: &Dataset, model: &Model<f64>) -> Result<Campaign, FitError> {
@@ -323,12 +342,12 @@ fn find(
             search_again(problem, start, &others, &mut first, (SEARCHED_FURTHER, Search::Grid), tick);
         }
         let mut stages = Stages::new();
-        choice = choose(problem, start, &first, trials, &mut stages, Search::Quick, tick);
+        choice = choose(problem, start, &first, trials, &mut stages, (pass, Search::Quick), tick);
         again = choice.near.take().filter(|_| pass == Pass::First && drift.is_none());
         if choice.verdict == Verdict::Unexplained && again.is_none() {
             // Before that is said, the likely ones are looked at more closely.
             search_again(problem, start, &others, &mut first, (SEARCHED_AGAIN, Search::Thorough), tick);
-            choice = choose(problem, start, &first, trials, &mut stages, Search::Thorough, tick);
+            choice = choose(problem, start, &first, trials, &mut stages, (pass, Search::Thorough), tick);
         }
     }
     let Choice { chosen, equal, mut verdict, .. } = choice;
@@ -381,7 +400,7 @@ fn choose(
     first: &[Candidate],
     trials: &[Trial],
     stages: &mut Stages,
-    search: Search,
+    (pass, search): (Pass, Search),
     tick: Tick,
 ) -> Choice {
     let level = FALSE_ALARM / REGISTRY.len() as f64;
@@ -396,7 +415,10 @@ fn choose(
             let pads = small_compliance(problem, c);
             let worth = if named(&chosen) == 0 || pads { WORTH_TRYING } else { EXPLAINS_FURTHER };
             let chance = match share {
-                _ if pads || share > CERTAIN => LIKELY,
+                _ if pads => LIKELY,
+                // The problem is built around one of the candidates: that favours it.
+                _ if pass == Pass::Second => level,
+                _ if share > CERTAIN => LIKELY,
                 _ if share > EXPLAINS => FALSE_ALARM,
                 _ if share > EXPLAINS_RELEVANT && !c.held.misfit.exceeds(RELEVANT) => FALSE_ALARM,
                 _ => level,

@@ -64,7 +64,12 @@ pub fn floor_of_range(feature: usize) -> f64 {
 /// How far a force or torque may be off where the object's weight is shared.
 pub fn shared_weight(scene: &Scene<f64>, quantity: Quantity) -> f64 {
     let gravity = scene.gravity_m_s2.iter().map(|g| g * g).sum::<f64>().sqrt();
-    let force_n = FLOOR_OF_SHARED_WEIGHT * scene.object.mass_kg * gravity;
+    share_of_weight(scene.object.mass_kg * gravity, quantity)
+}
+
+/// The same for an object of that weight.
+pub fn share_of_weight(weight_n: f64, quantity: Quantity) -> f64 {
+    let force_n = FLOOR_OF_SHARED_WEIGHT * weight_n;
     match quantity {
         Quantity::Position | Quantity::Rotation => 0.0,
         Quantity::Force => force_n,

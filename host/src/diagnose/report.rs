@@ -6,13 +6,14 @@ use std::time::Duration;
 
 use serde::Serialize;
 
+use crate::balance::StageBalance;
 use crate::diagnose::features::channel_name;
 use crate::diagnose::misfit::Misfit;
 use crate::diagnose::problem::Problem;
 use crate::diagnose::select::{Candidate, explained};
 use crate::diagnose::structure::{self, Structure};
 use crate::diagnose::swing::Swing;
-use crate::diagnose::{Findings, RELEVANT};
+use crate::diagnose::{FEWEST_CONDITIONS, Findings, RELEVANT};
 use crate::fit::{self, Free, Options};
 
 /// What came out.
@@ -205,6 +206,31 @@ pub fn report(problem: &Problem, findings: Findings, took: Duration) -> Report {
     }
 }
 
+impl Report {
+    /// Adds what the balance of the measured forces says, which needs no model: `failing` of the `checked`
+    /// trials. Where most fail, something is missing whatever the model shows.
+    pub fn weigh(&mut self, (failing, checked): (Vec<StageBalance>, usize)) {
+        let size = |s: &StageBalance| s.sum_n.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let Some(worst) = failing.iter().max_by(|a, b| size(a).total_cmp(&size(b))) else { return };
+        if 2 * failing.len() < checked {
+            return;
+        }
+        let text = format!(
+            "the measured forces and the weight do not balance in {} of {checked} trials, by {:.2} N at worst ({}) where the sensors may be off by {:.2} N: a force that is not measured acts on the object, or its mass or a sensor is wrong (`stickslip check` has the details)",
+            failing.len(),
+            size(worst),
+            worst.stage.label(),
+            worst.bound_n
+        );
+        if self.verdict == Verdict::NothingMissing && self.conditions >= FEWEST_CONDITIONS {
+            self.verdict = Verdict::Unexplained;
+            self.summary = format!("Something is missing: {text}.");
+        } else {
+            self.limits.push(text);
+        }
+    }
+}
+
 /// Chosen effects by the share of the misfit that each took away.
 fn by_strength(base: &crate::diagnose::select::Held, chosen: &[Candidate]) -> Vec<&'static str> {
     let mut before = base.misfit.excess;
@@ -249,11 +275,11 @@ fn candidate(problem: &Problem, c: &Candidate) -> CandidateReport {
 fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
     let campaign = problem.campaign;
     let mut out = Vec::new();
-    if campaign.conditions < crate::diagnose::FEWEST_CONDITIONS {
+    if campaign.conditions < FEWEST_CONDITIONS {
         out.push(format!(
             "only {} different condition(s): an effect cannot be told from a wrong friction coefficient; at least {} conditions are needed",
             campaign.conditions,
-            crate::diagnose::FEWEST_CONDITIONS
+            FEWEST_CONDITIONS
         ));
     }
     if problem.noise.freedom == 0 {
@@ -309,7 +335,7 @@ fn sentence(
     problem: &Problem,
 ) -> String {
     let conditions = problem.campaign.conditions;
-    if conditions < crate::diagnose::FEWEST_CONDITIONS {
+    if conditions < FEWEST_CONDITIONS {
         return format!(
             "Nothing can be concluded from {conditions} condition(s): vary grip, speed or slope."
         );
