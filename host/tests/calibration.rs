@@ -3,6 +3,7 @@
 use stickslip_host::calibrate::{Coefficient, Remark, Share, calibrate};
 use stickslip_host::dataset::Trial;
 use stickslip_host::force_bands::bands;
+use stickslip_host::model_file::ModelFile;
 use stickslip_host::model_file::default_model;
 use stickslip_host::rig::{self, Condition, Primitive, Reality, STEP_S, Setup, objects};
 use stickslip_host::simulate::prepare;
@@ -68,4 +69,18 @@ fn sticking_fingers_leave_newtons_open_and_sliding_ones_leave_little() {
     // At rest: anything up to friction of both pads, less what the weight takes.
     assert!(width(0) > 10.0, "{}", width(0));
     assert!(width(1) < 1.5, "{}", width(1));
+}
+
+#[test]
+fn data_of_several_primitives_get_a_model_each_and_one_of_the_best_determined_friction() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let run = |arguments: &[&std::ffi::OsStr]| {
+        assert_cmd::Command::cargo_bin("stickslip").unwrap().args(arguments).assert().success();
+    };
+    run(&["rig".as_ref(), "--plan".as_ref(), "demo".as_ref(), "--out".as_ref(), at("data").as_os_str()]);
+    run(&["calibrate".as_ref(), at("data").as_os_str(), "--out".as_ref(), at("model.toml").as_os_str()]);
+    let friction = |name: &str| ModelFile::read(&at(name)).unwrap().friction;
+    let each = ["linear_push", "pivot", "roll"].map(|p| friction(&format!("model-{p}.toml")).finger);
+    assert!(each.contains(&friction("model.toml").finger), "{each:?}");
 }

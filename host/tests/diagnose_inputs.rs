@@ -81,6 +81,41 @@ fn channels_that_were_not_measured_are_named_as_a_limit() {
 }
 
 #[test]
+fn forces_that_swing_while_the_object_slides_are_never_nothing_missing() {
+    let mut dataset = made("", 8, |_| true);
+    assert_eq!(found(&dataset).verdict, Verdict::NothingMissing);
+    for trial in &mut dataset.trials {
+        let x: Vec<f64> = trial.samples.iter().map(|s| s.gripper.map_or(0.0, |g| g.position_m[0])).collect();
+        for (i, sample) in trial.samples.iter_mut().enumerate().skip(1) {
+            let moves = (x[i] - x[i - 1]).abs() > 1e-6;
+            // A push that swings by 14 % rms: plus on the pusher, minus on the fingers.
+            let push_n = &mut sample.pusher_wrench.as_mut().unwrap().force_n[0];
+            let swing = if moves { 0.2 * (std::f64::consts::TAU * 31.0 * sample.t_s).sin() } else { 0.0 };
+            let swing_n = swing * *push_n;
+            *push_n += swing_n;
+            sample.finger.iter_mut().for_each(|f| f.as_mut().unwrap().force_n[0] -= 0.5 * swing_n);
+        }
+    }
+    let report = found(&dataset);
+    assert_eq!(report.verdict, Verdict::Unexplained, "{}", report.summary);
+    assert!(report.summary.contains("swings by"), "{}", report.summary);
+    let swing = report.unexplained.iter().find(|u| u.phase == "swing in sliding").unwrap();
+    assert!(swing.channel.ends_with("_fx_n") && swing.size > 10.0, "{swing:?}");
+}
+
+#[test]
+fn forces_that_do_not_balance_are_never_nothing_missing() {
+    let mut dataset = made("", 8, |_| true);
+    for sample in dataset.trials.iter_mut().flat_map(|t| &mut t.samples) {
+        sample.pusher_wrench.as_mut().unwrap().force_n[2] -= 2.5;
+    }
+    let report = found(&dataset);
+    assert_ne!(report.verdict, Verdict::NothingMissing, "{}", report.summary);
+    let told = report.limits.iter().chain([&report.summary]).any(|l| l.contains("do not balance"));
+    assert!(told, "{} {:?}", report.summary, report.limits);
+}
+
+#[test]
 fn a_model_that_has_the_effect_lacks_nothing_and_its_parameters_are_fitted() {
     let mut model = default_model();
     let _ = model.effects.push(Effect::typical("grip_force_loss").unwrap());

@@ -108,7 +108,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     output.document(&documents)
 }
 
-/// `file` with the narrowest estimate of each coefficient.
+/// `file` with the narrowest estimate of each coefficient; `base` where none is determined.
 fn best_of(file: &mut ModelFile, base: &Model<f64>, estimates: &[&Estimate]) {
     let mut model = base.clone();
     file.friction_intervals.clear();
@@ -117,7 +117,7 @@ fn best_of(file: &mut ModelFile, base: &Model<f64>, estimates: &[&Estimate]) {
         _ => f64::INFINITY,
     };
     for coefficient in [Coefficient::Finger, Coefficient::Pusher, Coefficient::Support] {
-        let of_it = estimates.iter().filter(|e| e.coefficient == coefficient);
+        let of_it = estimates.iter().filter(|e| e.coefficient == coefficient && e.determined);
         let Some(best) = of_it.min_by(|a, b| width(a).total_cmp(&width(b))) else { continue };
         *coefficient.of(&mut model) = best.value;
         if let (Some(low), Some(high)) = (best.low, best.high) {
