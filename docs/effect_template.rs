@@ -10,7 +10,7 @@ pub struct MyEffect;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "my_effect",
+    id: text("my_effect"),
     code: 200,
     summary: "what it is, in one line",
     signature: "what it looks like in data",

@@ -14,7 +14,7 @@ pub struct Adhesion;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "adhesion",
+    id: text("adhesion"),
     code: 14,
     summary: text("fingertips stick: friction at zero load and a pull-off force"),
     signature: text(

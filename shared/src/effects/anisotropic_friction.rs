@@ -13,7 +13,7 @@ pub struct AnisotropicFriction;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "anisotropic_friction",
+    id: text("anisotropic_friction"),
     code: 5,
     summary: text("fingertip friction differs along and across the object's length"),
     signature: text("a push force too high (or low) while forces or sag across it are too low (or high)"),

@@ -13,7 +13,7 @@ pub struct ContactCompliance;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "contact_compliance",
+    id: text("contact_compliance"),
     code: 8,
     summary: text("fingertips (and support) give way under load before they slip"),
     signature: text(

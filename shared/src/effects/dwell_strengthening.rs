@@ -12,7 +12,7 @@ pub struct DwellStrengthening;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "dwell_strengthening",
+    id: text("dwell_strengthening"),
     code: 3,
     summary: text("break-away friction grows with the logarithm of the time at rest"),
     signature: text(

@@ -27,7 +27,7 @@ pub struct FaceTilt;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "face_tilt",
+    id: text("face_tilt"),
     code: 11,
     summary: text("gripped faces form a wedge, or friction changes along the object"),
     signature: text(

@@ -16,7 +16,7 @@ pub struct FaceWaviness;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "face_waviness",
+    id: text("face_waviness"),
     code: 12,
     summary: text("fingertip friction or grip varies periodically along the object"),
     signature: text("force ripples that repeat at the same places of the object at any speed"),

@@ -12,7 +12,7 @@ pub struct FingerFrictionMismatch;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "finger_friction_mismatch",
+    id: text("finger_friction_mismatch"),
     code: 6,
     summary: text("finger 1 and finger 2 have different friction"),
     signature: text(

@@ -24,7 +24,7 @@ pub const FORMULA_PARAMETERS: usize = 4;
 
 /// Description shared by all formulas; the user's names and intervals stay on the host.
 pub const INFO: Info = Info {
-    id: "formula",
+    id: text("formula"),
     code: CODE,
     summary: text("the user's own formula"),
     signature: text("what the formula says"),

@@ -11,7 +11,7 @@ pub struct GravityTilt;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "gravity_tilt",
+    id: text("gravity_tilt"),
     code: 18,
     summary: text("gravity is not along the axis the rig assumes"),
     signature: text("a constant sideways force in proportion to mass, in all phases, whatever the grip"),

@@ -26,7 +26,7 @@ pub struct GripForceLag;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "grip_force_lag",
+    id: text("grip_force_lag"),
     code: 16,
     summary: text("grip lags its command and falls while the object slides"),
     signature: text(

@@ -10,7 +10,7 @@ pub struct GripForceLoss;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "grip_force_loss",
+    id: text("grip_force_loss"),
     code: 15,
     summary: text("the grip that acts is below the commanded one"),
     signature: text(

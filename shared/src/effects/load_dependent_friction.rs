@@ -18,7 +18,7 @@ pub struct LoadDependentFriction;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "load_dependent_friction",
+    id: text("load_dependent_friction"),
     code: 4,
     summary: text("the friction coefficient depends on the normal force"),
     signature: text(

@@ -12,7 +12,7 @@ pub struct MassError;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "mass_error",
+    id: text("mass_error"),
     code: 17,
     summary: text("mass or centre of mass differs from the one given"),
     signature: text(

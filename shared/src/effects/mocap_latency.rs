@@ -12,7 +12,7 @@ pub struct MocapLatency;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "mocap_latency",
+    id: text("mocap_latency"),
     code: 24,
     summary: text("motion capture shows the object late"),
     signature: text("pose errors in proportion to speed that vanish at rest and do not grow with distance"),

@@ -94,7 +94,7 @@ pub(crate) const fn text(words: &'static str) -> &'static str {
 /// Description of an effect.
 #[derive(Clone, Copy, Debug)]
 pub struct Info {
-    /// Identifier used in model files and reports.
+    /// Identifier used in model files and reports; the board knows effects by their code.
     pub id: &'static str,
     /// Stable number on the wire.
     pub code: u8,

@@ -15,7 +15,7 @@ pub struct PlateTilt;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "plate_tilt",
+    id: text("plate_tilt"),
     code: 13,
     summary: text("the pusher's face is not square to the push"),
     signature: text(

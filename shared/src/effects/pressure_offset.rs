@@ -13,7 +13,7 @@ pub struct PressureOffset;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "pressure_offset",
+    id: text("pressure_offset"),
     code: 10,
     summary: text("the fingers' centre of pressure is off the middle of the pads"),
     signature: text(

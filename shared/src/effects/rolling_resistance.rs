@@ -18,7 +18,7 @@ pub struct RollingResistance;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "rolling_resistance",
+    id: text("rolling_resistance"),
     code: 19,
     summary: text("a moment opposes rolling on the pusher or the support"),
     signature: text(

@@ -11,7 +11,7 @@ pub struct SensorBias;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "sensor_bias",
+    id: text("sensor_bias"),
     code: 20,
     summary: text("force sensors have constant offsets"),
     signature: text("the same error in a channel in every run and phase, even before contact"),

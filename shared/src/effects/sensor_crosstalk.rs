@@ -11,7 +11,7 @@ pub struct SensorCrosstalk;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "sensor_crosstalk",
+    id: text("sensor_crosstalk"),
     code: 23,
     summary: text("a sensor shows a share of its largest force in channels across it"),
     signature: text("tangential forces or torsion in proportion to grip even while nothing loads the object"),

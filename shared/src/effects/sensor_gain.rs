@@ -12,7 +12,7 @@ pub struct SensorGain;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "sensor_gain",
+    id: text("sensor_gain"),
     code: 21,
     summary: text("force sensors read too much or too little by a constant share"),
     signature: text("forces that do not balance: fingers and pusher disagree in proportion to the force"),

@@ -11,7 +11,7 @@ pub struct SensorMisalignment;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "sensor_misalignment",
+    id: text("sensor_misalignment"),
     code: 22,
     summary: text("a force sensor is mounted turned"),
     signature: text(
@@ -34,16 +34,13 @@ impl<R: Real> Law<R> for SensorMisalignment {
     }
 
     fn sense(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, reading: &mut Reading<R>) {
-        let zero = R::zero();
-        let turn = |w: [R; 6], r: Vec3<R>| {
-            let [a, b, c, d, e, f] = w;
-            let (force, torque) = (Vec3::new(a, b, c), Vec3::new(d, e, f));
-            let (force, torque) = (force + r.cross(&force), torque + r.cross(&torque));
-            [force.x, force.y, force.z, torque.x, torque.y, torque.z]
-        };
-        let [finger1, finger2] = reading.finger;
-        let finger = |w, y, z| turn(w, Vec3::new(zero, y, z));
-        reading.finger = [finger(finger1, p[0], p[4]), finger(finger2, p[1], p[5])];
-        reading.pusher = turn(reading.pusher, Vec3::new(zero, p[2], p[3]));
+        let [one, two] = &mut reading.finger;
+        // One loop: the code is there once.
+        for (w, y, z) in [(one, p[0], p[4]), (two, p[1], p[5]), (&mut reading.pusher, p[2], p[3])] {
+            let turn = Vec3::new(R::zero(), y, z);
+            let (force, torque) = (Vec3::new(w[0], w[1], w[2]), Vec3::new(w[3], w[4], w[5]));
+            let (force, torque) = (force + turn.cross(&force), torque + turn.cross(&torque));
+            *w = [force.x, force.y, force.z, torque.x, torque.y, torque.z];
+        }
     }
 }

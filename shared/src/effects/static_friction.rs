@@ -11,30 +11,21 @@ pub struct StaticFriction;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "static_friction",
+    id: text("static_friction"),
     code: 1,
     summary: text("friction is higher before sliding begins than while it lasts"),
     signature: text("a force peak at the onset of sliding that decays once the object moves"),
     source: text("Bo and Pavelescu 1982, exponential Stribeck law"),
     parameters: &[
-        Parameter {
-            name: "excess",
-            unit: "1",
-            typical: 0.2,
-            neutral: 0.0,
-            low: 0.0,
-            high: 2.0,
-            what: "break-away over sliding friction, less one",
-        },
-        Parameter {
-            name: "stribeck_speed_m_s",
-            unit: "m/s",
-            typical: 0.002,
-            neutral: 0.002,
-            low: 1e-4,
-            high: 0.1,
-            what: "slip speed at which the excess has fallen to 1/e",
-        },
+        Parameter::new("excess", "1", 0.2, 0.0, [0.0, 2.0], "break-away over sliding friction, less one"),
+        Parameter::new(
+            "stribeck_speed_m_s",
+            "m/s",
+            0.002,
+            0.002,
+            [1e-4, 0.1],
+            "slip speed at which the excess has fallen to 1/e",
+        ),
     ],
 };
 

@@ -22,7 +22,7 @@ pub struct TorsionalFriction;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "torsional_friction",
+    id: text("torsional_friction"),
     code: 9,
     summary: text("patches bear more (or less) torsion than their nominal shape"),
     signature: text(

@@ -12,7 +12,7 @@ pub struct ViscousFriction;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "viscous_friction",
+    id: text("viscous_friction"),
     code: 2,
     summary: text("friction rises in proportion to slip speed"),
     signature: text(

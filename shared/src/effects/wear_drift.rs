@@ -13,7 +13,7 @@ pub struct WearDrift;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: "wear_drift",
+    id: text("wear_drift"),
     code: 7,
     summary: text("fingertip friction drifts from trial to trial"),
     signature: text(
