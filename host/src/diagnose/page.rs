@@ -1,5 +1,6 @@
 //! The diagnosis as one page of HTML that needs no network.
 
+use crate::commands::diagnose::short;
 use crate::diagnose::report::Report;
 use crate::report::html::{escape, heat, page};
 
@@ -18,7 +19,8 @@ pub fn html(report: &Report, name: &str) -> String {
             .parameters
             .iter()
             .map(|(n, v)| {
-                format!("{} = {:.4} ({:.4} to {:.4}) {}", escape(n), v.value, v.low, v.high, escape(v.unit))
+                let [value, low, high] = [v.value, v.low, v.high].map(short);
+                format!("{} = {value} ({low} to {high}) {}", escape(n), escape(v.unit))
             })
             .collect();
         body += &format!(
