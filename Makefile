@@ -25,7 +25,7 @@ mujoco-setup: ## A Python environment with MuJoCo for `stickslip mujoco`, outsid
 	@tools/mujoco/setup.sh
 
 demo: setup firmware ## A recorded push through the firmware in QEMU, replayed and compared
-	cargo run --release -p stickslip-host -- demo
+	cargo run --release -p stickslip-cli -- demo
 
 test: setup lint firmware firmware-g474 size no-panic test-host hil soak-short ## Everything CI runs
 
@@ -35,7 +35,7 @@ lint: ## Formatting, clippy and documentation without warnings
 	cargo clippy -p stickslip-firmware --features mps2-an386 $(BOARD_BUILD) -- -D warnings
 	cargo clippy -p stickslip-firmware --features nucleo-g474re $(BOARD_BUILD) -- -D warnings
 	cargo clippy -p stickslip-hil-tests --tests --features nucleo-g474re $(BOARD_BUILD) -- -D warnings
-	cargo clippy -p stickslip-host --features probe --test hil -- -D warnings
+	cargo clippy -p stickslip-lab --features probe --test hil -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 
 test-host: ## Tests of shared and host
@@ -44,13 +44,13 @@ test-host: ## Tests of shared and host
 hil: setup firmware ## Tests on the emulated board, and of the line to it
 	elf=$$(cargo test --no-run -p stickslip-hil-tests --features mps2-an386 $(BOARD_BUILD) --message-format=json \
 		| grep -o '"executable":"[^"]*"' | tail -1 | cut -d'"' -f4); \
-	STICKSLIP_HIL_ELF=$$elf cargo test -p stickslip-host --test hil
-	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test -p stickslip-host --test device -- --test-threads 1
+	STICKSLIP_HIL_ELF=$$elf cargo test -p stickslip-lab --test hil
+	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test -p stickslip-lab --test device -- --test-threads 1
 
 hil-probe: ## The same tests on a Nucleo-G474RE behind a debug probe
 	elf=$$(cargo test --no-run -p stickslip-hil-tests --features nucleo-g474re $(BOARD_BUILD) --message-format=json \
 		| grep -o '"executable":"[^"]*"' | tail -1 | cut -d'"' -f4); \
-	STICKSLIP_HIL_ELF=$$elf cargo test -p stickslip-host --features probe --test hil -- --test-threads 1
+	STICKSLIP_HIL_ELF=$$elf cargo test -p stickslip-lab --features probe --test hil -- --test-threads 1
 
 soak-short: setup firmware ## A minute of it
 	tools/soak.sh $(OUT)/soak 15000
@@ -73,14 +73,14 @@ size: firmware-g474 ## Flash and RAM of the firmware for the real board, against
 	@size $(OUT)/stickslip-nucleo-g474re | awk -v flash=$(FLASH_LIMIT) -v ram=$(RAM_LIMIT) 'NR == 2 { \
 		printf "flash %d of %d bytes, static RAM %d of %d\n", $$1 + $$2, flash, $$2 + $$3, ram; \
 		exit ($$1 + $$2 > flash || $$2 + $$3 > ram) }'
-	STICKSLIP_G474_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re cargo test -q -p stickslip-host --test memory_map
+	STICKSLIP_G474_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re cargo test -q -p stickslip-lab --test memory_map
 
 no-panic: firmware-g474 ## No panic can be reached from the control task
-	STICKSLIP_NO_PANIC_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re cargo test -p stickslip-host --test no_panic
+	STICKSLIP_NO_PANIC_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re cargo test -p stickslip-lab --test no_panic
 
 cost: setup ## Instructions of the tick and its parts on the emulated board
 	cargo build -p stickslip-firmware --features cost --bin cost $(BOARD_BUILD)
-	cargo run --release -p stickslip-host -- cost --cases data/worst/*.json
+	cargo run --release -p stickslip-lab -- cost --cases data/worst/*.json
 
 fuzz: setup ## Bytes that break the frame decoder, the predictor or a reader of files, looked for by coverage (FUZZ_SECONDS=60 each)
 	@tools/fuzz.sh $(or $(FUZZ_SECONDS),60)

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Coverage-guided fuzzing with libFuzzer on the stable compiler: the frame decoder, the
 # predictor and the readers of files are built with LLVM's coverage counters and fed for a number of seconds each.
-# What breaks them is kept in fuzz/kept, where the tests try it from then on.
+# What breaks them is kept in host/lab/fuzz/kept, where the tests try it from then on.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 seconds=$1
@@ -21,12 +21,12 @@ for target in line predictor files; do
     mkdir -p "$corpus"
     echo "== $target, $seconds s"
     if ! "target/fuzz/$host/fuzz/fuzz-$target" -max_total_time="$seconds" -max_len=32768 -timeout=20 \
-        -print_final_stats=1 -artifact_prefix="fuzz/kept/$target/" "$corpus" "fuzz/kept/$target" 2>&1 |
+        -print_final_stats=1 -artifact_prefix="host/lab/fuzz/kept/$target/" "$corpus" "host/lab/fuzz/kept/$target" 2>&1 |
         grep -vE '^#[0-9]+\s+(NEW|REDUCE|pulse)|^INFO: seed corpus'; then
         failed=1
     fi
 done
 if [ "$failed" = 1 ]; then
-    echo "fuzz: something broke; its bytes are in fuzz/kept, where \`cargo test -p stickslip-fuzz\` tries them" >&2
+    echo "fuzz: something broke; its bytes are in host/lab/fuzz/kept, where \`cargo test -p stickslip-fuzz\` tries them" >&2
     exit 1
 fi

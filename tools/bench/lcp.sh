@@ -21,5 +21,5 @@ if [ ! -e /usr/include/siconos/numerics/lcp_cst.h ]; then
     install libsiconos-numerics-dev ||
         echo "libsiconos-numerics-dev could not be installed: Siconos is left out" >&2
 fi
-cargo build --quiet --release --package stickslip-host
+cargo build --quiet --release -p stickslip-cli
 exec "$venv/bin/python" tools/bench/lcp_peers.py target/release/stickslip "$@"

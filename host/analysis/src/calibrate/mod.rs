@@ -1,0 +1,246 @@
+//! Calibration as the paper did it: sensor offsets from the rest before each motion (tare),
+//! friction by least squares over the model from a small share of the trials, the rest of
+//! them as validation.
+//!
+//! What the data cannot determine is said instead of numbered: a coefficient whose contact
+//! never slides has only a lower bound, and force data hold friction and grip only as a
+//! product.
+
+mod determined;
+mod friction;
+mod intervals;
+mod windows;
+
+use rayon::prelude::*;
+use serde::Serialize;
+use stickslip_shared::model::Model;
+
+use crate::channels::{COUNT, Quantity, quantity};
+use stickslip_data::{Description, Trial};
+
+pub use determined::{Remark, Slid, name};
+pub use friction::{Coefficient, Estimate};
+pub use windows::Windowed;
+
+/// Most calibration trials: more of them only cost time.
+pub const MOST_TRIALS: usize = 60;
+/// Fewest that a calibration should have: its intervals come from their scatter.
+pub const FEWEST_TRIALS: usize = 8;
+
+/// How many of the trials friction is found from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Share {
+    /// Share of them.
+    pub share: f64,
+    /// At least so many, where there are as many.
+    pub fewest: usize,
+}
+
+impl Share {
+    /// A share of the trials, at least [`FEWEST_TRIALS`].
+    pub fn of(share: f64) -> Self {
+        Self { share, fewest: FEWEST_TRIALS }
+    }
+}
+
+/// Root mean square error of one quantity over windows of the motion.
+#[derive(Clone, Debug, Serialize)]
+pub struct QuantityError {
+    /// Which.
+    pub quantity: Quantity,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Of the base model on the held-out trials.
+    pub before: f64,
+    /// Of the calibrated model on the calibration trials.
+    pub calibration: f64,
+    /// Of the calibrated model on the held-out trials.
+    pub held_out: f64,
+    /// Root mean square of the measured signal itself on the held-out trials.
+    pub signal: f64,
+}
+
+/// Result of a calibration.
+#[derive(Clone, Debug, Serialize)]
+pub struct Calibration {
+    /// Primitive whose trials were used.
+    pub primitive: String,
+    /// Trials that friction was found from.
+    pub calibration_trials: Vec<String>,
+    /// Trials that validate it.
+    pub held_out_trials: usize,
+    /// What the sensors show at rest beyond the model: channels in the order of
+    /// [`crate::channels::NAMES`], zero where no rest was recorded.
+    pub offsets: [f64; COUNT],
+    /// Coefficients with their intervals or bounds.
+    pub estimates: Vec<Estimate>,
+    /// Errors by quantity.
+    pub errors: Vec<QuantityError>,
+    /// What to know about the numbers.
+    pub remarks: Vec<Remark>,
+    /// The calibrated model.
+    #[serde(skip)]
+    pub model: Model<f64>,
+}
+
+/// Places of the calibration trials in a list of `conditions`, one for each trial: a `share`
+/// of them, of as many conditions as
+/// possible and spread evenly over the list, so that whatever changes along it is touched.
+pub fn pick(conditions: &[&str], share: Share) -> Vec<usize> {
+    let count = conditions.len();
+    let wanted = ((count as f64 * share.share).round() as usize)
+        .clamp(share.fewest.min(count), MOST_TRIALS.max(share.fewest).min(count));
+    // Multiples of the golden ratio fill the range evenly and never fall in step with a
+    // regular plan.
+    let mut taken: Vec<usize> = Vec::with_capacity(wanted);
+    let mut k = 0u32;
+    while taken.len() < wanted {
+        let at = (f64::from(k) * 0.618_033_988_749_895 + 0.3).fract();
+        k += 1;
+        let i = ((at * count as f64) as usize).min(count - 1);
+        let after = || (0..count).map(|d| (i + d) % count).filter(|i| !taken.contains(i));
+        let new = |i: &usize| taken.iter().all(|t| conditions[*t] != conditions[*i]);
+        let next = after().find(new).or_else(|| after().next());
+        taken.extend(next);
+    }
+    taken.sort_unstable();
+    taken
+}
+
+/// Calibrates `base` on the `share` of `trials` (all of one primitive; with their places in
+/// the data set) and validates on the rest.
+///
+/// # Errors
+/// Where no trial can be simulated; the first reason is given.
+pub fn calibrate(
+    description: &Description,
+    primitive: &str,
+    trials: &[(usize, Trial)],
+    base: &Model<f64>,
+    share: Share,
+) -> anyhow::Result<Calibration> {
+    let ready: Vec<Result<Windowed, crate::run::simulate::SceneError>> =
+        trials.par_iter().map(|(at, trial)| Windowed::new(description, trial, *at)).collect();
+    let mut remarks = Vec::new();
+    let mut good = Vec::new();
+    let mut first_error = None;
+    for (windowed, (_, trial)) in ready.into_iter().zip(trials) {
+        match windowed {
+            Ok(windowed) if windowed.measured.is_empty() => {
+                remarks.push(Remark::NothingMoves(trial.info.trial.clone()));
+            }
+            Ok(windowed) => good.push(windowed),
+            Err(error) => {
+                remarks.push(Remark::LeftOut(error.to_string()));
+                first_error.get_or_insert(error);
+            }
+        }
+    }
+    if good.is_empty() {
+        return Err(match first_error {
+            Some(error) => anyhow::Error::new(error).context("no trial can be simulated"),
+            None => {
+                anyhow::anyhow!("primitive {primitive}: no trial has any prescribed motion to learn from")
+            }
+        });
+    }
+    let conditions: Vec<&str> = good.iter().map(|w| w.condition.as_str()).collect();
+    let chosen = pick(&conditions, share);
+    let (mut calibration, mut held_out) = (Vec::new(), Vec::new());
+    for (i, w) in good.iter().enumerate() {
+        if chosen.contains(&i) { calibration.push(w) } else { held_out.push(w) }
+    }
+    let (offsets, tared) = windows::tare(&calibration, base);
+    remarks.extend(tared);
+    let mut fit = friction::fit(&calibration, &offsets, base);
+    remarks.extend(fit.missed.iter().map(|i| Remark::Missed(calibration[*i].trial.clone())));
+    determined::keep_base(&mut fit, base);
+    determined::withdraw(&calibration, &mut fit, base);
+    remarks.extend(determined::remarks(&calibration, &held_out, &fit));
+    let before = squares(&held_out, &offsets, base);
+    let inside = squares(&calibration, &offsets, &fit.model);
+    let after = squares(&held_out, &offsets, &fit.model);
+    let errors = [Quantity::Position, Quantity::Rotation, Quantity::Force, Quantity::Torque]
+        .into_iter()
+        .filter(|q| after.count(*q) + inside.count(*q) > 0.0)
+        .map(|q| QuantityError {
+            quantity: q,
+            unit: q.unit(),
+            before: before.error(q),
+            calibration: inside.error(q),
+            held_out: after.error(q),
+            signal: after.signal(q),
+        })
+        .collect();
+    Ok(Calibration {
+        primitive: primitive.into(),
+        calibration_trials: calibration.iter().map(|w| w.trial.clone()).collect(),
+        held_out_trials: held_out.len(),
+        offsets,
+        estimates: fit.estimates,
+        errors,
+        remarks,
+        model: fit.model,
+    })
+}
+
+/// Sums of squares by quantity: error, signal, count.
+struct Squares([[f64; 3]; 4]);
+
+impl Squares {
+    fn error(&self, q: Quantity) -> f64 {
+        (self.0[q as usize][0] / self.0[q as usize][2]).sqrt()
+    }
+    fn signal(&self, q: Quantity) -> f64 {
+        (self.0[q as usize][1] / self.0[q as usize][2]).sqrt()
+    }
+    fn count(&self, q: Quantity) -> f64 {
+        self.0[q as usize][2]
+    }
+}
+
+fn squares(trials: &[&Windowed], offsets: &[f64; COUNT], model: &Model<f64>) -> Squares {
+    let each: Vec<[[f64; 3]; 4]> = trials
+        .par_iter()
+        .map(|w| {
+            let mut sums = [[0.0; 3]; 4];
+            for (modelled, measured) in w.model(model).iter().zip(&w.measured) {
+                for c in 0..COUNT {
+                    let seen = measured[c] - offsets[c];
+                    let error = modelled[c] - seen;
+                    if error.is_finite() {
+                        let sum = &mut sums[quantity(c) as usize];
+                        sum[0] += error * error;
+                        sum[1] += seen * seen;
+                        sum[2] += 1.0;
+                    }
+                }
+            }
+            sums
+        })
+        .collect();
+    let mut total = [[0.0; 3]; 4];
+    for (t, x) in each.iter().flat_map(|e| e.iter().flatten().copied().enumerate()) {
+        total[t / 3][t % 3] += x;
+    }
+    Squares(total)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Share, pick};
+
+    #[test]
+    fn calibration_trials_are_distinct_conditions_spread_over_the_list() {
+        let names: Vec<String> = (0..420).map(|i| format!("{}", i % 140)).collect();
+        let conditions: Vec<&str> = names.iter().map(String::as_str).collect();
+        let taken = pick(&conditions, Share::of(0.1));
+        assert_eq!(taken.len(), 42);
+        assert!(taken.windows(2).all(|w| w[0] < w[1] && w[1] - w[0] < 30), "{taken:?}");
+        let mut touched: Vec<&str> = taken.iter().map(|i| conditions[*i]).collect();
+        touched.sort_unstable();
+        touched.dedup();
+        assert_eq!(touched.len(), 42);
+        assert_eq!(pick(&conditions[..2], Share::of(0.1)), vec![0, 1]);
+    }
+}

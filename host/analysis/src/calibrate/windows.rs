@@ -1,0 +1,193 @@
+//! A trial reduced to what calibration needs: means over windows of its motion.
+//!
+//! Both fingers enter a fit as their sum. How they share a load is not determined while the
+//! pads stick: a squeeze from the grasping stays in them, newtons that differ from run to
+//! run (`crate::evidence::force_bands`), and no friction coefficient explains it. The sum is fixed by
+//! the balance of the object.
+//!
+//! A rigid grasp that is stuck to something has forces that hang on micrometres of the
+//! gripper's path, which nobody measures: the sideways force on an edge that does not slide,
+//! for one. Each trial is therefore run a second and third time along paths that drift by some
+//! micrometres ([`Prepared::drifted`]); a signal counts by its error against what that changes
+//! in it.
+
+use std::ops::Range;
+
+use stickslip_shared::model::Model;
+
+use super::determined::Remark;
+use crate::channels::{COUNT, Quantity, Signals, quantity};
+use crate::run::simulate::{Prepared, SceneError, prepare};
+use stickslip_data::{Description, Trial};
+
+/// Windows over the motion of one trial.
+const WINDOWS: usize = 12;
+/// Samples that the model steps over at once: forces are those of a quasi-static push.
+const STRIDE: usize = 3;
+/// Fewest samples at rest from which offsets are taken.
+const REST: usize = 20;
+/// Signals that a fit sees: the object's six, the wrench of both fingers, the pusher's.
+pub const SEEN: usize = 18;
+/// One row of them.
+pub type Seen = [f64; SEEN];
+
+/// What a fit sees of a row of channels; `as_measured` tells which fingers count.
+pub fn seen(row: &Signals, as_measured: &Signals) -> Seen {
+    std::array::from_fn(|k| match k {
+        0..6 => row[k],
+        6..12 => match (as_measured[k].is_finite(), as_measured[k + 6].is_finite()) {
+            (true, true) => row[k] + row[k + 6],
+            (true, false) => row[k],
+            _ => row[k + 6],
+        },
+        _ => row[k + 6],
+    })
+}
+
+/// Smallest error of one of them that means anything: below it sensors and the windows'
+/// edges decide.
+pub fn resolution(k: usize) -> f64 {
+    match quantity(k) {
+        Quantity::Position => 5e-5,
+        Quantity::Rotation => 1e-3,
+        Quantity::Force => 0.05,
+        Quantity::Torque => 1e-3,
+    }
+}
+
+/// See the module.
+pub struct Windowed {
+    /// Its name.
+    pub trial: String,
+    /// What its repetitions share.
+    pub condition: String,
+    /// Ready to simulate.
+    pub prepared: Prepared,
+    /// Means of the measured channels over each window, NaN where nothing was measured.
+    pub measured: Vec<Signals>,
+    drifted: Vec<Prepared>,
+    windows: Vec<Range<usize>>,
+    rest: Range<usize>,
+}
+
+impl Windowed {
+    /// Prepares and windows a trial; no windows where nothing moves.
+    pub fn new(description: &Description, trial: &Trial, ordinal: usize) -> Result<Self, SceneError> {
+        let prepared = prepare(description, trial, ordinal)?;
+        let moving: Vec<usize> =
+            prepared.drive_speed().iter().enumerate().filter(|(_, s)| **s > 1e-5).map(|(i, _)| i).collect();
+        let (first, last) = match (moving.first(), moving.last()) {
+            (Some(first), Some(last)) => (*first, *last + 1),
+            _ => (0, 0),
+        };
+        let count = WINDOWS.min(last - first);
+        let edge = |k: usize| first + k * (last - first) / count.max(1);
+        let mut windows: Vec<_> = (0..count).map(|k| edge(k)..edge(k + 1)).collect();
+        // A pose that is known at the end only counts there.
+        if let Some(w) = windows.last_mut() {
+            w.end = prepared.t_s.len();
+        }
+        let measured = windows.iter().map(|w| mean(&prepared.measured[w.clone()])).collect();
+        // The last samples at rest may see the onset through the smoothing of the motion.
+        let rest = 0..first.saturating_sub(REST / 2);
+        let drifted = prepared.drifted();
+        let condition = crate::evidence::conditions::key(&trial.info);
+        Ok(Self { trial: trial.info.trial.clone(), condition, prepared, drifted, measured, windows, rest })
+    }
+
+    /// Residuals over the windows, modelled less measured, `offsets` taken out.
+    pub fn plain_residual(&self, offsets: &Signals, model: &Model<f64>) -> Vec<Seen> {
+        let difference = |(row, measured): (&Signals, &Signals)| {
+            let d = std::array::from_fn(|c| row[c] - (measured[c] - offsets[c]));
+            seen(&d, measured)
+        };
+        self.model(model).iter().zip(&self.measured).map(difference).collect()
+    }
+
+    /// Residuals over the windows, modelled less measured, `offsets` taken out, each made
+    /// smaller by what a drift changes in it (see the module); NaN where nothing was measured.
+    pub fn residual(&self, offsets: &Signals, model: &Model<f64>) -> Vec<Seen> {
+        let rows = self.model(model);
+        let drifted: Vec<Vec<Signals>> = self.drifted.iter().map(|p| self.run(p, model)).collect();
+        let difference = |(i, measured): (usize, &Signals)| {
+            let d = std::array::from_fn(|c| rows[i][c] - (measured[c] - offsets[c]));
+            let moved = drifted.iter().map(|d| {
+                let change = std::array::from_fn(|c| d[i][c] - rows[i][c]);
+                seen(&change, measured)
+            });
+            let moved: Vec<Seen> = moved.collect();
+            let r = seen(&d, measured);
+            std::array::from_fn(|k| {
+                let change = moved.iter().map(|m| m[k] * m[k]).sum::<f64>() / resolution(k).powi(2);
+                r[k] / (1.0 + change).sqrt()
+            })
+        };
+        self.measured.iter().enumerate().map(difference).collect()
+    }
+
+    /// The model's means over the same windows and over the same samples as measured.
+    pub fn model(&self, model: &Model<f64>) -> Vec<Signals> {
+        self.run(&self.prepared, model)
+    }
+
+    fn run(&self, prepared: &Prepared, model: &Model<f64>) -> Vec<Signals> {
+        let simulated = prepared.simulate_every(model, STRIDE).signals;
+        let paired = |w: &Range<usize>| {
+            let rows = simulated.get(w.clone()).unwrap_or_default();
+            let seen = &self.prepared.measured[w.clone()];
+            let masked: Vec<Signals> = rows
+                .iter()
+                .zip(seen)
+                .map(|(m, s)| std::array::from_fn(|c| if s[c].is_nan() { f64::NAN } else { m[c] }))
+                .collect();
+            mean(&masked)
+        };
+        self.windows.iter().map(paired).collect()
+    }
+}
+
+/// Mean of what is finite, channel by channel.
+fn mean(rows: &[Signals]) -> Signals {
+    let mut sum = [0.0; COUNT];
+    let mut count = [0.0; COUNT];
+    for row in rows {
+        for c in 0..COUNT {
+            if row[c].is_finite() {
+                sum[c] += row[c];
+                count[c] += 1.0;
+            }
+        }
+    }
+    std::array::from_fn(|c| if count[c] > 0.0 { sum[c] / count[c] } else { f64::NAN })
+}
+
+/// Median over the trials of what each wrench channel shows at rest beyond the model. Of the
+/// fingers only the sum's offset is known (see the module), half of it is each one's; a
+/// single measured finger and a pusher that touches at rest bear an unknown load and are
+/// left alone.
+pub fn tare(trials: &[&Windowed], model: &Model<f64>) -> ([f64; COUNT], Vec<Remark>) {
+    let mut found: Vec<Vec<f64>> = vec![Vec::new(); COUNT];
+    for w in trials.iter().filter(|w| w.rest.len() >= REST) {
+        let simulated = w.prepared.simulate_every(model, w.rest.len());
+        let (Some(m), Some(n)) = (simulated.signals.first(), simulated.normal_n.first()) else { continue };
+        let measured = mean(&w.prepared.measured[w.rest.clone()]);
+        let beyond = |c: usize| measured[c] - m[c];
+        for c in 6..12 {
+            let half = 0.5 * (beyond(c) + beyond(c + 6));
+            if half.is_finite() {
+                found[c].push(half);
+                found[c + 6].push(half);
+            }
+        }
+        for c in (18..COUNT).filter(|c| n[2] == 0.0 && beyond(*c).is_finite()) {
+            found[c].push(beyond(c));
+        }
+    }
+    let mut offsets = [0.0; COUNT];
+    for (o, values) in offsets.iter_mut().zip(&mut found) {
+        values.sort_by(f64::total_cmp);
+        *o = values.get(values.len() / 2).copied().unwrap_or(0.0);
+    }
+    let remark = found.iter().skip(6).all(Vec::is_empty).then_some(Remark::NoRest);
+    (offsets, remark.into_iter().collect())
+}

@@ -1,0 +1,117 @@
+//! The signals that model and measurement share, as named channels.
+//!
+//! One sample is an array of [`COUNT`] numbers, NaN where not measured:
+//! the object in the grasp (position in the carrier frame, and rotation vector since the
+//! start, carrier axes), the wrench of each finger (carrier axes) and that of the pusher
+//! (world axes, about its first origin). The carrier is the gripper, or, where nothing is
+//! grasped, the frame in which the object lay at the start.
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use stickslip_shared::track::Pose;
+
+/// Number of channels.
+pub const COUNT: usize = 24;
+/// One sample of all channels, SI units.
+pub type Signals = [f64; COUNT];
+
+/// What a channel measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    /// m
+    Position,
+    /// rad
+    Rotation,
+    /// N
+    Force,
+    /// N m
+    Torque,
+}
+
+impl Quantity {
+    /// SI unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Quantity::Position => "m",
+            Quantity::Rotation => "rad",
+            Quantity::Force => "N",
+            Quantity::Torque => "N m",
+        }
+    }
+}
+
+/// Names in the order of [`Signals`].
+pub const NAMES: [&str; COUNT] = [
+    "object_x_m",
+    "object_y_m",
+    "object_z_m",
+    "object_rx_rad",
+    "object_ry_rad",
+    "object_rz_rad",
+    "finger1_fx_n",
+    "finger1_fy_n",
+    "finger1_fz_n",
+    "finger1_tx_nm",
+    "finger1_ty_nm",
+    "finger1_tz_nm",
+    "finger2_fx_n",
+    "finger2_fy_n",
+    "finger2_fz_n",
+    "finger2_tx_nm",
+    "finger2_ty_nm",
+    "finger2_tz_nm",
+    "pusher_fx_n",
+    "pusher_fy_n",
+    "pusher_fz_n",
+    "pusher_tx_nm",
+    "pusher_ty_nm",
+    "pusher_tz_nm",
+];
+
+/// What channel `index` measures.
+pub fn quantity(index: usize) -> Quantity {
+    match (index / 6, (index % 6) / 3) {
+        (0, 0) => Quantity::Position,
+        (0, _) => Quantity::Rotation,
+        (_, 0) => Quantity::Force,
+        _ => Quantity::Torque,
+    }
+}
+
+/// A data set's pose as the model's type. The reader has checked it.
+pub fn pose(p: &stickslip_data::Pose) -> Pose<f64> {
+    let [w, x, y, z] = p.quaternion;
+    Pose {
+        position_m: Vector3::from(p.position_m),
+        rotation: UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)),
+    }
+}
+
+/// Object channels from its pose in the carrier frame and its rotation at the start.
+pub fn object_channels(local: &Pose<f64>, start: &UnitQuaternion<f64>) -> [f64; 6] {
+    let turn = (local.rotation * start.inverse()).scaled_axis();
+    let p = local.position_m;
+    [p.x, p.y, p.z, turn.x, turn.y, turn.z]
+}
+
+/// Measured channels of one sample; `carrier` is the carrier's pose at it.
+pub fn measured(
+    sample: &stickslip_data::Sample,
+    carrier: &Pose<f64>,
+    start: &UnitQuaternion<f64>,
+) -> Signals {
+    let mut out = [f64::NAN; COUNT];
+    if let Some(object) = &sample.object {
+        let local = carrier.to_local(&pose(object));
+        out[..6].copy_from_slice(&object_channels(&local, start));
+    }
+    let wrenches = [sample.finger[0], sample.finger[1], sample.pusher_wrench];
+    for (k, wrench) in wrenches.iter().enumerate() {
+        if let Some(w) = wrench {
+            let at = 6 * (k + 1);
+            out[at..at + 3].copy_from_slice(&w.force_n);
+            out[at + 3..at + 6].copy_from_slice(&w.torque_nm);
+        }
+    }
+    out
+}

@@ -1,0 +1,422 @@
+//! What a data set holds and whether its measurements can be trusted, trial by trial: memory
+//! for one group of repetitions at a time.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::channels::{self, COUNT, NAMES, Signals};
+use crate::evidence::balance::{self, NotChecked, StageBalance, Tare};
+use crate::evidence::conditions::conditions;
+use crate::evidence::noise::{Course, Pool, white_noise};
+use crate::evidence::stages::{STAGES, Stages, stages};
+use stickslip_data::{Index, Pose, Trial, TrialInfo, Warning, error::join_warnings};
+
+/// Time steps above this many nominal periods are gaps.
+const GAP_PERIODS: f64 = 1.5;
+
+/// The answer of `stickslip check`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// The data set's name.
+    pub name: String,
+    /// Trials read, with or without loss.
+    pub trials: usize,
+    /// Samples read.
+    pub samples: usize,
+    /// Trials of each object and primitive.
+    pub primitives: Vec<PrimitiveCount>,
+    /// Groups of trials that differ in `run` only.
+    pub repeated_groups: usize,
+    /// Trials in them.
+    pub repeated_trials: usize,
+    /// Nominal rate.
+    pub nominal_rate_hz: f64,
+    /// Rate by the median time step: least and greatest over the trials.
+    pub rate_hz: [f64; 2],
+    /// Trials with time steps beyond 1.5 nominal periods, and the greatest such step.
+    pub gaps: Gaps,
+    /// Share of samples in which each channel is measured, and its noise.
+    pub channels: Vec<Channel>,
+    /// Balance of the measured forces.
+    pub balance: Balance,
+    /// What was refused.
+    pub errors: Vec<String>,
+    /// What is worth knowing.
+    pub warnings: Vec<Warning>,
+}
+
+/// Trials of one object and primitive.
+#[derive(Clone, Debug, Serialize)]
+pub struct PrimitiveCount {
+    /// Primitive.
+    pub primitive: String,
+    /// Object.
+    pub object: String,
+    /// How many.
+    pub trials: usize,
+    /// Distinct values of each condition that occurs: name and values.
+    pub conditions: Vec<(String, Vec<f64>)>,
+}
+
+/// Steps between time stamps that are too long.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Gaps {
+    /// Trials with any.
+    pub trials: usize,
+    /// All of them.
+    pub gaps: usize,
+    /// The longest.
+    pub longest_s: f64,
+}
+
+/// One channel over the data set.
+#[derive(Clone, Debug, Serialize)]
+pub struct Channel {
+    /// Name of [`channels::NAMES`].
+    pub channel: &'static str,
+    /// Share of samples in which it is measured.
+    pub measured: f64,
+    /// White noise: median over trials.
+    pub white: Option<f64>,
+    /// Between repetitions, by stage: before contact, pushed, end. `None`: no repetition.
+    pub floor: [Option<f64>; STAGES.len()],
+}
+
+/// The balance over the data set.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Balance {
+    /// Trials in which it was formed.
+    pub checked: usize,
+    /// Trials in which it fails in any stage.
+    pub failing: usize,
+    /// Stages over the data set.
+    pub stages: Vec<StageSummary>,
+    /// Failing trials with their worst stage, worst first.
+    pub worst: Vec<(String, StageBalance)>,
+    /// Why it was not formed, and in how many trials.
+    pub not_checked: Vec<(NotChecked, usize)>,
+    /// Mean of the offsets found before contact, and their scatter between trials.
+    pub tare: Option<TareSummary>,
+}
+
+/// One stage over the trials.
+#[derive(Clone, Debug, Serialize)]
+pub struct StageSummary {
+    /// Name.
+    pub stage: &'static str,
+    /// Trials.
+    pub trials: usize,
+    /// Mean of the trials' sums, world axes.
+    pub mean_n: [f64; 3],
+    /// Scatter of the trials' sums.
+    pub scatter_n: [f64; 3],
+    /// Greatest sum's component.
+    pub worst_n: f64,
+    /// Bound by the sensors' uncertainty.
+    pub bound_n: f64,
+}
+
+/// Offsets over the trials.
+#[derive(Clone, Debug, Serialize)]
+pub struct TareSummary {
+    /// Trials in which they could be found.
+    pub trials: usize,
+    /// Fingers' sum, gripper axes: mean.
+    pub fingers_sum_n: [f64; 3],
+    /// Its scatter between trials.
+    pub fingers_scatter_n: [f64; 3],
+    /// Pusher force, world axes: mean.
+    pub pusher_n: Option<[f64; 3]>,
+}
+
+/// What one trial tells.
+struct TrialFacts {
+    name: String,
+    samples: usize,
+    measured: [usize; COUNT],
+    white: [Option<f64>; COUNT],
+    median_step_s: f64,
+    gaps: usize,
+    longest_gap_s: f64,
+    balance: Result<Vec<StageBalance>, NotChecked>,
+    tare: Option<Tare>,
+}
+
+/// Scatter of repetitions of each channel and stage.
+#[derive(Clone)]
+struct Floors(Vec<[Pool; STAGES.len()]>);
+
+impl Default for Floors {
+    fn default() -> Self {
+        Self(vec![Default::default(); COUNT])
+    }
+}
+
+/// What a group of repetitions tells.
+#[derive(Default)]
+struct GroupFacts {
+    trials: Vec<TrialFacts>,
+    floor: Floors,
+    errors: Vec<String>,
+    warnings: Vec<Warning>,
+}
+
+/// Reads every trial of `index` and reports; `tick` is called after each group with its size.
+pub fn check(index: &Index, tick: impl Fn(u64) + Sync) -> Report {
+    let groups = conditions(&index.trials);
+    let facts: Vec<GroupFacts> = groups
+        .par_iter()
+        .map(|group| {
+            let facts = group_facts(index, group);
+            tick(group.len() as u64);
+            facts
+        })
+        .collect();
+    let mut floor = Floors::default();
+    let mut errors: Vec<String> = index.errors.iter().map(ToString::to_string).collect();
+    let mut warnings = index.warnings.clone();
+    let mut trials = Vec::new();
+    for group in facts {
+        for (mine, others) in floor.0.iter_mut().flatten().zip(group.floor.0.iter().flatten()) {
+            mine.merge(others);
+        }
+        errors.extend(group.errors);
+        warnings.extend(group.warnings);
+        trials.extend(group.trials);
+    }
+    let repeated: Vec<usize> = groups.iter().map(Vec::len).filter(|size| *size > 1).collect();
+    if repeated.is_empty() && !index.trials.is_empty() {
+        warnings.push(Warning {
+            file: index.folder.join("trials.csv"),
+            files: 1,
+            text: "no repetition (equal conditions, different run): there is no noise floor, errors \
+                   can only be compared with the sensors' noise"
+                .to_owned(),
+        });
+    }
+    let samples: usize = trials.iter().map(|trial| trial.samples).sum();
+    let rates: Vec<f64> =
+        trials.iter().map(|trial| 1.0 / trial.median_step_s).filter(|rate| rate.is_finite()).collect();
+    let nominal_rate_hz = index.description.sample_rate_hz;
+    let rate_hz =
+        [rates.iter().copied().fold(f64::INFINITY, f64::min), rates.iter().copied().fold(0.0, f64::max)];
+    if rates.iter().any(|rate| (rate / nominal_rate_hz - 1.0).abs() > 0.02) {
+        warnings.push(Warning {
+            file: index.folder.join("dataset.toml"),
+            files: 1,
+            text: format!(
+                "the samples come at {:.4} to {:.4} Hz, sample_rate_hz says {nominal_rate_hz}",
+                rate_hz[0], rate_hz[1]
+            ),
+        });
+    }
+    let gaps = Gaps {
+        trials: trials.iter().filter(|trial| trial.gaps > 0).count(),
+        gaps: trials.iter().map(|trial| trial.gaps).sum(),
+        longest_s: trials.iter().map(|trial| trial.longest_gap_s).fold(0.0, f64::max),
+    };
+    Report {
+        name: index.description.name.clone(),
+        trials: trials.len(),
+        samples,
+        primitives: primitives(&index.trials),
+        repeated_groups: repeated.len(),
+        repeated_trials: repeated.iter().sum(),
+        nominal_rate_hz,
+        rate_hz,
+        gaps,
+        channels: channel_table(&trials, &floor, samples),
+        balance: balance_table(&trials),
+        errors,
+        warnings: join_warnings(warnings),
+    }
+}
+
+fn group_facts(index: &Index, group: &[usize]) -> GroupFacts {
+    let mut facts = GroupFacts::default();
+    let mut runs: Vec<(Stages, Vec<Signals>)> = Vec::new();
+    for info in group.iter().filter_map(|place| index.trials.get(*place)) {
+        let reading = index.read_trial_lenient(info);
+        facts.errors.extend(reading.error.map(|error| error.to_string()));
+        facts.warnings.extend(reading.warnings);
+        if let Some(trial) = reading.trial {
+            let stages = stages(&trial);
+            let signals = signals(&trial);
+            facts.trials.push(trial_facts(index, &trial, &stages, &signals));
+            runs.push((stages, signals));
+        }
+    }
+    for (channel, pools) in facts.floor.0.iter_mut().enumerate() {
+        for (stage, pool) in STAGES.into_iter().zip(pools) {
+            let run = |(facts, (stages, signals)): (&TrialFacts, &(Stages, Vec<Signals>))| {
+                let rows = signals.get(stages.range(stage)).unwrap_or_default();
+                let values: Vec<f64> = rows.iter().map(|row| row[channel]).collect();
+                (Course::of(&values), facts.white[channel].unwrap_or(0.0))
+            };
+            let courses: Vec<(Course, f64)> = facts.trials.iter().zip(&runs).map(run).collect();
+            pool.add(courses.iter().map(|(course, white)| (course, *white)));
+        }
+    }
+    facts
+}
+
+/// Channels of a trial: in the gripper, or about the object's first pose where none is measured.
+fn signals(trial: &Trial) -> Vec<Signals> {
+    let first = trial.samples.iter().find_map(|sample| sample.object);
+    let origin = Pose { position_m: [0.0; 3], quaternion: [1.0, 0.0, 0.0, 0.0] };
+    let object = channels::pose(first.as_ref().unwrap_or(&origin));
+    let carrier = trial.samples.iter().find_map(|sample| sample.gripper);
+    let carrier = carrier.as_ref().map_or(object, channels::pose);
+    let start = carrier.to_local(&object).rotation;
+    trial.samples.iter().map(|sample| channels::measured(sample, &carrier, &start)).collect()
+}
+
+fn trial_facts(index: &Index, trial: &Trial, stages: &Stages, signals: &[Signals]) -> TrialFacts {
+    let mut steps: Vec<f64> = trial
+        .samples
+        .windows(2)
+        .filter_map(|pair| match pair {
+            [a, b] => Some(b.t_s - a.t_s),
+            _ => None,
+        })
+        .collect();
+    let gap_s = GAP_PERIODS / index.description.sample_rate_hz;
+    let (gaps, longest_gap_s) = steps
+        .iter()
+        .filter(|step| **step > gap_s)
+        .fold((0, 0.0), |(count, longest), step| (count + 1, f64::max(longest, *step)));
+    steps.sort_by(f64::total_cmp);
+    TrialFacts {
+        name: trial.info.trial.clone(),
+        samples: trial.samples.len(),
+        measured: std::array::from_fn(|channel| signals.iter().filter(|row| !row[channel].is_nan()).count()),
+        white: std::array::from_fn(|channel| white_noise(signals.iter().map(|row| row[channel]))),
+        median_step_s: steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN),
+        gaps,
+        longest_gap_s,
+        balance: balance::balance(&index.description, trial, stages),
+        tare: balance::tare(&index.description, trial, stages),
+    }
+}
+
+fn primitives(infos: &[TrialInfo]) -> Vec<PrimitiveCount> {
+    let mut groups: BTreeMap<(&str, &str), Vec<&TrialInfo>> = BTreeMap::new();
+    for info in infos {
+        groups.entry((&info.primitive, &info.object)).or_default().push(info);
+    }
+    type Condition = (&'static str, fn(&TrialInfo) -> Option<f64>);
+    let conditions: [Condition; 5] = [
+        ("grip_n", |info| info.grip_n),
+        ("speed_m_s", |info| info.speed_m_s),
+        ("speed_rad_s", |info| info.speed_rad_s),
+        ("slope_rad", |info| info.slope_rad),
+        ("pusher_offset_m", |info| info.pusher_offset_m),
+    ];
+    groups
+        .into_iter()
+        .map(|((primitive, object), infos)| PrimitiveCount {
+            primitive: primitive.to_owned(),
+            object: object.to_owned(),
+            trials: infos.len(),
+            conditions: conditions
+                .iter()
+                .filter_map(|(name, value)| {
+                    let mut values: Vec<f64> = infos.iter().filter_map(|info| value(info)).collect();
+                    values.sort_by(f64::total_cmp);
+                    values.dedup();
+                    (!values.is_empty()).then(|| ((*name).to_owned(), values))
+                })
+                .collect(),
+        })
+        .collect()
+}
+
+fn channel_table(trials: &[TrialFacts], floor: &Floors, samples: usize) -> Vec<Channel> {
+    (0..COUNT)
+        .map(|channel| {
+            let measured: usize = trials.iter().map(|trial| trial.measured[channel]).sum();
+            let mut white: Vec<f64> = trials.iter().filter_map(|trial| trial.white[channel]).collect();
+            white.sort_by(f64::total_cmp);
+            Channel {
+                channel: NAMES[channel],
+                measured: measured as f64 / samples.max(1) as f64,
+                white: white.get(white.len() / 2).copied(),
+                floor: std::array::from_fn(|stage| floor.0[channel][stage].floor()),
+            }
+        })
+        .collect()
+}
+
+fn balance_table(trials: &[TrialFacts]) -> Balance {
+    let mut table = Balance::default();
+    let mut reasons: Vec<(NotChecked, usize)> = Vec::new();
+    let mut all: Vec<StageBalance> = Vec::new();
+    for trial in trials {
+        match &trial.balance {
+            Ok(stages) => {
+                table.checked += 1;
+                all.extend(stages);
+                let failing = stages.iter().filter(|stage| stage.fails());
+                let worst = failing.max_by(|a, b| size(a).total_cmp(&size(b)));
+                if let Some(worst) = worst {
+                    table.failing += 1;
+                    table.worst.push((trial.name.clone(), *worst));
+                }
+            }
+            Err(reason) => match reasons.iter_mut().find(|(known, _)| known == reason) {
+                Some((_, count)) => *count += 1,
+                None => reasons.push((*reason, 1)),
+            },
+        }
+    }
+    table.worst.sort_by(|a, b| size(&b.1).total_cmp(&size(&a.1)));
+    table.not_checked = reasons;
+    for stage in STAGES {
+        let of_stage: Vec<&StageBalance> = all.iter().filter(|balance| balance.stage == stage).collect();
+        if let Some((mean_n, scatter_n)) = moments(of_stage.iter().map(|balance| balance.sum_n)) {
+            table.stages.push(StageSummary {
+                stage: stage.label(),
+                trials: of_stage.len(),
+                mean_n,
+                scatter_n,
+                worst_n: of_stage.iter().map(|balance| size(balance)).fold(0.0, f64::max),
+                bound_n: of_stage.iter().map(|balance| balance.bound_n).fold(0.0, f64::max),
+            });
+        }
+    }
+    let tares: Vec<Tare> = trials.iter().filter_map(|trial| trial.tare).collect();
+    table.tare = moments(tares.iter().map(|tare| tare.fingers_sum_n)).map(|(mean, scatter)| TareSummary {
+        trials: tares.len(),
+        fingers_sum_n: mean,
+        fingers_scatter_n: scatter,
+        pusher_n: moments(tares.iter().filter_map(|tare| tare.pusher_n)).map(|(mean, _)| mean),
+    });
+    table
+}
+
+fn size(balance: &StageBalance) -> f64 {
+    balance.sum_n.iter().fold(0.0, |most, component| f64::max(most, component.abs()))
+}
+
+/// Mean and standard deviation of each axis; `None` of nothing.
+fn moments(values: impl Iterator<Item = [f64; 3]> + Clone) -> Option<([f64; 3], [f64; 3])> {
+    let count = values.clone().count() as f64;
+    if count == 0.0 {
+        return None;
+    }
+    let mean: [f64; 3] =
+        std::array::from_fn(|axis| values.clone().map(|value| value[axis]).sum::<f64>() / count);
+    let scatter = std::array::from_fn(|axis| {
+        (values.clone().map(|value| (value[axis] - mean[axis]).powi(2)).sum::<f64>() / count).sqrt()
+    });
+    Some((mean, scatter))
+}
+
+/// Names of the primitives of `report`, for its headline.
+#[must_use]
+pub fn primitive_names(report: &Report) -> String {
+    let names: BTreeSet<&str> = report.primitives.iter().map(|count| count.primitive.as_str()).collect();
+    names.into_iter().collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,74 @@
+//! The base model of a comparison that was given none: for each primitive, friction as
+//! [`crate::calibrate`] finds it, from at most twelve trials spread over the conditions.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::{Data, NamedModel};
+use crate::calibrate::{Share, calibrate, name};
+use crate::model::file::default_model;
+use stickslip_data::Trial;
+
+/// Most trials of a primitive that serve it.
+const TRIALS: usize = 12;
+
+/// Calibrates it on trials that are not held out; `notes` receives what they do not determine.
+pub fn calibrated(
+    data: Data,
+    groups: &[Vec<usize>],
+    held_out: &[bool],
+    notes: &mut Vec<String>,
+) -> NamedModel {
+    let mut usable: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for i in groups.iter().filter_map(|g| g.iter().copied().find(|i| !held_out[*i])) {
+        usable.entry(&data.infos[i].primitive).or_default().push(i);
+    }
+    let several = usable.len() > 1;
+    let mut out = NamedModel::own("base", "", default_model());
+    let mut used = 0;
+    for (primitive, places) in usable {
+        let count = places.len().min(TRIALS);
+        let trials: Vec<(usize, Trial)> = (0..count)
+            .into_par_iter()
+            .map(|k| places[k * places.len() / count])
+            .filter_map(|i| (data.load)(i).ok().map(|trial| (i, trial)))
+            .collect();
+        let all = Share { share: 1.0, fewest: count };
+        let found = match calibrate(data.description, primitive, &trials, &default_model(), all) {
+            Ok(found) => found,
+            Err(error) => {
+                notes.push(format!(
+                    "friction of {primitive} was not calibrated ({error:#}): the default was taken"
+                ));
+                continue;
+            }
+        };
+        used += found.calibration_trials.len();
+        for e in found.estimates.iter().filter(|e| !e.determined) {
+            let range = match (e.low, e.high) {
+                (None, None) => "not bounded by these data".to_owned(),
+                (Some(low), None) => format!("only bounded by these data, at least {low:.3}"),
+                (None, Some(high)) => format!("only bounded by these data, at most {high:.3}"),
+                (Some(low), Some(high)) => format!("only bounded by these data, {low:.3} to {high:.3}"),
+            };
+            let of = if several { format!(" ({primitive})") } else { String::new() };
+            notes.push(format!(
+                "{} friction{of} is {range}: {:.3} was taken. Errors that hang on it say little.",
+                name(e.coefficient),
+                e.value
+            ));
+        }
+        if several {
+            out.by_primitive.insert(primitive.to_owned(), found.model);
+        } else {
+            out.model = found.model;
+        }
+    }
+    out.origin = match used {
+        0 => "no model was given and none could be calibrated: hard contact, friction of the default"
+            .to_owned(),
+        n => format!("no model was given: hard contact, friction calibrated on {n} of these trials"),
+    };
+    out
+}

@@ -1,0 +1,141 @@
+//! How wrong a model is, beside chance: error, noise floor, and the systematic part.
+//!
+//! Everything is in units of one run's noise floor (scatter of repetitions, sensor noise,
+//! and the floor of `noise`). The systematic part of a condition's misfit is estimated
+//! without bias from products of different runs: `E[e_i e_j] = m^2` for `i != j`, whatever
+//! the noise is. What of it stands above the floor is the excess: the misfit that an effect
+//! has to explain.
+
+use std::collections::BTreeMap;
+
+use crate::fit::features::{FEATURES, Features};
+use crate::fit::noise;
+use crate::fit::phases::{BINS, Phase};
+use crate::fit::problem::Problem;
+
+/// Standard deviation of the product of two runs' errors, each a systematic part and noise of
+/// one floor.
+const CHANCE: f64 = 1.732;
+
+/// Misfit of a model. See the module.
+#[derive(Clone, Debug)]
+pub struct Misfit {
+    /// Root mean square error over runs and features.
+    pub error: f64,
+    /// The same for runs about the mean of their condition, with the floor.
+    pub noise_floor: f64,
+    /// Mean square of the systematic part of each feature over conditions; NaN where not measured.
+    pub systematic: Features,
+    /// Sum over features of the systematic square above the floor's own one.
+    pub excess: f64,
+    /// By channel and phase, worst first.
+    pub places: Vec<Place>,
+}
+
+/// Systematic misfit of one channel in one phase.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Channel.
+    pub channel: usize,
+    /// Phase.
+    pub phase: Phase,
+    /// Root mean square, in noise floors.
+    pub size: f64,
+    /// What the size is at least: three standard errors below that of all conditions but the worst.
+    pub at_least: f64,
+    /// A run of the condition where it is largest.
+    pub run: usize,
+}
+
+impl Misfit {
+    /// Size of the worst place; zero where nothing is measured.
+    pub fn worst(&self) -> f64 {
+        self.places.first().map_or(0.0, |p| p.size)
+    }
+
+    /// Whether some place misses by more than `floors` noise floors, beyond chance.
+    pub fn exceeds(&self, floors: f64) -> bool {
+        self.places.iter().any(|p| p.size > floors && p.at_least > 1.0)
+    }
+}
+
+/// Misfit for residuals of the groups, sensor offsets already taken out.
+pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
+    let campaign = problem.campaign;
+    // Residual of each run: its own at the starting model, moved as its group's mean has moved.
+    let mut runs: Vec<Option<Features>> = vec![None; campaign.runs.len()];
+    for (g, r) in problem.groups.iter().zip(residual) {
+        let group = &campaign.groups[*g];
+        let mean = noise::mean(group.runs.iter().map(|r| &problem.residuals[*r]));
+        for run in &group.runs {
+            let moved: Features = problem.residuals[*run]
+                .iter()
+                .enumerate()
+                .map(|(f, e)| (e + r[f] - mean[f]) / problem.single_run[*g][f])
+                .collect();
+            runs[*run] = Some(moved);
+        }
+    }
+    let mut systematic = vec![0.0; FEATURES];
+    let mut count = vec![0.0; FEATURES];
+    let (mut square, mut scatter, mut seen, mut scattered) = (0.0, 0.0, 0.0, 0.0);
+    // For each place: mean square of each condition.
+    let mut by_place: BTreeMap<(usize, Phase), Vec<(f64, usize)>> = BTreeMap::new();
+    for of in campaign.runs_of() {
+        let Some(one) = of.first().copied() else { continue };
+        let mut here: BTreeMap<(usize, Phase), (f64, f64)> = BTreeMap::new();
+        let of: Vec<&Features> = of.iter().filter_map(|r| runs[*r].as_ref()).collect();
+        for f in 0..FEATURES {
+            let x: Vec<f64> = of.iter().map(|e| e[f]).filter(|x| x.is_finite()).collect();
+            let n = x.len() as f64;
+            if x.is_empty() {
+                continue;
+            }
+            let sum: f64 = x.iter().sum();
+            let squares: f64 = x.iter().map(|x| x * x).sum();
+            square += squares;
+            seen += n;
+            count[f] += 1.0;
+            let part = if x.len() > 1 { (sum * sum - squares) / (n * (n - 1.0)) } else { squares - 1.0 };
+            systematic[f] += part;
+            let place = here.entry((f / BINS, Phase::of(f % BINS))).or_default();
+            place.0 += part;
+            place.1 += 1.0;
+            if x.len() > 1 {
+                scatter += (squares - sum * sum / n) * n / (n - 1.0);
+                scattered += n;
+            }
+        }
+        for (place, (sum, n)) in here {
+            by_place.entry(place).or_default().push((sum / n, one));
+        }
+    }
+    let systematic: Features =
+        systematic.iter().zip(&count).map(|(s, n)| if *n > 0.0 { s / n } else { f64::NAN }).collect();
+    let excess = systematic.iter().filter(|s| s.is_finite()).map(|s| (s - 1.0).max(0.0)).sum();
+    // The floor is no scatter: it is added where scatter was measured.
+    let mut floor = 0.0;
+    let mut floors = 0.0;
+    for (g, one) in problem.groups.iter().map(|g| (g, &problem.single_run[*g])) {
+        for f in problem.whiteners[*g].active.iter() {
+            floor += problem.floor(*g, *f).powi(2) / (one[*f] * one[*f]);
+            floors += 1.0;
+        }
+    }
+    let noise_floor =
+        if scattered > 0.0 { (scatter / scattered + floor / f64::max(floors, 1.0)).sqrt() } else { 1.0 };
+    let mut places: Vec<Place> = by_place
+        .into_iter()
+        .map(|((channel, phase), squares)| {
+            let n = squares.len() as f64;
+            let mean = squares.iter().map(|s| s.0).sum::<f64>() / n;
+            // A single condition in which the model fails altogether decides nothing.
+            let (largest, run) = squares.iter().copied().fold((0.0, 0), |m, s| if s.0 > m.0 { s } else { m });
+            let others = if n > 1.0 { (mean * n - largest) / (n - 1.0) } else { 0.0 };
+            let least: f64 = others - 3.0 * CHANCE / n.sqrt();
+            Place { channel, phase, size: mean.max(0.0).sqrt(), at_least: least.max(0.0).sqrt(), run }
+        })
+        .collect();
+    places.sort_by(|a, b| b.size.total_cmp(&a.size));
+    Misfit { error: (square / f64::max(seen, 1.0)).sqrt(), noise_floor, systematic, excess, places }
+}

@@ -1,0 +1,608 @@
+//! Naming the physical effect that a contact model lacks.
+//!
+//! Trials become features (`features`, `phases`), repetitions give the noise (`noise`), a
+//! generalised least squares problem is built around the model (`problem`, `gls`), effects
+//! are screened and refitted (`screen`, `select`), and the verdict follows from held-out
+//! conditions (here). `docs/diagnosis.md` has the statistics.
+
+pub mod experiment;
+pub mod misfit;
+pub mod report;
+pub mod select;
+pub mod structure;
+pub mod swing;
+
+use std::time::Instant;
+
+use rayon::prelude::*;
+use stickslip_shared::effects::{MAX_PARAMETERS, REGISTRY};
+use stickslip_shared::model::Model;
+
+use crate::evidence::balance::{StageBalance, balance};
+use crate::evidence::stages::stages;
+use crate::fit::campaign::Campaign;
+use crate::fit::problem::Problem;
+use crate::fit::{self, FitError, Free, Solution};
+use crate::model::candidate::CandidateEffect;
+use misfit::Misfit;
+use report::{Report, Verdict};
+use select::{Candidate, Held, Search, candidates, explained, hold_out, paired, search_again, total};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use stickslip_data::Dataset;
+use swing::Swing;
+
+/// Family-wise probability of naming an effect where there is none; what explains enough on conditions that
+/// it was not fitted to needs no correction for the number of effects (few conditions give no smaller
+/// probabilities).
+pub const FALSE_ALARM: f64 = 0.01;
+/// Systematic misfit of a channel in a phase beyond this many noise floors is worth a name.
+pub const RELEVANT: f64 = 2.5;
+/// Systematic misfit that no effect explains is reported beyond this many noise floors.
+const UNEXPLAINED: f64 = 4.0;
+/// Least share of the excess misfit that one effect must explain.
+const EXPLAINS: f64 = 0.8;
+/// Least share that several effects must explain together.
+const EXPLAIN_TOGETHER: f64 = 0.8;
+/// A further effect must explain this share of what the others leave.
+const EXPLAINS_FURTHER: f64 = 0.5;
+/// Candidates whose held-out losses differ by less than this many standard errors are equal.
+const EQUAL: f64 = 2.0;
+/// A candidate that explains this much less than the best is no equal.
+const EQUAL_SHARE: f64 = 0.1;
+/// One effect is preferred to several that explain no more than this above it.
+const SIMPLER: f64 = 0.05;
+/// Candidates whose explained shares differ by less are equal whatever the test says.
+const SAME_SHARE: f64 = 0.02;
+/// ... unless its held-out loss is larger by this factor.
+const SAME_LOSS: f64 = 1.1;
+/// Most effects in an ambiguous set, the one chosen included.
+const LARGEST_SET: usize = 3;
+/// Smaller changes of friction over a data set are no drift, in units of [`RELEVANT`].
+const LEAST_DRIFT: f64 = 0.01;
+/// Beyond this share a fit counts as adequate whatever error is left.
+const ADEQUATE_SHARE: f64 = 0.85;
+/// Otherwise the error after may be this many noise floors.
+const ADEQUATE_ERROR: f64 = 1.3;
+/// ... but never when the error is beyond this many noise floors and a place misses by
+/// [`FAR`] of them: something else stands behind it.
+const POOR_ERROR: f64 = 1.75;
+const FAR: f64 = 8.0;
+/// An effect that explains this share is named whatever is left; the report says what is.
+const CERTAIN: f64 = 0.95;
+/// Pads give way: a small compliance is likely beforehand and needs less evidence.
+const LIKELY: f64 = 0.05;
+/// How far real pads give way at the largest grip, m: fingertips of 2e5 N/m under 40 N.
+const PADS_GIVE_M: f64 = 2e-4;
+/// Share of the excess that is enough where nothing relevant is left.
+const EXPLAINS_RELEVANT: f64 = 0.6;
+/// A model that explains this share of the excess is worth building the problem anew around.
+const NEAR: f64 = 0.5;
+/// Strengths of two effects that are correlated more than this are not two findings.
+const ENTANGLED: f64 = 0.98;
+/// Share of the excess below which a first effect is not even tried.
+const WORTH_TRYING: f64 = 0.25;
+/// Candidates that are searched again before `unexplained` is said.
+const SEARCHED_AGAIN: usize = 4;
+/// Candidates for a further effect that are searched on a grid.
+const SEARCHED_FURTHER: usize = 3;
+/// Most effects named.
+const MOST_EFFECTS: usize = 3;
+/// Effects refitted at each stage.
+const SURVIVORS: usize = 8;
+/// Fewest conditions for a verdict.
+pub const FEWEST_CONDITIONS: usize = 4;
+
+/// A step of the diagnosis was done; for progress bars.
+pub type Tick<'a> = &'a (dyn Fn() + Sync);
+
+/// Everything that a diagnosis found; [`report::Report`] is its public form.
+#[derive(Debug)]
+pub struct Findings {
+    /// Base model, refitted.
+    pub base: Held,
+    /// Candidates of the first stage.
+    pub first: Vec<Candidate>,
+    /// Chosen effects in the order in which they were chosen.
+    pub chosen: Vec<Candidate>,
+    /// All of it fitted together (with how the pads give way, where that shows).
+    pub last: Option<Held>,
+    /// Sets that explain the data as well.
+    pub equal: Vec<Vec<&'static str>>,
+    /// Effects that change nothing in these data.
+    pub invisible: Vec<&'static str>,
+    /// What swings while the object slides, and not in the model.
+    pub swing: Option<Swing>,
+    /// Where nothing explains the data: the model around which to go through them once more.
+    pub again: Option<Model<f64>>,
+    /// What came out.
+    pub verdict: Verdict,
+    /// Model with the chosen effects (the base model where none is chosen).
+    pub model: Model<f64>,
+}
+
+/// Steps that [`diagnose`] reports to its `tick` at most.
+pub fn steps() -> u64 {
+    let stage = REGISTRY.len() + SURVIVORS;
+    let quick = 2 * MOST_EFFECTS * (stage + SEARCHED_FURTHER);
+    let thorough = MOST_EFFECTS * SEARCHED_AGAIN + (MOST_EFFECTS - 1) * stage;
+    (quick + thorough + 4) as u64
+}
+
+/// Diagnoses `model` on `dataset`; the user's `own` effects are ranked beside the listed ones.
+///
+/// # Errors
+/// Where no trial can be simulated.
+pub fn diagnose(
+    dataset: &Dataset,
+    model: &Model<f64>,
+    own: &[CandidateEffect],
+    tick: Tick,
+) -> Result<Report, FitError> {
+    let begun = Instant::now();
+    let campaign = campaign_of(dataset, model)?;
+    tick();
+    let (mut problem, mut base, mut others) = fitted_base(&campaign, model);
+    tick();
+    let mut drift = None;
+    if let Some((around, without, with)) = drifting(&problem, &base) {
+        (problem, base, drift) = (around, without, Some(with));
+        others.clear();
+    }
+    let mut trials = CandidateEffect::listed();
+    trials.extend(own.iter().cloned());
+    let mut findings = find(&problem, base, &others, drift, &trials, Pass::First, tick);
+    if let Some(near) = findings.again.take() {
+        let (around, base) = around(&campaign, &near, &findings.base);
+        findings = find(&around, base, &others, None, &trials, Pass::Second, tick);
+        problem = around;
+    }
+    let pair = findings.equal.first().and_then(|set| {
+        let chosen = |id: &str| findings.chosen.iter().any(|c| c.info.id == id);
+        let other = findings.first.iter().find(|c| set.contains(&c.info.id) && !chosen(c.info.id))?;
+        Some([&findings.last.as_ref()?.solution.model, &other.held.solution.model])
+    });
+    let experiment = pair.and_then(|[a, b]| experiment::experiments(&problem, a, b, 1).into_iter().next());
+    let mut report = report::report(&problem, findings, begun.elapsed());
+    report.weigh(unbalanced(dataset));
+    report.suggested_experiment = experiment;
+    Ok(report)
+}
+
+/// Trials whose measured forces do not sum to zero, and in how many that can be told.
+fn unbalanced(dataset: &Dataset) -> (Vec<StageBalance>, usize) {
+    let worst: Vec<Option<StageBalance>> = dataset
+        .trials
+        .par_iter()
+        .filter_map(|t| balance(&dataset.description, t, &stages(t)).ok())
+        .map(|stages| {
+            let size = |s: &StageBalance| s.sum_n.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            stages.into_iter().filter(StageBalance::fails).max_by(|a, b| size(a).total_cmp(&size(b)))
+        })
+        .collect();
+    let checked = worst.len();
+    (worst.into_iter().flatten().collect(), checked)
+}
+
+fn campaign_of(dataset: &Dataset, model: &Model<f64>) -> Result<Campaign, FitError> {
+    let campaign = Campaign::new(dataset, model);
+    if campaign.runs.is_empty() {
+        let why = campaign.refused.first().map_or("the data set has no trials".into(), ToString::to_string);
+        return Err(FitError::NoTrials(why));
+    }
+    Ok(campaign)
+}
+
+/// The fitting problem around `model` with its friction fitted, that model held out, and other models
+/// from which an effect may start.
+fn fitted_base<'a>(campaign: &'a Campaign, model: &Model<f64>) -> (Problem<'a>, Held, Vec<Model<f64>>) {
+    let free = free_of(campaign, model);
+    let ways = fit::basins(campaign, model, &free, 6);
+    let problem = Problem::new(campaign, &ways[0]);
+    let base = hold_out(&problem, fit::solve(&problem, &ways[0], &free, 5), free);
+    (problem, base, ways)
+}
+
+/// How much `model`, its friction fitted, misses of `dataset` on held-out conditions.
+///
+/// # Errors
+/// Where no trial can be simulated.
+pub fn base_misfit(dataset: &Dataset, model: &Model<f64>) -> Result<Misfit, FitError> {
+    Ok(fitted_base(&campaign_of(dataset, model)?, model).1.misfit)
+}
+
+/// Two effects that the data cannot tell apart, and the experiments that would.
+pub type Telling = ([&'static str; 2], Vec<experiment::Experiment>);
+
+/// The best experiments between the two effects of `between` (or the two best candidates):
+/// which two, and where they differ most. `None` where there are no two.
+///
+/// # Errors
+/// Where no trial can be simulated.
+pub fn suggest(
+    dataset: &Dataset,
+    model: &Model<f64>,
+    between: &[String],
+    most: usize,
+    tick: Tick,
+) -> Result<Option<Telling>, FitError> {
+    let campaign = campaign_of(dataset, model)?;
+    let (problem, base, ways) = fitted_base(&campaign, model);
+    let others = other_ways(&problem, &base, &ways);
+    let survivors = if between.is_empty() { SURVIVORS } else { REGISTRY.len() };
+    let mut found = candidates(&problem, &base, &others, &CandidateEffect::listed(), survivors, tick).0;
+    if !between.is_empty() {
+        found.retain(|c| between.iter().any(|b| b == c.info.id));
+    }
+    let [a, b, ..] = found.as_slice() else { return Ok(None) };
+    let (x, y) = (&a.held.solution.model, &b.held.solution.model);
+    Ok(Some(([a.info.id, b.info.id], experiment::experiments(&problem, x, y, most))))
+}
+
+/// The problem built anew around a model `near` the data, and the base model in it: corrections of coarse
+/// steps and noise are those of the model that it is built around, and far from there they mislead.
+fn around<'a>(campaign: &'a Campaign, near: &Model<f64>, base: &Held) -> (Problem<'a>, Held) {
+    let problem = Problem::new(campaign, near);
+    let solution = fit::solve(&problem, &base.solution.model, &base.free, 5);
+    let base = hold_out(&problem, solution, base.free.clone());
+    (problem, base)
+}
+
+/// `ways` of contact that are far from `base`, each at its place.
+fn other_ways(problem: &Problem, base: &Held, ways: &[Model<f64>]) -> Vec<Solution> {
+    ways.iter()
+        .filter(|m| fit::apart(problem.campaign, m, &base.solution.model))
+        .map(|m| fit::solve(problem, m, &base.free, 0))
+        .collect()
+}
+
+/// Friction, and the parameters of the effects that the model has already.
+fn free_of(campaign: &Campaign, model: &Model<f64>) -> Vec<Free> {
+    let mut free = fit::base_parameters(campaign);
+    for (slot, e) in model.effects.iter().enumerate() {
+        free.extend(e.info().map(|i| Free::of_effect(i, slot)).unwrap_or_default());
+    }
+    free
+}
+
+/// Where repetitions show that friction drifts with the order of trials: the problem built
+/// anew around a model that has the drift (its noise is smaller), without and with it. Means of
+/// repetitions made at different times would hide it from all that follows.
+fn drifting<'a>(problem: &Problem<'a>, base: &Held) -> Option<(Problem<'a>, Held, Candidate)> {
+    let crate::fit::noise::Drift { change, per_trial, t } = problem.noise.drift;
+    let level = FALSE_ALARM / REGISTRY.len() as f64;
+    let freedom = problem.noise.freedom.checked_sub(1).filter(|f| *f > 0)? as f64;
+    let chance = 2.0 * (1.0 - StudentsT::new(0.0, 1.0, freedom).ok()?.cdf(t.abs()));
+    if chance > level || change.abs() < RELEVANT * problem.noise.friction[0].max(LEAST_DRIFT) {
+        return None;
+    }
+    let wear = CandidateEffect::listed().into_iter().find(|t| t.info.id == "wear_drift")?;
+    if base.solution.model.effects.iter().any(|e| e.code == wear.info.code) {
+        return None;
+    }
+    let mut parameters = [0.0; MAX_PARAMETERS];
+    parameters[0] = per_trial;
+    let drifted = wear.on(&base.solution.model, parameters);
+    let mut free = base.free.clone();
+    free.extend(Free::of_effect(wear.info, base.solution.model.effects.len()));
+    let found = fit::solve_with(problem, &drifted, &free, 5, &base.solution.columns);
+    let around = Problem::new(problem.campaign, &found.model);
+    let fitted = |model: &Model<f64>, free: &[Free]| {
+        hold_out(&around, fit::solve(&around, model, free, 5), free.to_vec())
+    };
+    let (without, with) = (fitted(&base.solution.model, &base.free), fitted(&found.model, &free));
+    let left = |held: &Held| (held.misfit.error.powi(2) - held.misfit.noise_floor.powi(2)).max(0.0);
+    let explained = 1.0 - left(&with) / left(&without).max(1e-9);
+    let searched = Search::Thorough;
+    let candidate =
+        Candidate { info: wear.info, held: with, p_value: chance, explained, starts: Vec::new(), searched };
+    Some((around, without, candidate))
+}
+
+/// How often the data were gone through.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Pass {
+    /// Around the base model.
+    First,
+    /// Around the best model of the first pass, which did not explain the data.
+    Second,
+}
+
+/// Screening, choice and verdict; see `docs/diagnosis.md` for the rules.
+fn find(
+    problem: &Problem,
+    base: Held,
+    others: &[Model<f64>],
+    drift: Option<Candidate>,
+    trials: &[CandidateEffect],
+    pass: Pass,
+    tick: Tick,
+) -> Findings {
+    let start = drift.as_ref().map_or(&base, |c| &c.held);
+    let relevant = start.misfit.exceeds(RELEVANT) && start.misfit.excess > 0.0;
+    let worth_a_name = relevant && problem.campaign.conditions >= FEWEST_CONDITIONS;
+    // Where nothing is worth a name, the screening only tells what these data could not show.
+    let survivors = if worth_a_name { SURVIVORS } else { 0 };
+    let others: Vec<Solution> = match survivors {
+        0 => Vec::new(),
+        _ => other_ways(problem, &base, others),
+    };
+    let (mut first, invisible) = candidates(problem, start, &others, trials, survivors, tick);
+    let mut choice = Choice::nothing();
+    let mut again = None;
+    if worth_a_name {
+        if first.first().is_some_and(|c| poor(&c.held.misfit)) {
+            search_again(problem, start, &others, &mut first, (SEARCHED_FURTHER, Search::Grid), tick);
+        }
+        let mut stages = Stages::new();
+        choice = choose(problem, start, &first, trials, &mut stages, (pass, Search::Quick), tick);
+        again = choice.near.take().filter(|_| pass == Pass::First && drift.is_none());
+        if choice.verdict == Verdict::Unexplained && again.is_none() {
+            // Before that is said, the likely ones are looked at more closely.
+            search_again(problem, start, &others, &mut first, (SEARCHED_AGAIN, Search::Thorough), tick);
+            choice = choose(problem, start, &first, trials, &mut stages, (pass, Search::Thorough), tick);
+        }
+    }
+    let Choice { chosen, equal, mut verdict, .. } = choice;
+    let equal = sets(drift.as_ref(), &chosen, &equal, |c| small_compliance(problem, c));
+    if verdict == Verdict::Effect && !equal.is_empty() {
+        verdict = Verdict::Ambiguous;
+    }
+    if drift.is_some() && chosen.is_empty() {
+        verdict = Verdict::Effect;
+    }
+    let chosen: Vec<Candidate> = drift.into_iter().chain(chosen).collect();
+    let model = chosen.last().map_or(&base, |c| &c.held).solution.model.clone();
+    let last = chosen.last().map(|c| c.held.clone());
+    let swing = swing::missed(problem.campaign, &model);
+    if swing.is_some()
+        && verdict == Verdict::NothingMissing
+        && problem.campaign.conditions >= FEWEST_CONDITIONS
+    {
+        verdict = Verdict::Unexplained;
+    }
+    let chosen: Vec<Candidate> = chosen.into_iter().filter(|c| !small_compliance(problem, c)).collect();
+    Findings { base, first, chosen, last, equal, invisible, swing, again, verdict, model }
+}
+
+/// What is taken from the candidates.
+struct Choice {
+    /// Effects in the order in which they were chosen.
+    chosen: Vec<Candidate>,
+    /// For each of them: those that do as well in its place.
+    equal: Vec<Vec<&'static str>>,
+    /// Where nothing explains the data: the best model met, if it explains much of them.
+    near: Option<Model<f64>>,
+    verdict: Verdict,
+}
+
+impl Choice {
+    fn nothing() -> Self {
+        Self { chosen: Vec::new(), equal: Vec::new(), near: None, verdict: Verdict::NothingMissing }
+    }
+}
+
+/// Candidates for a further effect beside those of a model.
+type Stages = Vec<(Model<f64>, Vec<Candidate>)>;
+
+/// Chooses effects one after the other, `first` being the candidates for the first place and `stages`
+/// those for further ones met so far, and judges what they explain.
+fn choose(
+    problem: &Problem,
+    start: &Held,
+    first: &[Candidate],
+    trials: &[CandidateEffect],
+    stages: &mut Stages,
+    (pass, search): (Pass, Search),
+    tick: Tick,
+) -> Choice {
+    let level = FALSE_ALARM / REGISTRY.len() as f64;
+    let named = |chosen: &[Candidate]| chosen.iter().filter(|c| !small_compliance(problem, c)).count();
+    let mut chosen: Vec<Candidate> = Vec::new();
+    let mut equal: Vec<Vec<&'static str>> = Vec::new();
+    let mut stage = first.to_vec();
+    while chosen.len() < MOST_EFFECTS {
+        let before = chosen.last().map_or(start, |c: &Candidate| &c.held);
+        let taken = |c: &Candidate| {
+            let share = explained(&before.misfit, &c.held.misfit);
+            let pads = small_compliance(problem, c);
+            let worth = if named(&chosen) == 0 || pads { WORTH_TRYING } else { EXPLAINS_FURTHER };
+            let chance = match share {
+                _ if pads => LIKELY,
+                // The problem is built around one of the candidates: that favours it.
+                _ if pass == Pass::Second => level,
+                _ if share > CERTAIN => LIKELY,
+                _ if share > EXPLAINS => FALSE_ALARM,
+                _ if share > EXPLAINS_RELEVANT && !c.held.misfit.exceeds(RELEVANT) => FALSE_ALARM,
+                _ => level,
+            };
+            share > worth && c.p_value < chance && (chosen.is_empty() || !entangled(problem, &c.held))
+        };
+        let Some(best) = stage.iter().position(taken) else {
+            break;
+        };
+        let winner = stage[best].clone();
+        equal.push(equals(before, &winner, &stage));
+        chosen.push(winner);
+        let last = &chosen[chosen.len() - 1];
+        if !last.held.misfit.exceeds(RELEVANT) {
+            break;
+        }
+        if chosen.len() < MOST_EFFECTS {
+            let on = &last.held.solution.model;
+            let at = stages.iter().position(|(model, _)| model == on).unwrap_or_else(|| {
+                stages.push((on.clone(), candidates(problem, &last.held, &[], trials, SURVIVORS, tick).0));
+                stages.len() - 1
+            });
+            // Beside another effect least squares often ends in a side valley.
+            let (most, search) = match search {
+                Search::Quick => (SEARCHED_FURTHER, Search::Grid),
+                other => (SEARCHED_AGAIN, other),
+            };
+            search_again(problem, &last.held, &[], &mut stages[at].1, (most, search), tick);
+            stage = stages[at].1.clone();
+        }
+    }
+    let met = chosen.iter().chain(stage.first()).min_by(|a, b| total(&a.held).total_cmp(&total(&b.held)));
+    let near = met
+        .filter(|c| explained(&start.misfit, &c.held.misfit) > NEAR)
+        .map(|c| c.held.solution.model.clone());
+    drop_needless(problem, start, &mut chosen, &mut equal);
+    // One effect that does what several do together is the better answer.
+    if named(&chosen) > 1 {
+        let together = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
+        let alone = first
+            .iter()
+            .find(|c| c.p_value < level && c.explained > together - SIMPLER && !poor(&c.held.misfit));
+        if let Some(alone) = alone {
+            equal = vec![equals(start, alone, first)];
+            chosen = vec![alone.clone()];
+        }
+    }
+    let share = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
+    let settled = chosen.last().is_some_and(|c| !c.held.misfit.exceeds(RELEVANT));
+    let needed = match (settled, named(&chosen) > 1) {
+        (true, _) => EXPLAINS_RELEVANT,
+        (false, true) => EXPLAIN_TOGETHER,
+        (false, false) => EXPLAINS,
+    };
+    let adequate = chosen.last().is_some_and(|c| {
+        let misfit = &c.held.misfit;
+        let near = misfit.error <= ADEQUATE_ERROR * misfit.noise_floor && !misfit.exceeds(UNEXPLAINED);
+        settled || near || share >= CERTAIN || (share >= ADEQUATE_SHARE && !poor(misfit))
+    });
+    let explains = adequate && share >= needed;
+    // How pads give way is no missing effect: what counts is what they leave.
+    let judged = chosen.last().filter(|_| named(&chosen) == 0).map_or(start, |c| &c.held);
+    let only_pads = !chosen.is_empty() && named(&chosen) == 0;
+    if explains {
+        let effect = Choice { chosen, equal, near: None, verdict: Verdict::Effect };
+        return if only_pads { Choice::nothing() } else { effect };
+    }
+    if judged.misfit.exceeds(UNEXPLAINED) {
+        return Choice { verdict: Verdict::Unexplained, near, ..Choice::nothing() };
+    }
+    Choice::nothing()
+}
+
+/// Whether a fit of several effects plays one against another, or pulls one as far as it goes: what they
+/// explain together is then neither's.
+fn entangled(problem: &Problem, held: &Held) -> bool {
+    let Held { solution, free, .. } = held;
+    let covariance = fit::clustered_covariance(&solution.grams, &problem.priors(free, 0), free.len());
+    let strength = |f: &Free| match f {
+        Free::Effect { slot, of, .. } if of.typical != of.neutral => Some((*slot, *of)),
+        _ => None,
+    };
+    let at_bound = |f: &Free| {
+        let x = f.get(&solution.model);
+        strength(f).is_some_and(|(_, of)| x != of.neutral && (x <= of.low || x >= of.high))
+    };
+    let correlated = |k: usize, l: usize| {
+        let r = covariance[(k, l)] / (covariance[(k, k)] * covariance[(l, l)]).sqrt();
+        let (a, b) = (strength(&free[k]), strength(&free[l]));
+        matches!((a, b), (Some(a), Some(b)) if a.0 != b.0) && r.abs() > ENTANGLED
+    };
+    free.iter().any(at_bound) || (0..free.len()).any(|k| (0..k).any(|l| correlated(k, l)))
+}
+
+/// Whether something else stands behind what a fit leaves, however much it explains.
+fn poor(misfit: &Misfit) -> bool {
+    misfit.error > POOR_ERROR * misfit.noise_floor && misfit.exceeds(FAR)
+}
+
+/// Takes out effects that those chosen after them made needless: fitted without one, the others
+/// explain as much.
+fn drop_needless(
+    problem: &Problem,
+    start: &Held,
+    chosen: &mut Vec<Candidate>,
+    equal: &mut Vec<Vec<&'static str>>,
+) {
+    let mut k = 0;
+    while chosen.len() > 1 && k + 1 < chosen.len() {
+        let last = &chosen[chosen.len() - 1].held;
+        let slot = start.solution.model.effects.len() + k;
+        let mut model = last.solution.model.clone();
+        // Formulas are found by their order: a model with one stays as it is.
+        if !model.formulas.is_empty() || slot >= model.effects.len() {
+            return;
+        }
+        model.effects.remove(slot);
+        let free: Vec<Free> = last.free.iter().filter_map(|f| f.without_slot(slot)).collect();
+        let held = hold_out(problem, fit::solve(problem, &model, &free, 8), free);
+        let share = |held: &Held| explained(&start.misfit, &held.misfit);
+        if share(&held) > share(last) - SIMPLER && (!poor(&held.misfit) || poor(&last.misfit)) {
+            chosen.remove(k);
+            equal.remove(k);
+            if let Some(last) = chosen.last_mut() {
+                last.held = held;
+            }
+            k = 0;
+        } else {
+            k += 1;
+        }
+    }
+}
+
+/// Whether this is no more than how real pads give way: part of the floor, not an effect.
+/// It stays in the model beside the others, so that nothing else has to stand in for it.
+fn small_compliance(problem: &Problem, candidate: &Candidate) -> bool {
+    if candidate.info.id != "contact_compliance" {
+        return false;
+    }
+    let grip_n = problem.campaign.runs.iter().map(|r| r.prepared.grip_n()).fold(0.0, f64::max);
+    let Held { solution, free, .. } = &candidate.held;
+    let covariance = fit::clustered_covariance(&solution.grams, &problem.priors(free, 0), free.len());
+    let of_it = |f: &Free| match f {
+        Free::Effect { slot, .. } => {
+            solution.model.effects.get(*slot).is_some_and(|e| e.code == candidate.info.code)
+        }
+        _ => false,
+    };
+    // What the data do not determine says nothing about the pads.
+    free.iter().enumerate().filter(|(_, f)| of_it(f)).all(|(k, f)| {
+        let compliance_m_n = f.get(&solution.model);
+        compliance_m_n * grip_n < PADS_GIVE_M || compliance_m_n < 2.0 * covariance[(k, k)].sqrt()
+    })
+}
+
+/// The sets that explain the data as well as `chosen`: one effect exchanged for an `equal` one.
+fn sets(
+    drift: Option<&Candidate>,
+    chosen: &[Candidate],
+    equal: &[Vec<&'static str>],
+    unnamed: impl Fn(&Candidate) -> bool,
+) -> Vec<Vec<&'static str>> {
+    let ids: Vec<&'static str> = chosen.iter().filter(|c| !unnamed(c)).map(|c| c.info.id).collect();
+    let named = |c: &&(&Candidate, &Vec<&'static str>)| !unnamed(c.0);
+    let mut out = Vec::new();
+    for (k, (_, others)) in chosen.iter().zip(equal).filter(|c| named(&c)).enumerate() {
+        for other in others.iter().filter(|o| !ids.contains(o)) {
+            let mut set = ids.clone();
+            set[k] = other;
+            out.push(drift.map(|d| d.info.id).into_iter().chain(set).collect());
+        }
+    }
+    out
+}
+
+/// Candidates that do as well as the winner on held-out conditions.
+fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<&'static str> {
+    // Where little had to be explained, shares say little.
+    let settled = |c: &Candidate| !c.held.misfit.exceeds(RELEVANT);
+    stage
+        .iter()
+        .filter(|c| c.info.id != winner.info.id)
+        .filter(|c| {
+            let no_worse = paired(&c.held.loss, &winner.held.loss).is_none_or(|(t, _)| t < EQUAL);
+            let behind = winner.explained - explained(&base.misfit, &c.held.misfit);
+            // Significant or not: what differs by so little is below the noise floor.
+            // Where much is left, the model is wrong and losses do not tell two effects apart.
+            let near = total(&c.held) < SAME_LOSS * total(&winner.held) || poor(&winner.held.misfit);
+            let both = settled(winner) && settled(c) && winner.explained < EXPLAINS;
+            (no_worse && (behind < EQUAL_SHARE || both)) || (near && behind < SAME_SHARE)
+        })
+        .take(LARGEST_SET - 1)
+        .map(|c| c.info.id)
+        .collect()
+}

@@ -1,0 +1,386 @@
+//! The result of a diagnosis as it is printed and written: the JSON document of
+//! `stickslip diagnose --json`.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use serde::Serialize;
+
+use crate::diagnose::misfit::Misfit;
+use crate::diagnose::select::{Candidate, explained};
+use crate::diagnose::structure::{self, Structure};
+use crate::diagnose::swing::Swing;
+use crate::diagnose::{FEWEST_CONDITIONS, Findings, RELEVANT};
+use crate::evidence::balance::StageBalance;
+use crate::fit::features::channel_name;
+use crate::fit::problem::Problem;
+use crate::fit::{self, Free, Options};
+
+/// What came out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The model agrees with the data within the noise floor.
+    NothingMissing,
+    /// The named effects are missing.
+    Effect,
+    /// One of several effects is missing; these data do not tell which.
+    Ambiguous,
+    /// Something is missing that none of the effects explains.
+    Unexplained,
+}
+
+/// A fitted parameter with its 95 % interval.
+#[derive(Clone, Debug, Serialize)]
+pub struct Value {
+    /// Best value.
+    pub value: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+    /// Unit.
+    pub unit: &'static str,
+}
+
+/// One effect that was tried.
+#[derive(Clone, Debug, Serialize)]
+pub struct CandidateReport {
+    /// Identifier.
+    pub id: &'static str,
+    /// Root mean square error on held-out conditions, in noise floors.
+    pub held_out_error: f64,
+    /// Probability of its gain by chance.
+    pub p_value: f64,
+    /// Share of the excess misfit that it explains.
+    pub explained: f64,
+    /// Where it still misses most: channel, phase, and by how many noise floors.
+    pub worst: Option<(String, &'static str, f64)>,
+    /// Its parameters.
+    pub parameters: BTreeMap<&'static str, Value>,
+}
+
+/// Error before and after, in noise floors of one run.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ErrorReport {
+    /// Of the model as given, with its friction refitted, on held-out conditions.
+    pub before: f64,
+    /// With the chosen effects.
+    pub after: f64,
+    /// Of repetitions about their mean.
+    pub noise_floor: f64,
+    /// Worst systematic misfit of a channel in a phase before, in noise floors.
+    pub worst_before: f64,
+    /// The same after.
+    pub worst_after: f64,
+}
+
+/// Where a model misses most.
+#[derive(Clone, Debug, Serialize)]
+pub struct Place {
+    /// Channel.
+    pub channel: String,
+    /// Phase.
+    pub phase: &'static str,
+    /// Root mean square systematic misfit before, in noise floors.
+    pub before: f64,
+    /// After.
+    pub after: f64,
+}
+
+/// The whole result.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// What came out.
+    pub verdict: Verdict,
+    /// One sentence for people.
+    pub summary: String,
+    /// Chosen effects, strongest first.
+    pub effects: Vec<&'static str>,
+    /// Sets that explain the data as well.
+    pub ambiguous_with: Vec<Vec<&'static str>>,
+    /// All effects that were refitted, best first.
+    pub candidates: Vec<CandidateReport>,
+    /// See [`ErrorReport`].
+    pub error: ErrorReport,
+    /// What structure is left.
+    pub unexplained: Vec<Structure>,
+    /// What to measure next; see `stickslip suggest`.
+    pub suggested_experiment: Option<crate::diagnose::experiment::Experiment>,
+    /// Fitted friction of the base model, and all parameters with the chosen effects.
+    pub parameters: BTreeMap<String, Value>,
+    /// Where the model misses most.
+    pub places: Vec<Place>,
+    /// What cannot be concluded, and why.
+    pub limits: Vec<String>,
+    /// Trials, conditions, degrees of freedom of the repetitions.
+    pub trials: usize,
+    /// Different conditions.
+    pub conditions: usize,
+    /// Run-to-run friction: finger, pusher, support (relative standard deviation).
+    pub friction_variation: [f64; 3],
+    /// Time that the diagnosis took, s.
+    pub seconds: f64,
+    /// Model with the chosen effects.
+    #[serde(skip)]
+    pub model: stickslip_shared::model::Model<f64>,
+}
+
+/// Makes the report.
+pub fn report(problem: &Problem, findings: Findings, took: Duration) -> Report {
+    let Findings { base, first, chosen, last, equal, invisible, swing, verdict, model, .. } = &findings;
+    let named = matches!(verdict, Verdict::Effect | Verdict::Ambiguous);
+    let last = last.as_ref().filter(|_| named).unwrap_or(base);
+    let effects: Vec<&'static str> = if named { by_strength(base, chosen) } else { Vec::new() };
+    let mut candidates: Vec<CandidateReport> = first.iter().map(|c| candidate(problem, c)).collect();
+    for c in chosen.iter().filter(|_| named) {
+        if !first.iter().any(|f| f.info.id == c.info.id && f.held.free == c.held.free) {
+            candidates.retain(|r| r.id != c.info.id);
+            candidates.push(candidate(problem, c));
+        }
+    }
+    let floor = base.misfit.noise_floor;
+    let error = ErrorReport {
+        before: base.misfit.error,
+        after: last.misfit.error,
+        noise_floor: floor,
+        worst_before: base.misfit.worst(),
+        worst_after: last.misfit.worst(),
+    };
+    let places = base
+        .misfit
+        .places
+        .iter()
+        .take(12)
+        .map(|p| Place {
+            channel: channel_name(p.channel),
+            phase: p.phase.name(),
+            before: p.size,
+            after: last
+                .misfit
+                .places
+                .iter()
+                .find(|q| q.channel == p.channel && q.phase == p.phase)
+                .map_or(0.0, |q| q.size),
+        })
+        .collect();
+    let mut unexplained = match verdict {
+        Verdict::NothingMissing => Vec::new(),
+        _ => structure::describe(problem, last),
+    };
+    unexplained.extend(swing.as_ref().map(Swing::structure));
+    let options = Options::default();
+    let summary_fit = fit::summary(problem, last.solution.clone(), 0.0, &last.free, &options);
+    let parameters = summary_fit
+        .estimates
+        .iter()
+        .map(|e| (e.name.clone(), Value { value: e.value, low: e.low, high: e.high, unit: e.unit }))
+        .collect();
+    let mut limits = limits(problem, invisible);
+    for e in base.solution.model.effects.iter().filter_map(|e| e.info()) {
+        limits.push(format!("the model already has {}: its parameters were fitted anew", e.id));
+    }
+    limits.extend(summary_fit.notes);
+    let share = explained(&base.misfit, &last.misfit);
+    let mut summary = sentence(*verdict, &effects, equal, share, first, &base.misfit, problem);
+    if let Some(swing) = swing {
+        summary += &format!(" {}.", swing.text());
+    }
+    Report {
+        verdict: *verdict,
+        summary,
+        effects,
+        ambiguous_with: equal.clone(),
+        candidates,
+        error,
+        unexplained,
+        suggested_experiment: None,
+        parameters,
+        places,
+        limits,
+        trials: problem.campaign.runs.len(),
+        conditions: problem.campaign.conditions,
+        friction_variation: problem.noise.friction,
+        seconds: took.as_secs_f64(),
+        model: model.clone(),
+    }
+}
+
+impl Report {
+    /// Adds what the balance of the measured forces says, which needs no model: `failing` of the `checked`
+    /// trials. Where most fail, something is missing whatever the model shows.
+    pub fn weigh(&mut self, (failing, checked): (Vec<StageBalance>, usize)) {
+        let size = |s: &StageBalance| s.sum_n.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let Some(worst) = failing.iter().max_by(|a, b| size(a).total_cmp(&size(b))) else { return };
+        if 2 * failing.len() < checked {
+            return;
+        }
+        let text = format!(
+            "the measured forces and the weight do not balance in {} of {checked} trials, by {:.2} N at worst ({}) where the sensors may be off by {:.2} N: a force that is not measured acts on the object, or its mass or a sensor is wrong (`stickslip check` has the details)",
+            failing.len(),
+            size(worst),
+            worst.stage.label(),
+            worst.bound_n
+        );
+        if self.verdict == Verdict::NothingMissing && self.conditions >= FEWEST_CONDITIONS {
+            self.verdict = Verdict::Unexplained;
+            self.summary = format!("Something is missing: {text}.");
+        } else {
+            self.limits.push(text);
+        }
+    }
+}
+
+/// Chosen effects by the share of the misfit that each took away.
+fn by_strength(base: &crate::diagnose::select::Held, chosen: &[Candidate]) -> Vec<&'static str> {
+    let mut before = base.misfit.excess;
+    let mut shares: Vec<(f64, &'static str)> = Vec::new();
+    for c in chosen {
+        shares.push((before - c.held.misfit.excess, c.info.id));
+        before = c.held.misfit.excess;
+    }
+    shares.sort_by(|a, b| b.0.total_cmp(&a.0));
+    shares.into_iter().map(|s| s.1).collect()
+}
+
+fn candidate(problem: &Problem, c: &Candidate) -> CandidateReport {
+    let skip = c.held.free.len() - c.info.parameters.len();
+    let fit = fit::summary(problem, c.held.solution.clone(), 0.0, &c.held.free, &Options::default());
+    let parameters = c
+        .held
+        .free
+        .iter()
+        .zip(&fit.estimates)
+        .skip(skip)
+        .filter_map(|(free, e)| match free {
+            Free::Effect { parameter, .. } => c
+                .info
+                .parameters
+                .get(*parameter)
+                .map(|p| (p.name, Value { value: e.value, low: e.low, high: e.high, unit: p.unit })),
+            _ => None,
+        })
+        .collect();
+    CandidateReport {
+        id: c.info.id,
+        held_out_error: c.held.misfit.error,
+        p_value: c.p_value,
+        explained: c.explained,
+        worst: c.held.misfit.places.first().map(|p| (channel_name(p.channel), p.phase.name(), p.size)),
+        parameters,
+    }
+}
+
+/// What the data cannot show.
+fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
+    let campaign = problem.campaign;
+    let mut out = Vec::new();
+    if campaign.conditions < FEWEST_CONDITIONS {
+        out.push(format!(
+            "only {} different condition(s): an effect cannot be told from a wrong friction coefficient; at least {} conditions are needed",
+            campaign.conditions,
+            FEWEST_CONDITIONS
+        ));
+    }
+    if problem.noise.freedom == 0 {
+        out.push(
+            "no repetitions: the noise floor is taken from the sensors' data sheet and 2 % of friction, and small effects cannot be told from run-to-run variation; repeat at least some conditions"
+                .into(),
+        );
+    } else if problem.noise.freedom < 6 {
+        out.push(format!(
+            "only {} degrees of freedom from repetitions: the noise floor is uncertain",
+            problem.noise.freedom
+        ));
+    }
+    if !campaign.refused.is_empty() {
+        out.push(format!(
+            "{} trial(s) could not be used, the first: {}",
+            campaign.refused.len(),
+            campaign.refused[0]
+        ));
+    }
+    if let Some(first) = problem.failed.first() {
+        out.push(format!(
+            "the model fails altogether in {} trial(s), which were left out; the first: {}",
+            problem.failed.len(),
+            campaign.runs[*first].info.trial
+        ));
+    }
+    let seen = |from: usize| {
+        campaign.runs.iter().any(|r| {
+            r.measured[from * crate::fit::phases::BINS..(from + 6) * crate::fit::phases::BINS]
+                .iter()
+                .any(|x| x.is_finite())
+        })
+    };
+    for (from, what) in [(0, "the object's pose"), (6, "the fingers' forces"), (18, "the pusher's forces")] {
+        if !seen(from) {
+            out.push(format!("{what}: not measured (or only where it says nothing); effects that show only there cannot be concluded"));
+        }
+    }
+    if !invisible.is_empty() {
+        out.push(format!("cannot be seen in these data at all: {}", invisible.join(", ")));
+    }
+    out
+}
+
+fn sentence(
+    verdict: Verdict,
+    effects: &[&'static str],
+    equal: &[Vec<&'static str>],
+    share: f64,
+    first: &[Candidate],
+    misfit: &Misfit,
+    problem: &Problem,
+) -> String {
+    let conditions = problem.campaign.conditions;
+    if conditions < FEWEST_CONDITIONS {
+        return format!(
+            "Nothing can be concluded from {conditions} condition(s): vary grip, speed or slope."
+        );
+    }
+    let next = first
+        .iter()
+        .find(|c| !effects.contains(&c.info.id) && !equal.iter().flatten().any(|e| e == &c.info.id))
+        .map_or(String::new(), |c| {
+            format!("; next best {} ({:.0} %)", c.info.id, 100.0 * c.explained.max(0.0))
+        });
+    let lone = misfit.places.first().filter(|p| p.size > RELEVANT && p.at_least <= 1.0).map(|p| {
+        format!(
+            "No effect is named: {} in {} misses by {:.1} noise floors, but mostly in one condition (that of trial {}), from which nothing can be concluded.",
+            channel_name(p.channel),
+            p.phase.name(),
+            p.size,
+            problem.campaign.runs[p.run].info.trial
+        )
+    });
+    match verdict {
+        // What one condition alone shows may be the model's way of contact there.
+        Verdict::NothingMissing if lone.is_some() => lone.unwrap_or_default(),
+        Verdict::NothingMissing => format!(
+            "Nothing is missing: no channel misses systematically by more than {:.1} noise floors.",
+            misfit.worst().max(0.1)
+        ),
+        Verdict::Effect => format!(
+            "The model lacks {}; {} {:.0} % of the excess error{next}.",
+            effects.join(" and "),
+            if effects.len() == 1 { "it explains" } else { "together they explain" },
+            100.0 * share
+        ),
+        Verdict::Ambiguous => format!(
+            "The model lacks {}, or equally well {}: these data do not tell them apart ({:.0} % of the excess error explained){next}.",
+            effects.join(" and "),
+            equal.iter().map(|e| e.join(" + ")).collect::<Vec<_>>().join(" or "),
+            100.0 * share
+        ),
+        Verdict::Unexplained => match first.first() {
+            Some(c) => format!(
+                "Something is missing that none of the known effects explains: the best, {}, explains {:.0} % of the excess error.",
+                c.info.id,
+                100.0 * first.iter().map(|c| c.explained).fold(0.0, f64::max)
+            ),
+            None => "Something is missing that none of the known effects explains.".into(),
+        },
+    }
+}

@@ -1,0 +1,411 @@
+//! Selection: which effects the data demand.
+//!
+//! The survivors of the screening are refitted together with friction and compared by
+//! their loss on held-out conditions. An effect is taken when it predicts held-out
+//! conditions better by more than chance (Student's t over conditions, corrected for the
+//! number of effects tried) and by more than the noise floor (it explains most of the
+//! excess misfit that is left). Effects whose held-out losses do not differ from the
+//! best one's are equally good.
+
+use crate::model::candidate::CandidateEffect;
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
+use stickslip_shared::effects::Info;
+use stickslip_shared::model::{MAX_EFFECTS, Model};
+
+use crate::diagnose::misfit::{self, Misfit};
+use crate::fit::features::Features;
+use crate::fit::gls::{self, Prior};
+use crate::fit::problem::Problem;
+use crate::fit::screen::{Screened, Start, screen};
+use crate::fit::{self, FOLDS, Free, Solution};
+
+/// Longest wave that counts as one where it shows in friction and in force, in paths.
+const LONGEST_WAVE: f64 = 3.0;
+/// A fit whose loss is beyond this many times what its linear model promises did not converge.
+const CONVERGED: f64 = 1.2;
+/// Precision of a parameter that stays where it is.
+const FIXED: f64 = 1e15;
+/// Gauss-Newton steps of a candidate.
+const STEPS: usize = 12;
+
+/// A fitted model and how it does on held-out conditions.
+#[derive(Clone, Debug)]
+pub struct Held {
+    /// The fit.
+    pub solution: Solution,
+    /// Its free parameters.
+    pub free: Vec<Free>,
+    /// Loss of each condition when held out.
+    pub loss: Vec<f64>,
+    /// Residual of each group when held out, sensor offsets taken out.
+    pub residual: Vec<Features>,
+    /// Misfit of that.
+    pub misfit: Misfit,
+}
+
+/// An effect that was refitted.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// Description.
+    pub info: &'static Info,
+    /// Its fit on top of what was chosen before.
+    pub held: Held,
+    /// Probability of its gain on held-out conditions by chance.
+    pub p_value: f64,
+    /// Share of the excess misfit that it explains.
+    pub explained: f64,
+    /// Where its fit may have started.
+    pub starts: Vec<Start>,
+    /// How much was tried to fit it.
+    pub searched: Search,
+}
+
+/// Held-out performance of a solution.
+pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held {
+    let n = free.len();
+    let prior = problem.priors(&free, 0);
+    let mut folds = gls::fold_solutions(&solution.grams, &prior, FOLDS);
+    // Where the fit could not follow the linear model any further, folds must not either.
+    let mut fixed = prior.clone();
+    fixed.precision[..n].fill(FIXED);
+    let least = |prior: &Prior| gls::least(&solution.grams, prior).0;
+    if least(&fixed) > CONVERGED * least(&prior) + n as f64 {
+        folds = gls::fold_solutions(&solution.grams, &fixed, FOLDS);
+    }
+    let residual: Vec<Features> = solution
+        .residual
+        .iter()
+        .enumerate()
+        .map(|(i, r)| {
+            let condition = problem.campaign.groups[problem.groups[i]].condition;
+            let x = &folds[gls::fold(condition, FOLDS)];
+            let mut r = problem.without_offsets(std::slice::from_ref(r), &x.as_slice()[n..]).remove(0);
+            for k in 0..n {
+                for (r, c) in r.iter_mut().zip(&solution.columns[k][i]) {
+                    if c.is_finite() {
+                        *r -= c * x[k];
+                    }
+                }
+            }
+            r
+        })
+        .collect();
+    let mut loss = vec![0.0; problem.campaign.conditions];
+    for (g, r) in problem.groups.iter().zip(&residual) {
+        loss[problem.campaign.groups[*g].condition] += problem.whiteners[*g].square(r);
+    }
+    let misfit = misfit::of(problem, &residual);
+    Held { solution, free, loss, residual, misfit }
+}
+
+/// Logarithm of the loss of each condition, with what chance alone makes of it (one for each
+/// feature) added: a condition in which the effect is ten times as strong weighs no more than
+/// others, and one in which it does not show weighs little.
+fn log_loss(problem: &Problem, loss: &[f64]) -> Vec<f64> {
+    let mut chance = vec![0.0; loss.len()];
+    for g in &problem.groups {
+        chance[problem.campaign.groups[*g].condition] += problem.whiteners[*g].active.len() as f64;
+    }
+    loss.iter().zip(chance).map(|(l, c)| (l + f64::max(c, 1.0)).ln()).collect()
+}
+
+/// One-sided probability that held-out losses `a` exceed `b` by this much by chance, over
+/// conditions. Large values are drawn in to the tenth largest, so that no single condition decides.
+pub fn p_value(a: &[f64], b: &[f64]) -> f64 {
+    let Some((t, freedom)) = paired(a, b) else { return 1.0 };
+    match StudentsT::new(0.0, 1.0, freedom) {
+        Ok(d) => 1.0 - d.cdf(t),
+        Err(_) => 1.0,
+    }
+}
+
+/// Probability that the effect's strengths differ from neutral by chance: Wald's test with the
+/// covariance clustered by condition, against F.
+fn parameter_p_value(problem: &Problem, solution: &Solution, free: &[Free], from: usize, info: &Info) -> f64 {
+    let covariance = fit::clustered_covariance(&solution.grams, &problem.priors(free, 0), free.len());
+    let strengths: Vec<(usize, f64)> = free
+        .iter()
+        .enumerate()
+        .skip(from)
+        .zip(info.parameters)
+        .filter(|(_, p)| p.typical != p.neutral)
+        .map(|((k, f), p)| (k, f.get(&solution.model) - p.neutral))
+        .filter(|(k, _)| covariance[(*k, *k)] > 0.0)
+        .collect();
+    let q = strengths.len();
+    let conditions = problem.campaign.conditions as f64;
+    let freedom = conditions - q as f64 - from as f64;
+    if q == 0 || freedom < 1.0 {
+        return 1.0;
+    }
+    let sd: Vec<f64> = strengths.iter().map(|(k, _)| covariance[(*k, *k)].sqrt()).collect();
+    let correlation = DMatrix::from_fn(q, q, |i, j| {
+        let c = covariance[(strengths[i].0, strengths[j].0)] / (sd[i] * sd[j]);
+        // Nearly equal directions count once.
+        if i == j { 1.0 + 1e-6 } else { c * (1.0 - 1e-6) }
+    });
+    let z = DVector::from_fn(q, |i, _| strengths[i].1 / sd[i]);
+    let Some(c) = correlation.cholesky() else { return 1.0 };
+    let wald = z.dot(&c.solve(&z));
+    // Hotelling's correction for few conditions.
+    let f = wald / q as f64 * freedom / (conditions - from as f64).max(1.0);
+    match FisherSnedecor::new(q as f64, freedom) {
+        Ok(d) if f.is_finite() && f > 0.0 => 1.0 - d.cdf(f),
+        _ => 1.0,
+    }
+}
+
+/// One probability from tests of the same question on the same data: Cauchy's combination (Liu
+/// and Xie 2020), which holds however the tests depend on each other where it is small. What
+/// speaks against the effect in one test is bounded, so that it cannot silence the others.
+pub fn combined(p: &[f64]) -> f64 {
+    let lift = |p: &f64| (std::f64::consts::PI * (0.5 - p.clamp(1e-15, 0.9))).tan();
+    let mean = p.iter().map(lift).sum::<f64>() / p.len() as f64;
+    0.5 - mean.atan() / std::f64::consts::PI
+}
+
+/// Student's t of the mean of `a - b`, with its degrees of freedom.
+pub fn paired(a: &[f64], b: &[f64]) -> Option<(f64, f64)> {
+    let mut d: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    let n = d.len();
+    if n < 3 {
+        return None;
+    }
+    let mut sizes: Vec<f64> = d.iter().map(|x| x.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let most = sizes[n - 1 - n / 10];
+    d.iter_mut().for_each(|x| *x = x.clamp(-most, most));
+    let n = n as f64;
+    let mean = d.iter().sum::<f64>() / n;
+    let variance = d.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    if variance <= 0.0 {
+        return Some((if mean > 0.0 { 1e3 } else { 0.0 }, n - 1.0));
+    }
+    Some((mean / (variance / n).sqrt(), n - 1.0))
+}
+
+/// Share of the excess of `before` that `after` explains.
+pub fn explained(before: &Misfit, after: &Misfit) -> f64 {
+    if before.excess > 0.0 { 1.0 - after.excess / before.excess } else { 0.0 }
+}
+
+/// Screens all of `trials` that `base` does not have, and refits the best, from `base` or from one
+/// of `others`. Returns candidates with the best held-out loss first, and the effects that
+/// cannot be seen.
+pub fn candidates(
+    problem: &Problem,
+    base: &Held,
+    others: &[Solution],
+    trials: &[CandidateEffect],
+    survivors: usize,
+    tick: &(dyn Fn() + Sync),
+) -> (Vec<Candidate>, Vec<&'static str>) {
+    let model = &base.solution.model;
+    if model.effects.len() >= MAX_EFFECTS {
+        return (Vec::new(), Vec::new());
+    }
+    let has = |t: &CandidateEffect| {
+        let mut with = model.effects.iter().filter(|e| e.code == t.info.code);
+        match &t.program {
+            None => with.next().is_some(),
+            Some(program) => model.formulas.contains(program),
+        }
+    };
+    let bases: Vec<&Solution> = std::iter::once(&base.solution).chain(others).collect();
+    let mut screened: Vec<Screened> = trials
+        .iter()
+        .filter(|t| !has(t))
+        .map(|t| {
+            let s = screen(problem, &bases, &base.free, t);
+            tick();
+            s
+        })
+        .collect();
+    let invisible = screened.iter().filter(|s| s.invisible).map(|s| s.trial.info.id).collect();
+    screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    let most = screened.first().map_or(0.0, |s| s.gain);
+    let kept = screened.into_iter().filter(|s| s.gain > 0.02 * most && s.gain > 1.0).take(survivors);
+    let mut out: Vec<Candidate> = kept
+        .filter_map(|s| {
+            let c = refit(problem, base, &bases, (s.trial.info, &s.starts), Search::Quick, None);
+            tick();
+            c
+        })
+        .collect();
+    out.sort_by(|a, b| total(&a.held).total_cmp(&total(&b.held)));
+    (out, invisible)
+}
+
+/// Summed held-out loss.
+pub fn total(held: &Held) -> f64 {
+    held.loss.iter().sum()
+}
+
+/// Part of a wave is no wave: it could be any slow change along the path. Where both friction and the
+/// jaw's force show it, less of it is enough. `from` is where the effect's parameters begin.
+fn part_of_a_wave(problem: &Problem, best: &Solution, free: &[Free], from: usize, info: &Info) -> bool {
+    let at = |name: &str| Some(from + info.parameters.iter().position(|p| p.name == name)?);
+    let (Some(wave), Some(force)) = (at("wavelength_m"), at("grip_n")) else { return false };
+    let covariance = fit::clustered_covariance(&best.grams, &problem.priors(free, 0), free.len());
+    let twice = free[force].get(&best.model).abs() > 3.0 * covariance[(force, force)].sqrt();
+    let longest = if twice { LONGEST_WAVE } else { 1.0 } * longest_path(problem);
+    free[wave].get(&best.model) > longest
+}
+
+/// Longest prescribed path of the trials, m.
+fn longest_path(problem: &Problem) -> f64 {
+    problem.campaign.runs.iter().map(|r| r.prepared.drive_path()).fold(0.0, f64::max)
+}
+
+/// How much is tried to fit a candidate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Search {
+    /// One step from the best starts, and the best two of these to their end.
+    Quick,
+    /// Also the best on a grid of friction and of the effect's strength.
+    Grid,
+    /// As that, and from beside where it ended.
+    Thorough,
+}
+
+/// Factors on a parameter of the best fit from which a thorough search starts again.
+const BESIDE: [f64; 2] = [0.6, 1.6];
+/// Steps of a fit that only shows whether a start is worth more.
+const FEW_STEPS: usize = 4;
+/// Ways back to the best fit that a thorough search tries at most.
+const MOST_BESIDE: usize = 12;
+/// Places of the grid that are worth a few steps.
+const WORTH_STEPS: usize = 6;
+
+/// The `most` best of `candidates` fitted again from more starts, where least squares may have ended in a
+/// side valley; those that come out better take the place of what was there.
+pub fn search_again(
+    problem: &Problem,
+    base: &Held,
+    others: &[Solution],
+    candidates: &mut [Candidate],
+    (most, search): (usize, Search),
+    tick: &(dyn Fn() + Sync),
+) {
+    let bases: Vec<&Solution> = std::iter::once(&base.solution).chain(others).collect();
+    for c in candidates.iter_mut().take(most).filter(|c| c.searched < search) {
+        let searched = (c.searched >= Search::Grid).then_some(&c.held.solution);
+        let again = refit(problem, base, &bases, (c.info, &c.starts), search, searched);
+        match again.filter(|again| total(&again.held) < total(&c.held)) {
+            Some(again) => *c = again,
+            None => c.searched = search,
+        }
+        tick();
+    }
+    candidates.sort_by(|a, b| total(&a.held).total_cmp(&total(&b.held)));
+}
+
+/// The effect fitted together with what `base` has, from its starts or from where it was `searched` for
+/// already; `None` where it does not apply.
+fn refit(
+    problem: &Problem,
+    base: &Held,
+    bases: &[&Solution],
+    (info, starts): (&'static Info, &[Start]),
+    search: Search,
+    searched: Option<&Solution>,
+) -> Option<Candidate> {
+    let mut free = base.free.clone();
+    free.extend(Free::of_effect(info, base.solution.model.effects.len()));
+    let mut best = match searched {
+        Some(best) => best.clone(),
+        None => best_of_starts(problem, base, bases, (info, starts), &free, search)?,
+    };
+    if search == Search::Thorough {
+        best = beside(problem, best, &free);
+    }
+    if part_of_a_wave(problem, &best, &free, base.free.len(), info) {
+        return None;
+    }
+    let parameters = parameter_p_value(problem, &best, &free, base.free.len(), info);
+    let held = hold_out(problem, best, free);
+    // Three tests of the same question, one probability.
+    let differences = p_value(&base.loss, &held.loss);
+    let ratios = p_value(&log_loss(problem, &base.loss), &log_loss(problem, &held.loss));
+    let p_value = combined(&[differences, ratios, parameters]);
+    let explained = explained(&base.misfit, &held.misfit);
+    Some(Candidate { info, held, p_value, explained, starts: starts.to_vec(), searched: search })
+}
+
+/// The effect fitted from its `starts` and, unless the search is quick, from the best places of a grid.
+fn best_of_starts(
+    problem: &Problem,
+    base: &Held,
+    bases: &[&Solution],
+    (info, starts): (&'static Info, &[Start]),
+    free: &[Free],
+    search: Search,
+) -> Option<Solution> {
+    let slot = base.solution.model.effects.len();
+    let begin = |start: &Start| {
+        let on = bases.get(start.on)?;
+        let model = fit::within_reach(problem, on, start, free, slot);
+        Some(fit::solve_with(problem, &model, free, 1, &on.columns))
+    };
+    // A few steps from each start show which are worth the rest.
+    let mut begun: Vec<Solution> = starts.iter().take(1 + bases.len()).filter_map(begin).collect();
+    if search != Search::Quick {
+        let few = |m: &Model<f64>| fit::solve(problem, m, free, FEW_STEPS);
+        begun.extend(on_grid(problem, starts, info, slot).iter().map(few));
+    }
+    begun.sort_by(|a, b| a.loss.1.total_cmp(&b.loss.1));
+    begun
+        .iter()
+        .take(2)
+        .map(|b| fit::solve_with(problem, &b.model, free, STEPS, &b.columns[..base.free.len()]))
+        .min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))
+}
+
+/// The best places of a grid: friction from little to much, the effect as in `starts` and at its typical
+/// strength either way.
+fn on_grid(problem: &Problem, starts: &[Start], info: &Info, slot: usize) -> Vec<Model<f64>> {
+    let mut models: Vec<Model<f64>> = starts.iter().map(|s| s.model.clone()).collect();
+    if let Some(start) = starts.first() {
+        for (k, p) in info.parameters.iter().enumerate().filter(|(_, p)| p.typical != p.neutral) {
+            for sign in [1.0, -1.0] {
+                let mut m = start.model.clone();
+                if let Some(e) = m.effects.get_mut(slot) {
+                    for (x, p) in e.parameters.iter_mut().zip(info.parameters) {
+                        *x = if p.typical == p.neutral { *x } else { p.neutral };
+                    }
+                    e.parameters[k] = (p.neutral + sign * (p.typical - p.neutral)).clamp(p.low, p.high);
+                }
+                if !models.contains(&m) {
+                    models.push(m);
+                }
+            }
+        }
+    }
+    let grid: Vec<Model<f64>> = models.iter().flat_map(|m| fit::friction_grid(problem.campaign, m)).collect();
+    let mut ranked: Vec<(f64, Model<f64>)> =
+        grid.into_iter().map(|m| (fit::robust_cost(problem.campaign, &m), m)).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ranked.into_iter().take(WORTH_STEPS).map(|(_, m)| m).collect()
+}
+
+/// The best that is found from `best` with one parameter after the other moved away, as long as that
+/// gains anything.
+fn beside(problem: &Problem, mut best: Solution, free: &[Free]) -> Solution {
+    let ways: Vec<(&Free, f64)> = free.iter().flat_map(|f| BESIDE.map(|factor| (f, factor))).collect();
+    let mut since = 0;
+    for (f, factor) in ways.iter().cycle().take(MOST_BESIDE) {
+        if since == ways.len() {
+            break;
+        }
+        since += 1;
+        let mut model = best.model.clone();
+        f.set(&mut model, f.get(&best.model) * factor);
+        let found = fit::solve_with(problem, &model, free, FEW_STEPS, &best.columns);
+        if found.loss.1 < 0.98 * best.loss.1 {
+            best = fit::solve(problem, &found.model, free, STEPS);
+            since = 0;
+        }
+    }
+    best
+}

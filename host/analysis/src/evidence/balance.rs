@@ -1,0 +1,276 @@
+//! Balance of the measured forces: while the motion is slow, finger forces (turned to world
+//! axes), pusher force and weight sum to zero. Where they do not, a sensor is wrong, and no
+//! model may be blamed for it.
+//!
+//! The bound on the sum is what the sensors may be off by a constant, per axis: the
+//! uncertainty of both fingers and of the pusher added up; beyond it and three standard errors
+//! the balance fails. A constant offset of the sensors explains a failure that stays the same
+//! in their axes: [`tare`].
+
+use nalgebra::{UnitQuaternion, Vector3};
+use serde::Serialize;
+
+use crate::evidence::stages::{STAGES, Stage, Stages};
+use stickslip_data::{Description, Sample, Trial};
+
+/// Inertia above this share of the weight is no slow motion.
+const SLOW_SHARE: f64 = 0.02;
+/// Inertia below this is slow for any object: it is at the noise of the accelerations.
+const SLOW_LEAST_N: f64 = 0.05;
+/// Accelerations are taken over twice this time: pose noise of 0.03 mm gives 0.02 m/s^2.
+const HALF_WINDOW_S: f64 = 0.05;
+
+/// Sum of forces over the slow part of one stage of a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct StageBalance {
+    /// Which part.
+    pub stage: Stage,
+    /// Mean of fingers + pusher + weight, world axes.
+    pub sum_n: [f64; 3],
+    /// Root mean square about that mean, for each axis.
+    pub scatter_n: [f64; 3],
+    /// Samples behind it.
+    pub samples: usize,
+    /// What the sensors' constant errors may add up to, for each axis.
+    pub bound_n: f64,
+    /// White noise of the mean.
+    pub standard_error_n: f64,
+}
+
+impl StageBalance {
+    /// Does the sum leave what the sensors may be off by?
+    #[must_use]
+    pub fn fails(&self) -> bool {
+        let limit = self.bound_n + 3.0 * self.standard_error_n;
+        self.sum_n.iter().any(|component| component.abs() > limit)
+    }
+}
+
+/// Why a balance cannot be formed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NotChecked {
+    /// Something touches the object whose force is not measured.
+    PusherNotMeasured,
+    /// The table carries the object, and its force is not measured.
+    SupportNotMeasured,
+    /// No finger force in all three axes with the gripper's pose.
+    FingersNotMeasured,
+    /// The motion is nowhere slow, or sensors miss in every slow sample.
+    NothingSlow,
+}
+
+impl NotChecked {
+    /// As people read it.
+    #[must_use]
+    pub fn label(self) -> &'static str {
+        match self {
+            NotChecked::PusherNotMeasured => "the pusher's force is not measured",
+            NotChecked::SupportNotMeasured => "the support's force is not measured",
+            NotChecked::FingersNotMeasured => {
+                "finger forces in three axes and the gripper's pose are not measured"
+            }
+            NotChecked::NothingSlow => "no slow phase in which all forces are measured",
+        }
+    }
+}
+
+/// Balances of the stages of a trial in which it can be formed.
+///
+/// # Errors
+/// Why it cannot be formed at all.
+pub fn balance(
+    description: &Description,
+    trial: &Trial,
+    stages: &Stages,
+) -> Result<Vec<StageBalance>, NotChecked> {
+    if description.supports.contains_key(&trial.info.primitive) {
+        return Err(NotChecked::SupportNotMeasured);
+    }
+    let weight = weight_n(description, trial);
+    if !trial.samples.iter().any(|sample| fingers_n(sample).is_some()) {
+        return Err(NotChecked::FingersNotMeasured);
+    }
+    let pushed = description.pushers.contains_key(&trial.info.primitive);
+    // Whether it touches the object already before it pushes cannot be known either.
+    if pushed && !pusher_measured(trial) {
+        return Err(NotChecked::PusherNotMeasured);
+    }
+    let sensors = &description.sensors;
+    let slow = slow(&trial.samples, mass_kg(description, trial), weight.norm());
+    let mut balances = Vec::new();
+    for stage in STAGES {
+        let range = stages.range(stage);
+        let sums: Vec<Vector3<f64>> = range
+            .filter(|at| slow.get(*at).copied().unwrap_or(false))
+            .filter_map(|at| trial.samples.get(at))
+            .filter_map(|sample| {
+                let pusher = match (pusher_n(sample), !pushed) {
+                    (Some(force), _) => force,
+                    (None, true) => Vector3::zeros(),
+                    (None, false) => return None,
+                };
+                Some(fingers_n(sample)? + pusher + weight)
+            })
+            .collect();
+        if sums.is_empty() {
+            continue;
+        }
+        let count = sums.len() as f64;
+        let mean = sums.iter().sum::<Vector3<f64>>() / count;
+        let spread = sums.iter().map(|sum| (sum - mean).component_mul(&(sum - mean))).sum::<Vector3<f64>>();
+        let measured_pusher = if pushed { 1.0 } else { 0.0 };
+        let noise = 2.0 * sensors.finger.force_noise_n.powi(2)
+            + measured_pusher * sensors.pusher.force_noise_n.powi(2);
+        balances.push(StageBalance {
+            stage,
+            sum_n: mean.into(),
+            scatter_n: (spread / count).map(f64::sqrt).into(),
+            samples: sums.len(),
+            bound_n: 2.0 * sensors.finger.force_uncertainty_n
+                + measured_pusher * sensors.pusher.force_uncertainty_n,
+            standard_error_n: (noise / count).sqrt(),
+        });
+    }
+    if balances.is_empty() { Err(NotChecked::NothingSlow) } else { Ok(balances) }
+}
+
+/// Constant sensor offsets, as found before contact.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Tare {
+    /// Offset of the sum of both fingers' forces, gripper axes: the balance against the weight
+    /// determines only the sum.
+    pub fingers_sum_n: [f64; 3],
+    /// Pusher force before it touches, world axes; `None` where it is not measured.
+    pub pusher_n: Option<[f64; 3]>,
+    /// Pusher torque before it touches.
+    pub pusher_nm: Option<[f64; 3]>,
+    /// Samples behind it.
+    pub samples: usize,
+}
+
+/// Offsets from the phase before contact: there the fingers carry the weight alone, and the
+/// pusher nothing. `None` where the trial has no such phase (nothing measured before contact,
+/// contact not found, an object that stands on a table).
+#[must_use]
+pub fn tare(description: &Description, trial: &Trial, stages: &Stages) -> Option<Tare> {
+    let primitive = &trial.info.primitive;
+    let unmeasured = description.pushers.contains_key(primitive) && !pusher_measured(trial);
+    if unmeasured || description.supports.contains_key(primitive) {
+        return None;
+    }
+    stages.contact?;
+    let weight = weight_n(description, trial);
+    let slow = slow(&trial.samples, mass_kg(description, trial), weight.norm());
+    let range = stages.range(Stage::BeforeContact);
+    let still: Vec<&Sample> = range
+        .filter(|at| slow.get(*at).copied().unwrap_or(false))
+        .filter_map(|at| trial.samples.get(at))
+        .filter(|sample| fingers_n(sample).is_some())
+        .collect();
+    if still.len() < 5 {
+        return None;
+    }
+    let count = still.len() as f64;
+    let sum = still
+        .iter()
+        .filter_map(|sample| {
+            let gripper = gripper(sample)?;
+            Some(gripper.inverse() * (fingers_n(sample)? + weight))
+        })
+        .sum::<Vector3<f64>>();
+    let mean = |values: Vec<[f64; 3]>| {
+        let total = values.iter().map(|value| Vector3::from(*value)).sum::<Vector3<f64>>();
+        let mean = total / values.len() as f64;
+        (!values.is_empty() && mean.iter().all(|value| value.is_finite())).then(|| mean.into())
+    };
+    let wrenches = || still.iter().filter_map(|sample| sample.pusher_wrench);
+    Some(Tare {
+        fingers_sum_n: (sum / count).into(),
+        pusher_n: mean(wrenches().map(|wrench| wrench.force_n).collect()),
+        pusher_nm: mean(wrenches().map(|wrench| wrench.torque_nm).collect()),
+        samples: still.len(),
+    })
+}
+
+/// Takes offsets off a trial. The fingers' sum is shared equally between them: the least
+/// correction that explains it.
+pub fn remove_offsets(trial: &mut Trial, tare: &Tare) {
+    for sample in &mut trial.samples {
+        for finger in sample.finger.iter_mut().flatten() {
+            subtract(&mut finger.force_n, &tare.fingers_sum_n.map(|sum| sum / 2.0));
+        }
+        if let Some(wrench) = &mut sample.pusher_wrench {
+            subtract(&mut wrench.force_n, &tare.pusher_n.unwrap_or_default());
+            subtract(&mut wrench.torque_nm, &tare.pusher_nm.unwrap_or_default());
+        }
+    }
+}
+
+fn subtract(values: &mut [f64; 3], offsets: &[f64; 3]) {
+    for (value, offset) in values.iter_mut().zip(offsets) {
+        *value -= offset;
+    }
+}
+
+fn mass_kg(description: &Description, trial: &Trial) -> f64 {
+    let object = description.objects.iter().find(|object| object.id == trial.info.object);
+    object.map_or(0.0, |object| object.mass_kg)
+}
+
+fn weight_n(description: &Description, trial: &Trial) -> Vector3<f64> {
+    Vector3::from(description.gravity_m_s2) * mass_kg(description, trial)
+}
+
+fn gripper(sample: &Sample) -> Option<UnitQuaternion<f64>> {
+    sample.gripper.as_ref().map(|gripper| crate::channels::pose(gripper).rotation)
+}
+
+/// Both fingers' forces in world axes; `None` where a component is missing.
+fn fingers_n(sample: &Sample) -> Option<Vector3<f64>> {
+    let [finger1, finger2] = sample.finger;
+    let sum = Vector3::from(finger1?.force_n) + Vector3::from(finger2?.force_n);
+    sum.iter().all(|component| component.is_finite()).then_some(gripper(sample)? * sum)
+}
+
+fn pusher_n(sample: &Sample) -> Option<Vector3<f64>> {
+    let force = Vector3::from(sample.pusher_wrench?.force_n);
+    force.iter().all(|component| component.is_finite()).then_some(force)
+}
+
+fn pusher_measured(trial: &Trial) -> bool {
+    trial.samples.iter().any(|sample| pusher_n(sample).is_some())
+}
+
+/// Samples about which the inertia of the object (of the gripper where the object is not
+/// measured) is small. Near the ends the window is cut: the nearest whole one decides.
+fn slow(samples: &[Sample], mass_kg: f64, weight_n: f64) -> Vec<bool> {
+    let limit_n = (SLOW_SHARE * weight_n).max(SLOW_LEAST_N);
+    let known: Vec<Option<bool>> =
+        (0..samples.len()).map(|at| acceleration_m_s2(samples, at).map(|a| mass_kg * a <= limit_n)).collect();
+    let first = known.iter().flatten().next().copied().unwrap_or(true);
+    known
+        .iter()
+        .scan(first, |latest, known| {
+            *latest = known.unwrap_or(*latest);
+            Some(*latest)
+        })
+        .collect()
+}
+
+/// Central difference over a whole window; `None` where it is cut or a pose is missing.
+fn acceleration_m_s2(samples: &[Sample], at: usize) -> Option<f64> {
+    let position =
+        |sample: &Sample| sample.object.or(sample.gripper).map(|pose| Vector3::from(pose.position_m));
+    let here = samples.get(at)?;
+    let before = samples.get(..at)?.iter().rev();
+    let from = before.take_while(|sample| here.t_s - sample.t_s <= HALF_WINDOW_S).last()?;
+    let after = samples.get(at..)?.iter();
+    let to = after.take_while(|sample| sample.t_s - here.t_s <= HALF_WINDOW_S).last()?;
+    let (left_s, right_s) = (here.t_s - from.t_s, to.t_s - here.t_s);
+    if left_s.min(right_s) < 0.8 * HALF_WINDOW_S {
+        return None;
+    }
+    let (a, b, c) = (position(from)?, position(here)?, position(to)?);
+    Some((2.0 * ((c - b) / right_s - (b - a) / left_s) / (left_s + right_s)).norm())
+}

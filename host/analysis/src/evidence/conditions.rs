@@ -1,0 +1,208 @@
+//! Conditions of trials: which runs repeat each other, what varies, what is held out.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use stickslip_data::TrialInfo;
+
+/// A quantity that the experimenter sets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Variable {
+    /// Object id.
+    Object,
+    /// N
+    Grip,
+    /// m/s
+    Speed,
+    /// rad/s
+    TurnSpeed,
+    /// rad
+    Slope,
+    /// m
+    PusherOffset,
+    /// Place of the trial in the data set: drift and wear go with it.
+    Order,
+}
+
+/// All that can be set.
+pub const VARIABLES: [Variable; 6] = [
+    Variable::Object,
+    Variable::Grip,
+    Variable::Speed,
+    Variable::TurnSpeed,
+    Variable::Slope,
+    Variable::PusherOffset,
+];
+
+impl Variable {
+    /// As people read it, with the unit that [`Variable::shown`] uses.
+    pub fn label(self) -> &'static str {
+        match self {
+            Variable::Object => "object",
+            Variable::Grip => "grip, N",
+            Variable::Speed => "speed, mm/s",
+            Variable::TurnSpeed => "turning speed, deg/s",
+            Variable::Slope => "slope, deg",
+            Variable::PusherOffset => "pusher offset, mm",
+            Variable::Order => "place in the data set",
+        }
+    }
+
+    /// Unit of [`Variable::value`].
+    pub fn unit(self) -> &'static str {
+        match self {
+            Variable::Object | Variable::Order => "1",
+            Variable::Grip => "N",
+            Variable::Speed => "m/s",
+            Variable::TurnSpeed => "rad/s",
+            Variable::Slope => "rad",
+            Variable::PusherOffset => "m",
+        }
+    }
+
+    /// SI value; `None` for the object and where not applicable.
+    pub fn value(self, info: &TrialInfo) -> Option<f64> {
+        match self {
+            Variable::Object | Variable::Order => None,
+            Variable::Grip => info.grip_n,
+            Variable::Speed => info.speed_m_s,
+            Variable::TurnSpeed => info.speed_rad_s,
+            Variable::Slope => info.slope_rad,
+            Variable::PusherOffset => info.pusher_offset_m,
+        }
+    }
+
+    /// From SI to the unit of the label.
+    pub fn shown(self, value: f64) -> f64 {
+        match self {
+            Variable::Speed | Variable::PusherOffset => value * 1e3,
+            Variable::TurnSpeed | Variable::Slope => value.to_degrees(),
+            _ => value,
+        }
+    }
+
+    /// The level as text, for axes.
+    pub fn level(self, info: &TrialInfo) -> Option<String> {
+        match self {
+            Variable::Object => Some(info.object.clone()),
+            _ => self.value(info).map(|v| trimmed(self.shown(v), 4)),
+        }
+    }
+}
+
+/// So many significant digits, without trailing zeros.
+pub fn trimmed(x: f64, significant: i32) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return if x == 0.0 { "0".into() } else { "-".into() };
+    }
+    let digits = (significant - 1 - x.abs().log10().floor() as i32).max(0) as usize;
+    let text = format!("{x:.digits$}");
+    if !text.contains('.') {
+        return text;
+    }
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".into() } else { text.to_owned() }
+}
+
+/// What makes two runs repetitions of each other: everything but the run, the file and the
+/// placing of the pusher.
+pub fn key(info: &TrialInfo) -> String {
+    let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.9}"));
+    [
+        info.primitive.clone(),
+        info.object.clone(),
+        number(info.grip_n),
+        number(info.speed_m_s),
+        number(info.speed_rad_s),
+        number(info.slope_rad),
+        number(info.pusher_offset_m),
+    ]
+    .join("|")
+}
+
+/// Trials of each condition (places in `infos`), in the order of their first run. Equal
+/// conditions without a run, or with a run number twice, are no repetitions and stand alone.
+pub fn conditions(infos: &[TrialInfo]) -> Vec<Vec<usize>> {
+    let mut places: BTreeMap<String, usize> = BTreeMap::new();
+    let mut out: Vec<Vec<usize>> = Vec::new();
+    for (i, info) in infos.iter().enumerate() {
+        let next = out.len();
+        let place = *places.entry(key(info)).or_insert(next);
+        let repeats = |j: &usize| infos[*j].run.is_some() && infos[*j].run != info.run;
+        match out.get_mut(place) {
+            Some(members) if info.run.is_some() && members.iter().all(repeats) => members.push(i),
+            _ => out.push(vec![i]),
+        }
+    }
+    out
+}
+
+/// Trials that no parameter may be fitted to.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub enum HeldOut {
+    /// All trials are compared.
+    #[default]
+    Nothing,
+    /// These ids.
+    Trials(Vec<String>),
+    /// This share of the conditions, evenly spread over the data set.
+    Share(f64),
+}
+
+impl std::str::FromStr for HeldOut {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse::<f64>() {
+            Ok(share) if share > 0.0 && share < 1.0 => Ok(HeldOut::Share(share)),
+            Ok(share) => Err(format!(
+                "a share of {share} cannot be held out; give one between 0 and 1, or ids of trials"
+            )),
+            Err(_) => Ok(HeldOut::Trials(text.split(',').map(|id| id.trim().to_owned()).collect())),
+        }
+    }
+}
+
+impl HeldOut {
+    /// Whether each trial is held out.
+    ///
+    /// # Errors
+    /// An id that no trial has; a share that leaves nothing on one side.
+    pub fn mask(&self, infos: &[TrialInfo]) -> Result<Vec<bool>, String> {
+        let mut mask = vec![false; infos.len()];
+        match self {
+            HeldOut::Nothing => {}
+            HeldOut::Trials(ids) => {
+                for id in ids {
+                    let at = infos
+                        .iter()
+                        .position(|i| i.trial == *id)
+                        .ok_or_else(|| format!("--held-out: no trial is named `{id}`"))?;
+                    mask[at] = true;
+                }
+            }
+            HeldOut::Share(share) => {
+                let groups = conditions(infos);
+                let wanted = (share * groups.len() as f64).round().max(1.0);
+                if wanted as usize >= groups.len() {
+                    return Err(format!(
+                        "--held-out {share}: {} condition(s) are too few to hold some out",
+                        groups.len()
+                    ));
+                }
+                for (place, group) in groups.iter().enumerate() {
+                    // Every time the running share passes a whole number.
+                    let step = |k: usize| (k as f64 * wanted / groups.len() as f64 + 0.5).floor();
+                    if step(place + 1) > step(place) {
+                        for i in group {
+                            mask[*i] = true;
+                        }
+                    }
+                }
+            }
+        }
+        Ok(mask)
+    }
+}

@@ -1,0 +1,10 @@
+//! What measurements show, each notion once: conditions and repetitions, stages and phases of a
+//! trial, noise, balance of the forces, tolerances of a rigid model.
+
+pub mod balance;
+pub mod conditions;
+pub mod force_bands;
+pub mod noise;
+pub mod phases;
+pub mod stages;
+pub mod statistics;

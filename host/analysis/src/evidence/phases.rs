@@ -1,0 +1,294 @@
+//! Splits a trial into before contact, sticking, onset, sliding and end.
+//!
+//! The rule, with `sigma` the noise of the signal at hand (stated in dataset.toml, or found
+//! from the differences of neighbouring samples where that is larger):
+//!
+//! - contact: the pusher's force, averaged over 20 ms, has left its mean of the first 50 ms
+//!   by more than 5 sigma and by more than 2 % of its largest change. Without a pusher
+//!   sensor (roll): the model's pusher touches and gripper or pusher have started to move.
+//!   Without a pusher (lift): the gripper starts to move.
+//! - motion: the object, averaged over 20 ms, has left its start in the grasp by more than
+//!   6 sigma, in position or in rotation, and goes further. Without measured poses: by the
+//!   model's.
+//! - onset: from the last sample within 2 sigma before that (at most 0.25 s earlier) until
+//!   the speed first reaches 80 % of its median afterwards (20 ms to 0.3 s later).
+//! - end: after the last sample at which gripper or pusher move faster than a quarter of
+//!   their largest speed.
+//!
+//! Sticking lies between contact and onset, sliding between onset and end; any phase may
+//! be empty.
+
+use std::ops::Range;
+
+use serde::Serialize;
+use stickslip_shared::track::Poses;
+
+use crate::channels::{COUNT, Signals};
+use crate::run::simulate::{Prepared, Simulated};
+
+/// Part of a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Phase {
+    /// Nothing pushes yet.
+    BeforeContact,
+    /// Pushed, and at rest in the grasp.
+    Sticking,
+    /// Begins to slide.
+    Onset,
+    /// Slides.
+    Sliding,
+    /// The drive has stopped.
+    End,
+}
+
+/// In order of time.
+pub const PHASES: [Phase; 5] =
+    [Phase::BeforeContact, Phase::Sticking, Phase::Onset, Phase::Sliding, Phase::End];
+
+impl Phase {
+    /// As people read it.
+    pub fn label(self) -> &'static str {
+        match self {
+            Phase::BeforeContact => "before contact",
+            Phase::Sticking => "sticking",
+            Phase::Onset => "onset",
+            Phase::Sliding => "sliding",
+            Phase::End => "end",
+        }
+    }
+
+    /// As in a sentence: 'the error ... while sliding'.
+    pub fn during(self) -> &'static str {
+        match self {
+            Phase::BeforeContact => "before contact",
+            Phase::Sticking => "while sticking",
+            Phase::Onset => "at the onset of sliding",
+            Phase::Sliding => "while sliding",
+            Phase::End => "after the motion",
+        }
+    }
+}
+
+/// What a boundary was found from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Evidence {
+    /// Measured pusher force or measured motion of the object.
+    Measured,
+    /// The model's.
+    Model,
+    /// Motion of the gripper.
+    Drive,
+    /// It did not happen.
+    Never,
+}
+
+/// The phases of one trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Phases {
+    /// First sample of sticking, onset, sliding, end, and the number of samples.
+    starts: [usize; 5],
+    /// How contact was found.
+    pub contact: Evidence,
+    /// How motion was found.
+    pub motion: Evidence,
+}
+
+impl Phases {
+    /// Samples of `phase`; may be empty.
+    pub fn range(&self, phase: Phase) -> Range<usize> {
+        let k = phase as usize;
+        let from = if k == 0 { 0 } else { self.starts[k - 1] };
+        from..self.starts[k]
+    }
+
+    /// Orders the boundaries so that no phase has negative length.
+    fn ordered(contact: usize, onset: usize, sliding: usize, end: usize, n: usize) -> [usize; 5] {
+        let contact = contact.min(n);
+        let onset = onset.clamp(contact, n);
+        let sliding = sliding.clamp(onset, n);
+        let end = end.clamp(contact, n);
+        [contact, onset.min(end), sliding.min(end), end, n]
+    }
+}
+
+const AVERAGE_S: f64 = 0.02;
+const BASELINE_S: f64 = 0.05;
+const SPEED_S: f64 = 0.08;
+
+/// Phases of a trial; `noise` is the standard deviation of each channel, zero where not stated.
+pub fn split(prepared: &Prepared, simulated: &Simulated, noise: &Signals) -> Phases {
+    let n = prepared.t_s.len();
+    let moving = drive_moves(&prepared.t_s, prepared.poses());
+    let begin = moving.iter().position(|m| *m).unwrap_or(n);
+    let end = moving.iter().rposition(|m| *m).map_or(n, |last| last + 1);
+    let (contact_at, contact) = find_contact(prepared, simulated, noise, begin);
+    let (motion_at, motion) = find_motion(prepared, simulated, noise, end);
+    let (onset, sliding) = motion_at.unwrap_or((n, n));
+    Phases { starts: Phases::ordered(contact_at, onset, sliding, end, n), contact, motion }
+}
+
+fn find_contact(
+    prepared: &Prepared,
+    simulated: &Simulated,
+    noise: &Signals,
+    begin: usize,
+) -> (usize, Evidence) {
+    let n = prepared.t_s.len();
+    let by_model = simulated.normal_n.iter().position(|f| f[2] > 0.0);
+    if prepared.scene.pusher.is_none() {
+        let evidence = if begin < n { Evidence::Drive } else { Evidence::Never };
+        return (begin, evidence);
+    }
+    if coverage(&prepared.measured, 18..21) < 0.5 {
+        return match by_model {
+            // Before anything moves a touch loads nothing.
+            Some(at) => (at.max(begin), Evidence::Model),
+            None => (n, Evidence::Never),
+        };
+    }
+    let force = smooth(&prepared.t_s, &prepared.measured, 18..21, AVERAGE_S);
+    let base = mean_until(&prepared.t_s, &prepared.measured, 18..21, BASELINE_S);
+    let change: Vec<f64> = force.iter().map(|f| distance(f, &base)).collect();
+    let largest = change.iter().copied().filter(|c| c.is_finite()).fold(0.0, f64::max);
+    let sigma = white_noise(&prepared.measured, 18..21).max(noise[18]);
+    let threshold = (5.0 * sigma).max(0.02 * largest);
+    match change.iter().position(|c| *c > threshold) {
+        Some(at) if threshold > 0.0 => (at, Evidence::Measured),
+        // Already in contact when the recording began: the force never changes.
+        _ if by_model.is_some_and(|at| at <= 1) => (begin, Evidence::Model),
+        _ => (n, Evidence::Never),
+    }
+}
+
+/// Onset and beginning of sliding.
+fn find_motion(
+    prepared: &Prepared,
+    simulated: &Simulated,
+    noise: &Signals,
+    end: usize,
+) -> (Option<(usize, usize)>, Evidence) {
+    let t = &prepared.t_s;
+    let measured = coverage(&prepared.measured, 0..6) > 0.5;
+    let (signals, evidence) = if measured {
+        (&prepared.measured, Evidence::Measured)
+    } else {
+        (&simulated.signals, Evidence::Model)
+    };
+    // 30 micrometres and 0.3 mrad are usual for motion capture, where nothing is stated.
+    let or = |stated: f64, usual: f64| if stated > 0.0 { stated } else { usual };
+    let white = |range| if measured { white_noise(signals, range) } else { 0.0 };
+    let sigma = [or(noise[0], 3e-5).max(white(0..3)), or(noise[3], 3e-4).max(white(3..6))];
+    let position = smooth(t, signals, 0..3, AVERAGE_S);
+    let rotation = smooth(t, signals, 3..6, AVERAGE_S);
+    let p = prepared.start.position_m;
+    let start = [p.x, p.y, p.z];
+    // `max` passes over a NaN: either of the two may be missing.
+    let away: Vec<f64> = position
+        .iter()
+        .zip(&rotation)
+        .map(|(p, r)| (distance(p, &start) / sigma[0]).max(distance(r, &[0.0; 3]) / sigma[1]))
+        .collect();
+    let further = |i: usize| {
+        let later = &away[i..];
+        later.len() < 3 || later.iter().filter(|m| **m > 6.0).count() * 2 > later.len()
+    };
+    let Some(at) = (0..away.len()).find(|&i| away[i] > 6.0 && further(i)) else {
+        return (None, Evidence::Never);
+    };
+    let onset = (0..at).rev().find(|&i| away[i] < 2.0 || t[at] - t[i] > 0.25).map_or(0, |i| i + 1);
+    let speed: Vec<f64> = (0..t.len())
+        .map(|i| {
+            let (a, b) = around(t, i, SPEED_S / 2.0);
+            let path = (distance(&position[a], &position[b]) / sigma[0])
+                .max(distance(&rotation[a], &rotation[b]) / sigma[1]);
+            path / (t[b] - t[a])
+        })
+        .collect();
+    let mut after: Vec<f64> = speed[at..end.max(at)].iter().copied().filter(|v| v.is_finite()).collect();
+    after.sort_by(f64::total_cmp);
+    let median = after.get(after.len() / 2).copied().unwrap_or(0.0);
+    let sliding = (at..t.len())
+        .find(|&i| {
+            let since = t[i] - t[at];
+            since > 0.3 || (since >= 0.02 && speed[i] >= 0.8 * median)
+        })
+        .unwrap_or(t.len());
+    (Some((onset, sliding)), evidence)
+}
+
+/// Where gripper or pusher move faster than a quarter of their largest speed.
+fn drive_moves(t_s: &[f64], poses: &[Poses<f64>]) -> Vec<bool> {
+    // A rotation moves the object's ends, 50 mm away.
+    const ARM_M: f64 = 0.05;
+    let mut speed = vec![0.0; poses.len()];
+    for (i, v) in speed.iter_mut().enumerate() {
+        let (a, b) = around(t_s, i, SPEED_S / 2.0);
+        let dt = t_s[b] - t_s[a];
+        if !(dt > 0.0) {
+            continue;
+        }
+        let path = |from: &stickslip_shared::track::Pose<f64>, to: &stickslip_shared::track::Pose<f64>| {
+            (to.position_m - from.position_m).norm() + ARM_M * to.rotation.angle_to(&from.rotation)
+        };
+        let carrier = path(&poses[a].carrier, &poses[b].carrier);
+        let pusher = poses[a].pusher.zip(poses[b].pusher).map_or(0.0, |(from, to)| path(&from, &to));
+        *v = carrier.max(pusher) / dt;
+    }
+    let largest = speed.iter().copied().fold(0.0, f64::max);
+    speed.iter().map(|v| *v > 0.25 * largest && largest > 1e-5).collect()
+}
+
+/// Samples within `half_s` of sample `i`.
+fn around(t_s: &[f64], i: usize, half_s: f64) -> (usize, usize) {
+    let from = t_s[..i].partition_point(|t| *t < t_s[i] - half_s);
+    let to = i + t_s[i..].partition_point(|t| *t <= t_s[i] + half_s) - 1;
+    (from, to)
+}
+
+/// Share of samples in which all of `range` was measured.
+fn coverage(signals: &[Signals], range: Range<usize>) -> f64 {
+    let full = signals.iter().filter(|s| s[range.clone()].iter().all(|x| x.is_finite())).count();
+    full as f64 / signals.len().max(1) as f64
+}
+
+/// Mean of three channels over `width_s` around each sample; NaN where none was measured.
+fn smooth(t_s: &[f64], signals: &[Signals], range: Range<usize>, width_s: f64) -> Vec<[f64; 3]> {
+    (0..t_s.len())
+        .map(|i| {
+            let (a, b) = around(t_s, i, width_s / 2.0);
+            mean(&signals[a..=b], range.clone())
+        })
+        .collect()
+}
+
+fn mean_until(t_s: &[f64], signals: &[Signals], range: Range<usize>, until_s: f64) -> [f64; 3] {
+    let start = t_s.first().copied().unwrap_or(0.0);
+    let count = t_s.partition_point(|t| *t <= start + until_s);
+    mean(&signals[..count], range)
+}
+
+fn mean(signals: &[Signals], range: Range<usize>) -> [f64; 3] {
+    let mut out = [f64::NAN; 3];
+    for (o, k) in out.iter_mut().zip(range) {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for x in signals.iter().map(|s| s[k]).filter(|x| x.is_finite()) {
+            sum += x;
+            count += 1.0;
+        }
+        *o = sum / count;
+    }
+    out
+}
+
+fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt()
+}
+
+/// The largest of the channels' noises.
+fn white_noise(signals: &[Signals], range: Range<usize>) -> f64 {
+    debug_assert!(range.end <= COUNT);
+    let of = |k: usize| crate::evidence::noise::white_noise(signals.iter().map(|s| s[k])).unwrap_or(0.0);
+    range.map(of).fold(0.0, f64::max)
+}

@@ -1,0 +1,248 @@
+//! All trials of a data set made ready for fitting: prepared, reduced to features, sorted
+//! into conditions, with a noise model taken from the repetitions.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use stickslip_shared::model::{Friction, Model};
+
+use crate::channels::{self, Quantity};
+use crate::fit::features::{Bins, Features};
+use crate::fit::phases;
+use crate::run::simulate::{Prepared, SceneError, Simulated, prepare};
+use stickslip_data::{Dataset, Description, TrialInfo};
+
+/// Repetitions farther apart than this share of the data set are treated as two groups:
+/// what depends on the order of trials differs between them.
+const NEAR_IN_ORDER: f64 = 0.1;
+/// A trial is stepped in about this many steps where sensitivities are computed.
+const COARSE_STEPS: usize = 100;
+/// A coarse step is no longer than this, s.
+const COARSE_S: f64 = 0.0125;
+/// No lever of a contact is longer, m.
+const LONGEST_LEVER_M: f64 = 0.1;
+
+/// One trial.
+#[derive(Debug)]
+pub struct Run {
+    /// Ready to simulate.
+    pub prepared: Prepared,
+    /// Its row in trials.csv.
+    pub info: TrialInfo,
+    /// Which samples enter which feature.
+    pub bins: Bins,
+    /// Measured features.
+    pub measured: Features,
+    /// Index of its condition.
+    pub condition: usize,
+    /// Stride of coarse simulations, samples.
+    pub stride: usize,
+}
+
+/// Repetitions of one condition that were made near each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group {
+    /// Index of the condition.
+    pub condition: usize,
+    /// Indices of its runs; the first stands for all where sensitivities are computed.
+    pub runs: Vec<usize>,
+}
+
+/// A data set ready for fitting.
+#[derive(Debug)]
+pub struct Campaign {
+    /// `dataset.toml`.
+    pub description: Description,
+    /// Friction of the model as given: where a fit stays that the data do not move.
+    pub given: Friction<f64>,
+    /// In the order of trials.csv, without those that could not be prepared.
+    pub runs: Vec<Run>,
+    /// Groups of repetitions.
+    pub groups: Vec<Group>,
+    /// Number of different conditions.
+    pub conditions: usize,
+    /// Trials that could not be prepared, and why.
+    pub refused: Vec<SceneError>,
+}
+
+/// What makes two trials repetitions of each other.
+fn key(info: &TrialInfo, with_extra: &[String]) -> String {
+    let number = |x: Option<f64>| x.map_or("-".into(), |x| format!("{x:.6e}"));
+    let mut key = format!("{}|{}", info.object, info.primitive);
+    for x in [info.grip_n, info.speed_m_s, info.speed_rad_s, info.slope_rad, info.pusher_offset_m] {
+        key += &format!("|{}", number(x));
+    }
+    for name in with_extra {
+        key += &format!("|{}", info.extra.get(name).map_or("", String::as_str));
+    }
+    key
+}
+
+/// Condition of each trial. Columns that the format does not name count as conditions
+/// unless they leave no repetitions that there would be without them (times, remarks).
+pub fn conditions(infos: &[&TrialInfo]) -> Vec<usize> {
+    let classes = |extra: &[String]| {
+        let mut index = BTreeMap::new();
+        let of: Vec<usize> = infos
+            .iter()
+            .map(|i| {
+                let next = index.len();
+                *index.entry(key(i, extra)).or_insert(next)
+            })
+            .collect();
+        (of, index.len())
+    };
+    let (plain, count) = classes(&[]);
+    let mut kept = Vec::new();
+    let names: std::collections::BTreeSet<&String> = infos.iter().flat_map(|i| i.extra.keys()).collect();
+    for name in names {
+        let mut trial = kept.clone();
+        trial.push(name.clone());
+        let (_, with) = classes(&trial);
+        let repeats = infos.len() > count;
+        if !repeats || 3 * (infos.len() - with) >= 2 * (infos.len() - count) {
+            kept = trial;
+        }
+    }
+    let (of, _) = classes(&kept);
+    if kept.is_empty() { plain } else { of }
+}
+
+impl Campaign {
+    /// Prepares all trials that can be simulated. `start` is the model whose contact with the
+    /// pusher tells where the onset is; only its friction and base enter.
+    pub fn new(dataset: &Dataset, start: &Model<f64>) -> Self {
+        let total = dataset.trials.len();
+        let ready: Vec<Result<Run, SceneError>> = dataset
+            .trials
+            .par_iter()
+            .enumerate()
+            .map(|(i, trial)| {
+                let prepared = prepare(&dataset.description, trial, i)?;
+                let stride = stride(&prepared.t_s);
+                let bare = Model::base(start.base, start.friction);
+                let first = prepared.simulate_every(&bare, stride.min(2));
+                let bins = Bins::new(&prepared, phases::bins(&prepared, &first));
+                let measured = bins.measured(&prepared);
+                Ok(Run { prepared, info: trial.info.clone(), bins, measured, condition: 0, stride })
+            })
+            .collect();
+        let mut runs = Vec::with_capacity(total);
+        let mut refused = Vec::new();
+        for r in ready {
+            match r {
+                Ok(run) => runs.push(run),
+                Err(e) => refused.push(e),
+            }
+        }
+        let infos: Vec<&TrialInfo> = runs.iter().map(|r| &r.info).collect();
+        let of = conditions(&infos);
+        let count = of.iter().max().map_or(0, |m| m + 1);
+        let mut groups: Vec<Group> = Vec::new();
+        for c in 0..count {
+            let mut block: Vec<usize> = Vec::new();
+            for i in (0..runs.len()).filter(|i| of[*i] == c) {
+                let ordinal = |i: usize| runs[i].prepared.ordinal;
+                let apart =
+                    block.first().is_some_and(|b| ordinal(i) - ordinal(*b) > NEAR_IN_ORDER * total as f64);
+                if apart {
+                    groups.push(Group { condition: c, runs: std::mem::take(&mut block) });
+                }
+                block.push(i);
+            }
+            groups.push(Group { condition: c, runs: block });
+        }
+        for (run, c) in runs.iter_mut().zip(of) {
+            run.condition = c;
+        }
+        Self {
+            description: dataset.description.clone(),
+            given: start.friction,
+            runs,
+            groups,
+            conditions: count,
+            refused,
+        }
+    }
+
+    /// Features of the model at full resolution, for every run.
+    pub fn simulate_all(&self, model: &Model<f64>) -> Vec<Features> {
+        self.runs
+            .par_iter()
+            .map(|r| r.bins.modelled(&tame(&r.prepared, model, r.stride.div_ceil(2))))
+            .collect()
+    }
+
+    /// Coarse features of the model for the runs that stand for their groups.
+    pub fn simulate_groups(&self, model: &Model<f64>, groups: &[usize]) -> Vec<Features> {
+        let one = |g: usize| {
+            let r = &self.runs[self.groups[g].runs[0]];
+            r.bins.modelled(&tame(&r.prepared, model, r.stride))
+        };
+        if depends_on_order(model) {
+            return groups.par_iter().map(|g| one(*g)).collect();
+        }
+        // One group of a condition stands for the others.
+        let mut first: BTreeMap<usize, usize> = BTreeMap::new();
+        for g in groups {
+            first.entry(self.groups[*g].condition).or_insert(*g);
+        }
+        let done: BTreeMap<usize, Features> =
+            first.par_iter().map(|(condition, g)| (*condition, one(*g))).collect();
+        groups.iter().map(|g| done[&self.groups[*g].condition].clone()).collect()
+    }
+
+    /// Runs of each condition.
+    pub fn runs_of(&self) -> Vec<Vec<usize>> {
+        let mut out = vec![Vec::new(); self.conditions];
+        for (i, r) in self.runs.iter().enumerate() {
+            out[r.condition].push(i);
+        }
+        out
+    }
+
+    /// Runs that have a repetition.
+    pub fn repeated(&self) -> usize {
+        let mut count = vec![0; self.conditions];
+        for r in &self.runs {
+            count[r.condition] += 1;
+        }
+        self.runs.iter().filter(|r| count[r.condition] > 1).count()
+    }
+}
+
+/// Samples stepped over in one coarse step.
+fn stride(t_s: &[f64]) -> usize {
+    let length = t_s.last().unwrap_or(&0.0) - t_s.first().unwrap_or(&0.0);
+    let period = length / (t_s.len().max(2) - 1) as f64;
+    let longest = if period > 0.0 { (COARSE_S / period) as usize } else { 1 };
+    (t_s.len() / COARSE_STEPS).min(longest).clamp(1, 8)
+}
+
+/// The model along a trial; with finer steps where coarse ones leave all bounds (a jammed or
+/// dropped object turns faster than they can follow).
+fn tame(prepared: &Prepared, model: &Model<f64>, stride: usize) -> Simulated {
+    let gravity = prepared.scene.gravity_m_s2.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let most_n = 20.0 * (prepared.grip_n() + prepared.scene.object.mass_kg * gravity + 1.0);
+    let wild = |s: &Simulated| {
+        s.signals.iter().any(|row| {
+            row.iter().enumerate().skip(6).any(|(k, x)| match channels::quantity(k) {
+                Quantity::Torque => x.abs() > most_n * LONGEST_LEVER_M,
+                _ => x.abs() > most_n,
+            })
+        })
+    };
+    let mut stride = stride;
+    let mut out = prepared.simulate_every(model, stride);
+    while stride > 1 && wild(&out) {
+        stride /= 2;
+        out = prepared.simulate_every(model, stride);
+    }
+    out
+}
+
+/// Whether the model predicts otherwise for a later trial of the same condition.
+fn depends_on_order(model: &Model<f64>) -> bool {
+    // Formulas (code 0) may use the trial's number.
+    model.effects.iter().any(|e| e.code == 0 || e.info().is_some_and(|i| i.id == "wear_drift"))
+}

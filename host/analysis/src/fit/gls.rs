@@ -1,0 +1,271 @@
+//! Generalised least squares on whitened group means, by Gram matrices.
+//!
+//! Each group of repetitions has a mean residual with covariance `D + U U^T`: independent
+//! noise and floor on the diagonal, run-to-run friction and common directions in `U`.
+//! [`Whitener`] turns that into the identity. All further statistics (fits, held-out errors,
+//! tests, resampling of conditions) are sums over groups of small Gram matrices of
+//! `[parameters | sensor offsets | residual]`, so that none of them simulates again.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::channels::COUNT;
+use crate::fit::features::{FEATURES, Features};
+use crate::fit::phases::{BINS, PEAK};
+
+/// Constant errors of the force and torque channels of finger 1, finger 2 and pusher: nuisance within what
+/// is stated.
+pub const OFFSETS: usize = COUNT - 6;
+
+/// Turns features of one group into uncorrelated ones of unit variance.
+#[derive(Clone, Debug)]
+pub struct Whitener {
+    /// Features in use.
+    pub active: Vec<usize>,
+    scale: Vec<f64>,
+    basis: DMatrix<f64>,
+    shrink: Vec<f64>,
+}
+
+impl Whitener {
+    /// For features `active` with variances `variance` and common directions `common` (all
+    /// given for every feature).
+    pub fn new(active: Vec<usize>, variance: &[f64], common: &[Features]) -> Self {
+        let scale: Vec<f64> = active.iter().map(|f| 1.0 / variance[*f].sqrt()).collect();
+        let d = active.len();
+        let u = DMatrix::from_fn(d, common.len(), |i, k| {
+            let x = common[k][active[i]];
+            if x.is_finite() { x * scale[i] } else { 0.0 }
+        });
+        // (I + U U^T)^(-1/2) = I - Q (1 - 1 / sqrt(1 + s^2)) Q^T with U = Q S V^T, from U^T U.
+        let eigen = nalgebra::SymmetricEigen::new(u.transpose() * &u);
+        let kept: Vec<usize> = (0..common.len()).filter(|k| eigen.eigenvalues[*k] > 1e-9).collect();
+        let basis = DMatrix::from_fn(d, kept.len(), |i, k| {
+            let k = kept[k];
+            let x: f64 = (0..common.len()).map(|j| u[(i, j)] * eigen.eigenvectors[(j, k)]).sum();
+            x / eigen.eigenvalues[k].sqrt()
+        });
+        let shrink = kept.iter().map(|k| 1.0 - 1.0 / (1.0 + eigen.eigenvalues[*k]).sqrt()).collect();
+        Self { active, scale, basis, shrink }
+    }
+
+    /// Whitened features; what is not finite counts as zero.
+    pub fn apply(&self, features: &[f64]) -> DVector<f64> {
+        let mut x = DVector::from_iterator(
+            self.active.len(),
+            self.active.iter().zip(&self.scale).map(|(f, s)| {
+                let v = features[*f] * s;
+                if v.is_finite() { v } else { 0.0 }
+            }),
+        );
+        for (k, g) in self.shrink.iter().enumerate() {
+            let q = self.basis.column(k);
+            let along = q.dot(&x) * g;
+            x.axpy(-along, &q, 1.0);
+        }
+        x
+    }
+
+    /// Sum of squares of the whitened features.
+    pub fn square(&self, features: &[f64]) -> f64 {
+        self.apply(features).norm_squared()
+    }
+
+    /// Whitened columns of the sensor offsets.
+    pub fn offsets(&self) -> Vec<DVector<f64>> {
+        (0..OFFSETS)
+            .map(|o| {
+                let mut column = vec![0.0; FEATURES];
+                for (channel, sign) in shifts(o) {
+                    column[channel * BINS..channel * BINS + PEAK].fill(sign);
+                }
+                self.apply(&column)
+            })
+            .collect()
+    }
+}
+
+/// The channels that a unit offset shifts, and by how much: finger 1, finger 2 (in their sum and in their
+/// difference), pusher.
+pub fn shifts(offset: usize) -> Vec<(usize, f64)> {
+    match offset {
+        0..6 => vec![(offset + 6, 1.0), (offset + 12, 1.0)],
+        6..12 => vec![(offset, 1.0), (offset + 6, -1.0)],
+        _ => vec![(offset + 6, 1.0)],
+    }
+}
+
+/// What is known of the coefficients before the data: each has mean zero.
+#[derive(Clone, Debug)]
+pub struct Prior {
+    /// Precision of each; 0: nothing is known.
+    pub precision: Vec<f64>,
+    /// Largest absolute value of each.
+    pub bound: Vec<f64>,
+}
+
+impl Prior {
+    /// Nothing is known of `n` coefficients.
+    pub fn none(n: usize) -> Self {
+        Self { precision: vec![0.0; n], bound: vec![f64::INFINITY; n] }
+    }
+
+    /// Number of coefficients.
+    pub fn len(&self) -> usize {
+        self.precision.len()
+    }
+
+    /// Whether there are no coefficients.
+    pub fn is_empty(&self) -> bool {
+        self.precision.is_empty()
+    }
+}
+
+/// Gram matrix of `[parameters | offsets | residual]` of one group.
+#[derive(Clone, Debug)]
+pub struct Gram {
+    /// Index of the condition.
+    pub condition: usize,
+    /// Square, symmetric.
+    pub matrix: DMatrix<f64>,
+    /// Number of features.
+    pub features: usize,
+}
+
+/// Gram matrix of whitened columns.
+pub fn gram(
+    condition: usize,
+    parameters: &[DVector<f64>],
+    offsets: &[DVector<f64>],
+    residual: &DVector<f64>,
+) -> Gram {
+    let columns: Vec<&DVector<f64>> =
+        parameters.iter().chain(offsets).chain(std::iter::once(residual)).collect();
+    let n = columns.len();
+    let mut matrix = DMatrix::zeros(n, n);
+    for i in 0..n {
+        for j in i..n {
+            let x = columns[i].dot(columns[j]);
+            matrix[(i, j)] = x;
+            matrix[(j, i)] = x;
+        }
+    }
+    Gram { condition, matrix, features: residual.len() }
+}
+
+/// Coefficients of `[parameters | offsets]` that minimise the summed loss.
+pub fn solve<'a>(grams: impl Iterator<Item = (f64, &'a Gram)>, prior: &Prior) -> Option<DVector<f64>> {
+    solve_towards(grams, prior, &[])
+}
+
+/// As [`solve`], with a prior mean `towards` of the first coefficients.
+pub fn solve_towards<'a>(
+    grams: impl Iterator<Item = (f64, &'a Gram)>,
+    prior: &Prior,
+    towards: &[f64],
+) -> Option<DVector<f64>> {
+    let n = prior.len();
+    let mut a = DMatrix::zeros(n, n);
+    let mut b = DVector::from_fn(n, |i, _| prior.precision[i] * towards.get(i).copied().unwrap_or(0.0));
+    for (weight, g) in grams {
+        a += g.matrix.view((0, 0), (n, n)) * weight;
+        b += g.matrix.view((0, n), (n, 1)) * weight;
+    }
+    solve_normal(a, b, prior)
+}
+
+/// Changes of the set of bounds that hold tried at most.
+const MOST_SETS: usize = 100;
+
+/// Minimises `x' (A + diag(precision)) x / 2 - b' x` within the bounds: those that hold are found by
+/// putting in what is violated and taking out what pulls inwards. What the data do not see stays at zero.
+pub fn solve_normal(mut a: DMatrix<f64>, b: DVector<f64>, prior: &Prior) -> Option<DVector<f64>> {
+    let n = prior.len();
+    for i in 0..n {
+        a[(i, i)] += prior.precision[i];
+    }
+    let mut held: Vec<Option<f64>> = vec![None; n];
+    let mut x = DVector::zeros(n);
+    for _ in 0..MOST_SETS {
+        x = solve_with_held(&a, &b, &held)?;
+        let mut changed = false;
+        for i in 0..n {
+            if held[i].is_none() && x[i].abs() > prior.bound[i] {
+                held[i] = Some(prior.bound[i].copysign(x[i]));
+                changed = true;
+            }
+        }
+        if changed {
+            continue;
+        }
+        // The gradient at a bound that holds points inwards.
+        let slope = &a * &x - &b;
+        let inwards = |i: &usize| held[*i].map_or(0.0, |v| slope[*i] * v.signum());
+        match (0..n).max_by(|i, j| inwards(i).total_cmp(&inwards(j))) {
+            Some(i) if inwards(&i) > 1e-9 * (1.0 + b[i].abs()) => held[i] = None,
+            _ => return Some(x),
+        }
+    }
+    for i in 0..n {
+        x[i] = x[i].clamp(-prior.bound[i], prior.bound[i]);
+    }
+    Some(x)
+}
+
+/// Solves `A x = b` with some of `x` held at values, scaled.
+fn solve_with_held(a: &DMatrix<f64>, b: &DVector<f64>, held: &[Option<f64>]) -> Option<DVector<f64>> {
+    let n = held.len();
+    let scale: Vec<f64> = (0..n)
+        .map(|i| if a[(i, i)] > 0.0 && held[i].is_none() { 1.0 / a[(i, i)].sqrt() } else { 0.0 })
+        .collect();
+    let mut right = b.clone();
+    for (j, v) in held.iter().enumerate().filter_map(|(j, v)| Some((j, (*v)?))) {
+        right.axpy(-v, &a.column(j), 1.0);
+    }
+    let matrix = DMatrix::from_fn(n, n, |i, j| match i == j {
+        true if scale[i] == 0.0 => 1.0,
+        true => a[(i, i)] * scale[i] * scale[i] + 1e-9,
+        false => a[(i, j)] * scale[i] * scale[j],
+    });
+    let right = DVector::from_fn(n, |i, _| right[i] * scale[i]);
+    let x = matrix.cholesky()?.solve(&right);
+    Some(DVector::from_fn(n, |i, _| held[i].unwrap_or(x[i] * scale[i])))
+}
+
+/// Loss of a group at coefficients `x`: squared whitened residual that remains.
+pub fn loss(g: &Gram, x: &DVector<f64>) -> f64 {
+    let n = x.len();
+    let a = g.matrix.view((0, 0), (n, n));
+    let b = g.matrix.view((0, n), (n, 1));
+    let quadratic = (x.transpose() * a * x)[(0, 0)];
+    let cross = (x.transpose() * b)[(0, 0)];
+    (g.matrix[(n, n)] - 2.0 * cross + quadratic).max(0.0)
+}
+
+/// Least loss over the coefficients, what their prior costs included, and where it is.
+pub fn least(grams: &[Gram], prior: &Prior) -> (f64, Vec<f64>) {
+    let Some(x) = solve(grams.iter().map(|g| (1.0, g)), prior) else {
+        return (f64::INFINITY, vec![0.0; prior.len()]);
+    };
+    let cost: f64 = x.iter().zip(&prior.precision).map(|(x, p)| p * x * x).sum();
+    (grams.iter().map(|g| loss(g, &x)).sum::<f64>() + cost, x.iter().copied().collect())
+}
+
+/// Which of `folds` parts a condition belongs to; neighbouring conditions fall into different parts.
+pub fn fold(condition: usize, folds: usize) -> usize {
+    (condition * 7 + condition / folds) % folds
+}
+
+/// Coefficients fitted without each of `folds` parts of the conditions in turn.
+pub fn fold_solutions(grams: &[Gram], prior: &Prior, folds: usize) -> Vec<DVector<f64>> {
+    (0..folds)
+        .map(|k| {
+            let others = grams.iter().filter(|g| fold(g.condition, folds) != k).map(|g| (1.0, g));
+            solve(others, prior).unwrap_or_else(|| DVector::zeros(prior.len()))
+        })
+        .collect()
+}
+
+/// Loss of every group when it is predicted from the other conditions.
+pub fn held_out(grams: &[Gram], solutions: &[DVector<f64>]) -> Vec<f64> {
+    grams.iter().map(|g| loss(g, &solutions[fold(g.condition, solutions.len())])).collect()
+}

@@ -1,0 +1,283 @@
+//! The fitting problem of a data set: group means, their covariance, and the model's
+//! predictions for them.
+//!
+//! Predictions are cheap ones with a correction: `f(theta) = fine(theta0) + coarse(theta) -
+//! coarse(theta0)`, coarse in time and for one run of each group.
+
+use nalgebra::DVector;
+use stickslip_shared::model::{Model, Scene};
+
+use crate::channels::COUNT;
+use crate::fit::Free;
+use crate::fit::campaign::Campaign;
+use crate::fit::features::{self, FEATURES, Features};
+use crate::fit::gls::{self, Gram, OFFSETS, Prior, Whitener};
+use crate::fit::noise::{self, Noise};
+use crate::fit::phases::{BINS, PEAK, Phase};
+use stickslip_data::Sensors;
+
+/// See the module.
+#[derive(Debug)]
+pub struct Problem<'a> {
+    /// The data.
+    pub campaign: &'a Campaign,
+    /// What chance does.
+    pub noise: Noise,
+    /// For each group: features that the coarse model should show.
+    pub targets: Vec<Features>,
+    /// For each group.
+    pub whiteners: Vec<Whitener>,
+    /// Whitened offset columns of each group.
+    pub offsets: Vec<Vec<DVector<f64>>>,
+    /// Prior of the offsets.
+    pub of_offsets: Prior,
+    /// For each group: standard deviation of one run of each feature, floor included.
+    pub single_run: Vec<Features>,
+    /// For each group: standard deviation of the floor of each feature.
+    pub floors: Vec<Features>,
+    /// Residual of each run against the model it was built with.
+    pub residuals: Vec<Features>,
+    /// Groups in use.
+    pub groups: Vec<usize>,
+    /// Runs left out because the model fails in them altogether.
+    pub failed: Vec<usize>,
+}
+
+/// Runs whose error is far beyond that of all others (the model drops or jams the object
+/// there); their residuals are struck out.
+fn failed(campaign: &Campaign, residuals: &mut [Features]) -> Vec<usize> {
+    let channels = noise::channel_noise(&campaign.description.sensors);
+    let score = |r: &Features| -> f64 {
+        let (mut sum, mut n) = (0.0, 0.0);
+        for (f, e) in r.iter().enumerate().filter(|(_, e)| e.is_finite()) {
+            let (noise, uncertainty) = channels[f / BINS];
+            sum += (e / (5.0 * noise + uncertainty)).powi(2);
+            n += 1.0;
+        }
+        (sum / f64::max(n, 1.0)).sqrt()
+    };
+    let scores: Vec<f64> = residuals.iter().map(score).collect();
+    let mut sorted = scores.clone();
+    sorted.sort_by(f64::total_cmp);
+    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let out: Vec<usize> = (0..scores.len()).filter(|r| scores[*r] > f64::max(20.0, 15.0 * median)).collect();
+    for r in &out {
+        residuals[*r].fill(f64::NAN);
+    }
+    out
+}
+
+/// Floor of what fingers and pusher bear together at rest, all but the push itself, and of how two
+/// fingers share the weight by friction before anything has slid.
+fn shared_weight(scene: &Scene<f64>, feature: usize) -> f64 {
+    let channel = feature / BINS;
+    let shared = match Phase::of(feature % BINS) {
+        Phase::Pause | Phase::After => scene.pusher.is_some() && matches!(channel, 7..=11 | 19..=23),
+        Phase::Before => matches!(channel, 12 | 14 | 16),
+        _ => false,
+    };
+    if scene.fingers.is_none() || !shared {
+        return 0.0;
+    }
+    noise::shared_weight(scene, features::quantity(feature))
+}
+
+/// Relative step with which friction is varied.
+const STEP: f64 = 0.02;
+
+impl<'a> Problem<'a> {
+    /// Around `model`.
+    pub fn new(campaign: &'a Campaign, model: &Model<f64>) -> Self {
+        let mut groups: Vec<usize> = (0..campaign.groups.len()).collect();
+        let fine = campaign.simulate_all(model);
+        let coarse = campaign.simulate_groups(model, &groups);
+        let mut residuals: Vec<Features> = campaign
+            .runs
+            .iter()
+            .zip(&fine)
+            .map(|(r, f)| r.measured.iter().zip(f).map(|(y, f)| y - f).collect())
+            .collect();
+        let failed = failed(campaign, &mut residuals);
+        let base = [Free::FingerFriction, Free::PusherFriction, Free::SupportFriction];
+        let sensitivity: Vec<Vec<Features>> = base
+            .iter()
+            .map(|free| {
+                let mut changed = model.clone();
+                free.set(&mut changed, free.get(model) * (1.0 + STEP));
+                let with = campaign.simulate_groups(&changed, &groups);
+                with.iter().zip(&coarse).map(|(w, c)| difference(w, c, STEP)).collect()
+            })
+            .collect();
+        let mut of_run = vec![0; campaign.runs.len()];
+        for (g, group) in campaign.groups.iter().enumerate() {
+            group.runs.iter().for_each(|r| of_run[*r] = g);
+        }
+        let friction: Vec<[Features; 3]> = of_run
+            .iter()
+            .map(|g| [sensitivity[0][*g].clone(), sensitivity[1][*g].clone(), sensitivity[2][*g].clone()])
+            .collect();
+        let noise = noise::estimate(campaign, &residuals, &friction);
+        let mut whiteners = Vec::with_capacity(groups.len());
+        let mut targets = Vec::with_capacity(groups.len());
+        let mut single_run = Vec::with_capacity(groups.len());
+        let mut floors = Vec::with_capacity(groups.len());
+        for (g, group) in campaign.groups.iter().enumerate() {
+            let runs = group.runs.len() as f64;
+            let mean = noise::mean(group.runs.iter().map(|r| &residuals[*r]));
+            let first = &campaign.runs[group.runs[0]];
+            let ranges = first.bins.ranges(&first.prepared.simulate_every(model, first.stride));
+            let path = noise::FLOOR_OF_PATH * first.prepared.drive_path();
+            let floor2: Vec<f64> = (0..FEATURES)
+                .map(|f| {
+                    let place = if f < 3 * BINS { path } else { 0.0 };
+                    let shared = shared_weight(&first.prepared.scene, f);
+                    noise.floor[f].powi(2)
+                        + (noise::floor_of_range(f) * ranges[f]).powi(2)
+                        + place * place
+                        + shared * shared
+                })
+                .collect();
+            let variance: Vec<f64> =
+                (0..FEATURES).map(|f| noise.spread[f].powi(2) / runs + floor2[f]).collect();
+            let mut common: Vec<Features> =
+                noise.directions.iter().map(|d| d.iter().map(|x| x / runs.sqrt()).collect()).collect();
+            for k in 0..3 {
+                let sd = (noise.friction[k].powi(2) / runs + noise::CONDITION_FRICTION.powi(2)).sqrt();
+                common.push(sensitivity[k][g].iter().map(|x| x * sd).collect());
+            }
+            let one: Features = (0..FEATURES)
+                .map(|f| {
+                    let mut v = floor2[f] + noise.spread[f].powi(2);
+                    v += noise.directions.iter().map(|d| d[f] * d[f]).sum::<f64>();
+                    for k in 0..3 {
+                        let x = sensitivity[k][g][f] * noise.friction[k];
+                        v += if x.is_finite() { x * x } else { 0.0 };
+                    }
+                    v.sqrt()
+                })
+                .collect();
+            let active: Vec<usize> = (0..FEATURES).filter(|f| mean[*f].is_finite()).collect();
+            whiteners.push(Whitener::new(active, &variance, &common));
+            targets.push(mean.iter().zip(&coarse[g]).map(|(m, c)| m + c).collect());
+            single_run.push(one);
+            floors.push(floor2.iter().map(|x| x.sqrt()).collect());
+        }
+        groups.retain(|g| !whiteners[*g].active.is_empty() && !failed.contains(&campaign.groups[*g].runs[0]));
+        let of_offsets = prior_of_offsets(&campaign.description.sensors);
+        let offsets = whiteners.iter().map(Whitener::offsets).collect();
+        Self {
+            campaign,
+            noise,
+            targets,
+            whiteners,
+            offsets,
+            of_offsets,
+            single_run,
+            floors,
+            residuals,
+            groups,
+            failed,
+        }
+    }
+
+    /// Standard deviation of the floor of a feature.
+    pub fn floor(&self, group: usize, feature: usize) -> f64 {
+        self.floors[group][feature]
+    }
+
+    /// Coarse predictions of all groups in use.
+    pub fn predict(&self, model: &Model<f64>) -> Vec<Features> {
+        self.campaign.simulate_groups(model, &self.groups)
+    }
+
+    /// Residual features of all groups in use for coarse predictions.
+    pub fn residual(&self, predicted: &[Features]) -> Vec<Features> {
+        self.groups
+            .iter()
+            .zip(predicted)
+            .map(|(g, p)| self.targets[*g].iter().zip(p).map(|(t, p)| t - p).collect())
+            .collect()
+    }
+
+    /// Gram matrices for a residual and parameter columns (each a list over groups in use).
+    pub fn grams(&self, residual: &[Features], columns: &[Vec<Features>]) -> Vec<Gram> {
+        self.groups
+            .iter()
+            .enumerate()
+            .map(|(i, g)| {
+                let w = &self.whiteners[*g];
+                let parameters: Vec<DVector<f64>> = columns.iter().map(|c| w.apply(&c[i])).collect();
+                let condition = self.campaign.groups[*g].condition;
+                gls::gram(condition, &parameters, &self.offsets[*g], &w.apply(&residual[i]))
+            })
+            .collect()
+    }
+
+    /// Mean and precision of the prior of a parameter that has one: friction, about the value given.
+    pub fn prior(&self, free: &Free) -> Option<(f64, f64)> {
+        let k = match free {
+            Free::FingerFriction => 0,
+            Free::PusherFriction => 1,
+            Free::SupportFriction => 2,
+            Free::Effect { .. } => return None,
+        };
+        let given = self.campaign.given;
+        let mean = [given.finger, given.pusher, given.support][k];
+        let sd = (noise::FRICTION_PRIOR * mean).max(0.1);
+        Some((mean, 1.0 / (sd * sd)))
+    }
+
+    /// Prior of the changes of the `free` coefficients, of `more` of which nothing is known, and of the offsets.
+    pub fn priors(&self, free: &[Free], more: usize) -> Prior {
+        let mut out = Prior::none(free.len() + more);
+        for (p, f) in out.precision.iter_mut().zip(free) {
+            *p = self.prior(f).map_or(0.0, |(_, p)| p);
+        }
+        out.precision.extend(&self.of_offsets.precision);
+        out.bound.extend(&self.of_offsets.bound);
+        out
+    }
+
+    /// Residual with the fitted sensor offsets taken out.
+    pub fn without_offsets(&self, residual: &[Features], offsets: &[f64]) -> Vec<Features> {
+        let mut shift = [0.0; COUNT];
+        for (o, x) in offsets.iter().enumerate() {
+            for (channel, sign) in gls::shifts(o) {
+                shift[channel] += sign * x;
+            }
+        }
+        residual
+            .iter()
+            .map(|r| {
+                let mut r = r.clone();
+                for channel in 6..COUNT {
+                    for f in &mut r[channel * BINS..channel * BINS + PEAK] {
+                        *f -= shift[channel];
+                    }
+                }
+                r
+            })
+            .collect()
+    }
+}
+
+/// A sensor's constant error is uniform within the uncertainty stated, about: beyond a tenth more and the
+/// noise it is no nuisance any more.
+fn prior_of_offsets(sensors: &Sensors) -> Prior {
+    let mut out = Prior::none(OFFSETS);
+    for o in 0..OFFSETS {
+        let sensor = if o < 12 { &sensors.finger } else { &sensors.pusher };
+        let (noise, uncertainty) = match o % 6 {
+            0..3 => (sensor.force_noise_n.max(1e-4), sensor.force_uncertainty_n),
+            _ => (sensor.torque_noise_nm.max(1e-6), sensor.torque_uncertainty_nm),
+        };
+        out.precision[o] = 1.0 / (uncertainty * uncertainty / 3.0 + 0.01 * noise * noise);
+        out.bound[o] = 1.1 * uncertainty + 3.0 * noise;
+    }
+    out
+}
+
+/// `(with - without) / step`.
+pub fn difference(with: &Features, without: &Features, step: f64) -> Features {
+    with.iter().zip(without).map(|(a, b)| (a - b) / step).collect()
+}

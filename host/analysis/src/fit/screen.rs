@@ -1,0 +1,215 @@
+//! Screening: how much of the misfit each effect could explain, to first order.
+//!
+//! Each effect is switched on at a few settings (its typical strength, several values of
+//! what only shapes it), and the change of all features is an added variable beside the
+//! friction coefficients and the sensor offsets. The settings that explain most are where
+//! the joint refit starts.
+
+use crate::model::candidate::CandidateEffect;
+use stickslip_shared::effects::{Info, MAX_PARAMETERS};
+use stickslip_shared::model::Model;
+
+use crate::fit::features::Features;
+use crate::fit::gls;
+use crate::fit::problem::Problem;
+use crate::fit::{Free, Solution};
+
+/// An effect to try, with where its fit may start.
+#[derive(Clone, Debug)]
+pub struct Screened {
+    /// Which.
+    pub trial: CandidateEffect,
+    /// Decrease of the loss to first order.
+    pub gain: f64,
+    /// Where to start from, best first.
+    pub starts: Vec<Start>,
+    /// No setting changes any feature by more than a hundredth of its noise.
+    pub invisible: bool,
+}
+
+/// Where the fit of an effect may start.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// Loss to be expected from there, to first order.
+    pub loss: f64,
+    /// Which of the solutions it stands on.
+    pub on: usize,
+    /// That solution's model with the effect, and with the other parameters moved along.
+    pub model: Model<f64>,
+}
+
+/// Values that a parameter which only shapes an effect is tried at.
+fn shapes(p: &stickslip_shared::effects::Parameter) -> Vec<f64> {
+    let tries = if p.name.starts_with("wavelength") {
+        // A wave is found only from near its length.
+        [0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0].iter().map(|f| f * p.typical).collect()
+    } else if p.name == "late_s" {
+        // The fit finds it.
+        vec![p.typical]
+    } else if p.name == "sharpness" {
+        vec![p.low, 0.5 * p.high]
+    } else if p.typical == 0.0 {
+        vec![0.0, 0.5 * p.high]
+    } else {
+        vec![p.typical, 0.25 * p.typical, 4.0 * p.typical]
+    };
+    tries.into_iter().filter(|x| *x >= p.low && *x <= p.high).collect()
+}
+
+/// All combinations of the shaping parameters' values, the typical ones first.
+fn settings(info: &Info, shaping: &[usize]) -> Vec<[f64; MAX_PARAMETERS]> {
+    let mut typical = [0.0; MAX_PARAMETERS];
+    for (k, p) in info.parameters.iter().enumerate() {
+        typical[k] = if shaping.contains(&k) { p.typical } else { p.neutral };
+    }
+    let mut out = vec![typical];
+    for k in shaping {
+        for before in out.clone() {
+            for value in shapes(&info.parameters[*k]) {
+                let mut s = before;
+                s[*k] = value;
+                if !out.contains(&s) {
+                    out.push(s);
+                }
+            }
+        }
+    }
+    out
+}
+
+/// Most starts kept of each solution.
+const STARTS: usize = 3;
+
+/// Screens one effect on top of each of `bases`; the gain counts from the first of them.
+pub fn screen(
+    problem: &Problem,
+    bases: &[&Solution],
+    base_free: &[Free],
+    trial: &CandidateEffect,
+) -> Screened {
+    let mut starts = Vec::new();
+    let mut invisible = true;
+    for (on, base) in bases.iter().enumerate() {
+        let (here, largest) = screen_on(problem, (on, base), base_free, trial);
+        starts.extend(here);
+        invisible &= largest < 1e-2;
+    }
+    starts.sort_by(|a: &Start, b| a.loss.total_cmp(&b.loss));
+    let before = bases.first().map_or(0.0, |base| {
+        gls::least(&base.grams, &problem.priors(base_free, base.columns.len() - base_free.len())).0
+    });
+    let gain = starts.first().map_or(0.0, |s| before - s.loss);
+    Screened { trial: trial.clone(), gain, starts, invisible }
+}
+
+/// The best starts on one solution, and the largest change that any setting makes.
+fn screen_on(
+    problem: &Problem,
+    (on, base): (usize, &Solution),
+    base_free: &[Free],
+    trial: &CandidateEffect,
+) -> (Vec<Start>, f64) {
+    let info = trial.info;
+    let predicted = &base.predicted;
+    let changed = |parameters: [f64; MAX_PARAMETERS]| -> Vec<Features> {
+        let with = problem.predict(&trial.on(&base.model, parameters));
+        with.iter().zip(predicted).map(|(w, p)| w.iter().zip(p).map(|(a, b)| a - b).collect()).collect()
+    };
+    let size = |d: &[Features]| -> f64 {
+        d.iter()
+            .zip(&problem.groups)
+            .flat_map(|(d, g)| {
+                problem.whiteners[*g].active.iter().map(move |f| (d[*f] / problem.single_run[*g][*f]).abs())
+            })
+            .filter(|x| x.is_finite())
+            .fold(0.0, f64::max)
+    };
+    // A parameter is a strength if it alone makes a difference; otherwise it shapes.
+    let mut strengths = Vec::new();
+    let mut shaping = Vec::new();
+    for (k, p) in info.parameters.iter().enumerate() {
+        if p.typical == p.neutral {
+            shaping.push(k);
+        } else {
+            strengths.push(k);
+        }
+    }
+    let mut starts: Vec<Start> = Vec::new();
+    let mut start = |loss: f64, parameters: [f64; MAX_PARAMETERS], x: &[f64]| {
+        let mut model = trial.on(&base.model, parameters);
+        for (f, x) in base_free.iter().zip(x) {
+            f.set(&mut model, f.get(&base.model) + f.limited(&base.model, *x));
+        }
+        starts.push(Start { loss, on, model });
+    };
+    let mut largest: f64 = 0.0;
+    for setting in settings(info, &shaping) {
+        let mut columns = Vec::new();
+        let mut varied = Vec::new();
+        for k in &strengths {
+            let mut s = setting;
+            s[*k] = info.parameters[*k].typical;
+            let mut d = changed(s);
+            let mut dead = size(&d) < 1e-2;
+            if dead && strengths.len() > 1 {
+                // It may need the others to act.
+                for j in &strengths {
+                    s[*j] = info.parameters[*j].typical;
+                }
+                if size(&changed(s)) >= 1e-2 && columns.is_empty() {
+                    d = changed(s);
+                    dead = false;
+                }
+            }
+            largest = largest.max(size(&d));
+            if !dead {
+                columns.push(d);
+                varied.push((*k, s));
+            }
+        }
+        if columns.is_empty() {
+            continue;
+        }
+        let single: Vec<(f64, Vec<f64>)> =
+            columns.iter().map(|c| loss_with(problem, base, base_free, std::slice::from_ref(c))).collect();
+        let known = base_free.len();
+        let (together, x) = loss_with(problem, base, base_free, &columns);
+        let mut joint = setting;
+        for ((k, s), a) in varied.iter().zip(&x[known..]) {
+            let p = &info.parameters[*k];
+            for j in &strengths {
+                if j != k && !varied.iter().any(|(v, _)| v == j) {
+                    joint[*j] = s[*j];
+                }
+            }
+            joint[*k] = (p.neutral + a * (p.typical - p.neutral)).clamp(p.low, p.high);
+        }
+        start(together, joint, &x);
+        for ((k, s), (l, x)) in varied.iter().zip(&single) {
+            if varied.len() > 1 {
+                let p = &info.parameters[*k];
+                let mut one = *s;
+                one[*k] = (p.neutral + x[known] * (p.typical - p.neutral)).clamp(p.low, p.high);
+                start(*l, one, x);
+            }
+        }
+    }
+    starts.sort_by(|a, b| a.loss.total_cmp(&b.loss));
+    starts.truncate(STARTS);
+    (starts, largest)
+}
+
+/// Loss when `columns` are added, and the coefficients of `base_free` and of them.
+fn loss_with(
+    problem: &Problem,
+    base: &Solution,
+    base_free: &[Free],
+    columns: &[Vec<Features>],
+) -> (f64, Vec<f64>) {
+    let mut all: Vec<Vec<Features>> = base.columns[..base_free.len()].to_vec();
+    all.extend(columns.iter().cloned());
+    let grams = problem.grams(&base.residual, &all);
+    let with = problem.priors(base_free, all.len() - base_free.len());
+    let (loss, x) = gls::least(&grams, &with);
+    (loss, x[..all.len()].to_vec())
+}

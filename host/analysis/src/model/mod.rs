@@ -1,0 +1,5 @@
+//! The model that a user writes: file, formulas, and effects that may be added to it.
+
+pub mod candidate;
+pub mod expression;
+pub mod file;

@@ -1,0 +1,6 @@
+//! Models along recorded trials: the contact model by itself, and the predictor as on the board.
+
+pub mod motion;
+pub mod replay;
+pub mod simulate;
+pub mod summary;

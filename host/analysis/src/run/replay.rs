@@ -1,0 +1,339 @@
+//! A recorded trial through the predictor, tick by tick in `f32`, as the board does it.
+
+use nalgebra::Vector3;
+use stickslip_shared::model::{Model, Scene};
+use stickslip_shared::predictor::{
+    HASH_START, Intent, Limits, MAX_SEGMENTS, ModelError, Plan, Prediction, Predictor, Segment,
+};
+use stickslip_shared::track::Pose;
+use stickslip_shared::wire;
+use thiserror::Error;
+
+use crate::channels;
+use crate::run::simulate::{SceneError, scene};
+use stickslip_data::{Description, Trial};
+
+/// Why a trial cannot be replayed.
+#[derive(Debug, Error)]
+pub enum ReplayError {
+    /// No scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// Scene or model refused.
+    #[error("trial {trial}: the predictor refuses scene or model: {why:?}")]
+    Refused {
+        /// Trial.
+        trial: String,
+        /// Why.
+        why: ModelError,
+    },
+}
+
+/// A trial as it goes to the board: scene, plan and samples.
+#[derive(Clone, Debug)]
+pub struct Feed {
+    /// Rig and object.
+    pub scene: Scene<f32>,
+    /// Derived from the gripper's measured motion.
+    pub plan: Plan,
+    /// One for each recorded sample.
+    pub samples: Vec<wire::Sample>,
+}
+
+/// What a replay gave.
+#[derive(Clone, Debug)]
+pub struct Replayed {
+    /// One for each sample.
+    pub predictions: Vec<Prediction>,
+    /// Hash of every output word.
+    pub hash: u32,
+}
+
+/// Scene, plan and samples of a trial.
+///
+/// # Errors
+/// See [`scene`].
+pub fn feed(description: &Description, trial: &Trial) -> Result<Feed, SceneError> {
+    let scene = scene(description, trial)?;
+    let mut convert = Converter::new(trial);
+    let samples = trial.samples.iter().map(|s| convert.sample(s)).collect();
+    Ok(Feed { scene: scene.cast(), plan: plan_for(trial), samples })
+}
+
+/// Runs the predictor over a trial; `ordinal` is the trial's place in its data set.
+///
+/// # Errors
+/// No scene, or the predictor refuses scene or model.
+pub fn replay(
+    description: &Description,
+    trial: &Trial,
+    model: &Model<f64>,
+    limits: Limits,
+    ordinal: usize,
+) -> Result<Replayed, ReplayError> {
+    let feed = feed(description, trial)?;
+    let mut predictor = Predictor::new(feed.scene, model.cast(), limits)
+        .map_err(|why| ReplayError::Refused { trial: trial.info.trial.clone(), why })?;
+    predictor.set_plan(feed.plan);
+    predictor.set_trial(ordinal as f32);
+    let predictions: Vec<Prediction> = feed.samples.iter().map(|s| predictor.take(s)).collect();
+    let hash = hash(&predictions);
+    Ok(Replayed { predictions, hash })
+}
+
+/// Hash of every output word of a run.
+pub fn hash<'a>(predictions: impl IntoIterator<Item = &'a Prediction>) -> u32 {
+    predictions.into_iter().fold(HASH_START, |h, p| p.hash(h))
+}
+
+/// Turns recorded samples into those that go over the wire, one after the other: what is
+/// commanded (grip) or fixed (pusher) holds until it is given anew; what is measured does
+/// not. Time counts from the first sample.
+#[derive(Clone, Debug)]
+pub struct Converter {
+    seq: u32,
+    start_s: f64,
+    grip_n: f32,
+    pusher: Option<wire::Pose>,
+}
+
+impl Converter {
+    /// For the samples of `trial`.
+    pub fn new(trial: &Trial) -> Self {
+        Self {
+            seq: 0,
+            start_s: start_s(trial),
+            grip_n: trial.info.grip_n.unwrap_or(0.0) as f32,
+            pusher: trial.info.pusher.as_ref().map(narrow_pose),
+        }
+    }
+
+    /// The next sample. Only the first needs the object's pose.
+    pub fn sample(&mut self, s: &stickslip_data::Sample) -> wire::Sample {
+        self.grip_n = s.grip_cmd_n.map_or(self.grip_n, |g| g as f32);
+        self.pusher = s.pusher.as_ref().map(narrow_pose).or(self.pusher);
+        let seq = self.seq;
+        self.seq = self.seq.wrapping_add(1);
+        wire::Sample {
+            seq,
+            t_us: ((s.t_s - self.start_s) * 1e6).round() as u32,
+            grip_cmd_n: self.grip_n,
+            gripper: s.gripper.as_ref().map(narrow_pose),
+            object: s.object.as_ref().map(narrow_pose),
+            pusher: self.pusher,
+            finger: s.finger.map(|w| {
+                w.map(|w| {
+                    let ([fx, fy, fz], [tx, ty, tz]) = (w.force_n, w.torque_nm);
+                    [fx, fy, fz, tx, ty, tz].map(|x| x as f32)
+                })
+            }),
+        }
+    }
+}
+
+fn start_s(trial: &Trial) -> f64 {
+    trial.samples.first().map_or(0.0, |s| s.t_s)
+}
+
+fn narrow_pose(pose: &stickslip_data::Pose) -> wire::Pose {
+    wire::Pose {
+        position_m: pose.position_m.map(|x| x as f32),
+        quaternion: pose.quaternion.map(|x| x as f32),
+    }
+}
+
+/// The plan that a trial followed, counted from its first sample, as far as the gripper's
+/// measured motion tells: up to eight segments of nearly constant velocity, with the intent of the primitive.
+pub fn plan_for(trial: &Trial) -> Plan {
+    let intent = match trial.info.primitive.as_str() {
+        "linear_push" => Intent::Slide,
+        "pivot" => Intent::Pivot,
+        "lift" => Intent::Hold,
+        _ => Intent::Free,
+    };
+    let moments: Vec<Moment> = {
+        let mut grip_n = trial.info.grip_n.unwrap_or(0.0);
+        trial
+            .samples
+            .iter()
+            .filter_map(|s| {
+                grip_n = s.grip_cmd_n.unwrap_or(grip_n);
+                s.gripper.as_ref().map(|g| Moment { t_s: s.t_s, pose: channels::pose(g), grip_n })
+            })
+            .collect()
+    };
+    let mut plan = Plan { start_s: 0.0, segments: Default::default() };
+    for (from, to) in pieces(&moments) {
+        let (a, b) = (&moments[from], &moments[to]);
+        let v = velocity(a, b);
+        let grips = &moments[from..=to];
+        let segment = Segment {
+            duration_s: (b.t_s - a.t_s) as f32,
+            velocity_m_s: [v[0], v[1], v[2]].map(|x| x as f32),
+            angular_rad_s: [v[3], v[4], v[5]].map(|x| x as f32),
+            grip_n: (grips.iter().map(|m| m.grip_n).sum::<f64>() / grips.len() as f64) as f32,
+            intent,
+        };
+        // `pieces` gives no more than fit.
+        let _ = plan.segments.push(segment);
+    }
+    plan
+}
+
+struct Moment {
+    t_s: f64,
+    pose: Pose<f64>,
+    grip_n: f64,
+}
+
+/// Mean velocity (m/s) and angular velocity (rad/s) between two moments, world axes.
+fn velocity(a: &Moment, b: &Moment) -> [f64; 6] {
+    let dt = b.t_s - a.t_s;
+    let v: Vector3<f64> = (b.pose.position_m - a.pose.position_m) / dt;
+    let w: Vector3<f64> = (b.pose.rotation * a.pose.rotation.inverse()).scaled_axis() / dt;
+    [v.x, v.y, v.z, w.x, w.y, w.z]
+}
+
+/// Cuts the motion into at most [`MAX_SEGMENTS`] pieces: starting from slices of 40 ms,
+/// the two neighbours whose velocities differ least (by path over the shorter) are joined
+/// until what is left differs by more than a tenth of the largest speed and the pieces fit.
+fn pieces(moments: &[Moment]) -> Vec<(usize, usize)> {
+    const SLICE_S: f64 = 0.04;
+    // A rotation moves the object's ends, 50 mm away.
+    const ARM_M: f64 = 0.05;
+    let mut cuts = vec![0];
+    for (i, m) in moments.iter().enumerate() {
+        if m.t_s - moments[cuts[cuts.len() - 1]].t_s >= SLICE_S {
+            cuts.push(i);
+        }
+    }
+    if cuts.len() > 1
+        && let Some(last) = cuts.last_mut()
+    {
+        *last = moments.len() - 1;
+    }
+    let mut pieces: Vec<(usize, usize)> = cuts.windows(2).map(|w| (w[0], w[1])).collect();
+    let speed = |v: &[f64; 6]| {
+        let n = |a: &[f64]| a.iter().map(|x| x * x).sum::<f64>().sqrt();
+        n(&v[..3]) + ARM_M * n(&v[3..])
+    };
+    let of = |p: &(usize, usize)| velocity(&moments[p.0], &moments[p.1]);
+    let largest = pieces.iter().map(|p| speed(&of(p))).fold(0.0, f64::max);
+    while pieces.len() > 1 {
+        let difference = |k: usize| {
+            let (a, b) = (of(&pieces[k]), of(&pieces[k + 1]));
+            speed(&std::array::from_fn(|i| a[i] - b[i]))
+        };
+        let length = |k: usize| moments[pieces[k].1].t_s - moments[pieces[k].0].t_s;
+        // Short pieces go first: a brief deviation matters less than a long one.
+        let cost = |k: &usize| difference(*k) * length(*k).min(length(*k + 1));
+        let Some(k) = (0..pieces.len() - 1).min_by(|a, b| cost(a).total_cmp(&cost(b))) else { break };
+        let brief = length(k).min(length(k + 1)) < 2.0 * SLICE_S;
+        let alike = difference(k) < 0.1 * largest || brief && difference(k) < 0.3 * largest;
+        if pieces.len() <= MAX_SEGMENTS && !alike {
+            break;
+        }
+        let end = pieces.remove(k + 1).1;
+        pieces[k].1 = end;
+    }
+    pieces
+}
+
+/// Where two runs part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Difference {
+    /// Tick.
+    pub tick: usize,
+    /// Place in [`Prediction::words`].
+    pub word: usize,
+    /// Bits in the log; all ones where the replay has no such tick.
+    pub logged: u32,
+    /// Bits of the replay.
+    pub replayed: u32,
+}
+
+/// The first logged prediction that is not the replay's, bit for bit.
+pub fn first_difference(logged: &[(usize, Prediction)], replayed: &[Prediction]) -> Option<Difference> {
+    logged.iter().find_map(|(tick, log)| match replayed.get(*tick) {
+        None => Some(Difference { tick: *tick, word: 0, logged: u32::MAX, replayed: 0 }),
+        Some(own) => log
+            .words()
+            .zip(own.words())
+            .enumerate()
+            .find(|(_, (a, b))| a != b)
+            .map(|(word, (logged, replayed))| Difference { tick: *tick, word, logged, replayed }),
+    })
+}
+
+/// Names of the bits of [`Prediction::flags`], in order.
+pub const FLAGS: [&str; 10] = [
+    "slip, finger 1",
+    "slip, finger 2",
+    "slip ahead, finger 1",
+    "slip ahead, finger 2",
+    "unexpected",
+    "sag",
+    "rotation",
+    "drop",
+    "pushing",
+    "unsure",
+];
+
+/// Names of the bits of [`Prediction::validity`], in order.
+pub const VALIDITY: [&str; 14] = [
+    "doubt: solver",
+    "doubt: model restarted at the measurement",
+    "doubt: unusable sample",
+    "doubt: gap in the samples",
+    "doubt: no fingertip wrench",
+    "doubt: no plan",
+    "doubt: waiting for the object's pose",
+    "doubt: contact points left out",
+    "doubt: wrench not finite",
+    "doubt: one finger's wrench missing",
+    "doubt: wrench stuck",
+    "doubt: wrench saturated",
+    "doubt: wrench biased",
+    "doubt: model and measurement disagree",
+];
+
+/// One stretch of time in which a bit is set.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Span {
+    /// Name of the bit.
+    pub flag: &'static str,
+    /// Time stamp at which it rises.
+    pub rises_s: f64,
+    /// Time stamp at which it falls; `null`: up at the end.
+    pub falls_s: Option<f64>,
+    /// Ticks with it.
+    pub ticks: usize,
+}
+
+/// When each bit of `word` was set, in order of rising.
+pub fn spans(
+    t_s: &[f64],
+    predictions: &[Prediction],
+    names: &[&'static str],
+    word: impl Fn(&Prediction) -> u32,
+) -> Vec<Span> {
+    let mut out = Vec::new();
+    for (bit, flag) in names.iter().enumerate() {
+        let mut open: Option<Span> = None;
+        for (t, p) in t_s.iter().zip(predictions) {
+            let set = word(p) >> bit & 1 == 1;
+            match (&mut open, set) {
+                (None, true) => open = Some(Span { flag, rises_s: *t, falls_s: None, ticks: 1 }),
+                (Some(span), true) => span.ticks += 1,
+                (Some(span), false) => {
+                    span.falls_s = Some(*t);
+                    out.extend(open.take());
+                }
+                (None, false) => {}
+            }
+        }
+        out.extend(open);
+    }
+    out.sort_by(|a, b| a.rises_s.total_cmp(&b.rises_s));
+    out
+}

@@ -1,0 +1,496 @@
+//! The model run along a recorded trial: what it would have measured.
+//!
+//! Open loop, in `f64`: the object starts where it was measured; gripper and pusher move as
+//! they were measured; forces and motion of the object are the model's own. The same
+//! `step` runs on the board in `f32`.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use stickslip_shared::cone::ConeStatus;
+use stickslip_shared::contact::SLOTS;
+use stickslip_shared::model::{FingerContact, Model, Object, PusherContact, Scene, Shape, SupportContact};
+use stickslip_shared::shape::inertia;
+use stickslip_shared::step::{Drive, State, StepOutput, step_f64};
+use stickslip_shared::track::{Pose, Poses, drive_between, seat, settle, support_pose};
+use thiserror::Error;
+
+use crate::channels::{self, COUNT, Signals, object_channels};
+use crate::run::motion::denoised;
+use stickslip_data::{ContactSpec, Description, ObjectSpec, Trial};
+
+/// Why a trial cannot be simulated.
+#[derive(Debug, Error)]
+pub enum SceneError {
+    /// The description lacks or contradicts something.
+    #[error("trial {trial}: {what}")]
+    Description {
+        /// Trial.
+        trial: String,
+        /// What, and what to do.
+        what: String,
+    },
+}
+
+/// A trial made ready: its scene, and the start of everything.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// Rig and object of this trial.
+    pub scene: Scene<f64>,
+    /// Carrier where no gripper is measured.
+    pub carrier: Pose<f64>,
+    /// Object in the carrier frame at the start (mean of the samples before anything moved).
+    pub start: Pose<f64>,
+    /// Table, world.
+    pub support: Option<Pose<f64>>,
+    /// Measured channels, one for each sample.
+    pub measured: Vec<Signals>,
+    /// Time stamps.
+    pub t_s: Vec<f64>,
+    /// Poses of the prescribed bodies without measurement noise, one for each sample.
+    poses: Vec<Poses<f64>>,
+    grip_n: Vec<f64>,
+    /// Place of the trial in its data set.
+    pub ordinal: f64,
+}
+
+impl Prepared {
+    /// Whether the pusher's plane lies under the object: a platform, which has the support's
+    /// friction in the model.
+    #[must_use]
+    pub fn on_platform(&self) -> bool {
+        let gravity = Vector3::from(self.scene.gravity_m_s2);
+        let plane = matches!(self.scene.pusher, Some(PusherContact::Plane));
+        let pusher = self.poses.first().and_then(|p| p.pusher);
+        plane && pusher.is_some_and(|p| (p.rotation * Vector3::x()).dot(&gravity) < -0.7 * gravity.norm())
+    }
+}
+
+/// The model's channels along a trial, and how the solver fared.
+#[derive(Clone, Debug)]
+pub struct Simulated {
+    /// One for each sample.
+    pub signals: Vec<Signals>,
+    /// Steps whose solve did not reach its tolerance.
+    pub unsolved: usize,
+    /// Largest momentum error, N.
+    pub worst_residual_n: f64,
+    /// Slip speed of the object over each finger, m/s; one for each sample.
+    pub slip_m_s: Vec<[f64; 2]>,
+    /// Normal force of finger 1, finger 2, pusher, support; one for each sample.
+    pub normal_n: Vec<[f64; 4]>,
+}
+
+/// Rig and object of a trial as the model sees them.
+///
+/// # Errors
+/// Where `dataset.toml` lacks a dimension or names a contact that the format does not know.
+pub fn scene(description: &Description, trial: &Trial) -> Result<Scene<f64>, SceneError> {
+    let fail = |what: String| SceneError::Description { trial: trial.info.trial.clone(), what };
+    let spec = description
+        .objects
+        .iter()
+        .find(|o| o.id == trial.info.object)
+        .ok_or_else(|| fail(format!("object `{}` is not in dataset.toml", trial.info.object)))?;
+    let object = object(spec).map_err(&fail)?;
+    let primitive = &trial.info.primitive;
+    let fingers = description.fingers.as_ref().map(finger).transpose().map_err(&fail)?;
+    let pusher = description.pushers.get(primitive).map(pusher).transpose().map_err(&fail)?;
+    let support = description.supports.get(primitive).map(support).transpose().map_err(&fail)?;
+    // A primitive that grips nothing leaves the gripper's columns empty.
+    let grasped = trial.samples.iter().any(|s| s.gripper.is_some());
+    Ok(Scene {
+        gravity_m_s2: description.gravity_m_s2,
+        object,
+        fingers: fingers.filter(|_| grasped),
+        pusher,
+        support,
+    })
+}
+
+fn need(value: Option<f64>, what: &str) -> Result<f64, String> {
+    value.ok_or_else(|| format!("dataset.toml does not give {what}; add it"))
+}
+
+fn object(spec: &ObjectSpec) -> Result<Object<f64>, String> {
+    let id = &spec.id;
+    let shape = match spec.shape.as_str() {
+        "prism" => Shape::Prism {
+            length_m: need(spec.length_m, &format!("length_m of object `{id}`"))?,
+            side_m: need(spec.side_m, &format!("side_m of object `{id}`"))?,
+        },
+        "cylinder" => {
+            let diameter_m = need(spec.side_m, &format!("side_m of object `{id}`"))?;
+            Shape::Cylinder {
+                length_m: need(spec.length_m, &format!("length_m of object `{id}`"))?,
+                diameter_m,
+                across_flats_m: spec.across_flats_m.unwrap_or(diameter_m),
+            }
+        }
+        "polygon" => {
+            let given = spec.vertices_m.as_deref().unwrap_or_default();
+            let mut vertices_m = heapless::Vec::from_slice(given).map_err(|_| {
+                format!(
+                    "object `{id}` has {} vertices; at most {} fit",
+                    given.len(),
+                    stickslip_shared::model::MAX_VERTICES
+                )
+            })?;
+            if vertices_m.len() < 3 {
+                return Err(format!("object `{id}` is a polygon with {} vertices", vertices_m.len()));
+            }
+            // Counter-clockwise, whatever the file has.
+            let area: f64 = (0..vertices_m.len())
+                .map(|i| {
+                    let (a, b) = (vertices_m[i], vertices_m[(i + 1) % vertices_m.len()]);
+                    a[0] * b[1] - a[1] * b[0]
+                })
+                .sum();
+            if area < 0.0 {
+                vertices_m.reverse();
+            }
+            Shape::Polygon {
+                vertices_m,
+                height_m: need(spec.height_m, &format!("height_m of object `{id}`"))?,
+            }
+        }
+        other => return Err(format!("object `{id}`: unknown shape `{other}` (prism, cylinder, polygon)")),
+    };
+    let inertia_kg_m2 = spec.inertia_kg_m2.unwrap_or_else(|| inertia(&shape, spec.mass_kg));
+    Ok(Object { shape, mass_kg: spec.mass_kg, inertia_kg_m2 })
+}
+
+fn finger(spec: &ContactSpec) -> Result<FingerContact<f64>, String> {
+    match spec.contact.as_str() {
+        "disc" => Ok(FingerContact::Disc { diameter_m: need(spec.diameter_m, "diameter_m of [fingers]")? }),
+        "line" => Ok(FingerContact::Line { length_m: need(spec.length_m, "length_m of [fingers]")? }),
+        "point" => Ok(FingerContact::Point),
+        other => Err(format!("[fingers]: unknown contact `{other}` (disc, line, point)")),
+    }
+}
+
+fn pusher(spec: &ContactSpec) -> Result<PusherContact<f64>, String> {
+    match spec.contact.as_str() {
+        "plane" => Ok(PusherContact::Plane),
+        "line" => Ok(PusherContact::Line { length_m: need(spec.length_m, "length_m of the pusher")? }),
+        "point" => {
+            Ok(PusherContact::Point { tip_radius_m: need(spec.tip_radius_m, "tip_radius_m of the pusher")? })
+        }
+        other => Err(format!("pusher: unknown contact `{other}` (plane, line, point)")),
+    }
+}
+
+fn support(spec: &ContactSpec) -> Result<SupportContact<f64>, String> {
+    match spec.contact.as_str() {
+        "patch" => Ok(SupportContact::Patch),
+        "points" => {
+            let given = spec.points_m.as_deref().unwrap_or_default();
+            heapless::Vec::from_slice(given)
+                .map(SupportContact::Points)
+                .map_err(|_| format!("{} support points; at most 8 fit", given.len()))
+        }
+        other => Err(format!("support: unknown contact `{other}` (patch, points)")),
+    }
+}
+
+/// Makes a trial ready: converts poses and measurements once, for many simulations.
+/// `ordinal` is the trial's place in its data set.
+///
+/// # Errors
+/// See [`scene`]; also where the first sample lacks the object's or the gripper's pose.
+pub fn prepare(description: &Description, trial: &Trial, ordinal: usize) -> Result<Prepared, SceneError> {
+    let fail = |what: &str| SceneError::Description { trial: trial.info.trial.clone(), what: what.into() };
+    let scene = scene(description, trial)?;
+    let samples = &trial.samples;
+    let first = samples.first().ok_or_else(|| fail("it has no samples"))?;
+    let object = samples
+        .iter()
+        .take(10)
+        .find_map(|s| s.object.as_ref())
+        .map(channels::pose)
+        .ok_or_else(|| fail("the object's pose is not known at the start; the model needs it there"))?;
+    let mut carrier = match (&first.gripper, &scene.fingers) {
+        (Some(g), _) => channels::pose(g),
+        (None, None) => object,
+        (None, Some(_)) => return Err(fail("the gripper's pose is not known at the start")),
+    };
+    let mut grippers = Vec::with_capacity(samples.len());
+    let mut pushers = Vec::with_capacity(samples.len());
+    let mut grip_n = Vec::with_capacity(samples.len());
+    let fixed = trial.info.pusher.as_ref().map(channels::pose);
+    let (mut gripper, mut pusher) = (carrier, fixed);
+    let mut grip = trial.info.grip_n.unwrap_or(0.0);
+    for s in samples {
+        gripper = s.gripper.as_ref().map_or(gripper, channels::pose);
+        pusher = s.pusher.as_ref().map(channels::pose).or(pusher);
+        grip = s.grip_cmd_n.unwrap_or(grip);
+        grippers.push(if scene.fingers.is_some() { gripper } else { carrier });
+        pushers.extend(pusher.filter(|_| scene.pusher.is_some()));
+        grip_n.push(grip);
+    }
+    if scene.pusher.is_some() && pushers.len() < samples.len() {
+        return Err(fail(
+            "its primitive has a pusher, but neither trials.csv nor its first sample gives its pose",
+        ));
+    }
+    let t_s: Vec<f64> = samples.iter().map(|s| s.t_s).collect();
+    let (grippers, pushers) = (denoised(&t_s, &grippers), denoised(&t_s, &pushers));
+    carrier = grippers.first().copied().unwrap_or(carrier);
+    let start = flush(&scene, mean_start(trial, &grippers, &object));
+    let support = support_pose(&scene, &carrier.to_world(&start));
+    let poses: Vec<Poses<f64>> = (0..samples.len())
+        .map(|i| Poses { t_s: t_s[i], carrier: grippers[i], pusher: pushers.get(i).copied(), support })
+        .collect();
+    let measured =
+        samples.iter().zip(&poses).map(|(s, p)| channels::measured(s, &p.carrier, &start.rotation)).collect();
+    Ok(Prepared { scene, carrier, start, support, measured, t_s, poses, grip_n, ordinal: ordinal as f64 })
+}
+
+/// The start with flat faces flush to flat pads and midway between them, as the closed jaw
+/// holds them: what is measured off that (within 10 mrad) is noise, to which the pressure
+/// under rigid pads would answer.
+fn flush(scene: &Scene<f64>, start: Pose<f64>) -> Pose<f64> {
+    let flat = matches!(scene.fingers, Some(FingerContact::Disc { .. }));
+    let towards = start.rotation.inverse_transform_vector(&Vector3::y());
+    let Some(face) = scene.object.shape.face_towards(&towards).filter(|_| flat) else {
+        return start;
+    };
+    let normal = start.rotation.transform_vector(&face.normal);
+    match UnitQuaternion::rotation_between(&normal, &Vector3::y()) {
+        Some(turn) if turn.angle() < 0.01 => {
+            let rotation = turn * start.rotation;
+            let mut position_m = start.position_m;
+            position_m.y = 0.0;
+            Pose { position_m, rotation }
+        }
+        _ => start,
+    }
+}
+
+/// Mean pose of the object in the carrier while nothing moves yet (at most 100 ms): pose
+/// noise at a single sample would tilt the whole simulation.
+fn mean_start(trial: &Trial, carriers: &[Pose<f64>], object: &Pose<f64>) -> Pose<f64> {
+    let Some(carrier) = carriers.first() else { return *object };
+    let first = carrier.to_local(object);
+    let (mut position, mut turn, mut count) = (Vector3::zeros(), Vector3::zeros(), 0.0);
+    let t0 = trial.samples.first().map_or(0.0, |s| s.t_s);
+    for (s, here) in trial.samples.iter().zip(carriers).take_while(|(s, _)| s.t_s - t0 <= 0.1) {
+        let moved =
+            (here.position_m - carrier.position_m).norm() + here.rotation.angle_to(&carrier.rotation) * 0.05;
+        if moved > 2e-5 {
+            break;
+        }
+        let Some(o) = &s.object else { continue };
+        let local = here.to_local(&channels::pose(o));
+        position += local.position_m - first.position_m;
+        turn += (local.rotation * first.rotation.inverse()).scaled_axis();
+        count += 1.0;
+    }
+    if count == 0.0 {
+        return first;
+    }
+    Pose {
+        position_m: first.position_m + position / count,
+        rotation: UnitQuaternion::from_scaled_axis(turn / count) * first.rotation,
+    }
+}
+
+impl Prepared {
+    /// Runs the model along the trial. Every sample gets a row; a time gap longer than a
+    /// tenth of a second is bridged in steps of 20 ms at most.
+    pub fn simulate(&self, model: &Model<f64>) -> Simulated {
+        self.simulate_every(model, 1)
+    }
+
+    /// As [`Prepared::simulate`], stepping over `stride` samples at a time; rows between are
+    /// copies of the last step's. For sensitivities, where coarse steps will do.
+    pub fn simulate_every(&self, model: &Model<f64>, stride: usize) -> Simulated {
+        let n = self.poses.len();
+        let mut out = Simulated {
+            signals: Vec::with_capacity(n),
+            unsolved: 0,
+            worst_residual_n: 0.0,
+            slip_m_s: Vec::with_capacity(n),
+            normal_n: Vec::with_capacity(n),
+        };
+        self.observe(model, stride, |sample, _, step, _| {
+            while out.signals.len() <= sample {
+                self.record(step, &mut out);
+            }
+        });
+        out
+    }
+
+    /// Runs the model along the trial and shows the last step before each sample it reaches:
+    /// sample, state after the step, what the step produced, its drive. The first call is
+    /// for sample 0, at rest in the grasp.
+    pub fn observe(
+        &self,
+        model: &Model<f64>,
+        stride: usize,
+        mut each: impl FnMut(usize, &State<f64, SLOTS>, &StepOutput<f64, SLOTS>, &Drive<f64>),
+    ) {
+        let n = self.poses.len();
+        let Some(first) = self.poses.first() else {
+            return;
+        };
+        let unseated = first.pusher.map_or_else(Vector3::zeros, |p| p.position_m);
+        let still = Poses { t_s: first.t_s + 0.004, ..*first };
+        let Some(mut drive) = drive_between(first, &still, &unseated, self.grip_n[0], self.ordinal) else {
+            return;
+        };
+        // The object is at rest in the grasp; the carrier's own speed enters with the first step.
+        let mut state: State<f64, SLOTS> =
+            State::held(&self.scene, model, &drive, self.start.position_m, self.start.rotation);
+        let shift = seat(&self.scene, model, &state, &drive);
+        if let Some(p) = &mut drive.pusher {
+            p.position_m += drive.carrier.inverse_transform_vector(&shift);
+        }
+        settle(&self.scene, model, &mut state, &drive);
+        let settled = step_f64(&self.scene, model, &mut state, &drive);
+        each(0, &state, &settled, &drive);
+        let stride = stride.max(1);
+        let mut from = 0;
+        while from + 1 < n {
+            let to = (from + stride).min(n - 1);
+            let (mut a, mut b) = (self.poses[from], self.poses[to]);
+            for p in [&mut a.pusher, &mut b.pusher].into_iter().flatten() {
+                p.position_m += shift;
+            }
+            let parts = ((b.t_s - a.t_s) / 0.0201).ceil().max(1.0);
+            if let Some(whole) = drive_between(&a, &b, &unseated, self.grip_n[to], self.ordinal) {
+                let mut part = whole;
+                part.dt_s = whole.dt_s / parts;
+                let mut last = step_f64(&self.scene, model, &mut state, &part);
+                for _ in 1..parts as usize {
+                    for m in [&mut part.pusher, &mut part.support].into_iter().flatten() {
+                        m.position_m += m.velocity_m_s * part.dt_s;
+                        m.rotation =
+                            stickslip_shared::step::turned(&m.rotation, &(m.angular_rad_s * part.dt_s));
+                    }
+                    last = step_f64(&self.scene, model, &mut state, &part);
+                }
+                each(to, &state, &last, &part);
+            }
+            from = to;
+        }
+    }
+
+    fn record(&self, step: &StepOutput<f64, SLOTS>, out: &mut Simulated) {
+        let mut row = [f64::NAN; COUNT];
+        let r = &step.reading;
+        let local = Pose { position_m: r.position_m, rotation: r.rotation };
+        row[..6].copy_from_slice(&object_channels(&local, &self.start.rotation));
+        if self.scene.fingers.is_some() {
+            row[6..12].copy_from_slice(&r.finger[0]);
+            row[12..18].copy_from_slice(&r.finger[1]);
+        }
+        if self.scene.pusher.is_some() {
+            row[18..24].copy_from_slice(&r.pusher);
+        }
+        out.signals.push(row);
+        out.slip_m_s.push(step.slip_m_s.map(|s| s.norm()));
+        out.normal_n.push(step.normal_n);
+        if step.status != ConeStatus::Solved {
+            out.unsolved += 1;
+        }
+        out.worst_residual_n = out.worst_residual_n.max(step.residual_n);
+    }
+
+    /// Poses of the prescribed bodies, one for each sample.
+    pub fn poses(&self) -> &[Poses<f64>] {
+        &self.poses
+    }
+
+    /// Whether the object lies on a table or a platform at the start.
+    pub fn rests(&self) -> bool {
+        let down = Vector3::from(self.scene.gravity_m_s2);
+        let normal = |p: &Pose<f64>| p.rotation.transform_vector(&Vector3::x());
+        let pusher = self.poses.first().and_then(|p| p.pusher);
+        let platform = matches!(self.scene.pusher, Some(PusherContact::Plane))
+            && pusher.is_some_and(|p| normal(&p).dot(&down) < -0.7 * down.norm());
+        platform || self.scene.support.is_some()
+    }
+
+    /// Grip force commanded on each finger, one for each sample, N.
+    pub fn grips_n(&self) -> &[f64] {
+        &self.grip_n
+    }
+
+    /// Grip force commanded while the trial moves (the median over its samples), N.
+    pub fn grip_n(&self) -> f64 {
+        let mut all = self.grip_n.clone();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied().unwrap_or(0.0)
+    }
+
+    /// Length of the prescribed path, m; see [`Prepared::drive_speed`].
+    pub fn drive_path(&self) -> f64 {
+        let speed = self.drive_speed();
+        self.t_s.windows(2).zip(&speed).map(|(t, v)| v * (t[1] - t[0])).sum()
+    }
+
+    /// The same trial with every commanded grip force multiplied by `factor`.
+    #[must_use]
+    pub fn with_grip(&self, factor: f64) -> Self {
+        let mut out = self.clone();
+        out.grip_n.iter_mut().for_each(|g| *g *= factor);
+        out
+    }
+
+    /// The same trial along two paths that nobody can tell from the measured one: the carrier
+    /// drifts by 5 um sideways and 0.05 mrad about its own X and Z, to either side, which is
+    /// below what motion capture sees. A rigid grasp that touches something has forces that
+    /// hang on it. None where nothing is grasped.
+    pub fn drifted(&self) -> Vec<Self> {
+        const DRIFT_M: f64 = 5e-6;
+        const DRIFT_RAD: f64 = 5e-5;
+        let signs: &[f64] = if self.scene.fingers.is_some() { &[1.0, -1.0] } else { &[] };
+        let drift = |sign: &f64| {
+            let turn = Vector3::new(DRIFT_RAD, 0.0, sign * DRIFT_RAD);
+            self.with_drift(&(Vector3::y() * (sign * DRIFT_M)), &turn)
+        };
+        signs.iter().map(drift).collect()
+    }
+
+    /// The same trial with the carrier drifting away from its measured track, evenly from
+    /// nothing at the first sample to `shift_m` and `turn_rad` (carrier axes) at the last.
+    #[must_use]
+    pub fn with_drift(&self, shift_m: &Vector3<f64>, turn_rad: &Vector3<f64>) -> Self {
+        let mut out = self.clone();
+        let last = out.poses.len().max(2) as f64 - 1.0;
+        for (i, p) in out.poses.iter_mut().enumerate() {
+            let share = i as f64 / last;
+            p.carrier.position_m += p.carrier.rotation.transform_vector(&(shift_m * share));
+            p.carrier.rotation *= UnitQuaternion::from_scaled_axis(turn_rad * share);
+        }
+        out
+    }
+
+    /// Speed of the prescribed motion at each sample, m/s: gripper and pusher relative to
+    /// the world, a turn counted at a lever of 30 mm. Zero at rest.
+    pub fn drive_speed(&self) -> Vec<f64> {
+        let turned = |a: &Pose<f64>, b: &Pose<f64>| {
+            (b.position_m - a.position_m).norm() + 0.03 * b.rotation.angle_to(&a.rotation)
+        };
+        let mut speed: Vec<f64> = self
+            .poses
+            .windows(2)
+            .map(|w| {
+                let pusher = match (&w[0].pusher, &w[1].pusher) {
+                    (Some(a), Some(b)) => turned(a, b),
+                    _ => 0.0,
+                };
+                (turned(&w[0].carrier, &w[1].carrier) + pusher) / (w[1].t_s - w[0].t_s)
+            })
+            .collect();
+        speed.push(0.0);
+        speed
+    }
+
+    /// Object's pose in the world for a row of channels at sample `index`.
+    pub fn world_pose(&self, index: usize, row: &Signals) -> Pose<f64> {
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::new(row[3], row[4], row[5]));
+        let local =
+            Pose { position_m: Vector3::new(row[0], row[1], row[2]), rotation: turn * self.start.rotation };
+        self.poses[index].carrier.to_world(&local)
+    }
+}

@@ -1,0 +1,105 @@
+//! The predictor and simple thresholds over a whole data set, in one document.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+use stickslip_data::Index;
+use stickslip_shared::model::Model;
+use stickslip_shared::predictor::Limits;
+
+use super::calibration::{Calibration, Stated};
+use super::figures::{Class, Row, rows};
+use super::{Judged, Method, ObjectPose, ScoreError, Scored, judge};
+
+/// The JSON document `stickslip-score/1`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Document {
+    /// Always `stickslip-score/1`.
+    pub schema: &'static str,
+    /// Folder.
+    pub data: PathBuf,
+    /// Trials scored.
+    pub trials: usize,
+    /// Trials passed over: name, why.
+    pub passed_over: Vec<(String, String)>,
+    /// What is worth knowing of the tables.
+    pub warnings: Vec<String>,
+    /// Time scored, h.
+    pub hours: f64,
+    /// See [`ObjectPose`].
+    pub object_pose: ObjectPose,
+    /// Share of ticks at which the predictor does not trust its sample.
+    pub doubtful_share: f64,
+    /// One for each kind of event and method.
+    pub rows: Vec<Row>,
+    /// One for each predictor.
+    pub calibration: Vec<Calibration>,
+}
+
+/// Thresholds that a predictor has to beat.
+#[derive(Clone, Copy, Debug)]
+pub struct Baselines {
+    /// Tangential over normal force at which a finger is said to slip.
+    pub ratio: f64,
+    /// Rate of the tangential force at which a finger is said to slip, N/s.
+    pub rate_n_s: f64,
+}
+
+/// Scores the predictor with `model`, the same without its effects, and the baselines.
+///
+/// # Errors
+/// A trial that the predictor refuses, or no trial that can be scored.
+pub fn score(
+    index: &Index,
+    model: &Model<f64>,
+    pose: ObjectPose,
+    baselines: Baselines,
+    progress: impl Fn() + Sync,
+) -> Result<Document, ScoreError> {
+    let mut methods =
+        vec![Method::Predictor { name: "stickslip".into(), model: Box::new(model.clone()), pose }];
+    if !model.effects.is_empty() {
+        let mut plain = model.clone();
+        plain.effects.clear();
+        plain.formulas.clear();
+        let name = "without added effects".into();
+        methods.push(Method::Predictor { name, model: Box::new(plain), pose });
+    }
+    methods.extend([Method::Ratio(baselines.ratio), Method::Rate(baselines.rate_n_s)]);
+    let Scored { judged, passed_over, warnings } = judge(index, &methods, Limits::default(), progress)?;
+    if judged.is_empty() {
+        let why = passed_over.first().map_or("the data set lists no trials", |(_, why)| *why);
+        return Err(ScoreError::Nothing(why));
+    }
+    let names: Vec<String> = methods.iter().map(Method::name).collect();
+    let ticks: usize = judged.iter().map(|j| j.alarms[0].ticks).sum();
+    let doubtful: usize = judged.iter().map(|j| j.alarms[0].doubtful).sum();
+    let calibration = methods
+        .iter()
+        .enumerate()
+        .filter(|(_, method)| matches!(method, Method::Predictor { .. }))
+        .map(|(m, method)| {
+            let mut all = Stated::default();
+            judged.iter().filter_map(|j| j.alarms.get(m)).for_each(|a| all.add(&a.stated));
+            all.figures(&method.name())
+        })
+        .collect();
+    // Thresholds on forces say nothing of sag and rotation.
+    let mut shown = rows(&judged, &names);
+    shown.retain(|r| {
+        let predicts = |m: &Method| m.name() == r.method && matches!(m, Method::Predictor { .. });
+        r.class != Class::Moved || methods.iter().any(predicts)
+    });
+    Ok(Document {
+        schema: "stickslip-score/1",
+        data: index.folder.clone(),
+        trials: judged.len(),
+        passed_over: passed_over.into_iter().map(|(trial, why)| (trial, why.to_owned())).collect(),
+        warnings: warnings.iter().map(ToString::to_string).collect(),
+        hours: judged.iter().map(|j: &Judged| j.truth.until_s).sum::<f64>() / 3600.0,
+        object_pose: pose,
+        doubtful_share: doubtful as f64 / ticks.max(1) as f64,
+        rows: shown,
+        calibration,
+    })
+}

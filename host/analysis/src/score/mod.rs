@@ -1,0 +1,300 @@
+//! How early and how rightly slip and drop are predicted, against the measured motion.
+//!
+//! Each trial goes through the predictor tick by tick in `f32`, as on the board. The plan
+//! gives the gripper's motion and the grip set-point at the start; that a grip decays is
+//! not in it. Baselines see the same wrenches.
+
+pub mod alarms;
+pub mod calibration;
+pub mod document;
+pub mod figures;
+pub mod truth;
+
+use rayon::prelude::*;
+use stickslip_shared::model::Model;
+use stickslip_shared::predictor::{Limits, Prediction, Predictor, flags};
+
+use crate::run::replay::{Feed, feed};
+use crate::run::simulate::scene;
+use alarms::{Episode, episodes};
+use calibration::Stated;
+use stickslip_data::{DatasetError, Description, Index, Trial, TrialInfo, Warning, error::join_warnings};
+use truth::{Kind, Truth};
+
+/// Lead that a drop is to be warned with.
+pub const DROP_AHEAD_S: f64 = 0.36;
+/// Lead that a slip whose cause builds up is to be warned with.
+pub const SLIP_AHEAD_S: f64 = 0.1;
+/// A sudden slip is to be flagged this long after its onset at the latest.
+pub const SUDDEN_WITHIN_S: f64 = 0.02;
+/// The rate of the tangential force is taken over this many samples.
+const RATE_SAMPLES: usize = 5;
+
+/// How often the predictor is given the object's measured pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "snake_case")]
+pub enum ObjectPose {
+    /// Each sample, as recorded
+    Every,
+    /// Only at the start: a gripper without motion capture
+    Start,
+}
+
+/// What is scored against the events.
+#[derive(Clone, Debug)]
+// A handful of them exist.
+#[allow(clippy::large_enum_variant)]
+pub enum Method {
+    /// The predictor.
+    Predictor {
+        /// Shown.
+        name: String,
+        /// Contact law, friction, effects.
+        model: Box<Model<f64>>,
+        /// See [`ObjectPose`].
+        pose: ObjectPose,
+    },
+    /// Tangential over normal force of both fingers above a threshold.
+    Ratio(f64),
+    /// Rate of the tangential force above a threshold, N/s.
+    Rate(f64),
+}
+
+impl Method {
+    /// As the table shows it.
+    pub fn name(&self) -> String {
+        match self {
+            Method::Predictor { name, .. } => name.clone(),
+            Method::Ratio(limit) => format!("F_t/F_n > {limit}"),
+            Method::Rate(limit) => format!("|dF_t/dt| > {limit} N/s"),
+        }
+    }
+}
+
+/// A method's alarms in one trial.
+#[derive(Clone, Debug, Default)]
+pub struct Alarms {
+    /// Slip, now or ahead; for [`Kind::Slip`].
+    pub slip: Vec<Episode>,
+    /// Sag or rotation beyond the limit, now or ahead.
+    pub moved: Vec<Episode>,
+    /// Loss of the grasp.
+    pub drop: Vec<Episode>,
+    /// Finger slips now.
+    pub slipping: [Vec<Episode>; 2],
+    /// Ticks with any doubt that withdraws the flags.
+    pub doubtful: usize,
+    /// Ticks scored.
+    pub ticks: usize,
+    /// The figures that it stated.
+    pub stated: Stated,
+}
+
+impl Alarms {
+    /// Episodes that speak of `kind`.
+    pub fn of(&self, kind: Kind) -> &[Episode] {
+        match kind {
+            Kind::Slip => &self.slip,
+            Kind::Moved => &self.moved,
+            Kind::Drop => &self.drop,
+        }
+    }
+}
+
+/// One trial, judged.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    /// Trial's name.
+    pub trial: String,
+    /// The plan holds the object throughout (no slip is meant).
+    pub holds: bool,
+    /// What happened.
+    pub truth: Truth,
+    /// In the order of the methods.
+    pub alarms: Vec<Alarms>,
+}
+
+/// What a data set gave.
+#[derive(Clone, Debug, Default)]
+pub struct Scored {
+    /// Trials with something to judge by.
+    pub judged: Vec<Judged>,
+    /// The others: name, and why they are passed over.
+    pub passed_over: Vec<(String, &'static str)>,
+    /// What is worth knowing of the tables, equal remarks joined.
+    pub warnings: Vec<Warning>,
+}
+
+/// Why a data set cannot be scored.
+#[derive(Debug, thiserror::Error)]
+pub enum ScoreError {
+    /// Reading a table.
+    #[error(transparent)]
+    Data(#[from] DatasetError),
+    /// Scene or model.
+    #[error(transparent)]
+    Replay(#[from] crate::run::replay::ReplayError),
+    /// Scene.
+    #[error(transparent)]
+    Scene(#[from] crate::run::simulate::SceneError),
+    /// No trial was left.
+    #[error("no trial can be scored: {0}")]
+    Nothing(&'static str),
+}
+
+/// Scores every trial that grasps something and shows where the object is. `done` is called after
+/// each.
+///
+/// # Errors
+/// A refused row of trials.csv, a trial that cannot be read, or a model that the predictor refuses.
+pub fn judge(
+    index: &Index,
+    methods: &[Method],
+    limits: Limits,
+    done: impl Fn() + Sync,
+) -> Result<Scored, ScoreError> {
+    if let Some(error) = index.errors.first() {
+        return Err(error.clone().into());
+    }
+    let judged: Vec<(Result<Judged, &'static str>, Vec<Warning>)> = index
+        .trials
+        .par_iter()
+        .enumerate()
+        .map(|(ordinal, info)| {
+            let reading = index.read_trial_lenient(info);
+            if let Some(error) = reading.error {
+                return Err(error.into());
+            }
+            let judged = match &reading.trial {
+                Some(trial) => judge_trial(&index.description, trial, ordinal, methods, limits)?,
+                None => Err("no samples"),
+            };
+            done();
+            Ok((judged, reading.warnings))
+        })
+        .collect::<Result<_, ScoreError>>()?;
+    let mut scored = Scored::default();
+    let mut warnings = index.warnings.clone();
+    for ((judged, more), info) in judged.into_iter().zip(&index.trials) {
+        warnings.extend(more);
+        match judged {
+            Ok(judged) => scored.judged.push(judged),
+            Err(why) => scored.passed_over.push((info.trial.clone(), why)),
+        }
+    }
+    scored.warnings = join_warnings(warnings);
+    Ok(scored)
+}
+
+fn judge_trial(
+    description: &Description,
+    trial: &Trial,
+    ordinal: usize,
+    methods: &[Method],
+    limits: Limits,
+) -> Result<Result<Judged, &'static str>, ScoreError> {
+    let info: &TrialInfo = &trial.info;
+    let rig = scene(description, trial)?;
+    if rig.fingers.is_none() {
+        return Ok(Err(match description.fingers {
+            Some(_) => "nothing is grasped: no sample has a whole gripper pose",
+            None => "nothing is grasped: dataset.toml describes no fingers",
+        }));
+    }
+    if !trial.samples.iter().any(|s| s.object.is_some() && s.gripper.is_some()) {
+        return Ok(Err("no sample has the whole poses of gripper and object, which tell when it slips"));
+    }
+    let mut feed = feed(description, trial)?;
+    let set_point = trial.samples.iter().find_map(|s| s.grip_cmd_n).or(info.grip_n).unwrap_or(0.0) as f32;
+    feed.plan.segments.iter_mut().for_each(|s| s.grip_n = set_point);
+    let truth = truth::find(&rig, &feed.plan, trial, &limits);
+    let t_s = times(trial);
+    let alarms = methods
+        .iter()
+        .map(|method| match method {
+            Method::Predictor { model, pose, .. } => {
+                predict(&feed, model, limits, ordinal, *pose, &info.trial).map(|p| Alarms {
+                    stated: Stated::in_trial(&t_s, &p, &feed, &truth, &limits),
+                    ..predicted(&t_s, &p, &truth)
+                })
+            }
+            Method::Ratio(limit) => Ok(threshold(&t_s, truth.ratio.iter().map(|r| r > limit), &truth)),
+            Method::Rate(limit) => {
+                let f = &truth.tangential_n;
+                let rate = (0..f.len()).map(|i| {
+                    let j = i.saturating_sub(RATE_SAMPLES);
+                    let dt = t_s[i] - t_s[j];
+                    dt > 0.0 && ((f[i] - f[j]) / dt).abs() > *limit
+                });
+                Ok(threshold(&t_s, rate, &truth))
+            }
+        })
+        .collect::<Result<Vec<_>, ScoreError>>()?;
+    let holds = feed.plan.segments.iter().all(|s| s.intent == stickslip_shared::predictor::Intent::Hold);
+    Ok(Ok(Judged { trial: info.trial.clone(), holds, truth, alarms }))
+}
+
+fn times(trial: &Trial) -> Vec<f64> {
+    let start = trial.samples.first().map_or(0.0, |s| s.t_s);
+    trial.samples.iter().map(|s| s.t_s - start).collect()
+}
+
+/// Predictions at each sample.
+fn predict(
+    feed: &Feed,
+    model: &Model<f64>,
+    limits: Limits,
+    ordinal: usize,
+    pose: ObjectPose,
+    trial: &str,
+) -> Result<Vec<Prediction>, ScoreError> {
+    let mut predictor = Predictor::new(feed.scene.clone(), model.cast(), limits)
+        .map_err(|why| crate::run::replay::ReplayError::Refused { trial: trial.to_owned(), why })?;
+    predictor.set_plan(feed.plan.clone());
+    predictor.set_trial(ordinal as f32);
+    let mut started = false;
+    Ok(feed
+        .samples
+        .iter()
+        .map(|s| {
+            let mut sample = *s;
+            if pose == ObjectPose::Start && started {
+                sample.object = None;
+            }
+            started |= s.object.is_some();
+            predictor.take(&sample)
+        })
+        .collect())
+}
+
+fn predicted(t_s: &[f64], predictions: &[Prediction], truth: &Truth) -> Alarms {
+    let any = |mask: u32| predictions.iter().map(move |p| p.flags & mask != 0);
+    let until = truth.until_s;
+    let slips = flags::SLIP_1 | flags::SLIP_2 | flags::SLIP_AHEAD_1 | flags::SLIP_AHEAD_2;
+    let scored = || predictions.iter().zip(t_s).filter(move |(_, t)| **t <= until).map(|(p, _)| p);
+    Alarms {
+        slip: episodes(t_s, any(slips), until),
+        moved: episodes(t_s, any(flags::SAG | flags::ROTATION), until),
+        drop: episodes(t_s, any(flags::DROP), until),
+        slipping: [flags::SLIP_1, flags::SLIP_2].map(|f| episodes(t_s, any(f), until)),
+        doubtful: scored().filter(|p| p.validity & UNTRUSTED != 0).count(),
+        ticks: scored().count(),
+        stated: Stated::default(),
+    }
+}
+
+/// Validity bits under which no alarm can be believed or expected.
+pub const UNTRUSTED: u32 = stickslip_shared::predictor::validity::SAMPLE
+    | stickslip_shared::predictor::validity::WAITING
+    | stickslip_shared::predictor::validity::WRENCH;
+
+fn threshold(t_s: &[f64], up: impl IntoIterator<Item = bool>, truth: &Truth) -> Alarms {
+    let slip = episodes(t_s, up, truth.until_s);
+    Alarms {
+        drop: slip.clone(),
+        slip,
+        ticks: t_s.iter().filter(|t| **t <= truth.until_s).count(),
+        ..Alarms::default()
+    }
+}

@@ -1,0 +1,474 @@
+//! When slip, sag, turning and loss of the grasp really began, from the measured motion alone.
+//!
+//! Finger `k` slips by the motion of the object's material point under its patch,
+//! `m_k = x + R (p_k - x0) - p_k` (gripper axes, across the finger), joined with the turn
+//! about the finger axis at two thirds of the patch radius. The pose is averaged over five
+//! samples; a slow mean of it (0.2 s) is the anchor. Slip is a departure from the anchor by
+//! [`SLIPPED_M`], dated back to where the departure left the noise; one that stops short of
+//! it, but beyond [`NEAR_M`], is a near slip, and so is a step that stays, beyond [`STEP_M`]
+//! between the means of a tenth of a second before and after. Where a slip has ended, the anchor is set anew: one
+//! that still lags the last slip would date the next before its cause. What moves slower than
+//! about [`SLIPPED_M`] in 0.2 s, a creeping pad, is no slip; it shows as sag.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use stickslip_shared::model::{FingerContact, Scene};
+use stickslip_shared::predictor::{Intent, Limits, Plan};
+use stickslip_shared::track::Pose;
+
+use crate::channels;
+use stickslip_data::Trial;
+
+/// Departure from the anchor that counts as slip.
+pub const SLIPPED_M: f64 = 3e-4;
+/// Departure that is motion beyond doubt: six standard deviations of the smoothed pose.
+pub const NEAR_M: f64 = 1.2e-4;
+/// Step that stays and is motion beyond doubt: six deviations of the difference of two means.
+pub const STEP_M: f64 = 7.2e-5;
+/// Samples in each mean, how far the means lie before and after the step, and how far back and
+/// on again the means lie that tell how fast the pads creep.
+const STEP_MEAN: usize = 25;
+const STEP_GAP: [usize; 2] = [5, 10];
+const CREEP: usize = 100;
+/// Departure that may still be noise: onset is the last sample below it. Poses of gripper and
+/// object with 30 um each leave 19 um on an axis after smoothing; this is 3.7 times that.
+const NOISE_M: f64 = 7e-5;
+const ANCHOR_S: f64 = 0.2;
+/// Samples whose mean is the anchor after a slip.
+const RESTED: usize = 10;
+/// Smoothing of the pose: this many samples to either side.
+const HALF_WINDOW: usize = 2;
+/// A cause builds up over this time or it is sudden.
+pub const BUILD_UP_S: f64 = 0.1;
+/// The ratio at which it slips is looked for so long after onset.
+const SETTLED_S: f64 = 0.04;
+/// Samples over which forces are averaged.
+const FORCE_WINDOW: usize = 10;
+
+/// What began.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// An object slips in the grasp: either finger.
+    Slip,
+    /// Sag or rotation goes beyond its limit.
+    Moved,
+    /// The grasp is lost: the patches leave the face, or the fingers no longer press.
+    Drop,
+}
+
+/// How the cause of an event showed in the measured forces beforehand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cause {
+    /// The ratio of tangential to normal force was between half and 97 % of its value at
+    /// onset a tenth of a second before, and a quarter of the rise came in the first half of
+    /// that time: there was something to see.
+    BuildsUp,
+    /// It came within that time, or did not show in the forces at all (friction fell).
+    Sudden,
+}
+
+/// One event.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Event {
+    /// What.
+    pub kind: Kind,
+    /// When it began.
+    pub onset_s: f64,
+    /// When it was over.
+    pub end_s: f64,
+    /// The plan means it.
+    pub intended: bool,
+    /// Drop: `BuildsUp` where it could be foreseen 360 ms ahead.
+    pub cause: Cause,
+    /// Slip: onset on each finger, where it slipped.
+    pub finger_s: [Option<f64>; 2],
+}
+
+/// All events of a trial, and when the grasp was lost (the end of what can be scored).
+#[derive(Clone, Debug, Default)]
+pub struct Truth {
+    /// In order of kind, then time.
+    pub events: Vec<Event>,
+    /// The object moved measurably, but not as far as a slip: from, to, s.
+    pub near: Vec<(f64, f64)>,
+    /// Scored up to here.
+    pub until_s: f64,
+    /// Smoothed ratio of tangential to normal force at each sample, NaN: not measured.
+    pub ratio: Vec<f64>,
+    /// Tangential force of both fingers, unsmoothed, N.
+    pub tangential_n: Vec<f64>,
+}
+
+/// Finds the events of `trial`; times count from its first sample.
+pub fn find(scene: &Scene<f64>, plan: &Plan, trial: &Trial, limits: &Limits) -> Truth {
+    let t = times(trial);
+    let last_s = t.last().copied().unwrap_or(0.0);
+    let arm_m = match scene.fingers {
+        Some(FingerContact::Disc { diameter_m }) => diameter_m / 3.0,
+        Some(FingerContact::Line { length_m }) => length_m / 2.0,
+        _ => 0.0,
+    };
+    let (ratio, tangential_n) = forces(trial, arm_m);
+    let motion = smoothed(trial);
+    let Some(start) = motion.iter().flatten().next().copied() else {
+        return Truth { until_s: last_s, ratio, tangential_n, ..Truth::default() };
+    };
+    let intent = |at_s: f64| plan.at(at_s as f32).map_or(Intent::Hold, |s| s.intent);
+    let mut truth = Truth { until_s: last_s, ratio, tangential_n, ..Truth::default() };
+    let lost = lost(scene, trial, &t, &motion, &start);
+    truth.until_s = lost.unwrap_or(last_s);
+    let paths = [0, 1].map(|k| path(scene, &motion, &start, k, arm_m));
+    let beyond = |limit_m: f64| {
+        let of = |k: usize| slips(&t, &paths[k], truth.until_s, k, limit_m);
+        joined((0..2).flat_map(of).collect())
+    };
+    let (slips, near) = (beyond(SLIPPED_M), beyond(NEAR_M));
+    let apart = |n: &(f64, f64)| slips.iter().all(|s| n.1 < s.0 || n.0 > s.1);
+    let steps = paths.iter().flat_map(|path| steps(&t, path, truth.until_s));
+    truth.near = near.into_iter().map(|(from, to, _)| (from, to)).chain(steps).filter(apart).collect();
+    truth.near.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for (onset_s, end_s, finger_s) in slips {
+        let cause = cause(&t, &truth.ratio, onset_s, BUILD_UP_S);
+        let intended = intent(onset_s) != Intent::Hold;
+        truth.events.push(Event { kind: Kind::Slip, onset_s, end_s, intended, cause, finger_s });
+    }
+    if let Some(onset_s) = moved(scene, plan, trial, &t, &motion, &start, limits, truth.until_s) {
+        let (end_s, cause) = (truth.until_s, cause(&t, &truth.ratio, onset_s, BUILD_UP_S));
+        let event = Event { kind: Kind::Moved, onset_s, end_s, intended: false, cause, finger_s: [None; 2] };
+        truth.events.push(event);
+    }
+    if let Some(onset_s) = lost {
+        let slip =
+            truth.events.iter().filter(|e| e.kind == Kind::Slip).map(|e| (e.onset_s, e.cause)).next_back();
+        let foreseen = slip.is_some_and(|(at, why)| {
+            onset_s - at >= super::DROP_AHEAD_S
+                || why == Cause::BuildsUp
+                    && cause_at(&t, &truth.ratio, at, onset_s - super::DROP_AHEAD_S) == Cause::BuildsUp
+        });
+        let cause = if foreseen { Cause::BuildsUp } else { Cause::Sudden };
+        let intended = false;
+        let end_s = last_s;
+        truth.events.push(Event { kind: Kind::Drop, onset_s, end_s, intended, cause, finger_s: [None; 2] });
+    }
+    truth
+}
+
+fn times(trial: &Trial) -> Vec<f64> {
+    let start = trial.samples.first().map_or(0.0, |s| s.t_s);
+    trial.samples.iter().map(|s| s.t_s - start).collect()
+}
+
+/// Object in the gripper, averaged over five samples.
+fn smoothed(trial: &Trial) -> Vec<Option<Pose<f64>>> {
+    let raw: Vec<Option<Pose<f64>>> = trial
+        .samples
+        .iter()
+        .map(|s| Some(channels::pose(s.gripper.as_ref()?).to_local(&channels::pose(s.object.as_ref()?))))
+        .collect();
+    (0..raw.len())
+        .map(|i| {
+            let middle = raw[i]?;
+            let from = i.saturating_sub(HALF_WINDOW);
+            let near = raw.get(from..(i + HALF_WINDOW + 1).min(raw.len()))?;
+            let (mut position_m, mut turn, mut count) = (Vector3::zeros(), Vector3::zeros(), 0.0);
+            for p in near.iter().flatten() {
+                position_m += p.position_m;
+                turn += (p.rotation * middle.rotation.inverse()).scaled_axis();
+                count += 1.0;
+            }
+            let rotation = UnitQuaternion::from_scaled_axis(turn / count) * middle.rotation;
+            Some(Pose { position_m: position_m / count, rotation })
+        })
+        .collect()
+}
+
+/// Slip path of finger `k`: across the finger along X and Z, and the turn at its arm, m.
+fn path(
+    scene: &Scene<f64>,
+    motion: &[Option<Pose<f64>>],
+    start: &Pose<f64>,
+    k: usize,
+    arm_m: f64,
+) -> Vec<Option<Vector3<f64>>> {
+    let half = scene.object.shape.reach(&start.rotation.inverse_transform_vector(&Vector3::y()));
+    let pad = Vector3::new(0.0, if k == 0 { half } else { -half }, 0.0);
+    let lever = pad - start.position_m;
+    motion
+        .iter()
+        .map(|p| {
+            let p = (*p)?;
+            let turn = p.rotation * start.rotation.inverse();
+            let moved = p.position_m + turn.transform_vector(&lever) - pad;
+            Some(Vector3::new(moved.x, moved.z, arm_m * turn.scaled_axis().y))
+        })
+        .collect()
+}
+
+/// Departures of one finger by `limit_m`: finger, onset, end.
+fn slips(
+    t: &[f64],
+    path: &[Option<Vector3<f64>>],
+    until_s: f64,
+    k: usize,
+    limit_m: f64,
+) -> Vec<(usize, f64, f64)> {
+    let mut found: Vec<(usize, f64, f64)> = Vec::new();
+    let Some(mut anchor) = path.iter().flatten().next().copied() else { return found };
+    let mut quiet_s = 0.0;
+    let mut slipping = false;
+    let mut before_s = 0.0;
+    for (i, (t, q)) in t.iter().zip(path).enumerate() {
+        if *t > until_s {
+            break;
+        }
+        let Some(q) = q else { continue };
+        let away = (q - anchor).norm();
+        if away < NOISE_M {
+            quiet_s = *t;
+        }
+        if !slipping && away > limit_m {
+            slipping = true;
+            found.push((k, quiet_s, *t));
+        } else if slipping && away < NEAR_M.min(limit_m) * 0.8 {
+            slipping = false;
+            if let Some(last) = found.last_mut() {
+                last.2 = *t;
+            }
+            let rested = path[(i + 1).saturating_sub(RESTED)..=i].iter().flatten();
+            let (sum, count) = rested.fold((Vector3::zeros(), 0.0), |(sum, n), q| (sum + q, n + 1.0));
+            anchor = sum / count;
+            quiet_s = *t;
+        }
+        anchor += (q - anchor) * ((t - before_s) / ANCHOR_S).min(1.0);
+        before_s = *t;
+    }
+    if slipping && let Some(last) = found.last_mut() {
+        last.2 = until_s;
+    }
+    found
+}
+
+/// Steps of one finger that stay, less what the pads creep: from, to.
+fn steps(t: &[f64], path: &[Option<Vector3<f64>>], until_s: f64) -> Vec<(f64, f64)> {
+    let mut sums = vec![(Vector3::zeros(), 0.0)];
+    for q in path {
+        let (sum, count) = sums.last().copied().unwrap_or_default();
+        sums.push(q.map_or((sum, count), |q| (sum + q, count + 1.0)));
+    }
+    let mean = |from: usize| {
+        let (a, b) = (sums.get(from)?, sums.get(from + STEP_MEAN)?);
+        (b.1 - a.1 > 0.5 * STEP_MEAN as f64).then(|| (b.0 - a.0) / (b.1 - a.1))
+    };
+    let [back, on] = STEP_GAP;
+    let mut found: Vec<(f64, f64)> = Vec::new();
+    for (i, t) in t.iter().enumerate().take_while(|(_, t)| **t <= until_s) {
+        let Some(before) = i.checked_sub(back + STEP_MEAN) else { continue };
+        let (Some(was), Some(is)) = (mean(before), mean(i + on)) else { continue };
+        let creeps = [
+            before.checked_sub(CREEP).and_then(mean).map(|earlier| was - earlier),
+            mean(i + on + CREEP).map(|later| later - is),
+        ];
+        let known = creeps.iter().flatten().count().max(1) as f64;
+        let creep = creeps.iter().flatten().sum::<Vector3<f64>>() / known;
+        let apart = (back + on + STEP_MEAN) as f64 / CREEP as f64;
+        if (is - was - creep * apart).norm() > STEP_M {
+            match found.last_mut() {
+                Some(last) if t - last.1 < 0.05 => last.1 = *t,
+                _ => found.push((*t, *t)),
+            }
+        }
+    }
+    found
+}
+
+/// Slips of both fingers as events of the object: what overlaps is one.
+fn joined(mut slips: Vec<(usize, f64, f64)>) -> Vec<(f64, f64, [Option<f64>; 2])> {
+    slips.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let mut all: Vec<(f64, f64, [Option<f64>; 2])> = Vec::new();
+    for (k, onset, end) in slips {
+        match all.last_mut() {
+            Some(last) if onset <= last.1 + 0.05 => {
+                last.1 = last.1.max(end);
+                last.2[k] = last.2[k].or(Some(onset));
+            }
+            _ => {
+                let mut fingers = [None; 2];
+                fingers[k] = Some(onset);
+                all.push((onset, end, fingers));
+            }
+        }
+    }
+    all
+}
+
+/// First time at which the patches are off the face or the fingers no longer press.
+fn lost(
+    scene: &Scene<f64>,
+    trial: &Trial,
+    t: &[f64],
+    motion: &[Option<Pose<f64>>],
+    start: &Pose<f64>,
+) -> Option<f64> {
+    scene.fingers.as_ref()?;
+    let shape = &scene.object.shape;
+    motion.iter().zip(t).zip(&trial.samples).find_map(|((pose, t), sample)| {
+        let pose = (*pose)?;
+        // The pad's centre in object axes, against the object's extent there.
+        let pad = pose.rotation.inverse_transform_vector(&(Vector3::zeros() - pose.position_m));
+        let first = start.rotation.inverse_transform_vector(&(Vector3::zeros() - start.position_m));
+        let off = [Vector3::x(), Vector3::z()].iter().any(|axis| {
+            let reach = shape.reach(axis);
+            pad.dot(axis).abs() > reach && first.dot(axis).abs() < reach
+        });
+        let grip = sample.grip_cmd_n.or(trial.info.grip_n).unwrap_or(0.0);
+        let open = grip > 0.5
+            && sample.finger.iter().flatten().count() == 2
+            && sample.finger.iter().flatten().all(|w| w.force_n[1].abs() < 0.1 * grip);
+        (off || open).then_some(*t)
+    })
+}
+
+/// First time at which sag or rotation is beyond its limit where that is not meant.
+#[allow(clippy::too_many_arguments)]
+fn moved(
+    scene: &Scene<f64>,
+    plan: &Plan,
+    trial: &Trial,
+    t: &[f64],
+    motion: &[Option<Pose<f64>>],
+    start: &Pose<f64>,
+    limits: &Limits,
+    until_s: f64,
+) -> Option<f64> {
+    let down = Vector3::from(scene.gravity_m_s2).try_normalize(1e-3)?;
+    motion.iter().zip(t).zip(&trial.samples).take_while(|((_, t), _)| **t <= until_s).find_map(
+        |((pose, t), sample)| {
+            let pose = (*pose)?;
+            let segment = plan.at(*t as f32)?;
+            let gripper = channels::pose(sample.gripper.as_ref()?);
+            let mut along = down;
+            if segment.intent == Intent::Slide {
+                // Only what goes across the slide was not meant.
+                let meant = Vector3::from(segment.velocity_m_s.map(f64::from)).try_normalize(1e-4);
+                along = meant.map_or(down, |v| down - v * v.dot(&down)).try_normalize(1e-3)?;
+            }
+            let along = gripper.rotation.inverse_transform_vector(&along);
+            let sag = along.dot(&(pose.position_m - start.position_m));
+            let turned = pose.rotation.angle_to(&start.rotation);
+            let beyond = match segment.intent {
+                Intent::Free => false,
+                Intent::Pivot => sag > f64::from(limits.sag_m),
+                _ => sag > f64::from(limits.sag_m) || turned > f64::from(limits.rotation_rad),
+            };
+            beyond.then_some(*t)
+        },
+    )
+}
+
+/// Smoothed ratio of tangential load (force and torsion at the arm) to normal force of both
+/// fingers, and the tangential force alone.
+fn forces(trial: &Trial, arm_m: f64) -> (Vec<f64>, Vec<f64>) {
+    let rows: Vec<Option<[f64; 4]>> = trial
+        .samples
+        .iter()
+        .map(|s| {
+            let [Some(a), Some(b)] = &s.finger else { return None };
+            let sum = |f: &dyn Fn(&stickslip_data::Wrench) -> f64| f(a) + f(b);
+            let row = [
+                sum(&|w| w.force_n[0]),
+                sum(&|w| w.force_n[2]),
+                sum(&|w| w.torque_nm[1]),
+                a.force_n[1].abs() + b.force_n[1].abs(),
+            ];
+            row.iter().all(|x| x.is_finite()).then_some(row)
+        })
+        .collect();
+    let tangential = rows.iter().map(|r| r.map_or(f64::NAN, |r| r[0].hypot(r[1]))).collect();
+    let ratio = (0..rows.len())
+        .map(|i| {
+            let (mut sum, mut count) = ([0.0; 4], 0.0);
+            for r in rows[i.saturating_sub(FORCE_WINDOW - 1)..=i].iter().flatten() {
+                sum.iter_mut().zip(r).for_each(|(s, x)| *s += x);
+                count += 1.0;
+            }
+            let torsion = if arm_m > 0.0 { sum[2] / arm_m } else { 0.0 };
+            if count > 0.0 && sum[3] > 0.05 * count {
+                sum[0].hypot(sum[1]).hypot(torsion) / sum[3]
+            } else {
+                f64::NAN
+            }
+        })
+        .collect();
+    (ratio, tangential)
+}
+
+fn cause(t: &[f64], ratio: &[f64], onset_s: f64, before_s: f64) -> Cause {
+    cause_at(t, ratio, onset_s, onset_s - before_s)
+}
+
+/// Whether the cause of what began at `onset_s` showed at `seen_s`.
+fn cause_at(t: &[f64], ratio: &[f64], onset_s: f64, seen_s: f64) -> Cause {
+    let at = |s: f64| {
+        let i = t.partition_point(|t| *t <= s).saturating_sub(1);
+        ratio.get(i).copied().unwrap_or(f64::NAN)
+    };
+    let from = t.partition_point(|t| *t < onset_s);
+    let to = t.partition_point(|t| *t <= onset_s + SETTLED_S);
+    // What it slips at: the highest ratio about the onset (a lift-off is still rising there).
+    let last = ratio.get(from..to).unwrap_or(&[]).iter().fold(at(onset_s), |a, b| a.max(*b));
+    let (first, half) = (at(seen_s), at(0.5 * (seen_s + onset_s)));
+    let share = first / last;
+    let steadily = half - first > 0.25 * (last - first);
+    if seen_s > 0.0 && (0.5..0.97).contains(&share) && steadily { Cause::BuildsUp } else { Cause::Sudden }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT_S: f64 = 0.004;
+
+    /// A path along X through `(time s, place m)`, with noise of 19 um on each axis.
+    fn path(knots: &[(f64, f64)], until_s: f64) -> (Vec<f64>, Vec<Option<Vector3<f64>>>) {
+        let noise = |i: usize| 2.7e-5 * (1.9 * i as f64 + 0.7 * (i * i) as f64).sin();
+        let at = |t: f64| {
+            let after = knots.partition_point(|k| k.0 <= t);
+            match (after.checked_sub(1).and_then(|i| knots.get(i)), knots.get(after)) {
+                (Some(a), Some(b)) => a.1 + (b.1 - a.1) * (t - a.0) / (b.0 - a.0),
+                (Some(k), None) | (None, Some(k)) => k.1,
+                (None, None) => 0.0,
+            }
+        };
+        let t: Vec<f64> = (0..(until_s / DT_S) as usize).map(|i| i as f64 * DT_S).collect();
+        let q = |(i, t): (usize, &f64)| {
+            Some(Vector3::new(at(*t) + noise(i), noise(i + 7919), noise(i + 104_729) * 0.3))
+        };
+        let places = t.iter().enumerate().map(q).collect();
+        (t, places)
+    }
+
+    #[test]
+    fn the_second_of_two_slips_is_dated_by_its_own_beginning() {
+        let knots = [(1.0, 0.0), (1.04, 1.6e-3), (1.7, 1.6e-3), (1.74, 3.2e-3)];
+        let (t, q) = path(&knots, 3.0);
+        let found = slips(&t, &q, 3.0, 0, SLIPPED_M);
+        let onsets: Vec<f64> = found.iter().map(|s| s.1).collect();
+        assert_eq!(onsets.len(), 2, "{found:?}");
+        for (onset, began) in onsets.iter().zip([1.0, 1.7]) {
+            assert!((began - 0.005..began + 0.009).contains(onset), "{onset} for {began}");
+        }
+    }
+
+    #[test]
+    fn a_lasting_step_of_a_tenth_of_a_millimetre_is_a_near_slip_and_steady_creep_is_none() {
+        let (t, q) = path(&[(2.0, 0.0), (2.02, 1.0e-4)], 4.0);
+        assert!(slips(&t, &q, 4.0, 0, SLIPPED_M).is_empty());
+        let found = steps(&t, &q, 4.0);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].0 < 2.02 && found[0].1 > 2.0 && found[0].1 - found[0].0 < 0.2, "{found:?}");
+        // Half a millimetre in a second.
+        let (t, q) = path(&[(0.0, 0.0), (4.0, 2.0e-3)], 4.0);
+        assert!(steps(&t, &q, 4.0).is_empty());
+    }
+}

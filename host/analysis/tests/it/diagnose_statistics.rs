@@ -1,0 +1,128 @@
+//! The statistics of the diagnosis against known answers.
+
+use nalgebra::DVector;
+use rand::{Rng, SeedableRng};
+use rand_distr::StandardNormal;
+use stickslip_analysis::diagnose::select::{p_value, paired};
+use stickslip_analysis::fit::features::FEATURES;
+use stickslip_analysis::fit::gls::{self, Whitener};
+
+fn rng(seed: u64) -> rand_chacha::ChaCha8Rng {
+    rand_chacha::ChaCha8Rng::seed_from_u64(seed)
+}
+
+#[test]
+fn whitening_turns_the_noise_it_was_made_for_into_the_identity() {
+    let mut rng = rng(1);
+    let active: Vec<usize> = (0..6).collect();
+    let variance: Vec<f64> = (0..FEATURES).map(|f| 0.5 + 0.1 * f as f64).collect();
+    let mut common = vec![0.0; FEATURES];
+    common[..6].copy_from_slice(&[3.0, 3.0, -2.0, 1.0, 0.0, 5.0]);
+    let whitener = Whitener::new(active, &variance, std::slice::from_ref(&common));
+    let n = 20_000;
+    let mut covariance = nalgebra::DMatrix::<f64>::zeros(6, 6);
+    for _ in 0..n {
+        let z: f64 = rng.sample(StandardNormal);
+        let x: Vec<f64> = (0..FEATURES)
+            .map(|f| common[f] * z + variance[f].sqrt() * rng.sample::<f64, _>(StandardNormal))
+            .collect();
+        let w = whitener.apply(&x);
+        covariance += &w * w.transpose() / f64::from(n);
+    }
+    for i in 0..6 {
+        for j in 0..6 {
+            let expected = f64::from(u8::from(i == j));
+            assert!((covariance[(i, j)] - expected).abs() < 0.05, "{i} {j}: {}", covariance[(i, j)]);
+        }
+    }
+}
+
+#[test]
+fn a_nuisance_in_the_residual_is_projected_out_exactly() {
+    let mut rng = rng(2);
+    let column =
+        |rng: &mut rand_chacha::ChaCha8Rng| DVector::from_fn(40, |_, _| rng.sample::<f64, _>(StandardNormal));
+    let mut grams = Vec::new();
+    let mut shifted = Vec::new();
+    for condition in 0..8 {
+        let (effect, nuisance, residual) = (column(&mut rng), column(&mut rng), column(&mut rng));
+        let offsets = [nuisance.clone()];
+        grams.push(gls::gram(condition, std::slice::from_ref(&effect), &offsets, &residual));
+        shifted.push(gls::gram(condition, &[effect], &offsets, &(residual + nuisance * 7.0)));
+    }
+    let of =
+        |g: &[gls::Gram]| gls::solve(g.iter().map(|g| (1.0, g)), &gls::Prior::none(2)).expect("solvable");
+    let (a, b) = (of(&grams), of(&shifted));
+    assert!((a[0] - b[0]).abs() < 1e-7);
+    assert!((b[1] - a[1] - 7.0).abs() < 1e-7);
+}
+
+#[test]
+fn bounded_coefficients_cost_least_among_all_sets_of_bounds_that_may_hold() {
+    let mut rng = rng(5);
+    for _ in 0..300 {
+        let n = 4;
+        let root = nalgebra::DMatrix::from_fn(6, n, |_, _| rng.sample::<f64, _>(StandardNormal));
+        let a = root.transpose() * &root;
+        let b = DVector::from_fn(n, |_, _| 5.0 * rng.sample::<f64, _>(StandardNormal));
+        // Of the first nothing is known.
+        let prior =
+            gls::Prior { precision: vec![0.0, 0.3, 0.3, 0.3], bound: vec![f64::INFINITY, 0.4, 0.7, 1.0] };
+        let h = &a + nalgebra::DMatrix::from_diagonal(&DVector::from_row_slice(&prior.precision));
+        let cost = |x: &DVector<f64>| 0.5 * x.dot(&(&h * x)) - b.dot(x);
+        let found = gls::solve_normal(a, b.clone(), &prior).expect("solvable");
+        // Each of the three is free, at its lower or at its upper bound.
+        let mut least = f64::INFINITY;
+        for set in 0..27 {
+            let held = [set % 3, set / 3 % 3, set / 9].map(|k| [0.0, -1.0, 1.0][k]);
+            let mut m = h.clone();
+            let mut r = b.clone();
+            for (k, side) in held.iter().enumerate().filter(|(_, side)| **side != 0.0) {
+                m.row_mut(k + 1).fill(0.0);
+                m[(k + 1, k + 1)] = 1.0;
+                r[k + 1] = side * prior.bound[k + 1];
+            }
+            let x = m.lu().solve(&r).expect("solvable");
+            if (1..n).all(|k| x[k].abs() <= prior.bound[k] + 1e-12) {
+                least = least.min(cost(&x));
+            }
+        }
+        assert!((1..n).all(|k| found[k].abs() <= prior.bound[k]));
+        assert!((cost(&found) - least).abs() < 1e-6 * (1.0 + least.abs()), "{} {least}", cost(&found));
+    }
+}
+
+#[test]
+fn the_paired_test_alarms_no_more_often_than_its_level_under_pure_chance() {
+    let mut rng = rng(3);
+    let trials = 4000;
+    let level = 0.01;
+    let mut alarms = 0;
+    for _ in 0..trials {
+        // Heavy tails: a few conditions are far off.
+        let a: Vec<f64> = (0..14).map(|_| rng.sample::<f64, _>(StandardNormal).powi(3)).collect();
+        if p_value(&a, &[0.0; 14]) < level {
+            alarms += 1;
+        }
+    }
+    assert!(f64::from(alarms) < 1.5 * level * f64::from(trials), "{alarms} of {trials}");
+}
+
+#[test]
+fn the_paired_test_sees_a_difference_of_one_standard_deviation_in_twenty_conditions() {
+    let mut rng = rng(4);
+    let a: Vec<f64> = (0..20).map(|_| 1.0 + rng.sample::<f64, _>(StandardNormal)).collect();
+    assert!(p_value(&a, &[0.0; 20]) < 0.01);
+    assert!(paired(&a[..2], &[0.0; 2]).is_none(), "two conditions decide nothing");
+}
+
+#[test]
+fn every_condition_is_held_out_exactly_once() {
+    for folds in [2, 5, 10] {
+        for condition in 0..100 {
+            assert!(gls::fold(condition, folds) < folds);
+        }
+        let used: std::collections::BTreeSet<usize> = (0..folds).map(|c| gls::fold(c, folds)).collect();
+        assert!(used.len() >= folds.min(2));
+    }
+}

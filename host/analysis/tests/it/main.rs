@@ -1,0 +1,6 @@
+//! Tests of the crate from outside, in one program: it links once.
+
+mod diagnose_statistics;
+mod model_against_rig;
+mod model_file;
+mod score;

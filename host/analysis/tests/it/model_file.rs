@@ -1,0 +1,123 @@
+//! model.toml: what is read, what is refused and where, and that writing loses nothing.
+
+use stickslip_analysis::model::expression::parse;
+use stickslip_analysis::model::file::ModelFile;
+use stickslip_shared::effects::formula::{Formula, Target};
+use stickslip_shared::effects::{Effect, REGISTRY};
+
+const GOOD: &str = r#"format = "stickslip-model/1"
+base = "hard"
+[friction]
+finger = 0.4
+pusher = 0.25
+support = 0.3
+[[effects]]
+id = "static_friction"
+excess = 0.2
+stribeck_speed_m_s = 0.002
+intervals = { excess = [0.15, 0.25] }
+[[effects]]
+id = "formula"
+name = "my_hump"
+target = "friction"
+bodies = ["finger1", "finger2"]
+expression = "1 + a*exp(-slip_speed_m_s/b)"
+parameters = { a = {value = 0.1, low = 0, high = 1, unit = "1"}, b = {value = 0.002, low = 1e-4, high = 0.1, unit = "m/s"} }
+"#;
+
+fn evaluate(text: &str, names: &[&str], values: [f64; 6], variables: [f64; 10]) -> f64 {
+    let names: Vec<String> = names.iter().map(|n| n.to_string()).collect();
+    let ops = parse(text, &names).unwrap();
+    Formula::new(Target::Friction, 15, &ops).unwrap().evaluate(&values, &variables)
+}
+
+#[test]
+fn what_is_read_is_written_and_read_again_unchanged() {
+    let file = ModelFile::parse(GOOD, "model.toml").unwrap();
+    assert_eq!(ModelFile::parse(&file.write(), "again").unwrap(), file, "{}", file.write());
+    let model = file.to_model();
+    assert_eq!(model.effects.len(), 2);
+    assert_eq!(model.formulas[0].bodies, 0b11);
+    assert_eq!(model.effects[1].parameters[..2], [0.1, 0.002]);
+    assert_eq!(model.cast::<f32>().cast::<f64>().friction.finger, f64::from(0.4_f32));
+}
+
+#[test]
+fn every_built_in_effect_survives_a_round_trip_of_its_typical_values() {
+    for info in REGISTRY {
+        let mut text = "format='stickslip-model/1'\n[soft]\nnormal_n_m=2e5\ntangential_n_m=1e5\ndamping_s=0.005\n[friction]\nfinger=0.4\npusher=0.2\nsupport=0\n[[effects]]\n".to_string();
+        text += &format!("id = '{}'\n", info.id);
+        for p in info.parameters {
+            text += &format!("{} = {:?}\n", p.name, p.typical);
+        }
+        let file = ModelFile::parse(&text, "m").unwrap();
+        assert_eq!(ModelFile::parse(&file.write(), "m").unwrap(), file);
+        assert_eq!(file.to_model().effects[0], Effect::typical(info.id).unwrap());
+    }
+}
+
+#[test]
+fn errors_name_line_column_and_what_to_do() {
+    for (from, to, place, says) in [
+        ("static_friction", "static_fricton", "8:6:", "nearest: static_friction"),
+        ("excess = 0.2\n", "excess = 3\n", "9:10:", "between 0 and 2"),
+        ("excess = 0.2\n", "exces = 0.2\n", "7:", "lacks its parameter excess"),
+        ("intervals", "interval", "11:12:", "no parameter 'interval'"),
+        ("\"hard\"", "\"stiff\"", "2:8:", "\"hard\" or \"soft\""),
+        ("model/1", "model/9", "1:10:", "stickslip-model/1"),
+        ("finger = 0.4", "finger = -0.4", "4:10:", "between 0 and 10"),
+        ("slip_speed_m_s/b", "slip_sped_m_s/b", "17:14:", "unknown name 'slip_sped_m_s'"),
+        ("\"finger2\"", "\"thumb\"", "16:10:", "thumb"),
+        ("support = 0.3", "support = ", "6:", ""),
+        ("low = 0,", "low = 0.5,", "18:14:", "between its low"),
+    ] {
+        let error = ModelFile::parse(&GOOD.replacen(from, to, 1), "m.toml").unwrap_err().to_string();
+        assert!(error.starts_with(&format!("m.toml:{place}")) && error.contains(says), "{error}");
+    }
+}
+
+#[test]
+fn expressions_follow_the_usual_precedence() {
+    let x = [0.25, 0.0, 20.0, 0.0, 0.1, 0.0, 0.0, 0.0, 3.0, 20.0];
+    for (text, expected) in [
+        ("1 + 2*3", 7.0),
+        ("(1+2)*3 - 4/2/2", 8.0),
+        ("-2^2", -4.0),
+        ("2^3^2", 512.0),
+        ("2**-1", 0.5),
+        ("1e-3 * 1E+3", 1.0),
+        ("min(load_n, 7) + max(trial, 1)", 10.0),
+        ("sqrt(slip_speed_m_s)", 0.5),
+        ("(load_n > 10) + (load_n < 10)", 1.0),
+        ("a*b + p1", 5.0 * 7.0 + 7.0),
+        ("cos(pi) + abs(-1) + sign(-3)", -1.0),
+        ("ln(exp(2)) - - 1", 3.0),
+    ] {
+        let value = evaluate(text, &["a", "b"], [5.0, 7.0, 0.0, 0.0, 0.0, 0.0], x);
+        assert!((value - expected).abs() < 1e-12, "{text} = {value}, not {expected}");
+    }
+}
+
+#[test]
+fn faulty_expressions_are_refused_at_the_character() {
+    for (text, column) in [
+        ("1 +", 4),
+        ("2 * foo", 5),
+        ("(1", 3),
+        ("1 2", 3),
+        ("1.2.3", 1),
+        ("exp 2", 5),
+        ("$", 1),
+        ("", 1),
+        ("min(1)", 6),
+    ] {
+        assert_eq!(parse(text, &[]).unwrap_err().column, column, "{text}");
+    }
+    assert!(parse(&"(".repeat(100_000), &[]).is_err());
+}
+
+#[test]
+fn a_result_that_is_not_finite_is_not_a_number() {
+    assert!(evaluate("1/load_n", &[], [0.0; 6], [0.0; 10]).is_nan());
+    assert!(evaluate("ln(load_n)", &[], [0.0; 6], [0.0; 10]).is_nan());
+}

@@ -1,0 +1,193 @@
+//! `stickslip calibrate DATA`: friction from a small share of the trials, validated on the rest.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use serde::Serialize;
+use stickslip_shared::model::Model;
+
+use stickslip_analysis::calibrate::{Calibration, Coefficient, Estimate, Share, calibrate};
+use stickslip_analysis::channels;
+use stickslip_analysis::model::file::{ModelFile, default_model};
+use stickslip_data::Trial;
+use stickslip_report::terminal::{Output, table};
+
+/// Arguments of `stickslip calibrate`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:
+  stickslip calibrate data/push --out model.toml
+  stickslip calibrate data/push --model soft.toml --share 0.2 --out soft-calibrated.toml")]
+pub struct Args {
+    /// Folder of the data set (holds dataset.toml)
+    pub data: PathBuf,
+    /// Model to start from: its contact law and effects are kept [default: hard contact, no effects]
+    #[arg(long, value_name = "FILE")]
+    pub model: Option<PathBuf>,
+    /// Where the calibrated model is written; with several primitives one more file for each, its
+    /// name before the extension, and here the best determined friction of all
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Share of the trials that friction is found from, at least eight trials; the rest validate
+    #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = share)]
+    pub share: f64,
+    /// Only trials of this primitive
+    #[arg(long, value_name = "NAME")]
+    pub primitive: Option<String>,
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| format!("'{text}' is not a number"))?;
+    if value > 0.0 && value <= 1.0 { Ok(value) } else { Err("give a share above 0 and at most 1".into()) }
+}
+
+#[derive(Serialize)]
+struct Written {
+    #[serde(flatten)]
+    calibration: Calibration,
+    file: Option<String>,
+}
+
+/// Calibrates each primitive of the data set.
+///
+/// # Errors
+/// Where data or model cannot be read, or no trial can be simulated.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    let mut file = match &args.model {
+        Some(path) => ModelFile::read(path)?,
+        None => ModelFile::new(default_model().base, default_model().friction),
+    };
+    let base = file.to_model();
+    let reading = stickslip_data::read_lenient(&args.data)?;
+    for error in &reading.errors {
+        output.note(format_args!("left out: {error}"));
+    }
+    let data = reading.dataset;
+    let mut primitives: BTreeMap<String, Vec<(usize, Trial)>> = BTreeMap::new();
+    for (at, trial) in data.trials.into_iter().enumerate() {
+        if args.primitive.as_ref().is_none_or(|p| *p == trial.info.primitive) {
+            primitives.entry(trial.info.primitive.clone()).or_default().push((at, trial));
+        }
+    }
+    if primitives.is_empty() {
+        match &args.primitive {
+            Some(p) => bail!("{}: no trial of primitive {p}", args.data.display()),
+            None => bail!("{}: no trials", args.data.display()),
+        }
+    }
+    let several = primitives.len() > 1;
+    let mut documents = Vec::new();
+    for (primitive, trials) in &primitives {
+        let calibration = calibrate(&data.description, primitive, trials, &base, Share::of(args.share))
+            .with_context(|| format!("{}: {primitive}", args.data.display()))?;
+        // The file first: a closed pipe ends the text, not the work.
+        let path = args.out.as_ref().map(|out| named(out, primitive, several));
+        if let Some(path) = &path {
+            file.set_values(&calibration.model);
+            file.friction_intervals.clear();
+            for e in &calibration.estimates {
+                if let (Some(low), Some(high)) = (e.low, e.high) {
+                    file.friction_intervals
+                        .insert(stickslip_analysis::calibrate::name(e.coefficient).into(), [low, high]);
+                }
+            }
+            std::fs::write(path, file.write()).with_context(|| format!("cannot write {}", path.display()))?;
+            output.note(format_args!("model of {primitive} written to {}", path.display()));
+        }
+        print(&calibration, output);
+        documents.push(Written { calibration, file: path.map(|f| f.display().to_string()) });
+    }
+    if let Some(path) = args.out.as_ref().filter(|_| several) {
+        let estimates: Vec<&Estimate> = documents.iter().flat_map(|d| &d.calibration.estimates).collect();
+        best_of(&mut file, &base, &estimates);
+        std::fs::write(path, file.write()).with_context(|| format!("cannot write {}", path.display()))?;
+        output.note(format_args!(
+            "model with the best determined friction of all written to {}",
+            path.display()
+        ));
+    }
+    output.document(&documents)
+}
+
+/// `file` with the narrowest estimate of each coefficient; `base` where none is determined.
+fn best_of(file: &mut ModelFile, base: &Model<f64>, estimates: &[&Estimate]) {
+    let mut model = base.clone();
+    file.friction_intervals.clear();
+    let width = |e: &Estimate| match (e.low, e.high) {
+        (Some(low), Some(high)) => high - low,
+        _ => f64::INFINITY,
+    };
+    for coefficient in [Coefficient::Finger, Coefficient::Pusher, Coefficient::Support] {
+        let of_it = estimates.iter().filter(|e| e.coefficient == coefficient && e.determined);
+        let Some(best) = of_it.min_by(|a, b| width(a).total_cmp(&width(b))) else { continue };
+        *coefficient.of(&mut model) = best.value;
+        if let (Some(low), Some(high)) = (best.low, best.high) {
+            file.friction_intervals
+                .insert(stickslip_analysis::calibrate::name(coefficient).into(), [low, high]);
+        }
+    }
+    file.set_values(&model);
+}
+
+fn named(out: &Path, primitive: &str, several: bool) -> PathBuf {
+    if !several {
+        return out.to_path_buf();
+    }
+    let stem = out.file_stem().map_or_else(|| "model".into(), |s| s.to_string_lossy().into_owned());
+    let extension = out.extension().map_or_else(|| "toml".into(), |s| s.to_string_lossy().into_owned());
+    out.with_file_name(format!("{stem}-{primitive}.{extension}"))
+}
+
+fn print(c: &Calibration, output: &Output) {
+    output.text(format_args!(
+        "{}: friction from {} trial(s), validated on {}",
+        c.primitive,
+        c.calibration_trials.len(),
+        c.held_out_trials
+    ));
+    let mut friction = table(["coefficient", "value", "95 % interval", "determined"]);
+    for e in &c.estimates {
+        let bound = |b: Option<f64>| b.map_or_else(|| "-".into(), |b| format!("{b:.3}"));
+        let range = format!("{} to {}", bound(e.low), bound(e.high));
+        let (value, known) =
+            if e.determined { (format!("{:.3}", e.value), "yes") } else { ("-".into(), "no: range only") };
+        friction.add_row([
+            stickslip_analysis::calibrate::name(e.coefficient).into(),
+            value,
+            range,
+            known.to_string(),
+        ]);
+    }
+    output.table(&friction);
+    let mut errors = table(["quantity", "unit", "signal", "before", "calibration", "held out"]);
+    let size = |x: f64| if x.is_finite() { format!("{x:.3e}") } else { "-".into() };
+    for e in &c.errors {
+        errors.add_row([
+            format!("{:?}", e.quantity).to_lowercase(),
+            e.unit.into(),
+            size(e.signal),
+            size(e.before),
+            size(e.calibration),
+            size(e.held_out),
+        ]);
+    }
+    output.text("root mean square errors over windows of the motion:");
+    output.table(&errors);
+    let mut offsets = table(["channel", "offset at rest"]);
+    let shown = |(k, o): (usize, &f64)| {
+        let small = if k % 6 < 3 { 5e-3 } else { 1e-4 };
+        (o.abs() > small).then(|| [channels::NAMES[k].to_string(), format!("{o:.4}")])
+    };
+    let rows: Vec<_> = c.offsets.iter().enumerate().filter_map(shown).collect();
+    if !rows.is_empty() {
+        for row in rows {
+            offsets.add_row(row);
+        }
+        output.text("sensor offsets removed (tare):");
+        output.table(&offsets);
+    }
+    for remark in &c.remarks {
+        output.text(format_args!("- {remark}"));
+    }
+    output.text("");
+}

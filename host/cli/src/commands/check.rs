@@ -1,0 +1,183 @@
+//! `stickslip check DATA`: what a data set holds and whether it can be trusted.
+
+use std::path::PathBuf;
+
+use stickslip_analysis::check::{self, Balance, Report};
+use stickslip_analysis::evidence::stages::STAGES;
+use stickslip_data::Index;
+use stickslip_report::terminal::{Output, table};
+
+/// Arguments of `stickslip check`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  stickslip check data/demo")]
+pub struct Args {
+    /// Folder of the data set (holds dataset.toml)
+    pub data: PathBuf,
+    /// List at most this many errors, warnings and failing trials (--json lists all)
+    #[arg(long, default_value_t = 10)]
+    pub most: usize,
+}
+
+/// Reads the data set leniently and reports.
+///
+/// # Errors
+/// Where nothing can be read, and, after the report, where anything was refused. A balance that
+/// fails is reported, but is no error of the file.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    let index = Index::open(&args.data)?;
+    let bar = output.progress(index.trials.len() as u64, "checking trials");
+    let report = check::check(&index, |trials| bar.inc(trials));
+    bar.finish_and_clear();
+    holdings(&report, output);
+    channel_table(&report, output);
+    balance(&report.balance, args.most, output);
+    list("warnings", report.warnings.iter().map(ToString::to_string), args.most, output);
+    list("errors", report.errors.iter().cloned(), args.most, output);
+    output.document(&report)?;
+    let errors = report.errors.len();
+    anyhow::ensure!(errors == 0, "{errors} refused in {}; the rest was read", args.data.display());
+    output.text("No errors.");
+    Ok(())
+}
+
+fn holdings(report: &Report, output: &Output) {
+    output.text(format_args!(
+        "{}: {} trials, {} samples ({})",
+        report.name,
+        report.trials,
+        report.samples,
+        check::primitive_names(report)
+    ));
+    let mut rows = table(["primitive", "object", "trials", "conditions"]);
+    for count in &report.primitives {
+        let conditions = count.conditions.iter().map(|(name, values)| match values.as_slice() {
+            values if values.len() <= 8 => {
+                let values: Vec<String> = values.iter().map(|value| short(*value)).collect();
+                format!("{name} {}", values.join(" "))
+            }
+            [first, .., last] => {
+                format!("{name} {} to {} ({} values)", short(*first), short(*last), values.len())
+            }
+            _ => name.clone(),
+        });
+        rows.add_row([
+            count.primitive.clone(),
+            count.object.clone(),
+            count.trials.to_string(),
+            conditions.collect::<Vec<_>>().join("; "),
+        ]);
+    }
+    output.table(&rows);
+    let [slowest, fastest] = report.rate_hz;
+    output.text(format_args!(
+        "rate: {slowest:.2} to {fastest:.2} Hz (nominal {}); gaps: {} in {} trials, longest {:.1} ms",
+        report.nominal_rate_hz,
+        report.gaps.gaps,
+        report.gaps.trials,
+        report.gaps.longest_s * 1e3
+    ));
+    if report.repeated_groups == 0 {
+        output.text("repetitions: none, so there is no noise floor");
+    } else {
+        output.text(format_args!(
+            "repetitions: {} trials in {} groups",
+            report.repeated_trials, report.repeated_groups
+        ));
+    }
+}
+
+fn channel_table(report: &Report, output: &Output) {
+    let mut rows =
+        table(["channel", "measured", "white noise", "floor before contact", "floor pushed", "floor end"]);
+    for channel in report.channels.iter().filter(|channel| channel.measured > 0.0) {
+        let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), short);
+        let mut row = vec![
+            channel.channel.to_owned(),
+            format!("{:.1} %", channel.measured * 100.0),
+            number(channel.white),
+        ];
+        row.extend(channel.floor.iter().take(STAGES.len()).map(|floor| number(*floor)));
+        rows.add_row(row);
+    }
+    output.text("\nchannels (SI units; the floor is the standard deviation between repetitions)");
+    output.table(&rows);
+}
+
+fn balance(balance: &Balance, most: usize, output: &Output) {
+    output.text("\nbalance of measured forces: fingers + pusher + weight, world axes");
+    for (reason, trials) in &balance.not_checked {
+        output.text(format_args!("not checked in {trials} trials: {}", reason.label()));
+    }
+    if balance.checked == 0 {
+        return;
+    }
+    let mut rows = table(["stage", "trials", "mean sum N", "scatter N", "worst N", "bound N"]);
+    for stage in &balance.stages {
+        rows.add_row([
+            stage.stage.to_owned(),
+            stage.trials.to_string(),
+            vector(&stage.mean_n),
+            vector(&stage.scatter_n),
+            short(stage.worst_n),
+            short(stage.bound_n),
+        ]);
+    }
+    output.table(&rows);
+    if balance.failing == 0 {
+        output.text(format_args!("balanced within the sensors' uncertainty in all {}", balance.checked));
+    } else {
+        output.text(format_args!(
+            "SENSOR PROBLEM: {} of {} trials leave what the sensors may be off by; no model can explain that",
+            balance.failing, balance.checked
+        ));
+        for (trial, worst) in balance.worst.iter().take(most) {
+            output.text(format_args!("  {trial}, {}: {} N", worst.stage.label(), vector(&worst.sum_n)));
+        }
+        if balance.worst.len() > most {
+            output.text(format_args!("  and {} more", balance.worst.len() - most));
+        }
+    }
+    if let Some(tare) = &balance.tare {
+        output.text(format_args!(
+            "constant offsets found before contact ({} trials): fingers together {} N in gripper axes \
+             (scatter {}){}",
+            tare.trials,
+            vector(&tare.fingers_sum_n),
+            vector(&tare.fingers_scatter_n),
+            tare.pusher_n
+                .map_or_else(String::new, |pusher| format!(", pusher {} N in world axes", vector(&pusher)))
+        ));
+    } else {
+        output
+            .text("constant offsets cannot be told: no phase before contact with all finger forces measured");
+    }
+}
+
+fn list(what: &str, items: impl ExactSizeIterator<Item = String>, most: usize, output: &Output) {
+    let count = items.len();
+    if count > 0 {
+        output.text(format_args!("\n{count} {what}"));
+    }
+    for item in items.take(most) {
+        output.text(format_args!("  {item}"));
+    }
+    if count > most {
+        output.text(format_args!("  and {} more", count - most));
+    }
+}
+
+fn vector(values: &[f64; 3]) -> String {
+    let [x, y, z] = values;
+    format!("[{x:.3}, {y:.3}, {z:.3}]")
+}
+
+/// Three digits, as short as they get.
+fn short(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
+        let digits = (2 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
+        let text = format!("{value:.digits$}");
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    } else {
+        format!("{value:.2e}")
+    }
+}

@@ -1,0 +1,197 @@
+//! `stickslip compare DATA`: where model and measurement differ, and by how much.
+
+use std::path::PathBuf;
+use std::sync::Mutex;
+
+use anyhow::Context;
+use comfy_table::{Cell, CellAlignment};
+
+use stickslip_analysis::compare::document::{Comparison, ErrorRow, Fate, ModelReport};
+use stickslip_analysis::compare::rows::many_primitives;
+use stickslip_analysis::compare::tare::Tare;
+use stickslip_analysis::compare::verdict::{place_words, scale};
+use stickslip_analysis::compare::{Data, Forces, NamedModel, Options, compare};
+use stickslip_analysis::evidence::conditions::HeldOut;
+use stickslip_analysis::evidence::phases::PHASES;
+use stickslip_data::Index;
+use stickslip_report::terminal::{Output, table};
+
+/// Arguments of `stickslip compare`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  stickslip compare data/demo --html compare.html
+  stickslip compare data/demo --trial linear_push-obj4-g20-v10-s0-r1 --model model.toml
+  stickslip compare data/demo --model model.toml --model better.toml --held-out 0.3 --html after.html")]
+pub struct Args {
+    /// Folder of the data set (holds dataset.toml)
+    pub data: PathBuf,
+    /// Model to compare; give it twice for before and after [default: the base model, its
+    /// friction calibrated quickly]
+    #[arg(long = "model", value_name = "MODEL.toml")]
+    pub models: Vec<PathBuf>,
+    /// Compare only this trial
+    #[arg(long, value_name = "ID", conflicts_with = "held_out")]
+    pub trial: Option<String>,
+    /// Compare all trials (the default)
+    #[arg(long, conflicts_with = "trial")]
+    pub all: bool,
+    /// Compare only these trials, and calibrate on none of them: a share of the conditions
+    /// (0.3), or ids separated by commas
+    #[arg(long, value_name = "SHARE|IDS")]
+    pub held_out: Option<HeldOut>,
+    /// Write a page with all plots; it needs no network
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
+    /// Take each trial's mean before contact out of its forces and torques (the default)
+    #[arg(long, overrides_with = "no_tare")]
+    pub tare: bool,
+    /// Use the measurements as they are
+    #[arg(long)]
+    pub no_tare: bool,
+    /// Count the distance to the solution that the model returns as error, also where rigid
+    /// contact leaves a force open [default: the distance to all its solutions]
+    #[arg(long)]
+    pub no_force_bands: bool,
+}
+
+/// Compares and reports.
+///
+/// # Errors
+/// Where data or a model cannot be read, no trial can be compared, or the page not written.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    let index = Index::open(&args.data)?;
+    for error in &index.errors {
+        output.note(error);
+    }
+    let models = args.models.iter().map(|path| NamedModel::read(path)).collect::<Result<Vec<_>, _>>()?;
+    let options = Options {
+        trial: args.trial.clone(),
+        held_out: args.held_out.clone().unwrap_or_default(),
+        tare: if args.no_tare { Tare::None } else { Tare::BeforeContact },
+        forces: if args.no_force_bands { Forces::AsReturned } else { Forces::OutsideBand },
+    };
+    let load = |i: usize| {
+        let reading = index.read_trial_lenient(&index.trials[i]);
+        reading.trial.ok_or_else(|| {
+            reading.error.map_or_else(|| "it cannot be read".to_owned(), |error| error.to_string())
+        })
+    };
+    let bar = Mutex::new(None::<indicatif::ProgressBar>);
+    let held = || bar.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let result = compare(
+        Data { description: &index.description, infos: &index.trials, load: &load },
+        &models,
+        &options,
+        &mut |what, length| *held() = Some(output.progress(length as u64, what)),
+        &|| {
+            if let Some(bar) = held().as_ref() {
+                bar.inc(1);
+            }
+        },
+    );
+    if let Some(bar) = held().take() {
+        bar.finish_and_clear();
+    }
+    let comparison = result.with_context(|| args.data.display().to_string())?;
+    if let Some(path) = &args.html {
+        output.page(path, stickslip_report::compare::page(&comparison))?;
+    }
+    print(&comparison, output);
+    output.document(&comparison)
+}
+
+fn print(comparison: &Comparison, output: &Output) {
+    output.text(&comparison.summary);
+    let d = &comparison.data;
+    output.text(format_args!(
+        "\n{}: {} trial(s) in {} condition(s), {} repeated{}",
+        d.name,
+        d.trials,
+        d.conditions,
+        d.repeated_conditions,
+        if d.held_out { "; held out from calibration" } else { "" }
+    ));
+    for report in &comparison.models {
+        output.text(format_args!("model {}: {}", report.name, stickslip_report::compare::describe(report)));
+    }
+    if comparison.models.len() > 1 {
+        print_changes(comparison, output);
+    } else if let Some(report) = comparison.models.first() {
+        print_errors(report, output);
+    }
+    output.text("");
+    for note in &comparison.notes {
+        output.text(format_args!("- {note}"));
+    }
+}
+
+/// Channels by phases, worst channel first: RMS error, and in brackets noise floors.
+fn print_errors(report: &ModelReport, output: &Output) {
+    let many = report.errors.first().is_some_and(|_| many_primitives(&report.errors));
+    let mut channels: Vec<(&str, usize)> = Vec::new();
+    let worst = |primitive: &str, index: usize| {
+        let rows = report.errors.iter().filter(|r| r.place.primitive == primitive && r.index == index);
+        rows.map(|r| (r.fails, r.multiples.unwrap_or(0.0)))
+            .fold((false, 0.0f64), |a, b| (a.0 || b.0, a.1.max(b.1)))
+    };
+    for row in &report.errors {
+        if !channels.contains(&(&row.place.primitive, row.index)) {
+            channels.push((&row.place.primitive, row.index));
+        }
+    }
+    channels.sort_by(|a, b| {
+        let (x, y) = (worst(a.0, a.1), worst(b.0, b.1));
+        y.0.cmp(&x.0).then(y.1.total_cmp(&x.1))
+    });
+    let mut shown = table(["channel", "unit", "before contact", "sticking", "onset", "sliding", "end"]);
+    for (primitive, index) in channels {
+        let rows: Vec<&ErrorRow> =
+            report.errors.iter().filter(|r| r.place.primitive == primitive && r.index == index).collect();
+        let (factor, unit) = scale(rows[0].unit);
+        let name = rows[0].place.channel.rsplit_once('_').map_or("", |n| n.0);
+        let name = if many { format!("{primitive} {name}") } else { name.to_owned() };
+        let mut cells = vec![Cell::new(name), Cell::new(unit)];
+        for phase in PHASES {
+            let text = rows.iter().find(|r| r.place.phase == phase).map_or_else(
+                || "-".to_owned(),
+                |r| {
+                    let multiples = r.multiples.map_or_else(String::new, |m| format!(" ({m:.1}x)"));
+                    format!("{:.3}{multiples}{}", r.rms * factor, if r.fails { "*" } else { "" })
+                },
+            );
+            cells.push(Cell::new(text).set_alignment(CellAlignment::Right));
+        }
+        shown.add_row(cells);
+    }
+    output.text("\nRMS error (times the noise floor); * lack of fit");
+    output.table(&shown);
+}
+
+fn print_changes(comparison: &Comparison, output: &Output) {
+    let names = [&comparison.models[0].name, &comparison.models[comparison.models.len() - 1].name];
+    let many = comparison.changes.first().is_some_and(|_| many_primitives(&comparison.models[0].errors));
+    let mut shown = table(["channel and phase", "unit", "before", "after", ""]);
+    let interesting = comparison.changes.iter().filter(|c| {
+        c.fate != Fate::Fits || c.multiples_before.unwrap_or(0.0).max(c.multiples_after.unwrap_or(0.0)) > 2.0
+    });
+    let all = interesting.clone().count();
+    for c in interesting.take(25) {
+        let (factor, unit) = scale(c.unit);
+        let cell = |rms: f64, m: Option<f64>| {
+            let multiples = m.map_or_else(String::new, |m| format!(" ({m:.1}x)"));
+            Cell::new(format!("{:.3}{multiples}", rms * factor)).set_alignment(CellAlignment::Right)
+        };
+        shown.add_row(vec![
+            Cell::new(place_words(&c.place, many)),
+            Cell::new(unit),
+            cell(c.rms_before, c.multiples_before),
+            cell(c.rms_after, c.multiples_after),
+            Cell::new(stickslip_report::compare::fate_words(c.fate)),
+        ]);
+    }
+    output.text(format_args!("\nRMS error (times the noise floor), {} against {}", names[0], names[1]));
+    output.table(&shown);
+    if all > 25 {
+        output.text(format_args!("{} more rows in the JSON document and the page", all - 25));
+    }
+}

@@ -1,0 +1,122 @@
+//! The commands of `stickslip`: one module each, with its `Args` and its `run`.
+//!
+//! To add one: a module with `pub struct Args` (clap derive, `after_help` with an example)
+//! and `pub fn run(args: &Args, output: &Output) -> anyhow::Result<()>`, a variant of
+//! `Command` and an arm of its `run`.
+
+pub mod add;
+pub mod calibrate;
+pub mod check;
+pub mod compare;
+pub mod demo;
+pub mod diagnose;
+pub mod import;
+pub mod lcp;
+pub mod replay;
+pub mod rig;
+pub mod score;
+pub mod stream;
+pub mod suggest;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use stickslip_report::terminal::{Output, Style};
+
+/// Predicts slip and drop on a robot gripper, and compares contact models with measurements.
+#[derive(Debug, Parser)]
+#[command(name = "stickslip", version, max_term_width = 100, propagate_version = true)]
+pub struct Cli {
+    /// Print one JSON document to stdout instead of text
+    #[arg(long, global = true)]
+    pub json: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Check a data set: what it holds, errors, warnings, balance of the measured forces
+    Check(check::Args),
+    /// Find out which physical effect a model lacks, from measurements
+    Diagnose(diagnose::Args),
+    /// Add an effect to a model and fit it together with the rest
+    Add(add::Args),
+    /// The experiment that would tell candidates apart best, and how many runs it takes
+    Suggest(suggest::Args),
+    /// Compare models with measurements: errors by channel and phase, where a model fails
+    Compare(compare::Args),
+    /// Run the predictor over a recorded trial as the board does, and compare with its log
+    Replay(replay::Args),
+    /// The whole path on a recorded push and on a bench with a hidden effect
+    Demo(demo::Args),
+    /// Make a data set with the synthetic rig: the paper's experiments, lifts, planar pushes, hidden effects
+    Rig(Box<rig::Args>),
+    /// Bring real data of others into the data set format
+    Import(import::Args),
+    /// Find friction from a small share of the trials, and validate it on the rest
+    Calibrate(calibrate::Args),
+    /// Solve complementarity problems from files or generated ones, and judge the answers
+    Lcp(lcp::Args),
+    /// Score the predictor: lead times and false alarms for slip and drop, beside simple thresholds
+    Score(score::Args),
+    /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
+    Stream(stream::Args),
+}
+
+impl Command {
+    fn run(&self, output: &Output) -> anyhow::Result<()> {
+        match self {
+            Command::Check(args) => check::run(args, output),
+            Command::Diagnose(args) => diagnose::run(args, output),
+            Command::Add(args) => add::run(args, output),
+            Command::Suggest(args) => suggest::run(args, output),
+            Command::Compare(args) => compare::run(args, output),
+            Command::Replay(args) => replay::run(args, output),
+            Command::Demo(args) => demo::run(args, output),
+            Command::Rig(args) => rig::run(args, output),
+            Command::Import(args) => import::run(args, output),
+            Command::Calibrate(args) => calibrate::run(args, output),
+            Command::Lcp(args) => lcp::run(args, output),
+            Command::Score(args) => score::run(args, output),
+            Command::Stream(args) => stream::run(args, output),
+        }
+    }
+}
+
+/// Parses the command line, runs the command and reports its error.
+/// Exit code 0: done; 1: the command failed; 2: wrong usage.
+#[must_use]
+pub fn main() -> ExitCode {
+    // Clap prints its own message and exits with 2 on wrong usage.
+    let cli = Cli::parse();
+    let style = if cli.json { Style::Json } else { Style::Human };
+    let output = Output::new(style);
+    output.exit_code(&cli.command.run(&output))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cli;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent_and_every_command_shows_an_example() {
+        fn visit(command: &clap::Command) {
+            let leaf = command
+                .get_subcommands()
+                .filter(|sub| sub.get_name() != "help")
+                .inspect(|sub| visit(sub))
+                .count()
+                == 0;
+            if leaf {
+                let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+                assert!(help.contains("Example"), "no example: {}", command.get_name());
+            }
+        }
+        let command = Cli::command();
+        command.clone().debug_assert();
+        visit(&command);
+    }
+}

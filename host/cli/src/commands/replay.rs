@@ -1,0 +1,167 @@
+//! `stickslip replay DATA --trial ID`: the predictor over a recorded trial, as the board runs it.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use stickslip_shared::predictor::{Limits, Prediction};
+
+use stickslip_analysis::model::file::model_or_default;
+use stickslip_analysis::run::replay::{feed, first_difference, hash, replay};
+use stickslip_analysis::run::summary::{Against, Document};
+use stickslip_data::Index;
+use stickslip_device::log;
+use stickslip_device::records::{PREDICTION_RECORD, read_predictions};
+use stickslip_report::terminal::{Output, table};
+
+/// Arguments of `stickslip replay`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  stickslip replay data/demo --trial linear_push-obj4-g20-v10-s0-r1
+  stickslip replay data/demo --trial linear_push-obj4-g20-v10-s0-r1 --against run.sslog
+  stickslip replay data/demo --trial linear_push-obj4-g20-v10-s0-r1 --model model.toml --html replay.html")]
+pub struct Args {
+    /// Folder of the data set (holds dataset.toml)
+    pub data: PathBuf,
+    /// Trial to replay [default: the first]
+    #[arg(long, value_name = "ID")]
+    pub trial: Option<String>,
+    /// Model to predict with [default: hard contact, friction 0.40 (fingers), 0.25 (pusher),
+    /// 0.30 (support)]
+    #[arg(long, value_name = "MODEL.toml")]
+    pub model: Option<PathBuf>,
+    /// Write the predictions to a log
+    #[arg(long, value_name = "FILE.sslog")]
+    pub log: Option<PathBuf>,
+    /// Compare with the predictions in this log bit for bit
+    #[arg(long, value_name = "FILE.sslog")]
+    pub against: Option<PathBuf>,
+    /// Write a page with plots of the predictions
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
+}
+
+/// Replays and reports.
+///
+/// # Errors
+/// Where data, model or log cannot be read, or the log differs from the replay.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    let index = Index::open(&args.data)?;
+    let (at, info) = index.find(args.trial.as_deref())?;
+    let trial = index.read_trial(info)?;
+    let model = model_or_default(args.model.as_deref())?;
+    let feed = feed(&index.description, &trial)?;
+    let replayed = replay(&index.description, &trial, &model, Limits::default(), at)?;
+    if let Some(path) = &args.log {
+        write_log(path, &feed.scene, &model, &info.trial, &feed.samples, &replayed.predictions)?;
+    }
+    let t_s: Vec<f64> = trial.samples.iter().map(|s| s.t_s).collect();
+    let against = match &args.against {
+        Some(path) => Some(read_against(path, &replayed.predictions)?),
+        None => None,
+    };
+    let document = Document::new(&info.trial, &t_s, &feed.plan, &replayed, against);
+    if let Some(path) = &args.html {
+        output.page(path, stickslip_report::replay::page(&document, &t_s, &replayed.predictions))?;
+    }
+    print(&document, output);
+    output.document(&document)?;
+    if let Some(a) = &document.against {
+        anyhow::ensure!(a.equal, "{}: the log differs from the replay", a.file);
+    }
+    Ok(())
+}
+
+fn write_log(
+    path: &Path,
+    scene: &stickslip_shared::model::Scene<f32>,
+    model: &stickslip_shared::model::Model<f64>,
+    trial: &str,
+    samples: &[stickslip_shared::wire::Sample],
+    predictions: &[Prediction],
+) -> anyhow::Result<()> {
+    let header = log::Header {
+        scene: postcard::to_allocvec(scene)?,
+        model: postcard::to_allocvec(&model.cast::<f32>())?,
+        meta: serde_json::json!({ "trial": trial, "device": "host replay" }),
+    };
+    let mut writer = log::Writer::create(path, &header)?;
+    for (sample, prediction) in samples.iter().zip(predictions) {
+        let ns = u64::from(sample.t_us) * 1000;
+        writer.record(PREDICTION_RECORD, ns, &postcard::to_allocvec(prediction)?)?;
+    }
+    Ok(writer.sync()?)
+}
+
+fn read_against(path: &Path, predictions: &[Prediction]) -> anyhow::Result<Against> {
+    let contents = log::read(path)?;
+    let logged = read_predictions(&contents.records)
+        .with_context(|| format!("{}: a prediction in it cannot be read", path.display()))?;
+    anyhow::ensure!(!logged.is_empty(), "{}: the log holds no predictions", path.display());
+    let first_difference = first_difference(&logged, predictions);
+    Ok(Against {
+        file: path.display().to_string(),
+        predictions: logged.len(),
+        missing: predictions.len().saturating_sub(logged.len()),
+        hash: format!("{:08x}", hash(logged.iter().map(|(_, p)| p))),
+        equal: first_difference.is_none(),
+        first_difference,
+        lost: contents.loss(),
+    })
+}
+
+fn print(d: &Document, output: &Output) {
+    output.text(format_args!("trial {}: {} ticks, hash {}", d.trial, d.ticks, d.hash));
+    let p = &d.prediction;
+    let time = |t: Option<f64>| t.map_or_else(|| "never".to_owned(), |t| format!("at {t:.3} s"));
+    let measured = p.peak_measured_utilisation.map_or_else(|| "not measured".into(), |u| format!("{u:.2}"));
+    output.text(format_args!(
+        "friction used: at most {:.2} by the model, {measured} by the sensors; slip announced {}, begins {}, up to \
+         {:.1} mm/s; sag at most {:.2} mm, rotation {:.1} mrad",
+        p.peak_utilisation,
+        time(p.first_warning_s),
+        time(p.first_slip_s),
+        p.peak_slip_m_s * 1e3,
+        p.peak_sag_m * 1e3,
+        p.peak_rotation_rad * 1e3
+    ));
+    let ticks: Vec<String> =
+        d.solver.ticks.iter().map(|(k, n)| format!("{} {n}", k.replace('_', " "))).collect();
+    output.text(format_args!(
+        "solver: {}; momentum error at most {:.1e} N; Newton steps {:.1} a tick, at most {}",
+        ticks.join(", "),
+        d.solver.worst_residual_n,
+        d.solver.mean_iterations,
+        d.solver.most_iterations
+    ));
+    let mut shown = table(["flag", "rises, s", "falls, s", "ticks"]);
+    for s in d.flags.iter().chain(&d.doubts).take(40) {
+        let falls = s.falls_s.map_or_else(|| "-".to_owned(), |t| format!("{t:.3}"));
+        shown.add_row([s.flag.to_owned(), format!("{:.3}", s.rises_s), falls, s.ticks.to_string()]);
+    }
+    output.table(&shown);
+    let all = d.flags.len() + d.doubts.len();
+    if all > 40 {
+        output.text(format_args!("{} more in the JSON document", all - 40));
+    }
+    if let Some(a) = &d.against {
+        match &a.first_difference {
+            None => output.text(format_args!(
+                "{}: {} predictions, all equal bit for bit{}",
+                a.file,
+                a.predictions,
+                if a.missing > 0 {
+                    format!("; {} ticks are not in the log", a.missing)
+                } else {
+                    String::new()
+                }
+            )),
+            Some(f) => output.text(format_args!(
+                "{}: tick {} differs first, in output word {}: log {:08x}, replay {:08x}",
+                a.file, f.tick, f.word, f.logged, f.replayed
+            )),
+        }
+        if let Some(lost) = &a.lost {
+            output.text(format_args!("{}: {lost}", a.file));
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! `stickslip score DATA`: how early slip and drop are predicted, and how many alarms are false.
+
+use std::path::PathBuf;
+
+use stickslip_analysis::model::file::model_or_default;
+use stickslip_analysis::score::ObjectPose;
+use stickslip_analysis::score::document::{Baselines, Document, score};
+use stickslip_data::Index;
+use stickslip_report::score::{LEGEND, cells, time_left, utilisation};
+use stickslip_report::terminal::{Output, table};
+
+/// Command line of `stickslip score`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  stickslip rig --plan slip-hours --hours 0.5 --out data/hours
+  stickslip score data/hours
+  stickslip score data/hours --model model.toml --object-pose start --html score.html")]
+pub struct Args {
+    /// Folder of the data set (holds dataset.toml)
+    pub data: PathBuf,
+    /// Model to predict with [default: hard contact, friction 0.40 (fingers), 0.25 (pusher),
+    /// 0.30 (support)]
+    #[arg(long, value_name = "MODEL.toml")]
+    pub model: Option<PathBuf>,
+    /// How often the predictor is given the object's measured pose
+    #[arg(long, value_enum, default_value = "every")]
+    pub object_pose: ObjectPose,
+    /// Threshold of the baseline on tangential over normal force
+    #[arg(long, default_value_t = 0.3, value_name = "RATIO")]
+    pub ratio: f64,
+    /// Threshold of the baseline on the tangential force's rate, N/s
+    #[arg(long, default_value_t = 20.0, value_name = "N/S")]
+    pub rate: f64,
+    /// Write a page with the table and plots
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
+}
+
+/// Scores and reports.
+///
+/// # Errors
+/// Where data or model cannot be read.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    for (option, value) in [("--ratio", args.ratio), ("--rate", args.rate)] {
+        anyhow::ensure!(value > 0.0 && value.is_finite(), "{option} is {value}; give a number above zero");
+    }
+    let index = Index::open(&args.data)?;
+    let model = model_or_default(args.model.as_deref())?;
+    let bar = output.progress(index.trials.len() as u64, "scoring");
+    let baselines = Baselines { ratio: args.ratio, rate_n_s: args.rate };
+    let document = score(&index, &model, args.object_pose, baselines, || bar.inc(1))?;
+    bar.finish_and_clear();
+    if let Some(path) = &args.html {
+        output.page(path, stickslip_report::score::page(&document))?;
+    }
+    print(&document, output);
+    output.document(&document)
+}
+
+/// Trials passed over that are named.
+const NAMED: usize = 3;
+
+fn print(d: &Document, output: &Output) {
+    for warning in &d.warnings {
+        output.note(warning);
+    }
+    for (trial, why) in d.passed_over.iter().take(NAMED) {
+        output.note(format_args!("trial {trial} not scored: {why}"));
+    }
+    if d.passed_over.len() > NAMED {
+        output
+            .note(format_args!("{} more trials not scored (--json lists all)", d.passed_over.len() - NAMED));
+    }
+    output.text(format_args!(
+        "{}: {} trials, {:.2} h scored; sample not trusted in {:.2} % of the ticks\n",
+        d.data.display(),
+        d.trials,
+        d.hours,
+        d.doubtful_share * 100.0
+    ));
+    let mut shown = table([
+        "event",
+        "method",
+        "events",
+        "found",
+        "in time",
+        "lead 5/50/95 %, ms",
+        "false/h",
+        "near/h",
+        "onset error, ms",
+    ]);
+    for r in d.rows.iter().filter(|r| r.events > 0) {
+        shown.add_row(cells(r));
+    }
+    output.table(&shown);
+    output.text(format_args!("\n{LEGEND}"));
+    for c in &d.calibration {
+        output.text(format_args!("\n{}", c.method));
+        let stated = [
+            ("stated utilisation and slip within 0.1 s", utilisation(c)),
+            ("time left stated and actual 5/50/95 %", time_left(c)),
+        ];
+        for (of, shown) in stated {
+            if !shown.is_empty() {
+                output.text(format_args!("  {of}: {}", shown.join("; ")));
+            }
+        }
+        if let Some([low, middle, high]) = c.grip {
+            output.text(format_args!(
+                "  grip at which it slipped over the grip stated as just enough, 5/50/95 %: {low:.2} / {middle:.2} / \
+                 {high:.2} ({} slips)",
+                c.grips
+            ));
+        }
+    }
+}

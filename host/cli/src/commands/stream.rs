@@ -1,0 +1,301 @@
+//! `stickslip stream DATA`: a recorded trial through the firmware, live.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use stickslip_shared::predictor::{flags, validity};
+use stickslip_shared::wire::{self, Info, TelemetryReport};
+
+use stickslip_analysis::model::file::model_or_default;
+use stickslip_analysis::run::replay::{Feed, feed};
+use stickslip_data::Index;
+use stickslip_device::Device;
+use stickslip_device::log;
+use stickslip_device::package::Package;
+use stickslip_device::records::{SAMPLE_RECORD, TELEMETRY_RECORD};
+use stickslip_device::session::{self, Event, Outcome};
+use stickslip_report::terminal::{Output, table};
+
+/// A run that takes so many times what its ticks take is not in real time.
+const LATE: f64 = 1.05;
+
+/// Command line of `stickslip stream`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  stickslip stream data/demo --trial linear_push-obj4-g20-v10-s0-r1 --device qemu
+  stickslip stream data/demo --device serial:/dev/ttyACM0 --model model.toml
+
+The board takes one sample every 4 ms by its own clock. QEMU's counts instructions, 125
+million a second, and waits for this machine's. Exit code 1 where the board and the predictor
+on this host differ in a single bit, or the board did not take every sample.")]
+pub struct Args {
+    /// Folder of the data set
+    #[arg(value_name = "DATA")]
+    pub data: PathBuf,
+    /// Trial to stream [default: the first]
+    #[arg(long, value_name = "ID")]
+    pub trial: Option<String>,
+    /// `qemu`, `qemu:FIRMWARE` or `serial:PORT`
+    #[arg(long, default_value = "qemu", value_name = "DEVICE")]
+    pub device: String,
+    /// Contact model [default: rigid, friction 0.4 at fingers, 0.25 at pusher, 0.3 at table]
+    #[arg(long, value_name = "MODEL.toml")]
+    pub model: Option<PathBuf>,
+    /// Record the run, as it happens; `stickslip replay --against FILE` compares it later
+    #[arg(long, value_name = "FILE.sslog")]
+    pub log: Option<PathBuf>,
+    /// Damage the line on purpose: loss, repetition, overtaking, garbage, drawn from this seed
+    #[arg(long, value_name = "SEED")]
+    pub line_faults: Option<u64>,
+}
+
+/// # Errors
+/// Where data or model cannot be read, the device is not there, refuses, falls silent or
+/// is cut off, or its predictions differ from this host's.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    let reader = Index::open(&args.data)?;
+    let (ordinal, info) = reader.find(args.trial.as_deref())?;
+    let trial = reader.read_trial(info)?;
+    let model = model_or_default(args.model.as_deref())?;
+    let package = {
+        let Feed { scene, plan, samples } = feed(&reader.description, &trial)?;
+        Package::new(scene, &model, plan, samples, ordinal)
+    };
+
+    let mut device = Device::open(&args.device)?;
+    output.text(describe(device.info()));
+    if device.info().source != wire::SOURCE {
+        output.note(
+            "the firmware was built from other sources than this program: build both anew (`make firmware`), \
+             or their predictions may differ",
+        );
+    }
+    output.text(format_args!("trial {}: {} samples", info.trial, package.samples.len()));
+    let mut log = args.log.as_deref().map(|path| start_log(path, &package, &info.trial)).transpose()?;
+    let began = Instant::now();
+    let mut display = Display::new(output.progress(package.samples.len() as u64, "streaming"));
+    let outcome = session::stream(&mut device, &package, args.line_faults, &mut |event| {
+        let now_ns = began.elapsed().as_nanos() as u64;
+        match event {
+            Event::Report(report) => {
+                display.show(report);
+                keep(&mut log, TELEMETRY_RECORD, now_ns, report)?;
+            }
+            Event::Sent(sample) => keep(&mut log, SAMPLE_RECORD, now_ns, sample)?,
+        }
+        Ok(())
+    });
+    display.bar.finish();
+    let outcome = outcome?;
+    output.document(&outcome)?;
+    report(output, &outcome);
+    anyhow::ensure!(
+        outcome.first_difference.is_none(),
+        "board and host differ from sample {} on: firmware and host are not built from the same source",
+        outcome.first_difference.unwrap_or_default()
+    );
+    anyhow::ensure!(
+        args.line_faults.is_some() || outcome.taken == outcome.samples,
+        "the board took {} of {} samples: the line loses some, or they came too late",
+        outcome.taken,
+        outcome.samples
+    );
+    Ok(())
+}
+
+/// A log whose header holds what the board was told.
+fn start_log(path: &Path, package: &Package, trial: &str) -> anyhow::Result<log::Writer> {
+    let (scene, model, _) = &package.model;
+    let header = log::Header {
+        scene: postcard::to_allocvec(scene)?,
+        model: postcard::to_allocvec(model)?,
+        meta: serde_json::json!({ "trial": trial, "device": "stream" }),
+    };
+    Ok(log::Writer::create(path, &header)?)
+}
+
+fn keep<T: serde::Serialize>(
+    log: &mut Option<log::Writer>,
+    kind: u8,
+    ns: u64,
+    what: &T,
+) -> std::io::Result<()> {
+    let Some(writer) = log else { return Ok(()) };
+    let bytes = postcard::to_allocvec(what).map_err(std::io::Error::other)?;
+    writer.record(kind, ns, &bytes).map_err(std::io::Error::other)
+}
+
+fn describe(info: &Info) -> String {
+    format!(
+        "{} firmware {}, start {} ({:?}), {} ms tick",
+        info.board,
+        info.firmware,
+        info.boots,
+        info.reset_cause,
+        info.tick_us / 1000
+    )
+}
+
+/// Progress bar with the newest prediction below it.
+struct Display {
+    bar: ProgressBar,
+    shown: Instant,
+}
+
+impl Display {
+    /// Often enough for eyes, seldom enough for terminals.
+    const INTERVAL: Duration = Duration::from_millis(80);
+
+    fn new(bar: ProgressBar) -> Self {
+        let style = ProgressStyle::with_template("[{bar:40}] {pos}/{len} samples {elapsed_precise}\n{msg}");
+        if let Ok(style) = style {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar.set_message("");
+        Self { bar, shown: Instant::now() - Self::INTERVAL }
+    }
+
+    fn show(&mut self, report: &TelemetryReport) {
+        let Some(seq) = report.sample_seq else { return };
+        self.bar.set_position(u64::from(seq) + 1);
+        if self.shown.elapsed() >= Self::INTERVAL && !self.bar.is_hidden() {
+            self.shown = Instant::now();
+            self.bar.set_message(live(report));
+        }
+    }
+}
+
+fn live(report: &TelemetryReport) -> String {
+    let p = &report.prediction;
+    let mut table = table(["", "used", "model", "peak ahead", "slip", "towards", "begins"]);
+    for (name, f) in ["finger 1", "finger 2"].into_iter().zip(&p.finger) {
+        table.add_row([
+            name.to_owned(),
+            format!("{:.2}", f.measured_utilisation),
+            format!("{:.2}", f.model_utilisation),
+            format!("{:.2}", f.peak_utilisation),
+            format!("{:.1} mm/s", f.slip_speed_m_s * 1e3),
+            format!("{:.0}°", f.slip_direction_rad.to_degrees()),
+            when(f.slip_in_s),
+        ]);
+    }
+    format!(
+        "{table}\nsag {:.2} mm, {:.2} mm ahead, rotation {:.2}°, drop {}, grip to hold {:.1} N\nflags: {}\ndoubts: {}",
+        p.sag_m * 1e3,
+        p.sag_ahead_m * 1e3,
+        p.rotation_rad.to_degrees(),
+        when(p.drop_in_s),
+        p.holding_grip_n,
+        flag_names(p.flags),
+        doubt_names(p.validity),
+    )
+}
+
+fn when(seconds: f32) -> String {
+    if seconds < 0.0 {
+        "not ahead".into()
+    } else if seconds == 0.0 {
+        "now".into()
+    } else {
+        format!("in {:.0} ms", seconds * 1e3)
+    }
+}
+
+fn flag_names(bits: u32) -> String {
+    names(
+        bits,
+        &[
+            (flags::SLIP_1 | flags::SLIP_2, "slip"),
+            (flags::SLIP_AHEAD_1 | flags::SLIP_AHEAD_2, "slip ahead"),
+            (flags::UNEXPECTED, "UNEXPECTED SLIP"),
+            (flags::SAG, "SAG"),
+            (flags::ROTATION, "ROTATION"),
+            (flags::DROP, "DROP"),
+            (flags::PUSHING, "pushing"),
+            (flags::UNSURE, "UNSURE"),
+        ],
+    )
+}
+
+fn doubt_names(bits: u32) -> String {
+    names(
+        bits,
+        &[
+            (validity::SOLVER, "solver"),
+            (validity::DIVERGED, "model diverged"),
+            (validity::SAMPLE, "sample unusable"),
+            (validity::GAP, "gap in the samples"),
+            (validity::NO_WRENCH, "no fingertip wrench"),
+            (validity::NO_PLAN, "no plan"),
+            (validity::WAITING, "waiting for the object's pose"),
+            (validity::POINTS_LOST, "contact points left out"),
+            (validity::WRENCH, "wrench not finite"),
+            (validity::ONE_FINGER, "one finger's wrench missing"),
+            (validity::STUCK, "wrench stuck"),
+            (validity::SATURATED, "wrench at the end of its range"),
+            (validity::BIASED, "constant error of the wrench"),
+            (validity::MODEL, "model and measurement disagree"),
+        ],
+    )
+}
+
+fn names(bits: u32, table: &[(u32, &str)]) -> String {
+    let set: Vec<&str> = table.iter().filter(|(bit, _)| bits & bit != 0).map(|(_, name)| *name).collect();
+    if set.is_empty() { "none".into() } else { set.join(", ") }
+}
+
+fn report(output: &Output, outcome: &Outcome) {
+    let s = &outcome.statistics;
+    let milliseconds = |cost: u32| f64::from(cost) / f64::from(outcome.timer_hz.max(1)) * 1e3;
+    output.text(format_args!(
+        "{} of {} samples taken; {:.2} s of the board's ticks in {:.2} s by this machine's clock",
+        outcome.taken, outcome.samples, outcome.board_s, outcome.seconds
+    ));
+    output.text(format_args!("{} reports, {} lost on the line", outcome.reports, outcome.reports_lost));
+    output.text(format_args!(
+        "ticks missed {}, tick cost mean {:.3} ms, worst {:.3} ms; starved {}, samples lost {}, dropped {}, frames damaged {} there and {} here",
+        outcome.ticks_missed,
+        milliseconds(s.mean_cost),
+        milliseconds(s.worst_cost),
+        s.starved,
+        s.samples_lost,
+        s.samples_dropped,
+        s.frames_damaged,
+        outcome.frames_damaged
+    ));
+    output.text(format_args!(
+        "memory of the board: {} bytes, stack {} at the deepest",
+        s.static_bytes, s.stack_bytes
+    ));
+    output.text(format_args!(
+        "{} of {} predictions equal this host's bit for bit",
+        outcome.equal, outcome.compared
+    ));
+    if outcome.ticks_missed > 0 {
+        let period = f64::from(wire::TICK_US) * 1e-3;
+        output.note(if milliseconds(s.worst_cost) > period {
+            "the model is too dear for this board: a tick took longer than its period"
+        } else {
+            "no tick took longer than its period, but some began late: the board was held up by something else"
+        });
+    }
+    if outcome.seconds > outcome.board_s * LATE {
+        output.note("not in real time: this machine is too busy or too slow for the emulated board");
+    }
+    if let Some(i) = &outcome.injected {
+        output.text(format_args!(
+            "done to the line: {} samples lost, {} damaged, {} repeated, {} overtaken, {} bursts of garbage, {} reports lost",
+            i.lost, i.damaged, i.repeated, i.overtaken, i.garbage, i.reports_lost
+        ));
+        output.text(format_args!(
+            "the board counts: {} samples missing in order, {} late, {} repeated; {} frames damaged, {} too long",
+            s.samples_lost, s.samples_reordered, s.samples_repeated, s.frames_damaged, s.frames_too_long
+        ));
+    }
+    if let Some(seq) = outcome.unknown_from {
+        output.note(format_args!(
+            "from sample {seq} on samples and reports were lost together: nothing is compared there"
+        ));
+    }
+}

@@ -1,0 +1,86 @@
+//! Calibration and force bands on small data sets of the rig, whose truth is known.
+
+use stickslip_analysis::calibrate::{Coefficient, Remark, Share, calibrate};
+use stickslip_analysis::evidence::force_bands::bands;
+use stickslip_analysis::model::file::ModelFile;
+use stickslip_analysis::model::file::default_model;
+use stickslip_analysis::run::simulate::prepare;
+use stickslip_data::Trial;
+use stickslip_rig::{self, Condition, Primitive, Reality, STEP_S, Setup, objects};
+
+fn setup(mu_finger: f64, mu_pusher: f64) -> Setup {
+    let reality = Reality::ideal(mu_finger, mu_pusher);
+    Setup { description: objects::bench("test"), reality, step_s: STEP_S }
+}
+
+fn pushes(setup: &Setup) -> Vec<(usize, Trial)> {
+    let conditions = [20.0, 27.0, 35.0].map(|grip_n| Condition {
+        grip_n,
+        label: format!("push-{grip_n}"),
+        ..Condition::new(Primitive::LinearPush, "obj4")
+    });
+    conditions.iter().map(|c| stickslip_rig::simulate(setup, c, 1, 1).unwrap()).enumerate().collect()
+}
+
+#[test]
+fn calibration_finds_the_finger_friction_of_the_rig_within_its_interval_or_two_percent() {
+    let setup = setup(0.45, 0.25);
+    let trials = pushes(&setup);
+    let result =
+        calibrate(&setup.description, "linear_push", &trials, &default_model(), Share::of(0.5)).unwrap();
+    let finger = result.estimates.iter().find(|e| e.coefficient == Coefficient::Finger).unwrap();
+    assert!(finger.determined);
+    assert!((finger.value / 0.45 - 1.0).abs() < 0.02, "{finger:?}");
+}
+
+#[test]
+fn where_nothing_slides_friction_is_only_bounded_and_that_is_said() {
+    // The object is carried without touching anything: the recording ends before contact.
+    let setup = setup(0.45, 0.25);
+    let mut trials = pushes(&setup);
+    for (_, t) in &mut trials {
+        t.samples.truncate(60);
+    }
+    let result =
+        calibrate(&setup.description, "linear_push", &trials, &default_model(), Share::of(0.5)).unwrap();
+    assert!(result.remarks.iter().any(|r| matches!(r, Remark::NothingSlides { .. })), "{:?}", result.remarks);
+    assert!(result.estimates.iter().all(|e| !e.determined), "{:?}", result.estimates);
+}
+
+#[test]
+fn sticking_fingers_leave_newtons_open_and_sliding_ones_leave_little() {
+    let setup = setup(0.4, 0.25);
+    let (at, trial) = pushes(&setup).swap_remove(0);
+    let prepared = prepare(&setup.description, &trial, at).unwrap();
+    let (rest, sliding) = (20, prepared.t_s.len() / 2);
+    let simulated = prepared.simulate(&default_model()).signals;
+    let found = bands(&prepared, &default_model(), &[rest, sliding]);
+    for (sample, band) in &found {
+        for c in 6..24 {
+            let value = simulated[*sample][c];
+            assert!(
+                band[c].0 <= value + 1e-6 && value <= band[c].1 + 1e-6,
+                "channel {c}: {value} {:?}",
+                band[c]
+            );
+        }
+    }
+    let width = |k: usize| found[k].1[6].1 - found[k].1[6].0;
+    // At rest: anything up to friction of both pads, less what the weight takes.
+    assert!(width(0) > 10.0, "{}", width(0));
+    assert!(width(1) < 1.5, "{}", width(1));
+}
+
+#[test]
+fn data_of_several_primitives_get_a_model_each_and_one_of_the_best_determined_friction() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let run = |arguments: &[&std::ffi::OsStr]| {
+        assert_cmd::Command::cargo_bin("stickslip").unwrap().args(arguments).assert().success();
+    };
+    run(&["rig".as_ref(), "--plan".as_ref(), "demo".as_ref(), "--out".as_ref(), at("data").as_os_str()]);
+    run(&["calibrate".as_ref(), at("data").as_os_str(), "--out".as_ref(), at("model.toml").as_os_str()]);
+    let friction = |name: &str| ModelFile::read(&at(name)).unwrap().friction;
+    let each = ["linear_push", "pivot", "roll"].map(|p| friction(&format!("model-{p}.toml")).finger);
+    assert!(each.contains(&friction("model.toml").finger), "{each:?}");
+}

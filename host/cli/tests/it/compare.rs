@@ -1,0 +1,327 @@
+//! Comparison: errors of known signals, phases of a synthetic trace, tests against their
+//! definitions, and what the reports hold.
+
+use stickslip_analysis::channels::{COUNT, NAMES};
+use stickslip_analysis::compare::document::Fate;
+use stickslip_analysis::compare::noise::Source;
+use stickslip_analysis::compare::tare::Tare;
+use stickslip_analysis::compare::trial::Cell;
+use stickslip_analysis::compare::{Forces, NamedModel, Options, compare_dataset, noise::sensor_noise};
+use stickslip_analysis::evidence::conditions::{HeldOut, conditions};
+use stickslip_analysis::evidence::phases::{Evidence, PHASES, Phase, split};
+use stickslip_analysis::evidence::statistics::{holm, lack_of_fit, regression};
+use stickslip_analysis::model::file::default_model;
+use stickslip_analysis::run::replay;
+use stickslip_analysis::run::simulate::prepare;
+use stickslip_data::{Dataset, Trial, TrialInfo};
+use stickslip_rig::objects::{bench, trimmed};
+use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Setup, simulate};
+use stickslip_shared::predictor::{Limits, Prediction};
+
+const SEED: u64 = 11;
+
+/// Short linear pushes at two grips, made by the rig with friction 0.4 and 0.25.
+fn pushes(runs: usize, nuisance: Nuisance) -> Dataset {
+    let description = trimmed(bench("pushes"), &["linear_push"], &["obj4"]);
+    let mut reality = Reality::draw(&description, nuisance, SEED);
+    (reality.mu_finger, reality.mu_pusher) = (0.4, 0.25);
+    let setup = Setup { description: description.clone(), reality, step_s: STEP_S };
+    let mut trials = Vec::new();
+    for grip_n in [20.0, 35.0] {
+        let mut condition = Condition::new(Primitive::LinearPush, "obj4");
+        condition.label = format!("g{grip_n}");
+        (condition.grip_n, condition.speed_m_s, condition.travel) = (grip_n, 0.02, 0.006);
+        for run in 0..runs {
+            trials.push(simulate(&setup, &condition, run, SEED).expect("a trial"));
+        }
+    }
+    Dataset { folder: "pushes".into(), description, trials }
+}
+
+fn named(name: &str, finger: f64) -> NamedModel {
+    let mut model = default_model();
+    model.friction.finger = finger;
+    NamedModel::own(name, "test", model)
+}
+
+#[test]
+fn errors_of_hand_made_signals_are_their_mean_rms_and_largest() {
+    let cell = Cell::of(&[1.0, -3.0, f64::NAN, 2.0, 4.0]);
+    assert_eq!(cell.samples, 4);
+    assert!((cell.bias() - 1.0).abs() < 1e-12);
+    assert!((cell.mean_square() - 30.0 / 4.0).abs() < 1e-12);
+    assert!((cell.largest() - 4.0).abs() < 1e-12);
+    let tared = cell.shifted(-1.0);
+    assert!(tared.bias().abs() < 1e-12);
+    // Sum of squares of 0, -4, 1, 3.
+    assert!((tared.mean_square() - 26.0 / 4.0).abs() < 1e-12);
+    assert!((tared.largest() - 4.0).abs() < 1e-12);
+}
+
+#[test]
+fn lack_of_fit_is_the_ratio_of_mean_squares() {
+    // Means 2 and -2 of two runs each; pure error variance 0.5 each.
+    let of = |groups: &[Vec<f64>]| lack_of_fit(groups, groups);
+    let found = of(&[vec![1.5, 2.5], vec![-1.5, -2.5]]).expect("repetitions");
+    assert!((found.pure_error - 0.5f64.sqrt()).abs() < 1e-12);
+    assert!((found.f - (2.0 * 4.0 + 2.0 * 4.0) / 2.0 / 0.5).abs() < 1e-12);
+    assert!(of(&[vec![1.0], vec![2.0]]).is_none(), "no repetitions, no test");
+    let centred = of(&[vec![-0.5, 0.5], vec![0.4, -0.4]]).expect("repetitions");
+    assert!(centred.f.abs() < 1e-12 && centred.p > 0.99);
+    // Chance as the measurement shows it: half as wide, four times the ratio.
+    let narrow = [vec![0.25, -0.25], vec![0.25, -0.25]];
+    let sharper = lack_of_fit(&[vec![1.5, 2.5], vec![-1.5, -2.5]], &narrow).expect("repetitions");
+    assert!((sharper.f / found.f - 4.0).abs() < 1e-9);
+}
+
+#[test]
+fn holm_multiplies_the_smallest_by_their_number_and_never_lets_order_change() {
+    let corrected = holm(&[0.04, 0.01, f64::NAN, 0.03]);
+    assert!((corrected[1] - 0.03).abs() < 1e-12);
+    assert!((corrected[3] - 0.06).abs() < 1e-12);
+    assert!((corrected[0] - 0.06).abs() < 1e-12, "not below that of the smaller p");
+    assert!(corrected[2].is_nan());
+}
+
+#[test]
+fn regression_finds_slope_and_significance() {
+    let exact: Vec<(f64, f64)> = (0..6).map(|k| (f64::from(k), 2.0 - 3.0 * f64::from(k))).collect();
+    let line = regression(&exact, 2).expect("a line");
+    assert!((line.slope + 3.0).abs() < 1e-12 && (line.intercept - 2.0).abs() < 1e-12);
+    assert!(line.p < 1e-6);
+    let flat = [(0.0, 1.0), (1.0, -1.0), (2.0, 1.0), (3.0, -1.0), (4.0, 1.0)];
+    assert!(regression(&flat, 2).expect("a line").p > 0.5);
+}
+
+#[test]
+fn a_push_is_split_where_contact_and_sliding_begin() {
+    let data = pushes(1, Nuisance::PAPER);
+    let trial = &data.trials[0];
+    let prepared = prepare(&data.description, trial, 0).expect("prepared");
+    let simulated = prepared.simulate(&default_model());
+    let phases = split(&prepared, &simulated, &sensor_noise(&data.description));
+    assert_eq!((phases.contact, phases.motion), (Evidence::Measured, Evidence::Measured));
+    let mut at = 0;
+    for phase in PHASES {
+        let range = phases.range(phase);
+        assert_eq!(range.start, at, "phases follow each other");
+        at = range.end;
+    }
+    assert_eq!(at, trial.samples.len());
+    // Before contact the pusher's force is its offset alone; while sliding it is near 2 mu N.
+    let force = |phase: Phase| {
+        let rows = &prepared.measured[phases.range(phase)];
+        rows.iter().map(|s| s[18]).sum::<f64>() / rows.len() as f64
+    };
+    let push = (force(Phase::Sliding) - force(Phase::BeforeContact)).abs();
+    assert!((push - 2.0 * 0.4 * 20.0).abs() < 1.5, "{push}");
+    // While sliding the object moves with the pushing speed, before onset it does not.
+    let moved = |phase: Phase| {
+        let range = phases.range(phase);
+        (prepared.measured[range.end - 1][0] - prepared.measured[range.start][0]).abs()
+    };
+    assert!(moved(Phase::Sliding) > 4e-3 && moved(Phase::BeforeContact) < 2e-4);
+}
+
+#[test]
+fn the_true_friction_agrees_better_than_a_wrong_one_and_the_failures_are_gone() {
+    let data = pushes(3, Nuisance::PAPER);
+    let models = [named("wrong", 0.3), named("right", 0.4)];
+    let c = compare_dataset(&data, &models, &Options::default()).expect("compared");
+    let row = |model: usize| {
+        let rows = &c.models[model].errors;
+        rows.iter()
+            .find(|r| r.place.channel == "pusher_fx_n" && r.place.phase == Phase::Sliding)
+            .expect("pusher force")
+    };
+    // 2 (0.4 - 0.3) N at 20 N and 35 N.
+    assert!((row(0).rms - (0.5f64 * (4.0 * 4.0 + 7.0 * 7.0)).sqrt()).abs() < 0.7, "{}", row(0).rms);
+    assert!(row(1).rms < 0.25 * row(0).rms);
+    assert!(row(0).fails);
+    assert_eq!(c.data.noise_floor, Source::Repetitions);
+    assert!(c.changes.iter().any(|c| c.fate == Fate::Gone || c.fate == Fate::Smaller));
+    assert!(c.summary.contains("From wrong to right"), "{}", c.summary);
+}
+
+#[test]
+fn without_a_model_friction_is_calibrated_to_what_the_rig_has() {
+    let data = pushes(1, Nuisance { friction_run: 0.0, ..Nuisance::PAPER });
+    let c = compare_dataset(&data, &[], &Options::default()).expect("compared");
+    let friction = &c.models[0].friction;
+    assert!((friction["finger"] - 0.4).abs() < 0.02, "{friction:?}");
+    assert!(c.models[0].origin.contains("calibrated"), "{}", c.models[0].origin);
+}
+
+#[test]
+fn one_noise_floor_serves_all_models_whatever_their_order() {
+    let data = pushes(3, Nuisance::PAPER);
+    let (wrong, right) = (named("wrong", 0.3), named("right", 0.4));
+    let floors = |models: &[NamedModel]| {
+        let options = Options { forces: Forces::AsReturned, ..Options::default() };
+        let c = compare_dataset(&data, models, &options).expect("compared");
+        let of = |m: usize| {
+            let mut rows = c.models[m].errors.clone();
+            rows.sort_by(|a, b| a.place.cmp(&b.place));
+            rows.iter().map(|r| r.noise_floor.expect("repeated")).collect::<Vec<f64>>()
+        };
+        assert!(of(0) == of(1), "one floor for both");
+        of(0)
+    };
+    let (one, other) = (floors(&[wrong.clone(), right.clone()]), floors(&[right, wrong]));
+    let apart = one.iter().zip(&other).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
+    assert!(one.len() == other.len() && apart < 1e-6, "{apart}");
+}
+
+#[test]
+fn without_repetitions_the_report_says_that_fit_cannot_be_tested() {
+    let data = pushes(1, Nuisance::PAPER);
+    let c = compare_dataset(&data, &[named("m", 0.4)], &Options::default()).expect("compared");
+    assert_eq!(c.data.noise_floor, Source::SensorNoise);
+    assert!(c.models[0].errors.iter().all(|r| r.lack_of_fit.is_none() && !r.fails));
+    assert!(c.notes.iter().any(|n| n.contains("cannot be tested")), "{:?}", c.notes);
+    assert!(c.summary.contains("sensor noise"), "{}", c.summary);
+}
+
+#[test]
+fn a_tare_takes_a_sensor_offset_out_but_not_a_wrong_grip() {
+    let mut data = pushes(2, Nuisance::NONE);
+    for sample in data.trials.iter_mut().flat_map(|t| &mut t.samples) {
+        // An offset of the pusher, and both fingers 1 N more than commanded.
+        if let Some(w) = &mut sample.pusher_wrench {
+            w.force_n[0] += 0.5;
+        }
+        let [one, two] = &mut sample.finger;
+        if let (Some(one), Some(two)) = (one, two) {
+            one.force_n[1] -= 1.0;
+            two.force_n[1] += 1.0;
+        }
+    }
+    let c = compare_dataset(&data, &[named("m", 0.4)], &Options::default()).expect("compared");
+    let rows = &c.models[0].errors;
+    let row = |channel: &str, phase: Phase| {
+        rows.iter().find(|r| r.place.channel == channel && r.place.phase == phase).expect("a row")
+    };
+    let pusher = row("pusher_fx_n", Phase::BeforeContact);
+    assert!(pusher.bias.abs() < 1e-6 && (pusher.bias_with_offset + 0.5).abs() < 0.05);
+    // Modelled less measured: finger 1 presses along -Y.
+    assert!((row("finger1_fy_n", Phase::Sliding).bias - 1.0).abs() < 0.05);
+    assert!((row("finger2_fy_n", Phase::Sliding).bias + 1.0).abs() < 0.05);
+    let grip = c.models[0].offsets.grip.expect("both fingers are measured");
+    assert!((grip.mean_n - 1.0).abs() < 0.05 && !grip.taken_out);
+
+    let raw = Options { tare: Tare::None, ..Options::default() };
+    let c = compare_dataset(&data, &[named("m", 0.4)], &raw).expect("compared");
+    let pusher = c.models[0].errors.iter().find(|r| r.place == pusher.place).expect("a row");
+    assert!((pusher.bias + 0.5).abs() < 0.05);
+}
+
+#[test]
+fn equal_conditions_without_different_runs_are_no_repetitions() {
+    let info = |run, grip_n| TrialInfo { run, grip_n, ..TrialInfo::default() };
+    let infos = [
+        info(Some(1), Some(20.0)),
+        info(Some(2), Some(20.0)),
+        info(Some(1), Some(22.0)),
+        info(None, None),
+        info(None, None),
+        info(Some(2), Some(20.0)),
+    ];
+    assert_eq!(conditions(&infos), [vec![0, 1], vec![2], vec![3], vec![4], vec![5]]);
+}
+
+#[test]
+fn held_out_conditions_are_whole_and_spread() {
+    let data = pushes(3, Nuisance::PAPER);
+    let infos: Vec<_> = data.trials.iter().map(|t| t.info.clone()).collect();
+    assert_eq!(conditions(&infos).len(), 2);
+    let mask = HeldOut::Share(0.5).mask(&infos).expect("one of two");
+    assert_eq!(mask.iter().filter(|h| **h).count(), 3);
+    assert!(mask[..3].iter().all(|h| *h == mask[0]) && mask[3..].iter().all(|h| *h == mask[3]));
+    assert!(
+        HeldOut::Trials(vec!["nobody".into()]).mask(&infos).expect_err("no such trial").contains("nobody")
+    );
+    assert!("1.5".parse::<HeldOut>().is_err());
+}
+
+#[test]
+fn the_json_document_keeps_its_keys() {
+    let data = pushes(2, Nuisance::PAPER);
+    let c = compare_dataset(&data, &[named("m", 0.4)], &Options::default()).expect("compared");
+    let json = serde_json::to_value(&c).expect("JSON");
+    assert_eq!(json["schema"], "stickslip-compare/1");
+    let keys = |v: &serde_json::Value| -> Vec<String> {
+        v.as_object().expect("an object").keys().cloned().collect()
+    };
+    assert_eq!(keys(&json), ["changes", "data", "models", "notes", "schema", "skipped", "summary"]);
+    let row = &json["models"][0]["errors"][0];
+    let expected = [
+        "bias",
+        "bias_with_offset",
+        "channel",
+        "fails",
+        "lack_of_fit",
+        "max",
+        "multiples",
+        "noise_floor",
+        "noise_source",
+        "phase",
+        "primitive",
+        "rms",
+        "rms_with_offset",
+        "trials",
+        "unit",
+    ];
+    assert_eq!(keys(row), expected);
+    assert!(NAMES.contains(&row["channel"].as_str().expect("a name")));
+}
+
+#[test]
+fn the_page_holds_its_figures_and_needs_nothing_from_elsewhere() {
+    let data = pushes(2, Nuisance::PAPER);
+    let c =
+        compare_dataset(&data, &[named("a", 0.3), named("b", 0.4)], &Options::default()).expect("compared");
+    let page = stickslip_report::compare::page(&c);
+    // Both overlaid trials show every measured channel.
+    assert!(page.matches("<svg").count() >= 2 * COUNT, "{}", page.matches("<svg").count());
+    for outside in ["http", "src=", "@import", "url("] {
+        assert!(!page.contains(outside), "{outside}");
+    }
+    assert!(page.contains(&stickslip_report::html::escape(&c.summary)));
+    assert!(page.contains("Before and after") && page.contains("worst trial"));
+    assert!(!page.contains("NaN"));
+}
+
+#[test]
+fn a_replay_is_the_same_every_time_and_a_changed_bit_is_found() {
+    let data = pushes(1, Nuisance::PAPER);
+    let trial: &Trial = &data.trials[0];
+    let run = || {
+        replay::replay(&data.description, trial, &default_model(), Limits::default(), 0).expect("replayed")
+    };
+    let (a, b) = (run(), run());
+    assert_eq!(a.hash, b.hash);
+    let mut logged: Vec<(usize, Prediction)> = a.predictions.iter().copied().enumerate().collect();
+    assert_eq!(replay::first_difference(&logged, &b.predictions), None);
+    logged[7].1.sag_m = f32::from_bits(logged[7].1.sag_m.to_bits() ^ 1);
+    assert_eq!(replay::first_difference(&logged, &b.predictions).map(|d| d.tick), Some(7));
+    let slips = replay::spans(
+        &trial.samples.iter().map(|s| s.t_s).collect::<Vec<_>>(),
+        &a.predictions,
+        &replay::FLAGS,
+        |p| p.flags,
+    );
+    assert!(slips.iter().any(|s| s.flag == "slip, finger 1"), "{slips:?}");
+}
+
+#[test]
+fn the_plan_of_a_push_is_rest_push_rest() {
+    let data = pushes(1, Nuisance::PAPER);
+    let plan = replay::plan_for(&data.trials[0]);
+    let speeds: Vec<f32> =
+        plan.segments.iter().map(|s| s.velocity_m_s.iter().map(|v| v * v).sum::<f32>().sqrt()).collect();
+    let fastest = speeds.iter().copied().fold(0.0, f32::max);
+    assert!((fastest - 0.02).abs() < 0.002, "{speeds:?}");
+    let length: f32 = plan.segments.iter().map(|s| s.duration_s).sum();
+    let samples = &data.trials[0].samples;
+    assert!((f64::from(length) - (samples[samples.len() - 1].t_s - samples[0].t_s)).abs() < 1e-3);
+}

@@ -1,0 +1,7 @@
+//! Tests of the crate from outside, in one program: it links once.
+
+mod balance;
+mod bench_bad_input;
+mod calibration;
+mod compare;
+mod lcp_command;

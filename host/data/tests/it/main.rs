@@ -1,0 +1,6 @@
+//! Tests of the crate from outside, in one program: it links once.
+
+mod dataset_refusals;
+mod dataset_round_trip;
+mod hostile_input;
+mod imports;

@@ -1,0 +1,35 @@
+//! The blind test of the diagnosis: `generate` draws what is hidden and makes the data,
+//! `score` opens the key. The diagnosis between them sees a data set and nothing else.
+
+pub mod generate;
+pub mod score;
+
+use anyhow::anyhow;
+
+use generate::{Class, Wanted, data, draw};
+use score::{Opened, open};
+use stickslip_analysis::diagnose::{base_misfit, diagnose};
+use stickslip_analysis::model::file::default_model;
+
+/// Draws number `number` of the series `seed`, makes its data, diagnoses them without the key, and
+/// opens it.
+///
+/// # Errors
+/// Where the rig or the diagnosis fails.
+pub fn run(seed: u64, number: usize, most_conditions: usize, wanted: &Wanted) -> anyhow::Result<Opened> {
+    let (key, list) = draw(seed, number, most_conditions, wanted);
+    let of_data = seed.wrapping_mul(1_000_003).wrapping_add(number as u64);
+    let dataset = data(&key, &list, of_data).map_err(|e| anyhow!(e))?;
+    let model = default_model();
+    let report = diagnose(&dataset, &model, &[], &|| ())?;
+    let mut each_alone = Vec::new();
+    if key.class == Class::Two {
+        for effect in &key.effects {
+            let mut alone = key.clone();
+            alone.effects = vec![*effect];
+            let misfit = base_misfit(&data(&alone, &list, of_data).map_err(|e| anyhow!(e))?, &model)?;
+            each_alone.push([misfit.error, misfit.noise_floor]);
+        }
+    }
+    Ok(open(key, &report, each_alone))
+}

@@ -1,0 +1,197 @@
+//! Opens the key: compares what was hidden with what was named.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::blind::generate::{Class, Key};
+use stickslip_analysis::diagnose::report::{CandidateReport, Report, Verdict};
+
+/// A single effect counts as strong if the error before exceeds this many noise floors.
+const STRONG: f64 = 2.0;
+/// An answer may name so many possibilities.
+const LARGEST_SET: usize = 3;
+
+/// One run with its key.
+#[derive(Clone, Debug, Serialize)]
+pub struct Opened {
+    /// What was hidden.
+    pub key: Key,
+    /// Verdict.
+    pub verdict: Verdict,
+    /// Effects named.
+    pub named: Vec<&'static str>,
+    /// As good as those.
+    pub ambiguous_with: Vec<Vec<&'static str>>,
+    /// Held-out error before and after, and noise floor.
+    pub error: [f64; 3],
+    /// Worst systematic misfit of a channel in a phase, in noise floors.
+    pub worst: f64,
+    /// The same after.
+    pub worst_after: f64,
+    /// Where it is.
+    pub worst_place: String,
+    /// How the hidden effects, and the first of all, did as candidates of the first stage.
+    pub candidates: Vec<CandidateReport>,
+    /// Where two are hidden: error of the base model and noise floor with each of them alone.
+    pub each_alone: Vec<[f64; 2]>,
+    /// Time of the diagnosis, s.
+    pub seconds: f64,
+}
+
+/// A share with its count.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Share {
+    /// Successes.
+    pub of: usize,
+    /// Trials.
+    pub among: usize,
+}
+
+impl Share {
+    fn count(&mut self, success: bool) {
+        self.among += 1;
+        self.of += usize::from(success);
+    }
+
+    /// In per cent; `-` where there was nothing to count.
+    pub fn text(&self) -> String {
+        if self.among == 0 {
+            return "- (0)".into();
+        }
+        format!("{:.1} % ({} of {})", 100.0 * self.of as f64 / self.among as f64, self.of, self.among)
+    }
+}
+
+/// Figures of the study.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Figures {
+    /// Single strong effect named alone or in an ambiguous set of at most three.
+    pub strong_named: Share,
+    /// Single strong effect named alone.
+    pub strong_alone: Share,
+    /// Single effect of any strength named, alone or in a set of at most three.
+    pub single_named: Share,
+    /// Single effect of any strength given a wrong name.
+    pub single_wrong: Share,
+    /// `nothing_missing` where nothing was.
+    pub nothing_right: Share,
+    /// Unknown effects not given a wrong name.
+    pub unknown_not_named: Share,
+    /// Two effects, both named, alone or in one of at most three sets.
+    pub both_named: Share,
+    /// The same where each of them alone would be strong.
+    pub both_strong_named: Share,
+    /// Two effects, at least one named and none wrong.
+    pub one_of_two: Share,
+    /// Held-out error after adding at most 1.3 noise floors, where rightly named.
+    pub error_fell: Share,
+    /// Mean size of ambiguous sets.
+    pub mean_set: f64,
+    /// Hidden against named.
+    pub confusion: BTreeMap<String, BTreeMap<String, usize>>,
+    /// Longest diagnosis, s.
+    pub slowest_s: f64,
+}
+
+/// Opens one run.
+pub fn open(key: Key, report: &Report, each_alone: Vec<[f64; 2]>) -> Opened {
+    let hidden = |c: &CandidateReport| key.effects.iter().any(|e| e.kind.name() == c.id);
+    let candidates = report.candidates.iter().enumerate().filter(|(k, c)| *k == 0 || hidden(c));
+    Opened {
+        candidates: candidates.map(|(_, c)| c.clone()).collect(),
+        key,
+        verdict: report.verdict,
+        named: report.effects.clone(),
+        ambiguous_with: report.ambiguous_with.clone(),
+        error: [report.error.before, report.error.after, report.error.noise_floor],
+        worst: report.error.worst_before,
+        worst_after: report.error.worst_after,
+        worst_place: report.places.first().map_or(String::new(), |p| format!("{} {}", p.channel, p.phase)),
+        each_alone,
+        seconds: report.seconds,
+    }
+}
+
+impl Opened {
+    fn hidden(&self) -> Vec<&'static str> {
+        self.key.effects.iter().map(|e| e.kind.name()).collect()
+    }
+
+    /// What may be missing: the effects named, and the sets that do as well.
+    fn answers(&self) -> Vec<Vec<&'static str>> {
+        match self.verdict {
+            Verdict::Effect | Verdict::Ambiguous => {
+                std::iter::once(&self.named).chain(&self.ambiguous_with).cloned().collect()
+            }
+            Verdict::NothingMissing | Verdict::Unexplained => Vec::new(),
+        }
+    }
+
+    /// The truth is the only answer, or among at most three.
+    fn right(&self) -> bool {
+        let hidden = self.hidden();
+        let is_truth = |set: &Vec<&str>| set.len() == hidden.len() && hidden.iter().all(|h| set.contains(h));
+        let answers = self.answers();
+        answers.len() <= LARGEST_SET && answers.iter().any(is_truth)
+    }
+
+    /// Something that was not hidden is named, and no answer is free of that.
+    fn wrong(&self) -> bool {
+        let hidden = self.hidden();
+        let answers = self.answers();
+        !answers.is_empty() && answers.iter().all(|set| set.iter().any(|n| !hidden.contains(n)))
+    }
+
+    /// For the confusion matrix.
+    fn answer(&self) -> String {
+        match self.verdict {
+            Verdict::NothingMissing => "nothing_missing".into(),
+            Verdict::Unexplained => "unexplained".into(),
+            Verdict::Effect => self.named.join("+"),
+            Verdict::Ambiguous => {
+                let others: Vec<String> = self.ambiguous_with.iter().map(|s| s.join("+")).collect();
+                format!("{} ~ {}", self.named.join("+"), others.join(" ~ "))
+            }
+        }
+    }
+}
+
+/// Sums up.
+pub fn figures(runs: &[Opened]) -> Figures {
+    let mut f = Figures::default();
+    let (mut sets, mut size) = (0.0, 0.0);
+    for r in runs {
+        let truth = if r.key.effects.is_empty() { "nothing".into() } else { r.hidden().join("+") };
+        *f.confusion.entry(truth).or_default().entry(r.answer()).or_default() += 1;
+        f.slowest_s = f.slowest_s.max(r.seconds);
+        if r.verdict == Verdict::Ambiguous {
+            sets += 1.0;
+            size += 1.0 + r.ambiguous_with.len() as f64;
+        }
+        match r.key.class {
+            Class::Nothing => f.nothing_right.count(r.verdict == Verdict::NothingMissing),
+            Class::One => {
+                f.single_named.count(r.right());
+                f.single_wrong.count(r.wrong());
+                if r.error[0] > STRONG * r.error[2] {
+                    f.strong_named.count(r.right());
+                    f.strong_alone.count(r.right() && r.verdict == Verdict::Effect);
+                }
+                if r.right() {
+                    f.error_fell.count(r.error[1] <= 1.3 * r.error[2]);
+                }
+            }
+            Class::Two => {
+                f.both_named.count(r.right());
+                if r.each_alone.iter().all(|[error, floor]| *error > STRONG * floor) {
+                    f.both_strong_named.count(r.right());
+                }
+                f.one_of_two.count(!r.named.is_empty() && !r.wrong());
+            }
+            Class::Unknown => f.unknown_not_named.count(r.named.is_empty()),
+        }
+    }
+    f.mean_set = if sets > 0.0 { size / sets } else { 0.0 };
+    f
+}

@@ -1,0 +1,140 @@
+//! `stickslip blind`: blind test of the diagnosis on synthetic data.
+
+use comfy_table::Cell;
+use rayon::prelude::*;
+use serde_json::json;
+
+use crate::blind;
+use crate::blind::generate::{Class, Plan, Wanted};
+use crate::blind::score::{Opened, figures};
+use stickslip_report::terminal::{Output, table};
+use stickslip_rig::{HiddenEffect, Kind};
+
+/// Arguments of `stickslip blind`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:
+  stickslip blind --runs 60 --seed 1")]
+pub struct Args {
+    /// Data sets to make and diagnose
+    #[arg(long, default_value_t = 20)]
+    pub runs: usize,
+    /// Everything follows from it
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Most conditions of a plan; each is run two or three times
+    #[arg(long, default_value_t = 12)]
+    pub conditions: usize,
+    /// Hide this instead of drawing; without a strength the typical one. May be given several times
+    #[arg(long, value_name = "EFFECT[=STRENGTH]")]
+    pub hide: Vec<HiddenEffect>,
+    /// Hide one effect of the list after the other, each on every run
+    #[arg(long, conflicts_with = "hide")]
+    pub each: bool,
+    /// Hide always so many, of this kind
+    #[arg(long, value_enum)]
+    pub class: Option<Class>,
+    /// Plan of all runs
+    #[arg(long, value_enum)]
+    pub plan: Option<Plan>,
+    /// Only these numbers of the series, to look at them again
+    #[arg(long, value_name = "NUMBER", value_delimiter = ',')]
+    pub only: Vec<usize>,
+    /// Multiple of the typical strength of all effects [default: drawn from 0.8 to 2]
+    #[arg(long, value_name = "FACTOR")]
+    pub strength: Option<f64>,
+}
+
+/// Makes, diagnoses, opens the key, sums up.
+///
+/// # Errors
+/// Where the rig or the diagnosis fails.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    let hidden: Vec<Vec<HiddenEffect>> = match args.each {
+        true => Kind::ALL
+            .iter()
+            .map(|kind| {
+                let strength = kind.typical_strength() * args.strength.unwrap_or(1.0);
+                vec![HiddenEffect { kind: *kind, strength }]
+            })
+            .collect(),
+        false => vec![args.hide.clone()],
+    };
+    let cases: Vec<(usize, Wanted)> = hidden
+        .into_iter()
+        .flat_map(|effects| {
+            let wanted = Wanted { effects, class: args.class, plan: args.plan, strength: args.strength };
+            let chosen = |number: &usize| args.only.is_empty() || args.only.contains(number);
+            (0..args.runs).filter(chosen).map(move |number| (number, wanted.clone()))
+        })
+        .collect();
+    let bar = output.progress(cases.len() as u64, "blind test");
+    let opened: Vec<Opened> = cases
+        .par_iter()
+        .map(|(number, wanted)| {
+            let o = blind::run(args.seed, *number, args.conditions, wanted)?;
+            bar.suspend(|| output.note(line(*number, &o)));
+            bar.inc(1);
+            Ok(o)
+        })
+        .collect::<anyhow::Result<_>>()?;
+    bar.finish_and_clear();
+    let f = figures(&opened);
+    let mut t = table(["figure", "share", "aim"]);
+    for (what, share, aim) in [
+        ("single strong effect, alone or in a set of at most three", f.strong_named, "98 %"),
+        ("single strong effect, alone", f.strong_alone, "85 %"),
+        ("single effect of any strength, so named", f.single_named, "-"),
+        ("single effect of any strength, wrongly named", f.single_wrong, "-"),
+        ("nothing missing, said so", f.nothing_right, "99 %"),
+        ("unknown effect, not given a name", f.unknown_not_named, "90 %"),
+        ("two effects, both named", f.both_named, "80 %"),
+        ("two effects, each strong alone, both named", f.both_strong_named, "-"),
+        ("two effects, none wrongly named", f.one_of_two, "-"),
+        ("rightly named, error after within 1.3 noise floors", f.error_fell, "95 %"),
+    ] {
+        t.add_row(vec![Cell::new(what), Cell::new(share.text()), Cell::new(aim)]);
+    }
+    output.table(&t);
+    output.text(format!(
+        "mean size of ambiguous sets {:.1}; slowest diagnosis {:.1} s\n",
+        f.mean_set, f.slowest_s
+    ));
+    let mut c = table(["hidden", "named", "runs"]);
+    for (hidden, answers) in &f.confusion {
+        for (answer, count) in answers {
+            c.add_row(vec![Cell::new(hidden), Cell::new(answer), Cell::new(count)]);
+        }
+    }
+    output.table(&c);
+    output.document(&json!({ "figures": f, "runs": opened }))
+}
+
+fn line(number: usize, o: &Opened) -> String {
+    let hidden: Vec<String> = o.key.effects.iter().map(ToString::to_string).collect();
+    let tried: Vec<String> = o
+        .candidates
+        .iter()
+        .map(|c| {
+            let left = c.worst.as_ref().map_or(String::new(), |(c, p, x)| format!(", left {x:.1} {c} {p}"));
+            let share = 100.0 * c.explained;
+            format!("{} {share:.0} % p {:.1e} to {:.2}{left}", c.id, c.p_value, c.held_out_error)
+        })
+        .collect();
+    format!(
+        "{number}: {:?} {} trials, hidden [{}]: {:?} {:?} ~ {:?}; error {:.2} -> {:.2} (floor {:.2}), worst {:.1} -> {:.1} ({}); tried {}; {:.1} s",
+        o.key.plan,
+        o.key.trials,
+        hidden.join(", "),
+        o.verdict,
+        o.named,
+        o.ambiguous_with,
+        o.error[0],
+        o.error[1],
+        o.error[2],
+        o.worst,
+        o.worst_after,
+        o.worst_place,
+        tried.join("; "),
+        o.seconds
+    )
+}

@@ -1,0 +1,211 @@
+//! `stickslip cost`: instructions of the tick and its parts on the emulated board.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use serde::Serialize;
+
+use crate::cost::{self, Counts, Part, TICK_INSTRUCTIONS, TickCost};
+use crate::hunt::run::Case;
+use stickslip_analysis::model::file::model_or_default;
+use stickslip_analysis::run::replay::{Feed, feed};
+use stickslip_data::Index;
+use stickslip_device::package::Package;
+use stickslip_device::qemu::built;
+use stickslip_lcp::files::Factors;
+use stickslip_lcp::generate::{Family, contact_problem, neighbour};
+use stickslip_report::terminal::{Output, table};
+
+/// Command line of `stickslip cost`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  stickslip cost
+  stickslip cost data/demo --selftest 0
+  stickslip cost --cases data/worst/*.json
+  stickslip --json cost --selftest 20000 > cost.json
+
+Needs the program that `make cost` builds, and QEMU. Counted are instructions, not cycles; the
+same on every run.")]
+pub struct Args {
+    /// Folders of data sets whose trials are run
+    #[arg(value_name = "DATA", default_value = "data/demo")]
+    pub data: Vec<PathBuf>,
+    /// Ticks of the self-test's varied trials, besides
+    #[arg(long, default_value_t = 3000, value_name = "TICKS")]
+    pub selftest: u32,
+    /// Seed of these
+    #[arg(long, default_value_t = 2)]
+    pub seed: u32,
+    /// Contact problems of the pyramid solver, besides
+    #[arg(long, default_value_t = 200, value_name = "PROBLEMS")]
+    pub problems: u64,
+    /// Contact model of the trials [default: rigid, friction 0.4 at fingers, 0.25 at pusher, 0.3 at table]
+    #[arg(long, value_name = "MODEL.toml")]
+    pub model: Option<PathBuf>,
+    /// Runs found by `stickslip hunt`, besides
+    #[arg(long, value_name = "CASE.json", num_args = 1..)]
+    pub cases: Vec<PathBuf>,
+    /// The program for the board [default: where `make cost` puts it]
+    #[arg(long, value_name = "ELF")]
+    pub program: Option<PathBuf>,
+}
+
+/// How far a neighbour is moved, of the sizes of motion in a push.
+const CHANGE: f64 = 1e-4;
+
+#[derive(Serialize)]
+struct Document<'a> {
+    trials: &'a [Part],
+    cases: &'a [CaseCost],
+    selftest: &'a [Part],
+    solves: &'a [Part],
+    worst_tick: Option<TickCost>,
+    stack_bytes: u32,
+    tick_instructions: f64,
+}
+
+/// A run of the hunt on the board.
+#[derive(Serialize)]
+struct CaseCost {
+    case: String,
+    target: String,
+    /// Instructions of its dearest tick.
+    worst_tick: f64,
+    /// Instructions of its dearest step from sample to sample.
+    worst_step: f64,
+    /// Ticks in which a solve hit its bound.
+    marked: usize,
+}
+
+/// # Errors
+/// Data or model cannot be read, or the board's program or QEMU is missing or fails.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    let model = model_or_default(args.model.as_deref())?;
+    let mut packages = Vec::new();
+    for folder in &args.data {
+        let reader = Index::open(folder)?;
+        for (ordinal, info) in reader.trials.iter().enumerate() {
+            let trial = reader.read_trial(info).with_context(|| info.trial.clone())?;
+            packages.push({
+                let Feed { scene, plan, samples } = feed(&reader.description, &trial)?;
+                Package::new(scene, &model, plan, samples, ordinal)
+            });
+        }
+    }
+    let program = args.program.clone().unwrap_or_else(|| built("STICKSLIP_COST", "cost"));
+    let recorded = cost::count(&program, &packages, (0, 0, 0.0), &[])?;
+    let varied = match args.selftest {
+        0 => Counts::default(),
+        ticks => cost::count(&program, &[], (args.seed, ticks, 0.1), &[])?,
+    };
+    let pairs: Vec<[Factors; 2]> = (0..args.problems)
+        .map(|seed| {
+            let first = contact_problem(Family::Force, cost::PROBLEM.0, seed);
+            let second = neighbour(&first, CHANGE, seed);
+            [first, second]
+        })
+        .collect();
+    let solved = match pairs.as_slice() {
+        [] => Counts::default(),
+        pairs => cost::count(&program, &[], (0, 0, 0.0), pairs)?,
+    };
+    let cases = count_cases(&program, &args.cases)?;
+    let (trials, selftest) = (cost::summarise(&recorded), cost::summarise(&varied));
+    output.text(format_args!("{} recorded trials", packages.len()));
+    print(output, &trials);
+    if args.selftest > 0 {
+        output.text(format_args!("{} ticks of the self-test's trials", args.selftest));
+        print(output, &selftest);
+    }
+    let solves = cost::summarise_solves(&solved);
+    if !solved.solves.is_empty() {
+        let at = |k: usize| solved.solves.iter().filter(|s| s.solved[k]).count();
+        output.text(format_args!(
+            "{} problems of {} contacts for the pyramid solver, single precision, and their neighbours at \
+             {CHANGE:.0e}: solved {} cold, {} unchanged, {} moved",
+            solved.solves.len(),
+            cost::PROBLEM.0,
+            at(0),
+            at(1),
+            at(2)
+        ));
+        print(output, &solves);
+    }
+    if !cases.is_empty() {
+        output.text("runs of the hunt");
+        let mut rows =
+            table(["instructions", "target", "dearest tick", "dearest step", "ticks at the bound"]);
+        for c in &cases {
+            rows.add_row(vec![
+                c.case.clone(),
+                c.target.clone(),
+                format!("{:.0}", c.worst_tick),
+                format!("{:.0}", c.worst_step),
+                c.marked.to_string(),
+            ]);
+        }
+        output.table(&rows);
+    }
+    let worst =
+        recorded.ticks.iter().chain(&varied.ticks).copied().max_by(|a, b| a.tick_all.total_cmp(&b.tick_all));
+    if let Some(worst) = worst {
+        let share = 100.0 * worst.tick_all / TICK_INSTRUCTIONS;
+        output.text(format_args!(
+            "worst tick: {:.0} instructions, {share:.0} % of 4 ms at 125 million a second ({} iterations, status {})",
+            worst.tick_all, worst.iterations, worst.status
+        ));
+    }
+    let marked = |c: &Counts| c.ticks.iter().filter(|t| t.status != 0).count();
+    output.text(format_args!(
+        "ticks in which a solve hit its bound: {} of {} recorded, {} of {} of the self-test",
+        marked(&recorded),
+        recorded.ticks.len(),
+        marked(&varied),
+        varied.ticks.len()
+    ));
+    output.text(format_args!("stack below the tick's caller: {} bytes", recorded.stack_bytes));
+    output.document(&Document {
+        trials: &trials,
+        cases: &cases,
+        selftest: &selftest,
+        solves: &solves,
+        worst_tick: worst,
+        stack_bytes: recorded.stack_bytes,
+        tick_instructions: TICK_INSTRUCTIONS,
+    })
+}
+
+fn count_cases(program: &Path, files: &[PathBuf]) -> anyhow::Result<Vec<CaseCost>> {
+    let mut list = Vec::new();
+    for path in files {
+        let name = path.display().to_string();
+        let bytes = std::fs::read(path).with_context(|| name.clone())?;
+        let case: Case = serde_json::from_slice(&bytes).with_context(|| name.clone())?;
+        let counts =
+            cost::count(program, &[case.package()], (0, 0, 0.0), &[]).with_context(|| name.clone())?;
+        let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
+        list.push(CaseCost {
+            case: path.file_stem().map_or(name, |s| s.to_string_lossy().into_owned()),
+            target: case.target,
+            worst_tick: largest(&mut counts.ticks.iter().map(|t| t.tick_all)),
+            worst_step: largest(&mut counts.steps.iter().filter(|s| s.place == 1).map(|s| s.step)),
+            marked: counts.ticks.iter().filter(|t| t.status != 0).count(),
+        });
+    }
+    Ok(list)
+}
+
+fn print(output: &Output, parts: &[Part]) {
+    let mut rows = table(["instructions", "number", "median", "99 %", "worst"]);
+    for p in parts.iter().filter(|p| p.number > 0) {
+        let cell = |x: f64| format!("{x:.0}");
+        rows.add_row(vec![
+            p.part.to_owned(),
+            p.number.to_string(),
+            cell(p.median),
+            cell(p.p99),
+            cell(p.worst),
+        ]);
+    }
+    output.table(&rows);
+}

@@ -1,0 +1,90 @@
+//! The commands of `stickslip-lab`: one module each, with its `Args` and its `run`.
+
+pub mod blind;
+pub mod cost;
+pub mod findings;
+pub mod grid;
+pub mod hunt;
+pub mod mujoco;
+pub mod planar;
+pub mod precision;
+pub mod tribometer;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use stickslip_report::terminal::{Output, Style};
+
+/// Studies and developers' tools of stickslip.
+#[derive(Debug, Parser)]
+#[command(name = "stickslip-lab", version, max_term_width = 100, propagate_version = true)]
+pub struct Cli {
+    /// Print one JSON document to stdout instead of text
+    #[arg(long, global = true)]
+    pub json: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Blind test of the diagnosis: hidden effects in synthetic data, named without the key
+    Blind(blind::Args),
+    /// Predict planar pushes from friction found on a few of them
+    Planar(planar::Args),
+    /// Rigid friction, and a spring before it, on the record of a single contact
+    Tribometer(tribometer::Args),
+    /// The paper's statements checked: what it saw, what the hard and the soft model give
+    Findings(findings::Args),
+    /// Run a model along every trial of a data set in parallel, and time its steps
+    Grid(grid::Args),
+    /// Run MuJoCo along recorded trials, beside the own model and the measurement
+    Mujoco(mujoco::Args),
+    /// Count the instructions of the tick and its parts on the emulated board
+    Cost(cost::Args),
+    /// Search for the most expensive and the least accurate problems of the solvers and of the tick
+    Hunt(hunt::Args),
+    /// Single against double precision of the time step, on recorded and random trials
+    Precision(precision::Args),
+}
+
+impl Command {
+    fn run(&self, output: &Output) -> anyhow::Result<()> {
+        match self {
+            Command::Blind(args) => blind::run(args, output),
+            Command::Planar(args) => planar::run(args, output),
+            Command::Tribometer(args) => tribometer::run(args, output),
+            Command::Findings(args) => findings::run(args, output),
+            Command::Grid(args) => grid::run(args, output),
+            Command::Mujoco(args) => mujoco::run(args, output),
+            Command::Cost(args) => cost::run(args, output),
+            Command::Hunt(args) => hunt::run(args, output),
+            Command::Precision(args) => precision::run(args, output),
+        }
+    }
+}
+
+/// Parses the command line, runs the command and reports its error.
+/// Exit code 0: done; 1: the command failed; 2: wrong usage.
+#[must_use]
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let style = if cli.json { Style::Json } else { Style::Human };
+    let output = Output::new(style);
+    output.exit_code(&cli.command.run(&output))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cli;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent_and_every_command_shows_an_example() {
+        for command in Cli::command().get_subcommands() {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            assert!(help.contains("Example"), "no example: {}", command.get_name());
+        }
+        Cli::command().debug_assert();
+    }
+}

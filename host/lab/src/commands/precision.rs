@@ -1,0 +1,185 @@
+//! `stickslip precision`: single against double precision of the time step.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, ensure};
+use serde::Serialize;
+
+use crate::hunt::run::{Genes, package};
+use crate::hunt::search::Candidate;
+use crate::precision::{StepPair, compare, walk};
+use stickslip_analysis::model::file::model_or_default;
+use stickslip_analysis::run::replay::{Feed, feed};
+use stickslip_data::Index;
+use stickslip_device::package::Package;
+use stickslip_lcp::generate::rng;
+use stickslip_lcp::solve::percentile;
+use stickslip_report::terminal::{Output, table};
+
+/// Command line of `stickslip precision`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  stickslip precision
+  stickslip precision data/demo --random 20000 --seed 5
+  stickslip --json precision > precision.json
+
+Each step of the board's single precision is made once more in double precision, from the very
+numbers that it began with.")]
+pub struct Args {
+    /// Folders of data sets whose trials are stepped
+    #[arg(value_name = "DATA", default_value = "data/demo")]
+    pub data: Vec<PathBuf>,
+    /// Steps of random scenes, besides
+    #[arg(long, default_value_t = 10_000, value_name = "STEPS")]
+    pub random: usize,
+    /// Seed of these
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Contact model of the trials [default: rigid, friction 0.4 at fingers, 0.25 at pusher, 0.3 at table]
+    #[arg(long, value_name = "MODEL.toml")]
+    pub model: Option<PathBuf>,
+}
+
+/// Targets: contact forces to a millinewton, velocities to a micrometre a second.
+pub const FORCE_N: f64 = 1e-3;
+/// See [`FORCE_N`].
+pub const VELOCITY_M_S: f64 = 1e-6;
+
+/// Percentiles of a difference.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Spread {
+    /// Half of the steps are below.
+    pub median: f64,
+    /// 99 of a hundred are below.
+    pub p99: f64,
+    /// Largest.
+    pub worst: f64,
+}
+
+/// Steps of one kind.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    /// Which.
+    pub steps: String,
+    /// Compared: solved in both precisions.
+    pub number: usize,
+    /// Not solved in one of them: marked, and not compared.
+    pub unsolved: usize,
+    /// Steps with several solutions, of which the two precisions found different ones.
+    pub several: usize,
+    /// Force components at contact points, N.
+    pub force_n: Spread,
+    /// Relative to the largest force at a contact point (at least 1 N).
+    pub relative: Spread,
+    /// Forces of bodies, N.
+    pub body_force_n: Spread,
+    /// Object, m/s.
+    pub velocity_m_s: Spread,
+    /// Object, rad/s.
+    pub turning_rad_s: Spread,
+    /// Share of steps whose forces at contact points are within a millinewton.
+    pub forces_within: f64,
+    /// Share of steps whose velocity is within a micrometre a second.
+    pub velocities_within: f64,
+}
+
+fn spread(pairs: &[StepPair], of: impl Fn(&StepPair) -> f64) -> Spread {
+    let mut values: Vec<f64> = pairs.iter().map(of).collect();
+    values.sort_by(f64::total_cmp);
+    let at = |k| percentile(&values, k);
+    Spread { median: at(50), p99: at(99), worst: at(100) }
+}
+
+/// Summary of compared steps.
+#[must_use]
+pub fn summarise(steps: &str, pairs: &[StepPair]) -> Summary {
+    let solved: Vec<StepPair> = pairs.iter().copied().filter(|p| p.solved).collect();
+    let share = |good: &dyn Fn(&StepPair) -> bool| {
+        solved.iter().filter(|p| good(p)).count() as f64 / solved.len().max(1) as f64
+    };
+    Summary {
+        steps: steps.to_owned(),
+        number: solved.len(),
+        unsolved: pairs.len() - solved.len(),
+        several: solved.iter().filter(|p| p.several).count(),
+        force_n: spread(&solved, |p| p.force_n),
+        relative: spread(&solved, |p| p.force_n / p.load_n.max(1.0)),
+        body_force_n: spread(&solved, |p| p.body_force_n),
+        velocity_m_s: spread(&solved, |p| p.velocity_m_s),
+        turning_rad_s: spread(&solved, |p| p.turning_rad_s),
+        forces_within: share(&|p| p.force_n <= FORCE_N),
+        velocities_within: share(&|p| p.velocity_m_s <= VELOCITY_M_S),
+    }
+}
+
+/// At least `steps` steps of random scenes; those that are refused give none.
+#[must_use]
+pub fn random(steps: usize, seed: u64, mut progress: impl FnMut(usize)) -> Vec<StepPair> {
+    let rng = &mut rng(seed);
+    let mut pairs = Vec::new();
+    // A scene gives some forty steps; one in ten is refused.
+    for _ in 0..steps {
+        if pairs.len() >= steps {
+            break;
+        }
+        let package = package(&Genes::fresh(rng));
+        if stickslip_shared::predictor::validate(&package.model.0, &package.model.1).is_ok() {
+            let before = pairs.len();
+            walk(&package, |walked| pairs.push(compare(walked)));
+            progress(pairs.len() - before);
+        }
+    }
+    pairs
+}
+
+/// # Errors
+/// Data or model cannot be read.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    let model = model_or_default(args.model.as_deref())?;
+    let mut rows = Vec::new();
+    let mut recorded = Vec::new();
+    let spinner = output.spinner("recorded trials");
+    for folder in &args.data {
+        let reader = Index::open(folder)?;
+        for (ordinal, info) in reader.trials.iter().enumerate() {
+            let trial = reader.read_trial(info).with_context(|| info.trial.clone())?;
+            let package = {
+                let Feed { scene, plan, samples } = feed(&reader.description, &trial)?;
+                Package::new(scene, &model, plan, samples, ordinal)
+            };
+            let mut own = Vec::new();
+            walk(&package, |walked| own.push(compare(walked)));
+            rows.push(summarise(&info.trial, &own));
+            recorded.extend(own);
+        }
+    }
+    spinner.finish_and_clear();
+    ensure!(!recorded.is_empty(), "the data sets hold no trial that can be stepped");
+    let bar = output.progress(args.random as u64, "random scenes");
+    let varied = random(args.random, args.seed, |more| bar.inc(more as u64));
+    bar.finish_and_clear();
+    let all = [summarise("all recorded trials", &recorded), summarise("random scenes", &varied)];
+    for s in rows.iter().chain(&all).filter(|s| s.number > 0) {
+        output.text(format_args!(
+            "{}: {} steps compared, {} unsolved in one precision, {} with another solution in each; forces within 1 mN in {:.1} %, velocities within 1 um/s in {:.1} %",
+            s.steps, s.number, s.unsolved, s.several, 100.0 * s.forces_within, 100.0 * s.velocities_within
+        ));
+    }
+    for s in all.iter().filter(|s| s.number > 0) {
+        output.text(&s.steps);
+        let mut shown = table(["f32 against f64", "median", "99 %", "worst"]);
+        for (name, x) in [
+            ("force at a contact point, N", s.force_n),
+            ("the same over the largest", s.relative),
+            ("force of a body, N", s.body_force_n),
+            ("velocity, m/s", s.velocity_m_s),
+            ("angular velocity, rad/s", s.turning_rad_s),
+        ] {
+            let cell = |x: f64| format!("{x:.1e}");
+            shown.add_row(vec![name.to_owned(), cell(x.median), cell(x.p99), cell(x.worst)]);
+        }
+        output.table(&shown);
+    }
+    rows.extend(all);
+    output.document(&rows)
+}

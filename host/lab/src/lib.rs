@@ -1,0 +1,13 @@
+//! Studies and developers' tools: what the project checks about itself, beside what users run.
+
+pub mod blind;
+pub mod commands;
+pub mod cost;
+pub mod findings;
+pub mod hunt;
+pub mod mujoco;
+pub mod planar;
+pub mod precision;
+#[cfg(feature = "probe")]
+pub mod probe;
+pub mod tribometer;

@@ -1,0 +1,203 @@
+//! The firmware in QEMU at the end of a good, a bad and a cut line. `make hil` builds the
+//! firmware and names it in `STICKSLIP_FIRMWARE`; without it these tests say so and pass.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use stickslip_analysis::run::replay::{Feed, feed};
+use stickslip_data::Index;
+use stickslip_device::log;
+use stickslip_device::package::Package;
+use stickslip_device::session::{self, Event, Outcome};
+use stickslip_device::{Device, DeviceError};
+use stickslip_shared::model::{Base, Friction, Model};
+use stickslip_shared::wire::{self, Mode, Refusal, ResetCause};
+
+fn firmware() -> Option<String> {
+    let path = std::env::var("STICKSLIP_FIRMWARE").ok();
+    if path.is_none() {
+        eprintln!("not run: no firmware named; `make hil` runs this test");
+    }
+    path.map(|path| format!("qemu:{path}"))
+}
+
+fn data() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo")
+}
+
+fn package() -> Package {
+    let index = Index::open(&data()).expect("the demo's data");
+    let trial = index.read_trial(&index.trials[0]).expect("its first trial");
+    let friction = Friction { finger: 0.4, pusher: 0.25, support: 0.3 };
+    let Feed { scene, plan, samples } = feed(&index.description, &trial).expect("its scene");
+    Package::new(scene, &Model::base(Base::Hard, friction), plan, samples, 0)
+}
+
+fn stream(device: &mut Device, package: &Package, faults: Option<u64>) -> Outcome {
+    session::stream(device, package, faults, &mut |_| Ok(())).expect("a run")
+}
+
+#[test]
+fn every_prediction_of_a_streamed_push_equals_the_hosts() {
+    let Some(name) = firmware() else { return };
+    let outcome = stream(&mut Device::open(&name).unwrap(), &package(), None);
+    assert_eq!(outcome.taken, outcome.samples);
+    assert_eq!(outcome.first_difference, None);
+    assert!(outcome.equal > 0 && outcome.equal == outcome.compared);
+    assert_eq!(outcome.unknown_from, None);
+    // Time is instructions while the host is at the line: this machine's load has no part in it.
+    assert_eq!(outcome.ticks_missed, 0);
+}
+
+#[test]
+fn a_bad_line_costs_what_was_done_to_it_and_every_loss_is_counted() {
+    let Some(name) = firmware() else { return };
+    let outcome = stream(&mut Device::open(&name).unwrap(), &package(), Some(5));
+    let injected = outcome.injected.expect("faults were asked for");
+    let counted = outcome.statistics;
+    assert!(injected.lost > 0 && injected.damaged > 0 && injected.overtaken > 0 && injected.garbage > 0);
+    // What comes late is missing first. A loss at the very end has no successor to show it.
+    let missing = injected.lost + injected.damaged + injected.overtaken;
+    assert!(
+        counted.samples_lost <= missing && counted.samples_lost + 2 >= missing,
+        "{injected:?} {counted:?}"
+    );
+    assert_eq!(counted.samples_reordered, injected.overtaken);
+    assert_eq!(counted.samples_repeated, injected.repeated);
+    assert_eq!(counted.frames_damaged + counted.frames_too_long, injected.damaged + injected.garbage);
+    assert_eq!(counted.samples as usize, outcome.taken);
+    assert_eq!(outcome.taken + missing as usize, outcome.samples);
+    assert_eq!(outcome.reports_lost, injected.reports_lost);
+    assert_eq!(outcome.first_difference, None);
+}
+
+/// QEMU with its UART on a pseudo terminal; ends when dropped.
+struct Port(std::process::Child);
+
+impl Port {
+    fn open(firmware: &str) -> (Self, String) {
+        let mut child = Command::new("qemu-system-arm")
+            .args(["-machine", "mps2-an386", "-display", "none", "-monitor", "none", "-serial", "pty"])
+            .args(["-icount", "shift=3,align=off,sleep=on", "-kernel", firmware])
+            .args(["-semihosting-config", "enable=on,target=native"])
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("QEMU");
+        // "char device redirected to /dev/pts/3 (label serial0)", then the firmware's log.
+        let mut stdout = BufReader::new(child.stdout.take().expect("piped"));
+        let mut line = Vec::new();
+        let name = loop {
+            line.clear();
+            assert!(stdout.read_until(b'\n', &mut line).expect("its output") > 0, "QEMU names no port");
+            let text = String::from_utf8_lossy(&line).into_owned();
+            if let Some(name) = text.split_whitespace().find(|word| word.starts_with("/dev/")) {
+                break name.to_owned();
+            }
+        };
+        std::thread::spawn(move || std::io::copy(&mut stdout, &mut std::io::sink()));
+        (Self(child), format!("serial:{name}"))
+    }
+}
+
+impl Drop for Port {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn a_serial_port_carries_the_same_push_bit_for_bit() {
+    let Some(name) = firmware() else { return };
+    let (_qemu, port) = Port::open(name.trim_start_matches("qemu:"));
+    let outcome = stream(&mut Device::open(&port).unwrap(), &package(), None);
+    assert_eq!((outcome.taken, outcome.first_difference), (outcome.samples, None));
+    assert!(outcome.equal > 0 && outcome.equal == outcome.compared);
+}
+
+#[test]
+fn a_line_cut_in_the_middle_is_told_and_the_log_keeps_what_happened_before() {
+    let Some(name) = firmware() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.sslog");
+    let header = log::Header { scene: vec![], model: vec![], meta: serde_json::Value::Null };
+    let mut log = log::Writer::create(&path, &header).unwrap();
+    let mut device = Device::open(&name).unwrap();
+    let emulator = device.emulator().expect("QEMU");
+    let mut reports = 0;
+    let result = session::stream(&mut device, &package(), None, &mut |event| {
+        if let Event::Report(report) = event {
+            reports += 1;
+            log.record(1, 0, &postcard::to_allocvec(report).unwrap()).unwrap();
+            if reports == 60 {
+                Command::new("kill").args(["-9", &emulator.to_string()]).status()?;
+            }
+        }
+        Ok(())
+    });
+    let error = result.expect_err("the line was cut");
+    let fault = error.downcast_ref::<DeviceError>();
+    assert!(matches!(fault, Some(DeviceError::Cut { .. } | DeviceError::Silent { .. })), "{error}");
+    drop(log);
+    let kept = log::read(&path).unwrap();
+    assert_eq!((kept.records.len(), kept.lost.len()), (reports, 0));
+    assert!(reports >= 60);
+}
+
+#[test]
+fn garbage_before_the_first_word_does_not_keep_the_board_from_answering() {
+    let Some(name) = firmware() else { return };
+    let mut device = Device::open(&name).unwrap();
+    for burst in [&[0xff; 700][..], &[0; 40], &[1, 2, 3, 0, 5, 0, 200, 7, 7, 0]] {
+        device.write_raw(burst).unwrap();
+    }
+    device.write_raw(&[0]).unwrap();
+    let statistics = device.statistics().unwrap();
+    assert_eq!(statistics.frames_too_long, 1);
+    assert_eq!(statistics.frames_damaged, 3);
+}
+
+#[test]
+fn a_refused_command_names_field_value_and_limits_and_changes_nothing() {
+    let Some(name) = firmware() else { return };
+    let mut device = Device::open(&name).unwrap();
+    let error = device.command::<wire::SetGrip>(&1e9).unwrap_err();
+    assert!(matches!(error, DeviceError::Refused { refusal: Refusal::OutOfRange { .. }, .. }), "{error}");
+    assert!(error.to_string().contains("Grip is 1000000000, allowed is 0 to 500"), "{error}");
+    let request = wire::StartRequest { source: wire::Source::Link, trial: 0.0, prefill: 1, length: None };
+    let error = device.command::<wire::Start>(&request).unwrap_err();
+    assert!(matches!(error, DeviceError::Refused { refusal: Refusal::NoModel, .. }), "{error}");
+    let mut package = package();
+    package.model.1.friction.finger = -1.0;
+    let error = device.load_model(&package.bytes().unwrap()).unwrap_err();
+    assert!(matches!(error, DeviceError::Refused { refusal: Refusal::Model(_), .. }), "{error}");
+    assert_eq!(device.statistics().unwrap().commands_refused, 3);
+    assert_eq!(device.request::<wire::GetInfo>(&()).unwrap().mode, Mode::Safe);
+}
+
+#[test]
+fn a_reset_board_is_safe_says_why_it_started_and_runs_again() {
+    let Some(name) = firmware() else { return };
+    let mut device = Device::open(&name).unwrap();
+    assert_eq!(device.info().reset_cause, ResetCause::PowerOn);
+    stream(&mut device, &package(), None);
+    device.command::<wire::ResetBoard>(&()).unwrap();
+    std::thread::sleep(Duration::from_millis(300));
+    let info = device.request::<wire::GetInfo>(&()).unwrap();
+    assert_eq!((info.mode, info.model_crc, info.boots), (Mode::Safe, None, 2));
+    assert_eq!(info.reset_cause, ResetCause::WatchdogOrSoftware);
+    let outcome = stream(&mut device, &package(), None);
+    assert_eq!((outcome.taken, outcome.first_difference), (outcome.samples, None));
+}
+
+#[test]
+fn a_device_that_is_not_there_is_named_with_what_to_check() {
+    let error = Device::open("serial:/dev/no-such-port").err().expect("no such port");
+    assert!(error.to_string().contains("/dev/no-such-port: check the cable"), "{error}");
+    let error = Device::open("qemu:/no/such/firmware").err().expect("no such file");
+    assert!(error.to_string().contains("make firmware"), "{error}");
+    assert!(Device::open("bluetooth").err().expect("no such kind").to_string().contains("serial:PORT"));
+}

@@ -1,0 +1,6 @@
+//! Tests of the crate from outside, in one program: it links once.
+
+mod diagnose_inputs;
+mod lcp_solvers;
+mod mujoco_export;
+mod worst_cases;

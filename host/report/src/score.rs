@@ -1,0 +1,155 @@
+//! The page of `stickslip score`: the table, and how lead times are spread.
+
+use super::html::{escape, page as whole};
+use super::plot::{Chart, Line, MEASURED, MODELS};
+use stickslip_analysis::score::ObjectPose;
+use stickslip_analysis::score::calibration::Calibration;
+use stickslip_analysis::score::document::Document;
+use stickslip_analysis::score::figures::{Class, Row};
+
+const SIZE: (u32, u32) = (560, 240);
+
+/// The whole page.
+pub fn page(d: &Document) -> String {
+    let mut body = format!(
+        "<h1>stickslip score: {}</h1>\n<div class=\"facts\"><span><b>{}</b> trials</span><span><b>{:.2}</b> h</span><span>object's pose: <b>{}</b></span>\
+         <span>not scored: <b>{}</b> trials</span><span>sample not trusted: <b>{:.2} %</b> of the ticks</span></div>\n\
+         <table><tr><th>event<th>method<th>events<th>found<th>in time<th>lead 5/50/95 %, ms<th>false/h<th>near/h<th>onset error, ms</tr>\n",
+        escape(&d.data.display().to_string()),
+        d.trials,
+        d.hours,
+        match d.object_pose {
+            ObjectPose::Every => "in every sample",
+            ObjectPose::Start => "at the start only",
+        },
+        d.passed_over.len(),
+        d.doubtful_share * 100.0
+    );
+    for r in d.rows.iter().filter(|r| r.events > 0) {
+        let row: Vec<String> = cells(r).iter().map(|c| format!("<td>{}", escape(c))).collect();
+        body += &format!("<tr>{}</tr>\n", row.concat());
+    }
+    body += &format!("</table>\n<p>{}</p>\n", escape(LEGEND));
+    body += "<h2>Events warned at least so far ahead</h2>\n<div class=\"grid\">\n";
+    for class in Class::ALL {
+        let of = || d.rows.iter().filter(move |r| r.class == class && r.events > 0);
+        if of().next().is_none() {
+            continue;
+        }
+        let names: Vec<String> = of()
+            .zip(MODELS)
+            .map(|(r, c)| {
+                format!("<b style=\"color:rgb({},{},{})\">{}</b>", c.0, c.1, c.2, escape(&r.method))
+            })
+            .collect();
+        let lines = of().zip(MODELS).map(|(r, colour)| Line {
+            points: r
+                .leads
+                .iter()
+                .enumerate()
+                .map(|(i, lead)| (lead.min(2.0), 100.0 * (r.leads.len() - i) as f64 / r.events as f64))
+                .collect(),
+            colour,
+            width: 2,
+        });
+        let chart = Chart {
+            size: SIZE,
+            x_label: "lead, s (beyond 2 s drawn at 2)".into(),
+            y_label: "events, %".into(),
+            lines: lines.collect(),
+            least_span: 100.0,
+            ..Chart::default()
+        };
+        // One item: the caption lays its items out side by side.
+        let caption = format!("<span>{}: {}</span>", class.name(), names.join(", "));
+        body += &figure(&caption, &chart);
+    }
+    body += "</div>\n<h2>Whether what is stated comes true</h2>\n<div class=\"grid\">\n";
+    for (c, colour) in d.calibration.iter().zip(MODELS) {
+        let name = escape(&c.method);
+        if !c.utilisation.is_empty() {
+            let points =
+                c.utilisation.iter().map(|b| (0.5 * (b.stated[0] + b.stated[1]), 100.0 * b.actual[0]));
+            let chart = Chart {
+                size: SIZE,
+                x_label: "stated utilisation".into(),
+                y_label: "slip within 0.1 s, %".into(),
+                lines: vec![Line { points: points.collect(), colour, width: 2 }],
+                least_span: 10.0,
+                ..Chart::default()
+            };
+            body += &figure(&format!("{name}: utilisation"), &chart);
+        }
+        if !c.time_left.is_empty() {
+            let of = |k: usize| {
+                let point = |b: &stickslip_analysis::score::calibration::Bin| {
+                    (500.0 * (b.stated[0] + b.stated[1]), b.actual.get(k).map_or(f64::NAN, |s| 1e3 * s))
+                };
+                c.time_left.iter().map(point).collect::<Vec<_>>()
+            };
+            let exact = Line { points: vec![(0.0, 0.0), (250.0, 250.0)], colour: MEASURED, width: 1 };
+            let lines = [(0, 1), (1, 3), (2, 1)].map(|(k, width)| Line { points: of(k), colour, width });
+            let chart = Chart {
+                size: SIZE,
+                x_label: "stated time left, ms".into(),
+                y_label: "actual, 5/50/95 %, ms".into(),
+                lines: lines.into_iter().chain([exact]).collect(),
+                ..Chart::default()
+            };
+            body += &figure(&format!("{name}: time left until slip"), &chart);
+        }
+    }
+    body += "</div>\n";
+    whole("stickslip score", &body)
+}
+
+fn figure(caption: &str, chart: &Chart) -> String {
+    format!("<figure><figcaption>{caption}</figcaption>{}</figure>\n", chart.svg())
+}
+
+/// What the table's columns mean.
+pub const LEGEND: &str = "found: an alarm was up at onset or came at most 0.1 s later; in time: slip that builds up 100 ms ahead, sudden or \
+     intended slip at most 20 ms after its onset, sag and rotation and drop before they happen, a foreseeable drop \
+     360 ms ahead; lead: onset minus the alarm's beginning, negative where it came late; false/h: alarms an hour \
+     that met no event of the kind (slip: in trials that mean to hold); near/h: alarms that met something less (a motion short of a slip; for sag, a slip; for a \
+     drop, a slip that ended in time)";
+
+/// Stated utilisation and how often slip followed within 0.1 s.
+pub fn utilisation(c: &Calibration) -> Vec<String> {
+    c.utilisation
+        .iter()
+        .map(|b| format!("{:.1}-{:.1} {:.2} %", b.stated[0], b.stated[1], 100.0 * b.actual[0]))
+        .collect()
+}
+
+/// Stated time left and the actual one.
+pub fn time_left(c: &Calibration) -> Vec<String> {
+    let ms = |s: &f64| format!("{:.0}", s * 1e3);
+    c.time_left
+        .iter()
+        .map(|b| {
+            let actual: Vec<String> = b.actual.iter().map(ms).collect();
+            format!("{}-{} ms stated, {} ms", ms(&b.stated[0]), ms(&b.stated[1]), actual.join("/"))
+        })
+        .collect()
+}
+
+/// A row as text.
+pub fn cells(r: &Row) -> [String; 9] {
+    let percent = |n: usize| format!("{:.1} %", 100.0 * n as f64 / r.events.max(1) as f64);
+    let per_hour = |f: Option<f64>| f.map_or_else(|| "-".into(), |f| format!("{f:.1}"));
+    let ms = |q: Option<[f64; 3]>| {
+        q.map_or_else(|| "-".into(), |q| q.map(|x| format!("{:.0}", x * 1e3)).join(" / "))
+    };
+    [
+        r.class.name().into(),
+        r.method.clone(),
+        r.events.to_string(),
+        percent(r.found),
+        percent(r.in_time),
+        ms(r.lead_s),
+        per_hour(r.false_alarms_per_hour),
+        per_hour(r.near_alarms_per_hour),
+        ms(r.onset_error_s),
+    ]
+}

@@ -1,0 +1,174 @@
+//! What the commands print: text and tables for people, or one JSON document (`--json`).
+//!
+//! Results go to stdout; progress, notes and errors to stderr. A closed pipe
+//! (`stickslip ... | head`) ends the program quietly.
+
+use std::fmt::Display;
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use anyhow::Context;
+use comfy_table::{ContentArrangement, Table, presets};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+
+/// For whom is printed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// Text, tables and progress bars.
+    Human,
+    /// One JSON document on stdout.
+    Json,
+}
+
+/// Where a command prints its results.
+#[derive(Debug)]
+pub struct Output {
+    style: Style,
+    document_printed: AtomicBool,
+}
+
+impl Output {
+    /// Prints in `style`.
+    #[must_use]
+    pub fn new(style: Style) -> Self {
+        Output { style, document_printed: AtomicBool::new(false) }
+    }
+
+    /// The chosen style.
+    #[must_use]
+    pub fn style(&self) -> Style {
+        self.style
+    }
+
+    /// A line of text for people; nothing with `--json`.
+    pub fn text(&self, text: impl Display) {
+        if self.style == Style::Human {
+            print_line(&mut io::stdout().lock(), text);
+        }
+    }
+
+    /// A table for people; nothing with `--json`. See [`table`].
+    pub fn table(&self, table: &Table) {
+        // comfy-table pads the last column: no trailing blanks in what users copy.
+        let text = table.to_string();
+        let lines: Vec<&str> = text.lines().map(str::trim_end).collect();
+        self.text(lines.join("\n"));
+    }
+
+    /// A remark on stderr in both styles: it is no part of the result.
+    pub fn note(&self, text: impl Display) {
+        print_line(&mut io::stderr().lock(), format_args!("note: {text}"));
+    }
+
+    /// The command's JSON document; nothing for people. Call it once.
+    ///
+    /// # Errors
+    /// Where `document` cannot be written as JSON.
+    pub fn document<T: Serialize + ?Sized>(&self, document: &T) -> anyhow::Result<()> {
+        if self.style == Style::Json {
+            let printed = self.document_printed.swap(true, Ordering::Relaxed);
+            debug_assert!(!printed, "one JSON document a command");
+            let text = serde_json::to_string_pretty(document)?;
+            print_line(&mut io::stdout().lock(), text);
+        }
+        Ok(())
+    }
+
+    /// Writes a self-contained page and says where it is.
+    ///
+    /// # Errors
+    /// Where `path` cannot be written.
+    pub fn page(&self, path: &Path, html: impl AsRef<[u8]>) -> anyhow::Result<()> {
+        std::fs::write(path, html).with_context(|| format!("cannot write {}", path.display()))?;
+        self.note(format_args!("page written to {}", path.display()));
+        Ok(())
+    }
+
+    /// A progress bar on stderr over `length` steps; hidden with `--json` or without a terminal.
+    #[must_use]
+    pub fn progress(&self, length: u64, what: &'static str) -> ProgressBar {
+        let bar = ProgressBar::with_draw_target(Some(length), self.draw_target());
+        let style =
+            ProgressStyle::with_template("{msg:<16} [{bar:30}] {human_pos}/{human_len} {per_sec} {eta}");
+        if let Ok(style) = style {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar.set_message(what);
+        bar
+    }
+
+    /// A spinner on stderr for work of unknown length; hidden like [`Output::progress`].
+    #[must_use]
+    pub fn spinner(&self, what: &'static str) -> ProgressBar {
+        let bar = ProgressBar::with_draw_target(None, self.draw_target());
+        bar.set_message(what);
+        bar.enable_steady_tick(Duration::from_millis(120));
+        bar
+    }
+
+    /// Prints `error: ...` with its causes on stderr; with `--json` also as the document,
+    /// where the command printed none.
+    pub fn error(&self, error: &anyhow::Error) {
+        print_line(&mut io::stderr().lock(), format_args!("error: {}", chain(error).join(": ")));
+        if self.style == Style::Json && !self.document_printed.load(Ordering::Relaxed) {
+            let document = serde_json::json!({ "error": chain(error) });
+            // A document of strings can always be written.
+            let _ = self.document(&document);
+        }
+    }
+
+    /// Reports a command's error. Exit code 0: done; 1: the command failed.
+    #[must_use]
+    pub fn exit_code(&self, result: &anyhow::Result<()>) -> ExitCode {
+        match result {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => {
+                self.error(error);
+                ExitCode::FAILURE
+            }
+        }
+    }
+
+    fn draw_target(&self) -> ProgressDrawTarget {
+        if self.style == Style::Human && io::stderr().is_terminal() {
+            ProgressDrawTarget::stderr()
+        } else {
+            ProgressDrawTarget::hidden()
+        }
+    }
+}
+
+/// A table with `header`, in the one look that all commands share.
+#[must_use]
+pub fn table<const N: usize>(header: [&str; N]) -> Table {
+    let mut table = Table::new();
+    table
+        .load_preset(presets::ASCII_MARKDOWN)
+        .set_content_arrangement(ContentArrangement::Dynamic)
+        .set_header(header);
+    table
+}
+
+/// The error and its causes; a cause that its error already tells is left out.
+fn chain(error: &anyhow::Error) -> Vec<String> {
+    let mut told: Vec<String> = Vec::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if !told.last().is_some_and(|last| last.contains(&cause)) {
+            told.push(cause);
+        }
+    }
+    told
+}
+
+fn print_line(stream: &mut impl Write, text: impl Display) {
+    if let Err(error) = writeln!(stream, "{text}")
+        && error.kind() == io::ErrorKind::BrokenPipe
+    {
+        // The reader has seen enough.
+        std::process::exit(0);
+    }
+}

@@ -1,0 +1,4 @@
+//! Tests of the crate from outside, in one program: it links once.
+
+mod rig_hidden;
+mod rig_physics;

@@ -1,7 +1,0 @@
-//! The `stickslip` command: parses the arguments and dispatches.
-
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    stickslip_host::commands::main()
-}
