@@ -98,7 +98,7 @@ fn forces_that_swing_while_the_object_slides_are_never_nothing_missing() {
     }
     let report = found(&dataset);
     assert_eq!(report.verdict, Verdict::Unexplained, "{}", report.summary);
-    assert!(report.summary.contains("swings by"), "{}", report.summary);
+    assert!(report.summary.contains("oscillates by"), "{}", report.summary);
     let swing = report.unexplained.iter().find(|u| u.phase == "swing in sliding").unwrap();
     assert!(swing.channel.ends_with("_fx_n") && swing.size > 10.0, "{swing:?}");
 }

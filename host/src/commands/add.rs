@@ -17,7 +17,7 @@ use crate::output::{Output, table};
 #[command(after_help = "Example:
   stickslip add torsional_friction --model model.toml --fit data/demo --out better.toml")]
 pub struct Args {
-    /// Effect to add, by its identifier; several one after the other
+    /// Identifiers of the effects to add
     #[arg(required = true, value_name = "EFFECT")]
     pub effects: Vec<String>,
     /// Model to add it to [default: the base model]
@@ -26,7 +26,7 @@ pub struct Args {
     /// Data set to fit all parameters to
     #[arg(long, value_name = "DATA")]
     pub fit: PathBuf,
-    /// Where the new model goes
+    /// File of the new model
     #[arg(long, value_name = "BETTER.toml")]
     pub out: PathBuf,
 }
@@ -46,7 +46,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     for id in &args.effects {
         let Some(info) = find(id) else {
             let known: Vec<&str> = REGISTRY.iter().map(|i| i.id).collect();
-            bail!("unknown effect `{id}`; there are {}", known.join(", "));
+            bail!("unknown effect `{id}`; the known ones are {}", known.join(", "));
         };
         if file.effects.iter().any(|e| &e.id == id) {
             bail!("the model already has {id}; `stickslip calibrate` fits its parameters");
@@ -130,7 +130,7 @@ pub fn with_effects(campaign: &Campaign, file: &mut ModelFile, new: usize) -> Re
         let (name, value) = (f.name(&model), f.get(&fitted.model));
         fitted
             .notes
-            .push(format!("{name} was not determined by the model's calibration: {value:.3}, not fitted"));
+            .push(format!("{name} is undetermined by the calibration: stays at {value:.3}, not fitted"));
     }
     file.set_values(&fitted.model);
     file.friction_intervals.clear();

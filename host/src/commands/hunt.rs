@@ -23,23 +23,23 @@ const STACK_BYTES: usize = 64 << 20;
   stickslip hunt --target tick-work --budget 20000 --seed 7 --out worst/
   stickslip cost --cases worst/*.json
 
-Finds depend on the seed alone. Contact problems are written as .fac files (`stickslip lcp`
+Results depend on the seed alone. Contact problems are written as .fac files (`stickslip lcp`
 reads them), runs of the predictor as .json (`stickslip cost --cases` counts their instructions
-on the emulated board). Cases worth keeping go to data/worst, which a test runs again.")]
+on the emulated board). The cases in data/worst are repeated by a test.")]
 pub struct Args {
-    /// What is made as large as possible [default: all]
+    /// Quantity to maximise [default: all]
     #[arg(long, value_enum)]
     pub target: Vec<Target>,
-    /// Candidates of each target
+    /// Number of candidates for each target
     #[arg(long, default_value_t = 4000)]
     pub budget: usize,
     /// Seed of the search
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Folder for the worst found
+    /// Folder for the worst cases found
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
-    /// How many of each target are written, the worst of as many rounds
+    /// Number of cases to write for each target
     #[arg(long, default_value_t = 3)]
     pub keep: usize,
 }
@@ -68,13 +68,13 @@ pub struct Row {
 /// # Errors
 /// The folder cannot be written, or a claimed solution is none.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    ensure!(args.budget > 0, "--budget 0 hunts nothing");
+    ensure!(args.budget > 0, "--budget 0 searches nothing; give at least 1");
     let targets = if args.target.is_empty() { TARGETS.to_vec() } else { args.target.clone() };
     if let Some(folder) = &args.out {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
     let pool = rayon::ThreadPoolBuilder::new().stack_size(STACK_BYTES).build()?;
-    let bar = output.progress((targets.len() * args.budget) as u64, "hunting");
+    let bar = output.progress((targets.len() * args.budget) as u64, "searching");
     let mut rows = Vec::new();
     for target in targets {
         let told = |more: usize| bar.inc(more as u64);

@@ -46,47 +46,47 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Check a data set: what it holds, errors, warnings, balance of the measured forces
+    /// Check a data set: contents, errors, warnings, balance of the measured forces
     Check(check::Args),
     /// Find out which physical effect a model lacks, from measurements
     Diagnose(diagnose::Args),
     /// Add an effect to a model and fit it together with the rest
     Add(add::Args),
-    /// The experiment that would tell candidates apart best, and how many runs it takes
+    /// Find the experiment that separates two candidate effects best, and the runs it needs
     Suggest(suggest::Args),
-    /// Blind test of the diagnosis: hidden effects in synthetic data, named without the key
+    /// Test the diagnosis on synthetic data with hidden effects, without using the key
     Blind(blind::Args),
     /// Compare models with measurements: errors by channel and phase, where a model fails
     Compare(compare::Args),
     /// Run the predictor over a recorded trial as the board does, and compare with its log
     Replay(replay::Args),
-    /// The whole path on a recorded push and on a bench with a hidden effect
+    /// Run all steps on a recorded push and on a bench with a hidden effect
     Demo(demo::Args),
     /// Make a data set with the synthetic rig: the paper's experiments, lifts, planar pushes, hidden effects
     Rig(Box<rig::Args>),
-    /// Bring real data of others into the data set format
+    /// Convert published measurements to the data set format
     Import(import::Args),
-    /// Find friction from a small share of the trials, and validate it on the rest
+    /// Fit friction to a small share of the trials and validate it on the rest
     Calibrate(calibrate::Args),
-    /// Predict planar pushes from friction found on a few of them
+    /// Predict planar pushes with friction fitted to a few of them
     Planar(planar::Args),
-    /// Rigid friction, and a spring before it, on the record of a single contact
+    /// Fit rigid friction, and a spring in series with friction, to the record of one contact
     Tribometer(tribometer::Args),
-    /// The paper's statements checked: what it saw, what the hard and the soft model give
+    /// Check the paper's statements against the rig, the hard and the soft model
     Findings(findings::Args),
-    /// Run a model along every trial of a data set in parallel, and time its steps
+    /// Simulate every trial of a data set in parallel and time the steps
     Grid(grid::Args),
-    /// Run MuJoCo along recorded trials, beside the own model and the measurement
+    /// Simulate recorded trials in MuJoCo and compare with this model and the measurement
     Mujoco(mujoco::Args),
-    /// Solve complementarity problems from files or generated ones, and judge the answers
+    /// Solve complementarity problems from files or generated ones, and certify the answers
     Lcp(lcp::Args),
-    /// Score the predictor: lead times and false alarms for slip and drop, beside simple thresholds
+    /// Score the predictor: lead times and false alarms for slip and drop, compared with simple thresholds
     Score(score::Args),
     /// Count the instructions of the tick and its parts on the emulated board
     Cost(cost::Args),
-    /// Hunt for the dearest and the least accurate problems of the solvers and of the tick
+    /// Search for the most expensive and least accurate problems of the solvers and the tick
     Hunt(hunt::Args),
-    /// Single against double precision of the time step, on recorded and random trials
+    /// Compare single and double precision of the time step, on recorded and random trials
     Precision(precision::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
     Stream(stream::Args),

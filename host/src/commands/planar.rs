@@ -22,7 +22,7 @@ pub struct Args {
     /// Model to start from [default: hard contact, no effects]
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
-    /// Share of the pushes that friction is found from
+    /// Share of the pushes that friction is fitted to
     #[arg(long, value_name = "SHARE", default_value_t = 0.1)]
     pub share: f64,
 }

@@ -139,10 +139,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
 }
 
 /// What the table's columns mean.
-pub const LEGEND: &str = "found: an alarm was up at onset or came at most 0.1 s later; in time: slip that builds up 100 ms ahead, sudden or \
+pub const LEGEND: &str = "found: an alarm was up at onset or began at most 0.1 s later; in time: slip that builds up 100 ms ahead, sudden or \
      intended slip at most 20 ms after its onset, sag and rotation and drop before they happen, a foreseeable drop \
-     360 ms ahead; lead: onset minus the alarm's beginning, negative where it came late; false/h: alarms an hour \
-     that met no event of the kind (slip: in trials that mean to hold); near/h: alarms that met something less (a motion short of a slip; for sag, a slip; for a \
+     360 ms ahead; lead: onset minus the alarm's beginning, negative where it is late; false/h: alarms an hour \
+     without an event of the kind (slip: in trials that are meant to hold); near/h: alarms with a smaller event (a motion short of a slip; for sag, a slip; for a \
      drop, a slip that ended in time)";
 
 /// Trials passed over that are named.
@@ -160,7 +160,7 @@ fn print(d: &Document, output: &Output) {
             .note(format_args!("{} more trials not scored (--json lists all)", d.passed_over.len() - NAMED));
     }
     output.text(format_args!(
-        "{}: {} trials, {:.2} h scored; sample not trusted in {:.2} % of the ticks\n",
+        "{}: {} trials, {:.2} h scored; sample unusable in {:.2} % of the ticks\n",
         d.data.display(),
         d.trials,
         d.hours,
@@ -186,7 +186,7 @@ fn print(d: &Document, output: &Output) {
         output.text(format_args!("\n{}", c.method));
         let stated = [
             ("stated utilisation and slip within 0.1 s", utilisation(c)),
-            ("time left stated and actual 5/50/95 %", time_left(c)),
+            ("stated time left and actual 5/50/95 %", time_left(c)),
         ];
         for (of, shown) in stated {
             if !shown.is_empty() {

@@ -29,7 +29,7 @@ pub fn page(d: &Document) -> String {
         body += &format!("<tr>{}</tr>\n", row.concat());
     }
     body += &format!("</table>\n<p>{}</p>\n", escape(LEGEND));
-    body += "<h2>Events warned at least so far ahead</h2>\n<div class=\"grid\">\n";
+    body += "<h2>Lead times: share of events warned at least this long ahead</h2>\n<div class=\"grid\">\n";
     for class in Class::ALL {
         let of = || d.rows.iter().filter(move |r| r.class == class && r.events > 0);
         if of().next().is_none() {
@@ -63,7 +63,7 @@ pub fn page(d: &Document) -> String {
         let caption = format!("<span>{}: {}</span>", class.name(), names.join(", "));
         body += &figure(&caption, &chart);
     }
-    body += "</div>\n<h2>Whether what is stated comes true</h2>\n<div class=\"grid\">\n";
+    body += "</div>\n<h2>Stated against actual values</h2>\n<div class=\"grid\">\n";
     for (c, colour) in d.calibration.iter().zip(MODELS) {
         let name = escape(&c.method);
         if !c.utilisation.is_empty() {
