@@ -76,7 +76,7 @@ fn channels_that_were_not_measured_are_named_as_a_limit() {
     }
     let blind = found(&dataset);
     says(&blind, "the fingers' forces: not measured");
-    let unseen = blind.limits.iter().find(|l| l.starts_with("cannot be seen in these data at all"));
+    let unseen = blind.limits.iter().find(|l| l.starts_with("not visible in these data"));
     assert!(unseen.is_some_and(|l| l.contains("sensor_gain")), "{:?}", blind.limits);
 }
 

@@ -20,7 +20,7 @@ pub struct Args {
     /// Identifiers of the effects to add
     #[arg(required = true, value_name = "EFFECT")]
     pub effects: Vec<String>,
-    /// Model to add it to [default: the base model]
+    /// Model to add it to [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
     /// Data set to fit all parameters to

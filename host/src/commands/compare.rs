@@ -26,8 +26,8 @@ use crate::report;
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,
-    /// Model to compare; give it twice for before and after [default: the base model, its
-    /// friction calibrated quickly]
+    /// Model to compare; give it twice for before and after [default: hard contact, friction
+    /// calibrated on at most twelve trials of each primitive]
     #[arg(long = "model", value_name = "MODEL.toml")]
     pub models: Vec<PathBuf>,
     /// Compare only this trial

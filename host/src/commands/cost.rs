@@ -39,7 +39,7 @@ pub struct Args {
     /// Additional contact problems of the pyramid solver
     #[arg(long, default_value_t = 200, value_name = "PROBLEMS")]
     pub problems: u64,
-    /// Contact model of the trials [default: rigid, friction 0.4 at fingers, 0.25 at pusher, 0.3 at table]
+    /// Contact model of the trials [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
     /// Additional runs found by `stickslip hunt`

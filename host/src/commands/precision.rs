@@ -35,7 +35,7 @@ pub struct Args {
     /// Seed of the random scenes
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Contact model of the trials [default: rigid, friction 0.4 at fingers, 0.25 at pusher, 0.3 at table]
+    /// Contact model of the trials [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
 }

@@ -39,7 +39,7 @@ pub struct Args {
     /// `qemu`, `qemu:FIRMWARE` or `serial:PORT`
     #[arg(long, default_value = "qemu", value_name = "DEVICE")]
     pub device: String,
-    /// Contact model [default: rigid, friction 0.4 at fingers, 0.25 at pusher, 0.3 at table]
+    /// Contact model [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
     /// Record the run, as it happens; `stickslip replay --against FILE` compares it later

@@ -16,7 +16,7 @@ use crate::output::{Output, table};
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,
-    /// Model that lacks the effect [default: the base model]
+    /// Model that lacks the effect [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
     /// The two effects to separate [default: the best two of the diagnosis]
