@@ -21,7 +21,7 @@ help: ## This list
 setup: ## Install what is missing: thumbv7em target, QEMU
 	@tools/setup.sh
 
-mujoco-setup: ## A Python environment with MuJoCo for `stickslip mujoco`, outside the repository
+mujoco-setup: ## A Python environment with MuJoCo for `stickslip-lab mujoco`, outside the repository
 	@tools/mujoco/setup.sh
 
 demo: setup firmware ## A recorded push through the firmware in QEMU, replayed and compared

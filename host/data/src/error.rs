@@ -84,7 +84,9 @@ pub enum Problem {
     #[error("not a finite number; leave the cell empty if it was not measured")]
     NonFinite,
     /// Time stamps must rise strictly.
-    #[error("time does not rise: the sample before is at {previous_s} s; sort the rows and remove doubles")]
+    #[error(
+        "time does not rise: the previous sample is at {previous_s} s; sort the rows and remove duplicates"
+    )]
     TimeNotRising {
         /// Time stamp of the row before.
         previous_s: f64,

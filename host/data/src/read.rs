@@ -177,7 +177,7 @@ fn read_table(folder: &Path, info: TrialInfo, keep: Keep) -> TrialReading {
             let trial = (usable && !samples.is_empty()).then_some(Trial { info, samples });
             if let (true, Some(trial)) = (cut, &trial) {
                 let rows = trial.samples.len();
-                let text = format!("cut at the end: {rows} good samples are kept");
+                let text = format!("truncated: the {rows} good samples are used");
                 warnings.push(Warning { file: path, files: 1, text });
             }
             TrialReading { trial, error, warnings }

@@ -74,7 +74,7 @@ impl TableReader {
     pub fn finish(mut self) -> TableReading {
         for (body, rows) in BODIES.iter().zip(self.partial.rows) {
             if rows > 0 {
-                self.warn(format!("the pose of the {body} is given in part only and taken as not measured"));
+                self.warn(format!("the pose of the {body} is incomplete and counts as not measured"));
             }
         }
         TableReading { samples: self.samples, error: None, cut_at_end: false, warnings: self.warnings }

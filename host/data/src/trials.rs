@@ -114,7 +114,7 @@ fn row(
         Ok(PoseCells::Whole(pose)) => Some(pose),
         Ok(PoseCells::Absent) => None,
         Ok(PoseCells::Part) => {
-            warning = Some("the pusher's pose is given in part only and taken as not known");
+            warning = Some("the pusher's pose is incomplete and counts as not known");
             None
         }
         Err(norm) => {

@@ -84,7 +84,7 @@ pub enum DeviceError {
         request: &'static str,
     },
     /// Another protocol.
-    #[error("the board speaks protocol {board}, this program {host}: flash the firmware that belongs to it")]
+    #[error("the board uses protocol {board}, this program {host}: flash the matching firmware")]
     Protocol {
         /// Of the firmware.
         board: u16,

@@ -88,7 +88,7 @@ pub enum LogError {
         error: io::Error,
     },
     /// Nothing in the file is a log.
-    #[error("{file}: no log of stickslip (.sslog): the file does not begin as one and holds no record")]
+    #[error("{file}: not a stickslip log (.sslog): the file has no log header and no record")]
     NotALog {
         /// Which file.
         file: PathBuf,
@@ -277,7 +277,7 @@ impl Contents {
                 self.records.len()
             )),
             places => Some(format!(
-                "{header}{bytes} bytes in {} places are damaged; {} intact records are kept",
+                "{header}{bytes} bytes in {} regions are damaged; {} intact records were read",
                 places.len(),
                 self.records.len()
             )),

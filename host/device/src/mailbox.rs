@@ -117,7 +117,7 @@ impl Write for Writing {
                 return Ok(length);
             }
             if began.elapsed() > STUCK {
-                return Err(io::Error::new(io::ErrorKind::TimedOut, "the board takes no bytes"));
+                return Err(io::Error::new(io::ErrorKind::TimedOut, "the board accepts no bytes"));
             }
             std::thread::sleep(LOOK);
         }

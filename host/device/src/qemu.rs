@@ -79,7 +79,7 @@ impl Qemu {
                     return Err(failed(said.errors.join().unwrap_or_default()));
                 }
                 Ok(false) if began.elapsed() < START => std::thread::sleep(Duration::from_millis(2)),
-                Ok(false) => return Err(failed("the firmware did not come up".into())),
+                Ok(false) => return Err(failed("the firmware did not start".into())),
                 Err(error) => return Err(failed(error.to_string())),
             }
         }

@@ -8,7 +8,7 @@ use stickslip_lab::blind::score::{Opened, Share, figures};
 
 const RUNS: usize = 60;
 const SEED: u64 = 2;
-/// Most conditions of a data set; the study in `docs/diagnosis.md` has more.
+/// Most conditions of a data set; the study in `docs/lab/blind-tests.md` has more.
 const CONDITIONS: usize = 8;
 
 fn run(number: usize) -> Opened {
@@ -28,7 +28,7 @@ fn at_least(what: &str, share: Share, least: f64, runs: &[Opened]) {
 fn of_sixty_hidden_causes_few_are_given_a_wrong_name() {
     let runs: Vec<Opened> = (0..RUNS).into_par_iter().map(run).collect();
     let f = figures(&runs);
-    // Far from the aims where a name is wanted (docs/diagnosis.md): what holds is that a name is
+    // Far from the aims where a name is wanted (docs/lab/blind-tests.md): what holds is that a name is
     // seldom wrong. The last figures guard against losing more.
     at_least("nothing missing, said so", f.nothing_right, 0.85, &runs);
     at_least("unknown effect not given a name", f.unknown_not_named, 0.85, &runs);

@@ -20,7 +20,7 @@ const TRIALS: usize = 100;
 pub fn page(comparison: &Comparison) -> String {
     let mut body = header(comparison);
     if let Some(report) = comparison.models.last() {
-        body += "<h2>Errors by channel and phase</h2>\n<p class=\"soft\">RMS of modelled less measured, in multiples \
+        body += "<h2>Errors by channel and phase</h2>\n<p class=\"soft\">RMS of model minus measurement, in multiples \
                  of the noise floor (1: as good as a perfect model), and in units. Bold: lack of fit.</p>\n";
         let panes: Vec<(String, String)> =
             comparison.models.iter().rev().map(|m| (format!("model {}", m.name), matrix(m))).collect();
@@ -315,7 +315,7 @@ fn offsets(report: &ModelReport) -> String {
         return String::new();
     }
     let mut out = String::from(
-        "<details><summary>Sensor offsets</summary>\n<p class=\"soft\">Measured less modelled before \
+        "<details><summary>Sensor offsets</summary>\n<p class=\"soft\">Measurement minus model before \
          contact.</p>\n<div class=\"scroll\"><table><tr><th class=\"left\">channel</th><th>mean</th><th>from trial to \
          trial</th><th>stated bound</th></tr>\n",
     );

@@ -46,7 +46,7 @@ pub fn html(report: &Report, name: &str) -> String {
     }
     body += "</table>";
     if !report.unexplained.is_empty() {
-        body += "<h2>What is left</h2><ul>";
+        body += "<h2>Remaining misfit</h2><ul>";
         for u in &report.unexplained {
             let on: Vec<String> =
                 u.depends_on.iter().map(|(q, s)| format!("{} ({:.0} %)", escape(q), 100.0 * s)).collect();

@@ -49,7 +49,7 @@ fn hex(c: RGBColor) -> String {
 
 fn legend(models: &[&str], open: bool) -> String {
     let mut out = String::from(
-        "<div class=\"legend\"><span><i class=\"swatch line measured\"></i>measured, sensor offset taken out</span>",
+        "<div class=\"legend\"><span><i class=\"swatch line measured\"></i>measured, sensor offset removed</span>",
     );
     for (name, colour) in models.iter().zip(MODELS) {
         out += &format!(
@@ -69,7 +69,7 @@ fn legend(models: &[&str], open: bool) -> String {
         let RGBColor(r, g, b) = OPEN;
         out += &format!(
             "<span><i class=\"swatch\" style=\"background:rgb({r} {g} {b}/.22)\"></i>forces that rigid contact leaves \
-             open</span>"
+             undetermined</span>"
         );
     }
     for (phase, shade) in PHASES.iter().zip(SHADES) {

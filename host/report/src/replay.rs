@@ -16,7 +16,7 @@ pub fn page(document: &Document, t_s: &[f64], predictions: &[Prediction]) -> Str
     let p = &document.prediction;
     let time = |t: Option<f64>| t.map_or_else(|| "never".to_owned(), |t| format!("at {t:.3} s"));
     let mut body = format!(
-        "<h1>stickslip replay: {}</h1>\n<p class=\"verdict\">Slip is announced {} and begins {}; sag at most {:.2} mm, \
+        "<h1>stickslip replay: {}</h1>\n<p class=\"verdict\">Slip warning {}, slip {}; sag at most {:.2} mm, \
          rotation {:.1} mrad.</p>\n<div class=\"facts\"><span><b>{}</b> ticks</span><span>hash <b>{}</b></span></div>\n",
         escape(&document.trial),
         time(p.first_warning_s),
@@ -53,7 +53,7 @@ pub fn page(document: &Document, t_s: &[f64], predictions: &[Prediction]) -> Str
     };
     for k in 0..2 {
         add(
-            &format!("finger {}: share of the friction limit", k + 1),
+            &format!("finger {}: utilisation", k + 1),
             "",
             &[
                 (&move |p: &Prediction| p.finger[k].measured_utilisation, MEASURED),

@@ -30,7 +30,7 @@ pub fn page(d: &Document) -> String {
         body += &format!("<tr>{}</tr>\n", row.concat());
     }
     body += &format!("</table>\n<p>{}</p>\n", escape(LEGEND));
-    body += "<h2>Events warned at least so far ahead</h2>\n<div class=\"grid\">\n";
+    body += "<h2>Lead times: share of events warned at least this long ahead</h2>\n<div class=\"grid\">\n";
     for class in Class::ALL {
         let of = || d.rows.iter().filter(move |r| r.class == class && r.events > 0);
         if of().next().is_none() {
@@ -64,7 +64,7 @@ pub fn page(d: &Document) -> String {
         let caption = format!("<span>{}: {}</span>", class.name(), names.join(", "));
         body += &figure(&caption, &chart);
     }
-    body += "</div>\n<h2>Whether what is stated comes true</h2>\n<div class=\"grid\">\n";
+    body += "</div>\n<h2>Stated against actual values</h2>\n<div class=\"grid\">\n";
     for (c, colour) in d.calibration.iter().zip(MODELS) {
         let name = escape(&c.method);
         if !c.utilisation.is_empty() {
@@ -108,10 +108,10 @@ fn figure(caption: &str, chart: &Chart) -> String {
 }
 
 /// What the table's columns mean.
-pub const LEGEND: &str = "found: an alarm was up at onset or came at most 0.1 s later; in time: slip that builds up 100 ms ahead, sudden or \
+pub const LEGEND: &str = "found: an alarm was up at onset or began at most 0.1 s later; in time: slip that builds up 100 ms ahead, sudden or \
      intended slip at most 20 ms after its onset, sag and rotation and drop before they happen, a foreseeable drop \
-     360 ms ahead; lead: onset minus the alarm's beginning, negative where it came late; false/h: alarms an hour \
-     that met no event of the kind (slip: in trials that mean to hold); near/h: alarms that met something less (a motion short of a slip; for sag, a slip; for a \
+     360 ms ahead; lead: onset minus the alarm's beginning, negative where it is late; false/h: alarms an hour \
+     without an event of the kind (slip: in trials that are meant to hold); near/h: alarms with a smaller event (a motion short of a slip; for sag, a slip; for a \
      drop, a slip that ended in time)";
 
 /// Stated utilisation and how often slip followed within 0.1 s.

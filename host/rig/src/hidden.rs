@@ -64,15 +64,15 @@ kinds! {
     FingerFrictionMismatch "finger_friction_mismatch" "-" 0.4 "difference of the fingers' friction over the mean";
     WearDrift "wear_drift" "-" -0.3 "relative change of finger friction from the first to the last trial, in proportion to planned sliding distance";
     ContactCompliance "contact_compliance" "m/N" 5e-5 "additional compliance of each finger pad, tangential and normal";
-    TorsionalFriction "torsional_friction" "-" -1.0 "true over told patch size less one; -1 is a point contact";
+    TorsionalFriction "torsional_friction" "-" -1.0 "true over stated patch size less one; -1 is a point contact";
     PressureOffset "pressure_offset" "m" 3e-3 "centre of pressure of both fingers off the patch centre along gripper X";
     FaceTilt "face_tilt" "rad" 0.02 "angle between the gripped faces, opening towards +X; opens the jaw (20 N/mm) and turns the normals";
     FaceWaviness "face_waviness" "m" 5e-5 "amplitude of waves (25 mm) on both gripped faces, symmetric";
     PlateTilt "plate_tilt" "rad" 0.02 "pusher plate turned about world Y, edge contact";
     Adhesion "adhesion" "N" 5.0 "load that adhesion adds to each finger's normal force";
     GripForceLoss "grip_force_loss" "-" 0.15 "share of the commanded grip that is missing";
-    GripForceLag "grip_force_lag" "-" 0.2 "share of the grip that is lost in sustained sliding (0.3 s), and comes back at rest";
-    MassError "mass_error" "-" 0.3 "true over told mass less one";
+    GripForceLag "grip_force_lag" "-" 0.2 "share of the grip that is lost in sustained sliding (0.3 s) and recovers at rest";
+    MassError "mass_error" "-" 0.3 "true over stated mass less one";
     GravityTilt "gravity_tilt" "rad" 0.1 "gravity turned about the horizontal diagonal";
     RollingResistance "rolling_resistance" "m" 1e-3 "lever of the platform's reaction ahead of the rolling object";
     SensorBias "sensor_bias" "N" 0.6 "constant error of finger 1 along X, beyond what the data set states (the pusher's where there are no fingers)";
@@ -87,7 +87,7 @@ kinds! {
     FingerBending "u_finger_bending" "rad/N" 1e-3 "fingertips turn outwards under grip, so that squeezing pushes the object along gripper -X";
     Backlash "u_backlash" "m" 8e-4 "play of the fingers along gripper X";
     FaceStripe "u_face_stripe" "-" -0.5 "relative change of finger friction in the stripe -22 mm <= x <= -14 mm of the object's faces";
-    MicroCreep "u_micro_creep" "m/(N s)" 3e-5 "pads creep under tangential load: the fingers give way for each newton and second";
+    MicroCreep "u_micro_creep" "m/(N s)" 3e-5 "pads creep under tangential load: displacement for each newton and second";
 }
 
 impl Kind {

@@ -15,7 +15,7 @@ pub struct ContactCompliance;
 pub const INFO: Info = Info {
     id: text("contact_compliance"),
     code: 8,
-    summary: text("fingertips (and support) give way under load before they slip"),
+    summary: text("fingertips (and support) deform under load before they slip"),
     signature: text(
         "displacement in proportion to force before sliding, rounded onset of sliding, sag at lift-off",
     ),

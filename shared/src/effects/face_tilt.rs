@@ -59,7 +59,7 @@ pub const INFO: Info = Info {
             [-2000.0, 2000.0],
             "rise of the grip force along object X",
         ),
-        Parameter::new("late_s", "s", 0.0, 0.0, [0.0, 0.4], "time by which the jaw gives way late"),
+        Parameter::new("late_s", "s", 0.0, 0.0, [0.0, 0.4], "delay of the jaw's motion"),
     ],
 };
 

@@ -33,7 +33,7 @@ pub const INFO: Info = Info {
         Parameter::new("wavelength_m", "m", 0.008, 0.008, [0.001, 0.1], "along object X"),
         Parameter::new("phase_rad", "rad", 0.0, 0.0, [-3.2, 3.2], "phase at the object's middle"),
         Parameter::new("grip_n", "N", 0.5, 0.0, [-20.0, 20.0], "amplitude of the grip force"),
-        Parameter::new("late_s", "s", 0.0, 0.0, [0.0, 0.4], "time by which the jaw gives way late"),
+        Parameter::new("late_s", "s", 0.0, 0.0, [0.0, 0.4], "delay of the jaw's motion"),
     ],
 };
 

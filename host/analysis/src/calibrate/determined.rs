@@ -55,7 +55,7 @@ impl fmt::Display for Remark {
             Self::NothingMoves(trial) => write!(f, "left out: trial {trial}: nothing moves in it"),
             Self::Missed(trial) => write!(
                 f,
-                "the calibrated model misses trial {trial} altogether (grip lost, or dropped?): it had hardly any say"
+                "the calibrated model does not describe trial {trial} (grip lost, or dropped?): its weight in the fit is almost zero"
             ),
             Self::NoRest => write!(
                 f,
@@ -71,12 +71,12 @@ impl fmt::Display for Remark {
             ),
             Self::OnlyBounded(c) => write!(
                 f,
-                "{} friction is not determined: the data fit equally well over the range given (its contact hardly slides, or the signals disagree about it)",
+                "{} friction is not determined: the fit is equally good over the given range (its contact hardly slides, or the signals disagree)",
                 name(*c)
             ),
             Self::GripNotMeasured => write!(
                 f,
-                "the fingers' normal forces were not measured: data show grip times friction only; the coefficient is right if the commanded grip is"
+                "the fingers' normal forces were not measured: data show grip times friction only; the coefficient is correct only if the commanded grip is"
             ),
             Self::GripRatio(r) => write!(
                 f,
@@ -85,11 +85,11 @@ impl fmt::Display for Remark {
             ),
             Self::OneGrip => write!(
                 f,
-                "one level of grip force only: an error of friction cannot be told from a constant error of grip force (nor from adhesion)"
+                "one level of grip force only: the data do not separate an error of friction from a constant error of grip force or from adhesion"
             ),
             Self::OneFinger(k) => write!(
                 f,
-                "only finger {k} was measured: both fingers get one coefficient, and a difference between them would go unseen"
+                "only finger {k} was measured: both fingers get one coefficient, and a difference between them would not be detected"
             ),
             Self::NoHeldOut => {
                 write!(f, "every trial was needed for calibration: nothing is left to validate on")

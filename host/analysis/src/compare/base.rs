@@ -39,7 +39,7 @@ pub fn calibrated(
             Ok(found) => found,
             Err(error) => {
                 notes.push(format!(
-                    "friction of {primitive} was not calibrated ({error:#}): the default was taken"
+                    "friction of {primitive} was not calibrated ({error:#}): the default is used"
                 ));
                 continue;
             }
@@ -54,7 +54,7 @@ pub fn calibrated(
             };
             let of = if several { format!(" ({primitive})") } else { String::new() };
             notes.push(format!(
-                "{} friction{of} is {range}: {:.3} was taken. Errors that hang on it say little.",
+                "{} friction{of} is {range}: {:.3} is used. Errors that depend on it are not significant.",
                 name(e.coefficient),
                 e.value
             ));

@@ -8,16 +8,16 @@ use super::{Forces, Options, SIGNIFICANCE};
 use crate::channels::{NAMES, Quantity, quantity};
 use crate::evidence::conditions::HeldOut;
 
-/// 'finger 1 force along x', from a channel's name.
+/// 'finger 1 force x', from a channel's name.
 pub fn channel_words(channel: &str) -> String {
     let index = NAMES.iter().position(|n| *n == channel).unwrap_or(0);
     let axis = ["x", "y", "z"][index % 3];
     let body = ["object", "finger 1", "finger 2", "pusher"][index / 6];
     match quantity(index) {
-        Quantity::Position => format!("{body} position along {axis}"),
-        Quantity::Rotation => format!("{body} rotation about {axis}"),
-        Quantity::Force => format!("{body} force along {axis}"),
-        Quantity::Torque => format!("{body} torque about {axis}"),
+        Quantity::Position => format!("{body} position {axis}"),
+        Quantity::Rotation => format!("{body} rotation {axis}"),
+        Quantity::Force => format!("{body} force {axis}"),
+        Quantity::Torque => format!("{body} torque {axis}"),
     }
 }
 
@@ -39,7 +39,7 @@ pub fn scale(unit: &str) -> (f64, &'static str) {
     }
 }
 
-/// 'finger 1 force along x while sliding', with the primitive where there are several.
+/// 'finger 1 force x while sliding', with the primitive where there are several.
 pub fn place_words(place: &Place, with_primitive: bool) -> String {
     let words = format!("{} {}", channel_words(place.channel), place.phase.during());
     if with_primitive { format!("{words} ({})", place.primitive.replace('_', " ")) } else { words }
@@ -89,7 +89,7 @@ pub fn summary(data: &DataSummary, reports: &[ModelReport], changes: &[Change], 
         );
     }
     if data.noise_floor == Source::Repetitions && !single {
-        words += &format!("; {} of {before} failures are gone", count(Fate::Gone));
+        words += &format!("; {} of {before} failures are removed", count(Fate::Gone));
         match count(Fate::New) {
             0 => {}
             1 => words += ", 1 is new",
@@ -106,7 +106,7 @@ fn of_one(data: &DataSummary, report: &ModelReport, single: bool) -> String {
         rows.filter_map(|r| r.multiples.map(|m| (m, r.clone()))).max_by(|a, b| a.0.total_cmp(&b.0))
     };
     let Some((largest, row)) = worst(&mut report.errors.iter()) else {
-        return format!("Model {model} cannot be judged: neither repetitions nor sensor noise are known.");
+        return format!("Model {model} cannot be tested: neither repetitions nor sensor noise are known.");
     };
     let error = |row: &ErrorRow| readable(row.rms, row.unit);
     if single || data.noise_floor != Source::Repetitions {
@@ -125,8 +125,8 @@ fn of_one(data: &DataSummary, report: &ModelReport, single: bool) -> String {
     let failing = report.errors.iter().filter(|r| r.fails).count();
     match worst(&mut report.errors.iter().filter(|r| r.fails)) {
         None if largest >= 2.0 => format!(
-            "Model {model} shows no lack of fit in its mean errors ({tested} channels and phases), but misses the \
-             course of {}: {} RMS, {} times the noise floor.",
+            "Model {model} shows no lack of fit in its mean errors ({tested} channels and phases), but its error in \
+             {} varies over time: {} RMS, {} times the noise floor.",
             place_words(&row.place, many),
             error(&row),
             factor(largest),
@@ -168,13 +168,13 @@ pub fn notes(
         Source::Repetitions => notes.push(format!(
             "Noise floor: scatter of repetitions ({} of {} conditions were run more than once), of the measurement or of \
              a model's errors, whichever is less; the same for all models. Lack of fit: F test \
-             of the conditions' mean errors against that scatter, corrected for all looks (Holm), family-wise level \
+             of the conditions' mean errors against that scatter, corrected for multiple tests (Holm), family-wise level \
              {SIGNIFICANCE}.",
             data.repeated_conditions, data.conditions,
         )),
         Source::SensorNoise => notes.push(
             "No condition was run more than once: whether the model fits cannot be tested. Multiples are of the \
-             sensors' noise alone, which lacks everything that varies from run to run; factors of several do not \
+             sensors' noise alone, without run-to-run variation; multiples of several do not \
              prove the model wrong. Repeat some conditions (three runs or more) to get a noise floor."
                 .into(),
         ),
@@ -184,16 +184,16 @@ pub fn notes(
     }
     if options.forces == Forces::OutsideBand {
         notes.push(
-            "Forces that rigid contact leaves open (several pads that stick can bear any part of each other's load; what \
-             sticks to a plate answers micrometres of the gripper's path): an error is what lies outside the interval \
-             of all force distributions with the same motion, net wrench and grip, and of paths within 5 um of the \
+            "Rigid contact leaves some forces undetermined (pads that stick can share a load in any ratio; a grasp that \
+             sticks to a plate amplifies micrometres of the gripper's path): a force counts as an error as far as it lies outside the interval \
+             of all force distributions with the same motion, net wrench and grip, for all paths within 5 um of the \
              measured one. The line drawn is the one of least elastic energy. --no-force-bands counts the distance to \
              that line."
                 .into(),
         );
         notes.push(
-            "Pads give way: no rigid model is better than 0.05 mm, 1 % of the path and 3 mrad, nor than half of the weight \
-             while things rest against each other. An error is what is beyond that, as in `diagnose`."
+            "Real pads deform. Deviations below 0.05 mm + 1 % of the path, 3 mrad, and half of the weight \
+             while bodies rest against each other are within the tolerance of any rigid model and are not counted as errors."
                 .into(),
         );
     }
@@ -215,8 +215,8 @@ pub fn notes(
     }
     if reports.len() > 1 && options.held_out == HeldOut::Nothing && !single {
         notes.push(
-            "The models may have been fitted to these trials: with --held-out the comparison is on trials they \
-             have not seen."
+            "The models may have been fitted to these trials; --held-out compares on trials that they \
+             were not fitted to."
                 .into(),
         );
     }
@@ -226,13 +226,13 @@ pub fn notes(
 fn offset_notes(report: &ModelReport, tare: Tare) -> Vec<String> {
     let offsets = &report.offsets;
     if tare == Tare::None {
-        return vec!["Measurements are used as they are (--no-tare): sensor offsets count as errors.".into()];
+        return vec!["Measurements are used as recorded (--no-tare): sensor offsets count as errors.".into()];
     }
     if offsets.channels.is_empty() {
-        return vec!["No force was measured before contact: no sensor offset was taken out.".into()];
+        return vec!["No force was measured before contact: no sensor offset was removed.".into()];
     }
     let mut notes = vec![
-        "Sensor offsets: the mean of measured minus modelled before contact is taken out of each trial's forces and \
+        "Sensor offsets: the mean of measurement minus model before contact is subtracted from each trial's forces and \
          torques; of the fingers' normal forces only their imbalance, so that a wrong grip stays visible. Errors \
          with offset are in the JSON document and in the table of the page."
             .into(),
@@ -242,25 +242,25 @@ fn offset_notes(report: &ModelReport, tare: Tare) -> Vec<String> {
         notes.push(if grip.taken_out {
             format!(
                 "Grip, measured less commanded: {size} on average. That is within the sensors' stated uncertainty \
-                 and was taken out as their offset; a real grip error of this size cannot be told from it."
+                 and was removed as their offset; a real grip error of this size would look the same."
             )
         } else {
             format!(
                 "Grip, measured less commanded: {size} on average, more than the sensors' stated uncertainty. It is \
-                 kept as an error."
+                 counted as an error."
             )
         });
     }
     let beyond: Vec<&str> = offsets.channels.iter().filter(|c| c.beyond_bound).map(|c| c.channel).collect();
     if !beyond.is_empty() {
         notes.push(format!(
-            "Offsets beyond what dataset.toml states, hardly the sensors': {}. What is clearly more stays in the errors.",
+            "Offsets beyond the uncertainty that dataset.toml states: {}. The part beyond it counts as an error.",
             beyond.join(", ")
         ));
     }
     if offsets.trials_without > 0 {
         notes.push(format!(
-            "{} trial(s) have too little before contact; the mean offset of the others was taken.",
+            "{} trial(s) have too little data before contact; the mean offset of the others is used.",
             offsets.trials_without
         ));
     }

@@ -75,7 +75,7 @@ pub fn experiments(problem: &Problem, a: &Model<f64>, b: &Model<f64>, most: usiz
                 let difference = (x[f] - y[f]).abs();
                 let at = grip_n.map_or(String::new(), |n| format!(" with a grip of {n:.1} N"));
                 let summary = format!(
-                    "repeat trial {}{at}: {channel} ({phase}) differs by {difference:.3} {unit}, {:.1} standard deviations; {runs} run(s) of it settle the question",
+                    "repeat trial {}{at}: {channel} ({phase}) differs by {difference:.3} {unit}, {:.1} standard deviations; {runs} run(s) of it decide",
                     run.info.trial,
                     d.abs()
                 );

@@ -3,7 +3,7 @@
 //! Trials become features (`features`, `phases`), repetitions give the noise (`noise`), a
 //! generalised least squares problem is built around the model (`problem`, `gls`), effects
 //! are screened and refitted (`screen`, `select`), and the verdict follows from held-out
-//! conditions (here). `docs/diagnosis.md` has the statistics.
+//! conditions (here). `docs/diagnose.md` has the statistics.
 
 pub mod experiment;
 pub mod misfit;
@@ -307,7 +307,7 @@ enum Pass {
     Second,
 }
 
-/// Screening, choice and verdict; see `docs/diagnosis.md` for the rules.
+/// Screening, choice and verdict; see `docs/diagnose.md` for the rules.
 fn find(
     problem: &Problem,
     base: Held,

@@ -277,14 +277,14 @@ fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
     let mut out = Vec::new();
     if campaign.conditions < FEWEST_CONDITIONS {
         out.push(format!(
-            "only {} different condition(s): an effect cannot be told from a wrong friction coefficient; at least {} conditions are needed",
+            "only {} different condition(s): an effect cannot be separated from a wrong friction coefficient; at least {} conditions are needed",
             campaign.conditions,
             FEWEST_CONDITIONS
         ));
     }
     if problem.noise.freedom == 0 {
         out.push(
-            "no repetitions: the noise floor is taken from the sensors' data sheet and 2 % of friction, and small effects cannot be told from run-to-run variation; repeat at least some conditions"
+            "no repetitions: noise is assumed from the stated sensor noise and 2 % of friction, and small effects cannot be separated from run-to-run variation; repeat at least some conditions"
                 .into(),
         );
     } else if problem.noise.freedom < 6 {
@@ -302,7 +302,7 @@ fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
     }
     if let Some(first) = problem.failed.first() {
         out.push(format!(
-            "the model fails altogether in {} trial(s), which were left out; the first: {}",
+            "the model does not describe {} trial(s), which were left out; the first: {}",
             problem.failed.len(),
             campaign.runs[*first].info.trial
         ));
@@ -316,11 +316,11 @@ fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
     };
     for (from, what) in [(0, "the object's pose"), (6, "the fingers' forces"), (18, "the pusher's forces")] {
         if !seen(from) {
-            out.push(format!("{what}: not measured (or only where it says nothing); effects that show only there cannot be concluded"));
+            out.push(format!("{what}: not measured (or only where it has no information); effects that are visible only there cannot be found"));
         }
     }
     if !invisible.is_empty() {
-        out.push(format!("cannot be seen in these data at all: {}", invisible.join(", ")));
+        out.push(format!("not visible in these data: {}", invisible.join(", ")));
     }
     out
 }
@@ -348,7 +348,7 @@ fn sentence(
         });
     let lone = misfit.places.first().filter(|p| p.size > RELEVANT && p.at_least <= 1.0).map(|p| {
         format!(
-            "No effect is named: {} in {} misses by {:.1} noise floors, but mostly in one condition (that of trial {}), from which nothing can be concluded.",
+            "No effect is named: {} in {} is off by {:.1} noise floors, but mostly in one condition (that of trial {}), which is not enough for a conclusion.",
             channel_name(p.channel),
             p.phase.name(),
             p.size,
@@ -359,7 +359,7 @@ fn sentence(
         // What one condition alone shows may be the model's way of contact there.
         Verdict::NothingMissing if lone.is_some() => lone.unwrap_or_default(),
         Verdict::NothingMissing => format!(
-            "Nothing is missing: no channel misses systematically by more than {:.1} noise floors.",
+            "Nothing is missing: no channel has a systematic misfit of more than {:.1} noise floors.",
             misfit.worst().max(0.1)
         ),
         Verdict::Effect => format!(
@@ -369,18 +369,18 @@ fn sentence(
             100.0 * share
         ),
         Verdict::Ambiguous => format!(
-            "The model lacks {}, or equally well {}: these data do not tell them apart ({:.0} % of the excess error explained){next}.",
+            "The model lacks {}, or equally well {}: these data do not separate them ({:.0} % of the excess error explained){next}.",
             effects.join(" and "),
             equal.iter().map(|e| e.join(" + ")).collect::<Vec<_>>().join(" or "),
             100.0 * share
         ),
         Verdict::Unexplained => match first.first() {
             Some(c) => format!(
-                "Something is missing that none of the known effects explains: the best, {}, explains {:.0} % of the excess error.",
+                "An effect is missing, and none of the known ones explains it: the best, {}, explains {:.0} % of the excess error.",
                 c.info.id,
                 100.0 * first.iter().map(|c| c.explained).fold(0.0, f64::max)
             ),
-            None => "Something is missing that none of the known effects explains.".into(),
+            None => "An effect is missing, and none of the known ones explains it.".into(),
         },
     }
 }

@@ -44,7 +44,7 @@ impl Swing {
     /// What it looks like, and what it may be.
     pub fn text(&self) -> String {
         format!(
-            "{} swings by {:.2} N rms ({:.0} % of the force) while the object slides, in {} of {} runs: stick-slip (friction that falls with speed or grows at rest, between pads that give way) or a texture of the faces",
+            "{} oscillates by {:.2} N rms ({:.0} % of the force) while the object slides, in {} of {} runs: stick-slip (friction that falls with speed or grows at rest, between compliant pads) or a texture of the faces",
             self.channel,
             self.rms_n,
             100.0 * self.share,

@@ -46,7 +46,7 @@ impl Variable {
             Variable::TurnSpeed => "turning speed, deg/s",
             Variable::Slope => "slope, deg",
             Variable::PusherOffset => "pusher offset, mm",
-            Variable::Order => "place in the data set",
+            Variable::Order => "order in the data set",
         }
     }
 

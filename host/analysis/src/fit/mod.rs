@@ -319,7 +319,7 @@ fn keep_unseen(
         others.remove(at);
         let without = solve(problem, &model, &others, iterations);
         if without.loss.1 < 1.02 * solution.loss.1 + 9.0 {
-            kept.push(format!("{} cannot be seen in these data: kept at {home:.3}", f.name(given)));
+            kept.push(format!("{} is not visible in these data: stays at {home:.3}", f.name(given)));
             (solution, seen) = (without, others);
         }
     }
@@ -754,7 +754,7 @@ fn notes(estimates: &[Estimate], covariance: &DMatrix<f64>, free: &[Free]) -> Ve
             _ => 0.8 * noise::FRICTION_PRIOR * e.value,
         };
         if !sd.is_finite() || sd > wide || covariance[(k, k)] == 0.0 {
-            out.push(format!("{} cannot be seen in these data", e.name));
+            out.push(format!("{} is not visible in these data", e.name));
         } else if e.value <= low || e.value >= high {
             out.push(format!("{} ended at its bound {}", e.name, e.value));
         }
@@ -762,7 +762,7 @@ fn notes(estimates: &[Estimate], covariance: &DMatrix<f64>, free: &[Free]) -> Ve
             let r = covariance[(k, j)] / (covariance[(k, k)] * covariance[(j, j)]).sqrt();
             if r.abs() > 0.97 {
                 out.push(format!(
-                    "{} and {} cannot be told apart (correlation {r:.3}): only a combination of them is known",
+                    "these data do not separate {} and {} (correlation {r:.3}): only a combination of them is determined",
                     estimates[j].name, e.name
                 ));
             }

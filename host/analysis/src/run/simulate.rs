@@ -107,7 +107,7 @@ pub fn scene(description: &Description, trial: &Trial) -> Result<Scene<f64>, Sce
 }
 
 fn need(value: Option<f64>, what: &str) -> Result<f64, String> {
-    value.ok_or_else(|| format!("dataset.toml does not give {what}; add it"))
+    value.ok_or_else(|| format!("dataset.toml lacks {what}; add it"))
 }
 
 fn object(spec: &ObjectSpec) -> Result<Object<f64>, String> {

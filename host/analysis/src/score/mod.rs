@@ -203,7 +203,7 @@ fn judge_trial(
         }));
     }
     if !trial.samples.iter().any(|s| s.object.is_some() && s.gripper.is_some()) {
-        return Ok(Err("no sample has the whole poses of gripper and object, which tell when it slips"));
+        return Ok(Err("no sample has complete poses of gripper and object, from which slip is found"));
     }
     let mut feed = feed(description, trial)?;
     let set_point = trial.samples.iter().find_map(|s| s.grip_cmd_n).or(info.grip_n).unwrap_or(0.0) as f32;

@@ -18,16 +18,16 @@ use stickslip_report::words::short;
 #[command(after_help = "Example:
   stickslip add torsional_friction --model model.toml --fit data/demo --out better.toml")]
 pub struct Args {
-    /// Effect to add, by its identifier; several one after the other
+    /// Identifiers of the effects to add
     #[arg(required = true, value_name = "EFFECT")]
     pub effects: Vec<String>,
-    /// Model to add it to [default: the base model]
+    /// Model to add it to [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
     /// Data set to fit all parameters to
     #[arg(long, value_name = "DATA")]
     pub fit: PathBuf,
-    /// Where the new model goes
+    /// File of the new model
     #[arg(long, value_name = "BETTER.toml")]
     pub out: PathBuf,
 }
@@ -47,7 +47,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     for id in &args.effects {
         let Some(info) = find(id) else {
             let known: Vec<&str> = REGISTRY.iter().map(|i| i.id).collect();
-            bail!("unknown effect `{id}`; there are {}", known.join(", "));
+            bail!("unknown effect `{id}`; the known ones are {}", known.join(", "));
         };
         if file.effects.iter().any(|e| &e.id == id) {
             bail!("the model already has {id}; `stickslip calibrate` fits its parameters");

@@ -21,14 +21,14 @@ use stickslip_report::terminal::{Output, table};
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,
-    /// Model to start from: its contact law and effects are kept [default: hard contact, no effects]
+    /// Model to start from; its contact law and effects do not change [default: hard contact, no effects]
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
-    /// Where the calibrated model is written; with several primitives one more file for each, its
-    /// name before the extension, and here the best determined friction of all
+    /// File of the calibrated model; with several primitives one more file for each, its
+    /// name before the extension, and in this one the best determined friction of all
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Share of the trials that friction is found from, at least eight trials; the rest validate
+    /// Share of the trials that friction is fitted to, at least eight trials; the rest validate
     #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = share)]
     pub share: f64,
     /// Only trials of this primitive

@@ -127,7 +127,7 @@ fn balance(balance: &Balance, most: usize, output: &Output) {
         output.text(format_args!("balanced within the sensors' uncertainty in all {}", balance.checked));
     } else {
         output.text(format_args!(
-            "SENSOR PROBLEM: {} of {} trials leave what the sensors may be off by; no model can explain that",
+            "SENSOR PROBLEM: {} of {} trials exceed the sensors' stated uncertainty; no model can explain that",
             balance.failing, balance.checked
         ));
         for (trial, worst) in balance.worst.iter().take(most) {
@@ -148,8 +148,7 @@ fn balance(balance: &Balance, most: usize, output: &Output) {
                 .map_or_else(String::new, |pusher| format!(", pusher {} N in world axes", vector(&pusher)))
         ));
     } else {
-        output
-            .text("constant offsets cannot be told: no phase before contact with all finger forces measured");
+        output.text("constant offsets are unknown: no phase before contact with all finger forces measured");
     }
 }
 

@@ -25,8 +25,8 @@ use stickslip_report::terminal::{Output, table};
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,
-    /// Model to compare; give it twice for before and after [default: the base model, its
-    /// friction calibrated quickly]
+    /// Model to compare; give it twice for before and after [default: hard contact, friction
+    /// calibrated on at most twelve trials of each primitive]
     #[arg(long = "model", value_name = "MODEL.toml")]
     pub models: Vec<PathBuf>,
     /// Compare only this trial
@@ -42,14 +42,14 @@ pub struct Args {
     /// Write a page with all plots; it needs no network
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
-    /// Take each trial's mean before contact out of its forces and torques (the default)
+    /// Subtract each trial's mean before contact from its forces and torques (the default)
     #[arg(long, overrides_with = "no_tare")]
     pub tare: bool,
-    /// Use the measurements as they are
+    /// Use the measurements as recorded
     #[arg(long)]
     pub no_tare: bool,
-    /// Count the distance to the solution that the model returns as error, also where rigid
-    /// contact leaves a force open [default: the distance to all its solutions]
+    /// Count the distance to the model's own solution as error, also where rigid
+    /// contact leaves a force undetermined [default: the distance to all its solutions]
     #[arg(long)]
     pub no_force_bands: bool,
 }

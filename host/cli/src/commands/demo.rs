@@ -20,7 +20,7 @@ pub struct Args {
     /// Recorded trials
     #[arg(long, default_value = "data/demo", value_name = "DIR")]
     pub data: PathBuf,
-    /// Where results go
+    /// Folder of the results
     #[arg(long, default_value = "out/demo", value_name = "DIR")]
     pub out: PathBuf,
     /// Device to stream to
@@ -71,13 +71,13 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         &args.hidden,
     ])?;
     steps.step(&["calibrate", &bench, "--out", &base])?;
-    steps.title("What is missing?");
+    steps.title("Diagnosis: what is missing?");
     let found = steps.step(&["diagnose", &bench, "--model", &base, "--html", &findings])?;
     let named = found.get("effects").and_then(|e| e.get(0)).and_then(Value::as_str).map(str::to_owned);
     match &named {
         None => output.text("No effect was named; the report says what can be concluded."),
         Some(effect) => {
-            steps.title("Added to the model and fitted; the error before and after");
+            steps.title("Add the effect, fit the model, compare the error before and after");
             steps.step(&["add", effect, "--model", &base, "--fit", &bench, "--out", &better])?;
             steps.step(&["compare", &bench, "--model", &base, "--model", &better, "--html", &change])?;
             steps.title("The better model on the board");

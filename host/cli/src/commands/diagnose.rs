@@ -21,7 +21,7 @@ pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,
     /// Model to diagnose; its friction is refitted, its formulas are tried as candidates
-    /// [default: the base model]
+    /// [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
     /// Write a page with tables and plots; it needs no network

@@ -50,7 +50,7 @@ struct CmuPushArgs {
     /// corner [default: from the name of the file or its folder]
     #[arg(long)]
     support: Option<String>,
-    /// Radius of the rod about the recorded robot point; the data say 0.05 +- 0.07 mm
+    /// Radius of the rod about the recorded robot point; the data give 0.05 +- 0.07 mm
     #[arg(long, default_value_t = 0.0, value_parser = not_negative)]
     tip_radius_m: f64,
 }
@@ -109,8 +109,7 @@ fn cmu(args: &CmuPushArgs, output: &Output) -> anyhow::Result<()> {
         Some(support) => cmu_push::Support::from_name(support),
         None => cmu_push::support_of(&args.files.file),
     };
-    let support =
-        support.context("the support is not known; give --support patch or --support 30_90_30_30_30_90")?;
+    let support = support.context("unknown support; give --support patch or --support 30_90_30_30_30_90")?;
     let options = cmu_push::Options { support, tip_radius_m: args.tip_radius_m };
     let import =
         cmu_push::import(&text, &name, &options).with_context(|| args.files.file.display().to_string())?;
@@ -137,7 +136,7 @@ fn cmu(args: &CmuPushArgs, output: &Output) -> anyhow::Result<()> {
         ("peak / mean sliding force", format!("{:.2}", v.peak_share)),
         ("white noise of the force", format!("{:.4} N", v.force_noise_n)),
         ("in contact within 0.3 s", v.early_contact.to_string()),
-        ("tilt of recorded poses, dropped", format!("at most {:.2} degrees", v.tilt_rad.to_degrees())),
+        ("tilt of recorded poses, ignored", format!("at most {:.2} degrees", v.tilt_rad.to_degrees())),
     ];
     finish(&args.files, &import.dataset, v, &import.bad_rows, &rows, output)
 }

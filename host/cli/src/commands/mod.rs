@@ -37,29 +37,30 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Check a data set: what it holds, errors, warnings, balance of the measured forces
+    /// Check a data set: contents, errors, warnings, balance of the measured forces
     Check(check::Args),
     /// Find out which physical effect a model lacks, from measurements
     Diagnose(diagnose::Args),
     /// Add an effect to a model and fit it together with the rest
     Add(add::Args),
-    /// The experiment that would tell candidates apart best, and how many runs it takes
+    /// Find the experiment that separates two candidate effects best, and the runs it needs
     Suggest(suggest::Args),
     /// Compare models with measurements: errors by channel and phase, where a model fails
     Compare(compare::Args),
     /// Run the predictor over a recorded trial as the board does, and compare with its log
     Replay(replay::Args),
-    /// The whole path on a recorded push and on a bench with a hidden effect
+    /// Run all steps on a recorded push and on a bench with a hidden effect
     Demo(demo::Args),
     /// Make a data set with the synthetic rig: the paper's experiments, lifts, planar pushes, hidden effects
     Rig(Box<rig::Args>),
-    /// Bring real data of others into the data set format
+    /// Convert published measurements to the data set format
     Import(import::Args),
-    /// Find friction from a small share of the trials, and validate it on the rest
+    /// Fit friction to a small share of the trials and validate it on the rest
     Calibrate(calibrate::Args),
-    /// Solve complementarity problems from files or generated ones, and judge the answers
+    /// Solve complementarity problems from files or generated ones, and certify the answers
+    /// Solve complementarity problems from files or generated ones, and certify the answers
     Lcp(lcp::Args),
-    /// Score the predictor: lead times and false alarms for slip and drop, beside simple thresholds
+    /// Score the predictor: lead times and false alarms for slip and drop, compared with simple thresholds
     Score(score::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
     Stream(stream::Args),

@@ -96,7 +96,7 @@ fn read_against(path: &Path, predictions: &[Prediction]) -> anyhow::Result<Again
     let contents = log::read(path)?;
     let logged = read_predictions(&contents.records)
         .with_context(|| format!("{}: a prediction in it cannot be read", path.display()))?;
-    anyhow::ensure!(!logged.is_empty(), "{}: the log holds no predictions", path.display());
+    anyhow::ensure!(!logged.is_empty(), "{}: the log contains no predictions", path.display());
     let first_difference = first_difference(&logged, predictions);
     Ok(Against {
         file: path.display().to_string(),
@@ -115,7 +115,7 @@ fn print(d: &Document, output: &Output) {
     let time = |t: Option<f64>| t.map_or_else(|| "never".to_owned(), |t| format!("at {t:.3} s"));
     let measured = p.peak_measured_utilisation.map_or_else(|| "not measured".into(), |u| format!("{u:.2}"));
     output.text(format_args!(
-        "friction used: at most {:.2} by the model, {measured} by the sensors; slip announced {}, begins {}, up to \
+        "utilisation: at most {:.2} by the model, {measured} by the sensors; slip warning {}, slip {}, up to \
          {:.1} mm/s; sag at most {:.2} mm, rotation {:.1} mrad",
         p.peak_utilisation,
         time(p.first_warning_s),
@@ -127,7 +127,7 @@ fn print(d: &Document, output: &Output) {
     let ticks: Vec<String> =
         d.solver.ticks.iter().map(|(k, n)| format!("{} {n}", k.replace('_', " "))).collect();
     output.text(format_args!(
-        "solver: {}; momentum error at most {:.1e} N; Newton steps {:.1} a tick, at most {}",
+        "solver: {}; momentum residual at most {:.1e} N; Newton steps {:.1} a tick, at most {}",
         ticks.join(", "),
         d.solver.worst_residual_n,
         d.solver.mean_iterations,

@@ -19,19 +19,19 @@ use stickslip_rig::{Condition, HiddenEffect, Kind, Nuisance, Reality, STEP_S, Se
   stickslip rig --out data/blind --hidden static_friction=0.3 --seed 5 --key blind.json
   stickslip rig --list-effects")]
 pub struct Args {
-    /// Folder of the data set; made where it is not there
+    /// Folder of the data set; created if it does not exist
     #[arg(long, value_name = "DIR", required_unless_present = "list_effects")]
     pub out: Option<PathBuf>,
     /// Which conditions
     #[arg(long, value_enum, default_value = "push-small")]
     pub plan: PlanName,
-    /// Objects instead of the plan's own (the paper plan: only these of its own), as obj3,obj4
+    /// Objects to use instead of the plan's (paper plan: a subset of its objects), as obj3,obj4
     #[arg(long, value_delimiter = ',', value_name = "ID")]
     pub objects: Vec<String>,
-    /// Hidden effect; without a strength the typical one. May be given several times
+    /// Hidden effect [default strength: the typical one]; repeatable
     #[arg(long, value_name = "EFFECT[=STRENGTH]")]
     pub hidden: Vec<HiddenEffect>,
-    /// Everything follows from it
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Runs of each condition [default: 3; 1 for lift, slip-hours, decay and demo]
@@ -64,10 +64,10 @@ pub struct Args {
     /// Length of the slip-hours plan
     #[arg(long, default_value_t = 5.0, value_name = "HOURS")]
     pub hours: f64,
-    /// How the tables are stored
+    /// Format of the tables
     #[arg(long, value_enum, default_value = "csv")]
     pub format: TableFormat,
-    /// Where the truth is written: effects and every true parameter. Not into the data set
+    /// File of the true effects and parameters; must be outside the data set
     #[arg(long, value_name = "FILE")]
     pub key: Option<PathBuf>,
     /// Name of the data set
@@ -200,7 +200,7 @@ fn check(args: &Args, folder: &Path) -> anyhow::Result<()> {
     if let Some(key) = &args.key
         && std::path::absolute(key)?.starts_with(std::path::absolute(folder)?)
     {
-        bail!("--key {} lies inside the data set; put it elsewhere", key.display());
+        bail!("--key {} is inside the data set; choose another folder", key.display());
     }
     Ok(())
 }

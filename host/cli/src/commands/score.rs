@@ -72,7 +72,7 @@ fn print(d: &Document, output: &Output) {
             .note(format_args!("{} more trials not scored (--json lists all)", d.passed_over.len() - NAMED));
     }
     output.text(format_args!(
-        "{}: {} trials, {:.2} h scored; sample not trusted in {:.2} % of the ticks\n",
+        "{}: {} trials, {:.2} h scored; sample unusable in {:.2} % of the ticks\n",
         d.data.display(),
         d.trials,
         d.hours,
@@ -98,7 +98,7 @@ fn print(d: &Document, output: &Output) {
         output.text(format_args!("\n{}", c.method));
         let stated = [
             ("stated utilisation and slip within 0.1 s", utilisation(c)),
-            ("time left stated and actual 5/50/95 %", time_left(c)),
+            ("stated time left and actual 5/50/95 %", time_left(c)),
         ];
         for (of, shown) in stated {
             if !shown.is_empty() {

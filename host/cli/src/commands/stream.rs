@@ -26,9 +26,9 @@ const LATE: f64 = 1.05;
   stickslip stream data/demo --trial linear_push-obj4-g20-v10-s0-r1 --device qemu
   stickslip stream data/demo --device serial:/dev/ttyACM0 --model model.toml
 
-The board takes one sample every 4 ms by its own clock. QEMU's counts instructions, 125
-million a second, and waits for this machine's. Exit code 1 where the board and the predictor
-on this host differ in a single bit, or the board did not take every sample.")]
+The board takes one sample every 4 ms by its own clock. QEMU's clock counts instructions, 125
+million a second, and is synchronised with this machine's. Exit code 1 where the board and the predictor
+on this host differ in a single bit, or the board did not process every sample.")]
 pub struct Args {
     /// Folder of the data set
     #[arg(value_name = "DATA")]
@@ -39,13 +39,13 @@ pub struct Args {
     /// `qemu`, `qemu:FIRMWARE` or `serial:PORT`
     #[arg(long, default_value = "qemu", value_name = "DEVICE")]
     pub device: String,
-    /// Contact model [default: rigid, friction 0.4 at fingers, 0.25 at pusher, 0.3 at table]
+    /// Contact model [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
     /// Record the run, as it happens; `stickslip replay --against FILE` compares it later
     #[arg(long, value_name = "FILE.sslog")]
     pub log: Option<PathBuf>,
-    /// Damage the line on purpose: loss, repetition, overtaking, garbage, drawn from this seed
+    /// Damage the line on purpose: loss, repetition, reordering, garbage, drawn from this seed
     #[arg(long, value_name = "SEED")]
     pub line_faults: Option<u64>,
 }
@@ -97,7 +97,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     );
     anyhow::ensure!(
         args.line_faults.is_some() || outcome.taken == outcome.samples,
-        "the board took {} of {} samples: the line loses some, or they came too late",
+        "the board processed {} of {} samples: the others were lost on the line or arrived too late",
         outcome.taken,
         outcome.samples
     );
@@ -181,7 +181,7 @@ fn live(report: &TelemetryReport) -> String {
         ]);
     }
     format!(
-        "{table}\nsag {:.2} mm, {:.2} mm ahead, rotation {:.2}°, drop {}, grip to hold {:.1} N\nflags: {}\ndoubts: {}",
+        "{table}\nsag {:.2} mm, {:.2} mm ahead, rotation {:.2}°, drop {}, grip to hold {:.1} N\nflags: {}\nvalidity: {}",
         p.sag_m * 1e3,
         p.sag_ahead_m * 1e3,
         p.rotation_rad.to_degrees(),
@@ -249,12 +249,12 @@ fn report(output: &Output, outcome: &Outcome) {
     let s = &outcome.statistics;
     let milliseconds = |cost: u32| f64::from(cost) / f64::from(outcome.timer_hz.max(1)) * 1e3;
     output.text(format_args!(
-        "{} of {} samples taken; {:.2} s of the board's ticks in {:.2} s by this machine's clock",
+        "{} of {} samples processed; {:.2} s of the board's ticks in {:.2} s by this machine's clock",
         outcome.taken, outcome.samples, outcome.board_s, outcome.seconds
     ));
     output.text(format_args!("{} reports, {} lost on the line", outcome.reports, outcome.reports_lost));
     output.text(format_args!(
-        "ticks missed {}, tick cost mean {:.3} ms, worst {:.3} ms; starved {}, samples lost {}, dropped {}, frames damaged {} there and {} here",
+        "ticks missed {}, tick cost mean {:.3} ms, worst {:.3} ms; starved {}, samples lost {}, dropped {}, frames damaged {} on the board and {} on the host",
         outcome.ticks_missed,
         milliseconds(s.mean_cost),
         milliseconds(s.worst_cost),
@@ -275,9 +275,9 @@ fn report(output: &Output, outcome: &Outcome) {
     if outcome.ticks_missed > 0 {
         let period = f64::from(wire::TICK_US) * 1e-3;
         output.note(if milliseconds(s.worst_cost) > period {
-            "the model is too dear for this board: a tick took longer than its period"
+            "the model is too expensive for this board: a tick took longer than its period"
         } else {
-            "no tick took longer than its period, but some began late: the board was held up by something else"
+            "no tick took longer than its period, but some began late: another task delayed them"
         });
     }
     if outcome.seconds > outcome.board_s * LATE {
@@ -285,7 +285,7 @@ fn report(output: &Output, outcome: &Outcome) {
     }
     if let Some(i) = &outcome.injected {
         output.text(format_args!(
-            "done to the line: {} samples lost, {} damaged, {} repeated, {} overtaken, {} bursts of garbage, {} reports lost",
+            "faults injected: {} samples lost, {} damaged, {} repeated, {} reordered, {} bursts of garbage, {} reports lost",
             i.lost, i.damaged, i.repeated, i.overtaken, i.garbage, i.reports_lost
         ));
         output.text(format_args!(

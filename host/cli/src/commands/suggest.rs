@@ -17,10 +17,10 @@ use stickslip_report::terminal::{Output, table};
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,
-    /// Model that lacks the effect [default: the base model]
+    /// Model that lacks the effect [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
-    /// The two effects to tell apart [default: the best two of the diagnosis]
+    /// The two effects to separate [default: the best two of the diagnosis]
     #[arg(long = "between", value_name = "EFFECT")]
     pub between: Vec<String>,
 }
@@ -40,7 +40,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     bar.finish_and_clear();
     let Some((pair, experiments)) = found else {
         bail!(
-            "there are no two candidates to tell apart: fewer than two effects change these data (check the identifiers)"
+            "there are no two candidates to separate: fewer than two effects change these data (check the identifiers)"
         );
     };
     output.text(format!("Between {} and {}:", pair[0], pair[1]));

@@ -4,4 +4,5 @@ mod balance;
 mod bench_bad_input;
 mod calibration;
 mod compare;
+mod docs_links;
 mod lcp_command;

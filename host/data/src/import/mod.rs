@@ -1,4 +1,4 @@
-//! Real data of others, brought into our format; see `docs/imports.md` for each mapping.
+//! Real data of others, brought into our format; see `docs/import.md` for each mapping.
 
 pub mod cmu_push;
 pub mod tribometer;

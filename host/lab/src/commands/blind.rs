@@ -1,4 +1,4 @@
-//! `stickslip blind`: blind test of the diagnosis on synthetic data.
+//! `stickslip-lab blind`: blind test of the diagnosis on synthetic data.
 
 use comfy_table::Cell;
 use rayon::prelude::*;
@@ -10,33 +10,33 @@ use crate::blind::score::{Opened, figures};
 use stickslip_report::terminal::{Output, table};
 use stickslip_rig::{HiddenEffect, Kind};
 
-/// Arguments of `stickslip blind`.
+/// Arguments of `stickslip-lab blind`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
-  stickslip blind --runs 60 --seed 1")]
+  stickslip-lab blind --runs 60 --seed 1")]
 pub struct Args {
     /// Data sets to make and diagnose
     #[arg(long, default_value_t = 20)]
     pub runs: usize,
-    /// Everything follows from it
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Most conditions of a plan; each is run two or three times
+    /// Largest number of conditions of a plan; each is run two or three times
     #[arg(long, default_value_t = 12)]
     pub conditions: usize,
-    /// Hide this instead of drawing; without a strength the typical one. May be given several times
+    /// Hide this effect instead of a random one [default strength: the typical one]; repeatable
     #[arg(long, value_name = "EFFECT[=STRENGTH]")]
     pub hide: Vec<HiddenEffect>,
-    /// Hide one effect of the list after the other, each on every run
+    /// Hide each effect of the list in turn, each in all runs
     #[arg(long, conflicts_with = "hide")]
     pub each: bool,
-    /// Hide always so many, of this kind
+    /// Kind and number of the hidden effects
     #[arg(long, value_enum)]
     pub class: Option<Class>,
     /// Plan of all runs
     #[arg(long, value_enum)]
     pub plan: Option<Plan>,
-    /// Only these numbers of the series, to look at them again
+    /// Repeat only these numbers of the series
     #[arg(long, value_name = "NUMBER", value_delimiter = ',')]
     pub only: Vec<usize>,
     /// Multiple of the typical strength of all effects [default: drawn from 0.8 to 2]

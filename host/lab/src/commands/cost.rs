@@ -1,4 +1,4 @@
-//! `stickslip cost`: instructions of the tick and its parts on the emulated board.
+//! `stickslip-lab cost`: instructions of the tick and its parts on the emulated board.
 
 use std::path::{Path, PathBuf};
 
@@ -16,33 +16,33 @@ use stickslip_lcp::files::Factors;
 use stickslip_lcp::generate::{Family, contact_problem, neighbour};
 use stickslip_report::terminal::{Output, table};
 
-/// Command line of `stickslip cost`.
+/// Command line of `stickslip-lab cost`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  stickslip cost
-  stickslip cost data/demo --selftest 0
-  stickslip cost --cases data/worst/*.json
+  stickslip-lab cost
+  stickslip-lab cost data/demo --selftest 0
+  stickslip-lab cost --cases data/worst/*.json
   stickslip --json cost --selftest 20000 > cost.json
 
-Needs the program that `make cost` builds, and QEMU. Counted are instructions, not cycles; the
-same on every run.")]
+Needs the program that `make cost` builds, and QEMU. Counts instructions, not cycles; the
+counts are the same on every run.")]
 pub struct Args {
     /// Folders of data sets whose trials are run
     #[arg(value_name = "DATA", default_value = "data/demo")]
     pub data: Vec<PathBuf>,
-    /// Ticks of the self-test's varied trials, besides
+    /// Additional ticks of the self-test's varied trials
     #[arg(long, default_value_t = 3000, value_name = "TICKS")]
     pub selftest: u32,
-    /// Seed of these
+    /// Seed of the self-test
     #[arg(long, default_value_t = 2)]
     pub seed: u32,
-    /// Contact problems of the pyramid solver, besides
+    /// Additional contact problems of the pyramid solver
     #[arg(long, default_value_t = 200, value_name = "PROBLEMS")]
     pub problems: u64,
-    /// Contact model of the trials [default: rigid, friction 0.4 at fingers, 0.25 at pusher, 0.3 at table]
+    /// Contact model of the trials [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
-    /// Runs found by `stickslip hunt`, besides
+    /// Additional runs found by `stickslip-lab hunt`
     #[arg(long, value_name = "CASE.json", num_args = 1..)]
     pub cases: Vec<PathBuf>,
     /// The program for the board [default: where `make cost` puts it]
@@ -132,9 +132,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         print(output, &solves);
     }
     if !cases.is_empty() {
-        output.text("runs of the hunt");
-        let mut rows =
-            table(["instructions", "target", "dearest tick", "dearest step", "ticks at the bound"]);
+        output.text("cases of `stickslip-lab hunt`");
+        let mut rows = table(["instructions", "target", "worst tick", "worst step", "ticks at the bound"]);
         for c in &cases {
             rows.add_row(vec![
                 c.case.clone(),

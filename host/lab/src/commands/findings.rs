@@ -1,19 +1,19 @@
-//! `stickslip findings`: the paper's statements, checked one by one.
+//! `stickslip-lab findings`: the paper's statements, checked one by one.
 
 use crate::findings::{Finding, findings, pyramids};
 use stickslip_report::terminal::{Output, table};
 
-/// Arguments of `stickslip findings`.
+/// Arguments of `stickslip-lab findings`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  stickslip findings
-  stickslip findings --markdown > findings.md
-  stickslip findings --pyramids 0.15")]
+  stickslip-lab findings
+  stickslip-lab findings --markdown > findings.md
+  stickslip-lab findings --pyramids 0.15")]
 pub struct Args {
     /// Print a Markdown table, as in docs/findings.md
     #[arg(long)]
     pub markdown: bool,
-    /// Instead: the paper's push with fixed friction pyramids beside the exact cone, at this
+    /// Instead: the paper's push with fixed friction pyramids and the exact cone, at this
     /// finger friction
     #[arg(long, value_name = "MU", num_args = 0..=1, default_missing_value = "0.15")]
     pub pyramids: Option<f64>,
@@ -34,7 +34,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     if args.markdown {
         output.text(markdown(&all));
     } else {
-        let mut rows = table(["about", "statement", "paper", "rig", "hard model", "soft model", "comes out"]);
+        let mut rows =
+            table(["about", "statement", "paper", "rig", "hard model", "soft model", "reproduced"]);
         for f in &all {
             rows.add_row([f.about, f.statement, &f.paper, &f.rig, &f.hard, &f.soft, f.outcome.word()]);
         }
@@ -68,7 +69,7 @@ fn show_pyramids(mu: f64, output: &Output) -> anyhow::Result<()> {
 /// The table with reasons, as Markdown.
 fn markdown(all: &[Finding]) -> String {
     let mut out = String::from(
-        "| | statement | paper | rig | hard model | soft model | comes out |\n|---|---|---|---|---|---|---|\n",
+        "| | statement | paper | rig | hard model | soft model | reproduced |\n|---|---|---|---|---|---|---|\n",
     );
     for f in all {
         out.push_str(&format!(

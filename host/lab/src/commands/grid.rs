@@ -1,4 +1,4 @@
-//! `stickslip grid DATA`: the model along every trial of a data set, in parallel, and how
+//! `stickslip-lab grid DATA`: the model along every trial of a data set, in parallel, and how
 //! long a step takes by the number of its contact points.
 
 use std::collections::BTreeMap;
@@ -16,11 +16,11 @@ use stickslip_analysis::run::simulate::prepare;
 use stickslip_data::Index;
 use stickslip_report::terminal::{Output, table};
 
-/// Arguments of `stickslip grid`.
+/// Arguments of `stickslip-lab grid`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   stickslip rig --plan paper --out data/paper
-  stickslip grid data/paper --model model.toml")]
+  stickslip-lab grid data/paper --model model.toml")]
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,

@@ -1,4 +1,4 @@
-//! `stickslip hunt`: searches for the dearest and the least accurate problems.
+//! `stickslip-lab hunt`: searches for the dearest and the least accurate problems.
 
 use std::path::{Path, PathBuf};
 
@@ -16,30 +16,30 @@ use stickslip_report::terminal::{Output, table};
 /// Stack of a thread that solves: the dense solver's memory is built on it.
 const STACK_BYTES: usize = 64 << 20;
 
-/// Command line of `stickslip hunt`.
+/// Command line of `stickslip-lab hunt`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  stickslip hunt
-  stickslip hunt --target tick-work --budget 20000 --seed 7 --out worst/
-  stickslip cost --cases worst/*.json
+  stickslip-lab hunt
+  stickslip-lab hunt --target tick-work --budget 20000 --seed 7 --out worst/
+  stickslip-lab cost --cases worst/*.json
 
-Finds depend on the seed alone. Contact problems are written as .fac files (`stickslip lcp`
-reads them), runs of the predictor as .json (`stickslip cost --cases` counts their instructions
-on the emulated board). Cases worth keeping go to data/worst, which a test runs again.")]
+Results depend on the seed alone. Contact problems are written as .fac files (`stickslip lcp`
+reads them), runs of the predictor as .json (`stickslip-lab cost --cases` counts their instructions
+on the emulated board). The cases in data/worst are repeated by a test.")]
 pub struct Args {
-    /// What is made as large as possible [default: all]
+    /// Quantity to maximise [default: all]
     #[arg(long, value_enum)]
     pub target: Vec<Target>,
-    /// Candidates of each target
+    /// Number of candidates for each target
     #[arg(long, default_value_t = 4000)]
     pub budget: usize,
     /// Seed of the search
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Folder for the worst found
+    /// Folder for the worst cases found
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
-    /// How many of each target are written, the worst of as many rounds
+    /// Number of cases to write for each target
     #[arg(long, default_value_t = 3)]
     pub keep: usize,
 }
@@ -68,13 +68,13 @@ pub struct Row {
 /// # Errors
 /// The folder cannot be written, or a claimed solution is none.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    ensure!(args.budget > 0, "--budget 0 hunts nothing");
+    ensure!(args.budget > 0, "--budget 0 searches nothing; give at least 1");
     let targets = if args.target.is_empty() { TARGETS.to_vec() } else { args.target.clone() };
     if let Some(folder) = &args.out {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
     let pool = rayon::ThreadPoolBuilder::new().stack_size(STACK_BYTES).build()?;
-    let bar = output.progress((targets.len() * args.budget) as u64, "hunting");
+    let bar = output.progress((targets.len() * args.budget) as u64, "searching");
     let mut rows = Vec::new();
     for target in targets {
         let told = |more: usize| bar.inc(more as u64);

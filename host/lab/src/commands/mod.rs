@@ -28,23 +28,23 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Blind test of the diagnosis: hidden effects in synthetic data, named without the key
+    /// Test the diagnosis on synthetic data with hidden effects, without using the key
     Blind(blind::Args),
-    /// Predict planar pushes from friction found on a few of them
+    /// Predict planar pushes with friction fitted to a few of them
     Planar(planar::Args),
-    /// Rigid friction, and a spring before it, on the record of a single contact
+    /// Fit rigid friction, and a spring in series with friction, to the record of one contact
     Tribometer(tribometer::Args),
-    /// The paper's statements checked: what it saw, what the hard and the soft model give
+    /// Check the paper's statements against the rig, the hard and the soft model
     Findings(findings::Args),
-    /// Run a model along every trial of a data set in parallel, and time its steps
+    /// Simulate every trial of a data set in parallel and time the steps
     Grid(grid::Args),
-    /// Run MuJoCo along recorded trials, beside the own model and the measurement
+    /// Simulate recorded trials in MuJoCo and compare with this model and the measurement
     Mujoco(mujoco::Args),
     /// Count the instructions of the tick and its parts on the emulated board
     Cost(cost::Args),
-    /// Search for the most expensive and the least accurate problems of the solvers and of the tick
+    /// Search for the most expensive and least accurate problems of the solvers and the tick
     Hunt(hunt::Args),
-    /// Single against double precision of the time step, on recorded and random trials
+    /// Compare single and double precision of the time step, on recorded and random trials
     Precision(precision::Args),
 }
 

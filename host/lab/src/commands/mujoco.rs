@@ -1,4 +1,4 @@
-//! `stickslip mujoco DATA`: MuJoCo along recorded trials, beside the own model and the
+//! `stickslip-lab mujoco DATA`: MuJoCo along recorded trials, beside the own model and the
 //! measurement; the paper's two complaints looked for.
 
 use std::collections::BTreeMap;
@@ -20,25 +20,25 @@ use stickslip_analysis::run::simulate::{Prepared, Simulated, prepare};
 use stickslip_data::{Index, Trial};
 use stickslip_report::terminal::{Output, table};
 
-/// Arguments of `stickslip mujoco`.
+/// Arguments of `stickslip-lab mujoco`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   make mujoco-setup
-  stickslip mujoco data/demo --html out/mujoco.html
-  stickslip mujoco data/demo --trial pivot-obj4-g20-w10-o15-r1 --export out/mjcf")]
+  stickslip-lab mujoco data/demo --html out/mujoco.html
+  stickslip-lab mujoco data/demo --trial pivot-obj4-g20-w10-o15-r1 --export out/mjcf")]
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,
-    /// Model whose friction both engines get [default: 0.4, 0.25, and 2.5 where trials roll]
+    /// Model whose friction both engines use [default: 0.4, 0.25, and 2.5 where trials roll]
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
     /// Only these trials
     #[arg(long = "trial", value_name = "ID")]
     pub trials: Vec<String>,
-    /// How the engine is set [default: both]
+    /// Settings of the engine [default: both]
     #[arg(long, value_enum)]
     pub setting: Option<Setting>,
-    /// Write each trial as MJCF there and run nothing
+    /// Only write each trial as MJCF to this folder
     #[arg(long, value_name = "DIR")]
     pub export: Option<PathBuf>,
     /// Write the page of `compare` with MuJoCo as further models
@@ -94,7 +94,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         None => stickslip_analysis::model::file::default_model(),
     };
     if !base.effects.is_empty() {
-        output.note("MuJoCo gets the model's friction only: its effects act in the own model alone");
+        output.note("MuJoCo uses the model's friction only; effects act in the stickslip model alone");
     }
     let plain = base.clone();
     let model = |primitive: &str| -> Model<f64> {
@@ -139,7 +139,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let samples: usize = loaded.iter().map(|l| l.prepared.t_s.len()).sum();
     let own_step = own_s / samples as f64;
     rows.extend(summary("hard", &loaded, &own, None, |_| (own_step, own_step)));
-    models.push(named("hard", "own model, hard contact", &base, &loaded, own));
+    models.push(named("hard", "stickslip, hard contact", &base, &loaded, own));
     let mut version = String::new();
     for setting in settings {
         let bar = output.progress(loaded.len() as u64, setting.name());

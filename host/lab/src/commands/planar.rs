@@ -1,4 +1,4 @@
-//! `stickslip planar DATA`: planar pushes predicted from friction found on a few of them.
+//! `stickslip-lab planar DATA`: planar pushes predicted from friction found on a few of them.
 
 use std::path::PathBuf;
 
@@ -11,18 +11,18 @@ use stickslip_analysis::model::file::model_or_default;
 use stickslip_data::Trial;
 use stickslip_report::terminal::{Output, table};
 
-/// Arguments of `stickslip planar`.
+/// Arguments of `stickslip-lab planar`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   stickslip import cmu-push patch__exp_08_18_1435_50.txt --out data/cmu_patch
-  stickslip planar data/cmu_patch")]
+  stickslip-lab planar data/cmu_patch")]
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,
     /// Model to start from [default: hard contact, no effects]
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
-    /// Share of the pushes that friction is found from
+    /// Share of the pushes that friction is fitted to
     #[arg(long, value_name = "SHARE", default_value_t = 0.1)]
     pub share: f64,
 }

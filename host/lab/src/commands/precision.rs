@@ -1,4 +1,4 @@
-//! `stickslip precision`: single against double precision of the time step.
+//! `stickslip-lab precision`: single against double precision of the time step.
 
 use std::path::PathBuf;
 
@@ -16,26 +16,26 @@ use stickslip_lcp::generate::rng;
 use stickslip_lcp::solve::percentile;
 use stickslip_report::terminal::{Output, table};
 
-/// Command line of `stickslip precision`.
+/// Command line of `stickslip-lab precision`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  stickslip precision
-  stickslip precision data/demo --random 20000 --seed 5
+  stickslip-lab precision
+  stickslip-lab precision data/demo --random 20000 --seed 5
   stickslip --json precision > precision.json
 
-Each step of the board's single precision is made once more in double precision, from the very
-numbers that it began with.")]
+Each step that the board makes in single precision is repeated in double precision from the same
+initial values.")]
 pub struct Args {
     /// Folders of data sets whose trials are stepped
     #[arg(value_name = "DATA", default_value = "data/demo")]
     pub data: Vec<PathBuf>,
-    /// Steps of random scenes, besides
+    /// Additional steps of random scenes
     #[arg(long, default_value_t = 10_000, value_name = "STEPS")]
     pub random: usize,
-    /// Seed of these
+    /// Seed of the random scenes
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Contact model of the trials [default: rigid, friction 0.4 at fingers, 0.25 at pusher, 0.3 at table]
+    /// Contact model of the trials [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
 }
@@ -154,7 +154,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         }
     }
     spinner.finish_and_clear();
-    ensure!(!recorded.is_empty(), "the data sets hold no trial that can be stepped");
+    ensure!(!recorded.is_empty(), "no trial of the data sets can be simulated");
     let bar = output.progress(args.random as u64, "random scenes");
     let varied = random(args.random, args.seed, |more| bar.inc(more as u64));
     bar.finish_and_clear();

@@ -1,4 +1,4 @@
-//! `stickslip tribometer DATA`: rigid friction, and a spring before it, on one contact's record.
+//! `stickslip-lab tribometer DATA`: rigid friction, and a spring before it, on one contact's record.
 
 use std::path::PathBuf;
 
@@ -7,11 +7,11 @@ use anyhow::{Context, bail};
 use crate::tribometer::study;
 use stickslip_report::terminal::{Output, table};
 
-/// Arguments of `stickslip tribometer`.
+/// Arguments of `stickslip-lab tribometer`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   stickslip import tribometer test_data_2.txt --out data/tribometer
-  stickslip tribometer data/tribometer")]
+  stickslip-lab tribometer data/tribometer")]
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,

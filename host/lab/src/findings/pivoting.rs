@@ -122,7 +122,7 @@ pub fn findings() -> anyhow::Result<Vec<Finding>> {
         hard,
         soft,
         outcome: Outcome::of(fast[1] > 1.02, fast[2] > 1.02),
-        reason: "Coulomb friction and a quasi-static balance know no speed, so the model as the paper states it cannot give this."
+        reason: "Coulomb friction and a quasi-static balance do not depend on speed, so the model as the paper states it cannot give this."
             .into(),
     });
     let fall = run.each(|s| edge_torque(run, s, 0.8, 0.95) / edge_torque(run, s, 0.3, 0.45) - 1.0);

@@ -208,7 +208,7 @@ fn spread(bench: &Bench, run: &Run) -> Finding {
         outcome: Outcome::Yes,
         reason: "Range over all force distributions with the same motion, net wrench and grip. While the pads stick (at \
                  rest, at the onset, after a stop) the fingers can bear any part of each other's load: several newtons, so \
-                 2 N of difference are no error of the model. While both pads slide, the law leaves nothing open: there, \
+                 2 N of difference are no error of the model. While both pads slide, the law leaves nothing undetermined: there, \
                  differences mean friction or grip that varies from run to run (20 % of mu)."
             .into(),
     }

@@ -10,19 +10,19 @@ pub mod search;
 
 use serde::Serialize;
 
-/// What is made as large as possible.
+/// Quantity to maximise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Target {
-    /// Pivots of the contact solver, cold, and of the dense one where it is asked
+    /// Pivots of the contact solver, cold, and of the dense one where it is used
     Pivots,
     /// Pivots of the dense solver on the same problems
     DensePivots,
-    /// Residual of claimed solutions, judged apart from the solvers
+    /// Residual of claimed solutions, computed independently of the solvers
     Residual,
-    /// Difference of the velocities that both solvers give the object, over the larger
+    /// Relative difference of the object's velocity between the two solvers
     Disagreement,
-    /// Difference of the contact solver's velocities in single and double precision, likewise
+    /// Relative difference of the contact solver's velocities in single and double precision
     Single,
     /// Work of a tick of the predictor, in evaluations of the momentum balance
     TickWork,
@@ -30,9 +30,9 @@ pub enum Target {
     StepWork,
     /// Residual of a step, N
     StepResidual,
-    /// Difference of contact forces of a step in single and double precision, of the largest
+    /// Difference of contact forces of a step in single and double precision, over the largest force
     StepForce,
-    /// The same of the object's velocity, m/s
+    /// Difference of the object's velocity in single and double precision, m/s
     StepVelocity,
 }
 

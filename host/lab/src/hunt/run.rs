@@ -290,7 +290,7 @@ impl Case {
         Self { target: target.name(), found, model, plan, samples }
     }
 
-    /// As `stickslip cost` and the predictor take it.
+    /// As `stickslip-lab cost` and the predictor take it.
     #[must_use]
     pub fn package(&self) -> Package {
         let Self { model, plan, samples, .. } = self.clone();

@@ -47,7 +47,7 @@ pub fn mjcf(prepared: &Prepared, friction: &Friction<f64>, setting: Setting) -> 
             (p.position_m - pose.position_m).norm() < 1e-4 && p.rotation.angle_to(&pose.rotation) < 1e-3
         };
         if !poses.iter().filter_map(|p| p.pusher).all(|p| still(&p)) {
-            return Err("its pusher moves: only pushers that stand still are exported".into());
+            return Err("its pusher moves: only fixed pushers are exported".into());
         }
         // A plane under the object has the platform's friction, as in the own model.
         let platform = prepared.rests() && scene.support.is_none();

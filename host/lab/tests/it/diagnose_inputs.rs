@@ -76,7 +76,7 @@ fn channels_that_were_not_measured_are_named_as_a_limit() {
     }
     let blind = found(&dataset);
     says(&blind, "the fingers' forces: not measured");
-    let unseen = blind.limits.iter().find(|l| l.starts_with("cannot be seen in these data at all"));
+    let unseen = blind.limits.iter().find(|l| l.starts_with("not visible in these data"));
     assert!(unseen.is_some_and(|l| l.contains("sensor_gain")), "{:?}", blind.limits);
 }
 
@@ -98,7 +98,7 @@ fn forces_that_swing_while_the_object_slides_are_never_nothing_missing() {
     }
     let report = found(&dataset);
     assert_eq!(report.verdict, Verdict::Unexplained, "{}", report.summary);
-    assert!(report.summary.contains("swings by"), "{}", report.summary);
+    assert!(report.summary.contains("oscillates by"), "{}", report.summary);
     let swing = report.unexplained.iter().find(|u| u.phase == "swing in sliding").unwrap();
     assert!(swing.channel.ends_with("_fx_n") && swing.size > 10.0, "{swing:?}");
 }

@@ -1,0 +1,83 @@
+//! Links of README.md and of the pages in docs/ lead to files that exist.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Top of the repository: the nearest folder above this crate that holds README.md and docs/.
+fn top() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .ancestors()
+        .find(|folder| folder.join("README.md").is_file() && folder.join("docs").is_dir())
+        .expect("a folder with README.md and docs/ above this crate")
+        .to_owned()
+}
+
+/// Markdown files of `folder` and its subfolders.
+fn pages(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("docs/ can be listed") {
+        let path = entry.expect("an entry of docs/").path();
+        if path.is_dir() {
+            pages(&path, found);
+        } else if path.extension().is_some_and(|e| e == "md") {
+            found.push(path);
+        }
+    }
+}
+
+/// Targets of `[text](target)` with their line, code blocks left out.
+fn links(text: &str) -> Vec<(usize, String)> {
+    let mut found = Vec::new();
+    let mut code = false;
+    for (line, words) in text.lines().enumerate() {
+        if words.trim_start().starts_with("```") {
+            code = !code;
+        }
+        if code {
+            continue;
+        }
+        for (at, _) in words.match_indices("](") {
+            let rest = &words[at + 2..];
+            if let Some(end) = rest.find(')') {
+                found.push((line + 1, rest[..end].to_owned()));
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn every_relative_link_of_readme_and_docs_leads_to_a_file() {
+    let top = top();
+    let mut files = vec![top.join("README.md")];
+    pages(&top.join("docs"), &mut files);
+    let (mut seen, mut broken) = (0, Vec::new());
+    for file in &files {
+        let text = fs::read_to_string(file).expect("a page can be read");
+        for (line, target) in links(&text) {
+            let path = target.split('#').next().unwrap_or_default();
+            if target.contains("://") || path.is_empty() {
+                continue;
+            }
+            seen += 1;
+            if !file.parent().is_some_and(|folder| folder.join(path).exists()) {
+                broken.push(format!("{}:{line}: {target}", file.display()));
+            }
+        }
+    }
+    assert!(seen > 50, "only {seen} links were found in {} pages", files.len());
+    assert!(broken.is_empty(), "links to files that are not there:\n{}", broken.join("\n"));
+}
+
+#[test]
+fn every_page_of_docs_is_in_a_table_of_contents() {
+    let top = top();
+    for (contents, folder) in [("docs/README.md", "docs"), ("docs/lab/README.md", "docs/lab")] {
+        let text = fs::read_to_string(top.join(contents)).expect("a table of contents");
+        for entry in fs::read_dir(top.join(folder)).expect("a folder of pages") {
+            let name = entry.expect("an entry").file_name().to_string_lossy().into_owned();
+            if name.ends_with(".md") && name != "README.md" {
+                assert!(text.contains(&format!("({name})")), "{contents} does not list {folder}/{name}");
+            }
+        }
+    }
+}
