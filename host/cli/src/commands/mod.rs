@@ -58,7 +58,6 @@ enum Command {
     /// Fit friction to a small share of the trials and validate it on the rest
     Calibrate(calibrate::Args),
     /// Solve complementarity problems from files or generated ones, and certify the answers
-    /// Solve complementarity problems from files or generated ones, and certify the answers
     Lcp(lcp::Args),
     /// Score the predictor: lead times and false alarms for slip and drop, compared with simple thresholds
     Score(score::Args),
