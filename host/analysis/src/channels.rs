@@ -78,6 +78,28 @@ pub fn quantity(index: usize) -> Quantity {
     }
 }
 
+/// 'finger 1 force x', from a channel's name; also of the fingers' sum and difference, as
+/// [`crate::fit::features`] names them. A name that is no channel's stays as it is.
+pub fn channel_words(channel: &str) -> String {
+    let (plain, body) = if channel.starts_with("finger_sum") {
+        (channel.replace("finger_sum", "finger1"), Some("sum of the fingers'"))
+    } else if channel.starts_with("finger_difference") {
+        (channel.replace("finger_difference", "finger2"), Some("difference of the fingers'"))
+    } else {
+        (channel.to_owned(), None)
+    };
+    let Some(index) = NAMES.iter().position(|n| *n == plain) else { return channel.to_owned() };
+    let axis = ["x", "y", "z"][index % 3];
+    let body = body.unwrap_or(["object", "finger 1", "finger 2", "pusher"][index / 6]);
+    let what = match quantity(index) {
+        Quantity::Position => "position",
+        Quantity::Rotation => "rotation",
+        Quantity::Force => "force",
+        Quantity::Torque => "torque",
+    };
+    format!("{body} {what} {axis}")
+}
+
 /// A data set's pose as the model's type. The reader has checked it.
 pub fn pose(p: &stickslip_data::Pose) -> Pose<f64> {
     let [w, x, y, z] = p.quaternion;

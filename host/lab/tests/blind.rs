@@ -12,7 +12,7 @@ const SEED: u64 = 2;
 const CONDITIONS: usize = 8;
 
 fn run(number: usize) -> Opened {
-    blind::run(SEED, number, CONDITIONS, &Wanted::default()).unwrap()
+    blind::run(SEED, number, CONDITIONS, (&Wanted::default(), &[])).unwrap()
 }
 
 fn at_least(what: &str, share: Share, least: f64, runs: &[Opened]) {

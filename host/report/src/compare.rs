@@ -3,11 +3,11 @@
 use super::html::{escape, heat, page as whole, tabs};
 use super::overlay::panel;
 use super::plot::{Chart, Line, MEASURED, MODELS};
-use stickslip_analysis::channels::COUNT;
+use stickslip_analysis::channels::{COUNT, channel_words};
 use stickslip_analysis::compare::document::{Comparison, ErrorRow, Fate, ModelReport, Region, Trend};
 use stickslip_analysis::compare::noise::Source;
 use stickslip_analysis::compare::rows::many_primitives;
-use stickslip_analysis::compare::verdict::{channel_words, place_words, readable, scale};
+use stickslip_analysis::compare::verdict::{place_words, readable, scale};
 use stickslip_analysis::evidence::conditions::{Variable, trimmed};
 use stickslip_analysis::evidence::phases::PHASES;
 

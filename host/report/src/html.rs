@@ -95,6 +95,14 @@ svg{width:100%;height:auto;display:block}
 .swatch{display:inline-block;width:22px;height:10px;margin-right:6px;vertical-align:middle;border-radius:2px}
 .swatch.line{height:3px}
 .swatch.measured{background:#4a4a4a}
+pre.next{background:var(--card);border:1px solid var(--line);border-radius:6px;padding:8px 12px;margin:8px 0;
+ white-space:pre-wrap;overflow-wrap:anywhere}
+.cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(430px,1fr));gap:14px;margin-top:8px}
+.card{background:var(--card);border:1px solid var(--line);border-top:4px solid var(--soft);border-radius:6px;
+ padding:10px 14px;overflow-x:auto}
+.card.named{border-top-color:var(--bad)}
+.card h3{margin:0 0 4px;font-size:1rem}
+.card td.text{white-space:normal;text-align:left}
 details{margin:18px 0}
 summary{cursor:pointer;font-weight:600}
 .tabs>input{position:absolute;opacity:0}
@@ -107,7 +115,7 @@ summary{cursor:pointer;font-weight:600}
 .tabs>input:nth-of-type(3):checked~.pane:nth-of-type(3),.tabs>input:nth-of-type(4):checked~.pane:nth-of-type(4),
 .tabs>input:nth-of-type(5):checked~.pane:nth-of-type(5),.tabs>input:nth-of-type(6):checked~.pane:nth-of-type(6)
 {display:block}
-@media(max-width:520px){main{padding:14px 12px 40px}.grid{grid-template-columns:1fr}.verdict{font-size:1.1rem}}
+@media(max-width:520px){.cards{grid-template-columns:1fr}main{padding:14px 12px 40px}.grid{grid-template-columns:1fr}.verdict{font-size:1.1rem}}
 @media print{.tabs>.pane{display:block}main{max-width:none}}
 ";
 

@@ -4,9 +4,9 @@ use plotters::style::RGBColor;
 
 use super::html::escape;
 use super::plot::{Chart, Line, MEASURED, MODELS, thinned};
-use stickslip_analysis::channels::{COUNT, NAMES, quantity};
+use stickslip_analysis::channels::{COUNT, NAMES, channel_words, quantity};
 use stickslip_analysis::compare::document::Trace;
-use stickslip_analysis::compare::verdict::{channel_words, scale};
+use stickslip_analysis::compare::verdict::scale;
 use stickslip_analysis::evidence::phases::PHASES;
 
 /// Shading of the phases; contact before motion stays white.

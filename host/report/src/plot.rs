@@ -24,6 +24,8 @@ pub const MODELS: [RGBColor; 4] = [
 const LEFT: i32 = 50;
 const BOTTOM: i32 = 34;
 const MARGIN: i32 = 6;
+/// Width of a character of a name.
+const CHARACTER: i32 = 6;
 
 /// A line through points.
 #[derive(Clone, Debug)]
@@ -38,6 +40,17 @@ pub struct Line {
 
 /// Abscissa, lower and upper edge.
 pub type Band = Vec<(f64, f64, f64)>;
+
+/// A horizontal bar.
+#[derive(Clone, Debug)]
+pub struct Bar {
+    /// From, to.
+    pub x: (f64, f64),
+    /// Lower and upper edge.
+    pub y: (f64, f64),
+    /// Filled with it.
+    pub colour: RGBColor,
+}
 
 /// What a chart shows.
 #[derive(Clone, Debug, Default)]
@@ -54,6 +67,10 @@ pub struct Chart {
     pub least_span: f64,
     /// From, to, colour, opacity.
     pub spans: Vec<(f64, f64, RGBColor, f64)>,
+    /// x is the decimal logarithm of what is shown; whole decades are marked.
+    pub x_decades: bool,
+    /// Horizontal bars.
+    pub bars: Vec<Bar>,
     /// Pieces of a band: x, low, high.
     pub bands: Vec<(Band, RGBColor)>,
     /// Drawn in order.
@@ -73,7 +90,8 @@ impl Chart {
 
     /// Names need more room than numbers.
     fn left(&self) -> i32 {
-        if self.y_names.is_empty() { LEFT } else { 3 * LEFT }
+        let longest = self.y_names.iter().map(|n| n.chars().count()).max().unwrap_or(0);
+        if self.y_names.is_empty() { LEFT } else { (3 * LEFT).max(longest as i32 * CHARACTER + 2 * MARGIN) }
     }
 
     fn x_range(&self) -> (f64, f64) {
@@ -81,12 +99,15 @@ impl Chart {
             return self.x;
         }
         let all = self.lines.iter().flat_map(|l| l.points.iter().map(|p| p.0));
+        let all = all.chain(self.bars.iter().flat_map(|b| [b.x.0, b.x.1]));
         range(all.chain(self.dots.iter().map(|d| d.0)), 0.0, 0.05)
     }
 
     fn y_range(&self) -> (f64, f64) {
         let all = self.lines.iter().flat_map(|l| l.points.iter().map(|p| p.1));
-        range(all.chain(self.dots.iter().map(|d| d.1)), self.least_span, 0.07)
+        let bars = self.bars.iter().flat_map(|b| [b.y.0, b.y.1]);
+        let share = if self.bars.is_empty() { 0.07 } else { 0.01 };
+        range(all.chain(bars).chain(self.dots.iter().map(|d| d.1)), self.least_span, share)
     }
 
     /// The chart as an `<svg>` element.
@@ -134,19 +155,28 @@ impl Chart {
             .light_line_style(TRANSPARENT)
             .bold_line_style(GRID)
             .axis_style(AXIS)
-            .x_labels(6)
+            .x_labels(if self.x_decades { (x1 - x0).ceil() as usize + 1 } else { 6 })
             .y_labels(if names.is_empty() { 5 } else { names.len() + 2 })
             .label_style(("sans-serif", 12).into_font().color(&INK))
             .axis_desc_style(("sans-serif", 12).into_font().color(&INK))
             .x_desc(&self.x_label)
             .y_desc(&self.y_label)
-            .x_label_formatter(&|x| number(*x, x_step))
+            .x_label_formatter(&|x| match self.x_decades {
+                true if (x - x.round()).abs() < 1e-6 => number(10f64.powf(x.round()), 10f64.powf(x.round())),
+                true => String::new(),
+                false => number(*x, x_step),
+            })
             .y_label_formatter(&y_text)
             .draw()
             .map_err(|e| wrong(&e))?;
         if y0 < 0.0 && y1 > 0.0 && names.is_empty() {
             chart.draw_series(LineSeries::new([(x0, 0.0), (x1, 0.0)], AXIS)).map_err(|e| wrong(&e))?;
         }
+        chart
+            .draw_series(self.bars.iter().map(|b| {
+                Rectangle::new([(inside(b.x.0), b.y.0), (inside(b.x.1), b.y.1)], b.colour.filled())
+            }))
+            .map_err(|e| wrong(&e))?;
         for (band, colour) in &self.bands {
             let limit = |y: f64| y.clamp(y0, y1);
             let mut outline: Vec<(f64, f64)> = band.iter().map(|p| (inside(p.0), limit(p.2))).collect();

@@ -28,6 +28,7 @@ pub enum Style {
 #[derive(Debug)]
 pub struct Output {
     style: Style,
+    schema: Option<String>,
     document_printed: AtomicBool,
 }
 
@@ -35,7 +36,14 @@ impl Output {
     /// Prints in `style`.
     #[must_use]
     pub fn new(style: Style) -> Self {
-        Output { style, document_printed: AtomicBool::new(false) }
+        Output { style, schema: None, document_printed: AtomicBool::new(false) }
+    }
+
+    /// The same for the program and command `name`: its documents say `"schema": "<name>/1"`
+    /// first, where they do not bring a schema of their own.
+    #[must_use]
+    pub fn of(self, name: &str) -> Self {
+        Output { schema: Some(format!("{name}/1")), ..self }
     }
 
     /// The chosen style.
@@ -72,10 +80,14 @@ impl Output {
         if self.style == Style::Json {
             let printed = self.document_printed.swap(true, Ordering::Relaxed);
             debug_assert!(!printed, "one JSON document a command");
-            let text = serde_json::to_string_pretty(document)?;
-            print_line(&mut io::stdout().lock(), text);
+            print_line(&mut io::stdout().lock(), with_schema(self.schema.as_deref(), document)?);
         }
         Ok(())
+    }
+
+    /// The command that comes next, as a line to copy; nothing with `--json`.
+    pub fn next<'w>(&self, words: impl IntoIterator<Item = &'w str>) {
+        self.text(format_args!("\nNext:\n  {}", command_line(words)));
     }
 
     /// Writes a self-contained page and says where it is.
@@ -142,6 +154,38 @@ impl Output {
     }
 }
 
+/// `stickslip` with these words, quoted as a shell needs it.
+#[must_use]
+pub fn command_line<'w>(words: impl IntoIterator<Item = &'w str>) -> String {
+    let quoted = words.into_iter().map(|w| shlex::try_quote(w).unwrap_or_else(|_| w.into()));
+    quoted.fold("stickslip".to_owned(), |line, word| line + " " + &word)
+}
+
+/// The JSON of a document with its schema as the first key; rows become `results`.
+fn with_schema<T: Serialize + ?Sized>(schema: Option<&str>, document: &T) -> anyhow::Result<String> {
+    #[derive(Serialize)]
+    struct Object<'a, T: ?Sized> {
+        schema: &'a str,
+        #[serde(flatten)]
+        document: &'a T,
+    }
+    #[derive(Serialize)]
+    struct Rows<'a, T: ?Sized> {
+        schema: &'a str,
+        results: &'a T,
+    }
+    use serde_json::Value;
+    Ok(match (schema, serde_json::to_value(document)?) {
+        (Some(schema), Value::Object(keys)) if !keys.contains_key("schema") => {
+            serde_json::to_string_pretty(&Object { schema, document })?
+        }
+        (Some(schema), Value::Array(_)) => {
+            serde_json::to_string_pretty(&Rows { schema, results: document })?
+        }
+        _ => serde_json::to_string_pretty(document)?,
+    })
+}
+
 /// A table with `header`, in the one look that all commands share.
 #[must_use]
 pub fn table<const N: usize>(header: [&str; N]) -> Table {
@@ -170,5 +214,27 @@ fn print_line(stream: &mut impl Write, text: impl Display) {
     {
         // The reader has seen enough.
         std::process::exit(0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{command_line, with_schema};
+
+    #[test]
+    fn every_document_has_a_schema_and_one_of_its_own_stays() {
+        let of = |json| -> serde_json::Value {
+            serde_json::from_str(&with_schema(Some("stickslip-x/1"), &json).unwrap()).unwrap()
+        };
+        assert_eq!(of(serde_json::json!({ "a": 1 })), serde_json::json!({ "schema": "stickslip-x/1", "a": 1 }));
+        assert_eq!(of(serde_json::json!([1])), serde_json::json!({ "schema": "stickslip-x/1", "results": [1] }));
+        assert_eq!(of(serde_json::json!({ "schema": "own/2" })), serde_json::json!({ "schema": "own/2" }));
+    }
+
+    #[test]
+    fn a_command_line_can_be_copied_whatever_the_paths_are() {
+        let words = ["compare", "my data", "--model", "it's.toml"];
+        let line = command_line(words);
+        assert_eq!(shlex::split(&line).unwrap()[1..], words);
     }
 }

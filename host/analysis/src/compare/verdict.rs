@@ -5,21 +5,8 @@ use super::noise::Source;
 use super::rows::many_primitives;
 use super::tare::Tare;
 use super::{Forces, Options, SIGNIFICANCE};
-use crate::channels::{NAMES, Quantity, quantity};
+use crate::channels::channel_words;
 use crate::evidence::conditions::HeldOut;
-
-/// 'finger 1 force x', from a channel's name.
-pub fn channel_words(channel: &str) -> String {
-    let index = NAMES.iter().position(|n| *n == channel).unwrap_or(0);
-    let axis = ["x", "y", "z"][index % 3];
-    let body = ["object", "finger 1", "finger 2", "pusher"][index / 6];
-    match quantity(index) {
-        Quantity::Position => format!("{body} position {axis}"),
-        Quantity::Rotation => format!("{body} rotation {axis}"),
-        Quantity::Force => format!("{body} force {axis}"),
-        Quantity::Torque => format!("{body} torque {axis}"),
-    }
-}
 
 /// A value in the unit that people read: mm, mrad, N, N mm.
 pub fn readable(value: f64, unit: &str) -> String {

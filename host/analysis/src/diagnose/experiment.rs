@@ -8,6 +8,8 @@
 use serde::Serialize;
 use stickslip_shared::model::Model;
 
+use crate::channels::channel_words;
+use crate::compare::verdict::readable;
 use crate::fit::features::{FEATURES, channel_name, quantity};
 use crate::fit::phases::{BINS, Phase};
 use crate::fit::problem::Problem;
@@ -75,8 +77,10 @@ pub fn experiments(problem: &Problem, a: &Model<f64>, b: &Model<f64>, most: usiz
                 let difference = (x[f] - y[f]).abs();
                 let at = grip_n.map_or(String::new(), |n| format!(" with a grip of {n:.1} N"));
                 let summary = format!(
-                    "repeat trial {}{at}: {channel} ({phase}) differs by {difference:.3} {unit}, {:.1} standard deviations; {runs} run(s) of it decide",
+                    "repeat trial {}{at}: {} ({phase}) differs by {}, {:.1} standard deviations; {runs} run(s) of it decide",
                     run.info.trial,
+                    channel_words(&channel),
+                    readable(difference, unit),
                     d.abs()
                 );
                 let speed = run.info.speed_m_s.or(run.info.speed_rad_s);

@@ -23,8 +23,8 @@ use crate::evidence::stages::stages;
 use crate::fit::campaign::Campaign;
 use crate::fit::problem::Problem;
 use crate::fit::{self, FitError, Free, Solution};
-use crate::model::candidate::CandidateEffect;
-use misfit::Misfit;
+use crate::model::candidate::{self, CandidateEffect, Described};
+use misfit::{Misfit, Place};
 use report::{Report, Verdict};
 use select::{Candidate, Held, Search, candidates, explained, hold_out, paired, search_again, total};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -116,8 +116,22 @@ pub struct Findings {
     pub again: Option<Model<f64>>,
     /// What came out.
     pub verdict: Verdict,
+    /// Why nothing can be concluded, where that came out.
+    pub doubt: Option<Doubt>,
     /// Model with the chosen effects (the base model where none is chosen).
     pub model: Model<f64>,
+}
+
+/// Why neither an effect nor its absence can be concluded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Doubt {
+    /// Fewer than [`FEWEST_CONDITIONS`].
+    FewConditions,
+    /// A misfit that is worth a name ([`RELEVANT`]) but not large enough to say that something
+    /// unknown is missing ([`UNEXPLAINED`]), and no effect explains it.
+    Small(Place),
+    /// A misfit that mostly one condition shows: it may be the model's way of contact there.
+    OneCondition(Place),
 }
 
 /// Steps that [`diagnose`] reports to its `tick` at most.
@@ -134,14 +148,15 @@ pub fn steps() -> u64 {
 /// Where no trial can be simulated.
 pub fn diagnose(
     dataset: &Dataset,
-    model: &Model<f64>,
+    model: impl Into<Described>,
     own: &[CandidateEffect],
     tick: Tick,
 ) -> Result<Report, FitError> {
     let begun = Instant::now();
-    let campaign = campaign_of(dataset, model)?;
+    let model = model.into();
+    let campaign = campaign_of(dataset, &model.model)?;
     tick();
-    let (mut problem, mut base, mut others) = fitted_base(&campaign, model);
+    let (mut problem, mut base, mut others) = fitted_base(&campaign, &model);
     tick();
     let mut drift = None;
     if let Some((around, without, with)) = drifting(&problem, &base) {
@@ -156,13 +171,19 @@ pub fn diagnose(
         findings = find(&around, base, &others, None, &trials, Pass::Second, tick);
         problem = around;
     }
-    let pair = findings.equal.first().and_then(|set| {
-        let chosen = |id: &str| findings.chosen.iter().any(|c| c.info.id == id);
-        let other = findings.first.iter().find(|c| set.contains(&c.info.id) && !chosen(c.info.id))?;
-        Some([&findings.last.as_ref()?.solution.model, &other.held.solution.model])
-    });
+    let pair = match &findings.doubt {
+        // What would tell the best candidate from its absence.
+        Some(_) => {
+            findings.first.first().map(|c| [&findings.base.solution.model, &c.held.solution.model])
+        }
+        None => findings.equal.first().and_then(|set| {
+            let chosen = |id: &str| findings.chosen.iter().any(|c| c.info.id == id);
+            let other = findings.first.iter().find(|c| set.contains(&c.info.id) && !chosen(c.info.id))?;
+            Some([&findings.last.as_ref()?.solution.model, &other.held.solution.model])
+        }),
+    };
     let experiment = pair.and_then(|[a, b]| experiment::experiments(&problem, a, b, 1).into_iter().next());
-    let mut report = report::report(&problem, findings, begun.elapsed());
+    let mut report = report::report(&problem, findings, &model, begun.elapsed());
     report.weigh(unbalanced(dataset));
     report.suggested_experiment = experiment;
     Ok(report)
@@ -194,9 +215,9 @@ fn campaign_of(dataset: &Dataset, model: &Model<f64>) -> Result<Campaign, FitErr
 
 /// The fitting problem around `model` with its friction fitted, that model held out, and other models
 /// from which an effect may start.
-fn fitted_base<'a>(campaign: &'a Campaign, model: &Model<f64>) -> (Problem<'a>, Held, Vec<Model<f64>>) {
+fn fitted_base<'a>(campaign: &'a Campaign, model: &Described) -> (Problem<'a>, Held, Vec<Model<f64>>) {
     let free = free_of(campaign, model);
-    let ways = fit::basins(campaign, model, &free, 6);
+    let ways = fit::basins(campaign, &model.model, &free, 6);
     let problem = Problem::new(campaign, &ways[0]);
     let base = hold_out(&problem, fit::solve(&problem, &ways[0], &free, 5), free);
     (problem, base, ways)
@@ -206,33 +227,36 @@ fn fitted_base<'a>(campaign: &'a Campaign, model: &Model<f64>) -> (Problem<'a>, 
 ///
 /// # Errors
 /// Where no trial can be simulated.
-pub fn base_misfit(dataset: &Dataset, model: &Model<f64>) -> Result<Misfit, FitError> {
-    Ok(fitted_base(&campaign_of(dataset, model)?, model).1.misfit)
+pub fn base_misfit(dataset: &Dataset, model: impl Into<Described>) -> Result<Misfit, FitError> {
+    let model = model.into();
+    Ok(fitted_base(&campaign_of(dataset, &model.model)?, &model).1.misfit)
 }
 
 /// Two effects that the data cannot tell apart, and the experiments that would.
 pub type Telling = ([&'static str; 2], Vec<experiment::Experiment>);
 
-/// The best experiments between the two effects of `between` (or the two best candidates):
-/// which two, and where they differ most. `None` where there are no two.
+/// The best experiments between the two effects of `between` (or the two best candidates of the
+/// list and of the user's `own`): which two, and where they differ most. `None` where there are no two.
 ///
 /// # Errors
 /// Where no trial can be simulated.
 pub fn suggest(
     dataset: &Dataset,
-    model: &Model<f64>,
-    between: &[String],
+    model: impl Into<Described>,
+    (between, own): (&[CandidateEffect], &[CandidateEffect]),
     most: usize,
     tick: Tick,
 ) -> Result<Option<Telling>, FitError> {
-    let campaign = campaign_of(dataset, model)?;
-    let (problem, base, ways) = fitted_base(&campaign, model);
+    let model = model.into();
+    let campaign = campaign_of(dataset, &model.model)?;
+    let (problem, base, ways) = fitted_base(&campaign, &model);
     let others = other_ways(&problem, &base, &ways);
-    let survivors = if between.is_empty() { SURVIVORS } else { REGISTRY.len() };
-    let mut found = candidates(&problem, &base, &others, &CandidateEffect::listed(), survivors, tick).0;
-    if !between.is_empty() {
-        found.retain(|c| between.iter().any(|b| b == c.info.id));
+    let mut trials = between.to_vec();
+    if between.is_empty() {
+        trials = CandidateEffect::listed();
+        trials.extend(own.iter().cloned());
     }
+    let found = candidates(&problem, &base, &others, &trials, SURVIVORS, tick).0;
     let [a, b, ..] = found.as_slice() else { return Ok(None) };
     let (x, y) = (&a.held.solution.model, &b.held.solution.model);
     Ok(Some(([a.info.id, b.info.id], experiment::experiments(&problem, x, y, most))))
@@ -256,12 +280,9 @@ fn other_ways(problem: &Problem, base: &Held, ways: &[Model<f64>]) -> Vec<Soluti
 }
 
 /// Friction, and the parameters of the effects that the model has already.
-fn free_of(campaign: &Campaign, model: &Model<f64>) -> Vec<Free> {
-    let mut free = fit::base_parameters(campaign);
-    for (slot, e) in model.effects.iter().enumerate() {
-        free.extend(e.info().map(|i| Free::of_effect(i, slot)).unwrap_or_default());
-    }
-    free
+fn free_of(campaign: &Campaign, model: &Described) -> Vec<Free> {
+    let effects = model.infos.iter().enumerate().flat_map(|(slot, info)| Free::of_effect(info, slot));
+    fit::base_parameters(campaign).into_iter().chain(effects).collect()
 }
 
 /// Where repetitions show that friction drifts with the order of trials: the problem built
@@ -342,7 +363,7 @@ fn find(
             choice = choose(problem, start, &first, trials, &mut stages, (pass, Search::Thorough), tick);
         }
     }
-    let Choice { chosen, equal, mut verdict, .. } = choice;
+    let Choice { chosen, equal, left, mut verdict, .. } = choice;
     let equal = sets(drift.as_ref(), &chosen, &equal, |c| small_compliance(problem, c));
     if verdict == Verdict::Effect && !equal.is_empty() {
         verdict = Verdict::Ambiguous;
@@ -354,14 +375,33 @@ fn find(
     let model = chosen.last().map_or(&base, |c| &c.held).solution.model.clone();
     let last = chosen.last().map(|c| c.held.clone());
     let swing = swing::missed(problem.campaign, &model);
-    if swing.is_some()
-        && verdict == Verdict::NothingMissing
-        && problem.campaign.conditions >= FEWEST_CONDITIONS
-    {
-        verdict = Verdict::Unexplained;
+    let judged = left.as_ref().unwrap_or(&base.misfit);
+    let mut doubt = None;
+    if verdict == Verdict::NothingMissing {
+        doubt = doubt_of(problem, judged);
+        verdict = match doubt {
+            Some(Doubt::FewConditions) => Verdict::Inconclusive,
+            // What swings is beyond doubt.
+            _ if swing.is_some() => Verdict::Unexplained,
+            Some(_) => Verdict::Inconclusive,
+            None => verdict,
+        };
+        doubt = doubt.filter(|_| verdict == Verdict::Inconclusive);
     }
     let chosen: Vec<Candidate> = chosen.into_iter().filter(|c| !small_compliance(problem, c)).collect();
-    Findings { base, first, chosen, last, equal, invisible, swing, again, verdict, model }
+    Findings { base, first, chosen, last, equal, invisible, swing, again, verdict, doubt, model }
+}
+
+/// Why a model that lacks nothing worth a name may still lack something: `misfit` is what it leaves.
+fn doubt_of(problem: &Problem, misfit: &Misfit) -> Option<Doubt> {
+    if problem.campaign.conditions < FEWEST_CONDITIONS {
+        return Some(Doubt::FewConditions);
+    }
+    let relevant = || misfit.places.iter().filter(|p| p.size > RELEVANT);
+    match relevant().find(|p| p.at_least > 1.0) {
+        Some(place) => Some(Doubt::Small(*place)),
+        None => relevant().next().map(|place| Doubt::OneCondition(*place)),
+    }
 }
 
 /// What is taken from the candidates.
@@ -372,12 +412,15 @@ struct Choice {
     equal: Vec<Vec<&'static str>>,
     /// Where nothing explains the data: the best model met, if it explains much of them.
     near: Option<Model<f64>>,
+    /// What is left where no more than how the pads give way was found.
+    left: Option<Misfit>,
     verdict: Verdict,
 }
 
 impl Choice {
     fn nothing() -> Self {
-        Self { chosen: Vec::new(), equal: Vec::new(), near: None, verdict: Verdict::NothingMissing }
+        let verdict = Verdict::NothingMissing;
+        Self { chosen: Vec::new(), equal: Vec::new(), near: None, left: None, verdict }
     }
 }
 
@@ -474,14 +517,16 @@ fn choose(
     // How pads give way is no missing effect: what counts is what they leave.
     let judged = chosen.last().filter(|_| named(&chosen) == 0).map_or(start, |c| &c.held);
     let only_pads = !chosen.is_empty() && named(&chosen) == 0;
+    let nothing = Choice { left: only_pads.then(|| judged.misfit.clone()), ..Choice::nothing() };
+    let beyond = judged.misfit.exceeds(UNEXPLAINED);
     if explains {
-        let effect = Choice { chosen, equal, near: None, verdict: Verdict::Effect };
-        return if only_pads { Choice::nothing() } else { effect };
+        let effect = Choice { chosen, equal, verdict: Verdict::Effect, ..Choice::nothing() };
+        return if only_pads { nothing } else { effect };
     }
-    if judged.misfit.exceeds(UNEXPLAINED) {
+    if beyond {
         return Choice { verdict: Verdict::Unexplained, near, ..Choice::nothing() };
     }
-    Choice::nothing()
+    nothing
 }
 
 /// Whether a fit of several effects plays one against another, or pulls one as far as it goes: what they
@@ -523,11 +568,10 @@ fn drop_needless(
         let last = &chosen[chosen.len() - 1].held;
         let slot = start.solution.model.effects.len() + k;
         let mut model = last.solution.model.clone();
-        // Formulas are found by their order: a model with one stays as it is.
-        if !model.formulas.is_empty() || slot >= model.effects.len() {
+        if slot >= model.effects.len() {
             return;
         }
-        model.effects.remove(slot);
+        candidate::remove(&mut model, slot);
         let free: Vec<Free> = last.free.iter().filter_map(|f| f.without_slot(slot)).collect();
         let held = hold_out(problem, fit::solve(problem, &model, &free, 8), free);
         let share = |held: &Held| explained(&start.misfit, &held.misfit);

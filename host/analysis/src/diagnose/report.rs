@@ -5,16 +5,19 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use serde::Serialize;
+use stickslip_shared::effects::Info;
 
-use crate::diagnose::misfit::Misfit;
+use crate::channels::channel_words;
+use crate::diagnose::misfit::{self, Misfit};
 use crate::diagnose::select::{Candidate, explained};
 use crate::diagnose::structure::{self, Structure};
 use crate::diagnose::swing::Swing;
-use crate::diagnose::{FEWEST_CONDITIONS, Findings, RELEVANT};
+use crate::diagnose::{Doubt, FEWEST_CONDITIONS, Findings, RELEVANT, UNEXPLAINED};
 use crate::evidence::balance::StageBalance;
 use crate::fit::features::channel_name;
 use crate::fit::problem::Problem;
 use crate::fit::{self, Free, Options};
+use crate::model::candidate::Described;
 
 /// What came out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -28,6 +31,8 @@ pub enum Verdict {
     Ambiguous,
     /// Something is missing that none of the effects explains.
     Unexplained,
+    /// These data do not tell whether something is missing; the report says why, and what would tell.
+    Inconclusive,
 }
 
 /// A fitted parameter with its 95 % interval.
@@ -58,6 +63,9 @@ pub struct CandidateReport {
     pub worst: Option<(String, &'static str, f64)>,
     /// Its parameters.
     pub parameters: BTreeMap<&'static str, Value>,
+    /// What it is, in words.
+    #[serde(skip)]
+    pub info: &'static Info,
 }
 
 /// Error before and after, in noise floors of one run.
@@ -95,6 +103,10 @@ pub struct Report {
     pub verdict: Verdict,
     /// One sentence for people.
     pub summary: String,
+    /// Where nothing can be concluded: why.
+    pub reason: Option<String>,
+    /// Where nothing can be concluded: what to measure so that it can.
+    pub would_tell: Option<String>,
     /// Chosen effects, strongest first.
     pub effects: Vec<&'static str>,
     /// Sets that explain the data as well.
@@ -109,7 +121,7 @@ pub struct Report {
     pub suggested_experiment: Option<crate::diagnose::experiment::Experiment>,
     /// Fitted friction of the base model, and all parameters with the chosen effects.
     pub parameters: BTreeMap<String, Value>,
-    /// Where the model misses most.
+    /// Systematic misfit of each channel in each phase, worst first.
     pub places: Vec<Place>,
     /// What cannot be concluded, and why.
     pub limits: Vec<String>,
@@ -127,8 +139,8 @@ pub struct Report {
 }
 
 /// Makes the report.
-pub fn report(problem: &Problem, findings: Findings, took: Duration) -> Report {
-    let Findings { base, first, chosen, last, equal, invisible, swing, verdict, model, .. } = &findings;
+pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Duration) -> Report {
+    let Findings { base, first, chosen, last, equal, invisible, swing, verdict, doubt, model, .. } = &findings;
     let named = matches!(verdict, Verdict::Effect | Verdict::Ambiguous);
     let last = last.as_ref().filter(|_| named).unwrap_or(base);
     let effects: Vec<&'static str> = if named { by_strength(base, chosen) } else { Vec::new() };
@@ -151,7 +163,6 @@ pub fn report(problem: &Problem, findings: Findings, took: Duration) -> Report {
         .misfit
         .places
         .iter()
-        .take(12)
         .map(|p| Place {
             channel: channel_name(p.channel),
             phase: p.phase.name(),
@@ -166,6 +177,7 @@ pub fn report(problem: &Problem, findings: Findings, took: Duration) -> Report {
         .collect();
     let mut unexplained = match verdict {
         Verdict::NothingMissing => Vec::new(),
+        Verdict::Inconclusive if *doubt == Some(Doubt::FewConditions) => Vec::new(),
         _ => structure::describe(problem, last),
     };
     unexplained.extend(swing.as_ref().map(Swing::structure));
@@ -177,18 +189,25 @@ pub fn report(problem: &Problem, findings: Findings, took: Duration) -> Report {
         .map(|e| (e.name.clone(), Value { value: e.value, low: e.low, high: e.high, unit: e.unit }))
         .collect();
     let mut limits = limits(problem, invisible);
-    for e in base.solution.model.effects.iter().filter_map(|e| e.info()) {
-        limits.push(format!("the model already has {}: its parameters were fitted anew", e.id));
+    for info in &given.infos {
+        limits.push(format!("the model already has {}: its parameters were fitted anew", info.id));
     }
     limits.extend(summary_fit.notes);
     let share = explained(&base.misfit, &last.misfit);
-    let mut summary = sentence(*verdict, &effects, equal, share, first, &base.misfit, problem);
+    let doubt = doubt.as_ref().map(|d| doubtful(d, problem));
+    let mut summary = match &doubt {
+        Some((reason, _)) => format!("Nothing can be concluded: {reason}."),
+        None => sentence(*verdict, &effects, equal, share, first, &base.misfit),
+    };
+    let (reason, would_tell) = doubt.unzip();
     if let Some(swing) = swing {
         summary += &format!(" {}.", swing.text());
     }
     Report {
         verdict: *verdict,
         summary,
+        reason,
+        would_tell,
         effects,
         ambiguous_with: equal.clone(),
         candidates,
@@ -222,8 +241,10 @@ impl Report {
             worst.stage.label(),
             worst.bound_n
         );
-        if self.verdict == Verdict::NothingMissing && self.conditions >= FEWEST_CONDITIONS {
+        let open = matches!(self.verdict, Verdict::NothingMissing | Verdict::Inconclusive);
+        if open && self.conditions >= FEWEST_CONDITIONS {
             self.verdict = Verdict::Unexplained;
+            (self.reason, self.would_tell) = (None, None);
             self.summary = format!("Something is missing: {text}.");
         } else {
             self.limits.push(text);
@@ -263,6 +284,7 @@ fn candidate(problem: &Problem, c: &Candidate) -> CandidateReport {
         .collect();
     CandidateReport {
         id: c.info.id,
+        info: c.info,
         held_out_error: c.held.misfit.error,
         p_value: c.p_value,
         explained: c.explained,
@@ -325,6 +347,42 @@ fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
     out
 }
 
+/// Why nothing can be concluded, and what would tell.
+fn doubtful(doubt: &Doubt, problem: &Problem) -> (String, String) {
+    let place = |p: &misfit::Place| {
+        let words = channel_words(&channel_name(p.channel));
+        format!("{words} ({}) is off by {:.1} noise floors", p.phase.name(), p.size)
+    };
+    let trial = |p: &misfit::Place| &problem.campaign.runs[p.run].info.trial;
+    match doubt {
+        Doubt::FewConditions => {
+            let n = problem.campaign.conditions;
+            (
+                format!(
+                    "the data have {n} different condition(s), at least {FEWEST_CONDITIONS} are needed to \
+                     separate an effect from a wrong friction coefficient"
+                ),
+                format!(
+                    "run {} more condition(s) with another grip, speed or slope, each at least twice",
+                    FEWEST_CONDITIONS.saturating_sub(n)
+                ),
+            )
+        }
+        Doubt::Small(p) => (
+            format!(
+                "{}, more than a model that lacks nothing ({RELEVANT}) and less than a clear misfit \
+                 ({UNEXPLAINED:.1}), and no effect explains it",
+                place(p)
+            ),
+            format!("repeat the condition of trial {}, where it is largest, to lower the noise floor", trial(p)),
+        ),
+        Doubt::OneCondition(p) => (
+            format!("{}, but mostly in one condition (that of trial {})", place(p), trial(p)),
+            format!("repeat the condition of trial {} and run conditions near it", trial(p)),
+        ),
+    }
+}
+
 fn sentence(
     verdict: Verdict,
     effects: &[&'static str],
@@ -332,33 +390,15 @@ fn sentence(
     share: f64,
     first: &[Candidate],
     misfit: &Misfit,
-    problem: &Problem,
 ) -> String {
-    let conditions = problem.campaign.conditions;
-    if conditions < FEWEST_CONDITIONS {
-        return format!(
-            "Nothing can be concluded from {conditions} condition(s): vary grip, speed or slope."
-        );
-    }
     let next = first
         .iter()
         .find(|c| !effects.contains(&c.info.id) && !equal.iter().flatten().any(|e| e == &c.info.id))
         .map_or(String::new(), |c| {
             format!("; next best {} ({:.0} %)", c.info.id, 100.0 * c.explained.max(0.0))
         });
-    let lone = misfit.places.first().filter(|p| p.size > RELEVANT && p.at_least <= 1.0).map(|p| {
-        format!(
-            "No effect is named: {} in {} is off by {:.1} noise floors, but mostly in one condition (that of trial {}), which is not enough for a conclusion.",
-            channel_name(p.channel),
-            p.phase.name(),
-            p.size,
-            problem.campaign.runs[p.run].info.trial
-        )
-    });
     match verdict {
-        // What one condition alone shows may be the model's way of contact there.
-        Verdict::NothingMissing if lone.is_some() => lone.unwrap_or_default(),
-        Verdict::NothingMissing => format!(
+        Verdict::NothingMissing | Verdict::Inconclusive => format!(
             "Nothing is missing: no channel has a systematic misfit of more than {:.1} noise floors.",
             misfit.worst().max(0.1)
         ),

@@ -205,17 +205,10 @@ pub fn candidates(
     if model.effects.len() >= MAX_EFFECTS {
         return (Vec::new(), Vec::new());
     }
-    let has = |t: &CandidateEffect| {
-        let mut with = model.effects.iter().filter(|e| e.code == t.info.code);
-        match &t.program {
-            None => with.next().is_some(),
-            Some(program) => model.formulas.contains(program),
-        }
-    };
     let bases: Vec<&Solution> = std::iter::once(&base.solution).chain(others).collect();
     let mut screened: Vec<Screened> = trials
         .iter()
-        .filter(|t| !has(t))
+        .filter(|t| !t.is_excluded_by(model))
         .map(|t| {
             let s = screen(problem, &bases, &base.free, t);
             tick();

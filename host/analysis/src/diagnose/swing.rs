@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 use stickslip_shared::model::Model;
 
-use crate::channels::Signals;
+use crate::channels::{Signals, channel_words};
 use crate::diagnose::structure::{self, Structure};
 use crate::fit::campaign::{Campaign, Run};
 use crate::fit::features::{Bins, channel_name};
@@ -45,7 +45,7 @@ impl Swing {
     pub fn text(&self) -> String {
         format!(
             "{} oscillates by {:.2} N rms ({:.0} % of the force) while the object slides, in {} of {} runs: stick-slip (friction that falls with speed or grows at rest, between compliant pads) or a texture of the faces",
-            self.channel,
+            channel_words(&self.channel),
             self.rms_n,
             100.0 * self.share,
             self.runs.0,

@@ -17,7 +17,7 @@ use crate::model::candidate::CandidateEffect;
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use serde::Serialize;
-use stickslip_shared::effects::{Info, Parameter};
+use stickslip_shared::effects::{Info, MAX_PARAMETERS, Parameter};
 use stickslip_shared::model::Model;
 use thiserror::Error;
 
@@ -50,6 +50,9 @@ pub enum Free {
         /// Its description.
         #[serde(skip)]
         of: &'static Parameter,
+        /// Name of the effect, for a formula the user's.
+        #[serde(skip)]
+        effect: &'static str,
     },
 }
 
@@ -57,15 +60,15 @@ impl Free {
     /// All parameters of the effect in `slot`.
     pub fn of_effect(info: &'static Info, slot: usize) -> Vec<Free> {
         let each = info.parameters.iter().enumerate();
-        each.map(|(parameter, of)| Free::Effect { slot, parameter, of }).collect()
+        each.map(|(parameter, of)| Free::Effect { slot, parameter, of, effect: info.id }).collect()
     }
 
     /// The same parameter once the effect in `gone` is taken out; `None` for its own.
     pub fn without_slot(&self, gone: usize) -> Option<Free> {
         match *self {
             Free::Effect { slot, .. } if slot == gone => None,
-            Free::Effect { slot, parameter, of } if slot > gone => {
-                Some(Free::Effect { slot: slot - 1, parameter, of })
+            Free::Effect { slot, parameter, of, effect } if slot > gone => {
+                Some(Free::Effect { slot: slot - 1, parameter, of, effect })
             }
             other => Some(other),
         }
@@ -161,12 +164,9 @@ impl Free {
     }
 
     /// Name with unit suffix; effects as `effect.parameter`.
-    pub fn name(&self, model: &Model<f64>) -> String {
+    pub fn name(&self) -> String {
         match self {
-            Free::Effect { slot, of, .. } => {
-                let info = model.effects.get(*slot).and_then(stickslip_shared::effects::Effect::info);
-                format!("{}.{}", info.map_or("effect", |i| i.id), of.name)
-            }
+            Free::Effect { effect, of, .. } => format!("{effect}.{}", of.name),
             _ => format!("friction.{}", self.coefficient().unwrap_or_default()),
         }
     }
@@ -281,7 +281,7 @@ pub fn calibrate(
     let solution = solve(&problem, &first, free, options.iterations);
     let (solution, seen, kept) = keep_unseen(&problem, solution, model, free, options.iterations);
     let mut fit = summary(&problem, solution, before, &seen, options);
-    restore(&mut fit, model, free, &seen, kept);
+    restore(&mut fit, free, &seen, kept);
     Ok(fit)
 }
 
@@ -319,7 +319,7 @@ fn keep_unseen(
         others.remove(at);
         let without = solve(problem, &model, &others, iterations);
         if without.loss.1 < 1.02 * solution.loss.1 + 9.0 {
-            kept.push(format!("{} is not visible in these data: stays at {home:.3}", f.name(given)));
+            kept.push(format!("{} is not visible in these data: stays at {home:.3}", f.name()));
             (solution, seen) = (without, others);
         }
     }
@@ -327,7 +327,7 @@ fn keep_unseen(
 }
 
 /// Gives `fit` an estimate for every one of `free` again: what was kept has no interval.
-fn restore(fit: &mut Fit, given: &Model<f64>, free: &[Free], seen: &[Free], kept: Vec<String>) {
+fn restore(fit: &mut Fit, free: &[Free], seen: &[Free], kept: Vec<String>) {
     let place = |f: &Free| seen.iter().position(|s| s == f);
     let estimates = free
         .iter()
@@ -336,7 +336,7 @@ fn restore(fit: &mut Fit, given: &Model<f64>, free: &[Free], seen: &[Free], kept
             None => {
                 let (low, high) = f.bounds();
                 let value = f.get(&fit.model);
-                Estimate { name: f.name(given), value, low, high, unit: f.unit() }
+                Estimate { name: f.name(), value, low, high, unit: f.unit() }
             }
         })
         .collect();
@@ -479,7 +479,7 @@ pub fn summary(problem: &Problem, solution: Solution, before: f64, free: &[Free]
             let value = f.get(&model);
             let [a, b] = intervals.get(k).copied().unwrap_or([f64::NAN; 2]);
             Estimate {
-                name: f.name(&model),
+                name: f.name(),
                 value,
                 low: (value + a).clamp(low, high),
                 high: (value + b).clamp(low, high),
@@ -772,38 +772,31 @@ fn notes(estimates: &[Estimate], covariance: &DMatrix<f64>, free: &[Free]) -> Ve
 }
 
 /// Models from which the fit of `model` with one more effect may start: the best two by
-/// screening on `model` and on other ways of contact, or the effect as given where it cannot
-/// be screened.
+/// screening on `model` and on other ways of contact, or the effect with the parameters given
+/// where no setting of it shows.
 pub fn starts(
     campaign: &Campaign,
     model: &Model<f64>,
     free: &[Free],
-    effect: stickslip_shared::effects::Effect<f64>,
+    (candidate, given): (&CandidateEffect, [f64; MAX_PARAMETERS]),
 ) -> Vec<Model<f64>> {
-    let screened = effect.info().map(|info| {
-        let problem = Problem::new(campaign, model);
-        let mut ways = basins(campaign, model, free, 0);
-        ways.retain(|m| apart(campaign, m, model));
-        let bases: Vec<Solution> =
-            std::iter::once(model).chain(&ways).map(|m| solve(&problem, m, free, 0)).collect();
-        let trial = CandidateEffect { info, program: None };
-        let starts = screen(&problem, &bases.iter().collect::<Vec<_>>(), free, &trial).starts;
-        let of_first = starts.iter().find(|s| s.on == 0);
-        let mut out: Vec<_> = starts.iter().take(2).collect();
-        out.extend(of_first.filter(|s| !out.iter().any(|o| o.on == s.on)));
-        let slot = model.effects.len();
-        let mut all = free.to_vec();
-        all.extend(Free::of_effect(info, slot));
-        let reached = |s: &Start| within_reach(&problem, &bases[s.on], s, &all, slot);
-        out.into_iter().map(reached).collect::<Vec<_>>()
-    });
-    match screened {
-        Some(starts) if !starts.is_empty() => starts,
-        _ => {
-            let mut given = model.clone();
-            let _ = given.effects.push(effect);
-            vec![given]
-        }
+    let info = candidate.info;
+    let problem = Problem::new(campaign, model);
+    let mut ways = basins(campaign, model, free, 0);
+    ways.retain(|m| apart(campaign, m, model));
+    let bases: Vec<Solution> =
+        std::iter::once(model).chain(&ways).map(|m| solve(&problem, m, free, 0)).collect();
+    let screened = screen(&problem, &bases.iter().collect::<Vec<_>>(), free, candidate).starts;
+    let of_first = screened.iter().find(|s| s.on == 0);
+    let mut out: Vec<_> = screened.iter().take(2).collect();
+    out.extend(of_first.filter(|s| !out.iter().any(|o| o.on == s.on)));
+    let slot = model.effects.len();
+    let mut all = free.to_vec();
+    all.extend(Free::of_effect(info, slot));
+    let reached = |s: &Start| within_reach(&problem, &bases[s.on], s, &all, slot);
+    match out.is_empty() {
+        true => vec![candidate.on(model, given)],
+        false => out.into_iter().map(reached).collect(),
     }
 }
 

@@ -5,8 +5,8 @@
 //! gives the same model back. Intervals are optional sub-tables: `[friction.intervals]`
 //! and `intervals = { excess = [0.1, 0.3] }` in an effect.
 
-use crate::model::candidate::CandidateEffect;
 use crate::model::expression;
+use crate::model::names;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -15,7 +15,7 @@ use std::path::Path;
 use stickslip_shared::effects::formula::{
     FORMULA_PARAMETERS, Formula, FormulaError, MAX_OPS, MAX_STACK, Target,
 };
-use stickslip_shared::effects::{self, Effect, Info, MAX_PARAMETERS, Parameter, REGISTRY, formula};
+use stickslip_shared::effects::{self, Effect, Info, MAX_PARAMETERS, Parameter, formula};
 use stickslip_shared::model::{Base, Friction, MAX_EFFECTS, MAX_FORMULAS, Model};
 use toml::{Spanned, Value};
 
@@ -66,6 +66,23 @@ pub struct EffectEntry {
 }
 
 impl EffectEntry {
+    /// An effect of the list with its typical parameters.
+    pub fn typical(info: &Info) -> Self {
+        let values = info.parameters.iter().map(|p| p.typical).collect();
+        Self { id: info.id.into(), values, intervals: Intervals::new(), formula: None }
+    }
+
+    /// What people call it: the identifier of a listed effect, the user's name of a formula.
+    pub fn name(&self) -> &str {
+        self.formula.as_ref().map_or(&self.id, |f| &f.name)
+    }
+
+    /// A formula that was never fitted (its parameters have no intervals) is a proposal: `diagnose`
+    /// tries it, `add` makes it part of the model.
+    pub fn is_proposal(&self) -> bool {
+        self.intervals.is_empty() && self.formula.as_ref().is_some_and(|f| !f.parameters.is_empty())
+    }
+
     /// Description of the effect: of the list, or of the user's formula (its first parameter
     /// taken as the strength, zero where that is allowed as its absence; kept for the rest of
     /// the program).
@@ -190,24 +207,41 @@ impl ModelFile {
 
     /// Reads and checks the file.
     pub fn read(path: &Path) -> Result<Self, ModelFileError> {
-        let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|e| ModelFileError {
-            file: file.clone(),
-            line: 0,
-            column: 0,
-            message: format!("cannot be read: {e}"),
-        })?;
+        let (file, text) = read_text(path)?;
         Self::parse(&text, &file)
+    }
+
+    /// The formulas in a file: a model file, or only their `[[effects]]` tables.
+    ///
+    /// # Errors
+    /// Where the file cannot be read or is wrong, or has no formula.
+    pub fn read_formulas(path: &Path) -> Result<Vec<EffectEntry>, ModelFileError> {
+        #[derive(Deserialize)]
+        struct Tables {
+            #[serde(default)]
+            effects: Vec<Spanned<Table>>,
+        }
+        let (file, text) = read_text(path)?;
+        let locate = |fault| locate(&text, &file, fault);
+        let tables: Tables =
+            toml::from_str(&text).map_err(|e| locate((e.span().unwrap_or(0..0), e.message().into())))?;
+        let mut formulas = Vec::new();
+        for table in tables.effects {
+            let span = table.span();
+            let entry = entry(table.into_inner(), span.clone()).map_err(locate)?;
+            check_name(&formulas, &entry).map_err(|m| locate((span, m)))?;
+            formulas.extend(entry.formula.is_some().then_some(entry));
+        }
+        if formulas.is_empty() {
+            let message = "no formula in it: an [[effects]] table with id = \"formula\" is expected";
+            return Err(ModelFileError { file, line: 0, column: 0, message: message.into() });
+        }
+        Ok(formulas)
     }
 
     /// Checks the text; `file` is what errors call it.
     pub fn parse(text: &str, file: &str) -> Result<Self, ModelFileError> {
-        let locate = |(span, message): Fault| {
-            let before = text.get(..span.start).unwrap_or(text);
-            let line = before.matches('\n').count() + 1;
-            let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
-            ModelFileError { file: file.into(), line, column, message }
-        };
+        let locate = |fault| locate(text, file, fault);
         let raw: Raw =
             toml::from_str(text).map_err(|e| locate((e.span().unwrap_or(0..0), e.message().to_string())))?;
         Self::check(raw).map_err(locate)
@@ -242,7 +276,9 @@ impl ModelFile {
         }
         for effect in raw.effects {
             let span = effect.span();
-            file.effects.push(entry(effect.into_inner(), span.clone())?);
+            let entry = entry(effect.into_inner(), span.clone())?;
+            check_name(&file.effects, &entry).map_err(|m| (span.clone(), m))?;
+            file.effects.push(entry);
             if file.effects.iter().filter(|e| e.formula.is_some()).count() > MAX_FORMULAS {
                 return Err((span, format!("a model has at most {MAX_FORMULAS} formulas")));
             }
@@ -271,17 +307,27 @@ impl ModelFile {
         model
     }
 
-    /// The model without the user's formulas, and those as effects to be tried.
-    pub fn without_formulas(&self) -> (Model<f64>, Vec<CandidateEffect>) {
-        let (own, rest) = self.effects.iter().cloned().partition(|e: &EffectEntry| e.formula.is_some());
-        let own: Vec<EffectEntry> = own;
-        let trials = own
-            .iter()
-            .filter_map(|e| {
-                Some(CandidateEffect { info: e.info()?, program: Some(e.formula.as_ref()?.program.clone()) })
-            })
-            .collect();
-        (Self { effects: rest, ..self.clone() }.to_model(), trials)
+    /// The model without the formulas that are only proposed, and those.
+    pub fn without_proposals(&self) -> (Self, Vec<EffectEntry>) {
+        let (proposed, effects) = self.effects.iter().cloned().partition(EffectEntry::is_proposal);
+        (Self { effects, ..self.clone() }, proposed)
+    }
+
+    /// The file of `model`, whose effects are those of the list and `formulas`.
+    pub fn of_model(model: &Model<f64>, formulas: &[EffectEntry]) -> Self {
+        let mut programs = model.formulas.iter();
+        let entry = |e: &Effect<f64>| -> Option<EffectEntry> {
+            if e.code != formula::CODE {
+                return e.info().map(EffectEntry::typical);
+            }
+            let program = programs.next()?;
+            let own = formulas.iter().find(|f| f.formula.as_ref().is_some_and(|f| f.program == *program))?;
+            Some(EffectEntry { intervals: Intervals::new(), ..own.clone() })
+        };
+        let mut file = Self::new(model.base, model.friction);
+        file.effects = model.effects.iter().filter_map(entry).collect();
+        file.set_values(model);
+        file
     }
 
     /// Takes over base, friction and effect parameters of a fitted model of the same effects.
@@ -292,6 +338,27 @@ impl ModelFile {
             for (to, v) in entry.values.iter_mut().zip(&effect.parameters) {
                 *to = *v;
             }
+        }
+    }
+
+    /// Takes over the intervals of a fit, by [`crate::fit::Free::name`], in place of those it has.
+    pub fn set_intervals<'a>(&mut self, of: impl IntoIterator<Item = (&'a str, [f64; 2])>) {
+        self.friction_intervals.clear();
+        for (name, range) in of {
+            let Some((owner, parameter)) = name.split_once('.') else { continue };
+            if !range.iter().all(|x| x.is_finite()) {
+                continue;
+            }
+            if owner == "friction" {
+                self.friction_intervals.insert(parameter.into(), range);
+            } else if let Some(entry) = self.effects.iter_mut().find(|e| e.name() == owner) {
+                entry.intervals.insert(parameter.into(), range);
+            }
+        }
+        // Too few conditions give no interval: a formula that is part of the model has its bounds.
+        for entry in self.effects.iter_mut().filter(|e| e.is_proposal()) {
+            let parameters = entry.formula.iter().flat_map(|f| &f.parameters);
+            entry.intervals = parameters.map(|p| (p.name.clone(), [p.low, p.high])).collect();
         }
     }
 
@@ -326,6 +393,21 @@ impl ModelFile {
         }
         s
     }
+}
+
+fn read_text(path: &Path) -> Result<(String, String), ModelFileError> {
+    let file = path.display().to_string();
+    match std::fs::read_to_string(path) {
+        Ok(text) => Ok((file, text)),
+        Err(e) => Err(ModelFileError { file, line: 0, column: 0, message: format!("cannot be read: {e}") }),
+    }
+}
+
+fn locate(text: &str, file: &str, (span, message): Fault) -> ModelFileError {
+    let before = text.get(..span.start).unwrap_or(text);
+    let line = before.matches('\n').count() + 1;
+    let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+    ModelFileError { file: file.into(), line, column, message }
 }
 
 fn quoted(text: &str) -> String {
@@ -412,28 +494,19 @@ fn check_intervals<'a>(
     Ok(())
 }
 
-/// Up to three identifiers that `id` may have meant.
-fn nearest(id: &str) -> String {
-    let mut all: Vec<(usize, &str)> =
-        REGISTRY.iter().map(|i| i.id).chain(["formula"]).map(|known| (distance(id, known), known)).collect();
-    all.sort();
-    all.iter().take(3).map(|(_, n)| *n).collect::<Vec<_>>().join(", ")
-}
-
-/// Levenshtein distance.
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, cb) in b.iter().enumerate() {
-            let above = row[j + 1];
-            row[j + 1] = (diagonal + usize::from(ca != *cb)).min(above + 1).min(row[j] + 1);
-            diagonal = above;
-        }
+/// Effects are called by name on the command line: a formula's must be its own.
+fn check_name(before: &[EffectEntry], entry: &EffectEntry) -> Result<(), String> {
+    if entry.formula.is_none() {
+        return Ok(());
     }
-    row[b.len()]
+    let name = entry.name();
+    if effects::find(name).is_some() {
+        return Err(format!("name = '{name}' is that of a listed effect; give the formula another"));
+    }
+    if before.iter().any(|e| e.name() == name) {
+        return Err(format!("name = '{name}' is given to two formulas; give one of them another"));
+    }
+    Ok(())
 }
 
 type Table = BTreeMap<String, Spanned<Value>>;
@@ -473,7 +546,7 @@ fn entry(mut table: Table, span: Range<usize>) -> Result<EffectEntry, Fault> {
         (values, Some(entry))
     } else {
         let info = effects::find(&id)
-            .ok_or_else(|| (id_span, format!("effect '{id}' is not known; nearest: {}", nearest(&id))))?;
+            .ok_or_else(|| (id_span, names::unknown(&id, names::listed().chain(["formula"]))))?;
         let mut values = Vec::new();
         for p in info.parameters {
             let value = table.remove(p.name).ok_or_else(|| {

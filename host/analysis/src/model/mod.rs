@@ -3,3 +3,4 @@
 pub mod candidate;
 pub mod expression;
 pub mod file;
+pub mod names;

@@ -1,35 +1,64 @@
-//! `stickslip add EFFECT`: the model with one more effect, fitted together with the rest.
+//! `stickslip add DATA EFFECT`: the model with one more effect, fitted together with the rest.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
-use comfy_table::{Cell, CellAlignment};
-use stickslip_shared::effects::{REGISTRY, find};
+use anyhow::{bail, ensure};
+use stickslip_shared::model::{MAX_EFFECTS, MAX_FORMULAS};
 
-use crate::commands::diagnose::read_data;
+use crate::commands::diagnose::{proposals, read_data};
+use crate::commands::fitted::{file_or_default, give, next_compare};
 use stickslip_analysis::add::with_effects;
 use stickslip_analysis::fit::campaign::Campaign;
-use stickslip_analysis::model::file::{EffectEntry, ModelFile, default_model};
-use stickslip_report::terminal::{Output, table};
-use stickslip_report::words::short;
+use stickslip_analysis::model::file::{EffectEntry, ModelFile};
+use stickslip_analysis::model::names;
+use stickslip_report::terminal::Output;
 
 /// Arguments of `stickslip add`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:
-  stickslip add torsional_friction --model model.toml --fit data/demo --out better.toml")]
+#[command(
+    override_usage = "stickslip add DATA EFFECT... [--model MODEL.toml] --out BETTER.toml",
+    after_help = "Examples:
+  stickslip add data/bench torsional_friction --model model.toml --out better.toml
+  stickslip add data/bench my_hump --model model.toml --formula my_hump.toml --out better.toml
+
+`stickslip effects` lists the effects."
+)]
 pub struct Args {
-    /// Identifiers of the effects to add
-    #[arg(required = true, value_name = "EFFECT")]
-    pub effects: Vec<String>,
-    /// Model to add it to [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
+    /// Data set to fit all parameters to (its folder), then the effects to add: of the list, or formulas
+    #[arg(required = true, value_names = ["DATA", "EFFECT"], num_args = 1..)]
+    pub words: Vec<String>,
+    /// Model to add it to; its formulas that were not fitted yet may be named as effects
+    /// [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
-    /// Data set to fit all parameters to
+    /// More formulas that may be named as effects
+    #[arg(long, value_name = "FILE.toml")]
+    pub formula: Option<PathBuf>,
+    /// Data set, where the words are effects only
     #[arg(long, value_name = "DATA")]
-    pub fit: PathBuf,
+    pub fit: Option<PathBuf>,
     /// File of the new model
     #[arg(long, value_name = "BETTER.toml")]
     pub out: PathBuf,
+}
+
+impl Args {
+    /// The data set, and the names of the effects.
+    fn split(&self) -> anyhow::Result<(&Path, &[String])> {
+        let (data, effects) = match (&self.fit, self.words.as_slice()) {
+            (Some(fit), effects) => (fit.as_path(), effects),
+            (None, [first, effects @ ..]) => (Path::new(first), effects),
+            (None, []) => (Path::new(""), [].as_slice()),
+        };
+        if !data.exists() && names::effect(&data.to_string_lossy(), &[]).is_ok() {
+            bail!("the data set comes first: stickslip add DATA {} --out BETTER.toml", data.display());
+        }
+        ensure!(
+            !effects.is_empty(),
+            "name the effect to add after the data set; `stickslip effects` lists them"
+        );
+        Ok((data, effects))
+    }
 }
 
 /// Fits and writes.
@@ -37,50 +66,39 @@ pub struct Args {
 /// # Errors
 /// Where an effect is unknown or already there, data or model cannot be read, or nothing can be fitted.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let mut file = match &args.model {
-        Some(path) => ModelFile::read(path)?,
-        None => {
-            let base = default_model();
-            ModelFile::new(base.base, base.friction)
+    let (data, effects) = args.split()?;
+    let whole = file_or_default(args.model.as_deref())?;
+    let (mut file, formulas) = proposals(&whole, args.formula.as_deref())?;
+    let before = file.clone();
+    for name in effects {
+        if file.effects.iter().any(|e| e.name() == name) {
+            bail!("the model already has {name}; `stickslip refit` fits its parameters");
         }
-    };
-    for id in &args.effects {
-        let Some(info) = find(id) else {
-            let known: Vec<&str> = REGISTRY.iter().map(|i| i.id).collect();
-            bail!("unknown effect `{id}`; the known ones are {}", known.join(", "));
-        };
-        if file.effects.iter().any(|e| &e.id == id) {
-            bail!("the model already has {id}; `stickslip calibrate` fits its parameters");
-        }
-        let values = info.parameters.iter().map(|p| p.typical).collect();
-        file.effects.push(EffectEntry {
-            id: id.clone(),
-            values,
-            intervals: Default::default(),
-            formula: None,
-        });
+        file.effects.push(names::effect(name, &formulas)?);
     }
-    let dataset = read_data(&args.fit, output)?;
+    fits(&file)?;
+    for formula in whole.effects.iter().filter(|e| e.is_proposal()) {
+        if !effects.iter().any(|name| name == formula.name()) {
+            output.note(format_args!(
+                "formula {} of the model file is not named: the new model does not have it",
+                formula.name()
+            ));
+        }
+    }
+    let dataset = read_data(data, output)?;
     let bar = output.spinner("fitting");
-    let fit = with_effects(&Campaign::new(&dataset, &file.to_model()), &mut file, args.effects.len())?;
+    let fit = with_effects(&Campaign::new(&dataset, &before.to_model()), &mut file, effects.len())?;
     bar.finish_and_clear();
-    std::fs::write(&args.out, file.write())
-        .with_context(|| format!("{}: cannot be written", args.out.display()))?;
-    let mut t = table(["parameter", "value", "95 % interval", "unit"]);
-    for e in &fit.estimates {
-        t.add_row(vec![
-            Cell::new(&e.name),
-            Cell::new(short(e.value)).set_alignment(CellAlignment::Right),
-            Cell::new(format!("{} to {}", short(e.low), short(e.high))),
-            Cell::new(e.unit),
-        ]);
-    }
-    output.table(&t);
-    for note in &fit.notes {
-        output.text(format!("note: {note}"));
-    }
-    output.text(format!("written to {}", args.out.display()));
-    output.document(&serde_json::json!({
-        "model": args.out, "parameters": fit.estimates, "notes": fit.notes, "covariance": fit.covariance,
-    }))
+    give((&before, &file, &fit), &args.out, output)?;
+    next_compare(data, args.model.as_deref(), &args.out, output);
+    Ok(())
+}
+
+/// What the board has room for.
+fn fits(file: &ModelFile) -> anyhow::Result<()> {
+    let formulas = file.effects.iter().filter(|e: &&EffectEntry| e.formula.is_some()).count();
+    ensure!(formulas <= MAX_FORMULAS, "{formulas} formulas; a model has at most {MAX_FORMULAS}");
+    let count = file.effects.len();
+    ensure!(count <= MAX_EFFECTS, "{count} effects; a model has at most {MAX_EFFECTS}");
+    Ok(())
 }

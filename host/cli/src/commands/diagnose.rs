@@ -1,29 +1,38 @@
 //! `stickslip diagnose DATA`: which physical effect a model lacks.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use comfy_table::{Cell, CellAlignment};
 
+use crate::commands::fitted::{file_or_default, write};
+use stickslip_analysis::channels::channel_words;
 use stickslip_analysis::diagnose::report::{Report, Verdict};
 use stickslip_analysis::diagnose::{diagnose, steps};
-use stickslip_analysis::model::file::{ModelFile, default_model};
+use stickslip_analysis::model::candidate::CandidateEffect;
+use stickslip_analysis::model::file::{EffectEntry, ModelFile};
 use stickslip_data::{Dataset, Index};
-use stickslip_report::terminal::{Output, table};
+use stickslip_report::terminal::{Output, command_line, table};
 use stickslip_report::words::short;
 
 /// Arguments of `stickslip diagnose`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   stickslip diagnose data/demo
-  stickslip diagnose data/demo --model model.toml --html diagnosis.html")]
+  stickslip diagnose data/demo --model model.toml --html diagnosis.html --out better.toml")]
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,
-    /// Model to diagnose; its friction is refitted, its formulas are tried as candidates
+    /// Model to diagnose; its friction and effects are refitted, its formulas that were never
+    /// fitted are tried as candidates
     /// [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
+    /// More formulas to try as candidates
+    #[arg(long, value_name = "FILE.toml")]
+    pub formula: Option<PathBuf>,
+    /// Where an effect is named: write the model with it
+    #[arg(long, value_name = "BETTER.toml")]
+    pub out: Option<PathBuf>,
     /// Write a page with tables and plots; it needs no network
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
@@ -32,22 +41,105 @@ pub struct Args {
 /// Diagnoses and reports.
 ///
 /// # Errors
-/// Where data or model cannot be read, no trial can be simulated, or the page not written.
+/// Where data or model cannot be read, no trial can be simulated, or a file not written.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    let whole = file_or_default(args.model.as_deref())?;
+    let (file, formulas) = proposals(&whole, args.formula.as_deref())?;
+    let own: Vec<CandidateEffect> = formulas.iter().filter_map(CandidateEffect::of).collect();
     let dataset = read_data(&args.data, output)?;
-    let (model, own) = match &args.model {
-        Some(path) => ModelFile::read(path)?.without_formulas(),
-        None => (default_model(), Vec::new()),
-    };
     let bar = output.progress(steps(), "diagnosing");
-    let report = diagnose(&dataset, &model, &own, &|| bar.inc(1))?;
+    let report = diagnose(&dataset, &file, &own, &|| bar.inc(1))?;
     bar.finish_and_clear();
+    let named = matches!(report.verdict, Verdict::Effect | Verdict::Ambiguous);
+    let written = args.out.as_deref().filter(|_| named);
+    if let Some(path) = written {
+        let known: Vec<EffectEntry> = file.effects.iter().chain(&formulas).cloned().collect();
+        let mut better = ModelFile::of_model(&report.model, &known);
+        better.set_intervals(report.parameters.iter().map(|(name, v)| (name.as_str(), [v.low, v.high])));
+        write(&better, path)?;
+    }
+    let next = next(args, &report, written);
+    let next: Vec<&str> = next.iter().map(String::as_str).collect();
     if let Some(path) = &args.html {
-        std::fs::write(path, stickslip_report::diagnose::html(&report, &dataset.description.name))
-            .with_context(|| format!("{}: cannot be written", path.display()))?;
+        let name = &dataset.description.name;
+        let page = stickslip_report::diagnose::html(&report, name, &command_line(next.iter().copied()));
+        output.page(path, page)?;
     }
     print(&report, output);
+    match (&args.out, written) {
+        (_, Some(path)) => output.text(format_args!("written to {}", path.display())),
+        (Some(path), None) => {
+            output.note(format_args!("no effect is named: {} is not written", path.display()));
+        }
+        (None, None) => {}
+    }
+    output.next(next);
     output.document(&report)
+}
+
+/// The model without the formulas that are only proposed, and these with those of `more`.
+///
+/// # Errors
+/// Where `more` cannot be read.
+pub fn proposals(
+    whole: &ModelFile,
+    more: Option<&Path>,
+) -> anyhow::Result<(ModelFile, Vec<EffectEntry>)> {
+    let (file, mut formulas) = whole.without_proposals();
+    if let Some(path) = more {
+        for formula in ModelFile::read_formulas(path)? {
+            anyhow::ensure!(
+                whole.effects.iter().all(|e| e.name() != formula.name()),
+                "{}: the model file has a formula {} too; give one of them another name",
+                path.display(),
+                formula.name()
+            );
+            formulas.push(formula);
+        }
+    }
+    Ok((file, formulas))
+}
+
+/// The command that the verdict asks for.
+fn next(args: &Args, report: &Report, written: Option<&Path>) -> Vec<String> {
+    let words = |of: &[&str]| of.iter().map(ToString::to_string).collect::<Vec<String>>();
+    let data = args.data.display().to_string();
+    let model = args.model.as_ref().map(|m| words(&["--model", &m.display().to_string()]));
+    let with_model = |mut line: Vec<String>| {
+        line.extend(model.clone().unwrap_or_default());
+        line
+    };
+    let with_formula = |mut line: Vec<String>| {
+        if let Some(formula) = &args.formula {
+            line.extend(words(&["--formula", &formula.display().to_string()]));
+        }
+        line
+    };
+    let single = |set: &&Vec<&'static str>| set.len() == 1;
+    match (report.verdict, report.ambiguous_with.iter().find(single), report.effects.as_slice()) {
+        (Verdict::Ambiguous, Some(other), [one]) => {
+            let line = with_formula(with_model(words(&["suggest", &data])));
+            [line, words(&["--between", one, "--between", other[0]])].concat()
+        }
+        (Verdict::Effect | Verdict::Ambiguous, _, effects) => match written {
+            Some(path) => {
+                let line = with_model(words(&["compare", &data]));
+                [line, words(&["--model", &path.display().to_string()])].concat()
+            }
+            None => {
+                let line = [words(&["add", &data]), words(effects)].concat();
+                [with_formula(with_model(line)), words(&["--out", "better.toml"])].concat()
+            }
+        },
+        (Verdict::Unexplained, ..) => {
+            [with_model(words(&["compare", &data])), words(&["--html", "compare.html"])].concat()
+        }
+        (Verdict::Inconclusive, ..) if report.candidates.len() > 1 => {
+            with_formula(with_model(words(&["suggest", &data])))
+        }
+        (Verdict::Inconclusive, ..) => words(&["check", &data]),
+        (Verdict::NothingMissing, ..) => with_model(words(&["score", &data])),
+    }
 }
 
 /// All trials of a data set that can be read; the others are noted.
@@ -73,7 +165,13 @@ pub fn read_data(folder: &std::path::Path, output: &Output) -> anyhow::Result<Da
 
 fn print(report: &Report, output: &Output) {
     output.text(&report.summary);
-    output.text(format!(
+    if let Some(would_tell) = &report.would_tell {
+        output.text(format_args!("What would tell: {would_tell}."));
+    }
+    for c in report.candidates.iter().filter(|c| report.effects.contains(&c.id)) {
+        output.text(format_args!("{}: {}. In data: {}.", c.id, c.info.summary, c.info.signature));
+    }
+    output.text(format_args!(
         "\n{} trials of {} conditions; error {:.2} noise floors before, {:.2} after (floor {:.2}); {:.1} s",
         report.trials,
         report.conditions,
@@ -82,18 +180,21 @@ fn print(report: &Report, output: &Output) {
         report.error.noise_floor,
         report.seconds
     ));
+    let right = |s: String| Cell::new(s).set_alignment(CellAlignment::Right);
     if !report.candidates.is_empty() && report.verdict != Verdict::NothingMissing {
         let mut t = table(["effect", "explains", "held-out error", "p", "parameters"]);
         for c in &report.candidates {
             let parameters: Vec<String> = c
                 .parameters
                 .iter()
-                .map(|(n, v)| format!("{n} = {} ({} to {})", short(v.value), short(v.low), short(v.high)))
+                .map(|(n, v)| {
+                    let unit = if v.unit == "1" { "" } else { v.unit };
+                    format!("{n} = {} ({} to {}) {unit}", short(v.value), short(v.low), short(v.high))
+                })
                 .collect();
-            let right = |s: String| Cell::new(s).set_alignment(CellAlignment::Right);
             t.add_row(vec![
                 Cell::new(c.id),
-                right(format!("{:.0} %", 100.0 * c.explained)),
+                right(stickslip_report::diagnose::share(c.explained)),
                 right(format!("{:.2}", c.held_out_error)),
                 right(format!("{:.1e}", c.p_value)),
                 Cell::new(parameters.join("\n")),
@@ -105,22 +206,20 @@ fn print(report: &Report, output: &Output) {
     if !report.places.is_empty() {
         let mut t = table(["where", "phase", "before", "after"]);
         for p in report.places.iter().take(6) {
-            let right = |x: f64| Cell::new(format!("{x:.1}")).set_alignment(CellAlignment::Right);
-            t.add_row(vec![Cell::new(&p.channel), Cell::new(p.phase), right(p.before), right(p.after)]);
+            let number = |x: f64| right(format!("{x:.1}"));
+            let place = Cell::new(channel_words(&p.channel));
+            t.add_row(vec![place, Cell::new(p.phase), number(p.before), number(p.after)]);
         }
         output.text("\nSystematic misfit (noise floors of one run):");
         output.table(&t);
     }
     for u in &report.unexplained {
-        let on: Vec<String> = u.depends_on.iter().map(|(q, s)| format!("{q} ({:.0} %)", 100.0 * s)).collect();
-        let on = if on.is_empty() { "no named quantity".into() } else { on.join(", ") };
-        output
-            .text(format!("left: {} in {}, {:.1} noise floors, depends on {on}", u.channel, u.phase, u.size));
+        output.text(format_args!("left: {}", stickslip_report::diagnose::structure_words(u)));
     }
     for limit in &report.limits {
-        output.text(format!("limit: {limit}"));
+        output.text(format_args!("limit: {limit}"));
     }
     if let Some(e) = &report.suggested_experiment {
-        output.text(format!("next experiment: {}", e.summary));
+        output.text(format_args!("next experiment: {}", e.summary));
     }
 }

@@ -10,8 +10,11 @@ pub mod check;
 pub mod compare;
 pub mod demo;
 pub mod diagnose;
+pub mod effects;
+mod fitted;
 pub mod import;
 pub mod lcp;
+pub mod refit;
 pub mod replay;
 pub mod rig;
 pub mod score;
@@ -20,7 +23,7 @@ pub mod suggest;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use stickslip_report::terminal::{Output, Style};
 
@@ -43,6 +46,10 @@ enum Command {
     Diagnose(diagnose::Args),
     /// Add an effect to a model and fit it together with the rest
     Add(add::Args),
+    /// Fit all parameters of a model that has effects, to other or more data
+    Refit(refit::Args),
+    /// List the effects that a model can have, or show one: what it is, what it looks like in data
+    Effects(effects::Args),
     /// Find the experiment that separates two candidate effects best, and the runs it needs
     Suggest(suggest::Args),
     /// Compare models with measurements: errors by channel and phase, where a model fails
@@ -71,6 +78,8 @@ impl Command {
             Command::Check(args) => check::run(args, output),
             Command::Diagnose(args) => diagnose::run(args, output),
             Command::Add(args) => add::run(args, output),
+            Command::Refit(args) => refit::run(args, output),
+            Command::Effects(args) => effects::run(args, output),
             Command::Suggest(args) => suggest::run(args, output),
             Command::Compare(args) => compare::run(args, output),
             Command::Replay(args) => replay::run(args, output),
@@ -90,9 +99,10 @@ impl Command {
 #[must_use]
 pub fn main() -> ExitCode {
     // Clap prints its own message and exits with 2 on wrong usage.
-    let cli = Cli::parse();
+    let matches = Cli::command().get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let style = if cli.json { Style::Json } else { Style::Human };
-    let output = Output::new(style);
+    let output = Output::new(style).of(&format!("stickslip-{}", matches.subcommand_name().unwrap_or("")));
     output.exit_code(&cli.command.run(&output))
 }
 

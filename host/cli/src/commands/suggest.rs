@@ -5,9 +5,13 @@ use std::path::PathBuf;
 use anyhow::bail;
 use comfy_table::{Cell, CellAlignment};
 
-use crate::commands::diagnose::read_data;
+use crate::commands::diagnose::{proposals, read_data};
+use crate::commands::fitted::file_or_default;
+use stickslip_analysis::channels::channel_words;
+use stickslip_analysis::compare::verdict::readable;
 use stickslip_analysis::diagnose::{steps, suggest};
-use stickslip_analysis::model::file::model_or_default;
+use stickslip_analysis::model::candidate::CandidateEffect;
+use stickslip_analysis::model::names;
 use stickslip_report::terminal::{Output, table};
 
 /// Arguments of `stickslip suggest`.
@@ -20,6 +24,9 @@ pub struct Args {
     /// Model that lacks the effect [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
+    /// More formulas that may be named, or be among the best two
+    #[arg(long, value_name = "FILE.toml")]
+    pub formula: Option<PathBuf>,
     /// The two effects to separate [default: the best two of the diagnosis]
     #[arg(long = "between", value_name = "EFFECT")]
     pub between: Vec<String>,
@@ -28,22 +35,37 @@ pub struct Args {
 /// Fits both candidates and compares their predictions.
 ///
 /// # Errors
-/// Where data or model cannot be read, or there are no two candidates.
+/// Where data or model cannot be read, an effect is not known, or there are no two candidates.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     if !matches!(args.between.len(), 0 | 2) {
         bail!("--between must be given twice, once for each effect");
     }
+    let whole = file_or_default(args.model.as_deref())?;
+    let (file, formulas) = proposals(&whole, args.formula.as_deref())?;
+    let mut between = Vec::new();
+    for name in &args.between {
+        let entry = names::effect(name, &formulas)?;
+        if file.effects.iter().any(|e| e.name() == name) {
+            bail!("the model already has {name}: it cannot be told from another by adding it");
+        }
+        between.extend(CandidateEffect::of(&entry));
+    }
+    if let [a, b] = between.as_slice()
+        && a.info.id == b.info.id
+    {
+        bail!("--between names {} twice; name two different effects", a.info.id);
+    }
+    let own: Vec<CandidateEffect> = formulas.iter().filter_map(CandidateEffect::of).collect();
     let dataset = read_data(&args.data, output)?;
-    let model = model_or_default(args.model.as_deref())?;
     let bar = output.progress(steps(), "fitting");
-    let found = suggest(&dataset, &model, &args.between, 8, &|| bar.inc(1))?;
+    let found = suggest(&dataset, &file, (&between, &own), 8, &|| bar.inc(1))?;
     bar.finish_and_clear();
     let Some((pair, experiments)) = found else {
         bail!(
-            "there are no two candidates to separate: fewer than two effects change these data (check the identifiers)"
+            "there are no two candidates to separate: fewer than two effects change these data by more than noise"
         );
     };
-    output.text(format!("Between {} and {}:", pair[0], pair[1]));
+    output.text(format_args!("Between {} and {}:", pair[0], pair[1]));
     if let Some(best) = experiments.first() {
         output.text(&best.summary);
     }
@@ -53,13 +75,21 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         t.add_row(vec![
             Cell::new(&e.like_trial),
             right(e.grip_n.map_or("-".into(), |g| format!("{g:.1}"))),
-            Cell::new(&e.channel),
+            Cell::new(channel_words(&e.channel)),
             Cell::new(e.phase),
-            right(format!("{:.3} {}", e.difference, e.unit)),
+            right(readable(e.difference, e.unit)),
             right(format!("{:.1}", e.standard_deviations)),
             right(e.runs.to_string()),
         ]);
     }
     output.table(&t);
+    let data = args.data.display().to_string();
+    let model = args.model.as_ref().map(|m| m.display().to_string());
+    let mut next = vec!["diagnose", &data];
+    if let Some(model) = &model {
+        next.extend(["--model", model]);
+    }
+    output.text("\nOnce these runs are in the data set:");
+    output.next(next);
     output.document(&serde_json::json!({ "between": pair, "experiments": experiments }))
 }

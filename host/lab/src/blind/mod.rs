@@ -9,19 +9,26 @@ use anyhow::anyhow;
 use generate::{Class, Wanted, data, draw};
 use score::{Opened, open};
 use stickslip_analysis::diagnose::{base_misfit, diagnose};
+use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::default_model;
 
-/// Draws number `number` of the series `seed`, makes its data, diagnoses them without the key, and
-/// opens it.
+/// Draws number `number` of the series `seed`, makes its data, diagnoses them without the key (the
+/// formulas of `own` are tried beside the listed effects), and opens it. A formula stands for a
+/// hidden effect whose name it bears.
 ///
 /// # Errors
 /// Where the rig or the diagnosis fails.
-pub fn run(seed: u64, number: usize, most_conditions: usize, wanted: &Wanted) -> anyhow::Result<Opened> {
+pub fn run(
+    seed: u64,
+    number: usize,
+    most_conditions: usize,
+    (wanted, own): (&Wanted, &[CandidateEffect]),
+) -> anyhow::Result<Opened> {
     let (key, list) = draw(seed, number, most_conditions, wanted);
     let of_data = seed.wrapping_mul(1_000_003).wrapping_add(number as u64);
     let dataset = data(&key, &list, of_data).map_err(|e| anyhow!(e))?;
     let model = default_model();
-    let report = diagnose(&dataset, &model, &[], &|| ())?;
+    let report = diagnose(&dataset, &model, own, &|| ())?;
     let mut each_alone = Vec::new();
     if key.class == Class::Two {
         for effect in &key.effects {

@@ -76,7 +76,7 @@ pub struct Figures {
     pub single_wrong: Share,
     /// `nothing_missing` where nothing was.
     pub nothing_right: Share,
-    /// Unknown effects not given a wrong name.
+    /// Unknown effects not given a wrong name (a formula of their name is right).
     pub unknown_not_named: Share,
     /// Two effects, both named, alone or in one of at most three sets.
     pub both_named: Share,
@@ -124,7 +124,7 @@ impl Opened {
             Verdict::Effect | Verdict::Ambiguous => {
                 std::iter::once(&self.named).chain(&self.ambiguous_with).cloned().collect()
             }
-            Verdict::NothingMissing | Verdict::Unexplained => Vec::new(),
+            Verdict::NothingMissing | Verdict::Unexplained | Verdict::Inconclusive => Vec::new(),
         }
     }
 
@@ -148,6 +148,7 @@ impl Opened {
         match self.verdict {
             Verdict::NothingMissing => "nothing_missing".into(),
             Verdict::Unexplained => "unexplained".into(),
+            Verdict::Inconclusive => "inconclusive".into(),
             Verdict::Effect => self.named.join("+"),
             Verdict::Ambiguous => {
                 let others: Vec<String> = self.ambiguous_with.iter().map(|s| s.join("+")).collect();
@@ -189,7 +190,7 @@ pub fn figures(runs: &[Opened]) -> Figures {
                 }
                 f.one_of_two.count(!r.named.is_empty() && !r.wrong());
             }
-            Class::Unknown => f.unknown_not_named.count(r.named.is_empty()),
+            Class::Unknown => f.unknown_not_named.count(r.named.is_empty() || r.right()),
         }
     }
     f.mean_set = if sets > 0.0 { size / sets } else { 0.0 };

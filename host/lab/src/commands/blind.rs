@@ -1,5 +1,7 @@
 //! `stickslip-lab blind`: blind test of the diagnosis on synthetic data.
 
+use std::path::PathBuf;
+
 use comfy_table::Cell;
 use rayon::prelude::*;
 use serde_json::json;
@@ -7,6 +9,8 @@ use serde_json::json;
 use crate::blind;
 use crate::blind::generate::{Class, Plan, Wanted};
 use crate::blind::score::{Opened, figures};
+use stickslip_analysis::model::candidate::CandidateEffect;
+use stickslip_analysis::model::file::ModelFile;
 use stickslip_report::terminal::{Output, table};
 use stickslip_rig::{HiddenEffect, Kind};
 
@@ -42,6 +46,10 @@ pub struct Args {
     /// Multiple of the typical strength of all effects [default: drawn from 0.8 to 2]
     #[arg(long, value_name = "FACTOR")]
     pub strength: Option<f64>,
+    /// Try the formulas of this file beside the listed effects; one stands for the hidden effect
+    /// whose name it bears
+    #[arg(long, value_name = "FILE.toml")]
+    pub formula: Option<PathBuf>,
 }
 
 /// Makes, diagnoses, opens the key, sums up.
@@ -49,6 +57,10 @@ pub struct Args {
 /// # Errors
 /// Where the rig or the diagnosis fails.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    let own = match &args.formula {
+        Some(path) => ModelFile::read_formulas(path)?.iter().filter_map(CandidateEffect::of).collect(),
+        None => Vec::new(),
+    };
     let hidden: Vec<Vec<HiddenEffect>> = match args.each {
         true => Kind::ALL
             .iter()
@@ -71,7 +83,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let opened: Vec<Opened> = cases
         .par_iter()
         .map(|(number, wanted)| {
-            let o = blind::run(args.seed, *number, args.conditions, wanted)?;
+            let o = blind::run(args.seed, *number, args.conditions, (wanted, &own))?;
             bar.suspend(|| output.note(line(*number, &o)));
             bar.inc(1);
             Ok(o)

@@ -12,7 +12,7 @@ pub mod tribometer;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use stickslip_report::terminal::{Output, Style};
 
 /// Studies and developers' tools of stickslip.
@@ -68,16 +68,17 @@ impl Command {
 /// Exit code 0: done; 1: the command failed; 2: wrong usage.
 #[must_use]
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let matches = Cli::command().get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let style = if cli.json { Style::Json } else { Style::Human };
-    let output = Output::new(style);
+    let output = Output::new(style).of(&format!("stickslip-lab-{}", matches.subcommand_name().unwrap_or("")));
     output.exit_code(&cli.command.run(&output))
 }
 
 #[cfg(test)]
 mod tests {
     use super::Cli;
-    use clap::CommandFactory;
+    use clap::CommandFactory as _;
 
     #[test]
     fn the_command_line_is_consistent_and_every_command_shows_an_example() {

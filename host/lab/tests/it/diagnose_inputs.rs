@@ -3,6 +3,7 @@
 
 use stickslip_analysis::diagnose::diagnose;
 use stickslip_analysis::diagnose::report::{Report, Verdict};
+use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::{ModelFile, default_model};
 use stickslip_data::Dataset;
 use stickslip_lab::blind::generate::{Class, Key, Plan, Wanted, data, draw};
@@ -47,9 +48,38 @@ fn an_empty_data_set_is_refused_with_its_reason() {
 #[test]
 fn one_condition_concludes_nothing_however_wrong_the_model_is() {
     let report = found(&made("grip_force_loss=0.3", 1, |_| true));
-    assert_eq!(report.verdict, Verdict::NothingMissing);
+    assert_eq!(report.verdict, Verdict::Inconclusive);
     assert!(report.summary.contains("Nothing can be concluded"), "{}", report.summary);
+    let (reason, tell) = (report.reason.as_deref().unwrap(), report.would_tell.as_deref().unwrap());
+    assert!(reason.contains("1 different condition(s), at least 4 are needed"), "{reason}");
+    assert!(tell.contains("run 3 more condition(s)"), "{tell}");
     says(&report, "at least 4 conditions");
+}
+
+#[test]
+fn a_misfit_between_relevant_and_clear_that_nothing_explains_is_inconclusive() {
+    let clean = made("", 8, |_| true);
+    let mut seen = Vec::new();
+    for size_n in [0.06, 0.12, 0.24] {
+        let mut dataset = clean.clone();
+        for trial in &mut dataset.trials {
+            let start_m = trial.samples[0].gripper.unwrap().position_m[0];
+            for sample in &mut trial.samples {
+                // No law of the list: a sideways force on the pusher that goes with the square of the path.
+                let path_m = sample.gripper.unwrap().position_m[0] - start_m;
+                sample.pusher_wrench.as_mut().unwrap().torque_nm[0] += size_n * (path_m / 0.03).powi(2) * 0.01;
+            }
+        }
+        let report = found(&dataset);
+        let worst = report.places.iter().map(|p| p.before).fold(0.0, f64::max);
+        seen.push((size_n, worst, report.verdict, report.summary.clone()));
+        let small = (2.5..4.0).contains(&worst) && report.effects.is_empty();
+        assert!(!(worst > 2.5 && report.verdict == Verdict::NothingMissing), "{seen:?}");
+        assert!(!small || report.verdict == Verdict::Inconclusive, "{seen:?}");
+        assert_eq!(report.verdict == Verdict::Inconclusive, report.would_tell.is_some(), "{seen:?}");
+    }
+    println!("{seen:#?}");
+    assert!(seen.iter().any(|s| s.2 == Verdict::Inconclusive), "{seen:?}");
 }
 
 #[test]
@@ -142,7 +172,8 @@ target = "grip"
 expression = "1 - a"
 parameters = { a = { value = 0.1, low = 0, high = 0.6, unit = "1" } }
 "#;
-    let (model, own) = ModelFile::parse(text, "model.toml").unwrap().without_formulas();
+    let (model, own) = ModelFile::parse(text, "model.toml").unwrap().without_proposals();
+    let own: Vec<CandidateEffect> = own.iter().filter_map(CandidateEffect::of).collect();
     let report = diagnose(&made("grip_force_loss=0.3", 8, |_| true), &model, &own, &|| ()).unwrap();
     let candidate = report.candidates.iter().find(|c| c.id == "weak_jaw").expect("refitted");
     assert!((candidate.parameters["a"].value - 0.3).abs() < 0.03, "{:?}", candidate.parameters);
