@@ -82,9 +82,9 @@ pub fn quantity(index: usize) -> Quantity {
 /// [`crate::fit::features`] names them. A name that is no channel's stays as it is.
 pub fn channel_words(channel: &str) -> String {
     let (plain, body) = if channel.starts_with("finger_sum") {
-        (channel.replace("finger_sum", "finger1"), Some("sum of the fingers'"))
+        (channel.replace("finger_sum", "finger1"), Some("fingers together,"))
     } else if channel.starts_with("finger_difference") {
-        (channel.replace("finger_difference", "finger2"), Some("difference of the fingers'"))
+        (channel.replace("finger_difference", "finger2"), Some("finger 1 less finger 2,"))
     } else {
         (channel.to_owned(), None)
     };
@@ -136,4 +136,23 @@ pub fn measured(
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::channel_words;
+
+    #[test]
+    fn channels_and_combinations_of_fingers_have_words_and_nothing_else_is_renamed() {
+        for (name, words) in [
+            ("object_rx_rad", "object rotation x"),
+            ("finger1_fx_n", "finger 1 force x"),
+            ("pusher_tz_nm", "pusher torque z"),
+            ("finger_sum_fy_n", "fingers together, force y"),
+            ("finger_difference_ty_nm", "finger 1 less finger 2, torque y"),
+            ("something", "something"),
+        ] {
+            assert_eq!(channel_words(name), words);
+        }
+    }
 }

@@ -114,7 +114,7 @@ fn misfit_bars(report: &Report) -> String {
     let rows = places.len();
     let mut chart = Chart {
         size: (820, 60 + 34 * rows as u32),
-        x_label: "systematic misfit, noise floors of one run".into(),
+        x_label: "systematic misfit, noise floors of one run (no bar: below 0.1)".into(),
         x_decades: true,
         ..Chart::default()
     };
@@ -130,7 +130,7 @@ fn misfit_bars(report: &Report) -> String {
     }
     chart.y_names = places.iter().rev().map(|p| place_words(p)).collect();
     let largest = places.iter().map(|p| log(p.before.max(p.after))).fold(log(RELEVANT), f64::max);
-    chart.x = (log(0.0), largest.ceil().max(1.0));
+    chart.x = (log(0.0), largest.ceil().max(1.0) + 0.1);
     let (low, high) = (-0.5, rows as f64 - 0.5);
     chart.lines.push(Line { points: vec![(log(RELEVANT), low), (log(RELEVANT), high)], colour: MEASURED, width: 1 });
     let swatch = |RGBColor(r, g, b): RGBColor, what: &str| {
@@ -156,17 +156,24 @@ fn cards(report: &Report) -> String {
     let near = |c: &&CandidateReport| !named(c) && !equal(c) && c.explained > NEARLY;
     let all = || report.candidates.iter();
     let mut out: Vec<String> =
-        all().filter(named).map(|c| card(c, "named", "named: the model lacks it")).collect();
+        all().filter(named).map(|c| card(c, "named", &role(c, "named: the model lacks it"))).collect();
     let as_well = |c: &&CandidateReport| equal(c) && !named(c);
-    out.extend(all().filter(as_well).map(|c| card(c, "named", "explains the data equally well")));
+    out.extend(all().filter(as_well).map(|c| card(c, "named", &role(c, "explains the data as well"))));
     out.extend(all().filter(near).take(NEAR).map(|c| {
-        let text = format!("not named; on its own it explains {} of the excess error", share(c.explained));
-        card(c, "", &text)
+        card(c, "", &role(c, "not named"))
     }));
     if out.is_empty() || report.verdict == Verdict::NothingMissing {
         return String::new();
     }
     format!("<h2>What it is</h2>\n<div class=\"cards\">\n{}</div>\n", out.concat())
+}
+
+fn role(c: &CandidateReport, what: &str) -> String {
+    format!(
+        "{what}; on its own it explains {} of the excess error and leaves {:.2} noise floors",
+        share(c.explained),
+        c.held_out_error
+    )
 }
 
 fn card(c: &CandidateReport, class: &str, role: &str) -> String {
@@ -209,7 +216,7 @@ fn tried(report: &Report) -> String {
     let mut chart = Chart {
         size: (820, 60 + 24 * rows as u32),
         x_label: "share of the excess error explained, %".into(),
-        x: (0.0, 100.0),
+        x: (0.0, 104.0),
         ..Chart::default()
     };
     for (k, c) in report.candidates.iter().enumerate() {

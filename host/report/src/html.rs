@@ -58,7 +58,9 @@ const STYLE: &str = "
  svg [fill='#222222']{fill:#d8d8d8} svg [stroke='#888888']{stroke:#777} svg [stroke='#E2E2E2']{stroke:#34363a}
  svg [stroke='#4A4A4A']{stroke:#c9c9c9} svg [fill='#4A4A4A']{fill:#c9c9c9} svg [stroke='#0072B2']{stroke:#56b4e9}
  svg [fill='#0072B2']{fill:#56b4e9} svg [stroke='#D55E00']{stroke:#ff8c42} svg [fill='#D55E00']{fill:#ff8c42}
- .swatch.measured{background:#c9c9c9}}
+ .swatch.measured{background:#c9c9c9}
+ .swatch[style*='213 94 0)'],.swatch[style*='#d55e00']{background:#ff8c42!important}
+ .swatch[style*='0 114 178)'],.swatch[style*='#0072b2']{background:#56b4e9!important}}
 *{box-sizing:border-box}
 body{margin:0;background:var(--paper);color:var(--ink);font:15px/1.5 system-ui,sans-serif}
 main{max-width:1240px;margin:0 auto;padding:20px 24px 60px}

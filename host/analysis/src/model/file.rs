@@ -107,6 +107,8 @@ impl EffectEntry {
             .collect();
         Some(Box::leak(Box::new(Info {
             id: keep(&f.name),
+            summary: keep(&format!("the user's formula for {}: {}", target_name(f), f.expression)),
+            signature: "as the formula says",
             parameters: Box::leak(parameters.into_boxed_slice()),
             ..formula::INFO
         })))
@@ -422,9 +424,12 @@ fn write_intervals(s: &mut String, intervals: &Intervals) {
     }
 }
 
+fn target_name(f: &FormulaEntry) -> &'static str {
+    TARGETS.iter().find(|(_, t)| *t == f.program.target).map_or("friction", |(name, _)| name)
+}
+
 fn write_formula(s: &mut String, f: &FormulaEntry, values: &[f64]) {
-    let target = TARGETS.iter().find(|(_, t)| *t == f.program.target).map_or("friction", |(n, _)| n);
-    let _ = writeln!(s, "name = {}\ntarget = {}", quoted(&f.name), quoted(target));
+    let _ = writeln!(s, "name = {}\ntarget = {}", quoted(&f.name), quoted(target_name(f)));
     if f.program.bodies != Formula::<f64>::ALL_BODIES {
         let bodies = BODIES.iter().enumerate().filter(|(k, _)| f.program.bodies & (1 << k) != 0);
         let bodies: Vec<String> = bodies.map(|(_, b)| quoted(b)).collect();

@@ -12,7 +12,7 @@ const ALIKE: f64 = 0.7;
 
 /// A name that no effect has.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{0}. `stickslip effects` lists all")]
+#[error("{0} (`stickslip effects` lists all)")]
 pub struct UnknownEffect(String);
 
 /// Identifiers of all listed effects.

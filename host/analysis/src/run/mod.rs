@@ -2,5 +2,6 @@
 
 pub mod motion;
 pub mod replay;
+pub mod series;
 pub mod simulate;
 pub mod summary;

@@ -1,7 +1,8 @@
 //! model.toml: what is read, what is refused and where, and that writing loses nothing.
 
 use stickslip_analysis::model::expression::parse;
-use stickslip_analysis::model::file::ModelFile;
+use stickslip_analysis::model::file::{EffectEntry, ModelFile};
+use stickslip_analysis::model::names;
 use stickslip_shared::effects::formula::{Formula, Target};
 use stickslip_shared::effects::{Effect, REGISTRY};
 
@@ -59,7 +60,7 @@ fn every_built_in_effect_survives_a_round_trip_of_its_typical_values() {
 #[test]
 fn errors_name_line_column_and_what_to_do() {
     for (from, to, place, says) in [
-        ("static_friction", "static_fricton", "8:6:", "nearest: static_friction"),
+        ("static_friction", "static_fricton", "8:6:", "did you mean static_friction"),
         ("excess = 0.2\n", "excess = 3\n", "9:10:", "between 0 and 2"),
         ("excess = 0.2\n", "exces = 0.2\n", "7:", "lacks its parameter excess"),
         ("intervals", "interval", "11:12:", "no parameter 'interval'"),
@@ -120,4 +121,76 @@ fn faulty_expressions_are_refused_at_the_character() {
 fn a_result_that_is_not_finite_is_not_a_number() {
     assert!(evaluate("1/load_n", &[], [0.0; 6], [0.0; 10]).is_nan());
     assert!(evaluate("ln(load_n)", &[], [0.0; 6], [0.0; 10]).is_nan());
+}
+
+#[test]
+fn a_formula_is_a_proposal_until_it_was_fitted() {
+    let file = ModelFile::parse(GOOD, "m").unwrap();
+    let (rest, proposed) = file.without_proposals();
+    assert_eq!(rest.effects.iter().map(EffectEntry::name).collect::<Vec<_>>(), ["static_friction"]);
+    assert_eq!(proposed.iter().map(EffectEntry::name).collect::<Vec<_>>(), ["my_hump"]);
+    let mut fitted = file.clone();
+    fitted.set_intervals([("friction.finger", [0.3, 0.5]), ("my_hump.a", [0.05, 0.15])]);
+    assert_eq!(fitted.effects[1].intervals["a"], [0.05, 0.15]);
+    assert_eq!(fitted.friction_intervals.len(), 1);
+    assert_eq!(fitted.without_proposals().0, fitted);
+    let written = fitted.write();
+    assert_eq!(ModelFile::parse(&written, "m").unwrap(), fitted, "{written}");
+}
+
+#[test]
+fn a_fit_without_intervals_writes_a_file_that_can_be_read() {
+    let mut file = ModelFile::parse(GOOD, "m").unwrap();
+    file.set_intervals([("my_hump.a", [f64::NAN; 2]), ("static_friction.excess", [f64::NAN; 2])]);
+    assert!(!file.effects[1].is_proposal(), "part of the model: its bounds stand for the interval");
+    assert_eq!(ModelFile::parse(&file.write(), "m").unwrap(), file);
+}
+
+#[test]
+fn the_file_of_a_model_is_the_model_with_its_formulas() {
+    let file = ModelFile::parse(GOOD, "m").unwrap();
+    let again = ModelFile::of_model(&file.to_model(), &file.effects);
+    assert_eq!(again.to_model(), file.to_model());
+    assert_eq!(again.effects[1].name(), "my_hump");
+    assert_eq!(again.effects[1].formula, file.effects[1].formula);
+    let mut without = file.to_model();
+    stickslip_analysis::model::candidate::remove(&mut without, 1);
+    assert!(without.formulas.is_empty() && without.effects.len() == 1);
+}
+
+#[test]
+fn formulas_have_names_of_their_own() {
+    for (from, to) in [("my_hump", "static_friction"), ("my_hump", "mass_error")] {
+        let error = ModelFile::parse(&GOOD.replace(from, to).replacen("id = \"mass", "id = \"static", 1), "m")
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("listed effect"), "{error}");
+    }
+    let twice = format!("{GOOD}{}", &GOOD[GOOD.rfind("[[effects]]").unwrap()..]);
+    let error = ModelFile::parse(&twice, "m").unwrap_err().to_string();
+    assert!(error.contains("given to two formulas"), "{error}");
+}
+
+#[test]
+fn formulas_are_read_from_a_file_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("own.toml");
+    std::fs::write(&path, &GOOD[GOOD.rfind("[[effects]]").unwrap()..]).unwrap();
+    let formulas = ModelFile::read_formulas(&path).unwrap();
+    assert_eq!(formulas.iter().map(EffectEntry::name).collect::<Vec<_>>(), ["my_hump"]);
+    std::fs::write(&path, "[[effects]]\nid = \"formula\"\n").unwrap();
+    let error = ModelFile::read_formulas(&path).unwrap_err().to_string();
+    assert!(error.contains("own.toml:1:1") && error.contains("name"), "{error}");
+    std::fs::write(&path, "").unwrap();
+    assert!(ModelFile::read_formulas(&path).unwrap_err().to_string().contains("no formula"));
+}
+
+#[test]
+fn a_name_that_is_alike_is_proposed_and_others_are_not() {
+    let formulas = ModelFile::parse(GOOD, "m").unwrap().effects;
+    let error = |name| names::effect(name, &formulas).unwrap_err().to_string();
+    assert!(error("my_hunp").contains("did you mean my_hump"), "{}", error("my_hunp"));
+    assert!(error("gripforceloss").contains("grip_force_loss"), "{}", error("gripforceloss"));
+    assert!(!error("zzz").contains("mean"), "{}", error("zzz"));
+    assert_eq!(names::effect("my_hump", &formulas).unwrap(), formulas[1]);
 }

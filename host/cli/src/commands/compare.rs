@@ -1,10 +1,11 @@
 //! `stickslip compare DATA`: where model and measurement differ, and by how much.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use anyhow::Context;
 use comfy_table::{Cell, CellAlignment};
+use rayon::prelude::*;
 
 use stickslip_analysis::compare::document::{Comparison, ErrorRow, Fate, ModelReport};
 use stickslip_analysis::compare::rows::many_primitives;
@@ -13,7 +14,10 @@ use stickslip_analysis::compare::verdict::{place_words, scale};
 use stickslip_analysis::compare::{Data, Forces, NamedModel, Options, compare};
 use stickslip_analysis::evidence::conditions::HeldOut;
 use stickslip_analysis::evidence::phases::PHASES;
+use stickslip_analysis::run::series;
+use stickslip_analysis::run::simulate::prepare;
 use stickslip_data::Index;
+use stickslip_data::series::SeriesWriter;
 use stickslip_report::terminal::{Output, table};
 
 /// Arguments of `stickslip compare`.
@@ -32,9 +36,6 @@ pub struct Args {
     /// Compare only this trial
     #[arg(long, value_name = "ID", conflicts_with = "held_out")]
     pub trial: Option<String>,
-    /// Compare all trials (the default)
-    #[arg(long, conflicts_with = "trial")]
-    pub all: bool,
     /// Compare only these trials, and calibrate on none of them: a share of the conditions
     /// (0.3), or ids separated by commas
     #[arg(long, value_name = "SHARE|IDS")]
@@ -42,10 +43,12 @@ pub struct Args {
     /// Write a page with all plots; it needs no network
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
-    /// Subtract each trial's mean before contact from its forces and torques (the default)
-    #[arg(long, overrides_with = "no_tare")]
-    pub tare: bool,
-    /// Use the measurements as recorded
+    /// Write the time series of measurement and models as recorded and as simulated, one row a
+    /// sample of each compared trial
+    #[arg(long, value_name = "FILE.csv|FILE.parquet", requires = "models")]
+    pub series: Option<PathBuf>,
+    /// Use the measurements as recorded; without it each trial's mean before contact is subtracted
+    /// from its forces and torques
     #[arg(long)]
     pub no_tare: bool,
     /// Count the distance to the model's own solution as error, also where rigid
@@ -93,11 +96,52 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         bar.finish_and_clear();
     }
     let comparison = result.with_context(|| args.data.display().to_string())?;
+    if let Some(path) = &args.series {
+        write_series(&index, &models, &options, path, output)?;
+    }
     if let Some(path) = &args.html {
         output.page(path, stickslip_report::compare::page(&comparison))?;
     }
     print(&comparison, output);
     output.document(&comparison)
+}
+
+/// Measured and modelled signals of all compared trials, in their order.
+fn write_series(
+    index: &Index,
+    models: &[NamedModel],
+    options: &Options,
+    path: &Path,
+    output: &Output,
+) -> anyhow::Result<()> {
+    let held_out = options.held_out.mask(&index.trials).map_err(anyhow::Error::msg)?;
+    let only_held_out = held_out.contains(&true);
+    let wanted: Vec<usize> = (0..index.trials.len())
+        .filter(|i| options.trial.as_ref().is_none_or(|id| *id == index.trials[*i].trial))
+        .filter(|i| !only_held_out || held_out[*i])
+        .collect();
+    let mut writer = SeriesWriter::create(path)?;
+    let bar = output.progress(wanted.len() as u64, "writing series");
+    let one = |i: &usize| {
+        let info = &index.trials[*i];
+        let trial = index.read_trial_lenient(info).trial?;
+        let prepared = prepare(&index.description, &trial, *i).ok()?;
+        let run = |m: &NamedModel| (m.name.clone(), prepared.simulate(m.of(&info.primitive)));
+        let runs: Vec<_> = models.iter().map(run).collect();
+        let runs: Vec<_> = runs.iter().map(|(name, s)| (name.as_str(), s)).collect();
+        Some(series::signals(&info.trial, &prepared, &runs))
+    };
+    // As many trials in memory as can be simulated at once.
+    for some in wanted.chunks(rayon::current_num_threads().max(1)) {
+        for series in some.par_iter().map(one).collect::<Vec<_>>().into_iter().flatten() {
+            writer.write(&series)?;
+        }
+        bar.inc(some.len() as u64);
+    }
+    writer.finish()?;
+    bar.finish_and_clear();
+    output.note(format_args!("time series written to {}", path.display()));
+    Ok(())
 }
 
 fn print(comparison: &Comparison, output: &Output) {

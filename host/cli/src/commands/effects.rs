@@ -97,7 +97,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     for effect in &effects {
         show(effect, output);
     }
-    output.next(["add", "DATA", id, "--model", "model.toml", "--out", "better.toml"]);
+    let formula = args.formula.as_ref().map(|f| f.display().to_string());
+    let formula = formula.as_deref().map(|f| ["--formula", f]);
+    let add = ["add", "DATA", id, "--model", "model.toml"];
+    output.next(add.into_iter().chain(formula.into_iter().flatten()).chain(["--out", "better.toml"]));
     output.document(effects.first().ok_or_else(|| anyhow::anyhow!("{id}: not described"))?)
 }
 

@@ -7,8 +7,11 @@ use stickslip_shared::predictor::{Limits, Prediction};
 
 use stickslip_analysis::model::file::model_or_default;
 use stickslip_analysis::run::replay::{feed, first_difference, hash, replay};
+use stickslip_analysis::run::series;
+use stickslip_analysis::run::simulate::prepare;
 use stickslip_analysis::run::summary::{Against, Document};
 use stickslip_data::Index;
+use stickslip_data::series::SeriesWriter;
 use stickslip_device::log;
 use stickslip_device::records::{PREDICTION_RECORD, read_predictions};
 use stickslip_report::terminal::{Output, table};
@@ -35,6 +38,9 @@ pub struct Args {
     /// Compare with the predictions in this log bit for bit
     #[arg(long, value_name = "FILE.sslog")]
     pub against: Option<PathBuf>,
+    /// Write the time series of measurement, model and prediction, one row a sample
+    #[arg(long, value_name = "FILE.csv|FILE.parquet")]
+    pub series: Option<PathBuf>,
     /// Write a page with plots of the predictions
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
@@ -59,6 +65,16 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         Some(path) => Some(read_against(path, &replayed.predictions)?),
         None => None,
     };
+    if let Some(path) = &args.series {
+        let prepared = prepare(&index.description, &trial, at)?;
+        let simulated = prepared.simulate(&model);
+        let mut series = series::signals(&info.trial, &prepared, &[("model", &simulated)]);
+        series::add_predictions(&mut series, &replayed.predictions);
+        let mut writer = SeriesWriter::create(path)?;
+        writer.write(&series)?;
+        writer.finish()?;
+        output.note(format_args!("time series written to {}", path.display()));
+    }
     let document = Document::new(&info.trial, &t_s, &feed.plan, &replayed, against);
     if let Some(path) = &args.html {
         output.page(path, stickslip_report::replay::page(&document, &t_s, &replayed.predictions))?;

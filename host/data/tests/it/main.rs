@@ -4,3 +4,4 @@ mod dataset_refusals;
 mod dataset_round_trip;
 mod hostile_input;
 mod imports;
+mod series;
