@@ -2,5 +2,4 @@
 
 mod dataset_refusals;
 mod dataset_round_trip;
-mod hostile_input;
 mod imports;
