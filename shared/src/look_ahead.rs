@@ -9,6 +9,7 @@
 use crate::cone::{ConeOptions, ConeStatus, FACTORS_WORK, FIXED_POINTS, USUAL_POINTS};
 use crate::contact::SLOTS;
 use crate::model::{Model, Scene};
+use crate::predictor::sag::{Sag, planned_slide, slipped, unintended_down};
 use crate::predictor::{Plan, Segment};
 use crate::real::{Length, Real, Vec3, clamp, most};
 use crate::step::{State, StepSummary, Workspace, turned};
@@ -83,6 +84,8 @@ pub(crate) struct Course<'a, R: Real> {
     pub trial: R,
     pub support: Option<Pose<R>>,
     pub reference_m: Vec3<R>,
+    /// Object in the grasp when it was first seen.
+    pub start: Pose<R>,
 }
 
 /// What a look-ahead found; times since it began.
@@ -95,11 +98,8 @@ pub(crate) struct Foreseen<R: Real> {
     pub slip_after_s: [f32; 2],
     pub slip: [Vec3<R>; 2],
     pub drop_after_s: f32,
-    /// At its beginning.
-    pub from: (Pose<R>, Vec3<R>),
-    /// At the end of the horizon.
-    pub carrier: Pose<R>,
-    pub position_m: Vec3<R>,
+    /// Sag that comes until the end of the horizon, m.
+    pub sag_m: R,
     /// A step was not solved within its iterations.
     pub marked: bool,
 }
@@ -111,8 +111,10 @@ pub(crate) struct Ahead<R: Real> {
     pusher: Option<Pose<R>>,
     pusher_m_s: Option<Vec3<R>>,
     departure_n: R,
+    carrier: Pose<R>,
     ahead_s: R,
     speed_m_s: R,
+    sag: Sag<R>,
     found: Foreseen<R>,
 }
 
@@ -125,6 +127,7 @@ impl<R: Real> Ahead<R> {
         place: &mut Option<Self>,
         state: &State<R, SLOTS>,
         poses: &Poses<R>,
+        start: &Pose<R>,
         t_s: R,
         pusher_m_s: Option<Vec3<R>>,
         departure_n: R,
@@ -134,17 +137,17 @@ impl<R: Real> Ahead<R> {
             pusher: poses.pusher,
             pusher_m_s,
             departure_n,
+            carrier: poses.carrier,
             ahead_s: R::zero(),
             speed_m_s: state.absolute_m_s.length(),
+            sag: Sag::new(slipped(start, &state.position_m, &state.rotation)),
             found: Foreseen {
                 began_s: t_s,
                 peak_utilisation: [0.0; 2],
                 slip_after_s: [-1.0; 2],
                 slip: [Vec3::zeros(); 2],
                 drop_after_s: -1.0,
-                from: (poses.carrier, state.position_m),
-                carrier: poses.carrier,
-                position_m: state.position_m,
+                sag_m: R::zero(),
                 marked: false,
             },
         });
@@ -170,7 +173,7 @@ impl<R: Real> Ahead<R> {
             let segment = course.plan.at(t_s.to_f64() as f32).unwrap_or(course.present);
             let widen = |a: [f32; 3]| Vec3::from(a.map(|x| R::of(f64::from(x))));
             let (linear, angular) = (widen(segment.velocity_m_s), widen(segment.angular_rad_s));
-            let carrier = self.found.carrier;
+            let carrier = self.carrier;
             let next_carrier = Pose {
                 position_m: carrier.position_m + linear * dt,
                 rotation: turned(&carrier.rotation, &(angular * dt)),
@@ -211,8 +214,14 @@ impl<R: Real> Ahead<R> {
             if held && (lost || falling) && found.drop_after_s < 0.0 {
                 found.drop_after_s = when;
             }
-            found.carrier = next_carrier;
-            found.position_m = self.state.position_m;
+            let down = unintended_down(
+                &course.scene.gravity_m_s2,
+                &next_carrier.rotation,
+                planned_slide(segment, course.slip_m_s),
+            );
+            let at_m = slipped(&course.start, &self.state.position_m, &self.state.rotation);
+            found.sag_m = self.sag.follow(at_m, &down);
+            self.carrier = next_carrier;
             self.pusher = next_pusher;
         }
         Some(self.found)

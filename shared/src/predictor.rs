@@ -16,6 +16,8 @@
 //! the intended direction, slip while holding, sag and rotation beyond their limits are
 //! flagged as unexpected.
 
+pub(crate) mod sag;
+
 use crate::cone::{ConeOptions, ConeStatus, Kept};
 use crate::contact::{Body, SLOTS};
 use crate::health::Health;
@@ -28,6 +30,7 @@ use crate::step::{Drive, State, StepSummary, Workspace};
 use crate::track::{PathFilter, Pose, Poses, Settling, drive_between, seat, support_pose};
 use heapless::Vec;
 use postcard_schema::Schema;
+use sag::{Sag, planned_slide, slipped, unintended_down};
 use serde::{Deserialize, Serialize};
 
 /// Most segments of a plan.
@@ -72,8 +75,8 @@ pub enum Intent {
     /// The object shall stay where it is in the grasp.
     #[default]
     Hold,
-    /// The object shall slide through the grasp along its motion relative to the gripper;
-    /// sag across it is not intended.
+    /// The object shall slide through the grasp along the segment's velocity; sag across it is not
+    /// intended. A segment slower than [`Limits::slip_m_s`] intends no slide: it counts as `Hold`.
     Slide,
     /// The object shall turn between the fingers about the gripper's Y axis.
     Pivot,
@@ -208,7 +211,8 @@ pub struct Prediction {
     pub validity: u32,
     /// Finger 1 (+Y), finger 2 (-Y).
     pub finger: [FingerPrediction; 2],
-    /// Sag of the object in the grasp since the start.
+    /// Downward motion in the grasp since the start that was not intended, of the object's
+    /// material point that lay between the pads.
     pub sag_m: f32,
     /// Sag expected at the end of the horizon.
     pub sag_ahead_m: f32,
@@ -443,6 +447,8 @@ struct Tracked<R: Real> {
     seat_m: Vec3<R>,
     reference_m: Vec3<R>,
     start: Pose<R>,
+    /// By the model, and by the measured pose.
+    sag: [Sag<R>; 2],
     pushing: bool,
     /// Samples in a row in which model and measurement disagree.
     apart: u8,
@@ -468,6 +474,8 @@ struct Tracked<R: Real> {
     /// Planned velocity and angular velocity, and how long a change of it still matters.
     motion: [[f32; 3]; 2],
     settling_s: R,
+    /// For how long slip still counts as intended after the plan has come to hold.
+    meant_s: R,
     /// What a held grasp was last warned of.
     slip_warning: Warning,
     drop_warning: Warning,
@@ -635,6 +643,7 @@ impl<R: Real> Predictor<R> {
             seat_m,
             reference_m: reference_m + seat_m,
             start: local,
+            sag: [Sag::new(Vec3::zeros()); 2],
             pushing: false,
             apart: 0,
             strayed: 0,
@@ -649,6 +658,7 @@ impl<R: Real> Predictor<R> {
             slipped_m: Vec3::zeros(),
             motion: [[0.0; 3]; 2],
             settling_s: R::zero(),
+            meant_s: R::zero(),
             slip_warning: Warning::default(),
             drop_warning: Warning::default(),
             gripper: PathFilter::new(poses.carrier),
@@ -811,7 +821,14 @@ impl<R: Real> Core<R> {
             }
         }
         let plan = self.plan.at(sample.t_s.to_f64() as f32).copied();
-        let present = plan.unwrap_or_else(|| present_motion(&drive, sample));
+        let mut present = plan.unwrap_or_else(|| present_motion(&drive, sample));
+        present.intent = self.intended(&present);
+        // What was meant to move comes to rest a little later, and a plan may be late.
+        let soon = self.plan.at(sample.t_s.to_f64() as f32 + PLAN_LATE_S);
+        let moves = soon.is_some_and(|s| self.intended(s) != Intent::Hold) || present.intent != Intent::Hold;
+        tracked.meant_s = if moves { R::of(SETTLING_S) } else { tracked.meant_s - drive.dt_s };
+        let slide = planned_slide(&present, R::of(f64::from(self.limits.slip_m_s)));
+        let down = unintended_down(&self.scene.gravity_m_s2, &poses.carrier.rotation, slide);
         if plan.is_none() {
             doubt |= validity::NO_PLAN;
         }
@@ -820,14 +837,17 @@ impl<R: Real> Core<R> {
         let observed =
             self.observe(tracked, &out, sample, &drive, &present, seen.as_ref(), effects, &mut doubt);
         let mut p = self.describe(tracked, &out, &observed, &present);
-        let model_sag = p.sag_m;
+        let at_m = slipped(&tracked.start, &tracked.state.position_m, &tracked.state.rotation);
+        let model_sag = tracked.sag[0].follow(at_m, &down).to_f64() as f32;
+        p.sag_m = model_sag;
         *work.kept() = tracked.kept[1];
         self.look_ahead(tracked, &drive, sample, &present, &mut p, &mut worst, &mut work, &mut doubt);
         tracked.kept[1] = *work.kept();
         if let Some(seen) = &seen {
             // The model knows what comes, the measurement what is.
             let to_come = p.sag_ahead_m - model_sag;
-            p.sag_m = self.sag(tracked, &poses.carrier, &present, &seen.position_m).to_f64() as f32;
+            let at_m = slipped(&tracked.start, &seen.position_m, &seen.rotation);
+            p.sag_m = tracked.sag[1].follow(at_m, &down).to_f64() as f32;
             p.sag_ahead_m = p.sag_m + to_come;
             p.rotation_rad = rotation_between(&tracked.start, &seen.rotation).to_f64() as f32;
         }
@@ -847,7 +867,8 @@ impl<R: Real> Core<R> {
             }
         }
         let sags = self.sags(&p, tracked, &observed);
-        judge(&mut p, present.intent, &self.limits, sags, tracked.pushing);
+        let meant = tracked.meant_s > R::zero();
+        judge(&mut p, present.intent, &self.limits, sags, meant, tracked.pushing);
         if worst.status != ConeStatus::Solved {
             doubt |= validity::SOLVER;
         }
@@ -861,6 +882,16 @@ impl<R: Real> Core<R> {
         p.solver_iterations = worst.iterations;
         self.last = p;
         Ok(())
+    }
+
+    /// What a segment means: a slide too slow to be one is none.
+    fn intended(&self, segment: &Segment) -> Intent {
+        match segment.intent {
+            Intent::Slide if planned_slide(segment, R::of(f64::from(self.limits.slip_m_s))).is_none() => {
+                Intent::Hold
+            }
+            intent => intent,
+        }
     }
 
     /// Draws the model's object towards the measured pose where no contact resists; `true`
@@ -1049,28 +1080,9 @@ impl<R: Real> Core<R> {
         let q = r.rotation.quaternion();
         p.quaternion = [narrow(q.w), narrow(q.i), narrow(q.j), narrow(q.k)];
         p.pusher_force_n = [narrow(r.pusher[0]), narrow(r.pusher[1]), narrow(r.pusher[2])];
-        p.sag_m = narrow(self.sag(tracked, &tracked.poses.carrier, present, &tracked.state.position_m));
         p.rotation_rad = narrow(rotation_between(&tracked.start, &tracked.state.rotation));
         p.friction = narrow(self.observer.friction());
         p
-    }
-
-    /// Motion in the grasp along gravity since the start; while sliding, only that across the slide.
-    fn sag(&self, tracked: &Tracked<R>, carrier: &Pose<R>, present: &Segment, position_m: &Vec3<R>) -> R {
-        let mut down = Vec3::from(self.scene.gravity_m_s2);
-        if present.intent == Intent::Slide {
-            let v = Vec3::from(present.velocity_m_s.map(|x| R::of(f64::from(x))));
-            let square = v.norm_squared();
-            if square > R::of(1e-8) {
-                down -= v * (v.dot(&down) / square);
-            }
-        }
-        let size = down.length();
-        if !(size > R::of(1e-3)) {
-            return R::zero();
-        }
-        let down = carrier.rotation.inverse_transform_vector(&(down / size));
-        down.dot(&(position_m - tracked.start.position_m))
     }
 
     /// How far each way (object X and Z) the object can still move until a pad's centre is off
@@ -1235,6 +1247,7 @@ impl<R: Real> Core<R> {
             trial: self.trial,
             support: tracked.support,
             reference_m: tracked.reference_m,
+            start: tracked.start,
         };
         let mut done = worst.work;
         let mut begun = false;
@@ -1247,8 +1260,8 @@ impl<R: Real> Core<R> {
                     let v = m.velocity_m_s + drive.carrier_m_s + drive.carrier_rad_s.cross(&m.position_m);
                     drive.carrier.transform_vector(&v)
                 });
-                let Tracked { ahead, state, poses, .. } = &mut *tracked;
-                Ahead::begin(ahead, state, poses, sample.t_s, pusher_m_s, departure_n);
+                let Tracked { ahead, state, poses, start, .. } = &mut *tracked;
+                Ahead::begin(ahead, state, poses, start, sample.t_s, pusher_m_s, departure_n);
             }
             let Some(ahead) = &mut tracked.ahead else { break };
             if let Some(found) = ahead.go_on(&course, &mut done, work, |out| worst.count(out)) {
@@ -1280,11 +1293,8 @@ impl<R: Real> Core<R> {
                 if p.drop_in_s < 0.0 {
                     p.drop_in_s = from_now(found.drop_after_s);
                 }
-                // What it adds: the model may have been drawn elsewhere since. Sag is in each
-                // carrier's axes: gravity has turned with it.
-                let sag = |carrier, position_m| self.sag(tracked, carrier, present, position_m);
-                let to_come = sag(&found.carrier, &found.position_m) - sag(&found.from.0, &found.from.1);
-                p.sag_ahead_m = p.sag_m + to_come.to_f64() as f32;
+                // What it adds: the model may have been drawn elsewhere since.
+                p.sag_ahead_m = p.sag_m + found.sag_m.to_f64() as f32;
                 if found.marked {
                     *doubt |= validity::FORESIGHT;
                 }
@@ -1459,8 +1469,8 @@ fn sooner(a: Option<f32>, b: Option<f32>) -> Option<f32> {
     }
 }
 
-/// Sets the flags from the figures.
-fn judge(p: &mut Prediction, intent: Intent, limits: &Limits, sag: bool, pushing: bool) {
+/// Sets the flags from the figures. `meant`: slip was intended a moment ago, or soon will be.
+fn judge(p: &mut Prediction, intent: Intent, limits: &Limits, sag: bool, meant: bool, pushing: bool) {
     let mut set = 0;
     let (slip, ahead) = ([flags::SLIP_1, flags::SLIP_2], [flags::SLIP_AHEAD_1, flags::SLIP_AHEAD_2]);
     let mut any = false;
@@ -1481,7 +1491,7 @@ fn judge(p: &mut Prediction, intent: Intent, limits: &Limits, sag: bool, pushing
         set |= flags::ROTATION;
     }
     let unexpected = match intent {
-        Intent::Hold => any,
+        Intent::Hold => any && !meant,
         Intent::Slide => sag || turned,
         Intent::Pivot => sag,
         Intent::Free => false,
