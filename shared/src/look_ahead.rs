@@ -94,10 +94,10 @@ pub(crate) struct Foreseen<R: Real> {
     /// Time stamp at which it began.
     pub began_s: R,
     pub peak_utilisation: [f32; 2],
-    /// Negative: not within the horizon.
-    pub slip_after_s: [f32; 2],
+    /// `None`: not within the horizon.
+    pub slip_after_s: [Option<f32>; 2],
     pub slip: [Vec3<R>; 2],
-    pub drop_after_s: f32,
+    pub drop_after_s: Option<f32>,
     /// Sag that comes until the end of the horizon, m.
     pub sag_m: R,
     /// A step was not solved within its iterations.
@@ -144,9 +144,9 @@ impl<R: Real> Ahead<R> {
             found: Foreseen {
                 began_s: t_s,
                 peak_utilisation: [0.0; 2],
-                slip_after_s: [-1.0; 2],
+                slip_after_s: [None; 2],
                 slip: [Vec3::zeros(); 2],
-                drop_after_s: -1.0,
+                drop_after_s: None,
                 sag_m: R::zero(),
                 marked: false,
             },
@@ -199,8 +199,8 @@ impl<R: Real> Ahead<R> {
             let found = &mut self.found;
             for k in 0..2 {
                 found.peak_utilisation[k] = found.peak_utilisation[k].max(out.utilisation[k].to_f64() as f32);
-                if found.slip_after_s[k] < 0.0 && out.slip_m_s[k].length() > course.slip_m_s {
-                    found.slip_after_s[k] = when;
+                if found.slip_after_s[k].is_none() && out.slip_m_s[k].length() > course.slip_m_s {
+                    found.slip_after_s[k] = Some(when);
                     found.slip[k] = out.slip_m_s[k];
                 }
             }
@@ -211,8 +211,8 @@ impl<R: Real> Ahead<R> {
             let speed = Vec3::new(vx, vy, vz).length();
             let falling = speed > R::of(0.05) && (speed - self.speed_m_s) / dt > R::of(2.0);
             self.speed_m_s = speed;
-            if held && (lost || falling) && found.drop_after_s < 0.0 {
-                found.drop_after_s = when;
+            if held && (lost || falling) {
+                found.drop_after_s = found.drop_after_s.or(Some(when));
             }
             let down = unintended_down(
                 &course.scene.gravity_m_s2,

@@ -27,7 +27,7 @@ use crate::observer::motion::Moved;
 use crate::observer::{Observed, Observer, Seen};
 use crate::real::{Length, Real, Rotation, Vec3, least, most};
 use crate::step::{Drive, State, StepSummary, Workspace};
-use crate::track::{PathFilter, Pose, Poses, Settling, drive_between, seat, support_pose};
+use crate::track::{PathFilter, Pose, Poses, Settling, between_pads, drive_between, seat, support_pose};
 use heapless::Vec;
 use postcard_schema::Schema;
 use sag::{Sag, planned_slide, slipped, unintended_down};
@@ -187,8 +187,8 @@ pub struct Sample<R: Real> {
 /// State of one finger.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize, Schema)]
 pub struct FingerPrediction {
-    /// Share of the friction limit used now, by the measured wrench (NaN: not measured).
-    pub measured_utilisation: f32,
+    /// Share of the friction limit used now, by the measured wrench; `None`: not measured.
+    pub measured_utilisation: Option<f32>,
     /// The same by the model.
     pub model_utilisation: f32,
     /// Largest utilisation of the look-ahead.
@@ -198,11 +198,75 @@ pub struct FingerPrediction {
     /// Direction of slip now or, while sticking, of the predicted slip: angle in the finger
     /// plane from gripper X towards gripper Z.
     pub slip_direction_rad: f32,
-    /// Time until slip begins: 0 when slipping, negative when none within the horizon.
-    pub slip_in_s: f32,
+    /// Whether it slips, or will.
+    pub slip: Slip,
 }
 
-/// Output of one tick.
+/// Slip of one finger, now or foreseen.
+#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize, Schema)]
+pub enum Slip {
+    /// It sticks, and no slip is foreseen within the horizon.
+    #[default]
+    None,
+    /// It sticks; slip begins after so long, s.
+    In(f32),
+    /// It slips.
+    Now,
+}
+
+impl Slip {
+    /// Time until slip begins, s; zero while it slips, `None` where none is foreseen.
+    pub fn in_s(self) -> Option<f32> {
+        match self {
+            Slip::None => None,
+            Slip::In(t_s) => Some(t_s),
+            Slip::Now => Some(0.0),
+        }
+    }
+}
+
+/// How a tick's contact problems ended: the worst of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
+pub enum SolverStatus {
+    /// Within the tolerance.
+    #[default]
+    Solved,
+    /// The best answer within the iterations of a tick.
+    IterationLimit,
+    /// Numbers that no rig has; the last good state is kept.
+    BadInput,
+    /// Rounding left no progress.
+    Numerical,
+    /// Contacts that contradict each other; the last good state is kept.
+    Contradiction,
+}
+
+impl SolverStatus {
+    /// As the names of the JSON documents.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Solved => "solved",
+            Self::IterationLimit => "iteration_limit",
+            Self::BadInput => "bad_input",
+            Self::Numerical => "numerical",
+            Self::Contradiction => "contradiction",
+        }
+    }
+}
+
+impl From<ConeStatus> for SolverStatus {
+    fn from(status: ConeStatus) -> Self {
+        match status {
+            ConeStatus::Solved => Self::Solved,
+            ConeStatus::IterationLimit => Self::IterationLimit,
+            ConeStatus::BadInput => Self::BadInput,
+            ConeStatus::Numerical => Self::Numerical,
+            ConeStatus::Contradiction => Self::Contradiction,
+        }
+    }
+}
+
+/// Output of one tick. The default foresees nothing and warns of nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize, Schema)]
 pub struct Prediction {
     /// See [`flags`].
@@ -218,10 +282,11 @@ pub struct Prediction {
     pub sag_ahead_m: f32,
     /// Rotation of the object in the grasp since the start.
     pub rotation_rad: f32,
-    /// Time until the grasp is lost: negative when not within the horizon.
-    pub drop_in_s: f32,
-    /// Grip force of each finger that keeps the target utilisation; NaN where the plan means to slide.
-    pub holding_grip_n: f32,
+    /// Time until the grasp is lost; `None`: not within the horizon.
+    pub drop_in_s: Option<f32>,
+    /// Grip force of each finger that keeps the target utilisation; `None` where the plan does not
+    /// mean to hold.
+    pub holding_grip_n: Option<f32>,
     /// Friction coefficient of the fingers, learnt on-line from slips and near slips.
     pub friction: f32,
     /// Object in the grasp, model: position (m) in the gripper frame.
@@ -232,9 +297,8 @@ pub struct Prediction {
     pub finger_wrench: [[f32; 6]; 2],
     /// Model's force of the pusher on the object, world axes.
     pub pusher_force_n: [f32; 3],
-    /// Worst solver status of the tick: 0 solved, 1 iteration limit, 2 bad input, 3 numerical,
-    /// 4 contacts that contradict each other. After 2 and 4 the last good state is kept.
-    pub solver_status: u8,
+    /// Worst of the tick.
+    pub solver_status: SolverStatus,
     /// Largest momentum error of the tick's solves, N.
     pub solver_residual_n: f32,
     /// Newton steps of the tick.
@@ -543,7 +607,7 @@ impl<R: Real> Predictor<R> {
                 plan: Plan::default(),
                 epoch_us: 0,
                 trial: R::zero(),
-                last: Prediction { drop_in_s: -1.0, ..Prediction::default() },
+                last: Prediction::default(),
                 work: 0,
             },
             tracked: None,
@@ -617,13 +681,13 @@ impl<R: Real> Predictor<R> {
     #[cold]
     fn start(&mut self, sample: &Sample<R>) -> Option<()> {
         let object = sample.object?;
-        let support = support_pose(&self.core.scene, &object);
         let mut poses = self.core.poses(sample, None)?;
+        let local = between_pads(&self.core.scene, &poses.carrier.to_local(&object));
+        let support = support_pose(&self.core.scene, &poses.carrier.to_world(&local));
         poses.support = support;
         let reference_m = poses.pusher.map_or_else(Vec3::zeros, |p| p.position_m);
         let later = Poses { t_s: poses.t_s + R::of(0.004), ..poses };
         let drive = drive_between(&poses, &later, &reference_m, sample.grip_cmd_n, self.core.trial)?;
-        let local = poses.carrier.to_local(&object);
         self.core.observer = self.core.observer.restarted();
         let mut state =
             State::held(&self.core.scene, &self.core.model, &drive, local.position_m, local.rotation);
@@ -684,7 +748,9 @@ impl<R: Real> Predictor<R> {
             if self.start(sample).is_none() {
                 return self.core.repeat(doubt | validity::WAITING);
             }
-            self.core.last = Prediction { drop_in_s: -1.0, validity: doubt, ..Prediction::default() };
+            // The first sample has nothing behind it to predict from.
+            let validity = doubt | validity::NO_FORESIGHT;
+            self.core.last = Prediction { validity, ..Prediction::default() };
             return self.core.last;
         }
         if self.settle() {
@@ -699,8 +765,7 @@ impl<R: Real> Predictor<R> {
                 if lost {
                     *place = None;
                 }
-                core.last =
-                    Prediction { solver_status: status_code(status), ..core.repeat(validity::SOLVER) };
+                core.last = Prediction { solver_status: status.into(), ..core.repeat(validity::SOLVER) };
             }
         }
         core.last
@@ -861,7 +926,7 @@ impl<R: Real> Core<R> {
             tracked.rest_m = tracked.seen_m;
             if let Some(moved) = observed.moved.as_ref().filter(|m| m.slip_s > R::zero()) {
                 for (f, v) in p.finger.iter_mut().zip(&moved.velocity_m_s) {
-                    f.slip_in_s = 0.0;
+                    f.slip = Slip::Now;
                     f.slip_speed_m_s = f.slip_speed_m_s.max(v.length().to_f64() as f32);
                 }
             }
@@ -876,7 +941,7 @@ impl<R: Real> Core<R> {
             p.flags |= flags::UNSURE;
         }
         p.validity = doubt;
-        p.solver_status = status_code(worst.status);
+        p.solver_status = worst.status.into();
         self.work = worst.work.done();
         p.solver_residual_n = worst.residual_n.to_f64() as f32;
         p.solver_iterations = worst.iterations;
@@ -1055,13 +1120,13 @@ impl<R: Real> Core<R> {
         observed: &Observed<R>,
         present: &Segment,
     ) -> Prediction {
-        let mut p = Prediction { drop_in_s: -1.0, ..Prediction::default() };
+        let mut p = Prediction::default();
         let narrow = |x: R| x.to_f64() as f32;
         for (k, f) in p.finger.iter_mut().enumerate() {
             f.model_utilisation = narrow(out.utilisation[k]);
             f.measured_utilisation = match observed.finger[k] {
-                Some(r) if observed.limit > R::zero() => narrow(r / observed.limit),
-                _ => f32::NAN,
+                Some(r) if observed.limit > R::zero() => Some(narrow(r / observed.limit)),
+                _ => None,
             };
             let mut slip = out.slip_m_s[k];
             if let Some(moved) = &observed.moved
@@ -1072,7 +1137,6 @@ impl<R: Real> Core<R> {
             }
             f.slip_speed_m_s = narrow(slip.length());
             f.slip_direction_rad = direction(&slip);
-            f.slip_in_s = -1.0;
             p.finger_wrench[k] = out.reading.finger[k].map(narrow);
         }
         let r = &out.reading;
@@ -1122,15 +1186,16 @@ impl<R: Real> Core<R> {
         let blind = observed.finger.iter().all(Option::is_none);
         let agrees =
             now.doubt & validity::MODEL == 0 && observed.ratio.is_some_and(|r| self.agrees(p, observed, r));
-        let foresees = p.finger.iter().any(|f| f.slip_in_s >= 0.0) && (agrees || blind);
+        // Against a pusher at rest the rigid model's forces are statically undetermined (a push
+        // that has ended leaves them at the limit): what it foresees there proves nothing.
+        let rests = tracked.pushing && !blind;
+        let foresees = p.finger.iter().any(|f| f.slip != Slip::None) && (agrees || blind) && !rests;
         tracked.foreseen = if foresees { tracked.foreseen.saturating_add(1) } else { 0 };
         let mut ahead = within(observed.limit_in_s, self.limits.slip_warning_s);
         let mut drop = within(observed.limit_in_s, self.limits.drop_warning_s);
         if tracked.foreseen >= FORESEEN_SAMPLES {
-            let soonest =
-                p.finger.iter().filter(|f| f.slip_in_s >= 0.0).map(|f| f.slip_in_s).reduce(f32::min);
-            ahead = sooner(ahead, soonest);
-            drop = sooner(drop, Some(p.drop_in_s).filter(|t| *t >= 0.0));
+            ahead = sooner(ahead, p.finger.iter().filter_map(|f| f.slip.in_s()).reduce(f32::min));
+            drop = sooner(drop, p.drop_in_s);
         }
         let slips = match &observed.moved {
             Some(moved) => moved.slip_s > R::zero(),
@@ -1154,17 +1219,19 @@ impl<R: Real> Core<R> {
         }
         ahead = tracked.slip_warning.hold(ahead, now.dt_s);
         for f in &mut p.finger {
-            f.slip_in_s = if slips { 0.0 } else { ahead.map_or(-1.0, |t| t.max(LEAST_AHEAD_S)) };
-            if !slips {
+            if slips {
+                f.slip = Slip::Now;
+            } else {
+                f.slip = ahead.map_or(Slip::None, |t| Slip::In(t.max(LEAST_AHEAD_S)));
                 f.slip_speed_m_s = 0.0;
             }
         }
-        p.drop_in_s = tracked.drop_warning.hold(drop, now.dt_s).unwrap_or(-1.0);
+        p.drop_in_s = tracked.drop_warning.hold(drop, now.dt_s);
         let enough = observed.least_limit * R::of(f64::from(self.limits.target_utilisation.max(0.05)));
         if let Some(ratio) = observed.ratio
             && enough > R::zero()
         {
-            p.holding_grip_n = now.grip_n * (ratio / enough).to_f64() as f32;
+            p.holding_grip_n = Some(now.grip_n * (ratio / enough).to_f64() as f32);
         }
     }
 
@@ -1272,7 +1339,7 @@ impl<R: Real> Core<R> {
         for f in &mut p.finger {
             f.peak_utilisation = f.model_utilisation;
             if f.slip_speed_m_s > self.limits.slip_m_s {
-                f.slip_in_s = 0.0;
+                f.slip = Slip::Now;
             }
         }
         p.sag_ahead_m = p.sag_m;
@@ -1281,18 +1348,15 @@ impl<R: Real> Core<R> {
             Some(found) => {
                 let age_s = (sample.t_s - found.began_s).to_f64() as f32;
                 // Foreseen for a moment that has come without it: it is due.
-                let from_now =
-                    |after_s: f32| if after_s < 0.0 { after_s } else { (after_s - age_s).max(0.004) };
+                let from_now = |after_s: f32| (after_s - age_s).max(LEAST_AHEAD_S);
                 for (k, f) in p.finger.iter_mut().enumerate() {
                     f.peak_utilisation = f.peak_utilisation.max(found.peak_utilisation[k]);
-                    if f.slip_in_s < 0.0 && found.slip_after_s[k] >= 0.0 {
-                        f.slip_in_s = from_now(found.slip_after_s[k]);
+                    if let (Slip::None, Some(after_s)) = (f.slip, found.slip_after_s[k]) {
+                        f.slip = Slip::In(from_now(after_s));
                         f.slip_direction_rad = direction(&found.slip[k]);
                     }
                 }
-                if p.drop_in_s < 0.0 {
-                    p.drop_in_s = from_now(found.drop_after_s);
-                }
+                p.drop_in_s = p.drop_in_s.or(found.drop_after_s.map(from_now));
                 // What it adds: the model may have been drawn elsewhere since.
                 p.sag_ahead_m = p.sag_m + found.sag_m.to_f64() as f32;
                 if found.marked {
@@ -1300,14 +1364,14 @@ impl<R: Real> Core<R> {
                 }
             }
         }
-        let used = p.finger.iter().fold(0.0f32, |u, f| {
-            let measured = if f.measured_utilisation.is_nan() { 0.0 } else { f.measured_utilisation };
-            u.max(f.peak_utilisation).max(measured)
-        });
+        let used = p
+            .finger
+            .iter()
+            .fold(0.0f32, |u, f| u.max(f.peak_utilisation).max(f.measured_utilisation.unwrap_or(0.0)));
         let grip = sample.grip_cmd_n.to_f64() as f32;
         p.holding_grip_n = match present.intent {
-            Intent::Hold => grip * used / self.limits.target_utilisation.max(0.05),
-            _ => f32::NAN,
+            Intent::Hold => Some(grip * used / self.limits.target_utilisation.max(0.05)),
+            _ => None,
         };
     }
 }
@@ -1355,17 +1419,6 @@ fn coefficient_along<R: Real>(mu: &[R; 2], a: R, b: R) -> R {
     }
     let (a, b) = (a / mu[0], b / mu[1]);
     size / (a * a + b * b).root()
-}
-
-/// As it goes over the wire.
-fn status_code(status: ConeStatus) -> u8 {
-    match status {
-        ConeStatus::Solved => 0,
-        ConeStatus::IterationLimit => 1,
-        ConeStatus::BadInput => 2,
-        ConeStatus::Numerical => 3,
-        ConeStatus::Contradiction => 4,
-    }
 }
 
 /// Work kept for each later part of a step made in parts.
@@ -1476,12 +1529,12 @@ fn judge(p: &mut Prediction, intent: Intent, limits: &Limits, sag: bool, meant: 
     let mut any = false;
     for k in 0..2 {
         let f = &p.finger[k];
-        if f.slip_speed_m_s > limits.slip_m_s || f.slip_in_s == 0.0 {
+        if f.slip_speed_m_s > limits.slip_m_s || f.slip == Slip::Now {
             set |= slip[k];
-        } else if f.slip_in_s >= 0.0 {
+        } else if f.slip != Slip::None {
             set |= ahead[k];
         }
-        any |= f.slip_in_s >= 0.0;
+        any |= f.slip != Slip::None;
     }
     let turned = p.rotation_rad > limits.rotation_rad;
     if sag && intent != Intent::Free {
@@ -1499,7 +1552,7 @@ fn judge(p: &mut Prediction, intent: Intent, limits: &Limits, sag: bool, meant: 
     if unexpected {
         set |= flags::UNEXPECTED;
     }
-    if p.drop_in_s >= 0.0 {
+    if p.drop_in_s.is_some() {
         set |= flags::DROP;
     }
     if pushing {
@@ -1550,17 +1603,18 @@ impl<R: Real> Worst<R> {
 }
 
 impl Prediction {
-    /// Every output word, for comparing two sides bit for bit; NaNs are all the same NaN.
+    /// Every output word, for comparing two sides bit for bit; NaNs are all the same NaN. What was not
+    /// measured counts as NaN, what is not foreseen as -1.
     pub fn words(&self) -> impl Iterator<Item = u32> + '_ {
         let bits = |x: f32| x.canonical_bits() as u32;
         let fingers = self.finger.iter().flat_map(move |f| {
             [
-                f.measured_utilisation,
+                f.measured_utilisation.unwrap_or(f32::NAN),
                 f.model_utilisation,
                 f.peak_utilisation,
                 f.slip_speed_m_s,
                 f.slip_direction_rad,
-                f.slip_in_s,
+                f.slip.in_s().unwrap_or(-1.0),
             ]
             .map(bits)
         });
@@ -1568,11 +1622,11 @@ impl Prediction {
             self.sag_m,
             self.sag_ahead_m,
             self.rotation_rad,
-            self.drop_in_s,
-            self.holding_grip_n,
+            self.drop_in_s.unwrap_or(-1.0),
+            self.holding_grip_n.unwrap_or(f32::NAN),
             self.friction,
         ];
-        [self.flags, self.validity, u32::from(self.solver_status), u32::from(self.solver_iterations)]
+        [self.flags, self.validity, u32::from(self.solver_status as u8), u32::from(self.solver_iterations)]
             .into_iter()
             .chain(fingers)
             .chain(rest.into_iter().map(bits))
