@@ -6,10 +6,10 @@
 
 use crate::cone::ConeOptions;
 use crate::contact::{self, Body, Contacts, SLOTS};
-use crate::look_ahead::Work;
 use crate::model::{FingerContact, Model, Scene};
 use crate::real::{Length, Real, Rotation, Vec3, most};
 use crate::step::{Drive, Moving, State, Workspace, support_under, turned};
+use crate::work::Work;
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// Position (m) and rotation (local axes to world axes).

@@ -31,7 +31,7 @@ pub const SAMPLE_QUEUE: usize = 32;
 #[allow(missing_docs)]
 mod table {
     use super::messages::*;
-    use crate::predictor::Plan;
+    use crate::predictor::plan::Plan;
     use postcard_rpc::{TopicDirection, endpoints, topics};
 
     /// Answer to a command.

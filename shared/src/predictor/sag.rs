@@ -6,7 +6,7 @@
 //! the sag is the integral of `g . ds`. A direction counts from when it is in force: what the
 //! object did before keeps its value, however the plan goes on.
 
-use super::{Intent, Segment};
+use super::plan::{Intent, Segment};
 use crate::real::{Length, Real, Rotation, Vec3};
 use crate::track::Pose;
 
