@@ -465,8 +465,12 @@ impl<R: Real> Core<R> {
         let mut present = plan.unwrap_or_else(|| present_motion(&drive, sample));
         present.intent = self.intended(&present);
         // What was meant to move comes to rest a little later, and a plan may be late.
-        let soon = self.plan.at(sample.t_s.to_f64() as f32 + self.params.plan_late_s);
-        let moves = soon.is_some_and(|s| self.intended(s) != Intent::Hold) || present.intent != Intent::Hold;
+        let means_motion = |after_s: f32| {
+            let then = self.plan.at(sample.t_s.to_f64() as f32 + after_s);
+            then.is_some_and(|s| self.intended(s) != Intent::Hold)
+        };
+        let moves = present.intent != Intent::Hold || means_motion(self.params.plan_late_s);
+        let moves_ahead = moves || means_motion(self.limits.horizon_s + self.params.plan_late_s);
         let slide = planned_slide(&present, R::of(f64::from(self.limits.slip_m_s)));
         let down = unintended_down(&self.scene.gravity_m_s2, &poses.carrier.rotation, slide);
         if plan.is_none() {
@@ -497,7 +501,12 @@ impl<R: Real> Core<R> {
             &observed,
             &present,
             seen.as_ref(),
-            &Now { moves, dt_s: drive.dt_s.to_f64() as f32, believed: doubt & validity::MODEL == 0 },
+            &Now {
+                moves,
+                moves_ahead,
+                dt_s: drive.dt_s.to_f64() as f32,
+                believed: doubt & validity::MODEL == 0,
+            },
         );
         let (verdict, alarms) = decide(&evidence, &tracked.alarms, &self.limits, &self.params);
         tracked.alarms = alarms;
@@ -801,6 +810,7 @@ impl<R: Real> Core<R> {
         Evidence {
             intent: present.intent,
             moves: now.moves,
+            moves_ahead: now.moves_ahead,
             dt_s: now.dt_s,
             // Without any wrench the model alone speaks, and the pose.
             blind: observed.finger.iter().all(Option::is_none),
@@ -1075,6 +1085,8 @@ fn rotation_between<R: Real>(start: &Pose<R>, now: &Rotation<R>) -> R {
 struct Now {
     /// The plan means motion in the grasp, now or soon.
     moves: bool,
+    /// Within the horizon.
+    moves_ahead: bool,
     dt_s: f32,
     /// Model and measurement have not parted.
     believed: bool,

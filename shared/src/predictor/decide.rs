@@ -14,6 +14,8 @@ pub struct Evidence {
     pub intent: Intent,
     /// The plan means the object to move in the grasp, now or within the time that a plan may be late.
     pub moves: bool,
+    /// The plan will mean so within the horizon.
+    pub moves_ahead: bool,
     /// Since the last sample, s.
     pub dt_s: f32,
     /// No finger's wrench is usable.
@@ -105,9 +107,15 @@ pub fn decide(e: &Evidence, before: &Alarms, limits: &Limits, params: &Params) -
     let sags = e.sag_m > limits.sag_m
         || ahead && (e.slips == Some(true) || alarms.sagging >= params.foreseen_samples);
     let turned = e.rotation_rad > limits.rotation_rad;
-    let any = slip.iter().any(|s| *s != Slip::None);
+    // Slip is meant while the plan means motion, and foreseen slip where it will.
+    let meant = alarms.meant_s > 0.0;
+    let unmeant = slip.iter().any(|s| match s {
+        Slip::None => false,
+        Slip::In(_) => !meant && !e.moves_ahead,
+        Slip::Now => !meant,
+    });
     let unexpected = match e.intent {
-        Intent::Hold => any && !(alarms.meant_s > 0.0),
+        Intent::Hold => unmeant,
         Intent::Slide => sags || turned,
         Intent::Pivot => sags,
         Intent::Free => false,
