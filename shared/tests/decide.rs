@@ -165,3 +165,16 @@ fn a_warning_stays_up_for_150_ms_after_its_cause() {
     }
     assert!((36..=38).contains(&up), "{up} samples");
 }
+
+#[test]
+fn a_contact_that_opens_for_moments_is_still_a_pusher_at_rest() {
+    let (limits, params) = (Limits::default(), Params::default());
+    let mut alarms = Alarms::default();
+    for k in 0..500 {
+        let slip = [Slip::In(0.05); 2];
+        let e = Evidence { slip, pushing: k % 20 == 0, ..rest() };
+        let (verdict, next) = decide(&e, &alarms, &limits, &params);
+        assert_eq!(verdict.flags & (AHEAD | flags::UNEXPECTED), 0, "sample {k}");
+        alarms = next;
+    }
+}

@@ -117,59 +117,76 @@ fn starts() -> Vec<Start> {
     ]
 }
 
-#[test]
-fn an_object_in_contact_stays_within_a_tenth_of_a_millimetre_and_2_mrad_until_something_moves() {
+/// Farthest that the model's object goes from its first pose in the grasp, mm and mrad: each start,
+/// twenty draws, 0.6 s. `noisy`: each sample errs anew; otherwise one error stands for the trial.
+fn farthest(noisy: bool) -> Vec<(&'static str, [f32; 3], f32)> {
     let mut worst = Vec::new();
     for start in starts() {
-        for (fixed, every) in [(true, false), (false, false), (false, true)] {
-            let (mut far, mut turned) = (0.0f32, 0.0f32);
-            for seed in 0..20u32 {
-                let mut noise = Noise(seed * 7919 + 1);
-                let friction = Friction { finger: start.finger, pusher: 0.25, support: 0.3 };
-                let model = Model::base(Base::Hard, friction);
-                let mut predictor =
-                    Predictor::new(start.scene.clone(), model, Limits::default()).expect("accepted");
-                let mut plan = Plan::default();
-                let rest = Segment {
-                    duration_s: 10.0,
-                    grip_n: start.grip_n,
-                    intent: Intent::Hold,
-                    ..Segment::default()
-                };
-                plan.segments.push(rest).expect("it fits");
-                predictor.set_plan(plan);
-                let mut first = None;
-                let given = start.pusher.as_ref().map(|p| noise.on(p));
-                for k in 0..150 {
-                    let gripper = start.gripper.as_ref().map(|p| noise.on(p));
-                    let seen = noise.on(&start.object);
-                    let sample = Sample {
-                        t_s: k as f32 * DT_S,
-                        grip_cmd_n: start.grip_n,
-                        gripper,
-                        object: (every || k == 0).then_some(seen),
-                        pusher: if fixed { given } else { start.pusher.as_ref().map(|p| noise.on(p)) },
-                        finger: [None; 2],
-                    };
-                    let p = predictor.tick(&sample);
-                    let from = *first.get_or_insert_with(|| gripper.unwrap_or(seen).to_local(&seen));
-                    if p.quaternion == [0.0; 4] {
-                        continue;
-                    }
-                    let now = Pose::new(p.position_m, p.quaternion).expect("a pose");
-                    // Between the pads' faces there is one place: what the pose says of it is noise.
-                    let mut moved = now.position_m - from.position_m;
-                    if start.gripper.is_some() {
-                        assert!(now.position_m.y.abs() < 1e-5, "{}: {} m off", start.name, now.position_m.y);
-                        moved.y = 0.0;
-                    }
-                    far = far.max(moved.norm());
-                    turned = turned.max(now.rotation.angle_to(&from.rotation));
+        let (mut far, mut turned) = (Vec3::<f32>::zeros(), 0.0f32);
+        for seed in 0..20u32 {
+            let mut noise = Noise(seed * 7919 + 1);
+            let friction = Friction { finger: start.finger, pusher: 0.25, support: 0.3 };
+            let model = Model::base(Base::Hard, friction);
+            let mut predictor =
+                Predictor::new(start.scene.clone(), model, Limits::default()).expect("accepted");
+            let mut plan = Plan::default();
+            let rest = Segment { duration_s: 10.0, grip_n: start.grip_n, ..Segment::default() };
+            assert_eq!(rest.intent, Intent::Hold);
+            plan.segments.push(rest).expect("it fits");
+            predictor.set_plan(plan);
+            let seen = noise.on(&start.object);
+            let (mut gripper, mut pusher) = (start.gripper, start.pusher);
+            let mut from = None;
+            for k in 0..150 {
+                if noisy || k == 0 {
+                    gripper = start.gripper.as_ref().map(|p| noise.on(p));
+                    pusher = start.pusher.as_ref().map(|p| noise.on(p));
                 }
+                let p = predictor.tick(&Sample {
+                    t_s: k as f32 * DT_S,
+                    grip_cmd_n: start.grip_n,
+                    gripper,
+                    object: (k == 0).then_some(seen),
+                    pusher,
+                    finger: [None; 2],
+                });
+                let from: Pose<f32> = *from.get_or_insert_with(|| gripper.unwrap_or(seen).to_local(&seen));
+                if p.quaternion == [0.0; 4] {
+                    continue;
+                }
+                let now = Pose::new(p.position_m, p.quaternion).expect("a pose");
+                // Between the pads there is one place: what the pose says of it is noise.
+                let mut moved = now.position_m - from.position_m;
+                if start.gripper.is_some() {
+                    assert!(now.position_m.y.abs() < 1e-5, "{}: {} m off", start.name, now.position_m.y);
+                    moved.y = 0.0;
+                }
+                if moved.norm() > far.norm() {
+                    far = moved;
+                }
+                turned = turned.max(now.rotation.angle_to(&from.rotation));
             }
-            worst.push((start.name, fixed, every, far * 1e3, turned * 1e3));
         }
+        worst.push((start.name, far.map(|x| x * 1e3).into(), turned * 1e3));
     }
-    let beyond = |w: &(&str, bool, bool, f32, f32)| !(w.3 < 0.1 && w.4 < 2.0);
-    assert!(!worst.iter().any(beyond), "name, pusher fixed, pose in every sample, mm, mrad: {worst:#?}");
+    worst
+}
+
+fn beyond(worst: &[(&str, [f32; 3], f32)], most_mm: f32, most_mrad: f32) -> bool {
+    let far = |v: &[f32; 3]| v.iter().map(|x| x * x).sum::<f32>().sqrt();
+    worst.iter().any(|(_, moved, turned)| !(far(moved) < most_mm && *turned < most_mrad))
+}
+
+#[test]
+fn an_object_whose_pose_overlaps_what_it_touches_stays_within_a_tenth_of_a_millimetre_and_2_mrad() {
+    let worst = farthest(false);
+    assert!(!beyond(&worst, 0.1, 2.0), "name, mm, mrad: {worst:?}");
+}
+
+/// A path filter begins at a sample that errs, and a rigid pusher takes the object along as it
+/// finds the path: a push moves by what two poses err by, and no farther.
+#[test]
+fn with_noise_in_every_sample_it_stays_within_a_quarter_of_a_millimetre_and_2_mrad() {
+    let worst = farthest(true);
+    assert!(!beyond(&worst, 0.25, 2.0), "name, mm, mrad: {worst:?}");
 }

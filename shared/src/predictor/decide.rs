@@ -77,6 +77,8 @@ pub struct Alarms {
     pub drop: Warning,
     /// For how long slip still counts as intended after the plan has come to hold, s.
     pub meant_s: f32,
+    /// For how long the pusher still counts as touched: pose noise opens a rigid contact for moments, s.
+    pub touched_s: f32,
 }
 
 /// What is said.
@@ -94,6 +96,7 @@ pub struct Verdict {
 pub fn decide(e: &Evidence, before: &Alarms, limits: &Limits, params: &Params) -> (Verdict, Alarms) {
     let mut alarms = *before;
     alarms.meant_s = if e.moves { params.settling_s } else { before.meant_s - e.dt_s };
+    alarms.touched_s = if e.pushing { params.settling_s } else { before.touched_s - e.dt_s };
     let (slip, drop_in_s) = match e.intent {
         Intent::Hold => held(e, &mut alarms, limits, params),
         // What is meant to move does where the pose shows it.
@@ -140,7 +143,7 @@ pub fn decide(e: &Evidence, before: &Alarms, limits: &Limits, params: &Params) -
 fn held(e: &Evidence, alarms: &mut Alarms, limits: &Limits, params: &Params) -> ([Slip; 2], Option<f32>) {
     // Against a pusher at rest the rigid model's forces are statically undetermined (a push that
     // has ended leaves them at the limit): what it foresees there proves nothing.
-    let believed = e.blind || e.agrees && !e.pushing;
+    let believed = e.blind || e.agrees && !(alarms.touched_s > 0.0);
     let foresees = believed && e.slip.iter().any(|s| *s != Slip::None);
     alarms.foreseen = counted(alarms.foreseen, foresees);
     let within = |most_s: f32| e.limit_in_s.filter(|t| *t <= most_s);
