@@ -178,3 +178,13 @@ fn a_contact_that_opens_for_moments_is_still_a_pusher_at_rest() {
         alarms = next;
     }
 }
+
+#[test]
+fn a_warning_before_a_planned_slide_is_not_raised_again_after_it() {
+    let (limits, params) = (Limits::default(), Params::default());
+    let warned = Evidence { limit_in_s: Some(0.1), ..rest() };
+    let (_, alarms) = decide(&warned, &Alarms::default(), &limits, &params);
+    let (_, alarms) = decide(&push(), &alarms, &limits, &params);
+    let (verdict, _) = decide(&rest(), &alarms, &limits, &params);
+    assert_eq!(verdict.flags, 0);
+}

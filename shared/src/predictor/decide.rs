@@ -96,6 +96,10 @@ pub struct Verdict {
 pub fn decide(e: &Evidence, before: &Alarms, limits: &Limits, params: &Params) -> (Verdict, Alarms) {
     let mut alarms = *before;
     alarms.meant_s = if e.moves { params.settling_s } else { before.meant_s - e.dt_s };
+    if e.intent != Intent::Hold {
+        // A warning of the hold before says nothing of the hold after.
+        (alarms.slip, alarms.drop, alarms.foreseen) = (Warning::default(), Warning::default(), 0);
+    }
     alarms.touched_s = if e.pushing { params.settling_s } else { before.touched_s - e.dt_s };
     let (slip, drop_in_s) = match e.intent {
         Intent::Hold => held(e, &mut alarms, limits, params),
