@@ -62,7 +62,7 @@ fn predictions_of_the_worst_runs_are_these_bits() {
 }
 
 const DEMO: [(&str, u32); 3] = [
-    ("linear_push-obj4-g20-v10-s0-r1", 0x8c66f8da),
+    ("linear_push-obj4-g20-v10-s0-r1", 0x21a048ca),
     ("pivot-obj4-g20-w10-o15-r1", 0x0ee14e11),
     ("roll-obj1-g3-v15-r1", 0xfa15ca5d),
 ];
