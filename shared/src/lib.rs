@@ -27,3 +27,4 @@ pub mod shape;
 pub mod step;
 pub mod track;
 pub mod wire;
+mod work;

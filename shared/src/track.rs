@@ -6,10 +6,10 @@
 
 use crate::cone::ConeOptions;
 use crate::contact::{self, Body, Contacts, SLOTS};
-use crate::look_ahead::Work;
-use crate::model::{Model, Scene};
+use crate::model::{FingerContact, Model, Scene};
 use crate::real::{Length, Real, Rotation, Vec3, most};
-use crate::step::{Drive, Moving, State, Workspace, support_under};
+use crate::step::{Drive, Moving, State, Workspace, support_under, turned};
+use crate::work::Work;
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// Position (m) and rotation (local axes to world axes).
@@ -141,6 +141,38 @@ pub fn support_pose<R: Real>(scene: &Scene<R>, object: &Pose<R>) -> Option<Pose<
     Some(Pose { position_m: table.position_m, rotation: table.rotation })
 }
 
+/// A pose within this of the pads' own is one of an object flush between them, measured with noise:
+/// far beyond what motion capture errs by, far below what a hand would place.
+const FLUSH_M: f64 = 1.0e-3;
+const FLUSH_RAD: f64 = 0.01;
+
+/// An object in the grasp (carrier axes) as the closed jaw holds it: midway between the pads, a flat
+/// face flush to flat pads, a round one along them. What a pose shows off that is noise, to which
+/// rigid pads would answer with forces, and an object that lies on something by rolling on it.
+/// Poses that are far off are left as they are.
+pub fn between_pads<R: Real>(scene: &Scene<R>, local: &Pose<R>) -> Pose<R> {
+    let mut seated = *local;
+    if scene.fingers.is_none() || !(local.position_m.y.abs() < R::of(FLUSH_M)) {
+        return seated;
+    }
+    // From the measured direction to the pads': the turn about their cross product.
+    let turn = match scene.object.shape.face_towards(&local.rotation.inverse_transform_vector(&Vec3::y())) {
+        Some(face) if matches!(scene.fingers, Some(FingerContact::Disc { .. })) => {
+            local.rotation.transform_vector(&face.normal).cross(&Vec3::y())
+        }
+        Some(_) => Vec3::zeros(),
+        None => {
+            let axis = local.rotation.transform_vector(&Vec3::x());
+            axis.cross(&Vec3::new(axis.x, R::zero(), axis.z))
+        }
+    };
+    if turn.length() < R::of(FLUSH_RAD) {
+        seated.rotation = turned(&local.rotation, &turn);
+        seated.position_m.y = R::zero();
+    }
+    seated
+}
+
 /// How far the pusher must be moved along its contact normal so that it does not overlap
 /// the object at the start (m, world axes; zero where there is a gap). Pose noise of tens
 /// of micrometres would otherwise appear as hundreds of newtons.
@@ -221,7 +253,7 @@ impl<R: Real> PathFilter<R> {
         let (v, w) = (linear + self.drift_m_s, angular + self.drift_rad_s);
         let ahead = Pose {
             position_m: self.pose.position_m + v * dt_s,
-            rotation: crate::step::turned(&self.pose.rotation, &(w * dt_s)),
+            rotation: turned(&self.pose.rotation, &(w * dt_s)),
         };
         let miss = raw.position_m - ahead.position_m;
         let quiet = self.noise_m2 < R::of(QUIET_M * QUIET_M);
@@ -237,7 +269,7 @@ impl<R: Real> PathFilter<R> {
         self.drift_rad_s += turn * (R::of(beta) / dt_s);
         self.pose = Pose {
             position_m: ahead.position_m + miss * R::of(alpha),
-            rotation: crate::step::turned(&ahead.rotation, &(turn * R::of(alpha))),
+            rotation: turned(&ahead.rotation, &(turn * R::of(alpha))),
         };
         self.pose
     }
@@ -247,6 +279,10 @@ impl<R: Real> PathFilter<R> {
 const SETTLE_STEPS: u8 = 12;
 /// A pusher closer than this at the start touches the object.
 const TOUCHING_M: f64 = 5.0e-5;
+/// What lies on something settles by no more than poses err: m and rad. Farther, it would fall or
+/// topple from what it touches: then it hangs in the grasp.
+const SETTLED_M: f64 = 1.5e-4;
+const SETTLED_RAD: f64 = 3.0e-3;
 
 /// Lets an object that lies on a table or platform when it is grasped load it with its
 /// whole weight: the fingers close on an object at rest, so their friction starts at zero.
@@ -255,6 +291,8 @@ const TOUCHING_M: f64 = 5.0e-5;
 #[derive(Clone, Copy, Debug)]
 pub struct Settling<R: Real> {
     drive: Drive<R>,
+    /// Object in the carrier before.
+    from: Pose<R>,
     left: u8,
 }
 
@@ -280,7 +318,8 @@ impl<R: Real> Settling<R> {
         }
         state.absolute_m_s = Vec3::zeros();
         state.absolute_rad_s = Vec3::zeros();
-        Some(Self { drive: *drive, left: SETTLE_STEPS })
+        let from = Pose { position_m: state.position_m, rotation: state.rotation };
+        Some(Self { drive: *drive, from, left: SETTLE_STEPS })
     }
 
     /// Steps while half of `most_work` ([`crate::step::StepSummary::work`]) is left, each bounded by what is left;
@@ -307,6 +346,15 @@ impl<R: Real> Settling<R> {
             let options = done.bounding(&ConeOptions::default(), most_work);
             done.add(&R::step(scene, &base, state, &still, &options, work));
             self.left = self.left.saturating_sub(1);
+            let now = self.from.to_local(&Pose { position_m: state.position_m, rotation: state.rotation });
+            let (_, turned_rad) = twist_between(&Pose::identity(), &now, R::one());
+            let settles =
+                now.position_m.length() < R::of(SETTLED_M) && turned_rad.length() < R::of(SETTLED_RAD);
+            if !settles {
+                let Pose { position_m, rotation } = self.from;
+                *state = State::held(scene, model, &self.drive, position_m, rotation);
+                self.left = 0;
+            }
         }
         if self.left > 0 {
             return false;

@@ -5,7 +5,7 @@ use heapless::Vec;
 use nalgebra::UnitQuaternion;
 use stickslip_shared::cone::{Bodies, ConeOptions, ConePoint, ConeSolution, ConeStatus, solve};
 use stickslip_shared::model::{Model, Scene, SupportContact};
-use stickslip_shared::predictor::{Limits, ModelError, Predictor, Sample, validity};
+use stickslip_shared::predictor::{Limits, ModelError, Predictor, Sample, SolverStatus, validity};
 use stickslip_shared::real::Vec3;
 use stickslip_shared::selftest::push;
 use stickslip_shared::track::Pose;
@@ -208,7 +208,7 @@ fn an_object_crushed_between_plate_and_table_is_said_to_be_and_the_last_good_sta
     while contradictory < 12 && k < 400 {
         last = predictor.tick(&sample(k, 0.0126 - 1.6e-5 * k as f32));
         assert!(last.solver_iterations <= 60, "{last:?}");
-        if last.solver_status == 4 {
+        if last.solver_status == SolverStatus::Contradiction {
             contradictory += 1;
             assert_ne!(last.validity & validity::SOLVER, 0);
             assert_eq!((last.position_m, last.quaternion), (good.position_m, good.quaternion));

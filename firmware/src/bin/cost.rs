@@ -190,7 +190,7 @@ fn tick(run: impl FnOnce() -> Prediction, hash: &mut u32) {
     }
     print(format_args!(
         "tick {total} {hashing} {encoding} {steps} {} {} {second} {ended} {} {} {}",
-        first.0, first.1, prediction.solver_iterations, prediction.solver_status, prediction.validity
+        first.0, first.1, prediction.solver_iterations, prediction.solver_status as u8, prediction.validity
     ));
 }
 

@@ -11,7 +11,7 @@ use stickslip_shared::effects::MEMORY;
 use stickslip_shared::model::{MAX_EFFECTS, Model, Scene};
 use stickslip_shared::real::{Rotation, Vec3};
 use stickslip_shared::step::{Drive, Moving, Slot, State, StepSummary, Workspace, step_from, step_in};
-use stickslip_shared::track::{PathFilter, Poses, Settling, drive_between, seat, support_pose};
+use stickslip_shared::track::{PathFilter, Poses, Settling, between_pads, drive_between, seat, support_pose};
 use stickslip_shared::wire::Sample;
 
 use stickslip_device::package::Package;
@@ -69,14 +69,14 @@ pub fn walk(package: &Package, mut see: impl FnMut(&Walked)) {
     let (scene, model, _) = &package.model;
     let Some((first, rest)) = package.samples.split_first() else { return };
     let (Some(mut from), Some(object)) = (poses(package, first), first.at::<f32>(0.0).object) else { return };
-    let support = support_pose(scene, &object);
+    let local = between_pads(scene, &from.carrier.to_local(&object));
+    let support = support_pose(scene, &from.carrier.to_world(&local));
     from.support = support;
     let unseated = from.pusher.map_or_else(Vec3::zeros, |p| p.position_m);
     let later = Poses { t_s: from.t_s + 0.004, ..from };
     let Some(drive) = drive_between(&from, &later, &unseated, first.grip_cmd_n, package.ordinal) else {
         return;
     };
-    let local = from.carrier.to_local(&object);
     let mut state: State<f32, SLOTS> = State::held(scene, model, &drive, local.position_m, local.rotation);
     let seat_m = seat(scene, model, &state, &drive);
     let mut seated = drive;

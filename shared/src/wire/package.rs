@@ -6,7 +6,7 @@
 use super::ModelPackage;
 use crate::effects::formula::Formula;
 use crate::model::{Base, Friction, Model, Scene};
-use crate::predictor::Limits;
+use crate::predictor::types::Limits;
 use crate::real::Real;
 use heapless::Vec;
 use serde::de::DeserializeOwned;

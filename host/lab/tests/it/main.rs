@@ -4,4 +4,5 @@ mod diagnose_inputs;
 mod hostile_input;
 mod lcp_solvers;
 mod mujoco_export;
+mod prediction_bits;
 mod worst_cases;

@@ -9,7 +9,7 @@ use stickslip_lab::precision::{compare, walk};
 use stickslip_lcp::files::{ProblemFile, read};
 use stickslip_shared::cone::{ConeOptions, ConeStatus};
 use stickslip_shared::lcp::Status;
-use stickslip_shared::predictor::{Predictor, flags, validity};
+use stickslip_shared::predictor::{Predictor, SolverStatus, flags, validity};
 
 fn cases(extension: &str) -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/worst");
@@ -61,7 +61,7 @@ fn worst_runs_end_every_tick_within_the_bound_of_its_work_and_mark_what_is_not_s
         for sample in &case.samples {
             let p = predictor.take(sample);
             assert!(p.position_m.iter().chain(&p.quaternion).all(|x| x.is_finite()), "{name}: {p:?}");
-            if p.solver_status != 0 {
+            if p.solver_status != SolverStatus::Solved {
                 assert_ne!(p.validity & validity::SOLVER, 0, "{name}: {p:?}");
                 assert_ne!(p.flags & flags::UNSURE, 0, "{name}: {p:?}");
             }
