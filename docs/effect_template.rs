@@ -2,7 +2,7 @@
 //!
 //! `equation`, after Author Year.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext, text};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
 use crate::real::Real;
 
 /// See the module.
@@ -10,11 +10,11 @@ pub struct MyEffect;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("my_effect"),
+    id: "my_effect",
     code: 200,
-    summary: text("what it is, in one line"),
-    signature: text("what it looks like in data"),
-    source: text("where the law comes from"),
+    summary: "what it is, in one line",
+    signature: "what it looks like in data",
+    source: "where the law comes from",
     parameters: &[Parameter::new("strength", "1", 0.1, 0.0, [0.0, 1.0], "what the parameter is")],
 };
 

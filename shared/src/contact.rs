@@ -17,7 +17,7 @@
 //! finds its point again.
 
 use crate::model::{Base, FingerContact, Model, PusherContact, Scene, SupportContact};
-use crate::real::{Length, Real, Rotation, Vec3};
+use crate::real::{Real, Rotation, Vec3, norm, sqrt};
 use crate::step::{Drive, Moving, State};
 use heapless::Vec;
 
@@ -250,7 +250,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
         };
         // Tangents follow the object's X axis, so that anisotropy is the object's.
         let x = self.axes[0];
-        let flat = (x.x * x.x + x.z * x.z).root();
+        let flat = sqrt(x.x * x.x + x.z * x.z);
         let t1 = if flat > R::of(0.1) { Vec3::new(x.x / flat, zero, x.z / flat) } else { Vec3::x() };
         let normal = -outward;
         let axes = [normal, t1, normal.cross(&t1)];
@@ -269,7 +269,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
                 // The chord of the disc at the height of the cylinder's axis.
                 let a = *diameter_m * R::of(0.5);
                 let under = a * a - state.position_m.z * state.position_m.z;
-                let h = if under > zero { under.root() } else { zero };
+                let h = if under > zero { sqrt(under) } else { zero };
                 add([-h, zero], 0.5);
                 add([h, zero], 0.5);
             }
@@ -363,7 +363,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
                         let x = self.axes[0];
                         let down = -(n - x * x.dot(&n));
                         let (half, radius) = cylinder_size(&self.scene.object.shape);
-                        let down = down * (radius / crate::real::most(down.length(), R::of(1e-6)));
+                        let down = down * (radius / crate::real::max(norm(&down), R::of(1e-6)));
                         for h in [-half, half] {
                             let lever = x * h + down;
                             let _ = points.push((lever, lever - from_pusher));
@@ -391,7 +391,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
                 };
                 let normal = -state.rotation.transform_vector(&face.normal);
                 let t2 = normal.cross(&y);
-                let t2 = t2 / crate::real::most(t2.length(), R::of(1e-6));
+                let t2 = t2 / crate::real::max(norm(&t2), R::of(1e-6));
                 let axes = [normal, t2.cross(&normal), t2];
                 for (k, t) in range.into_iter().enumerate() {
                     let lever = ends[0] + (ends[1] - ends[0]) * t;
@@ -408,7 +408,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
                 // Tangents from object Z, so that a rod's tangents lie in and across the table.
                 let z = state.rotation.transform_vector(&Vec3::z());
                 let t1 = if normal.dot(&z).abs() < R::of(0.9) { z.cross(&normal) } else { y.cross(&normal) };
-                let t1 = t1 / crate::real::most(t1.length(), R::of(1e-6));
+                let t1 = t1 / crate::real::max(norm(&t1), R::of(1e-6));
                 let axes = [normal, t1, normal.cross(&t1)];
                 let lever = state.rotation.transform_vector(&at);
                 let surface = moving.velocity_at(&(lever - from_pusher));
@@ -426,7 +426,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
         let mut lost = 0;
         for (k, end) in ends.iter().enumerate() {
             let out = end - x * x.dot(end);
-            let distance = out.length();
+            let distance = norm(&out);
             if !(distance > R::of(1e-6)) {
                 continue;
             }
@@ -465,7 +465,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
                     None => {
                         let (half, radius) = cylinder_size(&self.scene.object.shape);
                         let across = Vec3::new(R::zero(), down.y, down.z);
-                        let across = across * (radius / crate::real::most(across.length(), R::of(1e-6)));
+                        let across = across * (radius / crate::real::max(norm(&across), R::of(1e-6)));
                         for h in [-half, half] {
                             let _ = points.push((Vec3::x() * h + across, R::of(0.5)));
                         }

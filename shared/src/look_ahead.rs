@@ -10,7 +10,7 @@ use crate::cone::{ConeOptions, ConeStatus, FACTORS_WORK, FIXED_POINTS, USUAL_POI
 use crate::contact::SLOTS;
 use crate::model::{Model, Scene};
 use crate::predictor::{Plan, Segment};
-use crate::real::{Length, Real, Vec3, clamp, most};
+use crate::real::{Real, Vec3, clamp, max, norm};
 use crate::step::{State, StepSummary, Workspace, turned};
 use crate::track::{Pose, Poses, drive_between};
 
@@ -135,7 +135,7 @@ impl<R: Real> Ahead<R> {
             pusher_m_s,
             departure_n,
             ahead_s: R::zero(),
-            speed_m_s: state.absolute_m_s.length(),
+            speed_m_s: norm(&state.absolute_m_s),
             found: Foreseen {
                 began_s: t_s,
                 peak_utilisation: [0.0; 2],
@@ -181,12 +181,13 @@ impl<R: Real> Ahead<R> {
             };
             let from = Poses { t_s: R::zero(), carrier, pusher: self.pusher, support: course.support };
             let to = Poses { t_s: dt, carrier: next_carrier, pusher: next_pusher, support: course.support };
-            let grip = most(R::of(f64::from(segment.grip_n)) + self.departure_n, R::zero());
+            let grip = max(R::of(f64::from(segment.grip_n)) + self.departure_n, R::zero());
             let Some(drive) = drive_between(&from, &to, &course.reference_m, grip, course.trial) else {
                 break;
             };
             let options = work.bounding(&ConeOptions::look_ahead(), TICK_WORK);
-            let out = R::step(course.scene, course.model, &mut self.state, &drive, &options, space);
+            let out =
+                crate::step::step_in(course.scene, course.model, &mut self.state, &drive, &options, space);
             note(&out);
             work.add(&out);
             work.steps_ahead = work.steps_ahead.saturating_add(1);
@@ -196,7 +197,7 @@ impl<R: Real> Ahead<R> {
             let found = &mut self.found;
             for k in 0..2 {
                 found.peak_utilisation[k] = found.peak_utilisation[k].max(out.utilisation[k].to_f64() as f32);
-                if found.slip_after_s[k] < 0.0 && out.slip_m_s[k].length() > course.slip_m_s {
+                if found.slip_after_s[k] < 0.0 && norm(&out.slip_m_s[k]) > course.slip_m_s {
                     found.slip_after_s[k] = when;
                     found.slip[k] = out.slip_m_s[k];
                 }
@@ -205,7 +206,7 @@ impl<R: Real> Ahead<R> {
             let lost = !(n1 > R::zero()) || !(n2 > R::zero());
             // Falling: fast relative to the gripper and gaining half of gravity.
             let [vx, vy, vz, ..] = self.state.velocity;
-            let speed = Vec3::new(vx, vy, vz).length();
+            let speed = norm(&Vec3::new(vx, vy, vz));
             let falling = speed > R::of(0.05) && (speed - self.speed_m_s) / dt > R::of(2.0);
             self.speed_m_s = speed;
             if held && (lost || falling) && found.drop_after_s < 0.0 {

@@ -23,7 +23,7 @@ use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S, TICK_WORK, Work
 use crate::model::{FingerContact, Model, Scene, Shape};
 use crate::observer::motion::Moved;
 use crate::observer::{Observed, Observer, Seen};
-use crate::real::{Length, Real, Rotation, Vec3, least, most};
+use crate::real::{Real, Rotation, Vec3, max, min, norm, sqrt};
 use crate::step::{Drive, State, StepSummary, Workspace};
 use crate::track::{PathFilter, Pose, Poses, Settling, drive_between, seat, support_pose};
 use heapless::Vec;
@@ -792,7 +792,7 @@ impl<R: Real> Core<R> {
             tracked.strayed = if strayed { tracked.strayed.saturating_add(1) } else { 0 };
             // What slides leaves the model step by step, a wild pose jumps.
             let limit = R::of(f64::from(self.limits.divergence_m));
-            let jumped = !((measured.position_m - tracked.seen_m).length() <= limit);
+            let jumped = !(norm(&(measured.position_m - tracked.seen_m)) <= limit);
             if !(strayed && jumped) {
                 tracked.seen_m = measured.position_m;
             }
@@ -842,7 +842,7 @@ impl<R: Real> Core<R> {
             if let Some(moved) = observed.moved.as_ref().filter(|m| m.slip_s > R::zero()) {
                 for (f, v) in p.finger.iter_mut().zip(&moved.velocity_m_s) {
                     f.slip_in_s = 0.0;
-                    f.slip_speed_m_s = f.slip_speed_m_s.max(v.length().to_f64() as f32);
+                    f.slip_speed_m_s = f.slip_speed_m_s.max(norm(&v).to_f64() as f32);
                 }
             }
         }
@@ -868,7 +868,7 @@ impl<R: Real> Core<R> {
     fn correct(&self, tracked: &mut Tracked<R>, measured: &Pose<R>) -> bool {
         let state = &mut tracked.state;
         let mut error = measured.position_m - state.position_m;
-        if error.length() > R::of(f64::from(self.limits.divergence_m)) {
+        if norm(&error) > R::of(f64::from(self.limits.divergence_m)) {
             return true;
         }
         if self.scene.fingers.is_some() {
@@ -944,10 +944,10 @@ impl<R: Real> Core<R> {
             // Along X and Z.
             for (measured, model) in [(a[0] + b[0], f1[0] + f2[0]), (a[2] + b[2], f1[2] + f2[2])] {
                 miss += (measured - model).abs();
-                size += most(measured.abs(), model.abs());
+                size += max(measured.abs(), model.abs());
             }
             let parted =
-                seen.is_some_and(|s| (s.position_m - tracked.state.position_m).length() > R::of(0.0015));
+                seen.is_some_and(|s| norm(&(s.position_m - tracked.state.position_m)) > R::of(0.0015));
             let apart = miss > size * R::of(0.3) + R::of(0.5) || parted;
             tracked.apart = if apart { tracked.apart.saturating_add(1) } else { 0 };
         }
@@ -974,15 +974,15 @@ impl<R: Real> Core<R> {
         let soon = self.plan.at(sample.t_s.to_f64() as f32 + PLAN_LATE_S);
         let soon = soon.is_some_and(|s| apart(&[s.velocity_m_s, s.angular_rad_s], &motion) > 1.0);
         if soon {
-            tracked.settling_s = most(tracked.settling_s, drive.dt_s);
+            tracked.settling_s = max(tracked.settling_s, drive.dt_s);
         }
         let up = -drive.carrier.inverse_transform_vector(&Vec3::from(self.scene.gravity_m_s2));
         let bears = |w: &[[R; 6]; 2]| {
             let sum = |i: usize| w[0][i] + w[1][i];
-            Vec3::new(sum(0), sum(1), sum(2)).dot(&up) / up.length()
+            Vec3::new(sum(0), sum(1), sum(2)).dot(&up) / norm(&up)
         };
         let bearing_n = match &wrenches {
-            [Some(a), Some(b)] if up.length() > R::of(1e-3) => {
+            [Some(a), Some(b)] if norm(&up) > R::of(1e-3) => {
                 Some([bears(&[*a, *b]), bears(&out.reading.finger)])
             }
             _ => None,
@@ -1008,9 +1008,9 @@ impl<R: Real> Core<R> {
         for (c, answer) in work.contacts.iter().zip(work.answers()) {
             if matches!(c.body, Body::Finger1 | Body::Finger2) {
                 let [force_n, ..] = answer.force_n;
-                let bound = most(force_n + answer.adhesion_n, R::zero());
+                let bound = max(force_n + answer.adhesion_n, R::zero());
                 limit += coefficient_along(&answer.mu, c.axes[1].dot(load), c.axes[2].dot(load)) * bound;
-                normal += most(force_n, R::zero());
+                normal += max(force_n, R::zero());
             }
         }
         let base = self.model.friction.finger * normal;
@@ -1039,7 +1039,7 @@ impl<R: Real> Core<R> {
                 let now = moved.slip_s > R::zero();
                 slip = if now { moved.velocity_m_s[k] } else { Vec3::zeros() };
             }
-            f.slip_speed_m_s = narrow(slip.length());
+            f.slip_speed_m_s = narrow(norm(&slip));
             f.slip_direction_rad = direction(&slip);
             f.slip_in_s = -1.0;
             p.finger_wrench[k] = out.reading.finger[k].map(narrow);
@@ -1065,7 +1065,7 @@ impl<R: Real> Core<R> {
                 down -= v * (v.dot(&down) / square);
             }
         }
-        let size = down.length();
+        let size = norm(&down);
         if !(size > R::of(1e-3)) {
             return R::zero();
         }
@@ -1089,7 +1089,7 @@ impl<R: Real> Core<R> {
         };
         [(Vec3::x(), None), (Vec3::z(), rim)].map(|(axis, rim)| {
             let reach = self.scene.object.shape.reach(&axis);
-            let reach = rim.map_or(reach, |rim| least(rim, reach));
+            let reach = rim.map_or(reach, |rim| min(rim, reach));
             let at = pad.dot(&axis);
             if first.dot(&axis).abs() < reach {
                 // The pad goes the other way than the object.
@@ -1158,7 +1158,7 @@ impl<R: Real> Core<R> {
 
     /// The model carries the load that is measured.
     fn agrees(&self, p: &Prediction, observed: &Observed<R>, ratio: R) -> bool {
-        let used = (ratio / most(observed.limit, R::of(1e-6))).to_f64() as f32;
+        let used = (ratio / max(observed.limit, R::of(1e-6))).to_f64() as f32;
         p.finger.iter().all(|f| (f.model_utilisation - used).abs() < 0.1)
     }
 
@@ -1180,7 +1180,7 @@ impl<R: Real> Core<R> {
         let mean = (moved.velocity_m_s[0] + moved.velocity_m_s[1]) * R::of(0.5);
         // Without the turn.
         let velocity = attitude.inverse_transform_vector(&Vec3::new(mean.x, R::zero(), mean.z));
-        let speed = velocity.length();
+        let speed = norm(&velocity);
         for (v, sides) in [velocity.x, velocity.z].into_iter().zip(edge_m) {
             let way = if v > R::zero() { sides[0] } else { sides[1] };
             let v = v.abs();
@@ -1188,7 +1188,7 @@ impl<R: Real> Core<R> {
             let a = if speed > R::zero() { moved.acceleration_m_s2 * v / speed } else { R::zero() };
             let reached = v * v + R::of(2.0) * a * way;
             if v > R::of(LEAVING_M_S) && reached > R::zero() {
-                let t = R::of(2.0) * most(way, R::zero()) / (v + reached.root());
+                let t = R::of(2.0) * max(way, R::zero()) / (v + sqrt(reached));
                 soonest = sooner(soonest, Some(t.to_f64() as f32));
             }
         }
@@ -1202,7 +1202,7 @@ impl<R: Real> Core<R> {
         }
         let down =
             tracked.poses.carrier.rotation.inverse_transform_vector(&Vec3::from(self.scene.gravity_m_s2));
-        let size = down.length();
+        let size = norm(&down);
         if size > R::of(1e-3) {
             let v = (moved.velocity_m_s[0] + moved.velocity_m_s[1]) * R::of(0.5);
             let sinking = (v.x * down.x + v.z * down.z) / size;
@@ -1305,7 +1305,7 @@ impl<R: Real> Core<R> {
 /// Friction while sliding over that at rest, by the model's effects.
 fn sliding_share<R: Real>(model: &Model<R>) -> R {
     model.effects.iter().fold(R::one(), |share, e| {
-        share * R::law(e.code).map_or_else(R::one, |law| law.sliding_share(&e.parameters))
+        share * crate::effects::law::<R>(e.code).map_or_else(R::one, |law| law.sliding_share(&e.parameters))
     })
 }
 
@@ -1320,10 +1320,9 @@ fn patch_arm<R: Real>(scene: &Scene<R>) -> R {
 
 /// The same with the model's effects.
 fn torsion_arm<R: Real>(model: &Model<R>, arm_m: R) -> R {
-    model
-        .effects
-        .iter()
-        .fold(arm_m, |arm_m, e| R::law(e.code).map_or(arm_m, |law| law.torsion_arm(&e.parameters, arm_m)))
+    model.effects.iter().fold(arm_m, |arm_m, e| {
+        crate::effects::law::<R>(e.code).map_or(arm_m, |law| law.torsion_arm(&e.parameters, arm_m))
+    })
 }
 
 /// Force of both fingers on the object: measured, or else the model's.
@@ -1339,12 +1338,12 @@ fn load_of<R: Real>(sample: &Sample<R>, out: &StepSummary<R>) -> Vec3<R> {
 /// Coefficient of an elliptic cone in the direction of a load with the components `a` and `b`
 /// along the tangents; the mean where it has none.
 fn coefficient_along<R: Real>(mu: &[R; 2], a: R, b: R) -> R {
-    let size = (a * a + b * b).root();
-    if mu[0] == mu[1] || !(size > R::of(1e-6)) || !(least(mu[0], mu[1]) > R::zero()) {
+    let size = sqrt(a * a + b * b);
+    if mu[0] == mu[1] || !(size > R::of(1e-6)) || !(min(mu[0], mu[1]) > R::zero()) {
         return (mu[0] + mu[1]) * R::of(0.5);
     }
     let (a, b) = (a / mu[0], b / mu[1]);
-    size / (a * a + b * b).root()
+    size / sqrt(a * a + b * b)
 }
 
 /// As it goes over the wire.
@@ -1383,7 +1382,7 @@ fn advance<R: Real>(
         _ => done.bounding(&present, TICK_WORK.saturating_sub(LATER_WORK * u32::from(later))),
     };
     let options = bounded(&worst.work, parts.saturating_sub(1));
-    let mut out = R::step(scene, model, state, &part, &options, work);
+    let mut out = crate::step::step_in(scene, model, state, &part, &options, work);
     worst.note(&out);
     for later in (0..parts.saturating_sub(1)).rev() {
         if matches!(out.status, ConeStatus::BadInput | ConeStatus::Contradiction) {
@@ -1394,7 +1393,7 @@ fn advance<R: Real>(
             m.rotation = crate::step::turned(&m.rotation, &(m.angular_rad_s * part.dt_s));
         }
         let options = bounded(&worst.work, later);
-        out = R::step(scene, model, state, &part, &options, work);
+        out = crate::step::step_in(scene, model, state, &part, &options, work);
         worst.note(&out);
     }
     out
@@ -1424,7 +1423,7 @@ fn direction<R: Real>(slip_m_s: &Vec3<R>) -> f32 {
 
 fn rotation_between<R: Real>(start: &Pose<R>, now: &Rotation<R>) -> R {
     let q = (start.rotation.inverse() * now).into_inner();
-    let vector = (q.i * q.i + q.j * q.j + q.k * q.k).root();
+    let vector = sqrt(q.i * q.i + q.j * q.j + q.k * q.k);
     R::of(2.0) * vector.atan2(q.w.abs())
 }
 
@@ -1535,7 +1534,7 @@ impl<R: Real> Worst<R> {
         if out.status != ConeStatus::Solved {
             self.status = out.status;
         }
-        self.residual_n = most(self.residual_n, out.residual_n);
+        self.residual_n = max(self.residual_n, out.residual_n);
     }
 }
 

@@ -10,7 +10,7 @@ use crate::contact::{self, Body, Contact, Contacts};
 use crate::effects::{self, Environment, FrictionLaw, Loads, MEMORY, Reading, Slip, StepContext};
 use crate::model::{MAX_EFFECTS, Model, PusherContact, Scene, SupportContact};
 use crate::probe::{self, Part};
-use crate::real::{Real, Rotation, Vec3, most};
+use crate::real::{Real, Rotation, Vec3, max, sqrt};
 use crate::shape::rotated_inertia;
 use heapless::Vec;
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -232,7 +232,7 @@ fn effect_hooks<'a, R: Real>(
     model.effects.iter().enumerate().filter_map(move |(i, e)| {
         let law: Option<&'a dyn effects::Law<R>> = match e.code {
             effects::formula::CODE => formulas.next().map(|f| f as &dyn effects::Law<R>),
-            code => R::law(code).map(|law| law as &dyn effects::Law<R>),
+            code => effects::law::<R>(code).map(|law| law as &dyn effects::Law<R>),
         };
         law.map(|law| (i, law, &e.parameters))
     })
@@ -451,11 +451,11 @@ pub fn step_from<R: Real, const NC: usize>(
         let (kn, kt) = (c.normal_n_m * c.share, c.tangential_n_m * c.share);
         let (sn, st) = (kn * (dt + c.damping_s), kt * (dt + c.damping_s));
         let ratio = R::one() / (dt + c.damping_s);
-        let larger = most(law.mu[0], law.mu[1]);
+        let larger = max(law.mu[0], law.mu[1]);
         // Stiffness in proportion to mu² makes the slip direction that of maximum
         // dissipation on an elliptic cone.
         let shape =
-            |m: R| if larger > zero { most((m / larger) * (m / larger), R::of(1e-4)) } else { R::one() };
+            |m: R| if larger > zero { max((m / larger) * (m / larger), R::of(1e-4)) } else { R::one() };
         let across = [shape(law.mu[0]), shape(law.mu[1])];
         let along = |k: usize| -c.axes[k].dot(&c.surface_m_s);
         let point = ConePoint {
@@ -603,12 +603,12 @@ fn gather<R: Real, const NC: usize>(
             true
         };
         let square = slipped[0] * slipped[0] + slipped[1] * slipped[1];
-        slot.load_n = most(f[0], zero);
+        slot.load_n = max(f[0], zero);
         if !(bound > zero) {
             slot.spring_m = [zero; 2];
             slot.speed_m_s = zero;
         } else if sliding && square > R::of(1e-16) {
-            let travel = square.root();
+            let travel = sqrt(square);
             slot.slip_m += travel;
             slot.speed_m_s = travel * by_dt;
             slot.rest_s = zero;
@@ -622,8 +622,8 @@ fn gather<R: Real, const NC: usize>(
                 let centre = Vec3::new(zero, sign * (state.jaw_half_m + state.jaw_m), zero);
                 let at = state.position_m + c.lever_m;
                 add_wrench(&mut out.reading.finger[k], &force, &(at - centre));
-                let arm = (c.patch_m[0] * c.patch_m[0] + c.patch_m[1] * c.patch_m[1]).root();
-                let held = most(bound, zero);
+                let arm = sqrt(c.patch_m[0] * c.patch_m[0] + c.patch_m[1] * c.patch_m[1]);
+                let held = max(bound, zero);
                 let most_n = (m1 + m2) * R::of(0.5) * held;
                 limit[k][0] += most_n;
                 limit[k][1] += most_n * arm;
@@ -652,10 +652,10 @@ fn gather<R: Real, const NC: usize>(
             out.spin_rad_s[k] /= weight[k];
         }
         let w = &out.reading.finger[k];
-        let tangential = (w[0] * w[0] + w[2] * w[2]).root();
+        let tangential = sqrt(w[0] * w[0] + w[2] * w[2]);
         let a = if limit[k][0] > zero { tangential / limit[k][0] } else { zero };
         let b = if limit[k][1] > zero { w[4] / limit[k][1] } else { zero };
-        out.utilisation[k] = (a * a + b * b).root();
+        out.utilisation[k] = sqrt(a * a + b * b);
     }
     let force = drive.carrier.transform_vector(&pusher_force);
     let torque = drive.carrier.transform_vector(&pusher_torque);
@@ -676,7 +676,7 @@ pub fn turned<R: Real>(rotation: &Rotation<R>, by_rad: &Vec3<R>) -> Rotation<R> 
     let half = by_rad * R::of(0.5);
     let d = Quaternion::new(R::one(), half.x, half.y, half.z);
     let q = d * rotation.quaternion();
-    let norm = (q.w * q.w + q.i * q.i + q.j * q.j + q.k * q.k).root();
+    let norm = sqrt(q.w * q.w + q.i * q.i + q.j * q.j + q.k * q.k);
     UnitQuaternion::new_unchecked(q / norm)
 }
 
@@ -699,7 +699,7 @@ fn turn_from_x<R: Real>(to: &Vec3<R>) -> Rotation<R> {
         return UnitQuaternion::new_unchecked(Quaternion::new(zero, zero, R::one(), zero));
     }
     // Twice the half-angle's cosine and sine times cos(angle / 2): normalised below.
-    let norm = (w * w + to.z * to.z + to.y * to.y).root();
+    let norm = sqrt(w * w + to.z * to.z + to.y * to.y);
     UnitQuaternion::new_unchecked(Quaternion::new(w, zero, -to.z, to.y) / norm)
 }
 

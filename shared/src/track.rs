@@ -8,7 +8,7 @@ use crate::cone::ConeOptions;
 use crate::contact::{self, Body, Contacts, SLOTS};
 use crate::look_ahead::Work;
 use crate::model::{Model, Scene};
-use crate::real::{Length, Real, Rotation, Vec3, most};
+use crate::real::{Real, Rotation, Vec3, max, norm, sqrt};
 use crate::step::{Drive, Moving, State, Workspace, support_under};
 use nalgebra::{Quaternion, UnitQuaternion};
 
@@ -27,7 +27,7 @@ impl<R: Real> Pose<R> {
     /// normalised.
     pub fn new(position_m: [R; 3], quaternion: [R; 4]) -> Option<Self> {
         let [w, x, y, z] = quaternion;
-        let norm = (w * w + x * x + y * y + z * z).root();
+        let norm = sqrt(w * w + x * x + y * y + z * z);
         let good = position_m.iter().all(|p| p.abs() <= R::of(1e3)) && (norm - R::one()).abs() <= R::of(0.01);
         good.then(|| Self {
             position_m: Vec3::from(position_m),
@@ -135,7 +135,7 @@ pub fn drive_between<R: Real>(
 pub fn support_pose<R: Real>(scene: &Scene<R>, object: &Pose<R>) -> Option<Pose<R>> {
     scene.support.as_ref()?;
     let gravity = Vec3::from(scene.gravity_m_s2);
-    let size = gravity.length();
+    let size = norm(&gravity);
     let up = if size > R::of(1e-3) { -gravity / size } else { Vec3::z() };
     let table = support_under(scene, &object.position_m, &object.rotation, &up);
     Some(Pose { position_m: table.position_m, rotation: table.rotation })
@@ -153,7 +153,7 @@ pub fn seat<R: Real>(
     drive: &Drive<R>,
 ) -> Vec3<R> {
     let mut found: Contacts<R, SLOTS> = heapless::Vec::new();
-    R::find_contacts(scene, model, state, drive, &mut found);
+    crate::contact::find(scene, model, state, drive, &mut found);
     let mut deepest = R::zero();
     let mut shift = Vec3::zeros();
     for c in found.iter().filter(|c| c.body == Body::Pusher) {
@@ -210,11 +210,11 @@ impl<R: Real> PathFilter<R> {
         let square = third.dot(&third) / R::of(60.0);
         if self.seen < 4 {
             self.seen += 1;
-            self.noise_m2 = most(self.noise_m2, square);
+            self.noise_m2 = max(self.noise_m2, square);
         } else {
             // A start or stop is a few samples of large differences among many: limited.
-            let limit = most(self.noise_m2 * R::of(9.0), R::of(QUIET_M * QUIET_M * 0.1));
-            self.noise_m2 += (crate::real::least(square, limit) - self.noise_m2) * R::of(0.03);
+            let limit = max(self.noise_m2 * R::of(9.0), R::of(QUIET_M * QUIET_M * 0.1));
+            self.noise_m2 += (crate::real::min(square, limit) - self.noise_m2) * R::of(0.03);
         }
         let (linear, angular) = planned.unwrap_or((Vec3::zeros(), Vec3::zeros()));
         let (alpha, beta) = if planned.is_some() { (0.05, 0.0015) } else { (0.2, 0.02) };
@@ -225,7 +225,7 @@ impl<R: Real> PathFilter<R> {
         };
         let miss = raw.position_m - ahead.position_m;
         let quiet = self.noise_m2 < R::of(QUIET_M * QUIET_M);
-        if quiet || miss.length() > R::of(JUMP_M) {
+        if quiet || norm(&miss) > R::of(JUMP_M) {
             self.drift_m_s = (raw.position_m - self.pose.position_m) / dt_s - linear;
             self.drift_rad_s = Vec3::zeros();
             self.pose = *raw;
@@ -269,11 +269,11 @@ impl<R: Real> Settling<R> {
     ) -> Option<Self> {
         let gravity = drive.carrier.inverse_transform_vector(&Vec3::from(scene.gravity_m_s2));
         let mut found: Contacts<R, SLOTS> = heapless::Vec::new();
-        R::find_contacts(scene, model, state, drive, &mut found);
+        crate::contact::find(scene, model, state, drive, &mut found);
         let carried = found.iter().any(|c| {
             matches!(c.body, Body::Pusher | Body::Support)
                 && c.gap_m < R::of(TOUCHING_M)
-                && c.axes[0].dot(&gravity) < R::of(-0.5) * gravity.length()
+                && c.axes[0].dot(&gravity) < R::of(-0.5) * norm(&gravity)
         });
         if !carried || scene.fingers.is_none() {
             return None;
@@ -305,7 +305,7 @@ impl<R: Real> Settling<R> {
         let mut done = Work::default();
         while self.left > 0 && done.done() <= most_work / 2 {
             let options = done.bounding(&ConeOptions::default(), most_work);
-            done.add(&R::step(scene, &base, state, &still, &options, work));
+            done.add(&crate::step::step_in(scene, &base, state, &still, &options, work));
             self.left = self.left.saturating_sub(1);
         }
         if self.left > 0 {

@@ -1,7 +1,7 @@
 //! Seven linear equations: elimination with row exchanges, kept for further right-hand sides.
 
 use super::{DOF, Mat7, Vec7};
-use crate::real::Real;
+use crate::real::{Real, abs};
 
 /// Triangular factors of a matrix.
 #[derive(Clone, Copy, Debug)]
@@ -10,10 +10,6 @@ pub(super) struct Factors<R> {
     rows: Mat7<R>,
     /// Row that was exchanged with row k at step k.
     exchanged: [u8; DOF],
-}
-
-fn magnitude<R: Real>(x: R) -> R {
-    if x < R::zero() { -x } else { x }
 }
 
 impl<R: Real> Factors<R> {
@@ -32,9 +28,9 @@ impl<R: Real> Factors<R> {
     pub(super) fn factorise(&mut self) -> bool {
         let Self { rows, exchanged } = self;
         for k in 0..DOF {
-            let (mut pivot, mut size) = (k, magnitude(rows[k][k]));
+            let (mut pivot, mut size) = (k, abs(rows[k][k]));
             for i in k + 1..DOF {
-                let candidate = magnitude(rows[i][k]);
+                let candidate = abs(rows[i][k]);
                 if candidate > size {
                     (pivot, size) = (i, candidate);
                 }

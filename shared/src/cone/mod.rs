@@ -34,7 +34,7 @@
 mod linear;
 mod patch;
 
-use crate::real::{Real, Vec3, clamp, most};
+use crate::real::{Real, Vec3, abs, clamp, max, sqrt};
 use heapless::Vec;
 use linear::Factors;
 use patch::{Local, Patch, add_slopes, curvature, find_kinks, modes, subtract_forces};
@@ -159,7 +159,7 @@ impl<R: Real> Default for ConeOptions<R> {
             max_iterations: 60,
             max_evaluations: 400,
             // f32: what summing some twenty forces leaves; f64: far below any use.
-            tolerance: most(R::of(100.0) * R::EPSILON, R::of(1e-10)),
+            tolerance: max(R::of(100.0) * R::EPSILON, R::of(1e-10)),
             usual_points: MAX_POINTS as u32,
         }
     }
@@ -318,11 +318,11 @@ impl<R: Real> Problem<'_, R> {
         let mut f = self.inertial(v);
         let mut scale = R::of(1e-6);
         for k in [0, 1, 2, 6] {
-            scale = most(scale, magnitude(f[k]));
+            scale = max(scale, abs(f[k]));
         }
         let mut rounding = R::zero();
         for (v, free) in v.iter().zip(self.free.iter()).take(3) {
-            rounding = most(rounding, self.mass_rate * (magnitude(*v) + magnitude(*free)));
+            rounding = max(rounding, self.mass_rate * (abs(*v) + abs(*free)));
         }
         subtract_forces(self.patches, self.points, v, bound, &mut f, &mut scale, &mut rounding);
         Balance { f, scale_n: scale, rounding_n: rounding * R::of(32.0) * R::EPSILON }
@@ -358,7 +358,7 @@ impl<R: Real> Problem<'_, R> {
 fn size<R: Real>(f: &Vec7<R>) -> R {
     let mut s = R::zero();
     for x in f {
-        let n = magnitude(*x);
+        let n = abs(*x);
         // A NaN must win: it is the worst residual there is.
         if !(n <= s) {
             s = n;
@@ -379,10 +379,6 @@ fn merit<R: Real>(f: &Vec7<R>) -> R {
         s += *x * *x;
     }
     s
-}
-
-fn magnitude<R: Real>(x: R) -> R {
-    if x < R::zero() { -x } else { x }
 }
 
 fn advance<R: Real>(v: &Vec7<R>, d: &Vec7<R>, step: R) -> Vec7<R> {
@@ -529,7 +525,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
             && determinant > zero
             && finite(&bodies.free);
         let trace = i[0][0] + i[1][1] + i[2][2];
-        self.scale = R::one() / (trace / (R::of(3.0) * bodies.mass_kg)).root();
+        self.scale = R::one() / sqrt(trace / (R::of(3.0) * bodies.mass_kg));
     }
 
     /// Adds a point. Neighbours with the same axes are handled together, so they come one
@@ -682,7 +678,7 @@ impl<R: Real> Problem<'_, R> {
                     *r = change;
                 }
                 if turned < R::zero() {
-                    relaxation = most(relaxation * R::of(0.5), R::of(0.2));
+                    relaxation = max(relaxation * R::of(0.5), R::of(0.2));
                 }
                 for (b, change) in bounds.iter_mut().zip(before.iter()) {
                     *b += relaxation * *change;
@@ -797,7 +793,7 @@ impl<R: Real> Problem<'_, R> {
     ) -> (Vec7<R>, Balance<R>) {
         let zero = R::zero();
         let along = |f: &Vec7<R>| slope(f, d);
-        let enough = magnitude(along(f)) * R::of(0.5);
+        let enough = abs(along(f)) * R::of(0.5);
         let mut kinks: Vec<R, { 2 * MAX_POINTS }> = Vec::new();
         // Ends of the bracket, and the components there.
         let (mut low, mut high) = ((zero, along(f)), (zero, zero));
@@ -829,7 +825,7 @@ impl<R: Real> Problem<'_, R> {
             let mut nearest = None;
             let mut distance = width;
             for kink in &kinks {
-                let away = magnitude(*kink - estimate);
+                let away = abs(*kink - estimate);
                 if *kink > low.0 && *kink < high.0 && away < distance {
                     (nearest, distance) = (Some(*kink), away);
                 }
@@ -838,7 +834,7 @@ impl<R: Real> Problem<'_, R> {
             trial = advance(v, d, step);
             there = self.balance(&trial, bound);
             turned = along(&there.f);
-            if magnitude(turned) <= enough {
+            if abs(turned) <= enough {
                 break;
             }
         }

@@ -10,7 +10,7 @@
 //! numbers of the balance are then newtons and metres a second.
 
 use super::{Answer, Before, Bound, ConePoint, Mat7, Vec7};
-use crate::real::{Real, Vec3, most};
+use crate::real::{Real, Vec3, abs, max, sqrt};
 
 /// Axes and centre of a patch, and how many points it has.
 #[derive(Clone, Copy, Debug)]
@@ -65,10 +65,6 @@ pub(super) struct Local<R> {
     force: [R; 3],
 }
 
-fn magnitude<R: Real>(x: R) -> R {
-    if x < R::zero() { -x } else { x }
-}
-
 impl<R: Real> Patch<R> {
     /// The patch that begins with `first`, without points yet; lengths are multiplied by `scale`.
     pub(super) fn new(first: &ConePoint<R>, scale: R) -> Self {
@@ -102,7 +98,7 @@ impl<R: Real> Patch<R> {
         to.mu = p.mu;
         to.adhesion = p.adhesion_n;
         to.side = side;
-        to.bias_force = [kn * magnitude(b0), most(k1, k2) * (magnitude(b1) + magnitude(b2))];
+        to.bias_force = [kn * abs(b0), max(k1, k2) * (abs(b1) + abs(b2))];
         (to.gain, to.across, to.weight) = ([zero; 2], [zero; 2], zero);
         if mu1 > zero && mu2 > zero {
             let (by1, by2) = (R::one() / mu1, R::one() / mu2);
@@ -158,7 +154,7 @@ impl<R: Real> Local<R> {
 impl<R: Real> Local<R> {
     /// What bounds friction.
     pub(super) fn bound(&self) -> R {
-        most(self.force[0] + self.adhesion, R::zero())
+        max(self.force[0] + self.adhesion, R::zero())
     }
 
     /// Expects the point to do what it did before: the answer that [`Local::as_expected`] goes by.
@@ -192,7 +188,7 @@ impl<R: Real> Local<R> {
             Friction::None => {}
             Friction::Stick => self.force = [normal, self.mu[0] * y1, self.mu[1] * y2],
             Friction::Slip => {
-                let inverse = R::one() / most((y1 * y1 + y2 * y2).root(), R::of(1e-12));
+                let inverse = R::one() / max(sqrt(y1 * y1 + y2 * y2), R::of(1e-12));
                 self.q = [self.mu[0] * y1 * inverse, self.mu[1] * y2 * inverse];
                 self.s = (self.load + self.adhesion) * inverse;
                 let bound = normal + self.adhesion;
@@ -227,7 +223,7 @@ impl<R: Real> Local<R> {
             self.force = [normal, self.mu[0] * y1, self.mu[1] * y2];
             return;
         }
-        let inverse = R::one() / square.root();
+        let inverse = R::one() / sqrt(square);
         self.friction = Friction::Slip;
         self.q = [self.mu[0] * y1 * inverse, self.mu[1] * y2 * inverse];
         self.s = bound * inverse;
@@ -282,10 +278,10 @@ pub(super) fn subtract_forces<R: Real>(
             index += 1;
             let [fn_, f1, f2] = p.force;
             if p.touching {
-                *scale = most(*scale, fn_);
-                *rounding = most(*rounding, p.bias_force[0]);
+                *scale = max(*scale, fn_);
+                *rounding = max(*rounding, p.bias_force[0]);
                 if p.friction == Friction::Stick {
-                    *rounding = most(*rounding, p.bias_force[1]);
+                    *rounding = max(*rounding, p.bias_force[1]);
                 }
             } else if p.friction == Friction::None && p.adhesion == zero {
                 continue;

@@ -7,9 +7,9 @@
 //! gives NaN, which the time step refuses as `BadInput`: a broken formula cannot pass for
 //! physics.
 
-use super::{FrictionLaw, Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext, text};
+use super::{FrictionLaw, Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::contact::Body;
-use crate::real::{Real, least, most};
+use crate::real::{Real, max, min, sqrt};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -24,11 +24,11 @@ pub const FORMULA_PARAMETERS: usize = 4;
 
 /// Description shared by all formulas; the user's names and intervals stay on the host.
 pub const INFO: Info = Info {
-    id: text("formula"),
+    id: "formula",
     code: CODE,
-    summary: text("the user's own formula"),
-    signature: text("what the formula says"),
-    source: text("the user's model.toml"),
+    summary: "the user's own formula",
+    signature: "what the formula says",
+    source: "the user's model.toml",
     parameters: &[
         Parameter::new("p0", "1", 1.0, 0.0, [-1e9, 1e9], "first parameter of the formula"),
         Parameter::new("p1", "1", 1.0, 0.0, [-1e9, 1e9], "second parameter of the formula"),
@@ -261,7 +261,7 @@ impl<R: Real> Formula<R> {
                 match op {
                     Op::Negate => -x,
                     Op::Absolute => x.abs(),
-                    Op::Root => x.root(),
+                    Op::Root => sqrt(x),
                     Op::Exponential => x.exp(),
                     Op::Logarithm => x.ln(),
                     Op::Sine => x.sine_cosine().0,
@@ -284,8 +284,8 @@ impl<R: Real> Formula<R> {
                     Op::Multiply => a * b,
                     Op::Divide => a / b,
                     Op::Power => a.powf(b),
-                    Op::Minimum => least(a, b),
-                    Op::Maximum => most(a, b),
+                    Op::Minimum => min(a, b),
+                    Op::Maximum => max(a, b),
                     Op::Less => truth(a < b),
                     Op::Greater => truth(a > b),
                     _ => return None,

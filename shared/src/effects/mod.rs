@@ -82,13 +82,8 @@ impl Parameter {
         what: &'static str,
     ) -> Self {
         let [low, high] = bounds;
-        Self { name: text(name), unit: text(unit), typical, neutral, low, high, what: text(what) }
+        Self { name, unit, typical, neutral, low, high, what }
     }
-}
-
-/// Words for people: the board has no use for them, and leaves them out (feature `terse`).
-pub(crate) const fn text(words: &'static str) -> &'static str {
-    if cfg!(feature = "terse") { "" } else { words }
 }
 
 /// Description of an effect.

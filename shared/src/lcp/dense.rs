@@ -16,8 +16,8 @@
 //! The pivots work on a dictionary (basic variables as functions of the nonbasic ones), which
 //! holds the inverse of the basis in its slack columns: ties are broken by these, exactly.
 
-use super::{Defect, Outcome, Path, Report, Status, magnitude, residual, tolerance};
-use crate::real::{Real, least, most};
+use super::{Defect, Outcome, Path, Report, Status, residual, tolerance};
+use crate::real::{Real, abs, max, min, sqrt};
 
 /// One run of Lemke's method.
 #[derive(Clone, Copy, Debug)]
@@ -197,9 +197,9 @@ impl<R: Real, const N: usize> Dense<R, N> {
             for (row, scale) in m.chunks_exact(n).zip(&mut self.row_scale) {
                 let mut largest = R::zero();
                 for ((&entry, &column), peak) in row.iter().zip(&self.column_scale).zip(&mut columns) {
-                    let size = magnitude(entry) * column * *scale;
-                    largest = most(size, largest);
-                    *peak = most(size, *peak);
+                    let size = abs(entry) * column * *scale;
+                    largest = max(size, largest);
+                    *peak = max(size, *peak);
                 }
                 *scale *= inverse_root_power_of_two(largest);
             }
@@ -209,7 +209,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
         }
         let mut largest = R::zero();
         for (&constant, &scale) in q.iter().zip(&self.row_scale) {
-            largest = most(magnitude(constant) * scale, largest);
+            largest = max(abs(constant) * scale, largest);
         }
         let root = inverse_root_power_of_two(largest);
         self.constant_scale = root * root;
@@ -313,7 +313,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
         self.step = [R::zero(); N];
         let Some(line) = self.table.get(at) else { return };
         let weights = self.nonbasic.iter().zip(line).take(n + 2).skip(1).filter(|w| *w.0 < n);
-        let peak = weights.clone().fold(R::zero(), |peak, (_, &weight)| most(weight, peak));
+        let peak = weights.clone().fold(R::zero(), |peak, (_, &weight)| max(weight, peak));
         for (&variable, &weight) in weights {
             // Any weights may prove it, so those that are rounding alone are left out.
             if weight > peak * R::of(FLAT) * R::EPSILON
@@ -335,12 +335,12 @@ impl<R: Real, const N: usize> Dense<R, N> {
             total += y;
             for ((&entry, sum), size) in row.iter().zip(&mut sums).zip(&mut sizes) {
                 *sum += entry * y;
-                *size += magnitude(entry) * y;
+                *size += abs(entry) * y;
             }
         }
         let rounding = R::EPSILON * R::of(32.0 * n as f64);
         let consistent = sums.iter().zip(&sizes).take(n).all(|(&sum, &size)| sum <= size * rounding);
-        consistent && constant < -(total * residual::largest(q) * tolerance::<R>().root())
+        consistent && constant < -(total * residual::largest(q) * sqrt(tolerance::<R>()))
     }
 
     /// The row that needs z0 most; ties go to the last row, which is the lexicographic order
@@ -361,14 +361,14 @@ impl<R: Real, const N: usize> Dense<R, N> {
     fn blocking_row(&self, column: usize, n: usize, smallest: R) -> Option<usize> {
         let mut peak = R::zero();
         for line in self.table.iter().take(n) {
-            peak = most(magnitude(line.get(column).copied().unwrap_or(R::zero())), peak);
+            peak = max(abs(line.get(column).copied().unwrap_or(R::zero())), peak);
         }
         let threshold = peak * smallest;
         let mut least: Option<R> = None;
         for line in self.table.iter().take(n) {
             let (Some(&constant), Some(&rate)) = (line.first(), line.get(column)) else { continue };
             if -rate > threshold {
-                let ratio = most(constant, R::zero()) / -rate;
+                let ratio = max(constant, R::zero()) / -rate;
                 if least.is_none_or(|x| ratio < x) {
                     least = Some(ratio);
                 }
@@ -380,7 +380,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
         let mut chosen: Option<usize> = None;
         for (i, line) in self.table.iter().enumerate().take(n) {
             let (Some(&constant), Some(&rate)) = (line.first(), line.get(column)) else { continue };
-            if !(-rate > threshold && most(constant, R::zero()) / -rate <= tie) {
+            if !(-rate > threshold && max(constant, R::zero()) / -rate <= tie) {
                 continue;
             }
             if self.basic.get(i) == Some(&(2 * n)) {
@@ -419,8 +419,8 @@ impl<R: Real, const N: usize> Dense<R, N> {
                 }
             };
             let difference = coefficients.0 / -rate_i - coefficients.1 / -rate_j;
-            let size = magnitude(coefficients.0 / rate_i) + magnitude(coefficients.1 / rate_j);
-            if magnitude(difference) > size * R::of(1e3) * R::EPSILON {
+            let size = abs(coefficients.0 / rate_i) + abs(coefficients.1 / rate_j);
+            if abs(difference) > size * R::of(1e3) * R::EPSILON {
                 return difference < R::zero();
             }
         }
@@ -474,7 +474,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
             if let (Some(z), Some(&value), Some(&scale)) =
                 (self.z.get_mut(i), line.first(), self.column_scale.get(i))
             {
-                *z = most(value, R::zero()) * scale / self.constant_scale;
+                *z = max(value, R::zero()) * scale / self.constant_scale;
             }
         }
     }
@@ -487,7 +487,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
             for (&entry, &x) in row.iter().zip(z) {
                 w += entry * x;
             }
-            worst = least(w, worst);
+            worst = min(w, worst);
         }
         residual::credible(residual::dense(m, q, z).value(), worst, residual::largest(q))
     }
@@ -532,7 +532,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
                 if let (Some(z), Some(&step), Some(&scale)) =
                     (self.z.get_mut(j), self.step.get(r), self.column_scale.get(j))
                 {
-                    *z = most(*z + step * scale, R::zero());
+                    *z = max(*z + step * scale, R::zero());
                 }
             }
             let after = self.judge(m, q, n);
@@ -558,12 +558,12 @@ impl<R: Real, const N: usize> Dense<R, N> {
             let mut best = (R::zero(), k, k);
             for (i, line) in self.table.iter().enumerate().take(size).skip(k) {
                 for (j, &value) in line.iter().enumerate().take(size).skip(k) {
-                    if magnitude(value) > best.0 {
-                        best = (magnitude(value), i, j);
+                    if abs(value) > best.0 {
+                        best = (abs(value), i, j);
                     }
                 }
             }
-            first = most(best.0, first);
+            first = max(best.0, first);
             if !(best.0 > first * R::EPSILON * R::of(100.0)) {
                 break;
             }

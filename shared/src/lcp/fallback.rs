@@ -7,7 +7,7 @@ use super::contact::ContactSolver;
 use super::dense::Dense;
 use super::factors::{Factors, Impulses};
 use super::{Outcome, Report, Status, residual, tolerance};
-use crate::real::{Real, most};
+use crate::real::{Real, max};
 
 /// Both solvers, and room for the dense form.
 pub struct Fallback<R, const NC: usize, const ND: usize, const N: usize, const SQUARE: usize> {
@@ -63,7 +63,7 @@ impl<R: Real, const NC: usize, const ND: usize, const N: usize, const SQUARE: us
             let mut residual = R::of(f64::INFINITY);
             if let Some(paired) = paired.get_mut(..n) {
                 self.answer.write_unknowns(paired);
-                residual = most(residual::dense(m, q, paired).value(), second.residual);
+                residual = max(residual::dense(m, q, paired).value(), second.residual);
             }
             let status = match second.status {
                 Status::Solved if !(residual <= tolerance()) => Status::Numerical,

@@ -120,9 +120,3 @@ impl<'a, T: ?Sized, R: Real> Outcome<'a, T, R> {
 pub fn tolerance<R: Real>() -> R {
     if R::EPSILON.to_f64() < 1e-12 { R::of(1e-8) } else { R::of(2e-5) }
 }
-
-/// Magnitude (without a call, unlike the trait's).
-#[inline(always)]
-pub(crate) fn magnitude<R: Real>(x: R) -> R {
-    if x < R::zero() { -x } else { x }
-}

@@ -10,7 +10,7 @@ use crate::lcp::dense::Dense;
 use crate::lcp::factors::{Contact, Factors, Impulses};
 use crate::lcp::{Path, Report, Status};
 use crate::predictor::HASH_START;
-use crate::real::{Real, Vec3};
+use crate::real::{Real, Vec3, sqrt};
 use heapless::Vec;
 
 /// Most contacts of a problem.
@@ -99,9 +99,9 @@ type Points = Vec<ConePoint<f32>, CONTACTS>;
 fn axes(draw: &mut Draw) -> [Vec3<f32>; 3] {
     let mut v = || Vec3::new(draw.within(-1.0, 1.0), draw.within(-1.0, 1.0), draw.within(-1.0, 1.0));
     let (a, b) = (v(), v());
-    let n = a / crate::real::most((a.dot(&a)).root(), 1e-3);
+    let n = a / crate::real::max(sqrt(a.dot(&a)), 1e-3);
     let t = b - n * n.dot(&b);
-    let t = t / crate::real::most((t.dot(&t)).root(), 1e-3);
+    let t = t / crate::real::max(sqrt(t.dot(&t)), 1e-3);
     [n, t, n.cross(&t)]
 }
 
