@@ -333,8 +333,6 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
         }
     }
 
-    // A function of its own, as the next: the stack of all three is not needed together.
-    #[inline(never)]
     fn pusher(&mut self, pusher: &PusherContact<R>, moving: &Moving<R>) -> usize {
         let state = self.state;
         let axis = |v: &Vec3<R>| moving.rotation.transform_vector(v);
@@ -450,7 +448,6 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
     }
 
     /// A plane whose normal is the moving frame's +X, as for a plane pusher.
-    #[inline(never)]
     fn support(&mut self, support: &SupportContact<R>, moving: &Moving<R>) -> usize {
         let state = self.state;
         let n = moving.rotation.transform_vector(&Vec3::x());

@@ -119,8 +119,6 @@ pub(crate) struct Ahead<R: Real> {
 impl<R: Real> Ahead<R> {
     /// Begins one in `place`, from the present on. `pusher_m_s`: velocity, world; `departure_n`: grip commanded beyond
     /// the plan's, which goes on.
-    // A function of its own: what is moved into place is not on the stack of every step.
-    #[inline(never)]
     pub fn begin(
         place: &mut Option<Self>,
         state: &State<R, SLOTS>,

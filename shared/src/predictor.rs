@@ -604,8 +604,6 @@ impl<R: Real> Predictor<R> {
         (&self.core.scene, &self.core.model)
     }
 
-    // A function of its own: its stack is not that of every tick.
-    #[inline(never)]
     #[cold]
     fn start(&mut self, sample: &Sample<R>) -> Option<()> {
         let object = sample.object?;
@@ -658,8 +656,6 @@ impl<R: Real> Predictor<R> {
     }
 
     /// One tick. Never panics; work is bounded.
-    // Not `inline(never)`: such a function is compiled in this crate alone, for speed; the firmware
-    // compiles the tick for size, but for the steps of the model ([`Real::step`]).
     pub fn tick(&mut self, sample: &Sample<R>) -> Prediction {
         let mut doubt = 0;
         if !sample.t_s.finite() || !sample.grip_cmd_n.finite() {
@@ -697,7 +693,6 @@ impl<R: Real> Predictor<R> {
     }
 
     /// Settles the object for a tick; `false` where it has nothing to settle.
-    #[inline(never)]
     fn settle(&mut self) -> bool {
         let Some(Tracked { state, settling, .. }) = &mut self.tracked else { return false };
         let Some(going) = settling else { return false };
@@ -888,8 +883,6 @@ impl<R: Real> Core<R> {
         false
     }
 
-    // A function of its own: its stack is not that of every tick.
-    #[inline(never)]
     fn restart_at(&self, tracked: &mut Tracked<R>, drive: &Drive<R>, measured: &Pose<R>) {
         let (scene, model) = (&self.scene, &self.model);
         let mut state = State::held(scene, model, drive, measured.position_m, measured.rotation);

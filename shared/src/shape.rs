@@ -343,8 +343,6 @@ impl<R: Real> Shape<R> {
 
     /// Distance from the centre to the side of the object along `direction` (object axes,
     /// unit), m.
-    // Compiled here: optimised for size its bounds would be checked.
-    #[inline(never)]
     pub fn reach(&self, direction: &Vec3<R>) -> R {
         match self.face_towards(direction) {
             Some(face) => {

@@ -144,8 +144,6 @@ pub fn support_pose<R: Real>(scene: &Scene<R>, object: &Pose<R>) -> Option<Pose<
 /// How far the pusher must be moved along its contact normal so that it does not overlap
 /// the object at the start (m, world axes; zero where there is a gap). Pose noise of tens
 /// of micrometres would otherwise appear as hundreds of newtons.
-// A function of its own: its list of contacts is not on the stack of every tick.
-#[inline(never)]
 pub fn seat<R: Real>(
     scene: &Scene<R>,
     model: &Model<R>,
@@ -260,7 +258,6 @@ pub struct Settling<R: Real> {
 
 impl<R: Real> Settling<R> {
     /// `None` where only the fingers hold the object.
-    #[inline(never)]
     pub fn begin(
         scene: &Scene<R>,
         model: &Model<R>,

@@ -24,7 +24,6 @@ impl<R: Real> Factors<R> {
     }
 
     /// Turns the matrix into its factors; `false` where it is singular or not a number.
-    #[inline(never)]
     pub(super) fn factorise(&mut self) -> bool {
         let Self { rows, exchanged } = self;
         for k in 0..DOF {
@@ -60,7 +59,6 @@ impl<R: Real> Factors<R> {
     }
 
     /// Solves `A x = -b`; `None` where a component is not finite.
-    #[inline(never)]
     pub(super) fn solve_negative(&self, b: &Vec7<R>) -> Option<Vec7<R>> {
         let mut x = [R::zero(); DOF];
         for (x, b) in x.iter_mut().zip(b) {

@@ -247,7 +247,6 @@ struct Sum<R> {
 
 /// Subtracts the contact forces at velocity `v` from `f`; raises `scale` to the largest of
 /// them and `rounding` to the largest force of a bias.
-#[inline(never)]
 pub(super) fn subtract_forces<R: Real>(
     patches: &[Patch<R>],
     points: &mut [Local<R>],
@@ -305,7 +304,6 @@ pub(super) fn subtract_forces<R: Real>(
 }
 
 /// Sum of `u' S u` with the velocities `u` that `d` gives to the points, in their present modes.
-#[inline(never)]
 pub(super) fn curvature<R: Real>(
     patches: &[Patch<R>],
     points: &[Local<R>],
@@ -370,7 +368,6 @@ impl<R: Real> Local<R> {
 }
 
 /// Steps in 0 to 1 along `d` from `v` at which a contact opens or closes, or its slip is least.
-#[inline(never)]
 pub(super) fn find_kinks<R: Real, const N: usize>(
     patches: &[Patch<R>],
     points: &[Local<R>],
@@ -408,7 +405,6 @@ pub(super) fn find_kinks<R: Real, const N: usize>(
 type Block<R> = [[R; 3]; 3];
 
 /// Adds `J' S J` of the contacts in their present modes to `h`.
-#[inline(never)]
 pub(super) fn add_slopes<R: Real>(
     patches: &[Patch<R>],
     points: &[Local<R>],
