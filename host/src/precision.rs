@@ -10,7 +10,9 @@ use stickslip_shared::contact::SLOTS;
 use stickslip_shared::effects::MEMORY;
 use stickslip_shared::model::{MAX_EFFECTS, Model, Scene};
 use stickslip_shared::real::{Rotation, Vec3};
-use stickslip_shared::step::{Drive, Moving, Slot, State, StepSummary, Workspace, step_from, step_in};
+use stickslip_shared::step::{
+    Drive, LastStep, Moving, Slot, State, StepSummary, Workspace, step_from, step_in,
+};
 use stickslip_shared::track::{PathFilter, Poses, Settling, drive_between, seat, support_pose};
 use stickslip_shared::wire::Sample;
 
@@ -240,5 +242,10 @@ fn wide_state(s: &State<f32, SLOTS>) -> State<f64, SLOTS> {
             load_n: f64::from(slot.load_n),
         }),
         memory,
+        last: s.last.map(|last| LastStep {
+            dt_s: f64::from(last.dt_s),
+            grip_n: f64::from(last.grip_n),
+            load_n: last.load_n.map(|loads| loads.map(f64::from)),
+        }),
     }
 }

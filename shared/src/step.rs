@@ -7,6 +7,7 @@
 
 use crate::cone::{self, Answer, Before, Bodies, ConeOptions, ConePoint, ConeStatus, DOF, Kept};
 use crate::contact::{self, Body, Contact, Contacts};
+use crate::effects::formula::Fault;
 use crate::effects::{self, Environment, FrictionLaw, Loads, MEMORY, Reading, Slip, StepContext};
 use crate::model::{MAX_EFFECTS, Model, PusherContact, Scene, SupportContact};
 use crate::probe::{self, Part};
@@ -83,6 +84,17 @@ pub struct Slot<R: Real> {
     pub load_n: R,
 }
 
+/// What rates are taken from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LastStep<R: Real> {
+    /// Its duration.
+    pub dt_s: R,
+    /// Grip force commanded.
+    pub grip_n: R,
+    /// Normal force of each body at its beginning; `None` in the first, before which nothing was solved.
+    pub load_n: Option<[R; 4]>,
+}
+
 /// Everything that changes from step to step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State<R: Real, const NC: usize> {
@@ -106,6 +118,17 @@ pub struct State<R: Real, const NC: usize> {
     pub slots: [Slot<R>; NC],
     /// Memory of the model's effects.
     pub memory: [[R; MEMORY]; MAX_EFFECTS],
+    /// The last step; `None` before the first.
+    pub last: Option<LastStep<R>>,
+}
+
+/// A formula without a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FormulaFault {
+    /// Which of the model's formulas, from 0.
+    pub number: u8,
+    /// Why it has none.
+    pub fault: Fault,
 }
 
 /// What a step produces besides the next state.
@@ -113,6 +136,8 @@ pub struct State<R: Real, const NC: usize> {
 pub struct StepSummary<R: Real> {
     /// How far the rest can be trusted.
     pub status: ConeStatus,
+    /// The formula behind a [`ConeStatus::BadInput`], if it is one.
+    pub formula_fault: Option<FormulaFault>,
     /// Error of the momentum balance.
     pub residual_n: R,
     /// Newton steps.
@@ -215,6 +240,7 @@ impl<R: Real, const NC: usize> State<R, NC> {
             jaw_m: zero,
             slots: [Slot::default(); NC],
             memory: [[zero; MEMORY]; MAX_EFFECTS],
+            last: None,
         };
         let stiffness = match model.base {
             crate::model::Base::Hard => R::of(contact::RIGID_N_M),
@@ -260,6 +286,38 @@ fn base_mu<R: Real>(scene: &Scene<R>, model: &Model<R>, contact: &Contact<R>, do
     }
 }
 
+/// What effects see of a contact point.
+fn slip_of<R: Real>(c: &Contact<R>, slot: &Slot<R>, patch_load_n: &[R; 4]) -> Slip<R> {
+    Slip {
+        body: c.body,
+        share: c.share,
+        patch_m: c.patch_m,
+        object_m: c.object_m,
+        load_n: slot.load_n,
+        patch_load_n: patch_load_n.get(c.body.index()).copied().unwrap_or(R::zero()),
+        speed_m_s: slot.speed_m_s,
+        distance_m: slot.slip_m,
+        rest_s: slot.rest_s,
+    }
+}
+
+/// The first of the model's formulas that has no value in the step that begins, and why.
+#[cold]
+fn formula_fault<R: Real, const NC: usize>(
+    model: &Model<R>,
+    context: &StepContext<R>,
+    state: &State<R, NC>,
+    contacts: &Contacts<R, NC>,
+    patch_load_n: &[R; 4],
+) -> Option<FormulaFault> {
+    let own = model.effects.iter().zip(&state.memory).filter(|(e, _)| e.code == effects::formula::CODE);
+    own.zip(&model.formulas).enumerate().find_map(|(number, ((effect, memory), formula))| {
+        let slips = contacts.iter().filter_map(|c| Some(slip_of(c, state.slots.get(c.slot)?, patch_load_n)));
+        let fault = formula.fault(&effect.parameters, context, memory, slips)?;
+        Some(FormulaFault { number: number as u8, fault })
+    })
+}
+
 fn context<R: Real, const NC: usize>(
     scene: &Scene<R>,
     state: &State<R, NC>,
@@ -297,17 +355,29 @@ fn context<R: Real, const NC: usize>(
         },
         None => Environment { normal: Vec3::zeros(), turning_rad_s: Vec3::zeros() },
     });
+    let mut grip_rate_n_s = R::zero();
+    let mut load_rate_n_s = [R::zero(); 4];
+    if let Some(last) = &state.last {
+        grip_rate_n_s = (drive.grip_n - last.grip_n) / drive.dt_s;
+        if let Some(before_n) = last.load_n {
+            for ((rate, now_n), before_n) in load_rate_n_s.iter_mut().zip(load_n).zip(before_n) {
+                *rate = (now_n - before_n) / last.dt_s;
+            }
+        }
+    }
     StepContext {
         time_s: state.time_s,
         dt_s: drive.dt_s,
         trial: drive.trial,
         grip_cmd_n: drive.grip_n,
+        grip_rate_n_s,
         position_m: state.position_m,
         rotation: state.rotation,
         carrier: drive.carrier,
         slip_m,
         slip_speed_m_s: speed,
         load_n,
+        load_rate_n_s,
         environment,
         pusher: scene.pusher,
         velocity_m_s: state.absolute_m_s,
@@ -427,21 +497,13 @@ pub fn step_from<R: Real, const NC: usize>(
             slot.spring_m = [zero; 2];
             continue;
         }
-        let slip = Slip {
-            body: c.body,
-            share: c.share,
-            patch_m: c.patch_m,
-            object_m: c.object_m,
-            load_n: slot.load_n,
-            patch_load_n: patch_load.get(c.body.index()).copied().unwrap_or(zero),
-            speed_m_s: slot.speed_m_s,
-            distance_m: slot.slip_m,
-            rest_s: slot.rest_s,
-        };
+        let slip = slip_of(c, slot, &patch_load);
         let mu = base_mu(scene, model, c, &gravity);
         let mut law = FrictionLaw { mu: [mu; 2], adhesion_n: zero };
-        for (_, effect, p) in effect_hooks(model) {
-            effect.friction(p, &context, &slip, &mut law);
+        for (i, effect, p) in effect_hooks(model) {
+            if let Some(memory) = memory.get(i) {
+                effect.friction(p, &context, memory, &slip, &mut law);
+            }
         }
         law.mu = law.mu.map(not_negative);
         if c.gap_m > R::of(ADHESION_RANGE_M) {
@@ -495,6 +557,7 @@ pub fn step_from<R: Real, const NC: usize>(
     drop(part);
     let mut output = StepSummary {
         status: solution.status,
+        formula_fault: None,
         residual_n: solution.residual_n,
         iterations: solution.iterations,
         evaluations: solution.evaluations,
@@ -513,6 +576,7 @@ pub fn step_from<R: Real, const NC: usize>(
         points_lost,
     };
     if solution.status == ConeStatus::BadInput {
+        output.formula_fault = formula_fault(model, &context, state, &work.contacts, &patch_load);
         return output;
     }
     for (answer, c) in work.cone.answers().zip(&work.contacts) {
@@ -527,6 +591,8 @@ pub fn step_from<R: Real, const NC: usize>(
     }
     let u = solution.velocity;
     state.memory = memory;
+    let load_n = state.last.map(|_| context.load_n);
+    state.last = Some(LastStep { dt_s: dt, grip_n: drive.grip_n, load_n });
     gather(state, drive, work, &mut output);
     let v_rel = Vec3::new(u[0], u[1], u[2]);
     let w_rel = Vec3::new(u[3], u[4], u[5]);

@@ -15,8 +15,10 @@ fn with_everything() -> ModelPackage {
         model.effects.push(Effect { code, parameters }).unwrap();
     }
     for bodies in [1, 6] {
-        let program = [Op::Constant(0.5), Op::Constant(2.0), Op::Multiply].into_iter().collect();
-        model.formulas.push(Formula { target: Target::Friction, bodies, program }).unwrap();
+        let ops = [Op::Constant(0.5), Op::Constant(2.0), Op::Multiply];
+        let formula = Formula::new(Target::Friction, bodies, &ops).unwrap();
+        let formula = if bodies == 6 { formula.with_state(&[Op::Constant(1.0)]).unwrap() } else { formula };
+        model.formulas.push(formula).unwrap();
     }
     (scene, model, limits)
 }
@@ -45,7 +47,8 @@ fn lists_longer_than_the_board_holds_are_refused() {
     let mut buffer = [0; MAX_MODEL_BYTES];
     let (scene, model, limits) = with_everything();
     // The model's own fields one by one, with one effect more than fit.
-    let effects: Vec<_> = model.effects.iter().chain(&model.effects[..1]).collect();
+    let effects: heapless::Vec<_, { MAX_EFFECTS + 1 }> =
+        model.effects.iter().chain(&model.effects[..1]).copied().collect();
     let package = (scene, (&model.base, &model.friction, effects, &model.formulas), limits);
     let bytes = postcard::to_slice(&package, &mut buffer).unwrap();
     assert_eq!(decode(bytes), None);

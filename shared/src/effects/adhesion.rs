@@ -5,7 +5,7 @@
 //! and Roberts 1971). It takes a soft face to touch closely enough: a hard table or pusher under
 //! a held object does not stick. Where nothing is gripped, the table is the contact.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::contact::{Body, is_finger};
 use crate::real::{Real, max};
 
@@ -38,6 +38,7 @@ impl<R: Real> Law<R> for Adhesion {
         &self,
         p: &[R; MAX_PARAMETERS],
         c: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {

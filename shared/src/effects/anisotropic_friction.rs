@@ -4,7 +4,7 @@
 //! across it: the elliptic cone of Michalowski and Mroz 1978 (brushed or machined faces). The
 //! mean coefficient in the geometric sense stays the base model's.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::contact::is_finger;
 use crate::real::{Real, max, sqrt};
 
@@ -37,6 +37,7 @@ impl<R: Real> Law<R> for AnisotropicFriction {
         &self,
         p: &[R; MAX_PARAMETERS],
         _: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {

@@ -4,7 +4,7 @@
 //! slipped (or since the trial began): Dieterich 1972, the static branch of rate and state
 //! friction. Sliding resets it.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::real::{Real, max};
 
 /// See the module.
@@ -46,6 +46,7 @@ impl<R: Real> Law<R> for DwellStrengthening {
         &self,
         p: &[R; MAX_PARAMETERS],
         _: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {

@@ -3,7 +3,7 @@
 //! `mu_1 = mu (1 + mismatch)`, `mu_2 = mu (1 - mismatch)`: the mean stays the base model's
 //! (pads of different wear, age or cleanliness).
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::contact::Body;
 use crate::real::Real;
 
@@ -36,6 +36,7 @@ impl<R: Real> Law<R> for FingerFrictionMismatch {
         &self,
         p: &[R; MAX_PARAMETERS],
         _: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {

@@ -5,7 +5,7 @@
 //! (exponent 1/3 for Hertz contact: Bowden and Tabor 1950; Xydas and Kao 1999). `N0` is a
 //! constant because it and the base coefficient cannot be told apart.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::real::{Real, max};
 
 /// Load at which the base coefficient holds, N.
@@ -42,6 +42,7 @@ impl<R: Real> Law<R> for LoadDependentFriction {
         &self,
         p: &[R; MAX_PARAMETERS],
         _: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {

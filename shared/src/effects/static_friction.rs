@@ -3,7 +3,7 @@
 //! `mu(v) = mu (1 + excess exp(-(v / v_s)^2))`, after Stribeck 1902 in the exponential form
 //! of Bo and Pavelescu 1982.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::real::{Real, max};
 
 /// See the module.
@@ -38,6 +38,7 @@ impl<R: Real> Law<R> for StaticFriction {
         &self,
         p: &[R; MAX_PARAMETERS],
         _: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {

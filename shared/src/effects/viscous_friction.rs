@@ -4,7 +4,7 @@
 //! The speed is that of the last step: the law is explicit, stable while
 //! `viscosity N dt < m` for an object that nothing drives.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::real::Real;
 
 /// See the module.
@@ -36,6 +36,7 @@ impl<R: Real> Law<R> for ViscousFriction {
         &self,
         p: &[R; MAX_PARAMETERS],
         _: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {

@@ -4,7 +4,7 @@
 //! the base model's: pads polish or pick up dust. Yu et al. 2016 saw pushing friction change
 //! over thousands of pushes.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::contact::is_finger;
 use crate::real::{Real, max};
 
@@ -37,6 +37,7 @@ impl<R: Real> Law<R> for WearDrift {
         &self,
         p: &[R; MAX_PARAMETERS],
         c: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {
