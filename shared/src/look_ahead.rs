@@ -6,7 +6,7 @@
 //! are told from now. The work is counted in evaluations of the momentum balance, not in
 //! time: both sides stop at the same place.
 
-use crate::cone::{ConeOptions, ConeStatus, FACTORS_WORK, FIXED_POINTS, USUAL_POINTS};
+use crate::cone::{FACTORS_WORK, FIXED_POINTS, SolveBudget, SolveStatus, USUAL_POINTS};
 use crate::contact::SLOTS;
 use crate::model::{Model, Scene};
 use crate::predictor::{Plan, Segment};
@@ -60,7 +60,7 @@ impl Work {
 
     /// `options` for a next step that ends within `most` in all: a dear one does not make the tick
     /// late, but is marked.
-    pub fn bounding<R: Real>(&self, options: &ConeOptions<R>, most: u32) -> ConeOptions<R> {
+    pub fn bounding<R: Real>(&self, options: &SolveBudget<R>, most: u32) -> SolveBudget<R> {
         options.within(most.saturating_sub(self.done.saturating_add(AROUND_WORK)))
     }
 
@@ -183,13 +183,13 @@ impl<R: Real> Ahead<R> {
             let Some(drive) = drive_between(&from, &to, &course.reference_m, grip, course.trial) else {
                 break;
             };
-            let options = work.bounding(&ConeOptions::look_ahead(), TICK_WORK);
+            let options = work.bounding(&SolveBudget::look_ahead(), TICK_WORK);
             let out =
                 crate::step::step_in(course.scene, course.model, &mut self.state, &drive, &options, space);
             note(&out);
             work.add(&out);
             work.steps_ahead = work.steps_ahead.saturating_add(1);
-            self.found.marked |= out.status != ConeStatus::Solved;
+            self.found.marked |= out.status != SolveStatus::Solved;
             self.ahead_s += dt;
             let when = self.ahead_s.to_f64() as f32;
             let found = &mut self.found;

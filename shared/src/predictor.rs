@@ -16,7 +16,7 @@
 //! the intended direction, slip while holding, sag and rotation beyond their limits are
 //! flagged as unexpected.
 
-use crate::cone::{ConeOptions, ConeStatus, Kept};
+use crate::cone::{Kept, SolveBudget, SolveStatus};
 use crate::contact::{Body, SLOTS};
 use crate::health::Health;
 use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S, TICK_WORK, Work};
@@ -427,7 +427,7 @@ enum Unfollowed {
     Sample,
     /// Its step had no answer.
     Solver {
-        status: ConeStatus,
+        status: SolveStatus,
         /// The state has moved on the way: it is no longer that of the last sample.
         lost: bool,
     },
@@ -765,7 +765,7 @@ impl<R: Real> Core<R> {
         *work.kept() = tracked.kept[0];
         let mut worst = Worst::default();
         let mut out = advance(&self.scene, &self.model, &mut tracked.state, &drive, &mut work, &mut worst);
-        if matches!(out.status, ConeStatus::BadInput | ConeStatus::Contradiction) {
+        if matches!(out.status, SolveStatus::BadInput | SolveStatus::Contradiction) {
             // Numbers that no rig has: the last good state is kept for the next sample, and
             // after a gap's length of such samples the model starts anew. (It does so at once
             // where a gap was bridged in parts and the later ones failed.)
@@ -843,7 +843,7 @@ impl<R: Real> Core<R> {
         }
         let sags = self.sags(&p, tracked, &observed);
         judge(&mut p, present.intent, &self.limits, sags, tracked.pushing);
-        if worst.status != ConeStatus::Solved {
+        if worst.status != SolveStatus::Solved {
             doubt |= validity::SOLVER;
         }
         if doubt & validity::UNRELIABLE != 0 {
@@ -1340,13 +1340,13 @@ fn coefficient_along<R: Real>(mu: &[R; 2], a: R, b: R) -> R {
 }
 
 /// As it goes over the wire.
-fn status_code(status: ConeStatus) -> u8 {
+fn status_code(status: SolveStatus) -> u8 {
     match status {
-        ConeStatus::Solved => 0,
-        ConeStatus::IterationLimit => 1,
-        ConeStatus::BadInput => 2,
-        ConeStatus::Numerical => 3,
-        ConeStatus::Contradiction => 4,
+        SolveStatus::Solved => 0,
+        SolveStatus::IterationLimit => 1,
+        SolveStatus::BadInput => 2,
+        SolveStatus::Numerical => 3,
+        SolveStatus::Contradiction => 4,
     }
 }
 
@@ -1369,7 +1369,7 @@ fn advance<R: Real>(
     }
     let mut part = *drive;
     part.dt_s = drive.dt_s / R::of(f64::from(parts));
-    let present = ConeOptions::present();
+    let present = SolveBudget::present();
     let bounded = |done: &Work, later: u8| match parts {
         1 => present,
         _ => done.bounding(&present, TICK_WORK.saturating_sub(LATER_WORK * u32::from(later))),
@@ -1378,7 +1378,7 @@ fn advance<R: Real>(
     let mut out = crate::step::step_in(scene, model, state, &part, &options, work);
     worst.note(&out);
     for later in (0..parts.saturating_sub(1)).rev() {
-        if matches!(out.status, ConeStatus::BadInput | ConeStatus::Contradiction) {
+        if matches!(out.status, SolveStatus::BadInput | SolveStatus::Contradiction) {
             break;
         }
         for m in [&mut part.pusher, &mut part.support].into_iter().flatten() {
@@ -1492,7 +1492,7 @@ fn judge(p: &mut Prediction, intent: Intent, limits: &Limits, sag: bool, pushing
 
 /// The worst of a tick's solves.
 struct Worst<R> {
-    status: ConeStatus,
+    status: SolveStatus,
     residual_n: R,
     iterations: u16,
     /// Of the tick so far.
@@ -1504,7 +1504,7 @@ struct Worst<R> {
 impl<R: Real> Default for Worst<R> {
     fn default() -> Self {
         Self {
-            status: ConeStatus::Solved,
+            status: SolveStatus::Solved,
             residual_n: R::zero(),
             iterations: 0,
             work: Work::default(),
@@ -1523,8 +1523,8 @@ impl<R: Real> Worst<R> {
     /// The step from sample to sample.
     fn note(&mut self, out: &StepSummary<R>) {
         self.count(out);
-        self.moved |= !matches!(out.status, ConeStatus::BadInput | ConeStatus::Contradiction);
-        if out.status != ConeStatus::Solved {
+        self.moved |= !matches!(out.status, SolveStatus::BadInput | SolveStatus::Contradiction);
+        if out.status != SolveStatus::Solved {
             self.status = out.status;
         }
         self.residual_n = max(self.residual_n, out.residual_n);

@@ -5,7 +5,7 @@
 //! that is solved for is that relative to the carrier (the gripper), in carrier axes, so
 //! that a stuck object has velocity zero exactly, also in `f32`.
 
-use crate::cone::{self, Answer, Before, Bodies, ConeOptions, ConePoint, ConeStatus, DOF, Kept};
+use crate::cone::{self, Answer, Before, Bodies, ContactPoint, DOF, Kept, SolveBudget, SolveStatus};
 use crate::contact::{self, Body, Contact, Contacts};
 use crate::effects::formula::Fault;
 use crate::effects::{self, Environment, FrictionLaw, Loads, MEMORY, Reading, Slip, StepContext};
@@ -135,8 +135,8 @@ pub struct FormulaFault {
 #[derive(Clone, Copy, Debug)]
 pub struct StepSummary<R: Real> {
     /// How far the rest can be trusted.
-    pub status: ConeStatus,
-    /// The formula behind a [`ConeStatus::BadInput`], if it is one.
+    pub status: SolveStatus,
+    /// The formula behind a [`SolveStatus::BadInput`], if it is one.
     pub formula_fault: Option<FormulaFault>,
     /// Error of the momentum balance.
     pub residual_n: R,
@@ -393,7 +393,7 @@ pub fn step<R: Real, const NC: usize>(
     drive: &Drive<R>,
 ) -> StepOutput<R, NC> {
     let mut work = Workspace::new();
-    let summary = step_in(scene, model, state, drive, &ConeOptions::default(), &mut work);
+    let summary = step_in(scene, model, state, drive, &SolveBudget::default(), &mut work);
     StepOutput {
         summary,
         friction: work.answers().map(|a| FrictionLaw { mu: a.mu, adhesion_n: a.adhesion_n }).collect(),
@@ -402,7 +402,7 @@ pub fn step<R: Real, const NC: usize>(
     }
 }
 
-/// Advances `state` by one step. On `ConeStatus::BadInput` and `ConeStatus::Contradiction` its
+/// Advances `state` by one step. On `SolveStatus::BadInput` and `SolveStatus::Contradiction` its
 /// motion and springs are left as they were;
 /// with any other status it has moved and `residual_n` says how exactly.
 ///
@@ -412,7 +412,7 @@ pub fn step_in<R: Real, const NC: usize>(
     model: &Model<R>,
     state: &mut State<R, NC>,
     drive: &Drive<R>,
-    options: &ConeOptions<R>,
+    options: &SolveBudget<R>,
     work: &mut Workspace<R, NC>,
 ) -> StepSummary<R> {
     let guess = state.velocity;
@@ -426,7 +426,7 @@ pub fn step_from<R: Real, const NC: usize>(
     model: &Model<R>,
     state: &mut State<R, NC>,
     drive: &Drive<R>,
-    options: &ConeOptions<R>,
+    options: &SolveBudget<R>,
     guess: &[R; DOF],
     work: &mut Workspace<R, NC>,
 ) -> StepSummary<R> {
@@ -520,7 +520,7 @@ pub fn step_from<R: Real, const NC: usize>(
             |m: R| if larger > zero { max((m / larger) * (m / larger), R::of(1e-4)) } else { R::one() };
         let across = [shape(law.mu[0]), shape(law.mu[1])];
         let along = |k: usize| -c.axes[k].dot(&c.surface_m_s);
-        let point = ConePoint {
+        let point = ContactPoint {
             lever_m: c.lever_m,
             axes: c.axes,
             jaw: if matches!(c.body, Body::Finger1 | Body::Finger2) { R::one() } else { zero },
@@ -575,7 +575,7 @@ pub fn step_from<R: Real, const NC: usize>(
         normal_n: [zero; 4],
         points_lost,
     };
-    if solution.status == ConeStatus::BadInput {
+    if solution.status == SolveStatus::BadInput {
         output.formula_fault = formula_fault(model, &context, state, &work.contacts, &patch_load);
         return output;
     }
@@ -585,7 +585,7 @@ pub fn step_from<R: Real, const NC: usize>(
         }
     }
     if output.normal_n.iter().any(|n| *n > R::of(MOST_FORCE_N)) {
-        output.status = ConeStatus::Contradiction;
+        output.status = SolveStatus::Contradiction;
         work.cone.forget();
         return output;
     }

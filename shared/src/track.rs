@@ -4,7 +4,7 @@
 //! object was first seen (planar pushing). A step runs from one sample to the next; its
 //! velocities are the differences of the two poses over the time between them.
 
-use crate::cone::ConeOptions;
+use crate::cone::SolveBudget;
 use crate::contact::{self, Body, Contacts, SLOTS};
 use crate::look_ahead::Work;
 use crate::model::{Model, Scene};
@@ -301,7 +301,7 @@ impl<R: Real> Settling<R> {
         };
         let mut done = Work::default();
         while self.left > 0 && done.done() <= most_work / 2 {
-            let options = done.bounding(&ConeOptions::default(), most_work);
+            let options = done.bounding(&SolveBudget::default(), most_work);
             done.add(&crate::step::step_in(scene, &base, state, &still, &options, work));
             self.left = self.left.saturating_sub(1);
         }

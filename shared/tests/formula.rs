@@ -4,7 +4,7 @@ mod common;
 
 use common::{DT_S, gripped, hard, obj4, pose};
 use nalgebra::UnitQuaternion;
-use stickslip_shared::cone::ConeStatus;
+use stickslip_shared::cone::SolveStatus;
 use stickslip_shared::contact::SLOTS;
 use stickslip_shared::effects::Effect;
 use stickslip_shared::effects::formula::{CODE, Fault, Formula, Op, Program, Target, Variable, Variables};
@@ -106,7 +106,7 @@ fn a_division_by_zero_stops_the_step_and_is_named() {
     for (target, bodies) in [(Target::Friction, FINGERS), (Target::Grip, 0), (Target::ForceZ, 0)] {
         let formula = Formula::new(target, bodies, &inverse).unwrap();
         let (state, out) = hold(&[fine.clone(), formula], |_| 20.0, 1);
-        assert_eq!(out.status, ConeStatus::BadInput);
+        assert_eq!(out.status, SolveStatus::BadInput);
         assert_eq!(out.formula_fault, Some(FormulaFault { number: 1, fault: Fault::DivisionByZero }));
         assert_eq!(state.time_s, 0.0, "nothing has moved");
     }

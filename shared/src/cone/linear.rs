@@ -1,7 +1,8 @@
 //! Seven linear equations: elimination with row exchanges, kept for further right-hand sides.
 
-use super::{DOF, Mat7, Vec7};
+use super::{Mat7, Vec7};
 use crate::real::{Real, abs};
+use crate::solve::DOF;
 
 /// Triangular factors of a matrix.
 #[derive(Clone, Copy, Debug)]

@@ -16,7 +16,7 @@
 //! The pivots work on a dictionary (basic variables as functions of the nonbasic ones), which
 //! holds the inverse of the basis in its slack columns: ties are broken by these, exactly.
 
-use super::{Defect, Outcome, Path, Report, Status, residual, tolerance};
+use super::{Defect, Outcome, Path, Report, SolveStatus, residual, tolerance};
 use crate::real::{Real, abs, max, min, sqrt};
 
 /// One run of Lemke's method.
@@ -109,18 +109,10 @@ impl<R: Real, const N: usize> Dense<R, N> {
     ///
     /// Runs at most 16 attempts, 12 of `6 n + 50` and 4 of `20 n + 50` pivots, and the proof that
     /// there is no solution (`4 n + 20`). Nothing here panics; numbers
-    /// that are not finite and sizes that do not fit are [`Status::BadInput`].
+    /// that are not finite and sizes that do not fit are [`SolveStatus::BadInput`].
     pub fn solve(&mut self, m: &[R], q: &[R]) -> Outcome<'_, [R], R> {
         let n = q.len();
-        let refuse = |defect| {
-            let report = Report {
-                status: Status::BadInput(defect),
-                residual: R::of(f64::INFINITY),
-                pivots: 0,
-                path: Path::Trivial,
-            };
-            Outcome::new(&[] as &[R], report)
-        };
+        let refuse = |defect| Outcome::new(&[] as &[R], Report::refused(defect));
         if n == 0 {
             return refuse(Defect::Empty);
         }
@@ -136,8 +128,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
 
     fn search(&mut self, m: &[R], q: &[R], n: usize) -> Report<R> {
         self.best = [R::zero(); N];
-        let mut report =
-            Report { status: Status::Solved, residual: R::zero(), pivots: 0, path: Path::Trivial };
+        let mut report = Report { status: SolveStatus::Solved, residual: R::zero(), ..Report::nothing() };
         if q.iter().all(|&x| x >= R::zero()) {
             return report;
         }
@@ -173,17 +164,17 @@ impl<R: Real, const N: usize> Dense<R, N> {
                 let (none, pivots) = self.infeasible(m, q, n);
                 report.pivots = report.pivots.saturating_add(pivots);
                 if none {
-                    report.status = Status::Ray;
+                    report.status = SolveStatus::Contradiction;
                     return report;
                 }
             }
         }
         report.status = if rays == unshifted {
-            Status::Ray
+            SolveStatus::Contradiction
         } else if limits > 0 {
-            Status::PivotLimit
+            SolveStatus::IterationLimit
         } else {
-            Status::Numerical
+            SolveStatus::Numerical
         };
         report
     }

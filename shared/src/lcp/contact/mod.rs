@@ -18,7 +18,7 @@ mod path;
 
 use super::factors::{Factors, Impulses};
 use super::residual::Residual;
-use super::{Outcome, Path, Report, Status, residual, tolerance};
+use super::{Outcome, Path, Report, SolveStatus, residual, tolerance};
 use crate::real::{Real, abs, max, min, sqrt};
 use law::{Mode, Normal, Track, add_scaled};
 use path::{End, follow};
@@ -83,12 +83,7 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
             Some(defect) => {
                 self.answer = Impulses::none();
                 self.known = 0;
-                Report {
-                    status: Status::BadInput(defect),
-                    residual: R::of(f64::INFINITY),
-                    pivots: 0,
-                    path: Path::Trivial,
-                }
+                Report::refused(defect)
             }
             None => self.search(problem),
         };
@@ -106,8 +101,8 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
         }
         let warm = self.known == count;
         self.known = 0;
-        let Some(tracks) = self.tracks.get_mut(..count) else { return nothing_found() };
-        let mut best = nothing_found();
+        let Some(tracks) = self.tracks.get_mut(..count) else { return Report::nothing() };
+        let mut best = Report::nothing();
         let mut pivots = 0_u32;
         let (mut rays, mut limits) = (0, 0);
         for start in 0..=STARTS {
@@ -134,26 +129,22 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
             }
             if residual <= tolerance() {
                 self.known = count;
-                best.status = Status::Solved;
+                best.status = SolveStatus::Solved;
                 break;
             }
         }
         best.pivots = pivots;
-        if best.status != Status::Solved {
+        if best.status != SolveStatus::Solved {
             best.status = if rays > STARTS / 2 || contradictory(tracks) {
-                Status::Ray
+                SolveStatus::Contradiction
             } else if limits > 0 {
-                Status::PivotLimit
+                SolveStatus::IterationLimit
             } else {
-                Status::Numerical
+                SolveStatus::Numerical
             };
         }
         best
     }
-}
-
-fn nothing_found<R: Real>() -> Report<R> {
-    Report { status: Status::Numerical, residual: R::of(f64::INFINITY), pivots: 0, path: Path::Trivial }
 }
 
 /// Whether the impulses of a failed solve push against each other: they cause no motion, and
