@@ -9,9 +9,9 @@ OUT := target/$(TARGET)/firmware
 # Panics name their file: not where this machine keeps it, so that the firmware is the same everywhere.
 export CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS := \
 	--remap-path-prefix=$(or $(CARGO_HOME),$(HOME)/.cargo)/registry/src/=
-# Flash, and static RAM: with the stack that the soak allows (`BUDGET_BYTES` of firmware/src/stack.rs) 48 KiB.
-FLASH_LIMIT := 131072
-RAM_LIMIT := 25088
+# Flash 256 KiB; static RAM 32 KiB, with the stack that the soak allows (`BUDGET_BYTES` of firmware/src/stack.rs) 96 KiB.
+FLASH_LIMIT := 262144
+RAM_LIMIT := 32768
 
 .PHONY: help setup mujoco-setup test lint test-host hil hil-probe soak soak-short firmware firmware-g474 flash-g474 size no-panic cost demo fuzz bench
 

@@ -6,12 +6,12 @@
 //! are told from now. The work is counted in evaluations of the momentum balance, not in
 //! time: both sides stop at the same place.
 
-use crate::cone::{ConeOptions, ConeStatus};
+use crate::cone::{SolveBudget, SolveStatus};
 use crate::contact::SLOTS;
 use crate::model::{Model, Scene};
 use crate::predictor::plan::{Plan, Segment};
 use crate::predictor::sag::{Sag, planned_slide, slipped, unintended_down};
-use crate::real::{Length, Real, Vec3, clamp, most};
+use crate::real::{Real, Vec3, clamp, max, norm};
 use crate::step::{State, StepSummary, Workspace, turned};
 use crate::track::{Pose, Poses, drive_between};
 use crate::work::{TICK_WORK, Work};
@@ -69,8 +69,6 @@ pub(crate) struct Ahead<R: Real> {
 impl<R: Real> Ahead<R> {
     /// Begins one in `place`, from the present on. `pusher_m_s`: velocity, world; `departure_n`: grip commanded beyond
     /// the plan's, which goes on.
-    // A function of its own: what is moved into place is not on the stack of every step.
-    #[inline(never)]
     pub fn begin(
         place: &mut Option<Self>,
         state: &State<R, SLOTS>,
@@ -87,7 +85,7 @@ impl<R: Real> Ahead<R> {
             departure_n,
             carrier: poses.carrier,
             ahead_s: R::zero(),
-            speed_m_s: state.absolute_m_s.length(),
+            speed_m_s: norm(&state.absolute_m_s),
             sag: Sag::new(slipped(start, &state.position_m, &state.rotation)),
             found: Foreseen {
                 began_s: t_s,
@@ -132,22 +130,23 @@ impl<R: Real> Ahead<R> {
             };
             let from = Poses { t_s: R::zero(), carrier, pusher: self.pusher, support: course.support };
             let to = Poses { t_s: dt, carrier: next_carrier, pusher: next_pusher, support: course.support };
-            let grip = most(R::of(f64::from(segment.grip_n)) + self.departure_n, R::zero());
+            let grip = max(R::of(f64::from(segment.grip_n)) + self.departure_n, R::zero());
             let Some(drive) = drive_between(&from, &to, &course.reference_m, grip, course.trial) else {
                 break;
             };
-            let options = work.bounding(&ConeOptions::look_ahead(), TICK_WORK);
-            let out = R::step(course.scene, course.model, &mut self.state, &drive, &options, space);
+            let options = work.bounding(&SolveBudget::look_ahead(), TICK_WORK);
+            let out =
+                crate::step::step_in(course.scene, course.model, &mut self.state, &drive, &options, space);
             note(&out);
             work.add(&out);
             work.step_ahead();
-            self.found.marked |= out.status != ConeStatus::Solved;
+            self.found.marked |= out.status != SolveStatus::Solved;
             self.ahead_s += dt;
             let when = self.ahead_s.to_f64() as f32;
             let found = &mut self.found;
             for k in 0..2 {
                 found.peak_utilisation[k] = found.peak_utilisation[k].max(out.utilisation[k].to_f64() as f32);
-                if found.slip_after_s[k].is_none() && out.slip_m_s[k].length() > course.slip_m_s {
+                if found.slip_after_s[k].is_none() && norm(&out.slip_m_s[k]) > course.slip_m_s {
                     found.slip_after_s[k] = Some(when);
                     found.slip[k] = out.slip_m_s[k];
                 }
@@ -156,7 +155,7 @@ impl<R: Real> Ahead<R> {
             let lost = !(n1 > R::zero()) || !(n2 > R::zero());
             // Falling: fast relative to the gripper and gaining half of gravity.
             let [vx, vy, vz, ..] = self.state.velocity;
-            let speed = Vec3::new(vx, vy, vz).length();
+            let speed = norm(&Vec3::new(vx, vy, vz));
             let falling = speed > R::of(0.05) && (speed - self.speed_m_s) / dt > R::of(2.0);
             self.speed_m_s = speed;
             if held && (lost || falling) {

@@ -30,14 +30,14 @@ pub use types::{
 };
 pub use validate::{ModelError, validate};
 
-use crate::cone::{ConeOptions, ConeStatus, Kept};
+use crate::cone::{Kept, SolveBudget, SolveStatus};
 use crate::contact::{Body, SLOTS};
 use crate::health::Health;
 use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S};
 use crate::model::{FingerContact, Model, Scene, Shape};
 use crate::observer::motion::Moved;
 use crate::observer::{Observed, Observer, Seen};
-use crate::real::{Length, Real, Rotation, Vec3, least, most};
+use crate::real::{Real, Rotation, Vec3, max, min, norm, sqrt};
 use crate::step::{Drive, State, StepSummary, Workspace};
 use crate::track::{PathFilter, Pose, Poses, Settling, between_pads, drive_between, seat, support_pose};
 use crate::work::{TICK_WORK, Work};
@@ -92,7 +92,7 @@ enum Unfollowed {
     Sample,
     /// Its step had no answer.
     Solver {
-        status: ConeStatus,
+        status: SolveStatus,
         /// The state has moved on the way: it is no longer that of the last sample.
         lost: bool,
     },
@@ -256,8 +256,6 @@ impl<R: Real> Predictor<R> {
         (&self.core.scene, &self.core.model)
     }
 
-    // A function of its own: its stack is not that of every tick.
-    #[inline(never)]
     #[cold]
     fn start(&mut self, sample: &Sample<R>) -> Option<()> {
         let object = sample.object?;
@@ -308,8 +306,6 @@ impl<R: Real> Predictor<R> {
     }
 
     /// One tick. Never panics; work is bounded.
-    // Not `inline(never)`: such a function is compiled in this crate alone, for speed; the firmware
-    // compiles the tick for size, but for the steps of the model ([`Real::step`]).
     pub fn tick(&mut self, sample: &Sample<R>) -> Prediction {
         let mut doubt = 0;
         if !sample.t_s.finite() || !sample.grip_cmd_n.finite() {
@@ -348,7 +344,6 @@ impl<R: Real> Predictor<R> {
     }
 
     /// Settles the object for a tick; `false` where it has nothing to settle.
-    #[inline(never)]
     fn settle(&mut self) -> bool {
         let Some(Tracked { state, settling, .. }) = &mut self.tracked else { return false };
         let Some(going) = settling else { return false };
@@ -421,7 +416,7 @@ impl<R: Real> Core<R> {
         *work.kept() = tracked.kept[0];
         let mut worst = Worst::default();
         let mut out = advance(&self.scene, &self.model, &mut tracked.state, &drive, &mut work, &mut worst);
-        if matches!(out.status, ConeStatus::BadInput | ConeStatus::Contradiction) {
+        if matches!(out.status, SolveStatus::BadInput | SolveStatus::Contradiction) {
             // Numbers that no rig has: the last good state is kept for the next sample, and
             // after a gap's length of such samples the model starts anew. (It does so at once
             // where a gap was bridged in parts and the later ones failed.)
@@ -443,7 +438,7 @@ impl<R: Real> Core<R> {
             tracked.strayed = if strayed { tracked.strayed.saturating_add(1) } else { 0 };
             // What slides leaves the model step by step, a wild pose jumps.
             let limit = R::of(f64::from(self.limits.divergence_m));
-            let jumped = !((measured.position_m - tracked.seen_m).length() <= limit);
+            let jumped = !(norm(&(measured.position_m - tracked.seen_m)) <= limit);
             if !(strayed && jumped) {
                 tracked.seen_m = measured.position_m;
             }
@@ -528,7 +523,7 @@ impl<R: Real> Core<R> {
                 p.holding_grip_n = Some(grip_n * (ratio / enough).to_f64() as f32);
             }
         }
-        if worst.status != ConeStatus::Solved {
+        if worst.status != SolveStatus::Solved {
             doubt |= validity::SOLVER;
         }
         if doubt & validity::UNRELIABLE != 0 {
@@ -558,7 +553,7 @@ impl<R: Real> Core<R> {
     fn correct(&self, tracked: &mut Tracked<R>, measured: &Pose<R>) -> bool {
         let state = &mut tracked.state;
         let mut error = measured.position_m - state.position_m;
-        if error.length() > R::of(f64::from(self.limits.divergence_m)) {
+        if norm(&error) > R::of(f64::from(self.limits.divergence_m)) {
             return true;
         }
         if self.scene.fingers.is_some() {
@@ -577,8 +572,6 @@ impl<R: Real> Core<R> {
         false
     }
 
-    // A function of its own: its stack is not that of every tick.
-    #[inline(never)]
     fn restart_at(&self, tracked: &mut Tracked<R>, drive: &Drive<R>, measured: &Pose<R>) {
         let (scene, model) = (&self.scene, &self.model);
         let mut state = State::held(scene, model, drive, measured.position_m, measured.rotation);
@@ -634,11 +627,10 @@ impl<R: Real> Core<R> {
             // Along X and Z.
             for (measured, model) in [(a[0] + b[0], f1[0] + f2[0]), (a[2] + b[2], f1[2] + f2[2])] {
                 miss += (measured - model).abs();
-                size += most(measured.abs(), model.abs());
+                size += max(measured.abs(), model.abs());
             }
             let parted = seen.is_some_and(|s| {
-                (s.position_m - tracked.state.position_m).length()
-                    > R::of(f64::from(self.params.pose_apart_m))
+                norm(&(s.position_m - tracked.state.position_m)) > R::of(f64::from(self.params.pose_apart_m))
             });
             let apart = miss
                 > size * R::of(f64::from(self.params.load_apart_share))
@@ -669,15 +661,15 @@ impl<R: Real> Core<R> {
         let soon = self.plan.at(sample.t_s.to_f64() as f32 + self.params.plan_late_s);
         let soon = soon.is_some_and(|s| apart(&[s.velocity_m_s, s.angular_rad_s], &motion) > 1.0);
         if soon {
-            tracked.settling_s = most(tracked.settling_s, drive.dt_s);
+            tracked.settling_s = max(tracked.settling_s, drive.dt_s);
         }
         let up = -drive.carrier.inverse_transform_vector(&Vec3::from(self.scene.gravity_m_s2));
         let bears = |w: &[[R; 6]; 2]| {
             let sum = |i: usize| w[0][i] + w[1][i];
-            Vec3::new(sum(0), sum(1), sum(2)).dot(&up) / up.length()
+            Vec3::new(sum(0), sum(1), sum(2)).dot(&up) / norm(&up)
         };
         let bearing_n = match &wrenches {
-            [Some(a), Some(b)] if up.length() > R::of(1e-3) => {
+            [Some(a), Some(b)] if norm(&up) > R::of(1e-3) => {
                 Some([bears(&[*a, *b]), bears(&out.reading.finger)])
             }
             _ => None,
@@ -704,9 +696,9 @@ impl<R: Real> Core<R> {
         for (c, answer) in work.contacts.iter().zip(work.answers()) {
             if matches!(c.body, Body::Finger1 | Body::Finger2) {
                 let [force_n, ..] = answer.force_n;
-                let bound = most(force_n + answer.adhesion_n, R::zero());
+                let bound = max(force_n + answer.adhesion_n, R::zero());
                 limit += coefficient_along(&answer.mu, c.axes[1].dot(load), c.axes[2].dot(load)) * bound;
-                normal += most(force_n, R::zero());
+                normal += max(force_n, R::zero());
             }
         }
         let base = self.model.friction.finger * normal;
@@ -735,7 +727,7 @@ impl<R: Real> Core<R> {
                 let now = moved.slip_s > R::zero();
                 slip = if now { moved.velocity_m_s[k] } else { Vec3::zeros() };
             }
-            f.slip_speed_m_s = narrow(slip.length());
+            f.slip_speed_m_s = narrow(norm(&slip));
             f.slip_direction_rad = direction(&slip);
             p.finger_wrench[k] = out.reading.finger[k].map(narrow);
         }
@@ -765,7 +757,7 @@ impl<R: Real> Core<R> {
         };
         [(Vec3::x(), None), (Vec3::z(), rim)].map(|(axis, rim)| {
             let reach = self.scene.object.shape.reach(&axis);
-            let reach = rim.map_or(reach, |rim| least(rim, reach));
+            let reach = rim.map_or(reach, |rim| min(rim, reach));
             let at = pad.dot(&axis);
             if first.dot(&axis).abs() < reach {
                 // The pad goes the other way than the object.
@@ -795,7 +787,7 @@ impl<R: Real> Core<R> {
             tracked.rest_m = tracked.seen_m;
             if let Some(moved) = observed.moved.as_ref().filter(|m| m.slip_s > R::zero()) {
                 for (f, v) in p.finger.iter_mut().zip(&moved.velocity_m_s) {
-                    f.slip_speed_m_s = f.slip_speed_m_s.max(narrow(v.length()));
+                    f.slip_speed_m_s = f.slip_speed_m_s.max(narrow(norm(&v)));
                 }
             }
         } else if let (Some(moved), Some(seen)) = (&observed.moved, seen) {
@@ -836,7 +828,7 @@ impl<R: Real> Core<R> {
 
     /// The model carries the load that is measured.
     fn agrees(&self, p: &Prediction, observed: &Observed<R>, ratio: R) -> bool {
-        let used = (ratio / most(observed.limit, R::of(1e-6))).to_f64() as f32;
+        let used = (ratio / max(observed.limit, R::of(1e-6))).to_f64() as f32;
         p.finger.iter().all(|f| (f.model_utilisation - used).abs() < self.params.share_apart)
     }
 
@@ -849,7 +841,7 @@ impl<R: Real> Core<R> {
         let mean = (moved.velocity_m_s[0] + moved.velocity_m_s[1]) * R::of(0.5);
         // Without the turn.
         let velocity = attitude.inverse_transform_vector(&Vec3::new(mean.x, R::zero(), mean.z));
-        let speed = velocity.length();
+        let speed = norm(&velocity);
         for (v, sides) in [velocity.x, velocity.z].into_iter().zip(edge_m) {
             let way = if v > R::zero() { sides[0] } else { sides[1] };
             let v = v.abs();
@@ -857,7 +849,7 @@ impl<R: Real> Core<R> {
             let a = if speed > R::zero() { moved.acceleration_m_s2 * v / speed } else { R::zero() };
             let reached = v * v + R::of(2.0) * a * way;
             if v > R::of(f64::from(self.params.leaving_m_s)) && reached > R::zero() {
-                let t = R::of(2.0) * most(way, R::zero()) / (v + reached.root());
+                let t = R::of(2.0) * max(way, R::zero()) / (v + sqrt(reached));
                 soonest = sooner(soonest, Some(t.to_f64() as f32));
             }
         }
@@ -871,7 +863,7 @@ impl<R: Real> Core<R> {
         }
         let down =
             tracked.poses.carrier.rotation.inverse_transform_vector(&Vec3::from(self.scene.gravity_m_s2));
-        let size = down.length();
+        let size = norm(&down);
         if size > R::of(1e-3) {
             let v = (moved.velocity_m_s[0] + moved.velocity_m_s[1]) * R::of(0.5);
             let sinking = (v.x * down.x + v.z * down.z) / size;
@@ -969,7 +961,7 @@ impl<R: Real> Core<R> {
 /// Friction while sliding over that at rest, by the model's effects.
 fn sliding_share<R: Real>(model: &Model<R>) -> R {
     model.effects.iter().fold(R::one(), |share, e| {
-        share * R::law(e.code).map_or_else(R::one, |law| law.sliding_share(&e.parameters))
+        share * crate::effects::law::<R>(e.code).map_or_else(R::one, |law| law.sliding_share(&e.parameters))
     })
 }
 
@@ -984,10 +976,9 @@ fn patch_arm<R: Real>(scene: &Scene<R>) -> R {
 
 /// The same with the model's effects.
 fn torsion_arm<R: Real>(model: &Model<R>, arm_m: R) -> R {
-    model
-        .effects
-        .iter()
-        .fold(arm_m, |arm_m, e| R::law(e.code).map_or(arm_m, |law| law.torsion_arm(&e.parameters, arm_m)))
+    model.effects.iter().fold(arm_m, |arm_m, e| {
+        crate::effects::law::<R>(e.code).map_or(arm_m, |law| law.torsion_arm(&e.parameters, arm_m))
+    })
 }
 
 /// Force of both fingers on the object: measured, or else the model's.
@@ -1003,12 +994,12 @@ fn load_of<R: Real>(sample: &Sample<R>, out: &StepSummary<R>) -> Vec3<R> {
 /// Coefficient of an elliptic cone in the direction of a load with the components `a` and `b`
 /// along the tangents; the mean where it has none.
 fn coefficient_along<R: Real>(mu: &[R; 2], a: R, b: R) -> R {
-    let size = (a * a + b * b).root();
-    if mu[0] == mu[1] || !(size > R::of(1e-6)) || !(least(mu[0], mu[1]) > R::zero()) {
+    let size = sqrt(a * a + b * b);
+    if mu[0] == mu[1] || !(size > R::of(1e-6)) || !(min(mu[0], mu[1]) > R::zero()) {
         return (mu[0] + mu[1]) * R::of(0.5);
     }
     let (a, b) = (a / mu[0], b / mu[1]);
-    size / (a * a + b * b).root()
+    size / sqrt(a * a + b * b)
 }
 
 /// Work kept for each later part of a step made in parts.
@@ -1030,16 +1021,16 @@ fn advance<R: Real>(
     }
     let mut part = *drive;
     part.dt_s = drive.dt_s / R::of(f64::from(parts));
-    let present = ConeOptions::present();
+    let present = SolveBudget::present();
     let bounded = |done: &Work, later: u8| match parts {
         1 => present,
         _ => done.bounding(&present, TICK_WORK.saturating_sub(LATER_WORK * u32::from(later))),
     };
     let options = bounded(&worst.work, parts.saturating_sub(1));
-    let mut out = R::step(scene, model, state, &part, &options, work);
+    let mut out = crate::step::step_in(scene, model, state, &part, &options, work);
     worst.note(&out);
     for later in (0..parts.saturating_sub(1)).rev() {
-        if matches!(out.status, ConeStatus::BadInput | ConeStatus::Contradiction) {
+        if matches!(out.status, SolveStatus::BadInput | SolveStatus::Contradiction) {
             break;
         }
         for m in [&mut part.pusher, &mut part.support].into_iter().flatten() {
@@ -1047,7 +1038,7 @@ fn advance<R: Real>(
             m.rotation = crate::step::turned(&m.rotation, &(m.angular_rad_s * part.dt_s));
         }
         let options = bounded(&worst.work, later);
-        out = R::step(scene, model, state, &part, &options, work);
+        out = crate::step::step_in(scene, model, state, &part, &options, work);
         worst.note(&out);
     }
     out
@@ -1077,7 +1068,7 @@ fn direction<R: Real>(slip_m_s: &Vec3<R>) -> f32 {
 
 fn rotation_between<R: Real>(start: &Pose<R>, now: &Rotation<R>) -> R {
     let q = (start.rotation.inverse() * now).into_inner();
-    let vector = (q.i * q.i + q.j * q.j + q.k * q.k).root();
+    let vector = sqrt(q.i * q.i + q.j * q.j + q.k * q.k);
     R::of(2.0) * vector.atan2(q.w.abs())
 }
 
@@ -1100,7 +1091,7 @@ fn apart(a: &[[f32; 3]; 2], b: &[[f32; 3]; 2]) -> f32 {
 
 /// The worst of a tick's solves.
 struct Worst<R> {
-    status: ConeStatus,
+    status: SolveStatus,
     residual_n: R,
     iterations: u16,
     /// Of the tick so far.
@@ -1112,7 +1103,7 @@ struct Worst<R> {
 impl<R: Real> Default for Worst<R> {
     fn default() -> Self {
         Self {
-            status: ConeStatus::Solved,
+            status: SolveStatus::Solved,
             residual_n: R::zero(),
             iterations: 0,
             work: Work::default(),
@@ -1131,10 +1122,10 @@ impl<R: Real> Worst<R> {
     /// The step from sample to sample.
     fn note(&mut self, out: &StepSummary<R>) {
         self.count(out);
-        self.moved |= !matches!(out.status, ConeStatus::BadInput | ConeStatus::Contradiction);
-        if out.status != ConeStatus::Solved {
+        self.moved |= !matches!(out.status, SolveStatus::BadInput | SolveStatus::Contradiction);
+        if out.status != SolveStatus::Solved {
             self.status = out.status;
         }
-        self.residual_n = most(self.residual_n, out.residual_n);
+        self.residual_n = max(self.residual_n, out.residual_n);
     }
 }

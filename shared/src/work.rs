@@ -1,7 +1,7 @@
 //! The work of a tick, counted in evaluations of the momentum balance, not in time: both sides stop
 //! at the same place.
 
-use crate::cone::{ConeOptions, FACTORS_WORK, FIXED_POINTS, USUAL_POINTS};
+use crate::cone::{FACTORS_WORK, FIXED_POINTS, SolveBudget, USUAL_POINTS};
 use crate::real::Real;
 use crate::step::StepSummary;
 
@@ -52,7 +52,7 @@ impl Work {
 
     /// `options` for a next step that ends within `most` in all: a dear one does not make the tick
     /// late, but is marked.
-    pub fn bounding<R: Real>(&self, options: &ConeOptions<R>, most: u32) -> ConeOptions<R> {
+    pub fn bounding<R: Real>(&self, options: &SolveBudget<R>, most: u32) -> SolveBudget<R> {
         options.within(most.saturating_sub(self.done.saturating_add(AROUND_WORK)))
     }
 

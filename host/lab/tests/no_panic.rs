@@ -25,6 +25,9 @@ const EXEMPT: &[(&str, &str)] = &[
     // It says so in the log, then panics.
     ("_embassy_time_queue_item_from_waker", "acquire_header_and_release"),
     ("_embassy_time_queue_item_from_waker", "defmt_default_panic"),
+    // The same where that function is inlined.
+    ("_embassy_time_schedule_wake", "acquire_header_and_release"),
+    ("_embassy_time_schedule_wake", "defmt_default_panic"),
 ];
 const FORBIDDEN: &[&str] =
     &["panicking", "rust_begin_unwind", "unwrap_failed", "expect_failed", "defmt_panic"];

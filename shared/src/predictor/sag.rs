@@ -7,7 +7,7 @@
 //! object did before keeps its value, however the plan goes on.
 
 use super::plan::{Intent, Segment};
-use crate::real::{Length, Real, Rotation, Vec3};
+use crate::real::{Real, Rotation, Vec3, norm};
 use crate::track::Pose;
 
 /// The direction is held until it has changed by so much (rad): sums then carry the noise of two
@@ -19,7 +19,7 @@ const TURNED_RAD: f64 = 0.005;
 /// intent, or slower than `least_m_s`, below which a finger counts as sticking.
 pub fn planned_slide<R: Real>(segment: &Segment, least_m_s: R) -> Option<Vec3<R>> {
     let v = Vec3::from(segment.velocity_m_s.map(|x| R::of(f64::from(x))));
-    let speed = v.length();
+    let speed = norm(&v);
     (segment.intent == Intent::Slide && speed > least_m_s && speed > R::zero()).then(|| v / speed)
 }
 
@@ -30,7 +30,7 @@ pub fn unintended_down<R: Real>(
     slide: Option<Vec3<R>>,
 ) -> Vec3<R> {
     let gravity = Vec3::from(*gravity_m_s2);
-    let size = gravity.length();
+    let size = norm(&gravity);
     if !(size > R::of(1e-3)) {
         return Vec3::zeros();
     }
@@ -66,7 +66,7 @@ impl<R: Real> Sag<R> {
 
     /// The point has come to `at_m` while `down` (see [`unintended_down`]) was in force: the sag so far.
     pub fn follow(&mut self, at_m: Vec3<R>, down: &Vec3<R>) -> R {
-        if (down - self.down).length() > R::of(TURNED_RAD) {
+        if norm(&(down - self.down)) > R::of(TURNED_RAD) {
             self.before_m += self.down.dot(&(self.last_m - self.from_m));
             self.from_m = self.last_m;
             self.down = *down;

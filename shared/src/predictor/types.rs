@@ -1,6 +1,6 @@
 //! What goes into a tick and what comes out of it.
 
-use crate::cone::ConeStatus;
+use crate::cone::SolveStatus;
 use crate::real::Real;
 use crate::track::Pose;
 use postcard_schema::Schema;
@@ -135,14 +135,14 @@ impl SolverStatus {
     }
 }
 
-impl From<ConeStatus> for SolverStatus {
-    fn from(status: ConeStatus) -> Self {
+impl From<SolveStatus> for SolverStatus {
+    fn from(status: SolveStatus) -> Self {
         match status {
-            ConeStatus::Solved => Self::Solved,
-            ConeStatus::IterationLimit => Self::IterationLimit,
-            ConeStatus::BadInput => Self::BadInput,
-            ConeStatus::Numerical => Self::Numerical,
-            ConeStatus::Contradiction => Self::Contradiction,
+            SolveStatus::Solved => Self::Solved,
+            SolveStatus::IterationLimit => Self::IterationLimit,
+            SolveStatus::BadInput => Self::BadInput,
+            SolveStatus::Numerical => Self::Numerical,
+            SolveStatus::Contradiction => Self::Contradiction,
         }
     }
 }

@@ -5,7 +5,7 @@
 //! `step` runs on the board in `f32`.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use stickslip_shared::cone::ConeStatus;
+use stickslip_shared::cone::SolveStatus;
 use stickslip_shared::contact::SLOTS;
 use stickslip_shared::model::{FingerContact, Model, Object, PusherContact, Scene, Shape, SupportContact};
 use stickslip_shared::shape::inertia;
@@ -368,7 +368,7 @@ impl Prepared {
         out.signals.push(row);
         out.slip_m_s.push(step.slip_m_s.map(|s| s.norm()));
         out.normal_n.push(step.normal_n);
-        if step.status != ConeStatus::Solved {
+        if step.status != SolveStatus::Solved {
             out.unsolved += 1;
         }
         out.worst_residual_n = out.worst_residual_n.max(step.residual_n);
