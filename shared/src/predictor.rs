@@ -837,7 +837,7 @@ impl<R: Real> Core<R> {
             if let Some(moved) = observed.moved.as_ref().filter(|m| m.slip_s > R::zero()) {
                 for (f, v) in p.finger.iter_mut().zip(&moved.velocity_m_s) {
                     f.slip_in_s = 0.0;
-                    f.slip_speed_m_s = f.slip_speed_m_s.max(norm(&v).to_f64() as f32);
+                    f.slip_speed_m_s = f.slip_speed_m_s.max(norm(v).to_f64() as f32);
                 }
             }
         }
