@@ -2,7 +2,7 @@
 //!
 //! `equation`, after Author Year.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext, text};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::real::Real;
 
 /// See the module.
@@ -10,11 +10,11 @@ pub struct MyEffect;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("my_effect"),
+    id: "my_effect",
     code: 200,
-    summary: text("what it is, in one line"),
-    signature: text("what it looks like in data"),
-    source: text("where the law comes from"),
+    summary: "what it is, in one line",
+    signature: "what it looks like in data",
+    source: "where the law comes from",
     parameters: &[Parameter::new("strength", "1", 0.1, 0.0, [0.0, 1.0], "what the parameter is")],
 };
 
@@ -27,6 +27,7 @@ impl<R: Real> Law<R> for MyEffect {
         &self,
         p: &[R; MAX_PARAMETERS],
         _: &StepContext<R>,
+        _: &[R; MEMORY],
         _slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {
@@ -54,12 +55,14 @@ mod tests {
             dt_s: 0.004,
             trial: 0.0,
             grip_cmd_n: 20.0,
+            grip_rate_n_s: 0.0,
             position_m: Vec3::zeros(),
             rotation: UnitQuaternion::identity(),
             carrier: UnitQuaternion::identity(),
             slip_m: [0.0; 4],
             slip_speed_m_s: [0.0; 4],
             load_n: [20.0, 20.0, 0.0, 0.0],
+            load_rate_n_s: [0.0; 4],
             environment: [nothing; 2],
             pusher: None,
             velocity_m_s: Vec3::zeros(),
@@ -77,7 +80,7 @@ mod tests {
             rest_s: 0.0,
         };
         let mut law = FrictionLaw::<f64> { mu: [0.4, 0.4], adhesion_n: 0.0 };
-        MyEffect.friction(&[0.1, 0.0, 0.0, 0.0, 0.0, 0.0], &context, &slip, &mut law);
+        MyEffect.friction(&[0.1, 0.0, 0.0, 0.0, 0.0, 0.0], &context, &[0.0; 3], &slip, &mut law);
         // Put the published value here.
         let published: f64 = 0.44;
         assert!((law.mu[0] - published).abs() < 1e-12, "{:?}", law.mu);

@@ -74,8 +74,6 @@ impl<G: Gauges> Control<G> {
     }
 
     /// Applies the commands that wait.
-    // Functions of their own, as the next: their stack is not that of the predictor.
-    #[inline(never)]
     fn obey(&mut self) {
         while let Some(command) = COMMANDS.try_receive() {
             self.apply(command);
@@ -83,7 +81,6 @@ impl<G: Gauges> Control<G> {
     }
 
     /// Reports the tick that `began`, `running` at its beginning.
-    #[inline(never)]
     fn tell(&mut self, running: bool, began: u32) {
         let mode = match (&self.run, &self.predictor) {
             (Some(_), _) => Mode::Running,
@@ -186,8 +183,6 @@ impl<G: Gauges> Control<G> {
 }
 
 /// A predictor of the model in the slot, in place of the one before.
-// A function of its own: its stack is not that of every tick.
-#[inline(never)]
 fn install(slot: &mut Slot, place: &mut Option<Predictor<f32>>) {
     if let Some((scene, model, limits)) = slot.package.take() {
         *place = Some(Predictor::of_valid(scene, model, limits));

@@ -34,8 +34,6 @@ impl Upload {
     /// # Errors
     /// Length or checksum differ from the announced, the bytes are not a scene and a
     /// model, or the model cannot be run here.
-    // A function of its own: its stack is not that of every message.
-    #[inline(never)]
     pub fn commit(&self, commit: &ModelCommit, place: &mut Option<ModelPackage>) -> Result<(), Refusal> {
         *place = None;
         if self.bytes.len() != usize::from(commit.length) {
@@ -45,12 +43,11 @@ impl Upload {
         if received != commit.crc {
             return Err(Refusal::Crc { received });
         }
-        decode(&self.bytes, place).ok_or(Refusal::Undecodable)?;
-        let checked = place.as_ref().map_or(Ok(()), |(scene, model, _)| validate(scene, model));
-        checked.map_err(|error| {
-            *place = None;
-            Refusal::Model(error)
-        })
+        let package = decode(&self.bytes).ok_or(Refusal::Undecodable)?;
+        let (scene, model, _) = &package;
+        validate(scene, model).map_err(Refusal::Model)?;
+        *place = Some(package);
+        Ok(())
     }
 }
 

@@ -15,7 +15,6 @@ const LARGE: f32 = 8192.0;
 
 /// Sine and cosine of `x`, rad, each within 2e-7 of the exact one up to 8,192 rad; NaN where `x`
 /// is not finite.
-#[inline(never)]
 pub fn sine_cosine(x: f32) -> (f32, f32) {
     let x = if x.abs() < LARGE { x } else { within_a_turn(x) };
     let turns = x * FRAC_2_PI;

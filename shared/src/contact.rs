@@ -17,7 +17,7 @@
 //! finds its point again.
 
 use crate::model::{Base, FingerContact, Model, PusherContact, Scene, SupportContact};
-use crate::real::{Length, Real, Rotation, Vec3};
+use crate::real::{Real, Rotation, Vec3, max, norm, sqrt};
 use crate::step::{Drive, Moving, State};
 use heapless::Vec;
 
@@ -30,10 +30,37 @@ pub const SUPPORT_SLOT: usize = 2 * FINGER_POINTS + PUSHER_POINTS;
 /// Slots of a scene with everything: the capacity that fits any scene.
 pub const SLOTS: usize = SUPPORT_SLOT + crate::shape::MAX_SAMPLES;
 
-/// Spring that stands for 'rigid', N/m a whole contact: 20 N deflect it by 2 micrometres,
-/// far below the 30 micrometres of motion capture, and in `f32` its rounding stays below
-/// a millinewton.
-pub const RIGID_N_M: f64 = 1.0e7;
+/// Constants of contact geometry; units as the names say, otherwise dimensionless.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactParams<R: Real> {
+    /// 1e7 N/m a whole contact stands for 'rigid': 20 N deflect it by 2 um, far below the 30 um of motion
+    /// capture, and in `f32` its rounding stays below a millinewton. Doubled: half the deflection, twice
+    /// the force that rounding of a pose causes.
+    pub rigid_n_m: R,
+    /// 0.2 (78 degrees): least cosine between pad and gripped face; steeper, the pad touches an edge,
+    /// which is not modelled. Doubled: contact ends at 66 degrees.
+    pub min_face_cosine: R,
+    /// 0.1: least length of the object's X axis seen along the pad's normal that a tangent is taken from,
+    /// otherwise the gripper's X. Doubled: no change but for objects gripped at their ends.
+    pub min_axis_share: R,
+    /// 0.9 (26 degrees): cosine between a rod's normal and the object's Z beyond which its tangent is taken
+    /// from the rod instead. Tangents only name directions: no change in forces.
+    pub rod_tangent_cosine: R,
+}
+
+impl<R: Real> Default for ContactParams<R> {
+    fn default() -> Self {
+        Self {
+            rigid_n_m: R::of(1.0e7),
+            min_face_cosine: R::of(0.2),
+            min_axis_share: R::of(0.1),
+            rod_tangent_cosine: R::of(0.9),
+        }
+    }
+}
+
+/// Lengths below this are no direction, m.
+const NO_LENGTH_M: f64 = 1e-6;
 
 /// The other body of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,6 +125,7 @@ struct Builder<'a, R: Real, const NC: usize> {
     scene: &'a Scene<R>,
     state: &'a State<R, NC>,
     out: &'a mut Contacts<R, NC>,
+    params: &'a ContactParams<R>,
     springs: [R; 3],
     /// The object's axes in carrier axes.
     axes: [Vec3<R>; 3],
@@ -122,15 +150,27 @@ pub fn find<R: Real, const NC: usize>(
     drive: &Drive<R>,
     out: &mut Contacts<R, NC>,
 ) -> usize {
+    find_with(&ContactParams::default(), scene, model, state, drive, out)
+}
+
+/// [`find`] with other constants.
+pub fn find_with<R: Real, const NC: usize>(
+    params: &ContactParams<R>,
+    scene: &Scene<R>,
+    model: &Model<R>,
+    state: &State<R, NC>,
+    drive: &Drive<R>,
+    out: &mut Contacts<R, NC>,
+) -> usize {
     out.clear();
-    let rigid = R::of(RIGID_N_M);
+    let rigid = params.rigid_n_m;
     let springs = match model.base {
         Base::Hard => [rigid, rigid, R::zero()],
         Base::Soft { normal_n_m, tangential_n_m, damping_s } => [normal_n_m, tangential_n_m, damping_s],
     };
     let turn = state.rotation.to_rotation_matrix();
     let axes = [0, 1, 2].map(|k| Vec3::new(turn[(0, k)], turn[(1, k)], turn[(2, k)]));
-    let mut builder = Builder { scene, state, out, springs, axes };
+    let mut builder = Builder { scene, state, out, params, springs, axes };
     let mut lost = 0;
     if let Some(finger) = &scene.fingers {
         lost += builder.finger(finger, Body::Finger1);
@@ -239,7 +279,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
         let flat_face = match face {
             Some(face) => {
                 let normal = self.in_carrier(&face.normal);
-                if !(normal.y.abs() > R::of(0.2)) {
+                if !(normal.y.abs() > self.params.min_face_cosine) {
                     return 0;
                 }
                 let turned = turned_by(&state.rotation, &face.centre_m);
@@ -250,8 +290,12 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
         };
         // Tangents follow the object's X axis, so that anisotropy is the object's.
         let x = self.axes[0];
-        let flat = (x.x * x.x + x.z * x.z).root();
-        let t1 = if flat > R::of(0.1) { Vec3::new(x.x / flat, zero, x.z / flat) } else { Vec3::x() };
+        let flat = sqrt(x.x * x.x + x.z * x.z);
+        let t1 = if flat > self.params.min_axis_share {
+            Vec3::new(x.x / flat, zero, x.z / flat)
+        } else {
+            Vec3::x()
+        };
         let normal = -outward;
         let axes = [normal, t1, normal.cross(&t1)];
         let mut pads: Vec<([R; 2], R), FINGER_POINTS> = Vec::new();
@@ -269,7 +313,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
                 // The chord of the disc at the height of the cylinder's axis.
                 let a = *diameter_m * R::of(0.5);
                 let under = a * a - state.position_m.z * state.position_m.z;
-                let h = if under > zero { under.root() } else { zero };
+                let h = if under > zero { sqrt(under) } else { zero };
                 add([-h, zero], 0.5);
                 add([h, zero], 0.5);
             }
@@ -333,8 +377,6 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
         }
     }
 
-    // A function of its own, as the next: the stack of all three is not needed together.
-    #[inline(never)]
     fn pusher(&mut self, pusher: &PusherContact<R>, moving: &Moving<R>) -> usize {
         let state = self.state;
         let axis = |v: &Vec3<R>| moving.rotation.transform_vector(v);
@@ -363,7 +405,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
                         let x = self.axes[0];
                         let down = -(n - x * x.dot(&n));
                         let (half, radius) = cylinder_size(&self.scene.object.shape);
-                        let down = down * (radius / crate::real::most(down.length(), R::of(1e-6)));
+                        let down = down * (radius / max(norm(&down), R::of(NO_LENGTH_M)));
                         for h in [-half, half] {
                             let lever = x * h + down;
                             let _ = points.push((lever, lever - from_pusher));
@@ -391,7 +433,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
                 };
                 let normal = -state.rotation.transform_vector(&face.normal);
                 let t2 = normal.cross(&y);
-                let t2 = t2 / crate::real::most(t2.length(), R::of(1e-6));
+                let t2 = t2 / max(norm(&t2), R::of(NO_LENGTH_M));
                 let axes = [normal, t2.cross(&normal), t2];
                 for (k, t) in range.into_iter().enumerate() {
                     let lever = ends[0] + (ends[1] - ends[0]) * t;
@@ -407,8 +449,12 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
                 let normal = -state.rotation.transform_vector(&out);
                 // Tangents from object Z, so that a rod's tangents lie in and across the table.
                 let z = state.rotation.transform_vector(&Vec3::z());
-                let t1 = if normal.dot(&z).abs() < R::of(0.9) { z.cross(&normal) } else { y.cross(&normal) };
-                let t1 = t1 / crate::real::most(t1.length(), R::of(1e-6));
+                let t1 = if normal.dot(&z).abs() < self.params.rod_tangent_cosine {
+                    z.cross(&normal)
+                } else {
+                    y.cross(&normal)
+                };
+                let t1 = t1 / max(norm(&t1), R::of(NO_LENGTH_M));
                 let axes = [normal, t1, normal.cross(&t1)];
                 let lever = state.rotation.transform_vector(&at);
                 let surface = moving.velocity_at(&(lever - from_pusher));
@@ -426,8 +472,8 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
         let mut lost = 0;
         for (k, end) in ends.iter().enumerate() {
             let out = end - x * x.dot(end);
-            let distance = out.length();
-            if !(distance > R::of(1e-6)) {
+            let distance = norm(&out);
+            if !(distance > R::of(NO_LENGTH_M)) {
                 continue;
             }
             let normal = -out / distance;
@@ -450,7 +496,6 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
     }
 
     /// A plane whose normal is the moving frame's +X, as for a plane pusher.
-    #[inline(never)]
     fn support(&mut self, support: &SupportContact<R>, moving: &Moving<R>) -> usize {
         let state = self.state;
         let n = moving.rotation.transform_vector(&Vec3::x());
@@ -465,7 +510,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
                     None => {
                         let (half, radius) = cylinder_size(&self.scene.object.shape);
                         let across = Vec3::new(R::zero(), down.y, down.z);
-                        let across = across * (radius / crate::real::most(across.length(), R::of(1e-6)));
+                        let across = across * (radius / max(norm(&across), R::of(NO_LENGTH_M)));
                         for h in [-half, half] {
                             let _ = points.push((Vec3::x() * h + across, R::of(0.5)));
                         }

@@ -5,7 +5,7 @@
 //! to vary; a noiseless simulation is not accused); a component at its range is saturated;
 //! while nothing else touches the object sideways, the two fingers' normal forces cancel.
 
-use crate::predictor::{Limits, Sample, validity};
+use crate::predictor::types::{Limits, Sample, validity};
 use crate::real::Real;
 
 /// Equal readings in a row that make a sensor stuck.

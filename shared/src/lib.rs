@@ -4,8 +4,8 @@
 //! no panic on any input, the same bits on both sides.
 //!
 //! From the bottom up: [`real`] the scalar, [`shape`] rigid bodies, [`model`] what is
-//! known and what is calibrated, [`contact`] where bodies touch, [`cone`] the contact
-//! forces of a step, [`effects`] what may be added to the base model, [`step`] the time
+//! known and what is calibrated, [`contact`] where bodies touch, [`solve`] what a
+//! contact problem is, [`cone`] its forces with the exact cone, [`lcp`] as complementarity, [`effects`] what may be added to the base model, [`step`] the time
 //! step.
 #![no_std]
 #![forbid(unsafe_code)]
@@ -24,6 +24,8 @@ pub mod probe;
 pub mod real;
 pub mod selftest;
 pub mod shape;
+pub mod solve;
 pub mod step;
 pub mod track;
 pub mod wire;
+mod work;

@@ -6,71 +6,20 @@
 //! are told from now. The work is counted in evaluations of the momentum balance, not in
 //! time: both sides stop at the same place.
 
-use crate::cone::{ConeOptions, ConeStatus, FACTORS_WORK, FIXED_POINTS, USUAL_POINTS};
+use crate::cone::{SolveBudget, SolveStatus};
 use crate::contact::SLOTS;
 use crate::model::{Model, Scene};
-use crate::predictor::{Plan, Segment};
-use crate::real::{Length, Real, Vec3, clamp, most};
+use crate::predictor::plan::{Plan, Segment};
+use crate::predictor::sag::{Sag, planned_slide, slipped, unintended_down};
+use crate::real::{Real, Vec3, clamp, max, norm};
 use crate::step::{State, StepSummary, Workspace, turned};
 use crate::track::{Pose, Poses, drive_between};
+use crate::work::{TICK_WORK, Work};
 
 /// Steps over the horizon.
 pub const LOOK_AHEAD_STEPS: u8 = 5;
 /// Longest single step of the model.
 pub(crate) const LONGEST_STEP_S: f64 = 0.02;
-/// Work of a tick beyond which the look-ahead waits for the next one: about half a tick of
-/// the emulated board.
-const ENOUGH_WORK: u32 = 68;
-/// Work beyond which not even a first step is begun.
-const MOST_WORK: u32 = 116;
-/// Work with which a tick shall end: what is left of it bounds a step of the look-ahead, or of settling.
-pub(crate) const TICK_WORK: u32 = 150;
-/// Work of a step around its solve; each effect adds half a unit a contact point.
-const AROUND_WORK: u32 = 8;
-
-impl<R: Real> StepSummary<R> {
-    /// Work of the step, in evaluations of the momentum balance of 16 points.
-    pub fn work(&self) -> u32 {
-        let solve = self.iterations.saturating_mul(FACTORS_WORK).saturating_add(self.evaluations);
-        let around = solve.saturating_add(AROUND_WORK);
-        // Fewer points are not counted as cheaper: searches are longer where contacts come and go.
-        let points = u32::from(self.points).max(USUAL_POINTS).saturating_add(FIXED_POINTS);
-        let scaled = around.saturating_mul(points) / (USUAL_POINTS + FIXED_POINTS);
-        scaled.saturating_add(u32::from(self.hooks) / 2)
-    }
-}
-
-/// Work done in a tick.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Work {
-    done: u32,
-    steps_ahead: u8,
-}
-
-impl Work {
-    /// Books a step.
-    pub fn add<R: Real>(&mut self, out: &StepSummary<R>) {
-        self.done = self.done.saturating_add(out.work());
-    }
-
-    /// In evaluations of the momentum balance of 16 points.
-    pub fn done(&self) -> u32 {
-        self.done
-    }
-
-    /// `options` for a next step that ends within `most` in all: a dear one does not make the tick
-    /// late, but is marked.
-    pub fn bounding<R: Real>(&self, options: &ConeOptions<R>, most: u32) -> ConeOptions<R> {
-        options.within(most.saturating_sub(self.done.saturating_add(AROUND_WORK)))
-    }
-
-    /// Whether this tick has room for a step of the look-ahead. One is done in nearly every
-    /// tick, so that it gets on however dear the present is.
-    pub fn room(&self) -> bool {
-        self.done < if self.steps_ahead == 0 { MOST_WORK } else { ENOUGH_WORK }
-    }
-}
-
 /// What does not change on the way.
 pub(crate) struct Course<'a, R: Real> {
     pub scene: &'a Scene<R>,
@@ -83,6 +32,8 @@ pub(crate) struct Course<'a, R: Real> {
     pub trial: R,
     pub support: Option<Pose<R>>,
     pub reference_m: Vec3<R>,
+    /// Object in the grasp when it was first seen.
+    pub start: Pose<R>,
 }
 
 /// What a look-ahead found; times since it began.
@@ -91,15 +42,12 @@ pub(crate) struct Foreseen<R: Real> {
     /// Time stamp at which it began.
     pub began_s: R,
     pub peak_utilisation: [f32; 2],
-    /// Negative: not within the horizon.
-    pub slip_after_s: [f32; 2],
+    /// `None`: not within the horizon.
+    pub slip_after_s: [Option<f32>; 2],
     pub slip: [Vec3<R>; 2],
-    pub drop_after_s: f32,
-    /// At its beginning.
-    pub from: (Pose<R>, Vec3<R>),
-    /// At the end of the horizon.
-    pub carrier: Pose<R>,
-    pub position_m: Vec3<R>,
+    pub drop_after_s: Option<f32>,
+    /// Sag that comes until the end of the horizon, m.
+    pub sag_m: R,
     /// A step was not solved within its iterations.
     pub marked: bool,
 }
@@ -111,20 +59,21 @@ pub(crate) struct Ahead<R: Real> {
     pusher: Option<Pose<R>>,
     pusher_m_s: Option<Vec3<R>>,
     departure_n: R,
+    carrier: Pose<R>,
     ahead_s: R,
     speed_m_s: R,
+    sag: Sag<R>,
     found: Foreseen<R>,
 }
 
 impl<R: Real> Ahead<R> {
     /// Begins one in `place`, from the present on. `pusher_m_s`: velocity, world; `departure_n`: grip commanded beyond
     /// the plan's, which goes on.
-    // A function of its own: what is moved into place is not on the stack of every step.
-    #[inline(never)]
     pub fn begin(
         place: &mut Option<Self>,
         state: &State<R, SLOTS>,
         poses: &Poses<R>,
+        start: &Pose<R>,
         t_s: R,
         pusher_m_s: Option<Vec3<R>>,
         departure_n: R,
@@ -134,17 +83,17 @@ impl<R: Real> Ahead<R> {
             pusher: poses.pusher,
             pusher_m_s,
             departure_n,
+            carrier: poses.carrier,
             ahead_s: R::zero(),
-            speed_m_s: state.absolute_m_s.length(),
+            speed_m_s: norm(&state.absolute_m_s),
+            sag: Sag::new(slipped(start, &state.position_m, &state.rotation)),
             found: Foreseen {
                 began_s: t_s,
                 peak_utilisation: [0.0; 2],
-                slip_after_s: [-1.0; 2],
+                slip_after_s: [None; 2],
                 slip: [Vec3::zeros(); 2],
-                drop_after_s: -1.0,
-                from: (poses.carrier, state.position_m),
-                carrier: poses.carrier,
-                position_m: state.position_m,
+                drop_after_s: None,
+                sag_m: R::zero(),
                 marked: false,
             },
         });
@@ -170,7 +119,7 @@ impl<R: Real> Ahead<R> {
             let segment = course.plan.at(t_s.to_f64() as f32).unwrap_or(course.present);
             let widen = |a: [f32; 3]| Vec3::from(a.map(|x| R::of(f64::from(x))));
             let (linear, angular) = (widen(segment.velocity_m_s), widen(segment.angular_rad_s));
-            let carrier = self.found.carrier;
+            let carrier = self.carrier;
             let next_carrier = Pose {
                 position_m: carrier.position_m + linear * dt,
                 rotation: turned(&carrier.rotation, &(angular * dt)),
@@ -181,23 +130,24 @@ impl<R: Real> Ahead<R> {
             };
             let from = Poses { t_s: R::zero(), carrier, pusher: self.pusher, support: course.support };
             let to = Poses { t_s: dt, carrier: next_carrier, pusher: next_pusher, support: course.support };
-            let grip = most(R::of(f64::from(segment.grip_n)) + self.departure_n, R::zero());
+            let grip = max(R::of(f64::from(segment.grip_n)) + self.departure_n, R::zero());
             let Some(drive) = drive_between(&from, &to, &course.reference_m, grip, course.trial) else {
                 break;
             };
-            let options = work.bounding(&ConeOptions::look_ahead(), TICK_WORK);
-            let out = R::step(course.scene, course.model, &mut self.state, &drive, &options, space);
+            let options = work.bounding(&SolveBudget::look_ahead(), TICK_WORK);
+            let out =
+                crate::step::step_in(course.scene, course.model, &mut self.state, &drive, &options, space);
             note(&out);
             work.add(&out);
-            work.steps_ahead = work.steps_ahead.saturating_add(1);
-            self.found.marked |= out.status != ConeStatus::Solved;
+            work.step_ahead();
+            self.found.marked |= out.status != SolveStatus::Solved;
             self.ahead_s += dt;
             let when = self.ahead_s.to_f64() as f32;
             let found = &mut self.found;
             for k in 0..2 {
                 found.peak_utilisation[k] = found.peak_utilisation[k].max(out.utilisation[k].to_f64() as f32);
-                if found.slip_after_s[k] < 0.0 && out.slip_m_s[k].length() > course.slip_m_s {
-                    found.slip_after_s[k] = when;
+                if found.slip_after_s[k].is_none() && norm(&out.slip_m_s[k]) > course.slip_m_s {
+                    found.slip_after_s[k] = Some(when);
                     found.slip[k] = out.slip_m_s[k];
                 }
             }
@@ -205,14 +155,20 @@ impl<R: Real> Ahead<R> {
             let lost = !(n1 > R::zero()) || !(n2 > R::zero());
             // Falling: fast relative to the gripper and gaining half of gravity.
             let [vx, vy, vz, ..] = self.state.velocity;
-            let speed = Vec3::new(vx, vy, vz).length();
+            let speed = norm(&Vec3::new(vx, vy, vz));
             let falling = speed > R::of(0.05) && (speed - self.speed_m_s) / dt > R::of(2.0);
             self.speed_m_s = speed;
-            if held && (lost || falling) && found.drop_after_s < 0.0 {
-                found.drop_after_s = when;
+            if held && (lost || falling) {
+                found.drop_after_s = found.drop_after_s.or(Some(when));
             }
-            found.carrier = next_carrier;
-            found.position_m = self.state.position_m;
+            let down = unintended_down(
+                &course.scene.gravity_m_s2,
+                &next_carrier.rotation,
+                planned_slide(segment, course.slip_m_s),
+            );
+            let at_m = slipped(&course.start, &self.state.position_m, &self.state.rotation);
+            found.sag_m = self.sag.follow(at_m, &down);
+            self.carrier = next_carrier;
             self.pusher = next_pusher;
         }
         Some(self.found)

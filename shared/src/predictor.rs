@@ -16,376 +16,40 @@
 //! the intended direction, slip while holding, sag and rotation beyond their limits are
 //! flagged as unexpected.
 
-use crate::cone::{ConeOptions, ConeStatus, Kept};
+pub mod decide;
+pub mod params;
+pub mod plan;
+pub(crate) mod sag;
+pub mod types;
+pub mod validate;
+
+pub use params::Params;
+pub use plan::{Intent, MAX_SEGMENTS, Plan, Segment};
+pub use types::{
+    FingerPrediction, HASH_START, Limits, Prediction, Sample, Slip, SolverStatus, flags, validity,
+};
+pub use validate::{ModelError, validate};
+
+use crate::cone::{Kept, SolveBudget, SolveStatus};
 use crate::contact::{Body, SLOTS};
 use crate::health::Health;
-use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S, TICK_WORK, Work};
+use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S};
 use crate::model::{FingerContact, Model, Scene, Shape};
 use crate::observer::motion::Moved;
 use crate::observer::{Observed, Observer, Seen};
-use crate::real::{Length, Real, Rotation, Vec3, least, most};
+use crate::real::{Real, Rotation, Vec3, max, min, norm, sqrt};
 use crate::step::{Drive, State, StepSummary, Workspace};
-use crate::track::{PathFilter, Pose, Poses, Settling, drive_between, seat, support_pose};
-use heapless::Vec;
-use postcard_schema::Schema;
-use serde::{Deserialize, Serialize};
+use crate::track::{PathFilter, Pose, Poses, Settling, between_pads, drive_between, seat, support_pose};
+use crate::work::{TICK_WORK, Work};
+use decide::{Alarms, Evidence, decide, sooner};
+use sag::{Sag, planned_slide, slipped, unintended_down};
 
-/// Most segments of a plan.
-pub const MAX_SEGMENTS: usize = 8;
 /// Most steps in which a gap is bridged: a tick must end.
 const MOST_PARTS: u8 = 3;
 /// The epoch moves on after so long.
 const EPOCH_US: u32 = 32_000_000;
-/// Samples in a row that must show the object elsewhere before the model starts anew there.
-const STRAYED_SAMPLES: u8 = 3;
 /// A restart keeps jaw and contact memory where the jaw is within this of holding the object, m.
 const JAW_KEPT_M: f64 = 1.0e-4;
-/// Longest time between two samples that the model bridges; after a longer gap it starts anew.
-pub const LONGEST_GAP_S: f64 = 0.1;
-/// A warning stays up for so long after its cause was last seen.
-const HELD_S: f32 = 0.15;
-/// A change of the planned motion moves the load for so long, and a plan may be late by so much.
-const SETTLING_S: f64 = 0.1;
-const PLAN_LATE_S: f32 = 0.04;
-/// Of the first, the time in which the gripper may still gain or lose speed.
-const GAINING_S: f64 = 0.04;
-/// Without a pose, a slip that lasts longer than most knocks is taken for the loss of the grasp.
-const LASTING_S: f64 = 0.03;
-/// A slip is extrapolated no further than this multiple of the time for which it has been
-/// seen, and a little: most slips that a knock causes end by themselves.
-const EXTRAPOLATED: f32 = 4.0;
-const AT_ONCE_S: f32 = 0.03;
-/// A slip ahead is at least a sample ahead.
-const LEAST_AHEAD_S: f32 = 0.004;
-/// An object that leaves the grasp moves at least this fast, m/s.
-const LEAVING_M_S: f64 = 0.01;
-/// A slip shorter than this says nothing of the next one, m.
-const EDGE_NOISE_M: f64 = 2.0e-4;
-/// The next slip may be longer than the last by so much.
-const NEXT_SLIP: f64 = 1.25;
-/// Slip and sag that the model alone foresees must be foreseen in so many samples in a row.
-const FORESEEN_SAMPLES: u8 = 5;
-
-/// What a plan segment means to do with the grasp.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
-pub enum Intent {
-    /// The object shall stay where it is in the grasp.
-    #[default]
-    Hold,
-    /// The object shall slide through the grasp along its motion relative to the gripper;
-    /// sag across it is not intended.
-    Slide,
-    /// The object shall turn between the fingers about the gripper's Y axis.
-    Pivot,
-    /// Any motion in the grasp is intended.
-    Free,
-}
-
-/// Planned motion of the gripper for some time.
-#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize, Schema)]
-pub struct Segment {
-    /// For how long.
-    pub duration_s: f32,
-    /// Velocity of the gripper's origin, world axes.
-    pub velocity_m_s: [f32; 3],
-    /// Angular velocity of the gripper, world axes.
-    pub angular_rad_s: [f32; 3],
-    /// Grip force of each finger.
-    pub grip_n: f32,
-    /// What it means to do.
-    pub intent: Intent,
-}
-
-/// Plan from `start_s` (time stamp of the samples) on; after its end the last segment goes on.
-#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize, Schema)]
-pub struct Plan {
-    /// Time stamp at which the first segment begins.
-    pub start_s: f32,
-    /// In order.
-    pub segments: Vec<Segment, MAX_SEGMENTS>,
-}
-
-impl Plan {
-    /// The segment in force at `t_s`; `None` for an empty plan or before its start.
-    pub fn at(&self, t_s: f32) -> Option<&Segment> {
-        if !(t_s >= self.start_s) {
-            return None;
-        }
-        let mut end = self.start_s;
-        for s in &self.segments {
-            end += s.duration_s;
-            if t_s < end {
-                return Some(s);
-            }
-        }
-        self.segments.last()
-    }
-}
-
-/// Limits beyond which motion in the grasp is flagged.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
-pub struct Limits {
-    /// How far to look ahead.
-    pub horizon_s: f32,
-    /// Sag (downward motion in the grasp) that is flagged.
-    pub sag_m: f32,
-    /// Rotation in the grasp that is flagged while holding or sliding.
-    pub rotation_rad: f32,
-    /// Slip speed below which a finger counts as sticking.
-    pub slip_m_s: f32,
-    /// Share of the friction limit that a held grasp shall keep below.
-    pub target_utilisation: f32,
-    /// Distance between model and measured pose at which the model starts anew.
-    pub divergence_m: f32,
-    /// Slip nearer than this, by the trend of the measured load, is flagged.
-    pub slip_warning_s: f32,
-    /// Loss of a held grasp nearer than this, by the same trend, is flagged.
-    pub drop_warning_s: f32,
-    /// Range of the fingertip sensors: a force at or beyond it is saturated.
-    pub force_range_n: f32,
-    /// Range of their torques.
-    pub torque_range_nm: f32,
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        Self {
-            horizon_s: 0.1,
-            sag_m: 0.002,
-            rotation_rad: 0.05,
-            slip_m_s: 0.0005,
-            target_utilisation: 0.8,
-            divergence_m: 0.003,
-            slip_warning_s: 0.25,
-            drop_warning_s: 0.5,
-            force_range_n: 200.0,
-            torque_range_nm: 5.0,
-        }
-    }
-}
-
-/// What reaches the predictor each tick. Anything not measured is `None`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample<R: Real> {
-    /// Time stamp; rises.
-    pub t_s: R,
-    /// Grip force commanded, each finger.
-    pub grip_cmd_n: R,
-    /// World; `None` where nothing is grasped.
-    pub gripper: Option<Pose<R>>,
-    /// World.
-    pub object: Option<Pose<R>>,
-    /// World.
-    pub pusher: Option<Pose<R>>,
-    /// Force (N) and torque (N m) on the object, gripper axes, about the patch centre.
-    pub finger: [Option<[R; 6]>; 2],
-}
-
-/// State of one finger.
-#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize, Schema)]
-pub struct FingerPrediction {
-    /// Share of the friction limit used now, by the measured wrench (NaN: not measured).
-    pub measured_utilisation: f32,
-    /// The same by the model.
-    pub model_utilisation: f32,
-    /// Largest utilisation of the look-ahead.
-    pub peak_utilisation: f32,
-    /// Slip speed now, by the model; zero while sticking.
-    pub slip_speed_m_s: f32,
-    /// Direction of slip now or, while sticking, of the predicted slip: angle in the finger
-    /// plane from gripper X towards gripper Z.
-    pub slip_direction_rad: f32,
-    /// Time until slip begins: 0 when slipping, negative when none within the horizon.
-    pub slip_in_s: f32,
-}
-
-/// Output of one tick.
-#[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize, Schema)]
-pub struct Prediction {
-    /// See [`flags`].
-    pub flags: u32,
-    /// See [`validity`]; zero: nothing to object.
-    pub validity: u32,
-    /// Finger 1 (+Y), finger 2 (-Y).
-    pub finger: [FingerPrediction; 2],
-    /// Sag of the object in the grasp since the start.
-    pub sag_m: f32,
-    /// Sag expected at the end of the horizon.
-    pub sag_ahead_m: f32,
-    /// Rotation of the object in the grasp since the start.
-    pub rotation_rad: f32,
-    /// Time until the grasp is lost: negative when not within the horizon.
-    pub drop_in_s: f32,
-    /// Grip force of each finger that keeps the target utilisation; NaN where the plan means to slide.
-    pub holding_grip_n: f32,
-    /// Friction coefficient of the fingers, learnt on-line from slips and near slips.
-    pub friction: f32,
-    /// Object in the grasp, model: position (m) in the gripper frame.
-    pub position_m: [f32; 3],
-    /// Object in the grasp, model: `w, x, y, z`.
-    pub quaternion: [f32; 4],
-    /// Model's wrench of each finger on the object.
-    pub finger_wrench: [[f32; 6]; 2],
-    /// Model's force of the pusher on the object, world axes.
-    pub pusher_force_n: [f32; 3],
-    /// Worst solver status of the tick: 0 solved, 1 iteration limit, 2 bad input, 3 numerical,
-    /// 4 contacts that contradict each other. After 2 and 4 the last good state is kept.
-    pub solver_status: u8,
-    /// Largest momentum error of the tick's solves, N.
-    pub solver_residual_n: f32,
-    /// Newton steps of the tick.
-    pub solver_iterations: u16,
-}
-
-/// Bits of [`Prediction::flags`].
-pub mod flags {
-    /// Finger 1 slips now.
-    pub const SLIP_1: u32 = 1;
-    /// Finger 2 slips now.
-    pub const SLIP_2: u32 = 1 << 1;
-    /// Finger 1 will slip within the horizon.
-    pub const SLIP_AHEAD_1: u32 = 1 << 2;
-    /// Finger 2 will slip within the horizon.
-    pub const SLIP_AHEAD_2: u32 = 1 << 3;
-    /// Slip, now or ahead, that the plan does not intend.
-    pub const UNEXPECTED: u32 = 1 << 4;
-    /// Sag beyond its limit, now or ahead.
-    pub const SAG: u32 = 1 << 5;
-    /// Rotation in the grasp beyond its limit.
-    pub const ROTATION: u32 = 1 << 6;
-    /// The grasp will be lost within the horizon.
-    pub const DROP: u32 = 1 << 7;
-    /// The object touches the pusher.
-    pub const PUSHING: u32 = 1 << 8;
-    /// The flags cannot be relied on, raised or not: see the validity word.
-    pub const UNSURE: u32 = 1 << 9;
-}
-
-/// Bits of [`Prediction::validity`]: reasons to doubt the prediction.
-pub mod validity {
-    /// A solve ended without reaching its tolerance.
-    pub const SOLVER: u32 = 1;
-    /// Model and measured pose had parted; the model was restarted at the measurement.
-    pub const DIVERGED: u32 = 1 << 1;
-    /// The sample was unusable (time did not rise, no gripper pose); the last prediction is repeated.
-    pub const SAMPLE: u32 = 1 << 2;
-    /// A gap in the samples was too long to bridge; the model was restarted.
-    pub const GAP: u32 = 1 << 3;
-    /// No fingertip wrench: utilisation is the model's alone.
-    pub const NO_WRENCH: u32 = 1 << 4;
-    /// No plan: the look-ahead assumes that the present motion goes on.
-    pub const NO_PLAN: u32 = 1 << 5;
-    /// The model has not started: it waits for a first sample with the object's pose.
-    pub const WAITING: u32 = 1 << 6;
-    /// Contact points beyond the capacity were left out.
-    pub const POINTS_LOST: u32 = 1 << 7;
-    /// The measured wrench was not finite.
-    pub const WRENCH: u32 = 1 << 8;
-    /// One finger's wrench is missing: the other stands for both.
-    pub const ONE_FINGER: u32 = 1 << 9;
-    /// A wrench repeats itself: the sensor is stuck or its link stale. It is not used.
-    pub const STUCK: u32 = 1 << 10;
-    /// A wrench is at the end of its range. It is not used.
-    pub const SATURATED: u32 = 1 << 11;
-    /// Constant error: the fingers' normal forces do not cancel while holding, or the start shows
-    /// more than a constant error may be.
-    pub const BIASED: u32 = 1 << 12;
-    /// Model and measured wrench or pose disagree for three samples: slip by the model alone is
-    /// not flagged.
-    pub const MODEL: u32 = 1 << 13;
-    /// A step of the look-ahead ended without reaching its tolerance: what lies beyond it is
-    /// a best answer.
-    pub const FORESIGHT: u32 = 1 << 14;
-    /// No look-ahead is finished yet: only the present is told.
-    pub const NO_FORESIGHT: u32 = 1 << 15;
-    /// The object's measured pose is far from the model's; it is not used until it stays there.
-    pub const POSE: u32 = 1 << 16;
-
-    /// Doubts under which the flags cannot be relied on.
-    pub const UNRELIABLE: u32 = SOLVER | SAMPLE | WAITING | WRENCH | ONE_FINGER | STUCK | SATURATED | BIASED;
-}
-
-/// Why scene and model were refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
-pub enum ModelError {
-    /// Mass or inertia not positive or not finite.
-    Mass,
-    /// A length not positive or not finite.
-    Geometry,
-    /// A friction coefficient negative, above 10 or not finite.
-    Friction,
-    /// A stiffness or damping negative, zero or not finite.
-    Compliance,
-    /// An effect that this build does not know.
-    UnknownEffect,
-    /// An effect's parameter outside its bounds or not finite.
-    EffectParameter,
-    /// A formula missing, left over or malformed.
-    Formula,
-    /// Gravity not finite.
-    Gravity,
-}
-
-/// Refuses what the step cannot work with.
-pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), ModelError> {
-    let positive = |x: R| x.finite() && x > R::zero();
-    let object = &scene.object;
-    let diagonal = (0..3).all(|k| positive(object.inertia_kg_m2[k][k]));
-    if !positive(object.mass_kg) || !diagonal || !object.inertia_kg_m2.iter().flatten().all(|x| x.finite()) {
-        return Err(ModelError::Mass);
-    }
-    let shape_good = match &object.shape {
-        Shape::Prism { length_m, side_m } => positive(*length_m) && positive(*side_m),
-        Shape::Cylinder { length_m, diameter_m, across_flats_m } => {
-            positive(*length_m)
-                && positive(*diameter_m)
-                && positive(*across_flats_m)
-                && *across_flats_m <= *diameter_m
-        }
-        Shape::Polygon { vertices_m, height_m } => {
-            positive(*height_m) && vertices_m.len() >= 3 && vertices_m.iter().flatten().all(|x| x.finite())
-        }
-    };
-    let finger_good = match scene.fingers {
-        Some(FingerContact::Disc { diameter_m: d } | FingerContact::Line { length_m: d }) => positive(d),
-        _ => true,
-    };
-    if !shape_good || !finger_good {
-        return Err(ModelError::Geometry);
-    }
-    if !scene.gravity_m_s2.iter().all(|x| x.finite()) {
-        return Err(ModelError::Gravity);
-    }
-    let f = &model.friction;
-    if [f.finger, f.pusher, f.support].iter().any(|m| !(m.finite() && *m >= R::zero() && *m <= R::of(10.0))) {
-        return Err(ModelError::Friction);
-    }
-    if let crate::model::Base::Soft { normal_n_m, tangential_n_m, damping_s } = model.base
-        && (!positive(normal_n_m)
-            || !positive(tangential_n_m)
-            || !damping_s.finite()
-            || damping_s < R::zero())
-    {
-        return Err(ModelError::Compliance);
-    }
-    let formulas = model.effects.iter().filter(|e| e.code == crate::effects::formula::CODE).count();
-    if formulas != model.formulas.len() || model.formulas.iter().any(|f| f.check().is_err()) {
-        return Err(ModelError::Formula);
-    }
-    for e in &model.effects {
-        let info = e.info().ok_or(ModelError::UnknownEffect)?;
-        let inside = |(p, i): (&R, &crate::effects::Parameter)| {
-            // Bounds are decimal; a value sent as f32 may round just past them.
-            let (low, high) = (R::of(i.low), R::of(i.high));
-            let slack = R::of(1e-6) * (high - low);
-            p.finite() && *p >= low - slack && *p <= high + slack
-        };
-        if !e.parameters.iter().zip(info.parameters).all(inside) {
-            return Err(ModelError::EffectParameter);
-        }
-    }
-    Ok(())
-}
 
 fn seconds(us: u64) -> f32 {
     us as f32 * 1e-6
@@ -404,6 +68,7 @@ struct Core<R: Real> {
     scene: Scene<R>,
     model: Model<R>,
     limits: Limits,
+    params: Params,
     /// Its start counted from the epoch.
     plan: Plan,
     /// What time is counted from, since the trial's beginning: `f32` seconds would lose the
@@ -427,7 +92,7 @@ enum Unfollowed {
     Sample,
     /// Its step had no answer.
     Solver {
-        status: ConeStatus,
+        status: SolveStatus,
         /// The state has moved on the way: it is no longer that of the last sample.
         lost: bool,
     },
@@ -443,6 +108,8 @@ struct Tracked<R: Real> {
     seat_m: Vec3<R>,
     reference_m: Vec3<R>,
     start: Pose<R>,
+    /// By the model, and by the measured pose.
+    sag: [Sag<R>; 2],
     pushing: bool,
     /// Samples in a row in which model and measurement disagree.
     apart: u8,
@@ -458,39 +125,15 @@ struct Tracked<R: Real> {
     seen_m: Vec3<R>,
     /// What the newest finished one found.
     outlook: Option<Foreseen<R>>,
-    /// Samples in a row in which the model of a held grasp foresees slip and the measurement is with it.
-    foreseen: u8,
-    /// Samples in a row in which the look-ahead sees sag beyond its limit.
-    sagging: u8,
+    alarms: Alarms,
     /// Where the object last rested, in the gripper; how far the last slip went, object axes.
     rest_m: Vec3<R>,
     slipped_m: Vec3<R>,
     /// Planned velocity and angular velocity, and how long a change of it still matters.
     motion: [[f32; 3]; 2],
     settling_s: R,
-    /// What a held grasp was last warned of.
-    slip_warning: Warning,
-    drop_warning: Warning,
     gripper: PathFilter<R>,
     pusher: Option<PathFilter<R>>,
-}
-
-/// A warning stays up for a while after its cause was last seen: one episode, one alarm.
-#[derive(Clone, Copy, Debug, Default)]
-struct Warning {
-    in_s: f32,
-    left_s: f32,
-}
-
-impl Warning {
-    /// Time left by what is seen now, or what is left of the last warning.
-    fn hold(&mut self, seen: Option<f32>, dt_s: f32) -> Option<f32> {
-        match seen {
-            Some(in_s) => *self = Self { in_s, left_s: HELD_S },
-            None => self.left_s -= dt_s,
-        }
-        (self.left_s > 0.0).then_some(self.in_s)
-    }
 }
 
 impl<R: Real> Tracked<R> {
@@ -506,10 +149,11 @@ impl<R: Real> Tracked<R> {
 
     /// One more slip as long as the last takes the pads' centres off the object: `edge_m` is
     /// the way left each way.
-    fn another_is_the_last(&self, edge_m: &[[R; 2]; 2]) -> bool {
+    fn another_is_the_last(&self, edge_m: &[[R; 2]; 2], params: &Params) -> bool {
+        let (noise_m, next) = (R::of(f64::from(params.edge_noise_m)), R::of(f64::from(params.next_slip)));
         [self.slipped_m.x, self.slipped_m.z].iter().zip(edge_m).any(|(moved, sides)| {
             let way = if *moved > R::zero() { sides[0] } else { sides[1] };
-            moved.abs() > R::of(EDGE_NOISE_M) && moved.abs() * R::of(NEXT_SLIP) > way
+            moved.abs() > noise_m && moved.abs() * next > way
         })
     }
 }
@@ -532,14 +176,22 @@ impl<R: Real> Predictor<R> {
                 scene,
                 model,
                 limits,
+                params: Params::default(),
                 plan: Plan::default(),
                 epoch_us: 0,
                 trial: R::zero(),
-                last: Prediction { drop_in_s: -1.0, ..Prediction::default() },
+                last: Prediction::default(),
                 work: 0,
             },
             tracked: None,
         }
+    }
+
+    /// The same with other tuning than the default.
+    #[must_use]
+    pub fn with_params(mut self, params: Params) -> Self {
+        self.core.params = params;
+        self
     }
 
     /// Work of the last tick that stepped, in evaluations of the momentum balance: what bounds
@@ -604,18 +256,16 @@ impl<R: Real> Predictor<R> {
         (&self.core.scene, &self.core.model)
     }
 
-    // A function of its own: its stack is not that of every tick.
-    #[inline(never)]
     #[cold]
     fn start(&mut self, sample: &Sample<R>) -> Option<()> {
         let object = sample.object?;
-        let support = support_pose(&self.core.scene, &object);
         let mut poses = self.core.poses(sample, None)?;
+        let local = between_pads(&self.core.scene, &poses.carrier.to_local(&object));
+        let support = support_pose(&self.core.scene, &poses.carrier.to_world(&local));
         poses.support = support;
         let reference_m = poses.pusher.map_or_else(Vec3::zeros, |p| p.position_m);
         let later = Poses { t_s: poses.t_s + R::of(0.004), ..poses };
         let drive = drive_between(&poses, &later, &reference_m, sample.grip_cmd_n, self.core.trial)?;
-        let local = poses.carrier.to_local(&object);
         self.core.observer = self.core.observer.restarted();
         let mut state =
             State::held(&self.core.scene, &self.core.model, &drive, local.position_m, local.rotation);
@@ -635,6 +285,7 @@ impl<R: Real> Predictor<R> {
             seat_m,
             reference_m: reference_m + seat_m,
             start: local,
+            sag: [Sag::new(Vec3::zeros()); 2],
             pushing: false,
             apart: 0,
             strayed: 0,
@@ -643,14 +294,11 @@ impl<R: Real> Predictor<R> {
             kept: [Kept::nothing(); 2],
             seen_m: local.position_m,
             outlook: None,
-            foreseen: 0,
-            sagging: 0,
+            alarms: Alarms::default(),
             rest_m: local.position_m,
             slipped_m: Vec3::zeros(),
             motion: [[0.0; 3]; 2],
             settling_s: R::zero(),
-            slip_warning: Warning::default(),
-            drop_warning: Warning::default(),
             gripper: PathFilter::new(poses.carrier),
             pusher: poses.pusher.map(PathFilter::new),
         });
@@ -658,15 +306,13 @@ impl<R: Real> Predictor<R> {
     }
 
     /// One tick. Never panics; work is bounded.
-    // Not `inline(never)`: such a function is compiled in this crate alone, for speed; the firmware
-    // compiles the tick for size, but for the steps of the model ([`Real::step`]).
     pub fn tick(&mut self, sample: &Sample<R>) -> Prediction {
         let mut doubt = 0;
         if !sample.t_s.finite() || !sample.grip_cmd_n.finite() {
             return self.core.repeat(validity::SAMPLE);
         }
         let elapsed = self.tracked.as_ref().map(|t| sample.t_s - t.poses.t_s);
-        if elapsed.is_some_and(|e| e > R::of(LONGEST_GAP_S)) {
+        if elapsed.is_some_and(|e| e > R::of(f64::from(self.core.params.longest_gap_s))) {
             doubt |= validity::GAP;
             self.tracked = None;
         }
@@ -674,7 +320,9 @@ impl<R: Real> Predictor<R> {
             if self.start(sample).is_none() {
                 return self.core.repeat(doubt | validity::WAITING);
             }
-            self.core.last = Prediction { drop_in_s: -1.0, validity: doubt, ..Prediction::default() };
+            // The first sample has nothing behind it to predict from.
+            let validity = doubt | validity::NO_FORESIGHT;
+            self.core.last = Prediction { validity, ..Prediction::default() };
             return self.core.last;
         }
         if self.settle() {
@@ -689,15 +337,13 @@ impl<R: Real> Predictor<R> {
                 if lost {
                     *place = None;
                 }
-                core.last =
-                    Prediction { solver_status: status_code(status), ..core.repeat(validity::SOLVER) };
+                core.last = Prediction { solver_status: status.into(), ..core.repeat(validity::SOLVER) };
             }
         }
         core.last
     }
 
     /// Settles the object for a tick; `false` where it has nothing to settle.
-    #[inline(never)]
     fn settle(&mut self) -> bool {
         let Some(Tracked { state, settling, .. }) = &mut self.tracked else { return false };
         let Some(going) = settling else { return false };
@@ -770,7 +416,7 @@ impl<R: Real> Core<R> {
         *work.kept() = tracked.kept[0];
         let mut worst = Worst::default();
         let mut out = advance(&self.scene, &self.model, &mut tracked.state, &drive, &mut work, &mut worst);
-        if matches!(out.status, ConeStatus::BadInput | ConeStatus::Contradiction) {
+        if matches!(out.status, SolveStatus::BadInput | SolveStatus::Contradiction) {
             // Numbers that no rig has: the last good state is kept for the next sample, and
             // after a gap's length of such samples the model starts anew. (It does so at once
             // where a gap was bridged in parts and the later ones failed.)
@@ -792,11 +438,11 @@ impl<R: Real> Core<R> {
             tracked.strayed = if strayed { tracked.strayed.saturating_add(1) } else { 0 };
             // What slides leaves the model step by step, a wild pose jumps.
             let limit = R::of(f64::from(self.limits.divergence_m));
-            let jumped = !((measured.position_m - tracked.seen_m).length() <= limit);
+            let jumped = !(norm(&(measured.position_m - tracked.seen_m)) <= limit);
             if !(strayed && jumped) {
                 tracked.seen_m = measured.position_m;
             }
-            if strayed && jumped && tracked.strayed < STRAYED_SAMPLES {
+            if strayed && jumped && tracked.strayed < self.params.strayed_samples {
                 // One wild pose is the camera's error; an object does not jump there and back.
                 doubt |= validity::POSE;
             } else if strayed {
@@ -811,7 +457,17 @@ impl<R: Real> Core<R> {
             }
         }
         let plan = self.plan.at(sample.t_s.to_f64() as f32).copied();
-        let present = plan.unwrap_or_else(|| present_motion(&drive, sample));
+        let mut present = plan.unwrap_or_else(|| present_motion(&drive, sample));
+        present.intent = self.intended(&present);
+        // What was meant to move comes to rest a little later, and a plan may be late.
+        let means_motion = |after_s: f32| {
+            let then = self.plan.at(sample.t_s.to_f64() as f32 + after_s);
+            then.is_some_and(|s| self.intended(s) != Intent::Hold)
+        };
+        let moves = present.intent != Intent::Hold || means_motion(self.params.plan_late_s);
+        let moves_ahead = moves || means_motion(self.limits.horizon_s + self.params.plan_late_s);
+        let slide = planned_slide(&present, R::of(f64::from(self.limits.slip_m_s)));
+        let down = unintended_down(&self.scene.gravity_m_s2, &poses.carrier.rotation, slide);
         if plan.is_none() {
             doubt |= validity::NO_PLAN;
         }
@@ -820,42 +476,61 @@ impl<R: Real> Core<R> {
         let observed =
             self.observe(tracked, &out, sample, &drive, &present, seen.as_ref(), effects, &mut doubt);
         let mut p = self.describe(tracked, &out, &observed, &present);
-        let model_sag = p.sag_m;
+        let at_m = slipped(&tracked.start, &tracked.state.position_m, &tracked.state.rotation);
+        let model_sag = tracked.sag[0].follow(at_m, &down).to_f64() as f32;
+        p.sag_m = model_sag;
         *work.kept() = tracked.kept[1];
         self.look_ahead(tracked, &drive, sample, &present, &mut p, &mut worst, &mut work, &mut doubt);
         tracked.kept[1] = *work.kept();
         if let Some(seen) = &seen {
             // The model knows what comes, the measurement what is.
             let to_come = p.sag_ahead_m - model_sag;
-            p.sag_m = self.sag(tracked, &poses.carrier, &present, &seen.position_m).to_f64() as f32;
+            let at_m = slipped(&tracked.start, &seen.position_m, &seen.rotation);
+            p.sag_m = tracked.sag[1].follow(at_m, &down).to_f64() as f32;
             p.sag_ahead_m = p.sag_m + to_come;
             p.rotation_rad = rotation_between(&tracked.start, &seen.rotation).to_f64() as f32;
         }
-        if present.intent == Intent::Hold {
-            let edge_m = seen.as_ref().map(|seen| (self.to_the_edge(tracked, seen), seen.rotation));
-            let grip_n = sample.grip_cmd_n.to_f64() as f32;
-            let dt_s = drive.dt_s.to_f64() as f32;
-            self.combine(&mut p, tracked, &observed, Now { grip_n, edge_m, doubt, dt_s });
-        } else {
-            // What is meant to move rests nowhere.
-            tracked.rest_m = tracked.seen_m;
-            if let Some(moved) = observed.moved.as_ref().filter(|m| m.slip_s > R::zero()) {
-                for (f, v) in p.finger.iter_mut().zip(&moved.velocity_m_s) {
-                    f.slip_in_s = 0.0;
-                    f.slip_speed_m_s = f.slip_speed_m_s.max(v.length().to_f64() as f32);
-                }
+        let evidence = self.evidence(
+            tracked,
+            &mut p,
+            &observed,
+            &present,
+            seen.as_ref(),
+            &Now {
+                moves,
+                moves_ahead,
+                dt_s: drive.dt_s.to_f64() as f32,
+                believed: doubt & validity::MODEL == 0,
+            },
+        );
+        let (verdict, alarms) = decide(&evidence, &tracked.alarms, &self.limits, &self.params);
+        tracked.alarms = alarms;
+        p.flags = verdict.flags;
+        p.drop_in_s = verdict.drop_in_s;
+        for (f, slip) in p.finger.iter_mut().zip(verdict.slip) {
+            f.slip = slip;
+            if present.intent == Intent::Hold && slip != Slip::Now {
+                f.slip_speed_m_s = 0.0;
             }
         }
-        let sags = self.sags(&p, tracked, &observed);
-        judge(&mut p, present.intent, &self.limits, sags, tracked.pushing);
-        if worst.status != ConeStatus::Solved {
+        if present.intent == Intent::Hold {
+            let target = self.limits.target_utilisation.max(0.05);
+            let enough = observed.least_limit * R::of(f64::from(target));
+            if let Some(ratio) = observed.ratio
+                && enough > R::zero()
+            {
+                let grip_n = sample.grip_cmd_n.to_f64() as f32;
+                p.holding_grip_n = Some(grip_n * (ratio / enough).to_f64() as f32);
+            }
+        }
+        if worst.status != SolveStatus::Solved {
             doubt |= validity::SOLVER;
         }
         if doubt & validity::UNRELIABLE != 0 {
             p.flags |= flags::UNSURE;
         }
         p.validity = doubt;
-        p.solver_status = status_code(worst.status);
+        p.solver_status = worst.status.into();
         self.work = worst.work.done();
         p.solver_residual_n = worst.residual_n.to_f64() as f32;
         p.solver_iterations = worst.iterations;
@@ -863,12 +538,22 @@ impl<R: Real> Core<R> {
         Ok(())
     }
 
+    /// What a segment means: a slide too slow to be one is none.
+    fn intended(&self, segment: &Segment) -> Intent {
+        match segment.intent {
+            Intent::Slide if planned_slide(segment, R::of(f64::from(self.limits.slip_m_s))).is_none() => {
+                Intent::Hold
+            }
+            intent => intent,
+        }
+    }
+
     /// Draws the model's object towards the measured pose where no contact resists; `true`
     /// where the two have parted.
     fn correct(&self, tracked: &mut Tracked<R>, measured: &Pose<R>) -> bool {
         let state = &mut tracked.state;
         let mut error = measured.position_m - state.position_m;
-        if error.length() > R::of(f64::from(self.limits.divergence_m)) {
+        if norm(&error) > R::of(f64::from(self.limits.divergence_m)) {
             return true;
         }
         if self.scene.fingers.is_some() {
@@ -883,13 +568,10 @@ impl<R: Real> Core<R> {
         if tracked.support.is_some() {
             error = Vec3::zeros();
         }
-        // A second's time constant at 250 Hz: pose noise of 30 micrometres stays below 0.1.
-        state.position_m += error * R::of(0.004);
+        state.position_m += error * R::of(f64::from(self.params.pose_gain));
         false
     }
 
-    // A function of its own: its stack is not that of every tick.
-    #[inline(never)]
     fn restart_at(&self, tracked: &mut Tracked<R>, drive: &Drive<R>, measured: &Pose<R>) {
         let (scene, model) = (&self.scene, &self.model);
         let mut state = State::held(scene, model, drive, measured.position_m, measured.rotation);
@@ -934,7 +616,8 @@ impl<R: Real> Core<R> {
         let wrenches = self.observer.corrected(&usable);
         if let [Some(a), Some(b)] = &wrenches {
             let holding = present.intent == Intent::Hold && !tracked.pushing;
-            let allowed = R::of(1.0) + sample.grip_cmd_n.abs() * R::of(0.15);
+            let allowed = R::of(f64::from(self.params.unbalanced_n))
+                + sample.grip_cmd_n.abs() * R::of(f64::from(self.params.unbalanced_share));
             let left = if holding { a[1] + b[1] } else { R::zero() };
             if self.health.biased(left, allowed) {
                 *doubt |= validity::BIASED;
@@ -944,11 +627,15 @@ impl<R: Real> Core<R> {
             // Along X and Z.
             for (measured, model) in [(a[0] + b[0], f1[0] + f2[0]), (a[2] + b[2], f1[2] + f2[2])] {
                 miss += (measured - model).abs();
-                size += most(measured.abs(), model.abs());
+                size += max(measured.abs(), model.abs());
             }
-            let parted =
-                seen.is_some_and(|s| (s.position_m - tracked.state.position_m).length() > R::of(0.0015));
-            let apart = miss > size * R::of(0.3) + R::of(0.5) || parted;
+            let parted = seen.is_some_and(|s| {
+                norm(&(s.position_m - tracked.state.position_m)) > R::of(f64::from(self.params.pose_apart_m))
+            });
+            let apart = miss
+                > size * R::of(f64::from(self.params.load_apart_share))
+                    + R::of(f64::from(self.params.load_apart_n))
+                || parted;
             tracked.apart = if apart { tracked.apart.saturating_add(1) } else { 0 };
         }
         if tracked.apart >= 3 {
@@ -968,21 +655,21 @@ impl<R: Real> Core<R> {
         let motion = [present.velocity_m_s, present.angular_rad_s];
         tracked.settling_s -= drive.dt_s;
         if apart(&motion, &tracked.motion) > 1.0 {
-            tracked.settling_s = R::of(SETTLING_S);
+            tracked.settling_s = R::of(f64::from(self.params.settling_s));
             tracked.motion = motion;
         }
-        let soon = self.plan.at(sample.t_s.to_f64() as f32 + PLAN_LATE_S);
+        let soon = self.plan.at(sample.t_s.to_f64() as f32 + self.params.plan_late_s);
         let soon = soon.is_some_and(|s| apart(&[s.velocity_m_s, s.angular_rad_s], &motion) > 1.0);
         if soon {
-            tracked.settling_s = most(tracked.settling_s, drive.dt_s);
+            tracked.settling_s = max(tracked.settling_s, drive.dt_s);
         }
         let up = -drive.carrier.inverse_transform_vector(&Vec3::from(self.scene.gravity_m_s2));
         let bears = |w: &[[R; 6]; 2]| {
             let sum = |i: usize| w[0][i] + w[1][i];
-            Vec3::new(sum(0), sum(1), sum(2)).dot(&up) / up.length()
+            Vec3::new(sum(0), sum(1), sum(2)).dot(&up) / norm(&up)
         };
         let bearing_n = match &wrenches {
-            [Some(a), Some(b)] if up.length() > R::of(1e-3) => {
+            [Some(a), Some(b)] if norm(&up) > R::of(1e-3) => {
                 Some([bears(&[*a, *b]), bears(&out.reading.finger)])
             }
             _ => None,
@@ -994,7 +681,8 @@ impl<R: Real> Core<R> {
             arm_m: self.torsion_arm_m,
             bearing_n,
             steered: tracked.settling_s > R::zero(),
-            accelerates: soon || tracked.settling_s > R::of(SETTLING_S - GAINING_S),
+            accelerates: soon
+                || tracked.settling_s > R::of(f64::from(self.params.settling_s - self.params.gaining_s)),
             effects,
             sliding: self.sliding,
             dt_s: drive.dt_s,
@@ -1008,9 +696,9 @@ impl<R: Real> Core<R> {
         for (c, answer) in work.contacts.iter().zip(work.answers()) {
             if matches!(c.body, Body::Finger1 | Body::Finger2) {
                 let [force_n, ..] = answer.force_n;
-                let bound = most(force_n + answer.adhesion_n, R::zero());
+                let bound = max(force_n + answer.adhesion_n, R::zero());
                 limit += coefficient_along(&answer.mu, c.axes[1].dot(load), c.axes[2].dot(load)) * bound;
-                normal += most(force_n, R::zero());
+                normal += max(force_n, R::zero());
             }
         }
         let base = self.model.friction.finger * normal;
@@ -1024,13 +712,13 @@ impl<R: Real> Core<R> {
         observed: &Observed<R>,
         present: &Segment,
     ) -> Prediction {
-        let mut p = Prediction { drop_in_s: -1.0, ..Prediction::default() };
+        let mut p = Prediction::default();
         let narrow = |x: R| x.to_f64() as f32;
         for (k, f) in p.finger.iter_mut().enumerate() {
             f.model_utilisation = narrow(out.utilisation[k]);
             f.measured_utilisation = match observed.finger[k] {
-                Some(r) if observed.limit > R::zero() => narrow(r / observed.limit),
-                _ => f32::NAN,
+                Some(r) if observed.limit > R::zero() => Some(narrow(r / observed.limit)),
+                _ => None,
             };
             let mut slip = out.slip_m_s[k];
             if let Some(moved) = &observed.moved
@@ -1039,9 +727,8 @@ impl<R: Real> Core<R> {
                 let now = moved.slip_s > R::zero();
                 slip = if now { moved.velocity_m_s[k] } else { Vec3::zeros() };
             }
-            f.slip_speed_m_s = narrow(slip.length());
+            f.slip_speed_m_s = narrow(norm(&slip));
             f.slip_direction_rad = direction(&slip);
-            f.slip_in_s = -1.0;
             p.finger_wrench[k] = out.reading.finger[k].map(narrow);
         }
         let r = &out.reading;
@@ -1049,28 +736,9 @@ impl<R: Real> Core<R> {
         let q = r.rotation.quaternion();
         p.quaternion = [narrow(q.w), narrow(q.i), narrow(q.j), narrow(q.k)];
         p.pusher_force_n = [narrow(r.pusher[0]), narrow(r.pusher[1]), narrow(r.pusher[2])];
-        p.sag_m = narrow(self.sag(tracked, &tracked.poses.carrier, present, &tracked.state.position_m));
         p.rotation_rad = narrow(rotation_between(&tracked.start, &tracked.state.rotation));
         p.friction = narrow(self.observer.friction());
         p
-    }
-
-    /// Motion in the grasp along gravity since the start; while sliding, only that across the slide.
-    fn sag(&self, tracked: &Tracked<R>, carrier: &Pose<R>, present: &Segment, position_m: &Vec3<R>) -> R {
-        let mut down = Vec3::from(self.scene.gravity_m_s2);
-        if present.intent == Intent::Slide {
-            let v = Vec3::from(present.velocity_m_s.map(|x| R::of(f64::from(x))));
-            let square = v.norm_squared();
-            if square > R::of(1e-8) {
-                down -= v * (v.dot(&down) / square);
-            }
-        }
-        let size = down.length();
-        if !(size > R::of(1e-3)) {
-            return R::zero();
-        }
-        let down = carrier.rotation.inverse_transform_vector(&(down / size));
-        down.dot(&(position_m - tracked.start.position_m))
     }
 
     /// How far each way (object X and Z) the object can still move until a pad's centre is off
@@ -1089,7 +757,7 @@ impl<R: Real> Core<R> {
         };
         [(Vec3::x(), None), (Vec3::z(), rim)].map(|(axis, rim)| {
             let reach = self.scene.object.shape.reach(&axis);
-            let reach = rim.map_or(reach, |rim| least(rim, reach));
+            let reach = rim.map_or(reach, |rim| min(rim, reach));
             let at = pad.dot(&axis);
             if first.dot(&axis).abs() < reach {
                 // The pad goes the other way than the object.
@@ -1100,75 +768,68 @@ impl<R: Real> Core<R> {
         })
     }
 
-    /// Brings together what the model foresees and what is measured of a held grasp.
-    ///
-    /// Slip now is what the pose shows; slip ahead needs a proven trend, or a model that
-    /// agrees with the measured load and foresees slip from the plan. To be near the limit
-    /// is neither.
-    fn combine(&self, p: &mut Prediction, tracked: &mut Tracked<R>, observed: &Observed<R>, now: Now<R>) {
-        // Without any wrench the model alone speaks, and the pose.
-        let blind = observed.finger.iter().all(Option::is_none);
-        let agrees =
-            now.doubt & validity::MODEL == 0 && observed.ratio.is_some_and(|r| self.agrees(p, observed, r));
-        let foresees = p.finger.iter().any(|f| f.slip_in_s >= 0.0) && (agrees || blind);
-        tracked.foreseen = if foresees { tracked.foreseen.saturating_add(1) } else { 0 };
-        let mut ahead = within(observed.limit_in_s, self.limits.slip_warning_s);
-        let mut drop = within(observed.limit_in_s, self.limits.drop_warning_s);
-        if tracked.foreseen >= FORESEEN_SAMPLES {
-            let soonest =
-                p.finger.iter().filter(|f| f.slip_in_s >= 0.0).map(|f| f.slip_in_s).reduce(f32::min);
-            ahead = sooner(ahead, soonest);
-            drop = sooner(drop, Some(p.drop_in_s).filter(|t| *t >= 0.0));
-        }
-        let slips = match &observed.moved {
-            Some(moved) => moved.slip_s > R::zero(),
-            None if blind => foresees,
-            None => observed.over_s > R::zero(),
-        };
-        if let (Some(moved), Some(edge)) = (&observed.moved, &now.edge_m) {
-            let (edge_m, attitude) = edge;
-            let leaves = self
-                .leaves_in(moved, edge_m, attitude)
-                .filter(|t| *t <= self.limits.drop_warning_s.min(foresight(moved)));
-            drop = sooner(drop, leaves);
-            tracked.note_slip(moved.slip_s > R::zero(), attitude);
-            if tracked.another_is_the_last(edge_m) {
-                drop = sooner(drop, Some(self.limits.drop_warning_s));
+    /// What is known of slip, sag and loss of the grasp, for [`decide`]. Of a held object it learns
+    /// how far slips go; of one that moves, the speed of its slip is shown.
+    fn evidence(
+        &self,
+        tracked: &mut Tracked<R>,
+        p: &mut Prediction,
+        observed: &Observed<R>,
+        present: &Segment,
+        seen: Option<&Pose<R>>,
+        now: &Now,
+    ) -> Evidence {
+        let narrow = |x: R| x.to_f64() as f32;
+        let slips = observed.moved.as_ref().map(|m| m.slip_s > R::zero());
+        let (mut leaves_in_s, mut next_is_last) = (None, false);
+        if present.intent != Intent::Hold {
+            // What is meant to move rests nowhere.
+            tracked.rest_m = tracked.seen_m;
+            if let Some(moved) = observed.moved.as_ref().filter(|m| m.slip_s > R::zero()) {
+                for (f, v) in p.finger.iter_mut().zip(&moved.velocity_m_s) {
+                    f.slip_speed_m_s = f.slip_speed_m_s.max(narrow(norm(&v)));
+                }
             }
+        } else if let (Some(moved), Some(seen)) = (&observed.moved, seen) {
+            let edge_m = self.to_the_edge(tracked, seen);
+            leaves_in_s = self
+                .leaves_in(moved, &edge_m, &seen.rotation)
+                .filter(|t| *t <= self.limits.drop_warning_s.min(self.foresight(moved)));
+            tracked.note_slip(moved.slip_s > R::zero(), &seen.rotation);
+            next_is_last = tracked.another_is_the_last(&edge_m, &self.params);
             self.sag_ahead(p, tracked, moved);
-        } else if slips && (blind || observed.over_s > R::of(LASTING_S)) {
-            // Nobody sees how fast it goes.
-            drop = sooner(drop, Some(self.limits.horizon_s));
         }
-        ahead = tracked.slip_warning.hold(ahead, now.dt_s);
-        for f in &mut p.finger {
-            f.slip_in_s = if slips { 0.0 } else { ahead.map_or(-1.0, |t| t.max(LEAST_AHEAD_S)) };
-            if !slips {
-                f.slip_speed_m_s = 0.0;
-            }
+        Evidence {
+            intent: present.intent,
+            moves: now.moves,
+            moves_ahead: now.moves_ahead,
+            dt_s: now.dt_s,
+            // Without any wrench the model alone speaks, and the pose.
+            blind: observed.finger.iter().all(Option::is_none),
+            agrees: now.believed && observed.ratio.is_some_and(|r| self.agrees(p, observed, r)),
+            pushing: tracked.pushing,
+            slip: p.finger.map(|f| f.slip),
+            drop_in_s: p.drop_in_s,
+            slips,
+            over_s: narrow(observed.over_s),
+            limit_in_s: observed.limit_in_s.map(narrow),
+            leaves_in_s,
+            next_is_last,
+            sag_m: p.sag_m,
+            sag_ahead_m: p.sag_ahead_m,
+            rotation_rad: p.rotation_rad,
         }
-        p.drop_in_s = tracked.drop_warning.hold(drop, now.dt_s).unwrap_or(-1.0);
-        let enough = observed.least_limit * R::of(f64::from(self.limits.target_utilisation.max(0.05)));
-        if let Some(ratio) = observed.ratio
-            && enough > R::zero()
-        {
-            p.holding_grip_n = now.grip_n * (ratio / enough).to_f64() as f32;
-        }
+    }
+
+    /// How far ahead a slip can be extrapolated.
+    fn foresight(&self, moved: &Moved<R>) -> f32 {
+        self.params.at_once_s + moved.slip_s.to_f64() as f32 * self.params.extrapolated
     }
 
     /// The model carries the load that is measured.
     fn agrees(&self, p: &Prediction, observed: &Observed<R>, ratio: R) -> bool {
-        let used = (ratio / most(observed.limit, R::of(1e-6))).to_f64() as f32;
-        p.finger.iter().all(|f| (f.model_utilisation - used).abs() < 0.1)
-    }
-
-    /// Sag beyond its limit: there is, comes with a slip under way, or was foreseen for some
-    /// samples in a row (a single look-ahead may be older than a change of the motion).
-    fn sags(&self, p: &Prediction, tracked: &mut Tracked<R>, observed: &Observed<R>) -> bool {
-        let ahead = p.sag_ahead_m > self.limits.sag_m;
-        tracked.sagging = if ahead { tracked.sagging.saturating_add(1) } else { 0 };
-        let slips = observed.moved.is_some_and(|m| m.slip_s > R::zero());
-        p.sag_m > self.limits.sag_m || ahead && (slips || tracked.sagging >= FORESEEN_SAMPLES)
+        let used = (ratio / max(observed.limit, R::of(1e-6))).to_f64() as f32;
+        p.finger.iter().all(|f| (f.model_utilisation - used).abs() < self.params.share_apart)
     }
 
     /// Time until the pads are off the object, if it goes on as it moves now: `d = v t + a t^2 / 2`.
@@ -1180,15 +841,15 @@ impl<R: Real> Core<R> {
         let mean = (moved.velocity_m_s[0] + moved.velocity_m_s[1]) * R::of(0.5);
         // Without the turn.
         let velocity = attitude.inverse_transform_vector(&Vec3::new(mean.x, R::zero(), mean.z));
-        let speed = velocity.length();
+        let speed = norm(&velocity);
         for (v, sides) in [velocity.x, velocity.z].into_iter().zip(edge_m) {
             let way = if v > R::zero() { sides[0] } else { sides[1] };
             let v = v.abs();
             // The gain of speed along this axis.
             let a = if speed > R::zero() { moved.acceleration_m_s2 * v / speed } else { R::zero() };
             let reached = v * v + R::of(2.0) * a * way;
-            if v > R::of(LEAVING_M_S) && reached > R::zero() {
-                let t = R::of(2.0) * most(way, R::zero()) / (v + reached.root());
+            if v > R::of(f64::from(self.params.leaving_m_s)) && reached > R::zero() {
+                let t = R::of(2.0) * max(way, R::zero()) / (v + sqrt(reached));
                 soonest = sooner(soonest, Some(t.to_f64() as f32));
             }
         }
@@ -1202,11 +863,11 @@ impl<R: Real> Core<R> {
         }
         let down =
             tracked.poses.carrier.rotation.inverse_transform_vector(&Vec3::from(self.scene.gravity_m_s2));
-        let size = down.length();
+        let size = norm(&down);
         if size > R::of(1e-3) {
             let v = (moved.velocity_m_s[0] + moved.velocity_m_s[1]) * R::of(0.5);
             let sinking = (v.x * down.x + v.z * down.z) / size;
-            let to_come = sinking.to_f64() as f32 * self.limits.horizon_s.min(foresight(moved));
+            let to_come = sinking.to_f64() as f32 * self.limits.horizon_s.min(self.foresight(moved));
             p.sag_ahead_m = p.sag_ahead_m.max(p.sag_m + to_come);
         }
     }
@@ -1235,6 +896,7 @@ impl<R: Real> Core<R> {
             trial: self.trial,
             support: tracked.support,
             reference_m: tracked.reference_m,
+            start: tracked.start,
         };
         let mut done = worst.work;
         let mut begun = false;
@@ -1247,8 +909,8 @@ impl<R: Real> Core<R> {
                     let v = m.velocity_m_s + drive.carrier_m_s + drive.carrier_rad_s.cross(&m.position_m);
                     drive.carrier.transform_vector(&v)
                 });
-                let Tracked { ahead, state, poses, .. } = &mut *tracked;
-                Ahead::begin(ahead, state, poses, sample.t_s, pusher_m_s, departure_n);
+                let Tracked { ahead, state, poses, start, .. } = &mut *tracked;
+                Ahead::begin(ahead, state, poses, start, sample.t_s, pusher_m_s, departure_n);
             }
             let Some(ahead) = &mut tracked.ahead else { break };
             if let Some(found) = ahead.go_on(&course, &mut done, work, |out| worst.count(out)) {
@@ -1259,7 +921,7 @@ impl<R: Real> Core<R> {
         for f in &mut p.finger {
             f.peak_utilisation = f.model_utilisation;
             if f.slip_speed_m_s > self.limits.slip_m_s {
-                f.slip_in_s = 0.0;
+                f.slip = Slip::Now;
             }
         }
         p.sag_ahead_m = p.sag_m;
@@ -1268,36 +930,30 @@ impl<R: Real> Core<R> {
             Some(found) => {
                 let age_s = (sample.t_s - found.began_s).to_f64() as f32;
                 // Foreseen for a moment that has come without it: it is due.
-                let from_now =
-                    |after_s: f32| if after_s < 0.0 { after_s } else { (after_s - age_s).max(0.004) };
+                let from_now = |after_s: f32| (after_s - age_s).max(self.params.least_ahead_s);
                 for (k, f) in p.finger.iter_mut().enumerate() {
                     f.peak_utilisation = f.peak_utilisation.max(found.peak_utilisation[k]);
-                    if f.slip_in_s < 0.0 && found.slip_after_s[k] >= 0.0 {
-                        f.slip_in_s = from_now(found.slip_after_s[k]);
+                    if let (Slip::None, Some(after_s)) = (f.slip, found.slip_after_s[k]) {
+                        f.slip = Slip::In(from_now(after_s));
                         f.slip_direction_rad = direction(&found.slip[k]);
                     }
                 }
-                if p.drop_in_s < 0.0 {
-                    p.drop_in_s = from_now(found.drop_after_s);
-                }
-                // What it adds: the model may have been drawn elsewhere since. Sag is in each
-                // carrier's axes: gravity has turned with it.
-                let sag = |carrier, position_m| self.sag(tracked, carrier, present, position_m);
-                let to_come = sag(&found.carrier, &found.position_m) - sag(&found.from.0, &found.from.1);
-                p.sag_ahead_m = p.sag_m + to_come.to_f64() as f32;
+                p.drop_in_s = p.drop_in_s.or(found.drop_after_s.map(from_now));
+                // What it adds: the model may have been drawn elsewhere since.
+                p.sag_ahead_m = p.sag_m + found.sag_m.to_f64() as f32;
                 if found.marked {
                     *doubt |= validity::FORESIGHT;
                 }
             }
         }
-        let used = p.finger.iter().fold(0.0f32, |u, f| {
-            let measured = if f.measured_utilisation.is_nan() { 0.0 } else { f.measured_utilisation };
-            u.max(f.peak_utilisation).max(measured)
-        });
+        let used = p
+            .finger
+            .iter()
+            .fold(0.0f32, |u, f| u.max(f.peak_utilisation).max(f.measured_utilisation.unwrap_or(0.0)));
         let grip = sample.grip_cmd_n.to_f64() as f32;
         p.holding_grip_n = match present.intent {
-            Intent::Hold => grip * used / self.limits.target_utilisation.max(0.05),
-            _ => f32::NAN,
+            Intent::Hold => Some(grip * used / self.limits.target_utilisation.max(0.05)),
+            _ => None,
         };
     }
 }
@@ -1305,7 +961,7 @@ impl<R: Real> Core<R> {
 /// Friction while sliding over that at rest, by the model's effects.
 fn sliding_share<R: Real>(model: &Model<R>) -> R {
     model.effects.iter().fold(R::one(), |share, e| {
-        share * R::law(e.code).map_or_else(R::one, |law| law.sliding_share(&e.parameters))
+        share * crate::effects::law::<R>(e.code).map_or_else(R::one, |law| law.sliding_share(&e.parameters))
     })
 }
 
@@ -1320,10 +976,9 @@ fn patch_arm<R: Real>(scene: &Scene<R>) -> R {
 
 /// The same with the model's effects.
 fn torsion_arm<R: Real>(model: &Model<R>, arm_m: R) -> R {
-    model
-        .effects
-        .iter()
-        .fold(arm_m, |arm_m, e| R::law(e.code).map_or(arm_m, |law| law.torsion_arm(&e.parameters, arm_m)))
+    model.effects.iter().fold(arm_m, |arm_m, e| {
+        crate::effects::law::<R>(e.code).map_or(arm_m, |law| law.torsion_arm(&e.parameters, arm_m))
+    })
 }
 
 /// Force of both fingers on the object: measured, or else the model's.
@@ -1339,23 +994,12 @@ fn load_of<R: Real>(sample: &Sample<R>, out: &StepSummary<R>) -> Vec3<R> {
 /// Coefficient of an elliptic cone in the direction of a load with the components `a` and `b`
 /// along the tangents; the mean where it has none.
 fn coefficient_along<R: Real>(mu: &[R; 2], a: R, b: R) -> R {
-    let size = (a * a + b * b).root();
-    if mu[0] == mu[1] || !(size > R::of(1e-6)) || !(least(mu[0], mu[1]) > R::zero()) {
+    let size = sqrt(a * a + b * b);
+    if mu[0] == mu[1] || !(size > R::of(1e-6)) || !(min(mu[0], mu[1]) > R::zero()) {
         return (mu[0] + mu[1]) * R::of(0.5);
     }
     let (a, b) = (a / mu[0], b / mu[1]);
-    size / (a * a + b * b).root()
-}
-
-/// As it goes over the wire.
-fn status_code(status: ConeStatus) -> u8 {
-    match status {
-        ConeStatus::Solved => 0,
-        ConeStatus::IterationLimit => 1,
-        ConeStatus::BadInput => 2,
-        ConeStatus::Numerical => 3,
-        ConeStatus::Contradiction => 4,
-    }
+    size / sqrt(a * a + b * b)
 }
 
 /// Work kept for each later part of a step made in parts.
@@ -1377,16 +1021,16 @@ fn advance<R: Real>(
     }
     let mut part = *drive;
     part.dt_s = drive.dt_s / R::of(f64::from(parts));
-    let present = ConeOptions::present();
+    let present = SolveBudget::present();
     let bounded = |done: &Work, later: u8| match parts {
         1 => present,
         _ => done.bounding(&present, TICK_WORK.saturating_sub(LATER_WORK * u32::from(later))),
     };
     let options = bounded(&worst.work, parts.saturating_sub(1));
-    let mut out = R::step(scene, model, state, &part, &options, work);
+    let mut out = crate::step::step_in(scene, model, state, &part, &options, work);
     worst.note(&out);
     for later in (0..parts.saturating_sub(1)).rev() {
-        if matches!(out.status, ConeStatus::BadInput | ConeStatus::Contradiction) {
+        if matches!(out.status, SolveStatus::BadInput | SolveStatus::Contradiction) {
             break;
         }
         for m in [&mut part.pusher, &mut part.support].into_iter().flatten() {
@@ -1394,7 +1038,7 @@ fn advance<R: Real>(
             m.rotation = crate::step::turned(&m.rotation, &(m.angular_rad_s * part.dt_s));
         }
         let options = bounded(&worst.work, later);
-        out = R::step(scene, model, state, &part, &options, work);
+        out = crate::step::step_in(scene, model, state, &part, &options, work);
         worst.note(&out);
     }
     out
@@ -1424,17 +1068,19 @@ fn direction<R: Real>(slip_m_s: &Vec3<R>) -> f32 {
 
 fn rotation_between<R: Real>(start: &Pose<R>, now: &Rotation<R>) -> R {
     let q = (start.rotation.inverse() * now).into_inner();
-    let vector = (q.i * q.i + q.j * q.j + q.k * q.k).root();
+    let vector = sqrt(q.i * q.i + q.j * q.j + q.k * q.k);
     R::of(2.0) * vector.atan2(q.w.abs())
 }
 
-/// What a held grasp is judged by besides the observer's figures.
-struct Now<R: Real> {
-    grip_n: f32,
-    /// See [`Predictor::to_the_edge`]; the object's attitude in the gripper.
-    edge_m: Option<([[R; 2]; 2], Rotation<R>)>,
-    doubt: u32,
+/// What a tick is judged by besides the observer's figures.
+struct Now {
+    /// The plan means motion in the grasp, now or soon.
+    moves: bool,
+    /// Within the horizon.
+    moves_ahead: bool,
     dt_s: f32,
+    /// Model and measurement have not parted.
+    believed: bool,
 }
 
 /// How far two velocities (m/s, rad/s) are apart: 1 is 10 mm/s or 0.1 rad/s on an axis.
@@ -1443,64 +1089,9 @@ fn apart(a: &[[f32; 3]; 2], b: &[[f32; 3]; 2]) -> f32 {
     (of(&a[0], &b[0]) * 100.0).max(of(&a[1], &b[1]) * 10.0)
 }
 
-/// How far ahead a slip can be extrapolated.
-fn foresight<R: Real>(moved: &Moved<R>) -> f32 {
-    AT_ONCE_S + moved.slip_s.to_f64() as f32 * EXTRAPOLATED
-}
-
-fn within<R: Real>(t: Option<R>, most: f32) -> Option<f32> {
-    t.map(|t| t.to_f64() as f32).filter(|t| *t <= most)
-}
-
-fn sooner(a: Option<f32>, b: Option<f32>) -> Option<f32> {
-    match (a, b) {
-        (Some(a), Some(b)) => Some(a.min(b)),
-        _ => a.or(b),
-    }
-}
-
-/// Sets the flags from the figures.
-fn judge(p: &mut Prediction, intent: Intent, limits: &Limits, sag: bool, pushing: bool) {
-    let mut set = 0;
-    let (slip, ahead) = ([flags::SLIP_1, flags::SLIP_2], [flags::SLIP_AHEAD_1, flags::SLIP_AHEAD_2]);
-    let mut any = false;
-    for k in 0..2 {
-        let f = &p.finger[k];
-        if f.slip_speed_m_s > limits.slip_m_s || f.slip_in_s == 0.0 {
-            set |= slip[k];
-        } else if f.slip_in_s >= 0.0 {
-            set |= ahead[k];
-        }
-        any |= f.slip_in_s >= 0.0;
-    }
-    let turned = p.rotation_rad > limits.rotation_rad;
-    if sag && intent != Intent::Free {
-        set |= flags::SAG;
-    }
-    if turned && matches!(intent, Intent::Hold | Intent::Slide) {
-        set |= flags::ROTATION;
-    }
-    let unexpected = match intent {
-        Intent::Hold => any,
-        Intent::Slide => sag || turned,
-        Intent::Pivot => sag,
-        Intent::Free => false,
-    };
-    if unexpected {
-        set |= flags::UNEXPECTED;
-    }
-    if p.drop_in_s >= 0.0 {
-        set |= flags::DROP;
-    }
-    if pushing {
-        set |= flags::PUSHING;
-    }
-    p.flags = set;
-}
-
 /// The worst of a tick's solves.
 struct Worst<R> {
-    status: ConeStatus,
+    status: SolveStatus,
     residual_n: R,
     iterations: u16,
     /// Of the tick so far.
@@ -1512,7 +1103,7 @@ struct Worst<R> {
 impl<R: Real> Default for Worst<R> {
     fn default() -> Self {
         Self {
-            status: ConeStatus::Solved,
+            status: SolveStatus::Solved,
             residual_n: R::zero(),
             iterations: 0,
             work: Work::default(),
@@ -1531,55 +1122,10 @@ impl<R: Real> Worst<R> {
     /// The step from sample to sample.
     fn note(&mut self, out: &StepSummary<R>) {
         self.count(out);
-        self.moved |= !matches!(out.status, ConeStatus::BadInput | ConeStatus::Contradiction);
-        if out.status != ConeStatus::Solved {
+        self.moved |= !matches!(out.status, SolveStatus::BadInput | SolveStatus::Contradiction);
+        if out.status != SolveStatus::Solved {
             self.status = out.status;
         }
-        self.residual_n = most(self.residual_n, out.residual_n);
+        self.residual_n = max(self.residual_n, out.residual_n);
     }
 }
-
-impl Prediction {
-    /// Every output word, for comparing two sides bit for bit; NaNs are all the same NaN.
-    pub fn words(&self) -> impl Iterator<Item = u32> + '_ {
-        let bits = |x: f32| x.canonical_bits() as u32;
-        let fingers = self.finger.iter().flat_map(move |f| {
-            [
-                f.measured_utilisation,
-                f.model_utilisation,
-                f.peak_utilisation,
-                f.slip_speed_m_s,
-                f.slip_direction_rad,
-                f.slip_in_s,
-            ]
-            .map(bits)
-        });
-        let rest = [
-            self.sag_m,
-            self.sag_ahead_m,
-            self.rotation_rad,
-            self.drop_in_s,
-            self.holding_grip_n,
-            self.friction,
-        ];
-        [self.flags, self.validity, u32::from(self.solver_status), u32::from(self.solver_iterations)]
-            .into_iter()
-            .chain(fingers)
-            .chain(rest.into_iter().map(bits))
-            .chain(self.position_m.into_iter().map(bits))
-            .chain(self.quaternion.into_iter().map(bits))
-            .chain(self.finger_wrench.iter().flatten().map(move |x| bits(*x)))
-            .chain(self.pusher_force_n.into_iter().map(bits))
-            .chain([bits(self.solver_residual_n)])
-    }
-
-    /// Hash of every output word (FNV-1a), continued from `before`.
-    pub fn hash(&self, before: u32) -> u32 {
-        self.words()
-            .flat_map(u32::to_le_bytes)
-            .fold(before, |h, b| (h ^ u32::from(b)).wrapping_mul(0x0100_0193))
-    }
-}
-
-/// Where a hash of predictions begins.
-pub const HASH_START: u32 = 0x811c_9dc5;

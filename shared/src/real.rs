@@ -4,11 +4,6 @@
 //! same source gives the same bits on x86 and on a Cortex-M4F. `sqrt` is the one
 //! exception in form, not in bits: IEEE 754 requires it to be correctly rounded.
 
-use crate::cone::ConeOptions;
-use crate::contact::{Contacts, SLOTS, find};
-use crate::effects::Law;
-use crate::model::{Model, Scene};
-use crate::step::{Drive, State, StepSummary, Workspace, step_in};
 use nalgebra::{Matrix3, RealField, UnitQuaternion, Vector3};
 
 /// Three components, in the axes that the field's name says.
@@ -17,20 +12,6 @@ pub type Vec3<R> = Vector3<R>;
 pub type Mat3<R> = Matrix3<R>;
 /// Unit quaternion, rotating local axes into the parent's.
 pub type Rotation<R> = UnitQuaternion<R>;
-
-/// Length of a vector by [`Real::root`]: nalgebra's `norm` has the same bits, from a square root in
-/// software.
-pub trait Length<R> {
-    /// Square root of the sum of squares.
-    fn length(&self) -> R;
-}
-
-impl<R: Real> Length<R> for Vec3<R> {
-    #[inline(never)]
-    fn length(&self) -> R {
-        self.norm_squared().root()
-    }
-}
 
 /// A scalar for which every operation is the same on every platform.
 pub trait Real:
@@ -49,55 +30,7 @@ pub trait Real:
     /// Sine and cosine of an angle in rad, of `f32` without double precision.
     fn sine_cosine(self) -> (Self, Self);
     /// Square root, correctly rounded: the same bits everywhere; one instruction on an FPU.
-    fn root(self) -> Self;
-    /// [`crate::step::step_in`] with room for any scene. Generic code is compiled, and optimised,
-    /// with the program that uses it; this is compiled here, whatever the program is optimised for.
-    fn step(
-        scene: &Scene<Self>,
-        model: &Model<Self>,
-        state: &mut State<Self, SLOTS>,
-        drive: &Drive<Self>,
-        options: &ConeOptions<Self>,
-        work: &mut Workspace<Self, SLOTS>,
-    ) -> StepSummary<Self>;
-    /// [`crate::contact::find`] likewise.
-    fn find_contacts(
-        scene: &Scene<Self>,
-        model: &Model<Self>,
-        state: &State<Self, SLOTS>,
-        drive: &Drive<Self>,
-        out: &mut Contacts<Self, SLOTS>,
-    ) -> usize;
-    /// [`crate::effects::law`] likewise: a second copy of every effect would take 5 KB.
-    fn law(code: u8) -> Option<&'static dyn Law<Self>>;
-}
-
-/// The same for both precisions, but no default: a default is compiled with the program that uses it.
-macro_rules! contact_code {
-    () => {
-        fn step(
-            scene: &Scene<Self>,
-            model: &Model<Self>,
-            state: &mut State<Self, SLOTS>,
-            drive: &Drive<Self>,
-            options: &ConeOptions<Self>,
-            work: &mut Workspace<Self, SLOTS>,
-        ) -> StepSummary<Self> {
-            step_in(scene, model, state, drive, options, work)
-        }
-        fn find_contacts(
-            scene: &Scene<Self>,
-            model: &Model<Self>,
-            state: &State<Self, SLOTS>,
-            drive: &Drive<Self>,
-            out: &mut Contacts<Self, SLOTS>,
-        ) -> usize {
-            find(scene, model, state, drive, out)
-        }
-        fn law(code: u8) -> Option<&'static dyn Law<Self>> {
-            crate::effects::law(code)
-        }
-    };
+    fn square_root(self) -> Self;
 }
 
 impl Real for f32 {
@@ -115,13 +48,12 @@ impl Real for f32 {
         f32::is_finite(self)
     }
     #[inline(always)]
-    fn root(self) -> Self {
-        stickslip_root::sqrtf(self)
+    fn square_root(self) -> Self {
+        stickslip_sqrt::sqrtf(self)
     }
     fn sine_cosine(self) -> (Self, Self) {
         crate::angle::sine_cosine(self)
     }
-    contact_code!();
 }
 
 impl Real for f64 {
@@ -138,26 +70,47 @@ impl Real for f64 {
     fn finite(self) -> bool {
         f64::is_finite(self)
     }
-    fn root(self) -> Self {
+    fn square_root(self) -> Self {
         libm::sqrt(self)
     }
     fn sine_cosine(self) -> (Self, Self) {
         libm::sincos(self)
     }
-    contact_code!();
+}
+
+/// Square root, correctly rounded: the same bits everywhere; one instruction on an FPU, unlike
+/// the one of [`RealField`].
+#[inline(always)]
+pub fn sqrt<R: Real>(x: R) -> R {
+    x.square_root()
+}
+
+/// Length of a vector by [`sqrt`]: nalgebra's `norm` has the same bits, from a square root in software.
+#[inline(always)]
+pub fn norm<R: Real>(v: &Vec3<R>) -> R {
+    sqrt(v.norm_squared())
+}
+
+/// Magnitude; NaN stays NaN.
+#[inline(always)]
+pub fn abs<R: Real>(x: R) -> R {
+    if x < R::zero() { -x } else { x }
 }
 
 /// Smaller of two; the second where the first is NaN.
-pub fn least<R: Real>(a: R, b: R) -> R {
+#[inline(always)]
+pub fn min<R: Real>(a: R, b: R) -> R {
     if a < b { a } else { b }
 }
 
 /// Larger of two; the second where the first is NaN.
-pub fn most<R: Real>(a: R, b: R) -> R {
+#[inline(always)]
+pub fn max<R: Real>(a: R, b: R) -> R {
     if a > b { a } else { b }
 }
 
 /// `x` limited to `[low, high]`; `low` where `x` is NaN.
+#[inline(always)]
 pub fn clamp<R: Real>(x: R, low: R, high: R) -> R {
-    least(most(x, low), high)
+    min(max(x, low), high)
 }

@@ -5,7 +5,7 @@
 //! two round caps and, like the paper's obj3, optionally two flats at +Y and -Y.
 
 use crate::model::{MAX_VERTICES, Object, Shape};
-use crate::real::{Real, Rotation, Vec3, most};
+use crate::real::{Real, Rotation, Vec3, max, sqrt};
 use heapless::Vec;
 
 /// Most sample points on one face.
@@ -70,7 +70,7 @@ impl<R: Real> Face<R> {
             } else {
                 let t = -offset / slope;
                 if slope > R::zero() {
-                    range[0] = most(range[0], t);
+                    range[0] = max(range[0], t);
                 } else if t < range[1] {
                     range[1] = t;
                 }
@@ -97,8 +97,8 @@ impl<R: Real> Face<R> {
                 if !(under >= R::zero()) || !(a > R::zero()) {
                     return None;
                 }
-                let root = under.root();
-                range = [most(range[0], (-b - root) / a), crate::real::least(range[1], (-b + root) / a)];
+                let root = sqrt(under);
+                range = [max(range[0], (-b - root) / a), crate::real::min(range[1], (-b + root) / a)];
             }
         }
         (range[0] <= range[1]).then_some(range)
@@ -229,7 +229,7 @@ impl<R: Real> Shape<R> {
         match self {
             Shape::Cylinder { length_m, diameter_m, across_flats_m } => {
                 let (x, y, z) = (direction.x, direction.y, direction.z);
-                let across = (y * y + z * z).root();
+                let across = sqrt(y * y + z * z);
                 if x.abs() >= across {
                     let normal =
                         Vec3::new(if x < R::zero() { -R::one() } else { R::one() }, R::zero(), R::zero());
@@ -245,7 +245,7 @@ impl<R: Real> Shape<R> {
                 flat.then(|| {
                     let normal =
                         Vec3::new(R::zero(), if y < R::zero() { -R::one() } else { R::one() }, R::zero());
-                    let width = (*diameter_m * *diameter_m - *across_flats_m * *across_flats_m).root();
+                    let width = sqrt(*diameter_m * *diameter_m - *across_flats_m * *across_flats_m);
                     rectangle(normal, *across_flats_m * half, Vec3::x(), [*length_m * half, width * half])
                 })
             }
@@ -270,7 +270,7 @@ impl<R: Real> Shape<R> {
                 let mut score = direction.z.abs();
                 for (a, b) in edges(&outline) {
                     let d = [b[0] - a[0], b[1] - a[1]];
-                    let length = (d[0] * d[0] + d[1] * d[1]).root();
+                    let length = sqrt(d[0] * d[0] + d[1] * d[1]);
                     if !(length > R::zero()) {
                         continue;
                     }
@@ -315,7 +315,7 @@ impl<R: Real> Shape<R> {
         match self {
             Shape::Cylinder { length_m, diameter_m, .. } => {
                 let radius = *diameter_m * half;
-                let r = (point.y * point.y + point.z * point.z).root();
+                let r = sqrt(point.y * point.y + point.z * point.z);
                 let beyond = point.x.abs() - *length_m * half;
                 let outward = if r > zero { Vec3::new(zero, point.y / r, point.z / r) } else { Vec3::z() };
                 if beyond > r - radius {
@@ -343,8 +343,6 @@ impl<R: Real> Shape<R> {
 
     /// Distance from the centre to the side of the object along `direction` (object axes,
     /// unit), m.
-    // Compiled here: optimised for size its bounds would be checked.
-    #[inline(never)]
     pub fn reach(&self, direction: &Vec3<R>) -> R {
         match self.face_towards(direction) {
             Some(face) => {
@@ -353,8 +351,8 @@ impl<R: Real> Shape<R> {
             }
             None => match self {
                 Shape::Cylinder { diameter_m, .. } => {
-                    let across = (direction.y * direction.y + direction.z * direction.z).root();
-                    *diameter_m * R::of(0.5) / most(across, R::of(1e-3))
+                    let across = sqrt(direction.y * direction.y + direction.z * direction.z);
+                    *diameter_m * R::of(0.5) / max(across, R::of(1e-3))
                 }
                 _ => R::zero(),
             },
@@ -369,7 +367,7 @@ fn closest_on_outline<R: Real>(outline: &[[R; 2]], p: [R; 2]) -> ([R; 2], [R; 2]
     let mut is_inside = true;
     for (a, b) in edges(outline) {
         let d = [b[0] - a[0], b[1] - a[1]];
-        let length = (d[0] * d[0] + d[1] * d[1]).root();
+        let length = sqrt(d[0] * d[0] + d[1] * d[1]);
         if !(length > zero) {
             continue;
         }
@@ -381,7 +379,7 @@ fn closest_on_outline<R: Real>(outline: &[[R; 2]], p: [R; 2]) -> ([R; 2], [R; 2]
         );
         let at = [a[0] + t * d[0], a[1] + t * d[1]];
         let gap = [p[0] - at[0], p[1] - at[1]];
-        let distance = (gap[0] * gap[0] + gap[1] * gap[1]).root();
+        let distance = sqrt(gap[0] * gap[0] + gap[1] * gap[1]);
         let height = normal[0] * (p[0] - a[0]) + normal[1] * (p[1] - a[1]);
         if height > zero {
             is_inside = false;
@@ -416,12 +414,12 @@ pub fn inertia<R: Real>(shape: &Shape<R>, mass_kg: R) -> [[R; 3]; 3] {
             // Second moments of the disc |y| < h that the flats leave, over its area.
             let (r, h) = (*diameter_m * R::of(0.5), *across_flats_m * R::of(0.5));
             let h = crate::real::clamp(h, zero, r);
-            let (r2, edge) = (r * r, (r * r - h * h).root());
+            let (r2, edge) = (r * r, sqrt(r * r - h * h));
             let segment = r2 * h.atan2(edge);
             let area = R::of(2.0) * (h * edge + segment);
             let yy = R::of(0.5) * (r2 * segment - h * edge * (r2 - R::of(2.0) * h * h));
             let zz = R::of(1.0 / 3.0) * h * edge * edge * edge + R::of(0.5) * r2 * (h * edge + segment);
-            let per = mass_kg / most(area, R::of(1e-12));
+            let per = mass_kg / max(area, R::of(1e-12));
             let (yy, zz) = (yy * per, zz * per);
             let xx = twelfth * *length_m * *length_m;
             diagonal([yy + zz, xx + zz, xx + yy])
@@ -435,7 +433,7 @@ pub fn inertia<R: Real>(shape: &Shape<R>, mass_kg: R) -> [[R; 3]; 3] {
                 yy += c * (a[1] * a[1] + a[1] * b[1] + b[1] * b[1]);
                 xy += c * (R::of(2.0) * (a[0] * a[1] + b[0] * b[1]) + a[0] * b[1] + b[0] * a[1]);
             }
-            let per = mass_kg / most(area.abs(), R::of(1e-12));
+            let per = mass_kg / max(area.abs(), R::of(1e-12));
             let (xx, yy, xy) = (
                 xx.abs() * per * R::of(1.0 / 6.0),
                 yy.abs() * per * R::of(1.0 / 6.0),

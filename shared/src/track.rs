@@ -4,12 +4,12 @@
 //! object was first seen (planar pushing). A step runs from one sample to the next; its
 //! velocities are the differences of the two poses over the time between them.
 
-use crate::cone::ConeOptions;
+use crate::cone::SolveBudget;
 use crate::contact::{self, Body, Contacts, SLOTS};
-use crate::look_ahead::Work;
-use crate::model::{Model, Scene};
-use crate::real::{Length, Real, Rotation, Vec3, most};
-use crate::step::{Drive, Moving, State, Workspace, support_under};
+use crate::model::{FingerContact, Model, Scene};
+use crate::real::{Real, Rotation, Vec3, max, norm, sqrt};
+use crate::step::{Drive, Moving, State, Workspace, support_under, turned};
+use crate::work::Work;
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// Position (m) and rotation (local axes to world axes).
@@ -27,7 +27,7 @@ impl<R: Real> Pose<R> {
     /// normalised.
     pub fn new(position_m: [R; 3], quaternion: [R; 4]) -> Option<Self> {
         let [w, x, y, z] = quaternion;
-        let norm = (w * w + x * x + y * y + z * z).root();
+        let norm = sqrt(w * w + x * x + y * y + z * z);
         let good = position_m.iter().all(|p| p.abs() <= R::of(1e3)) && (norm - R::one()).abs() <= R::of(0.01);
         good.then(|| Self {
             position_m: Vec3::from(position_m),
@@ -135,17 +135,47 @@ pub fn drive_between<R: Real>(
 pub fn support_pose<R: Real>(scene: &Scene<R>, object: &Pose<R>) -> Option<Pose<R>> {
     scene.support.as_ref()?;
     let gravity = Vec3::from(scene.gravity_m_s2);
-    let size = gravity.length();
+    let size = norm(&gravity);
     let up = if size > R::of(1e-3) { -gravity / size } else { Vec3::z() };
     let table = support_under(scene, &object.position_m, &object.rotation, &up);
     Some(Pose { position_m: table.position_m, rotation: table.rotation })
 }
 
+/// A pose within this of the pads' own is one of an object flush between them, measured with noise:
+/// far beyond what motion capture errs by, far below what a hand would place.
+const FLUSH_M: f64 = 1.0e-3;
+const FLUSH_RAD: f64 = 0.01;
+
+/// An object in the grasp (carrier axes) as the closed jaw holds it: midway between the pads, a flat
+/// face flush to flat pads, a round one along them. What a pose shows off that is noise, to which
+/// rigid pads would answer with forces, and an object that lies on something by rolling on it.
+/// Poses that are far off are left as they are.
+pub fn between_pads<R: Real>(scene: &Scene<R>, local: &Pose<R>) -> Pose<R> {
+    let mut seated = *local;
+    if scene.fingers.is_none() || !(local.position_m.y.abs() < R::of(FLUSH_M)) {
+        return seated;
+    }
+    // From the measured direction to the pads': the turn about their cross product.
+    let turn = match scene.object.shape.face_towards(&local.rotation.inverse_transform_vector(&Vec3::y())) {
+        Some(face) if matches!(scene.fingers, Some(FingerContact::Disc { .. })) => {
+            local.rotation.transform_vector(&face.normal).cross(&Vec3::y())
+        }
+        Some(_) => Vec3::zeros(),
+        None => {
+            let axis = local.rotation.transform_vector(&Vec3::x());
+            axis.cross(&Vec3::new(axis.x, R::zero(), axis.z))
+        }
+    };
+    if norm(&turn) < R::of(FLUSH_RAD) {
+        seated.rotation = turned(&local.rotation, &turn);
+        seated.position_m.y = R::zero();
+    }
+    seated
+}
+
 /// How far the pusher must be moved along its contact normal so that it does not overlap
 /// the object at the start (m, world axes; zero where there is a gap). Pose noise of tens
 /// of micrometres would otherwise appear as hundreds of newtons.
-// A function of its own: its list of contacts is not on the stack of every tick.
-#[inline(never)]
 pub fn seat<R: Real>(
     scene: &Scene<R>,
     model: &Model<R>,
@@ -153,7 +183,7 @@ pub fn seat<R: Real>(
     drive: &Drive<R>,
 ) -> Vec3<R> {
     let mut found: Contacts<R, SLOTS> = heapless::Vec::new();
-    R::find_contacts(scene, model, state, drive, &mut found);
+    crate::contact::find(scene, model, state, drive, &mut found);
     let mut deepest = R::zero();
     let mut shift = Vec3::zeros();
     for c in found.iter().filter(|c| c.body == Body::Pusher) {
@@ -210,22 +240,22 @@ impl<R: Real> PathFilter<R> {
         let square = third.dot(&third) / R::of(60.0);
         if self.seen < 4 {
             self.seen += 1;
-            self.noise_m2 = most(self.noise_m2, square);
+            self.noise_m2 = max(self.noise_m2, square);
         } else {
             // A start or stop is a few samples of large differences among many: limited.
-            let limit = most(self.noise_m2 * R::of(9.0), R::of(QUIET_M * QUIET_M * 0.1));
-            self.noise_m2 += (crate::real::least(square, limit) - self.noise_m2) * R::of(0.03);
+            let limit = max(self.noise_m2 * R::of(9.0), R::of(QUIET_M * QUIET_M * 0.1));
+            self.noise_m2 += (crate::real::min(square, limit) - self.noise_m2) * R::of(0.03);
         }
         let (linear, angular) = planned.unwrap_or((Vec3::zeros(), Vec3::zeros()));
         let (alpha, beta) = if planned.is_some() { (0.05, 0.0015) } else { (0.2, 0.02) };
         let (v, w) = (linear + self.drift_m_s, angular + self.drift_rad_s);
         let ahead = Pose {
             position_m: self.pose.position_m + v * dt_s,
-            rotation: crate::step::turned(&self.pose.rotation, &(w * dt_s)),
+            rotation: turned(&self.pose.rotation, &(w * dt_s)),
         };
         let miss = raw.position_m - ahead.position_m;
         let quiet = self.noise_m2 < R::of(QUIET_M * QUIET_M);
-        if quiet || miss.length() > R::of(JUMP_M) {
+        if quiet || norm(&miss) > R::of(JUMP_M) {
             self.drift_m_s = (raw.position_m - self.pose.position_m) / dt_s - linear;
             self.drift_rad_s = Vec3::zeros();
             self.pose = *raw;
@@ -237,7 +267,7 @@ impl<R: Real> PathFilter<R> {
         self.drift_rad_s += turn * (R::of(beta) / dt_s);
         self.pose = Pose {
             position_m: ahead.position_m + miss * R::of(alpha),
-            rotation: crate::step::turned(&ahead.rotation, &(turn * R::of(alpha))),
+            rotation: turned(&ahead.rotation, &(turn * R::of(alpha))),
         };
         self.pose
     }
@@ -247,6 +277,10 @@ impl<R: Real> PathFilter<R> {
 const SETTLE_STEPS: u8 = 12;
 /// A pusher closer than this at the start touches the object.
 const TOUCHING_M: f64 = 5.0e-5;
+/// What lies on something settles by no more than poses err: m and rad. Farther, it would fall or
+/// topple from what it touches: then it hangs in the grasp.
+const SETTLED_M: f64 = 1.5e-4;
+const SETTLED_RAD: f64 = 3.0e-3;
 
 /// Lets an object that lies on a table or platform when it is grasped load it with its
 /// whole weight: the fingers close on an object at rest, so their friction starts at zero.
@@ -255,12 +289,13 @@ const TOUCHING_M: f64 = 5.0e-5;
 #[derive(Clone, Copy, Debug)]
 pub struct Settling<R: Real> {
     drive: Drive<R>,
+    /// Object in the carrier before.
+    from: Pose<R>,
     left: u8,
 }
 
 impl<R: Real> Settling<R> {
     /// `None` where only the fingers hold the object.
-    #[inline(never)]
     pub fn begin(
         scene: &Scene<R>,
         model: &Model<R>,
@@ -269,18 +304,19 @@ impl<R: Real> Settling<R> {
     ) -> Option<Self> {
         let gravity = drive.carrier.inverse_transform_vector(&Vec3::from(scene.gravity_m_s2));
         let mut found: Contacts<R, SLOTS> = heapless::Vec::new();
-        R::find_contacts(scene, model, state, drive, &mut found);
+        crate::contact::find(scene, model, state, drive, &mut found);
         let carried = found.iter().any(|c| {
             matches!(c.body, Body::Pusher | Body::Support)
                 && c.gap_m < R::of(TOUCHING_M)
-                && c.axes[0].dot(&gravity) < R::of(-0.5) * gravity.length()
+                && c.axes[0].dot(&gravity) < R::of(-0.5) * norm(&gravity)
         });
         if !carried || scene.fingers.is_none() {
             return None;
         }
         state.absolute_m_s = Vec3::zeros();
         state.absolute_rad_s = Vec3::zeros();
-        Some(Self { drive: *drive, left: SETTLE_STEPS })
+        let from = Pose { position_m: state.position_m, rotation: state.rotation };
+        Some(Self { drive: *drive, from, left: SETTLE_STEPS })
     }
 
     /// Steps while half of `most_work` ([`crate::step::StepSummary::work`]) is left, each bounded by what is left;
@@ -304,9 +340,17 @@ impl<R: Real> Settling<R> {
         };
         let mut done = Work::default();
         while self.left > 0 && done.done() <= most_work / 2 {
-            let options = done.bounding(&ConeOptions::default(), most_work);
-            done.add(&R::step(scene, &base, state, &still, &options, work));
+            let options = done.bounding(&SolveBudget::default(), most_work);
+            done.add(&crate::step::step_in(scene, &base, state, &still, &options, work));
             self.left = self.left.saturating_sub(1);
+            let now = self.from.to_local(&Pose { position_m: state.position_m, rotation: state.rotation });
+            let (_, turned_rad) = twist_between(&Pose::identity(), &now, R::one());
+            let settles = norm(&now.position_m) < R::of(SETTLED_M) && norm(&turned_rad) < R::of(SETTLED_RAD);
+            if !settles {
+                let Pose { position_m, rotation } = self.from;
+                *state = State::held(scene, model, &self.drive, position_m, rotation);
+                self.left = 0;
+            }
         }
         if self.left > 0 {
             return false;

@@ -20,7 +20,7 @@ pub use table::*;
 include!(concat!(env!("OUT_DIR"), "/source.rs"));
 
 /// Changes when frames of the two sides no longer fit.
-pub const PROTOCOL: u16 = 2;
+pub const PROTOCOL: u16 = 3;
 /// Longest body of a frame, bytes.
 pub const MAX_BODY: usize = 320;
 /// Time from one tick to the next.
@@ -31,7 +31,7 @@ pub const SAMPLE_QUEUE: usize = 32;
 #[allow(missing_docs)]
 mod table {
     use super::messages::*;
-    use crate::predictor::Plan;
+    use crate::predictor::plan::Plan;
     use postcard_rpc::{TopicDirection, endpoints, topics};
 
     /// Answer to a command.

@@ -3,14 +3,14 @@
 
 use heapless::Vec;
 use nalgebra::UnitQuaternion;
-use stickslip_shared::cone::{Bodies, ConeOptions, ConePoint, ConeSolution, ConeStatus, solve};
+use stickslip_shared::cone::{Bodies, ContactPoint, Solution, SolveBudget, SolveStatus, solve};
 use stickslip_shared::model::{Model, Scene, SupportContact};
-use stickslip_shared::predictor::{Limits, ModelError, Predictor, Sample, validity};
+use stickslip_shared::predictor::{Limits, ModelError, Predictor, Sample, SolverStatus, validity};
 use stickslip_shared::real::Vec3;
 use stickslip_shared::selftest::push;
 use stickslip_shared::track::Pose;
 
-type Points = Vec<ConePoint<f32>, 16>;
+type Points = Vec<ContactPoint<f32>, 16>;
 
 fn bodies() -> Bodies<f32> {
     Bodies {
@@ -22,9 +22,9 @@ fn bodies() -> Bodies<f32> {
     }
 }
 
-fn point(x: f32, y: f32, normal: Vec3<f32>, approach_m_s: f32) -> ConePoint<f32> {
+fn point(x: f32, y: f32, normal: Vec3<f32>, approach_m_s: f32) -> ContactPoint<f32> {
     let t1 = Vec3::z();
-    ConePoint {
+    ContactPoint {
         lever_m: Vec3::new(x, y, 0.0),
         axes: [normal, t1, normal.cross(&t1)],
         jaw: 0.0,
@@ -35,12 +35,12 @@ fn point(x: f32, y: f32, normal: Vec3<f32>, approach_m_s: f32) -> ConePoint<f32>
     }
 }
 
-fn solved(points: &Points, bodies: &Bodies<f32>) -> ConeSolution<f32, 16> {
-    let options = ConeOptions::present();
+fn solved(points: &Points, bodies: &Bodies<f32>) -> Solution<f32, 16> {
+    let options = SolveBudget::present();
     let s = solve(points, bodies, &[0.0; 7], &options);
     assert!(s.evaluations <= options.max_evaluations + 24, "{} evaluations", s.evaluations);
     assert!(s.iterations <= options.max_iterations);
-    if s.status != ConeStatus::BadInput {
+    if s.status != SolveStatus::BadInput {
         assert!(s.velocity.iter().all(|v| v.is_finite()), "{s:?}");
     }
     s
@@ -49,7 +49,7 @@ fn solved(points: &Points, bodies: &Bodies<f32>) -> ConeSolution<f32, 16> {
 #[test]
 fn numbers_that_are_none_are_refused_wherever_they_stand() {
     let good = point(0.0, -0.0125, Vec3::y(), 0.001);
-    type Spoil = fn(&mut ConePoint<f32>, f32);
+    type Spoil = fn(&mut ContactPoint<f32>, f32);
     let spoils: [Spoil; 7] = [
         |p, x| p.lever_m.x = x,
         |p, x| p.axes[0].y = x,
@@ -64,7 +64,7 @@ fn numbers_that_are_none_are_refused_wherever_they_stand() {
             for place in 0..3 {
                 let mut points: Points = (0..3).map(|_| good).collect();
                 spoil(&mut points[place], x);
-                assert_eq!(solved(&points, &bodies()).status, ConeStatus::BadInput, "field {k}, {x}");
+                assert_eq!(solved(&points, &bodies()).status, SolveStatus::BadInput, "field {k}, {x}");
             }
         }
     }
@@ -80,7 +80,7 @@ fn bodies_without_a_positive_mass_and_inertia_are_refused() {
             Bodies { dt_s: x, ..bodies() },
         ];
         for b in cases {
-            assert_eq!(solved(&points, &b).status, ConeStatus::BadInput, "{b:?}");
+            assert_eq!(solved(&points, &b).status, SolveStatus::BadInput, "{b:?}");
         }
     }
     let mut rod = bodies();
@@ -89,14 +89,14 @@ fn bodies_without_a_positive_mass_and_inertia_are_refused() {
     indefinite.inertia_kg_m2[1][2] = 2e-4;
     indefinite.inertia_kg_m2[2][1] = 2e-4;
     for b in [rod, indefinite] {
-        assert_eq!(solved(&points, &b).status, ConeStatus::BadInput);
+        assert_eq!(solved(&points, &b).status, SolveStatus::BadInput);
     }
 }
 
 #[test]
 fn without_contacts_the_object_flies_free() {
     let s = solved(&Points::new(), &bodies());
-    assert_eq!(s.status, ConeStatus::Solved);
+    assert_eq!(s.status, SolveStatus::Solved);
     assert_eq!(s.velocity, bodies().free);
 }
 
@@ -106,11 +106,11 @@ fn coincident_contacts_share_the_force_of_one() {
     let four: Points = (0..4)
         .map(|_| {
             let p = one[0];
-            ConePoint { stiffness_n_s_m: p.stiffness_n_s_m.map(|k| k * 0.25), ..p }
+            ContactPoint { stiffness_n_s_m: p.stiffness_n_s_m.map(|k| k * 0.25), ..p }
         })
         .collect();
     let (a, b) = (solved(&one, &bodies()), solved(&four, &bodies()));
-    assert_eq!((a.status, b.status), (ConeStatus::Solved, ConeStatus::Solved));
+    assert_eq!((a.status, b.status), (SolveStatus::Solved, SolveStatus::Solved));
     let sum: f32 = b.force_n.iter().map(|f| f[0]).sum();
     assert!((sum - a.force_n[0][0]).abs() < 1e-3 * a.force_n[0][0], "{sum} of {:?}", a.force_n);
 }
@@ -123,7 +123,7 @@ fn an_object_crushed_between_advancing_walls_is_squeezed_in_bounded_time() {
             .flat_map(|x| [point(x, -0.0125, Vec3::y(), speed), point(x, 0.0125, -Vec3::y(), speed)])
             .collect();
         let s = solved(&walls, &bodies());
-        assert_eq!(s.status, ConeStatus::Solved, "{speed}");
+        assert_eq!(s.status, SolveStatus::Solved, "{speed}");
         // Both walls press with stiffness times approach; the object stays between them.
         for f in &s.force_n {
             assert!((f[0] - 4e4 * speed).abs() < 1e-3 * 4e4 * speed, "{f:?}");
@@ -208,7 +208,7 @@ fn an_object_crushed_between_plate_and_table_is_said_to_be_and_the_last_good_sta
     while contradictory < 12 && k < 400 {
         last = predictor.tick(&sample(k, 0.0126 - 1.6e-5 * k as f32));
         assert!(last.solver_iterations <= 60, "{last:?}");
-        if last.solver_status == 4 {
+        if last.solver_status == SolverStatus::Contradiction {
             contradictory += 1;
             assert_ne!(last.validity & validity::SOLVER, 0);
             assert_eq!((last.position_m, last.quaternion), (good.position_m, good.quaternion));

@@ -22,7 +22,7 @@ mod rand_like {
 }
 
 const CAPACITY: usize = 20;
-type Points<R> = HVec<ConePoint<R>, CAPACITY>;
+type Points<R> = HVec<ContactPoint<R>, CAPACITY>;
 
 /// What pushes on a gripped prism.
 #[derive(Clone, Copy, Debug)]
@@ -43,7 +43,7 @@ fn random_grasp(draw: &mut Draw, push: Push, mu: f64, spring_n_m: f64) -> (Point
         let seed = if normal.x.abs() < 0.9 { Vec3::x() } else { Vec3::y() };
         let t1 = (seed - normal * normal.dot(&seed)).normalize();
         let axes = [normal, t1, normal.cross(&t1)];
-        let point = ConePoint {
+        let point = ContactPoint {
             lever_m,
             axes,
             jaw,
@@ -93,7 +93,7 @@ const G: f64 = 9.81;
 
 /// Projected Gauss-Seidel on the forces, one contact after the other (Jourdan, Alart and
 /// Jean 1998): no matrix, no Newton, no line search, nothing shared with the solver.
-fn gauss_seidel(points: &[ConePoint<f64>], bodies: &Bodies<f64>, sweeps: usize) -> [f64; 7] {
+fn gauss_seidel(points: &[ContactPoint<f64>], bodies: &Bodies<f64>, sweeps: usize) -> [f64; 7] {
     let mut v = bodies.free;
     let mut forces = vec![[0.0; 3]; points.len()];
     let inverse: Vec<f64> = (0..3)
@@ -101,7 +101,7 @@ fn gauss_seidel(points: &[ConePoint<f64>], bodies: &Bodies<f64>, sweeps: usize) 
         .chain((0..3).map(|k| bodies.dt_s / bodies.inertia_kg_m2[k][k]))
         .chain([bodies.dt_s / bodies.jaw_mass_kg])
         .collect();
-    let row = |p: &ConePoint<f64>, k: usize| {
+    let row = |p: &ContactPoint<f64>, k: usize| {
         let a = p.axes[k];
         let m = p.lever_m.cross(&a);
         [a.x, a.y, a.z, m.x, m.y, m.z, if k == 0 { p.jaw } else { 0.0 }]
@@ -153,15 +153,15 @@ fn the_velocity_is_that_of_an_independent_gauss_seidel_solver() {
         let push = if case % 2 == 0 { Push::Plane } else { Push::Edge };
         // Softer springs than rigid ones, for which Gauss-Seidel would take hours.
         let (points, bodies) = random_grasp(&mut draw, push, 0.5, 2e5);
-        let ours = solve(&points, &bodies, &[0.0; 7], &ConeOptions::default());
-        assert_eq!(ours.status, ConeStatus::Solved);
+        let ours = solve(&points, &bodies, &[0.0; 7], &SolveBudget::default());
+        assert_eq!(ours.status, SolveStatus::Solved);
         let theirs = gauss_seidel(&points, &bodies, 20_000);
         for (i, (a, b)) in ours.velocity.iter().zip(&theirs).enumerate() {
             let size = if (3..6).contains(&i) { 1e-5 } else { 1e-6 };
             assert!((a - b).abs() < size, "case {case} {push:?} component {i}: {a} {b}");
         }
         let sliding =
-            |p: &ConePoint<f64>, f: &[f64; 3]| f[1].hypot(f[2]) > 0.999 * p.mu[0] * f[0] && f[0] > 1e-3;
+            |p: &ContactPoint<f64>, f: &[f64; 3]| f[1].hypot(f[2]) > 0.999 * p.mu[0] * f[0] && f[0] > 1e-3;
         slid += usize::from(points.iter().zip(&ours.force_n).any(|(p, f)| sliding(p, f)));
     }
     assert!(slid > 30, "only {slid} cases slide: the comparison would say little");
@@ -186,11 +186,12 @@ fn turning_the_tangents_of_every_contact_changes_nothing() {
     for case in 0..50 {
         let push = if case % 2 == 0 { Push::Plane } else { Push::Edge };
         let (points, bodies) = random_grasp(&mut draw, push, 0.5, 1e7);
-        let a = solve(&points, &bodies, &[0.0; 7], &ConeOptions::default());
+        let a = solve(&points, &bodies, &[0.0; 7], &SolveBudget::default());
         let other = turned(&points, &mut draw);
-        let b = solve(&other, &bodies, &[0.0; 7], &ConeOptions::default());
-        assert_eq!((a.status, b.status), (ConeStatus::Solved, ConeStatus::Solved));
-        let world = |p: &ConePoint<f64>, f: &[f64; 3]| p.axes[0] * f[0] + p.axes[1] * f[1] + p.axes[2] * f[2];
+        let b = solve(&other, &bodies, &[0.0; 7], &SolveBudget::default());
+        assert_eq!((a.status, b.status), (SolveStatus::Solved, SolveStatus::Solved));
+        let world =
+            |p: &ContactPoint<f64>, f: &[f64; 3]| p.axes[0] * f[0] + p.axes[1] * f[1] + p.axes[2] * f[2];
         for (i, ((p, f), (q, g))) in
             points.iter().zip(&a.force_n).zip(other.iter().zip(&b.force_n)).enumerate()
         {
@@ -206,7 +207,7 @@ fn forces_obey_the_contact_law_and_sliding_dissipates_most() {
     for case in 0..100 {
         let push = if case % 2 == 0 { Push::Plane } else { Push::Edge };
         let (points, bodies) = random_grasp(&mut draw, push, 0.6, 1e7);
-        let s = solve(&points, &bodies, &[0.0; 7], &ConeOptions::default());
+        let s = solve(&points, &bodies, &[0.0; 7], &SolveBudget::default());
         let v = &s.velocity;
         for (p, f) in points.iter().zip(&s.force_n) {
             assert!(f[0] >= 0.0, "a contact that pulls: {f:?}");
@@ -230,10 +231,10 @@ fn the_solution_does_not_depend_on_where_the_search_starts() {
     for case in 0..40 {
         let push = if case % 2 == 0 { Push::Plane } else { Push::Edge };
         let (points, bodies) = random_grasp(&mut draw, push, 0.5, 1e7);
-        let a = solve(&points, &bodies, &[0.0; 7], &ConeOptions::default());
+        let a = solve(&points, &bodies, &[0.0; 7], &SolveBudget::default());
         let start = core::array::from_fn(|_| draw.within(-0.05, 0.05));
-        let b = solve(&points, &bodies, &start, &ConeOptions::default());
-        assert_eq!((a.status, b.status), (ConeStatus::Solved, ConeStatus::Solved));
+        let b = solve(&points, &bodies, &start, &SolveBudget::default());
+        assert_eq!((a.status, b.status), (SolveStatus::Solved, SolveStatus::Solved));
         for (x, y) in a.velocity.iter().zip(&b.velocity) {
             assert!((x - y).abs() < 1e-7, "case {case}: {:?} {:?}", a.velocity, b.velocity);
         }
@@ -248,9 +249,9 @@ fn high_friction_is_solved_nearly_always_and_otherwise_said() {
     for case in 0..400 {
         let push = if case % 2 == 0 { Push::Plane } else { Push::Edge };
         let (points, bodies) = random_grasp(&mut draw, push, 3.0, 1e7);
-        let s = solve(&points, &bodies, &[0.0; 7], &ConeOptions::default());
+        let s = solve(&points, &bodies, &[0.0; 7], &SolveBudget::default());
         match s.status {
-            ConeStatus::Solved => assert!(s.residual_n < 1e-5, "{}", s.residual_n),
+            SolveStatus::Solved => assert!(s.residual_n < 1e-5, "{}", s.residual_n),
             _ => unsolved += 1,
         }
     }
@@ -261,7 +262,7 @@ fn narrow(points: &Points<f64>, bodies: &Bodies<f64>) -> (Points<f32>, Bodies<f3
     let v = |v: &Vec3<f64>| Vec3::new(v.x as f32, v.y as f32, v.z as f32);
     let points = points
         .iter()
-        .map(|p| ConePoint {
+        .map(|p| ContactPoint {
             lever_m: v(&p.lever_m),
             axes: [v(&p.axes[0]), v(&p.axes[1]), v(&p.axes[2])],
             jaw: p.jaw as f32,
@@ -287,10 +288,10 @@ fn single_precision_solves_the_same_problems_to_a_thousandth_of_the_load() {
     for case in 0..100 {
         let push = if case % 2 == 0 { Push::Plane } else { Push::Edge };
         let (points, bodies) = random_grasp(&mut draw, push, 0.5, 1e7);
-        let wide = solve(&points, &bodies, &[0.0; 7], &ConeOptions::default());
+        let wide = solve(&points, &bodies, &[0.0; 7], &SolveBudget::default());
         let (points, bodies) = narrow(&points, &bodies);
-        let small = solve(&points, &bodies, &[0.0; 7], &ConeOptions::default());
-        assert_eq!(small.status, ConeStatus::Solved, "case {case}: {}", small.residual_n);
+        let small = solve(&points, &bodies, &[0.0; 7], &SolveBudget::default());
+        assert_eq!(small.status, SolveStatus::Solved, "case {case}: {}", small.residual_n);
         let scale = wide.force_n.iter().map(|f| f[0]).fold(1.0, f64::max);
         for (a, b) in wide.force_n.iter().zip(&small.force_n) {
             for k in 0..3 {
@@ -305,7 +306,7 @@ fn what_is_not_a_number_is_refused() {
     let mut draw = Draw(5);
     let (points, bodies) = random_grasp(&mut draw, Push::Plane, 0.5, 1e7);
     let refused = |points: &Points<f64>, bodies: &Bodies<f64>| {
-        solve(points, bodies, &[0.0; 7], &ConeOptions::default()).status == ConeStatus::BadInput
+        solve(points, bodies, &[0.0; 7], &SolveBudget::default()).status == SolveStatus::BadInput
     };
     let mut bad = points.clone();
     bad[3].mu[1] = f64::NAN;

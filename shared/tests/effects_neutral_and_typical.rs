@@ -3,7 +3,7 @@
 mod scenes;
 
 use scenes::{Record, all};
-use stickslip_shared::cone::ConeStatus;
+use stickslip_shared::cone::SolveStatus;
 use stickslip_shared::effects::{Effect, REGISTRY};
 use stickslip_shared::real::Real;
 
@@ -68,7 +68,7 @@ fn typical_shows<R: Real>(dt_s: f64, leftover_n: f64) {
             run.model.effects.push(Effect::typical(info.id).unwrap()).unwrap();
             let with = run.play();
             let worst = with.outputs.iter().enumerate().find(|(_, o)| {
-                let good = o.status == ConeStatus::Solved || o.residual_n.to_f64() <= leftover_n;
+                let good = o.status == SolveStatus::Solved || o.residual_n.to_f64() <= leftover_n;
                 !good || !o.reading.finger.iter().flatten().all(|x| x.finite()) || o.points_lost > 0
             });
             if let Some((k, o)) = worst {

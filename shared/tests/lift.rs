@@ -8,7 +8,7 @@ mod common;
 
 use common::*;
 use nalgebra::UnitQuaternion;
-use stickslip_shared::cone::ConeStatus;
+use stickslip_shared::cone::SolveStatus;
 use stickslip_shared::model::*;
 use stickslip_shared::real::Vec3;
 
@@ -35,7 +35,7 @@ fn a_grasp_holds_up_to_twice_mu_times_grip_and_no_more() {
         for (grip_n, holds) in [(1.02 * load_n / (2.0 * mu), true), (0.98 * load_n / (2.0 * mu), false)] {
             let mut fall_m = 0.0;
             raise(mu, grip_n, acceleration, 0.6, |s| {
-                assert_eq!(s.out.status, ConeStatus::Solved);
+                assert_eq!(s.out.status, SolveStatus::Solved);
                 assert!(s.imbalance_n.norm() < 1e-6);
                 fall_m = -s.state.position_m.z;
             });

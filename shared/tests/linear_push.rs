@@ -4,7 +4,7 @@
 mod common;
 
 use common::*;
-use stickslip_shared::cone::ConeStatus;
+use stickslip_shared::cone::SolveStatus;
 
 const WEIGHT_N: f64 = 0.2005 * G;
 
@@ -16,7 +16,7 @@ fn the_push_force_balances_finger_friction_and_weight_within_one_percent_on_ever
                 let slope = slope_deg.to_radians();
                 let mut forces = (0.0, 0.0, 0.0);
                 linear_push::<f64>(hard(mu, 0.25, 0.0), grip_n, 0.010, slope, 1.2, |s| {
-                    assert_eq!(s.out.status, ConeStatus::Solved);
+                    assert_eq!(s.out.status, SolveStatus::Solved);
                     let world = s.out.reading.pusher;
                     let f = s.axes.inverse_transform_vector(&at(world[0], world[1], world[2]));
                     let slip = s.state.velocity;
@@ -104,7 +104,7 @@ fn single_precision_gives_the_same_push() {
         });
         let mut narrow = Vec::new();
         let b = linear_push::<f32>(hard(mu, 0.25, 0.0), 20.0, 0.010, 0.0, 1.5, |s| {
-            assert_eq!(s.out.status, ConeStatus::Solved);
+            assert_eq!(s.out.status, SolveStatus::Solved);
             narrow.push(f64::from(s.out.reading.pusher[0]));
         });
         assert!((a.position_m.z - f64::from(b.position_m.z)).abs() < 2e-5);

@@ -4,7 +4,7 @@ use nalgebra::UnitQuaternion;
 use proptest::prelude::*;
 use stickslip_shared::model::{Base, FingerContact, Friction, Model, Object, Scene, Shape};
 use stickslip_shared::predictor::{
-    Intent, Limits, Plan, Prediction, Predictor, Sample, Segment, flags, validity,
+    Intent, Limits, Plan, Prediction, Predictor, Sample, Segment, Slip, flags, validity,
 };
 use stickslip_shared::real::Vec3;
 use stickslip_shared::track::Pose;
@@ -271,8 +271,8 @@ proptest! {
         for (step, grip_cmd_n, gripper, object, finger) in samples {
             t_s += if step > 9.0 { step } else { DT };
             let p = hold.predictor.tick(&Sample { t_s, grip_cmd_n, gripper, object, pusher: None, finger });
-            prop_assert!(!p.drop_in_s.is_nan());
-            prop_assert!(p.finger.iter().all(|f| !f.slip_in_s.is_nan()));
+            prop_assert!(p.drop_in_s.is_none_or(|t| t >= 0.0));
+            prop_assert!(p.finger.iter().all(|f| !f.slip.in_s().is_some_and(f32::is_nan)));
         }
     }
 }
@@ -286,9 +286,10 @@ fn a_grasp_that_rests_just_below_the_limit_is_a_state_and_no_alarm() {
             let p = hold.tick(grip, WEIGHT_N, 0.0);
             assert_eq!(p.flags & ALARMS, 0, "pose {pose}, tick {tick}: {p:?}");
             if tick > 100 {
-                let used = p.finger[0].measured_utilisation;
+                let used = p.finger[0].measured_utilisation.unwrap_or(f32::NAN);
                 assert!(used > 0.75, "utilisation {used} at tick {tick}");
-                assert!(p.holding_grip_n > grip, "a grip of {} holds with margin", p.holding_grip_n);
+                let holds = p.holding_grip_n.expect("a held grasp");
+                assert!(holds > grip, "a grip of {holds} holds with margin");
             }
         }
     }
@@ -320,7 +321,7 @@ fn an_effect_of_the_model_on_friction_moves_the_limit_that_the_load_is_held_agai
         for _ in 0..300 {
             p = hold.tick(grip, WEIGHT_N, 0.0);
         }
-        p.finger[0].measured_utilisation
+        p.finger[0].measured_utilisation.unwrap_or(f32::NAN)
     };
     // mu (N / 20 N)^(-1/3) at this grip.
     let mut effect = Effect::<f32>::neutral("load_dependent_friction").unwrap();
@@ -328,4 +329,15 @@ fn an_effect_of_the_model_on_friction_moves_the_limit_that_the_load_is_held_agai
     let factor = (grip / 20.0).powf(-1.0 / 3.0);
     let (plain, with) = (used(None), used(Some(effect)));
     assert!((plain / with / factor - 1.0).abs() < 0.05, "{plain} against {with}, factor {factor}");
+}
+
+#[test]
+fn the_default_prediction_and_the_first_one_say_neither_slip_nor_drop() {
+    let first = Hold::new(20.0).tick(20.0, WEIGHT_N, 0.0);
+    for p in [Prediction::default(), first] {
+        assert_eq!(p.flags, 0, "{p:?}");
+        assert!(p.finger.iter().all(|f| f.slip == Slip::None && f.slip.in_s().is_none()), "{p:?}");
+        assert_eq!((p.drop_in_s, p.holding_grip_n), (None, None));
+    }
+    assert_ne!(first.validity & validity::NO_FORESIGHT, 0, "nothing lies behind the first");
 }

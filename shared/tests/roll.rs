@@ -8,7 +8,7 @@
 mod common;
 
 use common::*;
-use stickslip_shared::cone::ConeStatus;
+use stickslip_shared::cone::SolveStatus;
 use stickslip_shared::model::*;
 
 const RADIUS_M: f64 = 0.0125;
@@ -67,7 +67,7 @@ fn rolling_needs_platform_friction_above_what_the_fingers_friction_asks() {
     let rotation = |platform| {
         let (mut angle, mut unsolved) = (0.0, 0);
         roll(platform, mu, grip_n, 0.8, |s| {
-            unsolved += u32::from(s.out.status != ConeStatus::Solved);
+            unsolved += u32::from(s.out.status != SolveStatus::Solved);
             angle = -s.world.rotation.scaled_axis().x;
         });
         // At the threshold rolling and sliding both solve the step: the iteration may end

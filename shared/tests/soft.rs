@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use nalgebra::UnitQuaternion;
-use stickslip_shared::cone::ConeStatus;
+use stickslip_shared::cone::SolveStatus;
 use stickslip_shared::model::*;
 use stickslip_shared::real::Vec3;
 
@@ -62,7 +62,12 @@ fn steps_of_4_ms_stay_stable_from_rubber_foam_to_steel() {
         for damping in [0.0, 0.002, 0.02, 0.2] {
             let mut late = Vec::new();
             linear_push(soft(0.3, k, k, damping), 20.0, 0.010, 0.0, 2.0, |s| {
-                assert_eq!(s.out.status, ConeStatus::Solved, "k {k} damping {damping}: {}", s.out.residual_n);
+                assert_eq!(
+                    s.out.status,
+                    SolveStatus::Solved,
+                    "k {k} damping {damping}: {}",
+                    s.out.residual_n
+                );
                 if s.t_s > 1.6 {
                     late.push(s.out.reading.pusher[0]);
                 }

@@ -19,7 +19,7 @@ use heapless::{String, Vec};
 use postcard_rpc::Topic;
 use serde::de::DeserializeOwned;
 use stickslip_firmware::board::current::{self as board, timer};
-use stickslip_shared::lcp::Status;
+use stickslip_shared::lcp::SolveStatus;
 use stickslip_shared::lcp::contact::ContactSolver;
 use stickslip_shared::lcp::factors::{Contact, Factors};
 use stickslip_shared::predictor::{HASH_START, Plan, Prediction, Predictor};
@@ -190,7 +190,7 @@ fn tick(run: impl FnOnce() -> Prediction, hash: &mut u32) {
     }
     print(format_args!(
         "tick {total} {hashing} {encoding} {steps} {} {} {second} {ended} {} {} {}",
-        first.0, first.1, prediction.solver_iterations, prediction.solver_status, prediction.validity
+        first.0, first.1, prediction.solver_iterations, prediction.solver_status as u8, prediction.validity
     ));
 }
 
@@ -218,7 +218,7 @@ fn solve_pair(solver: &mut ContactSolver<f32, CONTACTS, FREEDOMS>, pair: &[Probl
     let (cold, cold_counts, _) = watched(|| solver.solve(&first).report());
     let (same, same_counts, _) = watched(|| solver.solve(&first).report());
     let (moved, moved_counts, _) = watched(|| solver.solve(&second).report());
-    let solved = [cold, same, moved].map(|r| u32::from(r.status == Status::Solved));
+    let solved = [cold, same, moved].map(|r| u32::from(r.status == SolveStatus::Solved));
     print(format_args!(
         "solve {cold_counts} {same_counts} {moved_counts} {} {} {}",
         solved[0], solved[1], solved[2]

@@ -5,13 +5,15 @@
 //! differs is therefore the arithmetic alone, not a history that has drifted apart.
 
 use serde::Serialize;
-use stickslip_shared::cone::{ConeOptions, ConeStatus};
+use stickslip_shared::cone::{SolveBudget, SolveStatus};
 use stickslip_shared::contact::SLOTS;
 use stickslip_shared::effects::MEMORY;
 use stickslip_shared::model::{MAX_EFFECTS, Model, Scene};
 use stickslip_shared::real::{Rotation, Vec3};
-use stickslip_shared::step::{Drive, Moving, Slot, State, StepSummary, Workspace, step_from, step_in};
-use stickslip_shared::track::{PathFilter, Poses, Settling, drive_between, seat, support_pose};
+use stickslip_shared::step::{
+    Drive, LastStep, Moving, Slot, State, StepSummary, Workspace, step_from, step_in,
+};
+use stickslip_shared::track::{PathFilter, Poses, Settling, between_pads, drive_between, seat, support_pose};
 use stickslip_shared::wire::Sample;
 
 use stickslip_device::package::Package;
@@ -69,14 +71,14 @@ pub fn walk(package: &Package, mut see: impl FnMut(&Walked)) {
     let (scene, model, _) = &package.model;
     let Some((first, rest)) = package.samples.split_first() else { return };
     let (Some(mut from), Some(object)) = (poses(package, first), first.at::<f32>(0.0).object) else { return };
-    let support = support_pose(scene, &object);
+    let local = between_pads(scene, &from.carrier.to_local(&object));
+    let support = support_pose(scene, &from.carrier.to_world(&local));
     from.support = support;
     let unseated = from.pusher.map_or_else(Vec3::zeros, |p| p.position_m);
     let later = Poses { t_s: from.t_s + 0.004, ..from };
     let Some(drive) = drive_between(&from, &later, &unseated, first.grip_cmd_n, package.ordinal) else {
         return;
     };
-    let local = from.carrier.to_local(&object);
     let mut state: State<f32, SLOTS> = State::held(scene, model, &drive, local.position_m, local.rotation);
     let seat_m = seat(scene, model, &state, &drive);
     let mut seated = drive;
@@ -115,7 +117,7 @@ pub fn walk(package: &Package, mut see: impl FnMut(&Walked)) {
             return;
         };
         let before = state.clone();
-        let out = step_in(scene, model, &mut state, &drive, &ConeOptions::present(), &mut work);
+        let out = step_in(scene, model, &mut state, &drive, &SolveBudget::present(), &mut work);
         let (before, drive, out) = (&before, &drive, &out);
         see(&Walked { scene, model, before, drive, out, work: &work, after: &state });
         from = to;
@@ -147,7 +149,7 @@ fn pair(walked: &Walked, guess: &[f32; 7]) -> StepPair {
     let guess = guess.map(f64::from);
     let mut work: Workspace<f64, SLOTS> = Workspace::new();
     let drive = wide_drive(walked.drive);
-    let out = step_from(&scene, &model, &mut state, &drive, &ConeOptions::default(), &guess, &mut work);
+    let out = step_from(&scene, &model, &mut state, &drive, &SolveBudget::default(), &guess, &mut work);
     let mut pair = StepPair {
         force_n: 0.0,
         body_force_n: 0.0,
@@ -155,7 +157,7 @@ fn pair(walked: &Walked, guess: &[f32; 7]) -> StepPair {
         velocity_m_s: 0.0,
         turning_rad_s: 0.0,
         contacts: work.contacts.len(),
-        solved: out.status == ConeStatus::Solved && walked.out.status == ConeStatus::Solved,
+        solved: out.status == SolveStatus::Solved && walked.out.status == SolveStatus::Solved,
         several: false,
     };
     let mut narrow = [[0.0; 3]; SLOTS];
@@ -240,5 +242,10 @@ fn wide_state(s: &State<f32, SLOTS>) -> State<f64, SLOTS> {
             load_n: f64::from(slot.load_n),
         }),
         memory,
+        last: s.last.map(|last| LastStep {
+            dt_s: f64::from(last.dt_s),
+            grip_n: f64::from(last.grip_n),
+            load_n: last.load_n.map(|loads| loads.map(f64::from)),
+        }),
     }
 }

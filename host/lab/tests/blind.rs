@@ -25,6 +25,7 @@ fn at_least(what: &str, share: Share, least: f64, runs: &[Opened]) {
 }
 
 #[test]
+#[ignore = "takes minutes: make test-full"]
 fn of_sixty_hidden_causes_few_are_given_a_wrong_name() {
     let runs: Vec<Opened> = (0..RUNS).into_par_iter().map(run).collect();
     let f = figures(&runs);

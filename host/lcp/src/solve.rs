@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use serde::Serialize;
 use stickslip_shared::lcp::dense::Dense;
 use stickslip_shared::lcp::fallback::Fallback;
-use stickslip_shared::lcp::{Outcome, Report, Status, residual, tolerance};
+use stickslip_shared::lcp::{Outcome, Report, SolveStatus, residual, tolerance};
 
 use crate::files::{Answer, Factors, ProblemFile};
 use crate::generate::to_problem;
@@ -69,13 +69,13 @@ pub struct Summary {
 }
 
 /// Number that stands for a status in a `.res` file; 0 claims a solution.
-pub fn status_code(status: Status) -> i32 {
+pub fn status_code(status: SolveStatus) -> i32 {
     match status {
-        Status::Solved => 0,
-        Status::Ray => 1,
-        Status::PivotLimit => 2,
-        Status::Numerical => 3,
-        Status::BadInput(_) => 4,
+        SolveStatus::Solved => 0,
+        SolveStatus::Contradiction => 1,
+        SolveStatus::IterationLimit => 2,
+        SolveStatus::Numerical => 3,
+        SolveStatus::BadInput => 4,
     }
 }
 
@@ -230,7 +230,7 @@ pub fn summarise(name: &str, n: usize, judged: &[Judged]) -> Summary {
         })
         .collect();
     medians.sort_by(f64::total_cmp);
-    let claims: Vec<&Judged> = judged.iter().filter(|j| j.report.status == Status::Solved).collect();
+    let claims: Vec<&Judged> = judged.iter().filter(|j| j.report.status == SolveStatus::Solved).collect();
     // Written so that a residual that is not a number counts as false.
     let certified = |j: &Judged| j.residual <= tolerance::<f64>();
     Summary {
@@ -240,7 +240,7 @@ pub fn summarise(name: &str, n: usize, judged: &[Judged]) -> Summary {
         solved: claims.iter().filter(|j| certified(j)).count(),
         false_claims: claims.iter().filter(|j| !certified(j)).count(),
         false_above_1e4: claims.iter().filter(|j| !(j.residual <= FALSE_RESIDUAL)).count(),
-        rays: judged.iter().filter(|j| j.report.status == Status::Ray).count(),
+        rays: judged.iter().filter(|j| j.report.status == SolveStatus::Contradiction).count(),
         impossible: 0,
         worst_residual: claims.iter().map(|j| j.residual).fold(0.0, f64::max),
         median_us: percentile(&medians, 50),

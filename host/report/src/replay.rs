@@ -56,7 +56,7 @@ pub fn page(document: &Document, t_s: &[f64], predictions: &[Prediction]) -> Str
             &format!("finger {}: utilisation", k + 1),
             "",
             &[
-                (&move |p: &Prediction| p.finger[k].measured_utilisation, MEASURED),
+                (&move |p: &Prediction| p.finger[k].measured_utilisation.unwrap_or(f32::NAN), MEASURED),
                 (&move |p: &Prediction| p.finger[k].peak_utilisation, MODELS[1]),
                 (&move |p: &Prediction| p.finger[k].model_utilisation, MODELS[0]),
             ],

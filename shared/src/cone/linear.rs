@@ -1,7 +1,8 @@
 //! Seven linear equations: elimination with row exchanges, kept for further right-hand sides.
 
-use super::{DOF, Mat7, Vec7};
-use crate::real::Real;
+use super::{Mat7, Vec7};
+use crate::real::{Real, abs};
+use crate::solve::DOF;
 
 /// Triangular factors of a matrix.
 #[derive(Clone, Copy, Debug)]
@@ -10,10 +11,6 @@ pub(super) struct Factors<R> {
     rows: Mat7<R>,
     /// Row that was exchanged with row k at step k.
     exchanged: [u8; DOF],
-}
-
-fn magnitude<R: Real>(x: R) -> R {
-    if x < R::zero() { -x } else { x }
 }
 
 impl<R: Real> Factors<R> {
@@ -28,13 +25,12 @@ impl<R: Real> Factors<R> {
     }
 
     /// Turns the matrix into its factors; `false` where it is singular or not a number.
-    #[inline(never)]
     pub(super) fn factorise(&mut self) -> bool {
         let Self { rows, exchanged } = self;
         for k in 0..DOF {
-            let (mut pivot, mut size) = (k, magnitude(rows[k][k]));
+            let (mut pivot, mut size) = (k, abs(rows[k][k]));
             for i in k + 1..DOF {
-                let candidate = magnitude(rows[i][k]);
+                let candidate = abs(rows[i][k]);
                 if candidate > size {
                     (pivot, size) = (i, candidate);
                 }
@@ -64,7 +60,6 @@ impl<R: Real> Factors<R> {
     }
 
     /// Solves `A x = -b`; `None` where a component is not finite.
-    #[inline(never)]
     pub(super) fn solve_negative(&self, b: &Vec7<R>) -> Option<Vec7<R>> {
         let mut x = [R::zero(); DOF];
         for (x, b) in x.iter_mut().zip(b) {

@@ -9,8 +9,9 @@
 //! Angular velocities are multiplied and lengths divided by the radius of gyration: all
 //! numbers of the balance are then newtons and metres a second.
 
-use super::{Answer, Before, Bound, ConePoint, Mat7, Vec7};
-use crate::real::{Real, Vec3, most};
+use super::point::{Friction, Local};
+use super::{Bound, ContactPoint, Mat7, Vec7};
+use crate::real::{Real, Vec3, abs, max};
 
 /// Axes and centre of a patch, and how many points it has.
 #[derive(Clone, Copy, Debug)]
@@ -24,54 +25,9 @@ pub(super) struct Patch<R: Real> {
     pub(super) count: usize,
 }
 
-/// What friction does at a point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Friction {
-    None,
-    Stick,
-    Slip,
-}
-
-/// A point in the axes of its patch, and its answer to the last velocity it was shown.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Local<R> {
-    at: [R; 3],
-    bias: [R; 3],
-    normal_stiffness: R,
-    stiffness: [R; 2],
-    mu: [R; 2],
-    adhesion: R,
-    /// `k / mu` along the tangents; zero without friction.
-    gain: [R; 2],
-    /// `mu_1 / mu_2` and `mu_2 / mu_1`: turn a direction of friction across.
-    across: [R; 2],
-    /// `k_1 / mu_1^2`.
-    weight: R,
-    /// Largest force of the bias alone along the normal, and along the tangents.
-    bias_force: [R; 2],
-    /// -1 where the second tangent was turned round to make the axes right-handed.
-    side: R,
-    /// What is expected of it, and the normal force of then.
-    expected: (bool, Friction),
-    load: R,
-    touching: bool,
-    friction: Friction,
-    /// Force of friction per bound, and bound over the unbounded force, while slipping.
-    q: [R; 2],
-    s: R,
-    /// Relative velocity along the tangents, with the bias.
-    slip: [R; 2],
-    /// Force along the axes.
-    force: [R; 3],
-}
-
-fn magnitude<R: Real>(x: R) -> R {
-    if x < R::zero() { -x } else { x }
-}
-
 impl<R: Real> Patch<R> {
     /// The patch that begins with `first`, without points yet; lengths are multiplied by `scale`.
-    pub(super) fn new(first: &ConePoint<R>, scale: R) -> Self {
+    pub(super) fn new(first: &ContactPoint<R>, scale: R) -> Self {
         let [n, t1, t2] = first.axes;
         let right_handed = n.cross(&t1).dot(&t2) > R::zero();
         let axes = [n, t1, if right_handed { t2 } else { -t2 }];
@@ -80,7 +36,7 @@ impl<R: Real> Patch<R> {
 
     /// Whether `p` has the axes of the patch.
     #[inline(always)]
-    pub(super) fn holds(&self, p: &ConePoint<R>) -> bool {
+    pub(super) fn holds(&self, p: &ContactPoint<R>) -> bool {
         let t2 = if self.side { self.axes[2] } else { -self.axes[2] };
         self.axes[0] == p.axes[0] && self.axes[1] == p.axes[1] && t2 == p.axes[2] && self.jaw == p.jaw
     }
@@ -88,7 +44,7 @@ impl<R: Real> Patch<R> {
     /// Writes `p` in the axes of the patch; returns a number that is zero where all of its
     /// numbers are finite, else NaN.
     #[inline(always)]
-    pub(super) fn place(&self, p: &ConePoint<R>, scale: R, to: &mut Local<R>) -> R {
+    pub(super) fn place(&self, p: &ContactPoint<R>, scale: R, to: &mut Local<R>) -> R {
         let zero = R::zero();
         let side = if self.side { R::one() } else { -R::one() };
         let from = p.lever_m * scale - self.centre;
@@ -102,7 +58,7 @@ impl<R: Real> Patch<R> {
         to.mu = p.mu;
         to.adhesion = p.adhesion_n;
         to.side = side;
-        to.bias_force = [kn * magnitude(b0), most(k1, k2) * (magnitude(b1) + magnitude(b2))];
+        to.bias_force = [kn * abs(b0), max(k1, k2) * (abs(b1) + abs(b2))];
         (to.gain, to.across, to.weight) = ([zero; 2], [zero; 2], zero);
         if mu1 > zero && mu2 > zero {
             let (by1, by2) = (R::one() / mu1, R::one() / mu2);
@@ -115,134 +71,6 @@ impl<R: Real> Patch<R> {
     }
 }
 
-impl<R: Real> Local<R> {
-    /// Before a point is placed.
-    pub(super) fn nothing() -> Self {
-        let zero = R::zero();
-        Self {
-            at: [zero; 3],
-            bias: [zero; 3],
-            normal_stiffness: zero,
-            stiffness: [zero; 2],
-            mu: [zero; 2],
-            adhesion: zero,
-            gain: [zero; 2],
-            across: [zero; 2],
-            weight: zero,
-            bias_force: [zero; 2],
-            side: zero,
-            expected: (false, Friction::None),
-            load: zero,
-            touching: false,
-            friction: Friction::None,
-            q: [zero; 2],
-            s: zero,
-            slip: [zero; 2],
-            force: [zero; 3],
-        }
-    }
-
-    /// The point's answer along the axes as they were given.
-    #[inline(always)]
-    pub(super) fn given(&self) -> Answer<R> {
-        Answer {
-            force_n: [self.force[0], self.force[1], self.force[2] * self.side],
-            biased_slip_m_s: [self.slip[0], self.slip[1] * self.side],
-            stiffness_n_s_m: self.stiffness,
-            mu: self.mu,
-            adhesion_n: self.adhesion,
-        }
-    }
-}
-
-impl<R: Real> Local<R> {
-    /// What bounds friction.
-    pub(super) fn bound(&self) -> R {
-        most(self.force[0] + self.adhesion, R::zero())
-    }
-
-    /// Expects the point to do what it did before: the answer that [`Local::as_expected`] goes by.
-    #[inline(always)]
-    pub(super) fn expect(&mut self, before: Before<R>) {
-        let rubs = self.gain[0] > R::zero();
-        (self.expected, self.load) = match before {
-            Before::Open => ((false, Friction::None), R::zero()),
-            Before::Stuck { load_n } if rubs => ((true, Friction::Stick), load_n),
-            Before::Slid { load_n } if rubs => ((true, Friction::Slip), load_n),
-            Before::Stuck { load_n } | Before::Slid { load_n } => ((true, Friction::None), load_n),
-        };
-    }
-
-    /// Whether it touches, or does not, as expected.
-    pub(super) fn touches_as_before(&self) -> bool {
-        self.touching == self.expected.0
-    }
-
-    /// Force at relative velocity `u` in the mode that is expected, whether it holds there or not:
-    /// linear in `u` but for the direction of slip.
-    #[inline(always)]
-    fn as_expected(&mut self, u: [R; 3]) {
-        let zero = R::zero();
-        (self.touching, self.friction) = self.expected;
-        let normal = if self.touching { -self.normal_stiffness * u[0] } else { -self.adhesion };
-        self.force = [normal, zero, zero];
-        let y1 = -self.gain[0] * u[1];
-        let y2 = -self.gain[1] * u[2];
-        match self.friction {
-            Friction::None => {}
-            Friction::Stick => self.force = [normal, self.mu[0] * y1, self.mu[1] * y2],
-            Friction::Slip => {
-                let inverse = R::one() / most((y1 * y1 + y2 * y2).root(), R::of(1e-12));
-                self.q = [self.mu[0] * y1 * inverse, self.mu[1] * y2 * inverse];
-                self.s = (self.load + self.adhesion) * inverse;
-                let bound = normal + self.adhesion;
-                self.force = [normal, bound * self.q[0], bound * self.q[1]];
-            }
-        }
-    }
-
-    /// The contact law: force at relative velocity `u`.
-    #[inline(always)]
-    fn answer(&mut self, u: [R; 3], frozen: Option<R>) {
-        let zero = R::zero();
-        let pressed = -self.normal_stiffness * u[0];
-        self.touching = pressed > -self.adhesion;
-        let normal = if self.touching { pressed } else { -self.adhesion };
-        let bound = match frozen {
-            Some(given) => given,
-            None => normal + self.adhesion,
-        };
-        self.friction = Friction::None;
-        self.slip = [u[1], u[2]];
-        self.force = [normal, zero, zero];
-        if !(bound > zero && self.gain[0] > zero) {
-            return;
-        }
-        // In tangents scaled by mu the cone is a disc of radius `bound`.
-        let y1 = -self.gain[0] * u[1];
-        let y2 = -self.gain[1] * u[2];
-        let square = y1 * y1 + y2 * y2;
-        if square <= bound * bound {
-            self.friction = Friction::Stick;
-            self.force = [normal, self.mu[0] * y1, self.mu[1] * y2];
-            return;
-        }
-        let inverse = R::one() / square.root();
-        self.friction = Friction::Slip;
-        self.q = [self.mu[0] * y1 * inverse, self.mu[1] * y2 * inverse];
-        self.s = bound * inverse;
-        self.force = [normal, bound * self.q[0], bound * self.q[1]];
-    }
-}
-
-/// A number for what all points do.
-pub(super) fn modes<R: Real>(points: &[Local<R>]) -> u32 {
-    points.iter().fold(points.len() as u32, |code, p| {
-        let mode = (p.friction as u32) << 1 | u32::from(p.touching);
-        code.wrapping_mul(0x0100_0193) ^ mode
-    })
-}
-
 /// Sum of the forces of a patch, about its centre and along its axes, and their sizes.
 struct Sum<R> {
     force: [R; 3],
@@ -251,7 +79,6 @@ struct Sum<R> {
 
 /// Subtracts the contact forces at velocity `v` from `f`; raises `scale` to the largest of
 /// them and `rounding` to the largest force of a bias.
-#[inline(never)]
 pub(super) fn subtract_forces<R: Real>(
     patches: &[Patch<R>],
     points: &mut [Local<R>],
@@ -282,10 +109,10 @@ pub(super) fn subtract_forces<R: Real>(
             index += 1;
             let [fn_, f1, f2] = p.force;
             if p.touching {
-                *scale = most(*scale, fn_);
-                *rounding = most(*rounding, p.bias_force[0]);
+                *scale = max(*scale, fn_);
+                *rounding = max(*rounding, p.bias_force[0]);
                 if p.friction == Friction::Stick {
-                    *rounding = most(*rounding, p.bias_force[1]);
+                    *rounding = max(*rounding, p.bias_force[1]);
                 }
             } else if p.friction == Friction::None && p.adhesion == zero {
                 continue;
@@ -309,7 +136,6 @@ pub(super) fn subtract_forces<R: Real>(
 }
 
 /// Sum of `u' S u` with the velocities `u` that `d` gives to the points, in their present modes.
-#[inline(never)]
 pub(super) fn curvature<R: Real>(
     patches: &[Patch<R>],
     points: &[Local<R>],
@@ -374,7 +200,6 @@ impl<R: Real> Local<R> {
 }
 
 /// Steps in 0 to 1 along `d` from `v` at which a contact opens or closes, or its slip is least.
-#[inline(never)]
 pub(super) fn find_kinks<R: Real, const N: usize>(
     patches: &[Patch<R>],
     points: &[Local<R>],
@@ -412,8 +237,7 @@ pub(super) fn find_kinks<R: Real, const N: usize>(
 type Block<R> = [[R; 3]; 3];
 
 /// Adds `J' S J` of the contacts in their present modes to `h`.
-#[inline(never)]
-pub(super) fn add_slopes<R: Real>(
+pub(super) fn add_jacobian<R: Real>(
     patches: &[Patch<R>],
     points: &[Local<R>],
     bound: Bound<'_, R>,

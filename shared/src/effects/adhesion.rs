@@ -5,22 +5,20 @@
 //! and Roberts 1971). It takes a soft face to touch closely enough: a hard table or pusher under
 //! a held object does not stick. Where nothing is gripped, the table is the contact.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext, text};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::contact::{Body, is_finger};
-use crate::real::{Real, most};
+use crate::real::{Real, max};
 
 /// See the module.
 pub struct Adhesion;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("adhesion"),
+    id: "adhesion",
     code: 14,
-    summary: text("fingertips stick: friction at zero load and a pull-off force"),
-    signature: text(
-        "friction force against grip is a straight line that misses the origin; a pull when a contact opens",
-    ),
-    source: text("Derjaguin 1934; Johnson, Kendall and Roberts 1971"),
+    summary: "fingertips stick: friction at zero load and a pull-off force",
+    signature: "friction force against grip is a straight line that misses the origin; a pull when a contact opens",
+    source: "Derjaguin 1934; Johnson, Kendall and Roberts 1971",
     parameters: &[Parameter::new(
         "pull_off_n",
         "N",
@@ -40,12 +38,13 @@ impl<R: Real> Law<R> for Adhesion {
         &self,
         p: &[R; MAX_PARAMETERS],
         c: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {
         let table = slip.body == Body::Support && !(c.grip_cmd_n > R::zero());
         if is_finger(slip.body) || table {
-            law.adhesion_n += most(p[0], R::zero()) * slip.share;
+            law.adhesion_n += max(p[0], R::zero()) * slip.share;
         }
     }
 }

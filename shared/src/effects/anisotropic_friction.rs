@@ -4,20 +4,20 @@
 //! across it: the elliptic cone of Michalowski and Mroz 1978 (brushed or machined faces). The
 //! mean coefficient in the geometric sense stays the base model's.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext, text};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::contact::is_finger;
-use crate::real::{Real, most};
+use crate::real::{Real, max, sqrt};
 
 /// See the module.
 pub struct AnisotropicFriction;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("anisotropic_friction"),
+    id: "anisotropic_friction",
     code: 5,
-    summary: text("fingertip friction differs along and across the object's length"),
-    signature: text("a push force too high (or low) while forces or sag across it are too low (or high)"),
-    source: text("Michalowski and Mroz 1978, elliptic friction cone"),
+    summary: "fingertip friction differs along and across the object's length",
+    signature: "a push force too high (or low) while forces or sag across it are too low (or high)",
+    source: "Michalowski and Mroz 1978, elliptic friction cone",
     parameters: &[Parameter::new(
         "ratio",
         "1",
@@ -37,13 +37,14 @@ impl<R: Real> Law<R> for AnisotropicFriction {
         &self,
         p: &[R; MAX_PARAMETERS],
         _: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {
         if p[0] == R::one() || !is_finger(slip.body) {
             return;
         }
-        let root = most(p[0], R::of(1e-3)).root();
+        let root = sqrt(max(p[0], R::of(1e-3)));
         law.mu = [law.mu[0] * root, law.mu[1] / root];
     }
 }

@@ -4,22 +4,20 @@
 //! contact; tangential displacement before sliding is `F_t compliance` (Cattaneo 1938, Mindlin
 //! 1949, here linear). Fingers and support; the pusher is taken as stiff.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext, text};
+use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext};
 use crate::contact::{Body, Contact};
-use crate::real::{Real, most};
+use crate::real::{Real, max};
 
 /// See the module.
 pub struct ContactCompliance;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("contact_compliance"),
+    id: "contact_compliance",
     code: 8,
-    summary: text("fingertips (and support) deform under load before they slip"),
-    signature: text(
-        "displacement in proportion to force before sliding, rounded onset of sliding, sag at lift-off",
-    ),
-    source: text("Mindlin 1949; Johnson 1985, Contact Mechanics"),
+    summary: "fingertips (and support) deform under load before they slip",
+    signature: "displacement in proportion to force before sliding, rounded onset of sliding, sag at lift-off",
+    source: "Mindlin 1949; Johnson 1985, Contact Mechanics",
     parameters: &[
         Parameter::new(
             "tangential_m_n",
@@ -50,7 +48,7 @@ impl<R: Real> Law<R> for ContactCompliance {
             return;
         }
         // k / (1 + k c) is 1 / (1 / k + c), and k itself for c = 0.
-        let softer = |k: R, c: R| k / (R::one() + k * most(c, R::zero()));
+        let softer = |k: R, c: R| k / (R::one() + k * max(c, R::zero()));
         contact.tangential_n_m = softer(contact.tangential_n_m, p[0]);
         contact.normal_n_m = softer(contact.normal_n_m, p[1]);
     }

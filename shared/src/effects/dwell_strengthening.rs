@@ -4,21 +4,19 @@
 //! slipped (or since the trial began): Dieterich 1972, the static branch of rate and state
 //! friction. Sliding resets it.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext, text};
-use crate::real::{Real, most};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use crate::real::{Real, max};
 
 /// See the module.
 pub struct DwellStrengthening;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("dwell_strengthening"),
+    id: "dwell_strengthening",
     code: 3,
-    summary: text("break-away friction grows with the logarithm of the time at rest"),
-    signature: text(
-        "a peak at the onset of sliding that is higher the longer the object rested before (slow approach, pause)",
-    ),
-    source: text("Dieterich 1972; Marone 1998, rate and state friction"),
+    summary: "break-away friction grows with the logarithm of the time at rest",
+    signature: "a peak at the onset of sliding that is higher the longer the object rested before (slow approach, pause)",
+    source: "Dieterich 1972; Marone 1998, rate and state friction",
     parameters: &[
         Parameter::new(
             "strengthening",
@@ -48,13 +46,14 @@ impl<R: Real> Law<R> for DwellStrengthening {
         &self,
         p: &[R; MAX_PARAMETERS],
         _: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {
         if !(slip.rest_s > R::zero()) || p[0] == R::zero() {
             return;
         }
-        let factor = R::one() + p[0] * (R::one() + slip.rest_s / most(p[1], R::of(1e-4))).ln();
+        let factor = R::one() + p[0] * (R::one() + slip.rest_s / max(p[1], R::of(1e-4))).ln();
         law.mu = law.mu.map(|mu| mu * factor);
     }
 }

@@ -18,22 +18,20 @@
 //! `2 N (mu cos - sin)`. A jaw that presses strictly along gripper Y would need
 //! `1 / (cos + mu sin)` times that: 0.4 % less at the typical slope and friction 0.4.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext, text};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::contact::{Contact, is_finger};
-use crate::real::{Real, most};
+use crate::real::{Real, max};
 
 /// See the module.
 pub struct FaceTilt;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("face_tilt"),
+    id: "face_tilt",
     code: 11,
-    summary: text("gripped faces form a wedge, or friction changes along the object"),
-    signature: text(
-        "tangential force or grip opening that drifts with the position along the object, the same in every run",
-    ),
-    source: text("wedge statics: Meriam, Statics, ch. 6"),
+    summary: "gripped faces form a wedge, or friction changes along the object",
+    signature: "tangential force or grip opening that drifts with the position along the object, the same in every run",
+    source: "wedge statics: Meriam, Statics, ch. 6",
     parameters: &[
         Parameter::new(
             "slope_rad",
@@ -74,7 +72,7 @@ pub(super) fn opened<R: Real>(width: R, late_s: R, c: &StepContext<R>, memory: &
     let [closed, start, last] = *memory;
     let (start, last) = if closed == R::zero() { (width, width) } else { (start, last) };
     *memory = [R::one(), start, width];
-    width - start + late_s * (width - last) / most(c.dt_s, R::of(1e-6))
+    width - start + late_s * (width - last) / max(c.dt_s, R::of(1e-6))
 }
 
 impl<R: Real> Law<R> for FaceTilt {
@@ -103,11 +101,12 @@ impl<R: Real> Law<R> for FaceTilt {
         &self,
         p: &[R; MAX_PARAMETERS],
         _: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {
         if is_finger(slip.body) {
-            let factor = most(R::one() + p[1] * (slip.object_m.x - slip.patch_m[0]), R::of(0.1));
+            let factor = max(R::one() + p[1] * (slip.object_m.x - slip.patch_m[0]), R::of(0.1));
             law.mu = law.mu.map(|mu| mu * factor);
         }
     }

@@ -7,20 +7,20 @@
 //! `N = N + grip (h - h_start + late dh/dt)`, `h = -cos(a)`.
 
 use super::face_tilt::{opened, pad_x_m};
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext, text};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::contact::is_finger;
-use crate::real::{Real, most};
+use crate::real::{Real, max};
 
 /// See the module.
 pub struct FaceWaviness;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("face_waviness"),
+    id: "face_waviness",
     code: 12,
-    summary: text("fingertip friction or grip varies periodically along the object"),
-    signature: text("force ripples that repeat at the same places of the object at any speed"),
-    source: text("Berger 2002, waviness in friction measurements"),
+    summary: "fingertip friction or grip varies periodically along the object",
+    signature: "force ripples that repeat at the same places of the object at any speed",
+    source: "Berger 2002, waviness in friction measurements",
     parameters: &[
         Parameter::new(
             "amplitude",
@@ -38,7 +38,7 @@ pub const INFO: Info = Info {
 };
 
 fn angle<R: Real>(p: &[R; MAX_PARAMETERS], x_m: R) -> R {
-    R::two_pi() * x_m / most(p[1], R::of(1e-4)) + p[2]
+    R::two_pi() * x_m / max(p[1], R::of(1e-4)) + p[2]
 }
 
 impl<R: Real> Law<R> for FaceWaviness {
@@ -56,6 +56,7 @@ impl<R: Real> Law<R> for FaceWaviness {
         &self,
         p: &[R; MAX_PARAMETERS],
         _: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {

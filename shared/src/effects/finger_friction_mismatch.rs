@@ -3,7 +3,7 @@
 //! `mu_1 = mu (1 + mismatch)`, `mu_2 = mu (1 - mismatch)`: the mean stays the base model's
 //! (pads of different wear, age or cleanliness).
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext, text};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::contact::Body;
 use crate::real::Real;
 
@@ -12,13 +12,11 @@ pub struct FingerFrictionMismatch;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("finger_friction_mismatch"),
+    id: "finger_friction_mismatch",
     code: 6,
-    summary: text("finger 1 and finger 2 have different friction"),
-    signature: text(
-        "tangential forces that differ between the two fingers, with a yaw moment that balances them",
-    ),
-    source: text("Johansson and Westling 1984, friction measured for each digit"),
+    summary: "finger 1 and finger 2 have different friction",
+    signature: "tangential forces that differ between the two fingers, with a yaw moment that balances them",
+    source: "Johansson and Westling 1984, friction measured for each digit",
     parameters: &[Parameter::new(
         "mismatch",
         "1",
@@ -38,6 +36,7 @@ impl<R: Real> Law<R> for FingerFrictionMismatch {
         &self,
         p: &[R; MAX_PARAMETERS],
         _: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {

@@ -1,34 +1,35 @@
 //! The user's own effect, given as a formula and tried without compiling.
 //!
-//! A formula is a small stack program (reverse Polish notation) that the host's parser
-//! makes from an expression in `model.toml`; the board runs the same program. It is
-//! evaluated once for each contact point (friction) or once a step (grip, added force).
-//! Comparisons give 1 or 0. A program that is malformed, or a result that is not finite,
-//! gives NaN, which the time step refuses as `BadInput`: a broken formula cannot pass for
-//! physics.
+//! The host's parser makes a [`Program`] of an expression in `model.toml`; the board runs the same
+//! program, once for each contact point (friction) or once a step (grip, added force). Comparisons
+//! give 1 or 0. A second expression may give the formula a memory, one number: it is evaluated once
+//! a step, before the first, from what the last step left, and its value is what both read as
+//! `state` from then on (a low-pass: `state + (load_n - state)*dt_s/0.1`).
+//!
+//! Where an expression has no value the formula gives NaN, which the time step refuses as
+//! `BadInput`, and [`Formula::fault`] says why: a broken formula cannot pass for physics.
 
-use super::{FrictionLaw, Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext, text};
+use super::{FrictionLaw, Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::contact::Body;
-use crate::real::{Real, least, most};
-use heapless::Vec;
+use crate::real::Real;
 use serde::{Deserialize, Serialize};
+
+pub use super::program::{
+    FORMULA_PARAMETERS, Fault, FormulaError, MAX_OPS, MAX_STACK, Op, Program, Variable, Variables,
+};
 
 /// Code of an effect that is a formula.
 pub const CODE: u8 = 0;
-/// Most operations of a program.
-pub const MAX_OPS: usize = 48;
-/// Deepest stack.
-pub const MAX_STACK: usize = 12;
-/// Parameters `p0` to `p3`.
-pub const FORMULA_PARAMETERS: usize = 4;
+/// Both fingers, as bits of [`Formula::bodies`].
+const FINGERS: u8 = 0b11;
 
 /// Description shared by all formulas; the user's names and intervals stay on the host.
 pub const INFO: Info = Info {
-    id: text("formula"),
+    id: "formula",
     code: CODE,
-    summary: text("the user's own formula"),
-    signature: text("what the formula says"),
-    source: text("the user's model.toml"),
+    summary: "the user's own formula",
+    signature: "what the formula says",
+    source: "the user's model.toml",
     parameters: &[
         Parameter::new("p0", "1", 1.0, 0.0, [-1e9, 1e9], "first parameter of the formula"),
         Parameter::new("p1", "1", 1.0, 0.0, [-1e9, 1e9], "second parameter of the formula"),
@@ -36,79 +37,6 @@ pub const INFO: Info = Info {
         Parameter::new("p3", "1", 1.0, 0.0, [-1e9, 1e9], "fourth parameter of the formula"),
     ],
 };
-
-/// What a formula may depend on. Friction sees the contact point; grip and added force see
-/// the mean over both fingers (load: the sum).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Variable {
-    /// Slip speed of the last step, m/s.
-    SlipSpeed,
-    /// Distance slipped, m.
-    SlipDistance,
-    /// Normal force of the whole contact, N.
-    Load,
-    /// Time since the point last slipped, s; zero for grip and force.
-    Rest,
-    /// Place on the object along its X axis, m; for grip and force the object's in the gripper.
-    PositionX,
-    /// The same along Y.
-    PositionY,
-    /// The same along Z.
-    PositionZ,
-    /// Since the start of the trial, s.
-    Time,
-    /// Place of the trial in its data set.
-    Trial,
-    /// Commanded grip, N.
-    Grip,
-}
-
-impl Variable {
-    /// Every variable with its name in expressions.
-    pub const NAMES: [(&'static str, Variable); 10] = [
-        ("slip_speed_m_s", Variable::SlipSpeed),
-        ("slip_distance_m", Variable::SlipDistance),
-        ("load_n", Variable::Load),
-        ("rest_s", Variable::Rest),
-        ("position_x_m", Variable::PositionX),
-        ("position_y_m", Variable::PositionY),
-        ("position_z_m", Variable::PositionZ),
-        ("time_s", Variable::Time),
-        ("trial", Variable::Trial),
-        ("grip_n", Variable::Grip),
-    ];
-}
-
-/// One operation. Binary operations take the deeper operand first.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(bound = "R: Real")]
-#[allow(missing_docs)]
-pub enum Op<R: Real> {
-    Constant(R),
-    Variable(Variable),
-    /// `p0` to `p3`.
-    Parameter(u8),
-    Negate,
-    Add,
-    Subtract,
-    Multiply,
-    Divide,
-    Power,
-    Minimum,
-    Maximum,
-    Less,
-    Greater,
-    Absolute,
-    Root,
-    Exponential,
-    Logarithm,
-    Sine,
-    Cosine,
-    Tangent,
-    HyperbolicTangent,
-    /// -1, 0 or 1.
-    Sign,
-}
 
 /// What the result changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -125,18 +53,7 @@ pub enum Target {
     ForceZ,
 }
 
-/// Why a program is refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FormulaError {
-    /// More than [`MAX_OPS`] operations.
-    TooLong,
-    /// More than [`MAX_STACK`] intermediate results.
-    TooDeep,
-    /// Operands missing or left over, or a parameter beyond `p3`.
-    Malformed,
-}
-
-/// A checked stack program and what it acts on.
+/// Checked programs and what they act on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "R: Real")]
 pub struct Formula<R: Real> {
@@ -144,177 +61,144 @@ pub struct Formula<R: Real> {
     pub target: Target,
     /// For friction: bit [`Body::index`] set where it applies.
     pub bodies: u8,
-    /// In order of execution.
-    pub program: Vec<Op<R>, MAX_OPS>,
-}
-
-/// Values of the variables in the order of [`Variable`].
-pub type Variables<R> = [R; Variable::NAMES.len()];
-
-impl<R: Real> Op<R> {
-    /// Values taken from the stack.
-    fn takes(&self) -> usize {
-        match self {
-            Op::Constant(_) | Op::Variable(_) | Op::Parameter(_) => 0,
-            Op::Add
-            | Op::Subtract
-            | Op::Multiply
-            | Op::Divide
-            | Op::Power
-            | Op::Minimum
-            | Op::Maximum
-            | Op::Less
-            | Op::Greater => 2,
-            _ => 1,
-        }
-    }
+    /// What it gives.
+    pub program: Program<R>,
+    /// What it remembers next; empty where it has no memory.
+    pub state: Program<R>,
 }
 
 impl<R: Real> Formula<R> {
     /// All bodies.
     pub const ALL_BODIES: u8 = 0b1111;
 
-    /// Refuses programs that do not leave exactly one value or break a limit.
+    /// A formula without memory.
+    ///
+    /// # Errors
+    /// Programs that do not leave exactly one value or break a limit.
     pub fn new(target: Target, bodies: u8, ops: &[Op<R>]) -> Result<Self, FormulaError> {
-        let program = Vec::from_slice(ops).map_err(|_| FormulaError::TooLong)?;
-        let formula = Self { target, bodies, program };
-        formula.check().map(|()| formula)
+        Ok(Self { target, bodies, program: Program::new(ops)?, state: Program::none() })
+    }
+
+    /// The same formula with a memory whose next value is `ops`.
+    ///
+    /// # Errors
+    /// As [`Formula::new`].
+    pub fn with_state(self, ops: &[Op<R>]) -> Result<Self, FormulaError> {
+        Ok(Self { state: Program::new(ops)?, ..self })
     }
 
     /// The same formula in another scalar.
     pub fn cast<S: Real>(&self) -> Formula<S> {
-        let program = self.program.iter().map(|op| match *op {
-            Op::Constant(x) => Op::Constant(S::of(x.to_f64())),
-            Op::Variable(v) => Op::Variable(v),
-            Op::Parameter(k) => Op::Parameter(k),
-            Op::Negate => Op::Negate,
-            Op::Add => Op::Add,
-            Op::Subtract => Op::Subtract,
-            Op::Multiply => Op::Multiply,
-            Op::Divide => Op::Divide,
-            Op::Power => Op::Power,
-            Op::Minimum => Op::Minimum,
-            Op::Maximum => Op::Maximum,
-            Op::Less => Op::Less,
-            Op::Greater => Op::Greater,
-            Op::Absolute => Op::Absolute,
-            Op::Root => Op::Root,
-            Op::Exponential => Op::Exponential,
-            Op::Logarithm => Op::Logarithm,
-            Op::Sine => Op::Sine,
-            Op::Cosine => Op::Cosine,
-            Op::Tangent => Op::Tangent,
-            Op::HyperbolicTangent => Op::HyperbolicTangent,
-            Op::Sign => Op::Sign,
-        });
-        Formula { target: self.target, bodies: self.bodies, program: program.collect() }
+        let (program, state) = (self.program.cast(), self.state.cast());
+        Formula { target: self.target, bodies: self.bodies, program, state }
     }
 
-    /// Whether the program can run: it may have come over a wire.
+    /// Whether it can run: it may have come over a wire.
+    ///
+    /// # Errors
+    /// The first program that cannot.
     pub fn check(&self) -> Result<(), FormulaError> {
-        let mut depth = 0_usize;
-        for op in &self.program {
-            if matches!(op, Op::Parameter(k) if usize::from(*k) >= FORMULA_PARAMETERS) {
-                return Err(FormulaError::Malformed);
-            }
-            depth = depth.checked_sub(op.takes()).ok_or(FormulaError::Malformed)?.saturating_add(1);
-            if depth > MAX_STACK {
-                return Err(FormulaError::TooDeep);
-            }
-        }
-        if depth == 1 { Ok(()) } else { Err(FormulaError::Malformed) }
+        self.program.check()?;
+        if self.remembers() { self.state.check() } else { Ok(()) }
     }
 
-    /// Value of the program; NaN where it is malformed (it may have come over a wire).
-    pub fn evaluate(&self, p: &[R; MAX_PARAMETERS], variables: &Variables<R>) -> R {
-        let mut stack: Vec<R, MAX_STACK> = Vec::new();
-        for op in &self.program {
-            match self.apply(op, p, variables, &mut stack) {
-                Some(x) if stack.push(x).is_ok() => {}
-                _ => return nan(),
-            }
-        }
-        match stack.as_slice() {
-            [x] if x.finite() => *x,
-            _ => nan(),
-        }
+    /// Whether it has a memory.
+    pub fn remembers(&self) -> bool {
+        !self.state.0.is_empty()
     }
 
-    fn apply(
-        &self,
-        op: &Op<R>,
-        p: &[R; MAX_PARAMETERS],
-        variables: &Variables<R>,
-        stack: &mut Vec<R, MAX_STACK>,
-    ) -> Option<R> {
-        let (zero, one) = (R::zero(), R::one());
-        let truth = |x: bool| if x { one } else { zero };
-        Some(match op.takes() {
-            0 => match *op {
-                Op::Constant(x) => x,
-                Op::Variable(v) => *variables.get(v as usize)?,
-                Op::Parameter(k) => *p.get(usize::from(k))?,
-                _ => return None,
-            },
-            1 => {
-                let x = stack.pop()?;
-                match op {
-                    Op::Negate => -x,
-                    Op::Absolute => x.abs(),
-                    Op::Root => x.root(),
-                    Op::Exponential => x.exp(),
-                    Op::Logarithm => x.ln(),
-                    Op::Sine => x.sine_cosine().0,
-                    Op::Cosine => x.sine_cosine().1,
-                    Op::Tangent => {
-                        let (sine, cosine) = x.sine_cosine();
-                        sine / cosine
-                    }
-                    Op::HyperbolicTangent => x.tanh(),
-                    Op::Sign => truth(x > zero) - truth(x < zero),
-                    _ => return None,
-                }
+    /// Variables of what is evaluated once a step, with the memory `state`.
+    fn whole(&self, c: &StepContext<R>, state: R) -> Variables<R> {
+        let zero = R::zero();
+        let bodies = if self.target == Target::Friction { self.bodies } else { FINGERS };
+        let (mut speed, mut distance, mut load, mut rate, mut count) = (zero, zero, zero, zero, zero);
+        for k in 0..4 {
+            if bodies & (1 << k) != 0 && c.load_n[k] > zero {
+                speed += c.slip_speed_m_s[k];
+                distance += c.slip_m[k];
+                load += c.load_n[k];
+                rate += c.load_rate_n_s[k];
+                count += R::one();
             }
-            _ => {
-                let b = stack.pop()?;
-                let a = stack.pop()?;
-                match op {
-                    Op::Add => a + b,
-                    Op::Subtract => a - b,
-                    Op::Multiply => a * b,
-                    Op::Divide => a / b,
-                    Op::Power => a.powf(b),
-                    Op::Minimum => least(a, b),
-                    Op::Maximum => most(a, b),
-                    Op::Less => truth(a < b),
-                    Op::Greater => truth(a > b),
-                    _ => return None,
-                }
-            }
-        })
-    }
-
-    /// Values for grip and force: the fingers' means, the object's place in the gripper.
-    fn whole(c: &StepContext<R>) -> Variables<R> {
-        let half = R::of(0.5);
+        }
+        if count > zero {
+            speed /= count;
+            distance /= count;
+        }
         [
-            (c.slip_speed_m_s[0] + c.slip_speed_m_s[1]) * half,
-            (c.slip_m[0] + c.slip_m[1]) * half,
-            c.load_n[0] + c.load_n[1],
-            R::zero(),
+            speed,
+            distance,
+            load,
+            zero,
             c.position_m.x,
             c.position_m.y,
             c.position_m.z,
             c.time_s,
             c.trial,
             c.grip_cmd_n,
+            c.grip_rate_n_s,
+            rate,
+            c.dt_s,
+            state,
         ]
+    }
+
+    /// Variables at a contact point, with the memory `state`.
+    fn at_point(c: &StepContext<R>, slip: &Slip<R>, state: R) -> Variables<R> {
+        let rate = c.load_rate_n_s.get(slip.body.index()).copied().unwrap_or(R::zero());
+        [
+            slip.speed_m_s,
+            slip.distance_m,
+            slip.patch_load_n,
+            slip.rest_s,
+            slip.object_m.x,
+            slip.object_m.y,
+            slip.object_m.z,
+            c.time_s,
+            c.trial,
+            c.grip_cmd_n,
+            c.grip_rate_n_s,
+            rate,
+            c.dt_s,
+            state,
+        ]
+    }
+
+    /// The memory during the step that begins, after `state`.
+    fn next_state(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, state: R) -> Result<R, Fault> {
+        if self.remembers() { self.state.evaluate(p, &self.whole(c, state)) } else { Ok(state) }
+    }
+
+    /// Why the formula has no value in the step that begins with the memory `memory`; `slips` are the
+    /// step's contact points.
+    pub fn fault(
+        &self,
+        p: &[R; MAX_PARAMETERS],
+        c: &StepContext<R>,
+        memory: &[R; MEMORY],
+        mut slips: impl Iterator<Item = Slip<R>>,
+    ) -> Option<Fault> {
+        let state = match self.next_state(p, c, memory[0]) {
+            Ok(state) => state,
+            Err(fault) => return Some(fault),
+        };
+        if self.target != Target::Friction {
+            return self.program.evaluate(p, &self.whole(c, state)).err();
+        }
+        slips.find_map(|slip| {
+            let applies = applies(self.bodies, slip.body);
+            applies.then(|| self.program.evaluate(p, &Self::at_point(c, &slip, state)).err()).flatten()
+        })
+    }
+
+    fn once_a_step(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, memory: &[R; MEMORY]) -> R {
+        number(self.program.evaluate(p, &self.whole(c, memory[0])))
     }
 }
 
-/// Not a number, without a literal that `Real` lacks.
-fn nan<R: Real>() -> R {
-    R::of(f64::NAN)
+/// Not a number where there is none: the time step refuses it.
+fn number<R: Real>(value: Result<R, Fault>) -> R {
+    value.unwrap_or(R::of(f64::NAN))
 }
 
 impl<R: Real> Law<R> for Formula<R> {
@@ -322,18 +206,30 @@ impl<R: Real> Law<R> for Formula<R> {
         &INFO
     }
 
-    fn loads(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, _: &mut [R; MEMORY], loads: &mut Loads<R>) {
+    fn loads(
+        &self,
+        p: &[R; MAX_PARAMETERS],
+        c: &StepContext<R>,
+        memory: &mut [R; MEMORY],
+        loads: &mut Loads<R>,
+    ) {
+        // The first hook of a step.
+        memory[0] = number(self.next_state(p, c, memory[0]));
+        if !memory[0].finite() {
+            // Refused also where nothing reads it in this step.
+            loads.force_n.x = memory[0];
+        }
         match self.target {
-            Target::ForceX => loads.force_n.x += self.evaluate(p, &Self::whole(c)),
-            Target::ForceY => loads.force_n.y += self.evaluate(p, &Self::whole(c)),
-            Target::ForceZ => loads.force_n.z += self.evaluate(p, &Self::whole(c)),
+            Target::ForceX => loads.force_n.x += self.once_a_step(p, c, memory),
+            Target::ForceY => loads.force_n.y += self.once_a_step(p, c, memory),
+            Target::ForceZ => loads.force_n.z += self.once_a_step(p, c, memory),
             Target::Friction | Target::Grip => {}
         }
     }
 
-    fn grip(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, _: &mut [R; MEMORY], grip_n: &mut R) {
+    fn grip(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, memory: &mut [R; MEMORY], grip_n: &mut R) {
         if self.target == Target::Grip {
-            *grip_n *= self.evaluate(p, &Self::whole(c));
+            *grip_n *= self.once_a_step(p, c, memory);
         }
     }
 
@@ -341,28 +237,14 @@ impl<R: Real> Law<R> for Formula<R> {
         &self,
         p: &[R; MAX_PARAMETERS],
         c: &StepContext<R>,
+        memory: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {
-        if self.target != Target::Friction || !applies(self.bodies, slip.body) {
-            return;
+        if self.target == Target::Friction && applies(self.bodies, slip.body) {
+            let factor = number(self.program.evaluate(p, &Self::at_point(c, slip, memory[0])));
+            law.mu = law.mu.map(|mu| mu * factor);
         }
-        let factor = self.evaluate(
-            p,
-            &[
-                slip.speed_m_s,
-                slip.distance_m,
-                slip.patch_load_n,
-                slip.rest_s,
-                slip.object_m.x,
-                slip.object_m.y,
-                slip.object_m.z,
-                c.time_s,
-                c.trial,
-                c.grip_cmd_n,
-            ],
-        );
-        law.mu = law.mu.map(|mu| mu * factor);
     }
 }
 

@@ -3,19 +3,19 @@
 //! Gravity is turned about world X and Y by small angles, its size kept:
 //! `g' = |g| (g + r x g) / |g + r x g|` with `r = (about_x, about_y, 0)`.
 
-use super::{Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, StepContext, text};
-use crate::real::{Length, Real, Vec3};
+use super::{Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, StepContext};
+use crate::real::{Real, Vec3, norm};
 
 /// See the module.
 pub struct GravityTilt;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("gravity_tilt"),
+    id: "gravity_tilt",
     code: 18,
-    summary: text("gravity is not along the axis the rig assumes"),
-    signature: text("a constant sideways force in proportion to mass, in all phases, whatever the grip"),
-    source: text("rigid body statics"),
+    summary: "gravity is not along the axis the rig assumes",
+    signature: "a constant sideways force in proportion to mass, in all phases, whatever the grip",
+    source: "rigid body statics",
     parameters: &[
         Parameter::new("about_x_rad", "rad", 0.05, 0.0, [-0.3, 0.3], "turn about world X"),
         Parameter::new("about_y_rad", "rad", 0.05, 0.0, [-0.3, 0.3], "turn about world Y"),
@@ -30,9 +30,9 @@ impl<R: Real> Law<R> for GravityTilt {
     fn loads(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, _: &mut [R; MEMORY], loads: &mut Loads<R>) {
         let g = loads.gravity_m_s2;
         let turned = g + Vec3::new(p[0], p[1], R::zero()).cross(&g);
-        let size = turned.length();
+        let size = norm(&turned);
         if size > R::zero() {
-            loads.gravity_m_s2 = turned * (g.length() / size);
+            loads.gravity_m_s2 = turned * (norm(&g) / size);
         }
     }
 }

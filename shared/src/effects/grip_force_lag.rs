@@ -12,8 +12,8 @@
 //! or all of it once it slides (Hill's curve). Integrated implicitly: stable at any step. It remembers the loss `l`, the error
 //! `N_late - N_command` and the last command.
 
-use super::{Info, Law, MAX_PARAMETERS, MEMORY, Parameter, StepContext, text};
-use crate::real::{Real, most};
+use super::{Info, Law, MAX_PARAMETERS, MEMORY, Parameter, StepContext};
+use crate::real::{Real, max};
 
 /// Least knee, m/s.
 const LEAST_KNEE_M_S: f64 = 1e-5;
@@ -26,13 +26,11 @@ pub struct GripForceLag;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("grip_force_lag"),
+    id: "grip_force_lag",
     code: 16,
-    summary: text("grip lags its command and falls while the object slides"),
-    signature: text(
-        "normal finger force that sags after the onset of sliding and recovers at rest, or trails a change of command",
-    ),
-    source: text("first-order force control; Whitney 1977"),
+    summary: "grip lags its command and falls while the object slides",
+    signature: "normal finger force that sags after the onset of sliding and recovers at rest, or trails a change of command",
+    source: "first-order force control; Whitney 1977",
     parameters: &[
         Parameter::new("drop", "1", 0.12, 0.0, [-0.5, 0.9], "share of the grip lost in steady sliding"),
         Parameter::new("time_s", "s", 0.1, 0.0, [0.0, 5.0], "time constant"),
@@ -64,10 +62,10 @@ impl<R: Real> Law<R> for GripForceLag {
         let half = R::of(0.5);
         let [loss, error, last] = *memory;
         let speed = (c.slip_speed_m_s[0] + c.slip_speed_m_s[1]) * half;
-        let keep = most(p[1], R::zero());
+        let keep = max(p[1], R::zero());
         let keep = keep / (keep + c.dt_s);
-        let ratio = most(p[2], R::of(LEAST_KNEE_M_S)) / most(speed, R::of(LEAST_SPEED_M_S));
-        let target = p[0] / (R::one() + (ratio.ln() * most(p[3], R::one())).exp());
+        let ratio = max(p[2], R::of(LEAST_KNEE_M_S)) / max(speed, R::of(LEAST_SPEED_M_S));
+        let target = p[0] / (R::one() + (ratio.ln() * max(p[3], R::one())).exp());
         let loss = target + (loss - target) * keep;
         // The first command is met from the start.
         let step = if last > R::zero() { *grip_n - last } else { R::zero() };

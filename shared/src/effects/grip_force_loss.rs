@@ -2,7 +2,7 @@
 //!
 //! `N = N_command (1 - fraction) - offset` (friction and hysteresis of the gripper's drive).
 
-use super::{Info, Law, MAX_PARAMETERS, MEMORY, Parameter, StepContext, text};
+use super::{Info, Law, MAX_PARAMETERS, MEMORY, Parameter, StepContext};
 use crate::real::Real;
 
 /// See the module.
@@ -10,13 +10,11 @@ pub struct GripForceLoss;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("grip_force_loss"),
+    id: "grip_force_loss",
     code: 15,
-    summary: text("the grip that acts is below the commanded one"),
-    signature: text(
-        "normal and tangential finger forces both too small by the same share (fraction) or amount (offset)",
-    ),
-    source: text("transmission losses: Townsend and Salisbury 1987"),
+    summary: "the grip that acts is below the commanded one",
+    signature: "normal and tangential finger forces both too small by the same share (fraction) or amount (offset)",
+    source: "transmission losses: Townsend and Salisbury 1987",
     parameters: &[
         Parameter::new("fraction", "1", 0.1, 0.0, [-0.5, 0.9], "share of the command that is lost"),
         Parameter::new("offset_n", "N", 1.0, 0.0, [-10.0, 10.0], "constant loss"),

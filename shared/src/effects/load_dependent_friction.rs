@@ -5,8 +5,8 @@
 //! (exponent 1/3 for Hertz contact: Bowden and Tabor 1950; Xydas and Kao 1999). `N0` is a
 //! constant because it and the base coefficient cannot be told apart.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext, text};
-use crate::real::{Real, most};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use crate::real::{Real, max};
 
 /// Load at which the base coefficient holds, N.
 pub const REFERENCE_N: f64 = 20.0;
@@ -18,13 +18,11 @@ pub struct LoadDependentFriction;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("load_dependent_friction"),
+    id: "load_dependent_friction",
     code: 4,
-    summary: text("the friction coefficient depends on the normal force"),
-    signature: text(
-        "tangential force not proportional to grip: relatively stronger at low grip (exponent above zero)",
-    ),
-    source: text("Bowden and Tabor 1950; Xydas and Kao 1999, soft finger contact"),
+    summary: "the friction coefficient depends on the normal force",
+    signature: "tangential force not proportional to grip: relatively stronger at low grip (exponent above zero)",
+    source: "Bowden and Tabor 1950; Xydas and Kao 1999, soft finger contact",
     parameters: &[Parameter::new(
         "exponent",
         "1",
@@ -44,6 +42,7 @@ impl<R: Real> Law<R> for LoadDependentFriction {
         &self,
         p: &[R; MAX_PARAMETERS],
         _: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {
@@ -52,7 +51,7 @@ impl<R: Real> Law<R> for LoadDependentFriction {
         if p[0] == R::zero() || !(load > R::zero()) {
             return;
         }
-        let ratio = most(load, R::of(LEAST_N)) / R::of(REFERENCE_N);
+        let ratio = max(load, R::of(LEAST_N)) / R::of(REFERENCE_N);
         let factor = (-p[0] * ratio.ln()).exp();
         law.mu = law.mu.map(|mu| mu * factor);
     }

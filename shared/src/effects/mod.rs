@@ -25,6 +25,7 @@ pub mod mass_error;
 pub mod mocap_latency;
 pub mod plate_tilt;
 pub mod pressure_offset;
+pub mod program;
 mod registry;
 pub mod rolling_resistance;
 pub mod sensor_bias;
@@ -82,13 +83,8 @@ impl Parameter {
         what: &'static str,
     ) -> Self {
         let [low, high] = bounds;
-        Self { name: text(name), unit: text(unit), typical, neutral, low, high, what: text(what) }
+        Self { name, unit, typical, neutral, low, high, what }
     }
-}
-
-/// Words for people: the board has no use for them, and leaves them out (feature `terse`).
-pub(crate) const fn text(words: &'static str) -> &'static str {
-    if cfg!(feature = "terse") { "" } else { words }
 }
 
 /// Description of an effect.
@@ -119,6 +115,8 @@ pub struct StepContext<R: Real> {
     pub trial: R,
     /// Grip force commanded, each finger.
     pub grip_cmd_n: R,
+    /// Its change since the last step, N/s; zero in the first.
+    pub grip_rate_n_s: R,
     /// Object in the carrier frame.
     pub position_m: Vec3<R>,
     /// Object axes to carrier axes.
@@ -131,6 +129,8 @@ pub struct StepContext<R: Real> {
     pub slip_speed_m_s: [R; 4],
     /// Normal force of the last step, the same bodies.
     pub load_n: [R; 4],
+    /// Its change over that step, N/s; zero in the first two.
+    pub load_rate_n_s: [R; 4],
     /// Pusher and support; zeros where there is none.
     pub environment: [Environment<R>; 2],
     /// Contact feature of the pusher.
@@ -232,11 +232,12 @@ pub trait Law<R: Real>: Sync {
     }
     /// Changes a contact's geometry or compliance.
     fn contact(&self, _p: &[R; MAX_PARAMETERS], _c: &StepContext<R>, _contact: &mut Contact<R>) {}
-    /// Changes a contact's friction.
+    /// Changes a contact's friction; `memory` is what [`Law::loads`] and [`Law::grip`] left in this step.
     fn friction(
         &self,
         _p: &[R; MAX_PARAMETERS],
         _c: &StepContext<R>,
+        _memory: &[R; MEMORY],
         _slip: &Slip<R>,
         _law: &mut FrictionLaw<R>,
     ) {

@@ -5,23 +5,21 @@
 //! turned by `line` about Z (one end first) and keeps the face's normal. Small angles; a rod
 //! or a sphere does not notice.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext, text};
+use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext};
 use crate::contact::{Body, Contact};
 use crate::model::PusherContact;
-use crate::real::{Length, Real, most};
+use crate::real::{Real, max, norm};
 
 /// See the module.
 pub struct PlateTilt;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("plate_tilt"),
+    id: "plate_tilt",
     code: 13,
-    summary: text("the pusher's face is not square to the push"),
-    signature: text(
-        "a constant sideways share of the push force, and the object turns until it lies flat on the pusher",
-    ),
-    source: text("rigid body geometry"),
+    summary: "the pusher's face is not square to the push",
+    signature: "a constant sideways share of the push force, and the object turns until it lies flat on the pusher",
+    source: "rigid body geometry",
     parameters: &[
         Parameter::new("pitch_rad", "rad", 0.01, 0.0, [-0.1, 0.1], "about pusher Y"),
         Parameter::new("yaw_rad", "rad", 0.01, 0.0, [-0.1, 0.1], "about pusher Z"),
@@ -44,9 +42,9 @@ impl<R: Real> Law<R> for PlateTilt {
                 // The point seen from the pusher's origin, on the turned axes.
                 let from = n * contact.gap_m + t1 * contact.patch_m[0] + t2 * contact.patch_m[1];
                 let turned = n + t1 * p[1] - t2 * p[0];
-                let n = turned / turned.length();
+                let n = turned / norm(&turned);
                 let t1 = t1 - n * n.dot(&t1);
-                let t1 = t1 / most(t1.length(), R::of(1e-6));
+                let t1 = t1 / max(norm(&t1), R::of(1e-6));
                 contact.axes = [n, t1, n.cross(&t1)];
                 contact.gap_m = n.dot(&from);
             }

@@ -7,8 +7,8 @@
 //! calm in an explicit step; where the step is coarse the spring is softened to remain stable.
 //! It remembers the spring's rotation vector.
 
-use super::{Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, StepContext, text};
-use crate::real::{Length, Real, Vec3, most};
+use super::{Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, StepContext};
+use crate::real::{Real, Vec3, max, norm};
 
 /// Rotation over which the moment builds up, rad.
 const RANGE_RAD: f64 = 0.02;
@@ -18,13 +18,11 @@ pub struct RollingResistance;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("rolling_resistance"),
+    id: "rolling_resistance",
     code: 19,
-    summary: text("a moment opposes rolling on the pusher or the support"),
-    signature: text(
-        "extra push force in proportion to the normal force while the object rolls or tips, none while it slides flat",
-    ),
-    source: text("Tabor 1955, rolling friction; Dahl 1968, solid friction model"),
+    summary: "a moment opposes rolling on the pusher or the support",
+    signature: "extra push force in proportion to the normal force while the object rolls or tips, none while it slides flat",
+    source: "Tabor 1955, rolling friction; Dahl 1968, solid friction model",
     parameters: &[Parameter::new(
         "arm_m",
         "m",
@@ -60,13 +58,13 @@ impl<R: Real> Law<R> for RollingResistance {
             *memory = [R::zero(); MEMORY];
             return;
         }
-        let moment = most(p[0], R::zero()) * load;
+        let moment = max(p[0], R::zero()) * load;
         // Stable while dt² moment / (inertia range) < 1; smallest inertia as of a 5 mm radius.
         let coarse = c.dt_s * c.dt_s * moment / (loads.mass_kg * R::of(2.5e-5));
-        let range = most(R::of(RANGE_RAD), coarse);
+        let range = max(R::of(RANGE_RAD), coarse);
         let [x, y, z] = *memory;
         let spring = Vec3::new(x, y, z) + rolled * (c.dt_s / load);
-        let size = spring.length();
+        let size = norm(&spring);
         let spring = if size > range { spring * (range / size) } else { spring };
         *memory = [spring.x, spring.y, spring.z];
         loads.torque_nm -= spring * (moment / range);

@@ -3,7 +3,7 @@
 //! Six of the eighteen channels, those in which biases pass for physics: along gripper X and Z
 //! on each finger (push direction and weight), world X and Z on the pusher.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext, text};
+use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext};
 use crate::real::Real;
 
 /// See the module.
@@ -11,11 +11,11 @@ pub struct SensorBias;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("sensor_bias"),
+    id: "sensor_bias",
     code: 20,
-    summary: text("force sensors have constant offsets"),
-    signature: text("the same error in a channel in every run and phase, even before contact"),
-    source: text("ATI F/T manual, bias; MuJoCo and Vicon rigs zero sensors before each run"),
+    summary: "force sensors have constant offsets",
+    signature: "the same error in a channel in every run and phase, even before contact",
+    source: "ATI F/T manual, bias; MuJoCo and Vicon rigs zero sensors before each run",
     parameters: &[
         Parameter::new("finger1_fx_n", "N", 0.25, 0.0, [-3.0, 3.0], "added to finger 1, gripper X"),
         Parameter::new("finger1_fz_n", "N", 0.25, 0.0, [-3.0, 3.0], "added to finger 1, gripper Z"),

@@ -3,7 +3,7 @@
 //! Fingers: `f_x += to_x N`, `f_z += to_z N` (each finger its own share), `t_y += to_torsion N`
 //! on both, `N` the size of the normal force shown. Pusher: `f_y += pusher_to_y f_x`.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext, text};
+use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext};
 use crate::real::Real;
 
 /// See the module.
@@ -11,11 +11,11 @@ pub struct SensorCrosstalk;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("sensor_crosstalk"),
+    id: "sensor_crosstalk",
     code: 23,
-    summary: text("a sensor shows a share of its largest force in channels across it"),
-    signature: text("tangential forces or torsion in proportion to grip even while nothing loads the object"),
-    source: text("ATI F/T calibration, crosstalk matrix"),
+    summary: "a sensor shows a share of its largest force in channels across it",
+    signature: "tangential forces or torsion in proportion to grip even while nothing loads the object",
+    source: "ATI F/T calibration, crosstalk matrix",
     parameters: &[
         Parameter::new(
             "finger1_to_x",

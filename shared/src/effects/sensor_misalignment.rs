@@ -3,7 +3,7 @@
 //! Each finger sensor by small angles about its normal, gripper Y, and about gripper Z (a share of
 //! the grip then shows along the slide); the pusher's about world Y and Z. Force and torque turn alike: `w' = w + r x w`, to first order.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext, text};
+use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext};
 use crate::real::{Real, Vec3};
 
 /// See the module.
@@ -11,13 +11,11 @@ pub struct SensorMisalignment;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("sensor_misalignment"),
+    id: "sensor_misalignment",
     code: 22,
-    summary: text("a force sensor is mounted turned"),
-    signature: text(
-        "a share of the largest force appears in a channel across it, in proportion, with unchanged size",
-    ),
-    source: text("sensor mounting; Traversaro et al. 2015, in situ calibration"),
+    summary: "a force sensor is mounted turned",
+    signature: "a share of the largest force appears in a channel across it, in proportion, with unchanged size",
+    source: "sensor mounting; Traversaro et al. 2015, in situ calibration",
     parameters: &[
         Parameter::new("finger1_rad", "rad", 0.03, 0.0, [-0.3, 0.3], "finger 1 about gripper Y"),
         Parameter::new("finger2_rad", "rad", 0.03, 0.0, [-0.3, 0.3], "finger 2 about gripper Y"),

@@ -3,19 +3,19 @@
 //! `mu(v) = mu (1 + excess exp(-(v / v_s)^2))`, after Stribeck 1902 in the exponential form
 //! of Bo and Pavelescu 1982.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext, text};
-use crate::real::{Real, most};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use crate::real::{Real, max};
 
 /// See the module.
 pub struct StaticFriction;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("static_friction"),
+    id: "static_friction",
     code: 1,
-    summary: text("friction is higher before sliding begins than while it lasts"),
-    signature: text("a force peak at the onset of sliding that decays once the object moves"),
-    source: text("Bo and Pavelescu 1982, exponential Stribeck law"),
+    summary: "friction is higher before sliding begins than while it lasts",
+    signature: "a force peak at the onset of sliding that decays once the object moves",
+    source: "Bo and Pavelescu 1982, exponential Stribeck law",
     parameters: &[
         Parameter::new("excess", "1", 0.2, 0.0, [0.0, 2.0], "break-away over sliding friction, less one"),
         Parameter::new(
@@ -38,18 +38,19 @@ impl<R: Real> Law<R> for StaticFriction {
         &self,
         p: &[R; MAX_PARAMETERS],
         _: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {
         if p[0] == R::zero() {
             return;
         }
-        let x = slip.speed_m_s / most(p[1], R::of(1e-6));
+        let x = slip.speed_m_s / max(p[1], R::of(1e-6));
         let factor = R::one() + p[0] * (-x * x).exp();
         law.mu = law.mu.map(|mu| mu * factor);
     }
 
     fn sliding_share(&self, p: &[R; MAX_PARAMETERS]) -> R {
-        R::one() / (R::one() + most(p[0], R::zero()))
+        R::one() / (R::one() + max(p[0], R::zero()))
     }
 }

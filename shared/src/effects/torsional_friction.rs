@@ -7,9 +7,9 @@
 //! three points at that radius and so gets torsion `mu N radius_change` (the soft finger of
 //! Salisbury 1982).
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext, text};
+use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext};
 use crate::contact::{Body, Contact};
-use crate::real::{Length, Real, most};
+use crate::real::{Real, max, norm};
 
 /// Points nearer to the centre of their patch have no outward direction, m.
 const POINT_M: f64 = 1e-5;
@@ -22,13 +22,11 @@ pub struct TorsionalFriction;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("torsional_friction"),
+    id: "torsional_friction",
     code: 9,
-    summary: text("patches bear more (or less) torsion than their nominal shape"),
-    signature: text(
-        "rotation or torque about the contact normal is wrong while forces in a straight slide are right",
-    ),
-    source: text("Goyal, Ruina and Papadopoulos 1991, limit surface; Salisbury 1982, soft finger"),
+    summary: "patches bear more (or less) torsion than their nominal shape",
+    signature: "rotation or torque about the contact normal is wrong while forces in a straight slide are right",
+    source: "Goyal, Ruina and Papadopoulos 1991, limit surface; Salisbury 1982, soft finger",
     parameters: &[Parameter::new(
         "radius_change_m",
         "m",
@@ -53,12 +51,12 @@ impl<R: Real> Law<R> for TorsionalFriction {
             Body::Support => contact.lever_m - contact.axes[0] * contact.axes[0].dot(&contact.lever_m),
             _ => contact.axes[1] * contact.patch_m[0] + contact.axes[2] * contact.patch_m[1],
         };
-        let radius = out.length();
+        let radius = norm(&out);
         if !(radius > R::of(POINT_M)) {
-            contact.spread_m = most(p[0], R::zero());
+            contact.spread_m = max(p[0], R::zero());
             return;
         }
-        let change = most(p[0] / radius, R::of(MOST_SHRUNK));
+        let change = max(p[0] / radius, R::of(MOST_SHRUNK));
         contact.lever_m += out * change;
         if contact.body != Body::Support {
             contact.patch_m = contact.patch_m.map(|at| at * (R::one() + change));
@@ -66,6 +64,6 @@ impl<R: Real> Law<R> for TorsionalFriction {
     }
 
     fn torsion_arm(&self, p: &[R; MAX_PARAMETERS], arm_m: R) -> R {
-        most(arm_m + p[0], arm_m * R::of(1.0 + MOST_SHRUNK))
+        max(arm_m + p[0], arm_m * R::of(1.0 + MOST_SHRUNK))
     }
 }

@@ -4,7 +4,7 @@
 //! The speed is that of the last step: the law is explicit, stable while
 //! `viscosity N dt < m` for an object that nothing drives.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext, text};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::real::Real;
 
 /// See the module.
@@ -12,13 +12,11 @@ pub struct ViscousFriction;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("viscous_friction"),
+    id: "viscous_friction",
     code: 2,
-    summary: text("friction rises in proportion to slip speed"),
-    signature: text(
-        "tangential forces that differ between fast and slow runs in proportion to speed, at the same grip",
-    ),
-    source: text("Armstrong-Helouvry 1991, Control of Machines with Friction"),
+    summary: "friction rises in proportion to slip speed",
+    signature: "tangential forces that differ between fast and slow runs in proportion to speed, at the same grip",
+    source: "Armstrong-Helouvry 1991, Control of Machines with Friction",
     parameters: &[Parameter::new(
         "viscosity_s_m",
         "s/m",
@@ -38,6 +36,7 @@ impl<R: Real> Law<R> for ViscousFriction {
         &self,
         p: &[R; MAX_PARAMETERS],
         _: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {

@@ -4,22 +4,20 @@
 //! the base model's: pads polish or pick up dust. Yu et al. 2016 saw pushing friction change
 //! over thousands of pushes.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, Parameter, Slip, StepContext, text};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::contact::is_finger;
-use crate::real::{Real, most};
+use crate::real::{Real, max};
 
 /// See the module.
 pub struct WearDrift;
 
 /// Description.
 pub const INFO: Info = Info {
-    id: text("wear_drift"),
+    id: "wear_drift",
     code: 7,
-    summary: text("fingertip friction drifts from trial to trial"),
-    signature: text(
-        "residuals of tangential force that go with the order in which the trials were run, not with their conditions",
-    ),
-    source: text("Archard 1953; Yu et al. 2016, More than a million ways to be pushed"),
+    summary: "fingertip friction drifts from trial to trial",
+    signature: "residuals of tangential force that go with the order in which the trials were run, not with their conditions",
+    source: "Archard 1953; Yu et al. 2016, More than a million ways to be pushed",
     parameters: &[Parameter::new(
         "rate_per_trial",
         "1",
@@ -39,11 +37,12 @@ impl<R: Real> Law<R> for WearDrift {
         &self,
         p: &[R; MAX_PARAMETERS],
         c: &StepContext<R>,
+        _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {
         if is_finger(slip.body) {
-            let factor = most(R::one() + p[0] * c.trial, R::of(0.1));
+            let factor = max(R::one() + p[0] * c.trial, R::of(0.1));
             law.mu = law.mu.map(|mu| mu * factor);
         }
     }

@@ -16,8 +16,8 @@
 //! The pivots work on a dictionary (basic variables as functions of the nonbasic ones), which
 //! holds the inverse of the basis in its slack columns: ties are broken by these, exactly.
 
-use super::{Defect, Outcome, Path, Report, Status, magnitude, residual, tolerance};
-use crate::real::{Real, least, most};
+use super::{Defect, Outcome, Path, Report, SolveStatus, residual, tolerance};
+use crate::real::{Real, abs, max, min, sqrt};
 
 /// One run of Lemke's method.
 #[derive(Clone, Copy, Debug)]
@@ -109,18 +109,10 @@ impl<R: Real, const N: usize> Dense<R, N> {
     ///
     /// Runs at most 16 attempts, 12 of `6 n + 50` and 4 of `20 n + 50` pivots, and the proof that
     /// there is no solution (`4 n + 20`). Nothing here panics; numbers
-    /// that are not finite and sizes that do not fit are [`Status::BadInput`].
+    /// that are not finite and sizes that do not fit are [`SolveStatus::BadInput`].
     pub fn solve(&mut self, m: &[R], q: &[R]) -> Outcome<'_, [R], R> {
         let n = q.len();
-        let refuse = |defect| {
-            let report = Report {
-                status: Status::BadInput(defect),
-                residual: R::of(f64::INFINITY),
-                pivots: 0,
-                path: Path::Trivial,
-            };
-            Outcome::new(&[] as &[R], report)
-        };
+        let refuse = |defect| Outcome::new(&[] as &[R], Report::refused(defect));
         if n == 0 {
             return refuse(Defect::Empty);
         }
@@ -136,8 +128,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
 
     fn search(&mut self, m: &[R], q: &[R], n: usize) -> Report<R> {
         self.best = [R::zero(); N];
-        let mut report =
-            Report { status: Status::Solved, residual: R::zero(), pivots: 0, path: Path::Trivial };
+        let mut report = Report { status: SolveStatus::Solved, residual: R::zero(), ..Report::nothing() };
         if q.iter().all(|&x| x >= R::zero()) {
             return report;
         }
@@ -173,17 +164,17 @@ impl<R: Real, const N: usize> Dense<R, N> {
                 let (none, pivots) = self.infeasible(m, q, n);
                 report.pivots = report.pivots.saturating_add(pivots);
                 if none {
-                    report.status = Status::Ray;
+                    report.status = SolveStatus::Contradiction;
                     return report;
                 }
             }
         }
         report.status = if rays == unshifted {
-            Status::Ray
+            SolveStatus::Contradiction
         } else if limits > 0 {
-            Status::PivotLimit
+            SolveStatus::IterationLimit
         } else {
-            Status::Numerical
+            SolveStatus::Numerical
         };
         report
     }
@@ -197,9 +188,9 @@ impl<R: Real, const N: usize> Dense<R, N> {
             for (row, scale) in m.chunks_exact(n).zip(&mut self.row_scale) {
                 let mut largest = R::zero();
                 for ((&entry, &column), peak) in row.iter().zip(&self.column_scale).zip(&mut columns) {
-                    let size = magnitude(entry) * column * *scale;
-                    largest = most(size, largest);
-                    *peak = most(size, *peak);
+                    let size = abs(entry) * column * *scale;
+                    largest = max(size, largest);
+                    *peak = max(size, *peak);
                 }
                 *scale *= inverse_root_power_of_two(largest);
             }
@@ -209,7 +200,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
         }
         let mut largest = R::zero();
         for (&constant, &scale) in q.iter().zip(&self.row_scale) {
-            largest = most(magnitude(constant) * scale, largest);
+            largest = max(abs(constant) * scale, largest);
         }
         let root = inverse_root_power_of_two(largest);
         self.constant_scale = root * root;
@@ -313,7 +304,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
         self.step = [R::zero(); N];
         let Some(line) = self.table.get(at) else { return };
         let weights = self.nonbasic.iter().zip(line).take(n + 2).skip(1).filter(|w| *w.0 < n);
-        let peak = weights.clone().fold(R::zero(), |peak, (_, &weight)| most(weight, peak));
+        let peak = weights.clone().fold(R::zero(), |peak, (_, &weight)| max(weight, peak));
         for (&variable, &weight) in weights {
             // Any weights may prove it, so those that are rounding alone are left out.
             if weight > peak * R::of(FLAT) * R::EPSILON
@@ -335,12 +326,12 @@ impl<R: Real, const N: usize> Dense<R, N> {
             total += y;
             for ((&entry, sum), size) in row.iter().zip(&mut sums).zip(&mut sizes) {
                 *sum += entry * y;
-                *size += magnitude(entry) * y;
+                *size += abs(entry) * y;
             }
         }
         let rounding = R::EPSILON * R::of(32.0 * n as f64);
         let consistent = sums.iter().zip(&sizes).take(n).all(|(&sum, &size)| sum <= size * rounding);
-        consistent && constant < -(total * residual::largest(q) * tolerance::<R>().root())
+        consistent && constant < -(total * residual::largest(q) * sqrt(tolerance::<R>()))
     }
 
     /// The row that needs z0 most; ties go to the last row, which is the lexicographic order
@@ -361,14 +352,14 @@ impl<R: Real, const N: usize> Dense<R, N> {
     fn blocking_row(&self, column: usize, n: usize, smallest: R) -> Option<usize> {
         let mut peak = R::zero();
         for line in self.table.iter().take(n) {
-            peak = most(magnitude(line.get(column).copied().unwrap_or(R::zero())), peak);
+            peak = max(abs(line.get(column).copied().unwrap_or(R::zero())), peak);
         }
         let threshold = peak * smallest;
         let mut least: Option<R> = None;
         for line in self.table.iter().take(n) {
             let (Some(&constant), Some(&rate)) = (line.first(), line.get(column)) else { continue };
             if -rate > threshold {
-                let ratio = most(constant, R::zero()) / -rate;
+                let ratio = max(constant, R::zero()) / -rate;
                 if least.is_none_or(|x| ratio < x) {
                     least = Some(ratio);
                 }
@@ -380,7 +371,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
         let mut chosen: Option<usize> = None;
         for (i, line) in self.table.iter().enumerate().take(n) {
             let (Some(&constant), Some(&rate)) = (line.first(), line.get(column)) else { continue };
-            if !(-rate > threshold && most(constant, R::zero()) / -rate <= tie) {
+            if !(-rate > threshold && max(constant, R::zero()) / -rate <= tie) {
                 continue;
             }
             if self.basic.get(i) == Some(&(2 * n)) {
@@ -419,8 +410,8 @@ impl<R: Real, const N: usize> Dense<R, N> {
                 }
             };
             let difference = coefficients.0 / -rate_i - coefficients.1 / -rate_j;
-            let size = magnitude(coefficients.0 / rate_i) + magnitude(coefficients.1 / rate_j);
-            if magnitude(difference) > size * R::of(1e3) * R::EPSILON {
+            let size = abs(coefficients.0 / rate_i) + abs(coefficients.1 / rate_j);
+            if abs(difference) > size * R::of(1e3) * R::EPSILON {
                 return difference < R::zero();
             }
         }
@@ -474,7 +465,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
             if let (Some(z), Some(&value), Some(&scale)) =
                 (self.z.get_mut(i), line.first(), self.column_scale.get(i))
             {
-                *z = most(value, R::zero()) * scale / self.constant_scale;
+                *z = max(value, R::zero()) * scale / self.constant_scale;
             }
         }
     }
@@ -487,7 +478,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
             for (&entry, &x) in row.iter().zip(z) {
                 w += entry * x;
             }
-            worst = least(w, worst);
+            worst = min(w, worst);
         }
         residual::credible(residual::dense(m, q, z).value(), worst, residual::largest(q))
     }
@@ -532,7 +523,7 @@ impl<R: Real, const N: usize> Dense<R, N> {
                 if let (Some(z), Some(&step), Some(&scale)) =
                     (self.z.get_mut(j), self.step.get(r), self.column_scale.get(j))
                 {
-                    *z = most(*z + step * scale, R::zero());
+                    *z = max(*z + step * scale, R::zero());
                 }
             }
             let after = self.judge(m, q, n);
@@ -558,12 +549,12 @@ impl<R: Real, const N: usize> Dense<R, N> {
             let mut best = (R::zero(), k, k);
             for (i, line) in self.table.iter().enumerate().take(size).skip(k) {
                 for (j, &value) in line.iter().enumerate().take(size).skip(k) {
-                    if magnitude(value) > best.0 {
-                        best = (magnitude(value), i, j);
+                    if abs(value) > best.0 {
+                        best = (abs(value), i, j);
                     }
                 }
             }
-            first = most(best.0, first);
+            first = max(best.0, first);
             if !(best.0 > first * R::EPSILON * R::of(100.0)) {
                 break;
             }

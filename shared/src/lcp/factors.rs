@@ -10,7 +10,7 @@
 //! seconds and metres a second (Stewart and Trinkle 1996 with a pyramid of four edges).
 
 use super::Defect;
-use crate::real::{Real, most};
+use crate::real::{Real, abs, max};
 use heapless::Vec;
 
 /// One contact: a row of the problem in each of three directions.
@@ -184,9 +184,9 @@ impl<R: Real, const NC: usize, const ND: usize> Factors<R, NC, ND> {
             for (j, &x) in z.iter().enumerate() {
                 let entry = self.entry(i, j);
                 w += entry * x;
-                size += super::magnitude(entry);
+                size += abs(entry);
             }
-            sum.add_row(unknown, w, super::magnitude(constant) + size * biggest, biggest);
+            sum.add_row(unknown, w, abs(constant) + size * biggest, biggest);
         }
         sum
     }
@@ -252,7 +252,7 @@ impl<R: Real, const NC: usize, const ND: usize> Impulses<R, NC, ND> {
             }
             for (place, tangent) in places.zip(tangents) {
                 if let Some(place) = z.get_mut(place) {
-                    *place = most(tangent, R::zero());
+                    *place = max(tangent, R::zero());
                 }
             }
             if let Some(place) = z.get_mut(5 * count + i) {

@@ -6,8 +6,8 @@
 use super::contact::ContactSolver;
 use super::dense::Dense;
 use super::factors::{Factors, Impulses};
-use super::{Outcome, Report, Status, residual, tolerance};
-use crate::real::{Real, most};
+use super::{Outcome, Report, SolveStatus, residual, tolerance};
+use crate::real::{Real, max};
 
 /// Both solvers, and room for the dense form.
 pub struct Fallback<R, const NC: usize, const ND: usize, const N: usize, const SQUARE: usize> {
@@ -44,7 +44,7 @@ impl<R: Real, const NC: usize, const ND: usize, const N: usize, const SQUARE: us
     /// Solves by the contact solver, then by the dense one; the better answer is returned.
     pub fn solve(&mut self, problem: &Factors<R, NC, ND>) -> Outcome<'_, Impulses<R, NC, ND>, R> {
         let first = self.contact.solve(problem).report();
-        if matches!(first.status, Status::Solved | Status::BadInput(_)) {
+        if matches!(first.status, SolveStatus::Solved | SolveStatus::BadInput) {
             return self.contact.last(first);
         }
         let n = problem.unknowns();
@@ -63,16 +63,20 @@ impl<R: Real, const NC: usize, const ND: usize, const N: usize, const SQUARE: us
             let mut residual = R::of(f64::INFINITY);
             if let Some(paired) = paired.get_mut(..n) {
                 self.answer.write_unknowns(paired);
-                residual = most(residual::dense(m, q, paired).value(), second.residual);
+                residual = max(residual::dense(m, q, paired).value(), second.residual);
             }
             let status = match second.status {
-                Status::Solved if !(residual <= tolerance()) => Status::Numerical,
+                SolveStatus::Solved if !(residual <= tolerance()) => SolveStatus::Numerical,
                 status => status,
             };
             return Outcome::new(&self.answer, Report { pivots, residual, status, ..second });
         }
         // Both failed; a ray of the dense solver says more than a failure.
-        let status = if second.status == Status::Ray { Status::Ray } else { first.status };
+        let status = if second.status == SolveStatus::Contradiction {
+            SolveStatus::Contradiction
+        } else {
+            first.status
+        };
         self.contact.last(Report { pivots, status, ..first })
     }
 }

@@ -17,41 +17,7 @@ pub mod residual;
 mod small;
 
 use crate::real::Real;
-
-/// What is wrong with the numbers of a problem.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Defect {
-    /// Lengths do not belong together, or exceed the capacity.
-    Size,
-    /// A problem without unknowns or without contacts.
-    Empty,
-    /// A NaN or an infinity.
-    NotFinite,
-    /// An inverse mass below zero (zero stands for a body that does not move).
-    Mass,
-    /// A coefficient of friction outside 0 to 10.
-    Friction,
-    /// A compliance below zero.
-    Compliance,
-    /// A normal and both tangents are zero: the contact acts on nothing.
-    Direction,
-}
-
-/// How a solve ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
-    /// The residual is at or below the tolerance.
-    Solved,
-    /// No solution was found along a ray: for a copositive matrix (every friction problem),
-    /// the problem has none. The contacts contradict each other.
-    Ray,
-    /// The bound on the cost was reached first.
-    PivotLimit,
-    /// Rounding won: the method finished, and the residual is above the tolerance.
-    Numerical,
-    /// The problem was refused before solving.
-    BadInput(Defect),
-}
+pub use crate::solve::{Defect, SolveStatus};
 
 /// Which way an answer was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +40,9 @@ pub enum Path {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report<R> {
     /// How it ended.
-    pub status: Status,
+    pub status: SolveStatus,
+    /// What is wrong with the numbers, where that is [`SolveStatus::BadInput`].
+    pub defect: Option<Defect>,
     /// Scaled residual (see [`residual`]), or an upper bound of it; dimensionless.
     pub residual: R,
     /// Pivots of Lemke's method, or factorisations in the space of velocities.
@@ -91,6 +59,19 @@ pub struct Outcome<'a, T: ?Sized, R> {
     report: Report<R>,
 }
 
+impl<R: Real> Report<R> {
+    /// No answer yet.
+    pub(crate) fn nothing() -> Self {
+        let residual = R::of(f64::INFINITY);
+        Self { status: SolveStatus::Numerical, defect: None, residual, pivots: 0, path: Path::Trivial }
+    }
+
+    /// Refused before solving.
+    pub(crate) fn refused(defect: Defect) -> Self {
+        Self { status: SolveStatus::BadInput, defect: Some(defect), ..Self::nothing() }
+    }
+}
+
 impl<'a, T: ?Sized, R: Real> Outcome<'a, T, R> {
     pub(crate) fn new(answer: &'a T, report: Report<R>) -> Self {
         Self { answer, report }
@@ -99,7 +80,7 @@ impl<'a, T: ?Sized, R: Real> Outcome<'a, T, R> {
     /// The answer, only where it is certified.
     pub fn solved(&self) -> Option<&'a T> {
         match self.report.status {
-            Status::Solved => Some(self.answer),
+            SolveStatus::Solved => Some(self.answer),
             _ => None,
         }
     }
@@ -109,7 +90,7 @@ impl<'a, T: ?Sized, R: Real> Outcome<'a, T, R> {
         (self.answer, self.report)
     }
 
-    /// Status, residual, cost and path.
+    /// SolveStatus, residual, cost and path.
     pub fn report(&self) -> Report<R> {
         self.report
     }
@@ -119,10 +100,4 @@ impl<'a, T: ?Sized, R: Real> Outcome<'a, T, R> {
 /// sums alone is near 1e-6, and 2e-5 is what the solvers can promise.
 pub fn tolerance<R: Real>() -> R {
     if R::EPSILON.to_f64() < 1e-12 { R::of(1e-8) } else { R::of(2e-5) }
-}
-
-/// Magnitude (without a call, unlike the trait's).
-#[inline(always)]
-pub(crate) fn magnitude<R: Real>(x: R) -> R {
-    if x < R::zero() { -x } else { x }
 }

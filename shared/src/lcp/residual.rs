@@ -4,8 +4,8 @@
 //! `w_i`), the residual is the largest of three: the most negative unknown `-min(z) / Z`, the
 //! most negative slack `-w_i / s_i`, and the sum of the products `(|z_i| / Z) (|w_i| / s_i)`.
 
-use super::{magnitude, tolerance};
-use crate::real::{Real, most};
+use super::tolerance;
+use crate::real::{Real, abs, max, sqrt};
 
 /// The three parts of the residual, dimensionless.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,13 +27,13 @@ impl<R: Real> Residual<R> {
     /// Adds a row: unknown `z`, slack `w`, row size `size` = `s_i`, largest unknown `largest` = `Z`.
     pub fn add_row(&mut self, z: R, w: R, size: R, largest: R) {
         if largest > R::zero() {
-            self.unknown = most(self.unknown, -z / largest);
+            self.unknown = max(self.unknown, -z / largest);
         }
         if size > R::zero() {
             let relative = w / size;
-            self.slack = most(self.slack, -relative);
+            self.slack = max(self.slack, -relative);
             if largest > R::zero() {
-                self.complementarity += magnitude(z) / largest * magnitude(relative);
+                self.complementarity += abs(z) / largest * abs(relative);
             }
         }
         // A row of size zero has w = 0 exactly. What is not a number solves nothing.
@@ -47,11 +47,11 @@ impl<R: Real> Residual<R> {
     #[inline(always)]
     pub(super) fn add_scaled_row(&mut self, z: R, w: R, size: R, by_largest: R) {
         let share = z * by_largest;
-        self.unknown = most(self.unknown, -share);
+        self.unknown = max(self.unknown, -share);
         if size > R::zero() {
             let relative = w / size;
-            self.slack = most(self.slack, -relative);
-            self.complementarity += magnitude(share) * magnitude(relative);
+            self.slack = max(self.slack, -relative);
+            self.complementarity += abs(share) * abs(relative);
         }
         // Only finite numbers times zero add up to zero.
         if !((z + w + size) * R::zero() == R::zero()) {
@@ -61,7 +61,7 @@ impl<R: Real> Residual<R> {
 
     /// The largest part: the number that is compared with the tolerance.
     pub fn value(&self) -> R {
-        most(most(self.unknown, self.slack), self.complementarity)
+        max(max(self.unknown, self.slack), self.complementarity)
     }
 }
 
@@ -71,8 +71,8 @@ impl<R: Real> Residual<R> {
 /// beside what else moves, would be solved by impulses without bound.
 pub(super) fn credible<R: Real>(residual: R, worst_slack: R, largest_constant: R) -> R {
     let violation = -worst_slack;
-    if violation > largest_constant * tolerance::<R>().root() && largest_constant > R::zero() {
-        most(violation / largest_constant, residual)
+    if violation > largest_constant * sqrt(tolerance::<R>()) && largest_constant > R::zero() {
+        max(violation / largest_constant, residual)
     } else {
         residual
     }
@@ -80,7 +80,7 @@ pub(super) fn credible<R: Real>(residual: R, worst_slack: R, largest_constant: R
 
 /// Largest magnitude in `z`.
 pub fn largest<R: Real>(z: &[R]) -> R {
-    z.iter().fold(R::zero(), |most_so_far, &x| most(magnitude(x), most_so_far))
+    z.iter().fold(R::zero(), |most_so_far, &x| max(abs(x), most_so_far))
 }
 
 /// Residual of `z` (n) for the dense problem `m` (n x n, row by row) and `q` (n).
@@ -98,9 +98,9 @@ pub fn dense<R: Real>(m: &[R], q: &[R], z: &[R]) -> Residual<R> {
         let (mut w, mut size) = (constant, R::zero());
         for (&entry, &x) in row.iter().zip(z) {
             w += entry * x;
-            size += magnitude(entry);
+            size += abs(entry);
         }
-        sum.add_row(unknown, w, magnitude(constant) + size * biggest, biggest);
+        sum.add_row(unknown, w, abs(constant) + size * biggest, biggest);
     }
     sum
 }

@@ -1,7 +1,6 @@
 //! Linear equations of a handful of unknowns: elimination with row exchanges.
 
-use super::magnitude;
-use crate::real::Real;
+use crate::real::{Real, abs};
 
 /// Factors of a square matrix of `ND` rows.
 #[derive(Clone, Copy, Debug)]
@@ -30,9 +29,9 @@ impl<R: Real, const ND: usize> Factorisation<R, ND> {
         let mut exchanged = [0; ND];
         for k in 0..ND {
             let mut best = k;
-            let mut size = magnitude(rows[k][k]);
+            let mut size = abs(rows[k][k]);
             for i in k + 1..ND {
-                let candidate = magnitude(rows[i][k]);
+                let candidate = abs(rows[i][k]);
                 if candidate > size {
                     size = candidate;
                     best = i;

@@ -5,7 +5,7 @@
 //! an alarm at `S > h`. Deficits below a twentieth of the weight never add up. It is told
 //! only where the told weight has proven right, and while the planned motion stays.
 
-use crate::real::{Real, clamp, least, most};
+use crate::real::{Real, clamp, max, min, sqrt};
 
 /// Deficit that is none, as a share of the weight, and in standard deviations.
 const ALLOWED_SHARE: f64 = 0.05;
@@ -62,14 +62,14 @@ impl<R: Real> Bearing<R> {
             return 0;
         };
         let share = measured / model;
-        let sigma = most(self.variance.root(), R::of(1e-3));
-        let allowed = most(R::of(ALLOWED_SHARE) / sigma, R::of(ALLOWED_SIGMAS));
+        let sigma = max(sqrt(self.variance), R::of(1e-3));
+        let allowed = max(R::of(ALLOWED_SHARE) / sigma, R::of(ALLOWED_SIGMAS));
         let enough = R::of(CHANCE * 0.5) / allowed;
         let right = (self.mean - R::one()).abs() < R::of(WEIGHT_SHARE);
         if self.fallen >= FALLEN_SAMPLES {
             *self = Self { variance: self.variance, ..Self::default() };
         } else if right && !steered {
-            let gain = (least(self.mean, R::one()) - share) / sigma - allowed;
+            let gain = (min(self.mean, R::one()) - share) / sigma - allowed;
             self.deficit = clamp(self.deficit + gain, R::zero(), enough * R::of(2.0));
         } else {
             self.deficit = R::zero();
@@ -87,9 +87,9 @@ impl<R: Real> Bearing<R> {
         } else {
             clamp(share - self.mean, -sigma * R::of(COUNTED_SIGMAS), sigma * R::of(COUNTED_SIGMAS))
         };
-        self.mean += counted * most(least(dt_s / R::of(BORNE_S), R::one()), first);
+        self.mean += counted * max(min(dt_s / R::of(BORNE_S), R::one()), first);
         if right {
-            let slow = least(dt_s / R::of(NOISE_S), R::one()) * R::of(0.1);
+            let slow = min(dt_s / R::of(NOISE_S), R::one()) * R::of(0.1);
             self.variance += (counted * counted - self.variance) * slow;
         }
         0

@@ -6,7 +6,7 @@
 //! a knock that was withstood, where the pose shows that nothing moved. Both within bounds,
 //! and both fade.
 
-use crate::real::{Real, clamp, least, most};
+use crate::real::{Real, clamp, max, min};
 
 /// How much less friction there may be than the model's, or than was learnt from a slip; and how
 /// much less is likely.
@@ -93,8 +93,8 @@ impl<R: Real> Friction<R> {
     /// What the model is to reckon with: pads that hold a load do not slip under it, and not
     /// at the next tremor.
     pub fn assumed(&self) -> R {
-        let held = most(self.proven, self.holds) * R::of(HELD_MARGIN);
-        most(self.estimate, least(held, self.told * R::of(MOST_SHARE)))
+        let held = max(self.proven, self.holds) * R::of(HELD_MARGIN);
+        max(self.estimate, min(held, self.told * R::of(MOST_SHARE)))
     }
 
     /// What was held without slip; zero where nothing was.
@@ -105,7 +105,7 @@ impl<R: Real> Friction<R> {
     /// The least that it may be.
     pub fn least(&self) -> R {
         let spread = if self.learnt { SPREAD_LEARNT } else { SPREAD_TOLD };
-        most(self.estimate * R::of(1.0 - spread), self.proven)
+        max(self.estimate * R::of(1.0 - spread), self.proven)
     }
 
     /// The least that is likely, whatever was held.
@@ -120,9 +120,9 @@ impl<R: Real> Friction<R> {
 
     /// Loads have been clipped at `needed`: there is no more than that.
     pub fn cap(&mut self, needed: R) {
-        let bound = most(needed, self.told * R::of(LEAST_SHARE));
+        let bound = max(needed, self.told * R::of(LEAST_SHARE));
         if bound < self.estimate {
-            self.estimate = most(bound, self.proven);
+            self.estimate = max(bound, self.proven);
             self.learnt = true;
         }
     }
@@ -144,7 +144,7 @@ impl<R: Real> Friction<R> {
         let (low, high) = (self.told * R::of(LEAST_SHARE), self.told * R::of(MOST_SHARE));
         if seen.slip_s.is_some_and(|s| s > R::zero()) {
             let slides = seen.slip_s.is_some_and(|s| s > R::of(SLID_S)) && seen.speed_m_s > R::of(SLID_M_S);
-            self.peak = if slides { most(self.peak, seen.needed) } else { R::zero() };
+            self.peak = if slides { max(self.peak, seen.needed) } else { R::zero() };
             // Pads that have caught the object again carry less; the speed is seen to fall later.
             if slides && seen.needed > self.peak * R::of(CAUGHT_SHARE) {
                 let gain = R::of(if self.learnt { 0.05 } else { 0.2 });
@@ -161,22 +161,22 @@ impl<R: Real> Friction<R> {
         if seen.steered || !(self.level > R::zero()) {
             self.level = seen.needed;
         }
-        self.level += (seen.needed - self.level) * least(dt_s / R::of(LEVEL_S), R::one());
+        self.level += (seen.needed - self.level) * min(dt_s / R::of(LEVEL_S), R::one());
         let near =
             (seen.needed - self.level).abs() < self.level * R::of(LEVEL_SHARE) + seen.noise * R::of(2.0);
         self.steady_s = if near && !seen.steered { self.steady_s + dt_s } else { R::zero() };
-        self.peak = most(self.peak, seen.needed);
+        self.peak = max(self.peak, seen.needed);
         let over = seen.needed < self.peak * R::of(OVER_SHARE);
         if over {
             if seen.slip_s.is_some() {
-                self.proven = most(self.proven, least(self.peak * R::of(PEAK_SHARE), high));
+                self.proven = max(self.proven, min(self.peak * R::of(PEAK_SHARE), high));
             }
             self.peak = seen.needed;
         }
         if self.steady_s > R::of(STEADY_S) && seen.grip_holds {
-            self.proven = most(self.proven, least(self.level, high));
+            self.proven = max(self.proven, min(self.level, high));
             self.peak = seen.needed;
         }
-        self.estimate = most(self.estimate, self.proven);
+        self.estimate = max(self.estimate, self.proven);
     }
 }

@@ -19,7 +19,7 @@ pub mod motion;
 pub mod plateau;
 pub mod trend;
 
-use crate::real::{Length, Real, Vec3, clamp, least, most};
+use crate::real::{Real, Vec3, clamp, max, min, norm, sqrt};
 use bearing::Bearing;
 use friction::{Friction, Use};
 use motion::{Forces, Motion, Moved};
@@ -216,15 +216,15 @@ impl<R: Real> Observer<R> {
                 held: proven,
                 steered: s.steered,
                 accelerates: s.accelerates,
-                risen: most(seen.limit * R::of(SLIPPING_SHARE) - noise, held),
-                jumped: most(likely * least(s.sliding, R::one()), held),
+                risen: max(seen.limit * R::of(SLIPPING_SHARE) - noise, held),
+                jumped: max(likely * min(s.sliding, R::one()), held),
                 sliding: s.sliding,
             })
         });
         seen.moved = match &s.points_m {
             Some(points) => {
                 // A load that has been held is none that it slips under.
-                let bar = most(likely * R::of(AT_LIMIT_SHARE), proven + noise * R::of(2.0));
+                let bar = max(likely * R::of(AT_LIMIT_SHARE), proven + noise * R::of(2.0));
                 let forces = if falling {
                     Forces::Fall
                 } else if now.is_some_and(|r| r > bar) || self.bearing.suspect() {
@@ -251,7 +251,7 @@ impl<R: Real> Observer<R> {
         if let (Some(ceiling), true) = (self.plateau.ceiling(), seen.moved.is_none()) {
             self.friction.cap(ceiling / effects);
         }
-        let fastest = |m: Moved<R>| most(m.velocity_m_s[0].length(), m.velocity_m_s[1].length());
+        let fastest = |m: Moved<R>| max(norm(&m.velocity_m_s[0]), norm(&m.velocity_m_s[1]));
         let usage = Use {
             needed: smooth / effects,
             // The smoothed ratio's is 0.42 of a sample's.
@@ -287,15 +287,15 @@ impl<R: Real> Observer<R> {
             return None;
         }
         let mut left: Option<R> = None;
-        let mut sooner = |t: R| left = Some(left.map_or(t, |l| least(l, t)));
+        let mut sooner = |t: R| left = Some(left.map_or(t, |l| min(l, t)));
         if let Some(line) = self.trend.proven()
             && line.slope_s > R::zero()
         {
-            sooner(most((limit - line.value) / line.slope_s, R::zero()));
+            sooner(max((limit - line.value) / line.slope_s, R::zero()));
         }
         if self.falling >= FALLING_SAMPLES && self.grip_trend_n_s < R::zero() {
             let lasts = self.grip_n / -self.grip_trend_n_s;
-            sooner(most(lasts * (R::one() - ratio / limit), R::zero()));
+            sooner(max(lasts * (R::one() - ratio / limit), R::zero()));
         }
         left
     }
@@ -314,8 +314,8 @@ fn ratio<R: Real>(wrenches: &[&[R; 6]], arm_m: R) -> Option<R> {
         return None;
     }
     let torsion = if arm_m > R::zero() { turn / arm_m } else { R::zero() };
-    let needed = (x * x + z * z + torsion * torsion).root() / normal;
-    needed.finite().then_some(least(needed, R::of(100.0)))
+    let needed = sqrt(x * x + z * z + torsion * torsion) / normal;
+    needed.finite().then_some(min(needed, R::of(100.0)))
 }
 
 /// Puts `newest` first and drops the last.

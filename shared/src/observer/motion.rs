@@ -10,7 +10,7 @@
 //! the limit may slip, those far below it hardly do. Slip ends when the point has come to
 //! rest; the anchor is then set anew.
 
-use crate::real::{Length, Real, Vec3, clamp, least, most};
+use crate::real::{Real, Vec3, clamp, max, min, norm, sqrt};
 
 /// Gains of the filter: its noise is 0.57 of the samples'.
 const ALPHA: f64 = 0.4;
@@ -91,12 +91,12 @@ impl<R: Real> Point<R> {
     fn departed(&self, sigma_m: [R; 2], forces: Forces) -> bool {
         let (sigmas, lag_m) = forces.bar();
         let (mut sum, mut count) = (Vec3::zeros(), R::zero());
-        let bar = |sigma: R, lag: f64, n: R| sigma * R::of(sigmas) * n.root() + R::of(lag) * n;
+        let bar = |sigma: R, lag: f64, n: R| sigma * R::of(sigmas) * sqrt(n) + R::of(lag) * n;
         let bars = |n: R| [bar(sigma_m[0], lag_m[0], n), bar(sigma_m[1], lag_m[1], n)];
         let counted = bars(R::of(2.0)).map(|b| b * R::of(COUNTED_SHARE));
         self.raw.iter().any(|raw| {
             let d: Vec3<R> = raw - self.anchor;
-            let size = (d.x * d.x + d.z * d.z).root();
+            let size = sqrt(d.x * d.x + d.z * d.z);
             let share = if size > counted[0] { counted[0] / size } else { R::one() };
             sum += Vec3::new(d.x * share, clamp(d.y, -counted[1], counted[1]), d.z * share);
             count += R::one();
@@ -144,8 +144,8 @@ impl<R: Real> Motion<R> {
             self.points = Some(raw.map(Point::resting));
             return self.moved([Vec3::zeros(); 2]);
         };
-        let noise = self.variance.map(|v| v.root() * R::of(FILTERED));
-        let sigma_m = self.variance.map(|v| v.root());
+        let noise = self.variance.map(|v| sqrt(v) * R::of(FILTERED));
+        let sigma_m = self.variance.map(|v| sqrt(v));
         self.age = self.age.saturating_add(1).min(WARM);
         let first = R::one() / (R::of(f64::from(self.age)) + R::one());
         let slipping = self.slip_s > R::zero();
@@ -160,9 +160,9 @@ impl<R: Real> Motion<R> {
                     (change.x * change.x + change.z * change.z) * R::of(0.25),
                     change.y * change.y * R::of(0.5),
                 ];
-                let gain = most(R::of(0.005), first);
+                let gain = max(R::of(0.005), first);
                 for (v, square) in self.variance.iter_mut().zip(squares) {
-                    *v += (least(square, *v * R::of(9.0)) - *v) * gain;
+                    *v += (min(square, *v * R::of(9.0)) - *v) * gain;
                 }
             }
             let ahead = p.at + p.velocity * dt_s;
@@ -171,9 +171,9 @@ impl<R: Real> Motion<R> {
             p.velocity += miss * (R::of(BETA) / dt_s);
             let away = p.at - p.anchor;
             begins |= self.age > 8 && !slipping && p.departed(sigma_m, forces);
-            fastest = most(fastest, p.velocity.length());
+            fastest = max(fastest, norm(&p.velocity));
             if !slipping {
-                let follow = most(least(R::of(FOLLOW_S) * dt_s, R::one()), first);
+                let follow = max(min(R::of(FOLLOW_S) * dt_s, R::one()), first);
                 p.anchor += away * follow + p.creep * dt_s;
                 let most = R::of(CREEP_M_S);
                 let creeping = if self.age == WARM { away } else { Vec3::zeros() };
@@ -183,7 +183,7 @@ impl<R: Real> Motion<R> {
         let gain = (fastest - self.speed_m_s) / dt_s;
         self.speed_m_s = fastest;
         self.acceleration_m_s2 += (gain - self.acceleration_m_s2) * R::of(0.3);
-        let resting = fastest < most(R::of(REST_M_S), noise[0] * R::of(0.7) / dt_s);
+        let resting = fastest < max(R::of(REST_M_S), noise[0] * R::of(0.7) / dt_s);
         self.still = if resting { self.still.saturating_add(1) } else { 0 };
         if slipping && self.still >= REST_SAMPLES {
             self.slip_s = R::zero();

@@ -14,7 +14,7 @@
 //! A short jump that is flat wherever it lies was clipped, most likely: where it ends within
 //! a tenth of a second, its height is a ceiling of friction to be learnt from.
 
-use crate::real::{Real, least, most};
+use crate::real::{Real, max, min};
 
 /// Samples that must be flat.
 const FLAT: usize = 5;
@@ -120,8 +120,7 @@ impl<R: Real> Plateau<R> {
             self.clipped = match flat {
                 Some((mean, jumped))
                     if !self.carried_more(mean, s)
-                        && mean
-                            > if jumped && !s.accelerates { least(s.jumped, s.risen) } else { s.risen } =>
+                        && mean > if jumped && !s.accelerates { min(s.jumped, s.risen) } else { s.risen } =>
                 {
                     self.at = mean;
                     FLAT as u8
@@ -144,19 +143,19 @@ impl<R: Real> Plateau<R> {
         }
         let [now, .., last] = self.recent;
         let jump = now - last;
-        if self.count as usize == FLAT && jump > most(now * R::of(JUMP_SHARE), s.noise * R::of(JUMP_SIGMAS)) {
+        if self.count as usize == FLAT && jump > max(now * R::of(JUMP_SHARE), s.noise * R::of(JUMP_SIGMAS)) {
             if self.since_jump > AFTER_JUMP {
                 self.before = last;
             }
             self.since_jump = FLAT as u8 - 1;
         }
         let gone = now < self.peak * R::of(GONE_SHARE);
-        self.peak = if gone { now } else { most(self.peak, now) };
+        self.peak = if gone { now } else { max(self.peak, now) };
     }
 
     /// The present load was more than `mean`, by more than noise and break-away explain.
     fn carried_more(&self, mean: R, s: &Bars<R>) -> bool {
-        let share = R::of(1.0 + CARRIED_SHARE) / least(most(s.sliding, R::of(0.1)), R::one());
+        let share = R::of(1.0 + CARRIED_SHARE) / min(max(s.sliding, R::of(0.1)), R::one());
         self.peak > mean * share + s.noise * R::of(CARRIED_SIGMAS)
     }
 
@@ -177,7 +176,7 @@ impl<R: Real> Plateau<R> {
         }
         self.lasting = self.lasting.saturating_add(1);
         let height = self.top - self.base;
-        if s.now > self.top + most(height * R::of(0.5), s.noise * R::of(4.0)) || self.lasting > KNOCK {
+        if s.now > self.top + max(height * R::of(0.5), s.noise * R::of(4.0)) || self.lasting > KNOCK {
             // It went on rising, or it stays: no knock.
             self.lasting =
                 if self.lasting > KNOCK && s.now > self.base + height * R::of(0.5) { KNOCK } else { 0 };
@@ -195,7 +194,7 @@ impl<R: Real> Plateau<R> {
         let jumped = self.since_jump < AFTER_JUMP;
         let slope = ((a + b) - (d + e)).abs() * R::of(0.5);
         let bend = ((b + c + d) * R::of(1.0 / 3.0) - (a + e) * R::of(0.5)).abs();
-        let bound = most(jump.abs() * R::of(FLAT_SHARE), s.noise * R::of(FLAT_SIGMAS));
+        let bound = max(jump.abs() * R::of(FLAT_SHARE), s.noise * R::of(FLAT_SIGMAS));
         (self.count as usize == FLAT && slope < bound && bend < bound).then_some((mean, jumped))
     }
 }

@@ -6,7 +6,7 @@
 //! knock) has means far off any line: the middle of a step reaches 3.7 standard deviations,
 //! a knock less. A slope is proven at five, where both halves of the time show it.
 
-use crate::real::{Real, most};
+use crate::real::{Real, max, sqrt};
 
 /// Blocks of the fit.
 const BLOCKS: usize = 6;
@@ -65,7 +65,7 @@ impl<R: Real> Trend<R> {
 
     /// Noise of a sample, standard deviation.
     pub fn noise(&self) -> R {
-        self.variance.root()
+        sqrt(self.variance)
     }
 
     /// Begins anew: what was seen belongs to another state of affairs.
@@ -88,7 +88,7 @@ impl<R: Real> Trend<R> {
         }
         let n = R::of(f64::from(PER_BLOCK));
         let mean = self.sum / n;
-        let spread = most(self.squares - self.sum * mean, R::zero()) / (n - R::one());
+        let spread = max(self.squares - self.sum * mean, R::zero()) / (n - R::one());
         // A jump within the block is not noise.
         let spread = if spread > self.variance * R::of(9.0) { self.variance * R::of(9.0) } else { spread };
         self.variance += (spread - self.variance) * R::of(NOISE_SHARE);
@@ -131,9 +131,9 @@ impl<R: Real> Trend<R> {
             return None;
         }
         let slope = tx / tt;
-        let off = most(xx - slope * tx, R::zero()) / (n - R::of(2.0));
+        let off = max(xx - slope * tx, R::zero()) / (n - R::of(2.0));
         let noise = self.variance / R::of(f64::from(PER_BLOCK));
-        let sigma = (most(off, noise) / tt).root();
+        let sigma = sqrt(max(off, noise) / tt);
         if !(slope.abs() > sigma * R::of(PROVEN_SIGMAS)) {
             return None;
         }

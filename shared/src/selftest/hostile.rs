@@ -4,13 +4,13 @@
 //! range. Whatever the answers are, they must be the same bits everywhere.
 
 use super::Draw;
-use crate::cone::{self, Bodies, ConeOptions, ConePoint, ConeStatus};
+use crate::cone::{self, Bodies, ContactPoint, SolveBudget, SolveStatus};
 use crate::lcp::contact::ContactSolver;
 use crate::lcp::dense::Dense;
 use crate::lcp::factors::{Contact, Factors, Impulses};
-use crate::lcp::{Path, Report, Status};
+use crate::lcp::{Path, Report};
 use crate::predictor::HASH_START;
-use crate::real::{Real, Vec3};
+use crate::real::{Real, Vec3, sqrt};
 use heapless::Vec;
 
 /// Most contacts of a problem.
@@ -50,11 +50,11 @@ impl Answers {
 
     fn report<R: Real>(&mut self, report: Report<R>) {
         let status = match report.status {
-            Status::Solved => 0,
-            Status::Ray => 1,
-            Status::PivotLimit => 2,
-            Status::Numerical => 3,
-            Status::BadInput(defect) => 4 + defect as u32,
+            SolveStatus::Solved => 0,
+            SolveStatus::Contradiction => 1,
+            SolveStatus::IterationLimit => 2,
+            SolveStatus::Numerical => 3,
+            SolveStatus::BadInput => 4 + report.defect.map_or(0, |defect| defect as u32),
         };
         let path = match report.path {
             Path::Trivial => 0,
@@ -64,7 +64,7 @@ impl Answers {
             Path::Lemke => 4,
             Path::Restarted(k) => 5 + u32::from(k),
         };
-        self.count(report.status == Status::Solved, matches!(report.status, Status::BadInput(_)));
+        self.count(report.status == SolveStatus::Solved, report.status == SolveStatus::BadInput);
         self.take(status);
         self.take(path);
         self.take(report.pivots);
@@ -94,14 +94,14 @@ fn wild(draw: &mut Draw) -> f32 {
     WILD.get(draw.below(WILD.len() as u32) as usize).copied().unwrap_or(0.0)
 }
 
-type Points = Vec<ConePoint<f32>, CONTACTS>;
+type Points = Vec<ContactPoint<f32>, CONTACTS>;
 
 fn axes(draw: &mut Draw) -> [Vec3<f32>; 3] {
     let mut v = || Vec3::new(draw.within(-1.0, 1.0), draw.within(-1.0, 1.0), draw.within(-1.0, 1.0));
     let (a, b) = (v(), v());
-    let n = a / crate::real::most((a.dot(&a)).root(), 1e-3);
+    let n = a / crate::real::max(sqrt(a.dot(&a)), 1e-3);
     let t = b - n * n.dot(&b);
-    let t = t / crate::real::most((t.dot(&t)).root(), 1e-3);
+    let t = t / crate::real::max(sqrt(t.dot(&t)), 1e-3);
     [n, t, n.cross(&t)]
 }
 
@@ -127,7 +127,7 @@ fn step_problem(draw: &mut Draw) -> (Points, Bodies<f32>) {
         let approach = if crushed { draw.within(0.01, 100.0) } else { draw.within(-0.05, 0.1) };
         let stiffness = if draw.below(8) == 0 { draw.within(1.0, 1e9) } else { 4e4 };
         let mu = if draw.below(8) == 0 { draw.within(0.0, 10.0) } else { 0.4 };
-        let point = ConePoint {
+        let point = ContactPoint {
             lever_m: axes[1] * at[0] + axes[2] * at[1] - axes[0] * 0.0125,
             axes,
             jaw: draw.below(2) as f32,
@@ -173,9 +173,9 @@ fn spoil_step(draw: &mut Draw, points: &mut Points, bodies: &mut Bodies<f32>) {
     }
 }
 
-fn widened(points: &Points, bodies: &Bodies<f32>) -> (Vec<ConePoint<f64>, CONTACTS>, Bodies<f64>) {
+fn widened(points: &Points, bodies: &Bodies<f32>) -> (Vec<ContactPoint<f64>, CONTACTS>, Bodies<f64>) {
     let v = |v: &Vec3<f32>| Vec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z));
-    let points = points.iter().map(|p| ConePoint {
+    let points = points.iter().map(|p| ContactPoint {
         lever_m: v(&p.lever_m),
         axes: [v(&p.axes[0]), v(&p.axes[1]), v(&p.axes[2])],
         jaw: f64::from(p.jaw),
@@ -194,10 +194,10 @@ fn widened(points: &Points, bodies: &Bodies<f32>) -> (Vec<ConePoint<f64>, CONTAC
     (points.collect(), bodies)
 }
 
-fn solve_step<R: Real>(points: &Vec<ConePoint<R>, CONTACTS>, bodies: &Bodies<R>, out: &mut Answers) {
-    for options in [ConeOptions::present(), ConeOptions::look_ahead()] {
+fn solve_step<R: Real>(points: &Vec<ContactPoint<R>, CONTACTS>, bodies: &Bodies<R>, out: &mut Answers) {
+    for options in [SolveBudget::present(), SolveBudget::look_ahead()] {
         let s = cone::solve(points, bodies, &[R::zero(); cone::DOF], &options);
-        out.count(s.status == ConeStatus::Solved, s.status == ConeStatus::BadInput);
+        out.count(s.status == SolveStatus::Solved, s.status == SolveStatus::BadInput);
         out.take(s.status as u32);
         out.take(s.iterations);
         out.take(s.evaluations);

@@ -3,7 +3,7 @@
 
 use super::SAMPLE_QUEUE;
 use super::messages::{Calibration, Field, Refusal, StartRequest};
-use crate::predictor::{Plan, Segment};
+use crate::predictor::plan::{Plan, Segment};
 
 /// Largest grip force, N.
 pub const MAX_GRIP_N: f32 = 500.0;

@@ -1,9 +1,10 @@
 //! Bodies of the frames. SI units; axes and signs as in the data set format.
 //! Plan and prediction are the predictor's own.
 
-use crate::predictor::{ModelError, Prediction};
+use crate::predictor::types::{self, Prediction};
+use crate::predictor::validate::ModelError;
 use crate::real::Real;
-use crate::{predictor, track};
+use crate::track;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -50,8 +51,8 @@ impl Pose {
 impl Sample {
     /// As the predictor takes it, at `t_s` by its own clock. A pose whose quaternion is not one
     /// counts as not measured.
-    pub fn at<R: Real>(&self, t_s: R) -> predictor::Sample<R> {
-        predictor::Sample {
+    pub fn at<R: Real>(&self, t_s: R) -> types::Sample<R> {
+        types::Sample {
             t_s,
             grip_cmd_n: R::of(f64::from(self.grip_cmd_n)),
             gripper: self.gripper.as_ref().and_then(Pose::checked),
@@ -123,7 +124,7 @@ pub struct StartRequest {
 }
 
 /// What makes a predictor, as it is serialised for the board.
-pub type ModelPackage = (crate::model::Scene<f32>, crate::model::Model<f32>, predictor::Limits);
+pub type ModelPackage = (crate::model::Scene<f32>, crate::model::Model<f32>, types::Limits);
 
 /// Piece of a serialised [`ModelPackage`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]

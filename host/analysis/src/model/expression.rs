@@ -23,7 +23,7 @@ pub struct ExpressionError {
 
 const UNARY: [(&str, Op<f64>); 9] = [
     ("abs", Op::Absolute),
-    ("sqrt", Op::Root),
+    ("sqrt", Op::SquareRoot),
     ("exp", Op::Exponential),
     ("ln", Op::Logarithm),
     ("sin", Op::Sine),
@@ -125,7 +125,11 @@ impl Parser<'_> {
                 _ => return Ok(()),
             };
             self.at += 1;
+            let divisor = (self.at, self.out.len());
             self.unary()?;
+            if op == Op::Divide && matches!(self.out.get(divisor.1..), Some([Op::Constant(0.0)])) {
+                return Err(ExpressionError { column: divisor.0 + 1, message: "division by zero".into() });
+            }
             self.out.push(op);
         }
     }

@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 use std::ops::Range;
 use std::path::Path;
 use stickslip_shared::effects::formula::{
-    FORMULA_PARAMETERS, Formula, FormulaError, MAX_OPS, MAX_STACK, Target,
+    FORMULA_PARAMETERS, Formula, FormulaError, MAX_OPS, MAX_STACK, Op, Target, Variable,
 };
 use stickslip_shared::effects::{self, Effect, Info, MAX_PARAMETERS, Parameter, formula};
 use stickslip_shared::model::{Base, Friction, MAX_EFFECTS, MAX_FORMULAS, Model};
@@ -122,6 +122,8 @@ pub struct FormulaEntry {
     pub name: String,
     /// As written.
     pub expression: String,
+    /// The next value of its memory, as written.
+    pub state: Option<String>,
     /// Names, bounds and units, in the order of `EffectEntry::values`.
     pub parameters: Vec<FormulaParameter>,
     /// What runs.
@@ -436,6 +438,9 @@ fn write_formula(s: &mut String, f: &FormulaEntry, values: &[f64]) {
         let _ = writeln!(s, "bodies = [{}]", bodies.join(", "));
     }
     let _ = writeln!(s, "expression = {}", quoted(&f.expression));
+    if let Some(state) = &f.state {
+        let _ = writeln!(s, "state = {}", quoted(state));
+    }
     let each: Vec<String> = f
         .parameters
         .iter()
@@ -594,21 +599,73 @@ fn formula_entry(table: &mut Table, span: &Range<usize>) -> Result<(FormulaEntry
         None => (Vec::new(), Vec::new()),
         Some(p) => formula_parameters(&p)?,
     };
-    let (expression, at) = text(table, "expression", span)?;
     let names: Vec<String> = parameters.iter().map(|p| p.name.clone()).collect();
-    let ops = expression::parse(&expression, &names)
-        .map_err(|e| (at.clone(), format!("expression \"{expression}\", {e}")))?;
-    let program = Formula::new(target, bodies, &ops).map_err(|e| {
-        let why = match e {
-            FormulaError::TooLong => format!("has {} operations; at most {MAX_OPS} fit the board", ops.len()),
-            FormulaError::TooDeep => {
-                format!("needs more than {MAX_STACK} intermediate results; split or reorder it")
-            }
-            FormulaError::Malformed => "is malformed".into(),
-        };
-        (at, format!("expression \"{expression}\" {why}"))
-    })?;
-    Ok((FormulaEntry { name, expression, parameters, program }, values))
+    let (expression, at) = text(table, "expression", span)?;
+    let ops = operations("expression", &expression, &at, &names)?;
+    let mut program = Formula::new(target, bodies, &ops)
+        .map_err(|e| (at.clone(), refused("expression", &expression, &ops, e)))?;
+    let mut state = None;
+    if table.contains_key("state") {
+        let (next, at) = text(table, "state", span)?;
+        let ops = operations("state", &next, &at, &names)?;
+        program = program.with_state(&ops).map_err(|e| (at, refused("state", &next, &ops, e)))?;
+        state = Some(next);
+    } else if program.program.reads(Variable::State) {
+        let help = "add state = \"...\", the next value of what the formula remembers (it begins at 0)";
+        return Err((
+            at,
+            format!("expression \"{expression}\" reads state, which the formula lacks; {help}"),
+        ));
+    }
+    // The first step of any trial: nothing has moved, no load is known yet.
+    let mut first = [0.0; Variable::NAMES.len()];
+    first[Variable::Step as usize] = 0.004;
+    let mut parameters_now = [0.0; MAX_PARAMETERS];
+    parameters_now.iter_mut().zip(&values).for_each(|(to, v)| *to = *v);
+    if program.remembers() {
+        first[Variable::State as usize] = program
+            .state
+            .evaluate(&parameters_now, &first)
+            .map_err(|fault| (at.clone(), no_value("state", state.as_deref().unwrap_or_default(), fault)))?;
+    }
+    program
+        .program
+        .evaluate(&parameters_now, &first)
+        .map_err(|fault| (at, no_value("expression", &expression, fault)))?;
+    Ok((FormulaEntry { name, expression, state, parameters, program }, values))
+}
+
+fn operations(
+    key: &str,
+    expression: &str,
+    at: &Range<usize>,
+    names: &[String],
+) -> Result<Vec<Op<f64>>, Fault> {
+    expression::parse(expression, names).map_err(|e| (at.clone(), format!("{key} \"{expression}\", {e}")))
+}
+
+fn refused(key: &str, expression: &str, ops: &[Op<f64>], error: FormulaError) -> String {
+    let why = match error {
+        FormulaError::TooLong => format!("has {} operations; at most {MAX_OPS} fit the board", ops.len()),
+        FormulaError::TooDeep => {
+            format!("needs more than {MAX_STACK} intermediate results; split or reorder it")
+        }
+        FormulaError::Malformed => "is malformed".into(),
+    };
+    format!("{key} \"{expression}\" {why}")
+}
+
+fn no_value(key: &str, expression: &str, fault: formula::Fault) -> String {
+    let why = match fault {
+        formula::Fault::DivisionByZero => "divides by zero",
+        formula::Fault::Domain => "takes a root, power or logarithm that does not exist",
+        formula::Fault::Overflow => "exceeds the largest number",
+        formula::Fault::Malformed => "is malformed",
+    };
+    format!(
+        "{key} \"{expression}\" {why} in the first step of a trial, where slip, load, rates, time and trial \
+         are 0; bound what it divides by, as in max(load_n, 0.1)"
+    )
 }
 
 fn bodies(list: &Spanned<Value>) -> Result<u8, Fault> {

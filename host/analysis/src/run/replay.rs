@@ -10,6 +10,7 @@ use stickslip_shared::wire;
 use thiserror::Error;
 
 use crate::channels;
+use crate::run::motion::denoised;
 use crate::run::simulate::{SceneError, scene};
 use stickslip_data::{Description, Trial};
 
@@ -142,16 +143,24 @@ fn narrow_pose(pose: &stickslip_data::Pose) -> wire::Pose {
     }
 }
 
-/// The plan that a trial followed, counted from its first sample, as far as the gripper's
-/// measured motion tells: up to eight segments of nearly constant velocity, with the intent of the primitive.
-pub fn plan_for(trial: &Trial) -> Plan {
-    let intent = match trial.info.primitive.as_str() {
+/// What a primitive of the format means to do with the grasp. Any other name, a user's own
+/// included, means to hold the object: what is not known to be intended is flagged.
+pub fn intent_of(primitive: &str) -> Intent {
+    match primitive {
         "linear_push" => Intent::Slide,
         "pivot" => Intent::Pivot,
-        "lift" => Intent::Hold,
-        _ => Intent::Free,
-    };
-    let moments: Vec<Moment> = {
+        "roll" | "planar_push" => Intent::Free,
+        _ => Intent::Hold,
+    }
+}
+
+/// The plan that a trial followed, counted from its first sample, as far as the gripper's
+/// measured motion tells: up to eight segments of nearly constant velocity, with the intent of the
+/// primitive ([`intent_of`]). The motion is the measured one without its noise ([`denoised`]): where
+/// that does not move, the gripper rests, and a segment of rest intends nothing but to hold.
+pub fn plan_for(trial: &Trial) -> Plan {
+    let intent = intent_of(&trial.info.primitive);
+    let mut moments: Vec<Moment> = {
         let mut grip_n = trial.info.grip_n.unwrap_or(0.0);
         trial
             .samples
@@ -162,23 +171,39 @@ pub fn plan_for(trial: &Trial) -> Plan {
             })
             .collect()
     };
+    let t_s: Vec<f64> = moments.iter().map(|m| m.t_s).collect();
+    let raw: Vec<Pose<f64>> = moments.iter().map(|m| m.pose).collect();
+    for (moment, pose) in moments.iter_mut().zip(denoised(&t_s, &raw)) {
+        moment.pose = pose;
+    }
     let mut plan = Plan { start_s: 0.0, segments: Default::default() };
     for (from, to) in pieces(&moments) {
         let (a, b) = (&moments[from], &moments[to]);
-        let v = velocity(a, b);
+        let rests = rests(a, b);
+        let v = if rests { [0.0; 6] } else { velocity(a, b) };
         let grips = &moments[from..=to];
         let segment = Segment {
             duration_s: (b.t_s - a.t_s) as f32,
             velocity_m_s: [v[0], v[1], v[2]].map(|x| x as f32),
             angular_rad_s: [v[3], v[4], v[5]].map(|x| x as f32),
             grip_n: (grips.iter().map(|m| m.grip_n).sum::<f64>() / grips.len() as f64) as f32,
-            intent,
+            intent: if rests { Intent::Hold } else { intent },
         };
         // `pieces` gives no more than fit.
         let _ = plan.segments.push(segment);
     }
     plan
 }
+
+/// Whether the denoised motion between two moments is none, but for the last digit of a file.
+fn rests(a: &Moment, b: &Moment) -> bool {
+    const DIGIT_M: f64 = 1e-6;
+    (b.pose.position_m - a.pose.position_m).norm() < DIGIT_M
+        && b.pose.rotation.angle_to(&a.pose.rotation) * ARM_M < DIGIT_M
+}
+
+/// A rotation moves the object's ends, so far away, m.
+const ARM_M: f64 = 0.05;
 
 struct Moment {
     t_s: f64,
@@ -197,10 +222,9 @@ fn velocity(a: &Moment, b: &Moment) -> [f64; 6] {
 /// Cuts the motion into at most [`MAX_SEGMENTS`] pieces: starting from slices of 40 ms,
 /// the two neighbours whose velocities differ least (by path over the shorter) are joined
 /// until what is left differs by more than a tenth of the largest speed and the pieces fit.
+/// Rest and motion are joined only where the pieces would not fit otherwise.
 fn pieces(moments: &[Moment]) -> Vec<(usize, usize)> {
     const SLICE_S: f64 = 0.04;
-    // A rotation moves the object's ends, 50 mm away.
-    const ARM_M: f64 = 0.05;
     let mut cuts = vec![0];
     for (i, m) in moments.iter().enumerate() {
         if m.t_s - moments[cuts[cuts.len() - 1]].t_s >= SLICE_S {
@@ -227,12 +251,18 @@ fn pieces(moments: &[Moment]) -> Vec<(usize, usize)> {
         let length = |k: usize| moments[pieces[k].1].t_s - moments[pieces[k].0].t_s;
         // Short pieces go first: a brief deviation matters less than a long one.
         let cost = |k: &usize| difference(*k) * length(*k).min(length(*k + 1));
-        let Some(k) = (0..pieces.len() - 1).min_by(|a, b| cost(a).total_cmp(&cost(b))) else { break };
-        let brief = length(k).min(length(k + 1)) < 2.0 * SLICE_S;
-        let alike = difference(k) < 0.1 * largest || brief && difference(k) < 0.3 * largest;
-        if pieces.len() <= MAX_SEGMENTS && !alike {
-            break;
-        }
+        let alike = |k: &usize| {
+            let rests = |p: &(usize, usize)| rests(&moments[p.0], &moments[p.1]);
+            let brief = length(*k).min(length(k + 1)) < 2.0 * SLICE_S;
+            let apart = difference(*k);
+            rests(&pieces[*k]) == rests(&pieces[k + 1])
+                && (apart < 0.1 * largest || brief && apart < 0.3 * largest)
+        };
+        let cheapest = |a: &usize, b: &usize| cost(a).total_cmp(&cost(b));
+        let joins = || 0..pieces.len() - 1;
+        let crowded = pieces.len() > MAX_SEGMENTS;
+        let next = joins().filter(alike).min_by(cheapest);
+        let Some(k) = next.or_else(|| joins().min_by(cheapest).filter(|_| crowded)) else { break };
         let end = pieces.remove(k + 1).1;
         pieces[k].1 = end;
     }

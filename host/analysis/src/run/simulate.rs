@@ -5,12 +5,12 @@
 //! `step` runs on the board in `f32`.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use stickslip_shared::cone::ConeStatus;
+use stickslip_shared::cone::SolveStatus;
 use stickslip_shared::contact::SLOTS;
 use stickslip_shared::model::{FingerContact, Model, Object, PusherContact, Scene, Shape, SupportContact};
 use stickslip_shared::shape::inertia;
 use stickslip_shared::step::{Drive, State, StepOutput, step_f64};
-use stickslip_shared::track::{Pose, Poses, drive_between, seat, settle, support_pose};
+use stickslip_shared::track::{Pose, Poses, between_pads, drive_between, seat, settle, support_pose};
 use thiserror::Error;
 
 use crate::channels::{self, COUNT, Signals, object_channels};
@@ -234,7 +234,7 @@ pub fn prepare(description: &Description, trial: &Trial, ordinal: usize) -> Resu
     let t_s: Vec<f64> = samples.iter().map(|s| s.t_s).collect();
     let (grippers, pushers) = (denoised(&t_s, &grippers), denoised(&t_s, &pushers));
     carrier = grippers.first().copied().unwrap_or(carrier);
-    let start = flush(&scene, mean_start(trial, &grippers, &object));
+    let start = between_pads(&scene, &mean_start(trial, &grippers, &object));
     let support = support_pose(&scene, &carrier.to_world(&start));
     let poses: Vec<Poses<f64>> = (0..samples.len())
         .map(|i| Poses { t_s: t_s[i], carrier: grippers[i], pusher: pushers.get(i).copied(), support })
@@ -242,27 +242,6 @@ pub fn prepare(description: &Description, trial: &Trial, ordinal: usize) -> Resu
     let measured =
         samples.iter().zip(&poses).map(|(s, p)| channels::measured(s, &p.carrier, &start.rotation)).collect();
     Ok(Prepared { scene, carrier, start, support, measured, t_s, poses, grip_n, ordinal: ordinal as f64 })
-}
-
-/// The start with flat faces flush to flat pads and midway between them, as the closed jaw
-/// holds them: what is measured off that (within 10 mrad) is noise, to which the pressure
-/// under rigid pads would answer.
-fn flush(scene: &Scene<f64>, start: Pose<f64>) -> Pose<f64> {
-    let flat = matches!(scene.fingers, Some(FingerContact::Disc { .. }));
-    let towards = start.rotation.inverse_transform_vector(&Vector3::y());
-    let Some(face) = scene.object.shape.face_towards(&towards).filter(|_| flat) else {
-        return start;
-    };
-    let normal = start.rotation.transform_vector(&face.normal);
-    match UnitQuaternion::rotation_between(&normal, &Vector3::y()) {
-        Some(turn) if turn.angle() < 0.01 => {
-            let rotation = turn * start.rotation;
-            let mut position_m = start.position_m;
-            position_m.y = 0.0;
-            Pose { position_m, rotation }
-        }
-        _ => start,
-    }
 }
 
 /// Mean pose of the object in the carrier while nothing moves yet (at most 100 ms): pose
@@ -389,7 +368,7 @@ impl Prepared {
         out.signals.push(row);
         out.slip_m_s.push(step.slip_m_s.map(|s| s.norm()));
         out.normal_n.push(step.normal_n);
-        if step.status != ConeStatus::Solved {
+        if step.status != SolveStatus::Solved {
             out.unsolved += 1;
         }
         out.worst_residual_n = out.worst_residual_n.max(step.residual_n);

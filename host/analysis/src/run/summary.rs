@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use stickslip_shared::predictor::{Intent, Plan, Prediction};
+use stickslip_shared::predictor::{Intent, Plan, Prediction, Slip};
 
 use super::replay::{Difference, FLAGS, Replayed, Span, VALIDITY, spans};
 
@@ -124,12 +124,12 @@ fn summary(t_s: &[f64], predictions: &[Prediction]) -> Summary {
     let fingers = || predictions.iter().flat_map(|p| p.finger.iter());
     let peak =
         |values: &mut dyn Iterator<Item = f32>| values.filter(|x| x.is_finite()).fold(0.0f32, f32::max);
-    let measured = fingers().map(|f| f.measured_utilisation).filter(|u| u.is_finite()).reduce(f32::max);
-    let slips = |p: &Prediction| p.finger.iter().any(|f| f.slip_in_s == 0.0);
-    let warns = |p: &Prediction| p.finger.iter().any(|f| f.slip_in_s > 0.0);
-    // The first tick has nothing behind it.
+    let measured =
+        fingers().filter_map(|f| f.measured_utilisation).filter(|u| u.is_finite()).reduce(f32::max);
+    let slips = |p: &Prediction| p.finger.iter().any(|f| f.slip == Slip::Now);
+    let warns = |p: &Prediction| p.finger.iter().any(|f| matches!(f.slip, Slip::In(_)));
     let when = |test: &dyn Fn(&Prediction) -> bool| {
-        t_s.iter().zip(predictions).skip(1).find(|(_, p)| test(p)).map(|(t, _)| *t)
+        t_s.iter().zip(predictions).find(|(_, p)| test(p)).map(|(t, _)| *t)
     };
     Summary {
         peak_utilisation: peak(&mut fingers().map(|f| f.peak_utilisation)),
@@ -145,14 +145,7 @@ fn summary(t_s: &[f64], predictions: &[Prediction]) -> Summary {
 fn solver(predictions: &[Prediction]) -> Solver {
     let mut ticks = BTreeMap::new();
     for p in predictions {
-        let name = match p.solver_status {
-            0 => "solved",
-            1 => "iteration_limit",
-            2 => "bad_input",
-            3 => "numerical",
-            _ => "contradiction",
-        };
-        *ticks.entry(name).or_insert(0) += 1;
+        *ticks.entry(p.solver_status.name()).or_insert(0) += 1;
     }
     let sum: f64 = predictions.iter().map(|p| f64::from(p.solver_iterations)).sum();
     Solver {

@@ -78,7 +78,11 @@ impl Stated {
             if !holds(&feed.plan, *t) || p.validity & super::UNTRUSTED != 0 || slips().any(|e| slipping(&e)) {
                 continue;
             }
-            let used = p.finger.iter().map(|f| f64::from(f.measured_utilisation)).fold(f64::NAN, f64::max);
+            let used = p
+                .finger
+                .iter()
+                .filter_map(|f| f.measured_utilisation.map(f64::from))
+                .fold(f64::NAN, f64::max);
             let next = slips().map(|e| e.onset_s - t).filter(|left| *left > 0.0).reduce(f64::min);
             if let Some([ticks, slip]) =
                 stated.utilisation.get_mut(((used / SHARE_STEP) as usize).min(SHARES - 1))
@@ -87,8 +91,9 @@ impl Stated {
                 *ticks += 1;
                 *slip += usize::from(next.is_some_and(|left| left <= SOON_S));
             }
-            let ahead = p.finger.iter().map(|f| f64::from(f.slip_in_s)).fold(f64::INFINITY, f64::min);
-            if let Some(left) = next.filter(|left| *left <= BEFORE_S && ahead > 0.0)
+            let ahead = p.finger.iter().filter_map(|f| f.slip.in_s()).map(f64::from).reduce(f64::min);
+            if let (Some(left), Some(ahead)) =
+                (next.filter(|left| *left <= BEFORE_S), ahead.filter(|t| *t > 0.0))
                 && let Some(bin) = stated.time_left_s.get_mut((ahead / TIME_STEP_S) as usize)
             {
                 bin.push(left);
@@ -102,7 +107,7 @@ impl Stated {
             let Some(((now, _), (_, before))) = grip(e.onset_s).zip(grip(e.onset_s - BEFORE_S)) else {
                 continue;
             };
-            let enough = f64::from(before.holding_grip_n * limits.target_utilisation);
+            let enough = before.holding_grip_n.map_or(0.0, |n| f64::from(n * limits.target_utilisation));
             if enough > 0.0 {
                 stated.grip.push(f64::from(now.grip_cmd_n) / enough);
             }

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use stickslip_shared::model::Model;
 use stickslip_shared::predictor::{Limits, Prediction, Predictor, flags};
 
-use crate::run::replay::{Feed, feed};
+use crate::run::replay::{Feed, feed, intent_of};
 use crate::run::simulate::scene;
 use alarms::{Episode, episodes};
 use calibration::Stated;
@@ -208,7 +208,7 @@ fn judge_trial(
     let mut feed = feed(description, trial)?;
     let set_point = trial.samples.iter().find_map(|s| s.grip_cmd_n).or(info.grip_n).unwrap_or(0.0) as f32;
     feed.plan.segments.iter_mut().for_each(|s| s.grip_n = set_point);
-    let truth = truth::find(&rig, &feed.plan, trial, &limits);
+    let truth = truth::find(&rig, trial, &limits);
     let t_s = times(trial);
     let alarms = methods
         .iter()
@@ -231,7 +231,7 @@ fn judge_trial(
             }
         })
         .collect::<Result<Vec<_>, ScoreError>>()?;
-    let holds = feed.plan.segments.iter().all(|s| s.intent == stickslip_shared::predictor::Intent::Hold);
+    let holds = intent_of(&info.primitive) == stickslip_shared::predictor::Intent::Hold;
     Ok(Ok(Judged { trial: info.trial.clone(), holds, truth, alarms }))
 }
 

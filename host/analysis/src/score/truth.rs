@@ -12,10 +12,11 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use stickslip_shared::model::{FingerContact, Scene};
-use stickslip_shared::predictor::{Intent, Limits, Plan};
+use stickslip_shared::predictor::{Intent, Limits};
 use stickslip_shared::track::Pose;
 
 use crate::channels;
+use crate::run::replay::intent_of;
 use stickslip_data::Trial;
 
 /// Departure from the anchor that counts as slip.
@@ -101,7 +102,7 @@ pub struct Truth {
 }
 
 /// Finds the events of `trial`; times count from its first sample.
-pub fn find(scene: &Scene<f64>, plan: &Plan, trial: &Trial, limits: &Limits) -> Truth {
+pub fn find(scene: &Scene<f64>, trial: &Trial, limits: &Limits) -> Truth {
     let t = times(trial);
     let last_s = t.last().copied().unwrap_or(0.0);
     let arm_m = match scene.fingers {
@@ -114,7 +115,7 @@ pub fn find(scene: &Scene<f64>, plan: &Plan, trial: &Trial, limits: &Limits) -> 
     let Some(start) = motion.iter().flatten().next().copied() else {
         return Truth { until_s: last_s, ratio, tangential_n, ..Truth::default() };
     };
-    let intent = |at_s: f64| plan.at(at_s as f32).map_or(Intent::Hold, |s| s.intent);
+    let intent = intent_of(&trial.info.primitive);
     let mut truth = Truth { until_s: last_s, ratio, tangential_n, ..Truth::default() };
     let lost = lost(scene, trial, &t, &motion, &start);
     truth.until_s = lost.unwrap_or(last_s);
@@ -130,10 +131,10 @@ pub fn find(scene: &Scene<f64>, plan: &Plan, trial: &Trial, limits: &Limits) -> 
     truth.near.sort_by(|a, b| a.0.total_cmp(&b.0));
     for (onset_s, end_s, finger_s) in slips {
         let cause = cause(&t, &truth.ratio, onset_s, BUILD_UP_S);
-        let intended = intent(onset_s) != Intent::Hold;
+        let intended = intent != Intent::Hold;
         truth.events.push(Event { kind: Kind::Slip, onset_s, end_s, intended, cause, finger_s });
     }
-    if let Some(onset_s) = moved(scene, plan, trial, &t, &motion, &start, limits, truth.until_s) {
+    if let Some(onset_s) = moved(scene, intent, trial, &t, &motion, limits, truth.until_s) {
         let (end_s, cause) = (truth.until_s, cause(&t, &truth.ratio, onset_s, BUILD_UP_S));
         let event = Event { kind: Kind::Moved, onset_s, end_s, intended: false, cause, finger_s: [None; 2] };
         truth.events.push(event);
@@ -168,17 +169,10 @@ fn smoothed(trial: &Trial) -> Vec<Option<Pose<f64>>> {
         .collect();
     (0..raw.len())
         .map(|i| {
-            let middle = raw[i]?;
+            raw[i]?;
             let from = i.saturating_sub(HALF_WINDOW);
             let near = raw.get(from..(i + HALF_WINDOW + 1).min(raw.len()))?;
-            let (mut position_m, mut turn, mut count) = (Vector3::zeros(), Vector3::zeros(), 0.0);
-            for p in near.iter().flatten() {
-                position_m += p.position_m;
-                turn += (p.rotation * middle.rotation.inverse()).scaled_axis();
-                count += 1.0;
-            }
-            let rotation = UnitQuaternion::from_scaled_axis(turn / count) * middle.rotation;
-            Some(Pose { position_m: position_m / count, rotation })
+            mean_of(near.iter().flatten())
         })
         .collect()
 }
@@ -329,34 +323,50 @@ fn lost(
     })
 }
 
-/// First time at which sag or rotation is beyond its limit where that is not meant.
-#[allow(clippy::too_many_arguments)]
+/// Samples whose mean is where the object was at the start.
+const START: usize = 10;
+
+/// Unit vector of the slide that a linear push means, world axes: the way that the gripper went
+/// from its first poses to its last ones, raised by the condition's slope over the horizontal
+/// (positive upwards) where the condition gives one. `None` where that is no way.
+fn meant(trial: &Trial, down: &Vector3<f64>) -> Option<Vector3<f64>> {
+    let grippers: Vec<Pose<f64>> =
+        trial.samples.iter().filter_map(|s| s.gripper.as_ref()).map(channels::pose).collect();
+    let first = mean_of(grippers.iter().take(START))?;
+    let last = mean_of(grippers.iter().rev().take(START))?;
+    let way = last.position_m - first.position_m;
+    let Some(slope) = trial.info.slope_rad else { return way.try_normalize(SLIPPED_M) };
+    let heading = (way - down * way.dot(down)).try_normalize(SLIPPED_M)?;
+    Some(heading * slope.cos() - down * slope.sin())
+}
+
+/// First time at which sag or rotation is beyond its limit where that is not meant: motion of the
+/// object's point that lay between the pads at the start, along gravity, in a linear push without
+/// what goes along the push. By the condition and the measured poses; no plan, and nothing of the
+/// predictor's, has a part in it.
 fn moved(
     scene: &Scene<f64>,
-    plan: &Plan,
+    intent: Intent,
     trial: &Trial,
     t: &[f64],
     motion: &[Option<Pose<f64>>],
-    start: &Pose<f64>,
     limits: &Limits,
     until_s: f64,
 ) -> Option<f64> {
     let down = Vector3::from(scene.gravity_m_s2).try_normalize(1e-3)?;
+    let meant = if intent == Intent::Slide { meant(trial, &down) } else { None };
+    let start = mean_of(motion.iter().flatten().take(START))?;
+    let mut sag = Sag::default();
     motion.iter().zip(t).zip(&trial.samples).take_while(|((_, t), _)| **t <= until_s).find_map(
         |((pose, t), sample)| {
             let pose = (*pose)?;
-            let segment = plan.at(*t as f32)?;
             let gripper = channels::pose(sample.gripper.as_ref()?);
-            let mut along = down;
-            if segment.intent == Intent::Slide {
-                // Only what goes across the slide was not meant.
-                let meant = Vector3::from(segment.velocity_m_s.map(f64::from)).try_normalize(1e-4);
-                along = meant.map_or(down, |v| down - v * v.dot(&down)).try_normalize(1e-3)?;
-            }
-            let along = gripper.rotation.inverse_transform_vector(&along);
-            let sag = along.dot(&(pose.position_m - start.position_m));
+            let turn = pose.rotation * start.rotation.inverse();
+            let place = pose.position_m - turn * start.position_m;
+            let across = meant.map_or(down, |u| down - u * u.dot(&down));
+            let sag = sag.at(place, gripper.rotation.inverse_transform_vector(&across));
             let turned = pose.rotation.angle_to(&start.rotation);
-            let beyond = match segment.intent {
+            let beyond = match intent {
                 Intent::Free => false,
                 Intent::Pivot => sag > f64::from(limits.sag_m),
                 _ => sag > f64::from(limits.sag_m) || turned > f64::from(limits.rotation_rad),
@@ -364,6 +374,43 @@ fn moved(
             beyond.then_some(*t)
         },
     )
+}
+
+/// Sum of the steps of a place, each times the direction in force (gripper axes), in stretches in
+/// which the gripper turns by less than [`Sag::TURN`]: noise counts once a stretch.
+#[derive(Default)]
+struct Sag {
+    done_m: f64,
+    stretch: Option<(Vector3<f64>, Vector3<f64>)>,
+}
+
+impl Sag {
+    const TURN: f64 = 0.01;
+
+    fn at(&mut self, place: Vector3<f64>, along: Vector3<f64>) -> f64 {
+        let (from, direction) = *self.stretch.get_or_insert((place, along));
+        let sag = self.done_m + direction.dot(&(place - from));
+        if (along - direction).norm() > Self::TURN {
+            self.done_m = sag;
+            self.stretch = Some((place, along));
+        }
+        sag
+    }
+}
+
+/// Mean pose; `None` of nothing.
+fn mean_of<'a>(poses: impl Iterator<Item = &'a Pose<f64>>) -> Option<Pose<f64>> {
+    let (mut position_m, mut turn, mut count, mut first) = (Vector3::zeros(), Vector3::zeros(), 0.0, None);
+    for p in poses {
+        let first = first.get_or_insert(p.rotation);
+        position_m += p.position_m;
+        turn += (p.rotation * first.inverse()).scaled_axis();
+        count += 1.0;
+    }
+    first.map(|f| Pose {
+        position_m: position_m / count,
+        rotation: UnitQuaternion::from_scaled_axis(turn / count) * f,
+    })
 }
 
 /// Smoothed ratio of tangential load (force and torsion at the arm) to normal force of both

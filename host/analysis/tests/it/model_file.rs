@@ -3,7 +3,7 @@
 use stickslip_analysis::model::expression::parse;
 use stickslip_analysis::model::file::{EffectEntry, ModelFile};
 use stickslip_analysis::model::names;
-use stickslip_shared::effects::formula::{Formula, Target};
+use stickslip_shared::effects::formula::{Fault, Program, Variable};
 use stickslip_shared::effects::{Effect, REGISTRY};
 
 const GOOD: &str = r#"format = "stickslip-model/1"
@@ -26,10 +26,12 @@ expression = "1 + a*exp(-slip_speed_m_s/b)"
 parameters = { a = {value = 0.1, low = 0, high = 1, unit = "1"}, b = {value = 0.002, low = 1e-4, high = 0.1, unit = "m/s"} }
 "#;
 
-fn evaluate(text: &str, names: &[&str], values: [f64; 6], variables: [f64; 10]) -> f64 {
+fn evaluate(text: &str, names: &[&str], values: [f64; 6], variables: [f64; 10]) -> Result<f64, Fault> {
     let names: Vec<String> = names.iter().map(|n| n.to_string()).collect();
     let ops = parse(text, &names).unwrap();
-    Formula::new(Target::Friction, 15, &ops).unwrap().evaluate(&values, &variables)
+    let mut all = [0.0; Variable::NAMES.len()];
+    all[..10].copy_from_slice(&variables);
+    Program::new(&ops).unwrap().evaluate(&values, &all)
 }
 
 #[test]
@@ -94,7 +96,7 @@ fn expressions_follow_the_usual_precedence() {
         ("cos(pi) + abs(-1) + sign(-3)", -1.0),
         ("ln(exp(2)) - - 1", 3.0),
     ] {
-        let value = evaluate(text, &["a", "b"], [5.0, 7.0, 0.0, 0.0, 0.0, 0.0], x);
+        let value = evaluate(text, &["a", "b"], [5.0, 7.0, 0.0, 0.0, 0.0, 0.0], x).unwrap();
         assert!((value - expected).abs() < 1e-12, "{text} = {value}, not {expected}");
     }
 }
@@ -118,9 +120,37 @@ fn faulty_expressions_are_refused_at_the_character() {
 }
 
 #[test]
-fn a_result_that_is_not_finite_is_not_a_number() {
-    assert!(evaluate("1/load_n", &[], [0.0; 6], [0.0; 10]).is_nan());
-    assert!(evaluate("ln(load_n)", &[], [0.0; 6], [0.0; 10]).is_nan());
+fn a_division_by_zero_is_an_error_and_not_a_number() {
+    assert_eq!(evaluate("1/load_n", &[], [0.0; 6], [0.0; 10]), Err(Fault::DivisionByZero));
+    assert_eq!(evaluate("ln(load_n)", &[], [0.0; 6], [0.0; 10]), Err(Fault::Domain));
+    let error = parse("2 + 1/ 0", &[]).unwrap_err();
+    assert_eq!((error.column, error.message.as_str()), (7, "division by zero"));
+}
+
+#[test]
+fn a_formula_with_a_memory_is_read_written_and_run() {
+    let text = GOOD.replace(
+        "expression = \"1 + a*exp(-slip_speed_m_s/b)\"",
+        "expression = \"1 + a*state\"\nstate = \"state + (load_rate_n_s - state)*dt_s/b\"",
+    );
+    let file = ModelFile::parse(&text, "model.toml").unwrap();
+    assert_eq!(ModelFile::parse(&file.write(), "again").unwrap(), file, "{}", file.write());
+    assert!(file.to_model().formulas[0].remembers());
+}
+
+#[test]
+fn formulas_without_a_value_or_a_memory_are_refused_where_they_stand() {
+    for (expression, says) in [
+        ("1 + a*state", "state = \\\"...\\\""),
+        ("1 + a/load_n + b", "divides by zero in the first step"),
+        ("1 + a*ln(slip_speed_m_s/b)", "logarithm"),
+        ("1 + a/0 + b", "character 7: division by zero"),
+    ] {
+        let text = GOOD.replace("1 + a*exp(-slip_speed_m_s/b)", expression);
+        let error = ModelFile::parse(&text, "m.toml").unwrap_err().to_string();
+        let says = says.replace("\\", "");
+        assert!(error.starts_with("m.toml:17:14:") && error.contains(&says), "{error}");
+    }
 }
 
 #[test]
@@ -160,12 +190,8 @@ fn the_file_of_a_model_is_the_model_with_its_formulas() {
 
 #[test]
 fn formulas_have_names_of_their_own() {
-    for (from, to) in [("my_hump", "static_friction"), ("my_hump", "mass_error")] {
-        let error = ModelFile::parse(&GOOD.replace(from, to).replacen("id = \"mass", "id = \"static", 1), "m")
-            .unwrap_err()
-            .to_string();
-        assert!(error.contains("listed effect"), "{error}");
-    }
+    let error = ModelFile::parse(&GOOD.replace("my_hump", "mass_error"), "m").unwrap_err().to_string();
+    assert!(error.contains("listed effect"), "{error}");
     let twice = format!("{GOOD}{}", &GOOD[GOOD.rfind("[[effects]]").unwrap()..]);
     let error = ModelFile::parse(&twice, "m").unwrap_err().to_string();
     assert!(error.contains("given to two formulas"), "{error}");

@@ -1,11 +1,11 @@
 //! Events and alarms on lifts of the rig whose course is known.
 
 use stickslip_analysis::model::file::default_model;
-use stickslip_analysis::run::replay::{Replayed, feed, replay};
+use stickslip_analysis::run::replay::{Replayed, plan_for, replay};
 use stickslip_analysis::run::simulate::scene;
 use stickslip_analysis::score::truth::{Cause, Kind, Truth, find};
 use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Scenario, Setup, objects, run};
-use stickslip_shared::predictor::{Limits, flags};
+use stickslip_shared::predictor::{Intent, Limits, Plan, flags};
 
 const ALARMS: u32 =
     flags::SLIP_1 | flags::SLIP_2 | flags::SLIP_AHEAD_1 | flags::SLIP_AHEAD_2 | flags::DROP | flags::SAG;
@@ -27,8 +27,7 @@ fn lift(scenario: Scenario) -> (Vec<f64>, Truth, Replayed) {
     let trial = run(&setup, &condition, 1, 5).expect("the rig runs").trial;
     let limits = Limits::default();
     let rig = scene(&setup.description, &trial).expect("a scene");
-    let plan = feed(&setup.description, &trial).expect("a feed").plan;
-    let truth = find(&rig, &plan, &trial, &limits);
+    let truth = find(&rig, &trial, &limits);
     let replayed = replay(&setup.description, &trial, &default_model(), limits, 0).expect("replays");
     (trial.samples.iter().map(|s| s.t_s).collect(), truth, replayed)
 }
@@ -73,4 +72,73 @@ fn a_grip_that_decays_is_warned_of_100_ms_before_the_slip_and_360_ms_before_the_
     assert!(slip >= 0.1, "slip warned {slip} s ahead");
     assert!(drop >= 0.36, "drop warned {drop} s ahead");
     assert!(first(flags::SLIP_AHEAD_1) > 1.3, "not before the grip falls");
+}
+
+/// obj4 pushed 15 mm against the plate with the fingers' friction given, ordinary noise and constant
+/// errors. Plan, truth, predictions and the exact height of the object in the grasp, downwards, m.
+fn pushed(mu_finger: f64, grip_n: f64, slope_rad: f64) -> (Plan, Truth, Replayed, Vec<f64>) {
+    let description = objects::bench("score");
+    let mut reality = Reality::draw(&description, Nuisance::PAPER, 3);
+    reality.mu_finger = mu_finger;
+    let setup = Setup { description, reality, step_s: STEP_S };
+    let condition =
+        Condition { grip_n, slope_rad, rest_s: 0.5, ..Condition::new(Primitive::LinearPush, "obj4") };
+    let outcome = run(&setup, &condition, 1, 5).expect("the rig runs");
+    let limits = Limits::default();
+    let rig = scene(&setup.description, &outcome.trial).expect("a scene");
+    let truth = find(&rig, &outcome.trial, &limits);
+    let replayed = replay(&setup.description, &outcome.trial, &default_model(), limits, 0).expect("replays");
+    let plan = plan_for(&outcome.trial);
+    // Across the push: the object stays where it is in the world, but for its sag.
+    let exact: Vec<f64> = outcome
+        .exact
+        .iter()
+        .map(|e| {
+            let way: [f64; 3] = std::array::from_fn(|i| e.object.0[i] - e.gripper.0[i]);
+            let start = &outcome.exact[0];
+            let first: [f64; 3] = std::array::from_fn(|i| start.object.0[i] - start.gripper.0[i]);
+            let moved: [f64; 3] = std::array::from_fn(|i| way[i] - first[i]);
+            let along = [-slope_rad.cos(), 0.0, slope_rad.sin()];
+            let slid: f64 = moved.iter().zip(along).map(|(a, b)| a * b).sum();
+            along[2] * slid - moved[2]
+        })
+        .collect();
+    (plan, truth, replayed, exact)
+}
+
+#[test]
+fn a_push_that_keeps_its_height_has_no_sag_and_no_unexpected_slip_in_prediction_and_truth() {
+    // On a slope the rig's object does sag across the push: 1.2 mm at 0.17 rad.
+    let slope_rad = 0.0;
+    {
+        let (plan, truth, replayed, exact) = pushed(0.4, 20.0, slope_rad);
+        let most = exact.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        assert!(most < 2e-4, "the object keeps its height: {most} m");
+        assert!(truth.events.iter().all(|e| e.kind != Kind::Moved), "{:?}", truth.events);
+        let stated = replayed.predictions.iter().fold(0.0_f32, |m, p| m.max(p.sag_m));
+        assert!(stated < 4e-4, "slope {slope_rad}: {stated} m stated, {most} m exact");
+        for (k, p) in replayed.predictions.iter().enumerate() {
+            let bits = flags::SAG | flags::UNEXPECTED | flags::DROP;
+            assert_eq!(p.flags & bits, 0, "slope {slope_rad}, tick {k}: {p:?} under {plan:?}");
+        }
+        // What is at rest means to hold.
+        for s in &plan.segments {
+            let moves = s.velocity_m_s != [0.0; 3];
+            assert_eq!(s.intent, if moves { Intent::Slide } else { Intent::Hold }, "{plan:?}");
+        }
+        assert!(plan.segments.iter().any(|s| s.intent == Intent::Hold), "{plan:?}");
+    }
+}
+
+#[test]
+fn a_push_that_sags_is_flagged_and_its_sag_stated_within_a_fifth() {
+    let (_, truth, replayed, exact) = pushed(0.15, 12.0, 0.0);
+    let sagged = exact[exact.len() - 1];
+    assert!(sagged > 2.5e-3, "{sagged} m");
+    let stated = f64::from(replayed.predictions[exact.len() - 1].sag_m);
+    assert!((stated / sagged - 1.0).abs() < 0.2, "{stated} m stated, {sagged} m exact");
+    let t = exact.iter().position(|x| *x > f64::from(Limits::default().sag_m)).expect("beyond the limit");
+    let event = truth.events.iter().find(|e| e.kind == Kind::Moved).expect("found");
+    assert!((event.onset_s - t as f64 * 0.004).abs() < 0.1, "{event:?}, exact {}", t as f64 * 0.004);
+    assert!(replayed.predictions.iter().any(|p| p.flags & flags::SAG != 0));
 }

@@ -172,33 +172,31 @@ fn live(report: &TelemetryReport) -> String {
     for (name, f) in ["finger 1", "finger 2"].into_iter().zip(&p.finger) {
         table.add_row([
             name.to_owned(),
-            format!("{:.2}", f.measured_utilisation),
+            f.measured_utilisation.map_or_else(|| "-".into(), |u| format!("{u:.2}")),
             format!("{:.2}", f.model_utilisation),
             format!("{:.2}", f.peak_utilisation),
             format!("{:.1} mm/s", f.slip_speed_m_s * 1e3),
             format!("{:.0}°", f.slip_direction_rad.to_degrees()),
-            when(f.slip_in_s),
+            when(f.slip.in_s()),
         ]);
     }
     format!(
-        "{table}\nsag {:.2} mm, {:.2} mm ahead, rotation {:.2}°, drop {}, grip to hold {:.1} N\nflags: {}\nvalidity: {}",
+        "{table}\nsag {:.2} mm, {:.2} mm ahead, rotation {:.2}°, drop {}, grip to hold {}\nflags: {}\nvalidity: {}",
         p.sag_m * 1e3,
         p.sag_ahead_m * 1e3,
         p.rotation_rad.to_degrees(),
         when(p.drop_in_s),
-        p.holding_grip_n,
+        p.holding_grip_n.map_or_else(|| "not planned".into(), |n| format!("{n:.1} N")),
         flag_names(p.flags),
         doubt_names(p.validity),
     )
 }
 
-fn when(seconds: f32) -> String {
-    if seconds < 0.0 {
-        "not ahead".into()
-    } else if seconds == 0.0 {
-        "now".into()
-    } else {
-        format!("in {:.0} ms", seconds * 1e3)
+fn when(seconds: Option<f32>) -> String {
+    match seconds {
+        None => "not ahead".into(),
+        Some(0.0) => "now".into(),
+        Some(seconds) => format!("in {:.0} ms", seconds * 1e3),
     }
 }
 

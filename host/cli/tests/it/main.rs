@@ -4,5 +4,6 @@ mod balance;
 mod bench_bad_input;
 mod calibration;
 mod compare;
+mod diagnose_command;
 mod docs_links;
 mod lcp_command;

@@ -2,6 +2,5 @@
 
 mod dataset_refusals;
 mod dataset_round_trip;
-mod hostile_input;
 mod imports;
 mod series;

@@ -9,7 +9,7 @@ use anyhow::bail;
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
 use serde::Serialize;
-use stickslip_shared::cone::ConeStatus;
+use stickslip_shared::cone::SolveStatus;
 use stickslip_shared::model::Model;
 
 use stickslip_analysis::run::simulate::prepare;
@@ -138,7 +138,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
                         steps: 1,
                         median_s: 0.0,
                         newton_steps: step.iterations as usize,
-                        unsolved: usize::from(step.status != ConeStatus::Solved),
+                        unsolved: usize::from(step.status != SolveStatus::Solved),
                     });
                     times.push((step.contacts.len() as u16, (now - last).as_nanos() as u32));
                     last = now;

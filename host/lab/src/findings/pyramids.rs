@@ -135,7 +135,7 @@ pub fn push(mu: f64, friction: FrictionShape) -> Row {
         let force_n = match friction {
             FrictionShape::Cone => {
                 let out = step(&scene, &model, &mut state, &drive);
-                row.unsolved += usize::from(out.status != stickslip_shared::cone::ConeStatus::Solved);
+                row.unsolved += usize::from(out.status != stickslip_shared::cone::SolveStatus::Solved);
                 out.normal_n[Body::Pusher.index()]
             }
             FrictionShape::Pyramid { edges, turned_deg, outside } => {

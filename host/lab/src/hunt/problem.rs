@@ -6,7 +6,7 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use stickslip_shared::lcp::contact::ContactSolver;
 use stickslip_shared::lcp::factors::{Contact, Factors as Problem, Impulses};
-use stickslip_shared::lcp::{Status, tolerance};
+use stickslip_shared::lcp::{SolveStatus, tolerance};
 
 use super::Target;
 use super::search::Candidate;
@@ -194,7 +194,7 @@ pub fn single(p: &Problem<f64, 16, FREEDOMS>) -> Problem<f32, 16, FREEDOMS> {
 
 /// Answer in single precision and whether it is claimed.
 #[must_use]
-pub fn in_single(p: &Factors) -> Option<(Impulses<f32, 16, FREEDOMS>, Status)> {
+pub fn in_single(p: &Factors) -> Option<(Impulses<f32, 16, FREEDOMS>, SolveStatus)> {
     let problem = single(&to_problem::<16, FREEDOMS>(p)?);
     NARROW.with_borrow_mut(|solver| {
         solver.forget();
@@ -206,7 +206,7 @@ pub fn in_single(p: &Factors) -> Option<(Impulses<f32, 16, FREEDOMS>, Status)> {
 /// How far single precision is from a solution in double precision; zero where one has none.
 fn single_apart(p: &Factors, wide: &Judged) -> f64 {
     match in_single(p) {
-        Some((answer, Status::Solved)) if wide.report.status == Status::Solved => {
+        Some((answer, SolveStatus::Solved)) if wide.report.status == SolveStatus::Solved => {
             let narrow: Vec<f64> = answer.velocity_change.iter().map(|x| f64::from(*x)).collect();
             apart(&velocities(p, &wide.answer.z), &narrow)
         }
@@ -228,7 +228,7 @@ pub fn score(target: Target, p: &Factors) -> f64 {
         };
     }
     let Some(Verdict { contact, dense }) = verdict(p) else { return 0.0 };
-    let solved = |j: &Judged| j.report.status == Status::Solved;
+    let solved = |j: &Judged| j.report.status == SolveStatus::Solved;
     match target {
         Target::Residual => {
             [&contact, &dense].into_iter().filter(|j| solved(j)).map(|j| j.residual).fold(0.0, f64::max)
@@ -251,5 +251,5 @@ pub fn most_pivots(contacts: usize) -> u32 {
 /// Whether a claim is below the tolerance, judged apart from the solver.
 #[must_use]
 pub fn honest(j: &Judged) -> bool {
-    j.report.status != Status::Solved || j.residual <= tolerance::<f64>()
+    j.report.status != SolveStatus::Solved || j.residual <= tolerance::<f64>()
 }

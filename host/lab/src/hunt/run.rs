@@ -8,7 +8,7 @@ use nalgebra::UnitQuaternion;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
-use stickslip_shared::cone::ConeStatus;
+use stickslip_shared::cone::SolveStatus;
 use stickslip_shared::effects::{Effect, MAX_PARAMETERS, REGISTRY, formula};
 use stickslip_shared::model::{
     Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
@@ -315,7 +315,7 @@ pub fn worst(target: Target, package: &Package) -> Option<f64> {
     let mut worst = 0.0_f64;
     precision::walk(package, |walked| {
         let out = walked.out;
-        if out.status == ConeStatus::BadInput || out.status == ConeStatus::Contradiction {
+        if out.status == SolveStatus::BadInput || out.status == SolveStatus::Contradiction {
             return;
         }
         let value = match target {

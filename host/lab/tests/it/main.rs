@@ -1,6 +1,8 @@
 //! Tests of the crate from outside, in one program: it links once.
 
 mod diagnose_inputs;
+mod hostile_input;
 mod lcp_solvers;
 mod mujoco_export;
+mod prediction_bits;
 mod worst_cases;

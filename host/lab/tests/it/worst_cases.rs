@@ -7,9 +7,8 @@ use stickslip_lab::hunt::problem::{honest, in_single, most_pivots, verdict};
 use stickslip_lab::hunt::run::Case;
 use stickslip_lab::precision::{compare, walk};
 use stickslip_lcp::files::{ProblemFile, read};
-use stickslip_shared::cone::{ConeOptions, ConeStatus};
-use stickslip_shared::lcp::Status;
-use stickslip_shared::predictor::{Predictor, flags, validity};
+use stickslip_shared::cone::{SolveBudget, SolveStatus};
+use stickslip_shared::predictor::{Predictor, SolverStatus, flags, validity};
 
 fn cases(extension: &str) -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/worst");
@@ -43,8 +42,11 @@ fn worst_contact_problems_are_solved_or_marked_within_the_bound_of_their_pivots(
                 }
                 // Two solvers that share no step cannot both be right where one finds that
                 // there is nothing to find.
-                let said: Vec<Status> = vec![v.contact.report.status, v.dense.report.status];
-                assert!(!(said.contains(&Status::Ray) && said.contains(&Status::Solved)), "{name}: {said:?}");
+                let said: Vec<SolveStatus> = vec![v.contact.report.status, v.dense.report.status];
+                assert!(
+                    !(said.contains(&SolveStatus::Contradiction) && said.contains(&SolveStatus::Solved)),
+                    "{name}: {said:?}"
+                );
                 in_single(p).expect("it fits");
             }
         }
@@ -61,7 +63,7 @@ fn worst_runs_end_every_tick_within_the_bound_of_its_work_and_mark_what_is_not_s
         for sample in &case.samples {
             let p = predictor.take(sample);
             assert!(p.position_m.iter().chain(&p.quaternion).all(|x| x.is_finite()), "{name}: {p:?}");
-            if p.solver_status != 0 {
+            if p.solver_status != SolverStatus::Solved {
                 assert_ne!(p.validity & validity::SOLVER, 0, "{name}: {p:?}");
                 assert_ne!(p.flags & flags::UNSURE, 0, "{name}: {p:?}");
             }
@@ -76,12 +78,12 @@ fn worst_runs_end_every_tick_within_the_bound_of_its_work_and_mark_what_is_not_s
 fn steps_of_the_worst_runs_balance_momentum_or_are_marked() {
     let mut steps = 0;
     for (name, case) in runs() {
-        let options = ConeOptions::<f32>::present();
+        let options = SolveBudget::<f32>::present();
         walk(&case.package(), |walked| {
             let out = walked.out;
             assert!(out.iterations <= options.max_iterations, "{name}");
             assert!(out.evaluations <= options.max_evaluations + 24, "{name}: {}", out.evaluations);
-            if out.status != ConeStatus::Solved {
+            if out.status != SolveStatus::Solved {
                 return;
             }
             steps += 1;

@@ -13,8 +13,7 @@
 //! mode changes the equations of motion by a matrix of rank one.
 
 use crate::lcp::factors::Contact;
-use crate::lcp::magnitude;
-use crate::real::{Real, least, most};
+use crate::real::{Real, abs, max, min};
 
 /// What a contact does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -170,7 +169,7 @@ impl<R: Real, const ND: usize> Track<R, ND> {
     #[inline]
     pub(super) fn regularise(&mut self, relative: R, scale: Normal) {
         let tangent = (self.size[1] + self.size[2]) * R::of(0.5);
-        let coupled = least(self.size[0], tangent * R::of(300.0));
+        let coupled = min(self.size[0], tangent * R::of(300.0));
         let normal = if scale == Normal::Coupled && coupled > R::zero() { coupled } else { self.size[0] };
         self.shift = normal * relative;
         let total = self.compliance + self.shift;
@@ -205,24 +204,24 @@ impl<R: Real, const ND: usize> Track<R, ND> {
         let zero = R::zero();
         let [normal, first, second] = *u;
         if self.mode == Mode::Open {
-            return [most(normal, zero), first, second];
+            return [max(normal, zero), first, second];
         }
         let normal = -self.compliance * self.anchor[0];
         match self.mode {
             Mode::Slide(0, 0) => [normal, first, second],
             Mode::Slide(s, 0) => {
-                let first = sign::<R>(s) * least(sign::<R>(s) * first, zero);
-                let bound = magnitude(first);
-                [normal, first, least(most(second, -bound), bound)]
+                let first = sign::<R>(s) * min(sign::<R>(s) * first, zero);
+                let bound = abs(first);
+                [normal, first, min(max(second, -bound), bound)]
             }
             Mode::Slide(0, t) => {
-                let second = sign::<R>(t) * least(sign::<R>(t) * second, zero);
-                let bound = magnitude(second);
-                [normal, least(most(first, -bound), bound), second]
+                let second = sign::<R>(t) * min(sign::<R>(t) * second, zero);
+                let bound = abs(second);
+                [normal, min(max(first, -bound), bound), second]
             }
             Mode::Slide(s, t) => {
                 let mean = (sign::<R>(s) * first + sign::<R>(t) * second) * R::of(0.5);
-                let mean = least(mean, zero);
+                let mean = min(mean, zero);
                 [normal, sign::<R>(s) * mean, sign::<R>(t) * mean]
             }
             _ => [normal, zero, zero],
@@ -333,7 +332,7 @@ impl<R: Real, const ND: usize> Track<R, ND> {
         let [_, first, second] = self.trial;
         if !(self.friction > R::zero()) {
             Mode::Slide(0, 0)
-        } else if magnitude(first) >= magnitude(second) {
+        } else if abs(first) >= abs(second) {
             Mode::Slide(sign_of(first), 0)
         } else {
             Mode::Slide(0, sign_of(second))

@@ -18,8 +18,8 @@ mod path;
 
 use super::factors::{Factors, Impulses};
 use super::residual::Residual;
-use super::{Outcome, Path, Report, Status, magnitude, residual, tolerance};
-use crate::real::{Real, least, most};
+use super::{Outcome, Path, Report, SolveStatus, residual, tolerance};
+use crate::real::{Real, abs, max, min, sqrt};
 use law::{Mode, Normal, Track, add_scaled};
 use path::{End, follow};
 
@@ -83,12 +83,7 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
             Some(defect) => {
                 self.answer = Impulses::none();
                 self.known = 0;
-                Report {
-                    status: Status::BadInput(defect),
-                    residual: R::of(f64::INFINITY),
-                    pivots: 0,
-                    path: Path::Trivial,
-                }
+                Report::refused(defect)
             }
             None => self.search(problem),
         };
@@ -98,7 +93,7 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
     fn search(&mut self, problem: &Factors<R, NC, ND>) -> Report<R> {
         let mut roots = [R::zero(); ND];
         for (root, inverse) in roots.iter_mut().zip(problem.inverse_mass) {
-            *root = inverse.root();
+            *root = sqrt(inverse);
         }
         let count = problem.contacts.len().min(NC);
         for (track, contact) in self.tracks.iter_mut().zip(&problem.contacts) {
@@ -106,8 +101,8 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
         }
         let warm = self.known == count;
         self.known = 0;
-        let Some(tracks) = self.tracks.get_mut(..count) else { return nothing_found() };
-        let mut best = nothing_found();
+        let Some(tracks) = self.tracks.get_mut(..count) else { return Report::nothing() };
+        let mut best = Report::nothing();
         let mut pivots = 0_u32;
         let (mut rays, mut limits) = (0, 0);
         for start in 0..=STARTS {
@@ -134,26 +129,22 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
             }
             if residual <= tolerance() {
                 self.known = count;
-                best.status = Status::Solved;
+                best.status = SolveStatus::Solved;
                 break;
             }
         }
         best.pivots = pivots;
-        if best.status != Status::Solved {
+        if best.status != SolveStatus::Solved {
             best.status = if rays > STARTS / 2 || contradictory(tracks) {
-                Status::Ray
+                SolveStatus::Contradiction
             } else if limits > 0 {
-                Status::PivotLimit
+                SolveStatus::IterationLimit
             } else {
-                Status::Numerical
+                SolveStatus::Numerical
             };
         }
         best
     }
-}
-
-fn nothing_found<R: Real>() -> Report<R> {
-    Report { status: Status::Numerical, residual: R::of(f64::INFINITY), pivots: 0, path: Path::Trivial }
 }
 
 /// Whether the impulses of a failed solve push against each other: they cause no motion, and
@@ -185,7 +176,7 @@ fn attempt<R: Real, const ND: usize>(
     let (aim, least_shift) = goal(first_shift);
     // A warm answer is near already: a round more would cost as much as the first. The next warm
     // start goes on from it.
-    let aim = if start == 0 { most(aim, tolerance::<R>() * R::of(0.1)) } else { aim };
+    let aim = if start == 0 { max(aim, tolerance::<R>() * R::of(0.1)) } else { aim };
     let mut y = [R::zero(); ND];
     let mut pivots = 1;
     for track in tracks.iter_mut() {
@@ -219,7 +210,7 @@ fn attempt<R: Real, const ND: usize>(
             if residual <= tolerance() && residual > before * R::of(0.5) {
                 break;
             }
-            shift = most(shift * R::of(0.03), least_shift);
+            shift = max(shift * R::of(0.03), least_shift);
         }
         for track in tracks.iter_mut() {
             track.settled = track.mode;
@@ -248,8 +239,8 @@ fn attempt<R: Real, const ND: usize>(
 fn open<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], start: u32) {
     let (mut approach, mut slip) = (R::zero(), R::zero());
     for track in tracks.iter() {
-        approach = most(-track.constant[0], approach);
-        slip = most(most(magnitude(track.constant[1]), magnitude(track.constant[2])), slip);
+        approach = max(-track.constant[0], approach);
+        slip = max(max(abs(track.constant[1]), abs(track.constant[2])), slip);
     }
     let golden = R::of(0.618_033_988_749_894_9);
     let silver = R::of(0.414_213_562_373_095_1);
@@ -321,9 +312,9 @@ fn certify<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &[R; ND]) -
     for track in tracks.iter_mut() {
         track.speed = track.speeds_at(y);
         let [normal, first, second] = track.impulse;
-        track.slip = most(magnitude(track.speed[1]), magnitude(track.speed[2]));
-        let friction = most(magnitude(first), magnitude(second));
-        largest = most(most(track.slip, friction), most(normal, largest));
+        track.slip = max(abs(track.speed[1]), abs(track.speed[2]));
+        let friction = max(abs(first), abs(second));
+        largest = max(max(track.slip, friction), max(normal, largest));
     }
     let (mut worst, mut constant) = (R::zero(), R::zero());
     let mut sum = Residual::zero();
@@ -333,21 +324,21 @@ fn certify<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &[R; ND]) -
         let [normal, first, second] = track.impulse;
         let [separation, slip_first, slip_second] = track.speed;
         let diagonal = track.size[0] + track.compliance;
-        let size = magnitude(track.constant[0]) + diagonal * largest;
+        let size = abs(track.constant[0]) + diagonal * largest;
         let slack = separation + track.compliance * normal;
-        worst = least(slack, worst);
+        worst = min(slack, worst);
         for k in 0..3 {
-            constant = most(magnitude(track.constant[k]), constant);
+            constant = max(abs(track.constant[k]), constant);
         }
         sum.add_scaled_row(normal, slack, size, by_largest);
         for (k, force, slip) in [(1, first, slip_first), (2, second, slip_second)] {
             // Both signs of the tangent count in the row, and the slip speed bound.
             let diagonal = track.size[k] + track.size[k] + R::one();
-            let size = magnitude(track.constant[k]) + diagonal * largest;
+            let size = abs(track.constant[k]) + diagonal * largest;
             let slack = if force < R::zero() { track.slip - slip } else { track.slip + slip };
-            sum.add_scaled_row(magnitude(force), slack, size, by_largest);
+            sum.add_scaled_row(abs(force), slack, size, by_largest);
         }
-        let unused = track.friction * normal - magnitude(first) - magnitude(second);
+        let unused = track.friction * normal - abs(first) - abs(second);
         sum.add_scaled_row(track.slip, unused, (track.friction + four) * largest, by_largest);
     }
     residual::credible(sum.value(), worst, constant)

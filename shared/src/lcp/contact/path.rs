@@ -9,7 +9,7 @@
 
 use super::law::{Mode, Track, add_scaled, dot};
 use crate::lcp::small::Factorisation;
-use crate::real::{Real, most};
+use crate::real::{Real, max};
 
 /// How a path ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,7 +80,7 @@ pub(super) fn follow<R: Real, const ND: usize>(
         for (i, track) in tracks.iter().enumerate() {
             track.kinks(direction, |value, rate, mode| {
                 if rate < zero {
-                    let value = most(value, zero);
+                    let value = max(value, zero);
                     // Without a division: value / -rate < step.
                     if value < -rate * step {
                         step = value / -rate;

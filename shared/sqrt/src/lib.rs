@@ -1,5 +1,5 @@
 //! Square root of an `f32`, correctly rounded (IEEE 754), and so the same bits everywhere:
-//! `vsqrt.f32` on a Cortex-M4F, which `core` has no stable name for, `libm` elsewhere.
+//! `vsqrt.f32` on a Cortex-M4F, for which `core` has no stable name, `libm` elsewhere.
 //!
 //! A crate of its own because of the one `unsafe` line, which `stickslip-shared` forbids.
 #![no_std]
@@ -19,7 +19,7 @@ pub fn sqrtf(x: f32) -> f32 {
             "vmov s0, {kept}",
             bits = inout(reg) bits,
             kept = out(reg) _,
-            options(pure, nomem, nostack, preserves_flags),
+            options(pure, nomem, nostack),
         );
     }
     f32::from_bits(bits)

@@ -1,5 +1,5 @@
 //! The firmware in QEMU at the end of a good, a bad and a cut line. `make hil` builds the
-//! firmware and names it in `STICKSLIP_FIRMWARE`; without it these tests say so and pass.
+//! firmware and names it in `STICKSLIP_FIRMWARE`; without it these tests are ignored.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -15,12 +15,8 @@ use stickslip_device::{Device, DeviceError};
 use stickslip_shared::model::{Base, Friction, Model};
 use stickslip_shared::wire::{self, Mode, Refusal, ResetCause};
 
-fn firmware() -> Option<String> {
-    let path = std::env::var("STICKSLIP_FIRMWARE").ok();
-    if path.is_none() {
-        eprintln!("not run: no firmware named; `make hil` runs this test");
-    }
-    path.map(|path| format!("qemu:{path}"))
+fn firmware() -> String {
+    format!("qemu:{}", super::named("STICKSLIP_FIRMWARE", "hil").to_string_lossy())
 }
 
 fn data() -> PathBuf {
@@ -40,8 +36,9 @@ fn stream(device: &mut Device, package: &Package, faults: Option<u64>) -> Outcom
 }
 
 #[test]
+#[ignore = "needs the firmware: make hil"]
 fn every_prediction_of_a_streamed_push_equals_the_hosts() {
-    let Some(name) = firmware() else { return };
+    let name = firmware();
     let outcome = stream(&mut Device::open(&name).unwrap(), &package(), None);
     assert_eq!(outcome.taken, outcome.samples);
     assert_eq!(outcome.first_difference, None);
@@ -52,8 +49,9 @@ fn every_prediction_of_a_streamed_push_equals_the_hosts() {
 }
 
 #[test]
+#[ignore = "needs the firmware: make hil"]
 fn a_bad_line_costs_what_was_done_to_it_and_every_loss_is_counted() {
-    let Some(name) = firmware() else { return };
+    let name = firmware();
     let outcome = stream(&mut Device::open(&name).unwrap(), &package(), Some(5));
     let injected = outcome.injected.expect("faults were asked for");
     let counted = outcome.statistics;
@@ -110,8 +108,9 @@ impl Drop for Port {
 }
 
 #[test]
+#[ignore = "needs the firmware: make hil"]
 fn a_serial_port_carries_the_same_push_bit_for_bit() {
-    let Some(name) = firmware() else { return };
+    let name = firmware();
     let (_qemu, port) = Port::open(name.trim_start_matches("qemu:"));
     let outcome = stream(&mut Device::open(&port).unwrap(), &package(), None);
     assert_eq!((outcome.taken, outcome.first_difference), (outcome.samples, None));
@@ -119,8 +118,9 @@ fn a_serial_port_carries_the_same_push_bit_for_bit() {
 }
 
 #[test]
+#[ignore = "needs the firmware: make hil"]
 fn a_line_cut_in_the_middle_is_told_and_the_log_keeps_what_happened_before() {
-    let Some(name) = firmware() else { return };
+    let name = firmware();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.sslog");
     let header = log::Header { scene: vec![], model: vec![], meta: serde_json::Value::Null };
@@ -148,8 +148,9 @@ fn a_line_cut_in_the_middle_is_told_and_the_log_keeps_what_happened_before() {
 }
 
 #[test]
+#[ignore = "needs the firmware: make hil"]
 fn garbage_before_the_first_word_does_not_keep_the_board_from_answering() {
-    let Some(name) = firmware() else { return };
+    let name = firmware();
     let mut device = Device::open(&name).unwrap();
     for burst in [&[0xff; 700][..], &[0; 40], &[1, 2, 3, 0, 5, 0, 200, 7, 7, 0]] {
         device.write_raw(burst).unwrap();
@@ -161,8 +162,9 @@ fn garbage_before_the_first_word_does_not_keep_the_board_from_answering() {
 }
 
 #[test]
+#[ignore = "needs the firmware: make hil"]
 fn a_refused_command_names_field_value_and_limits_and_changes_nothing() {
-    let Some(name) = firmware() else { return };
+    let name = firmware();
     let mut device = Device::open(&name).unwrap();
     let error = device.command::<wire::SetGrip>(&1e9).unwrap_err();
     assert!(matches!(error, DeviceError::Refused { refusal: Refusal::OutOfRange { .. }, .. }), "{error}");
@@ -179,8 +181,9 @@ fn a_refused_command_names_field_value_and_limits_and_changes_nothing() {
 }
 
 #[test]
+#[ignore = "needs the firmware: make hil"]
 fn a_reset_board_is_safe_says_why_it_started_and_runs_again() {
-    let Some(name) = firmware() else { return };
+    let name = firmware();
     let mut device = Device::open(&name).unwrap();
     assert_eq!(device.info().reset_cause, ResetCause::PowerOn);
     stream(&mut device, &package(), None);

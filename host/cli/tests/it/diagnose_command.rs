@@ -1,0 +1,277 @@
+//! The way from a diagnosis to a better model, as a user types it: a formula as an effect, files
+//! and pages that are written, names that are not known, data from which nothing can be concluded.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use assert_cmd::Command;
+use serde_json::Value;
+use stickslip_data::{Dataset, write};
+use stickslip_rig::objects::bench;
+use stickslip_rig::plan::{PlanName, conditions};
+use stickslip_rig::{Nuisance, Reality, STEP_S, Setup, simulate};
+use tempfile::TempDir;
+
+const SEED: u64 = 11;
+const OWN: &str = r#"format = "stickslip-model/1"
+base = "hard"
+[friction]
+finger = 0.38
+pusher = 0.22
+support = 0.3
+[[effects]]
+id = "formula"
+name = "weak_jaw"
+target = "grip"
+expression = "1 - a"
+parameters = { a = { value = 0.1, low = 0, high = 0.6, unit = "1" } }
+"#;
+
+fn stickslip() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_stickslip"))
+}
+
+fn demo() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo")
+}
+
+/// Six conditions, each pushed twice by a gripper that loses three tenths of its grip; and a model
+/// with a formula for that.
+fn weak_grip() -> &'static Path {
+    static FOLDER: OnceLock<TempDir> = OnceLock::new();
+    let made = || {
+        let folder = tempfile::tempdir().expect("a folder");
+        let description = bench("weak grip");
+        let mut reality = Reality::draw(&description, Nuisance::PAPER, SEED);
+        reality.effects = vec!["grip_force_loss=0.3".parse().expect("an effect")];
+        let setup = Setup { description: description.clone(), reality, step_s: STEP_S };
+        let all = conditions(PlanName::PushSmall, &[], SEED, 1.0);
+        let some = all.iter().step_by(all.len().div_ceil(6));
+        let trials = some
+            .flat_map(|c| (1..=2).map(|run| simulate(&setup, c, run, SEED).expect("a trial")))
+            .collect();
+        write(&Dataset { folder: "weak".into(), description, trials }, folder.path()).expect("written");
+        std::fs::write(folder.path().join("own.toml"), OWN).expect("written");
+        folder
+    };
+    FOLDER.get_or_init(made).path()
+}
+
+fn json(folder: &Path, words: &[&str]) -> Value {
+    let output = stickslip().current_dir(folder).args(words).arg("--json").output().expect("run");
+    assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("one JSON document")
+}
+
+/// What the command says on stderr as it refuses.
+fn refused(folder: &Path, words: &[&str]) -> String {
+    let output = stickslip().current_dir(folder).args(words).output().expect("run");
+    assert!(!output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stdout));
+    String::from_utf8(output.stderr).expect("text")
+}
+
+#[test]
+fn a_formula_is_added_refitted_calibrated_compared_and_separated_like_an_effect() {
+    let folder = weak_grip();
+    let added = json(folder, &["add", ".", "weak_jaw", "--model", "own.toml", "--out", "better.toml"]);
+    assert_eq!(added["schema"], "stickslip-add/1");
+    let strength = |document: &Value| -> f64 {
+        let all = document["parameters"].as_array().expect("a list");
+        let a = all.iter().find(|p| p["name"] == "weak_jaw.a").expect("fitted");
+        assert!(a["low"].as_f64() < a["high"].as_f64(), "{a}");
+        a["value"].as_f64().expect("a number")
+    };
+    assert!((strength(&added) - 0.3).abs() < 0.02, "{added}");
+    let refitted = json(folder, &["refit", ".", "--model", "better.toml", "--out", "refitted.toml"]);
+    assert_eq!(refitted["schema"], "stickslip-refit/1");
+    assert!((strength(&refitted) - 0.3).abs() < 0.02, "{refitted}");
+    // Friction alone: the formula stays as it was fitted.
+    json(folder, &["calibrate", ".", "--model", "better.toml", "--out", "calibrated.toml"]);
+    let text = |name: &str| std::fs::read_to_string(folder.join(name)).expect("written");
+    let value = text("better.toml").lines().find(|l| l.starts_with("parameters")).map(str::to_owned);
+    assert!(value.is_some_and(|line| text("calibrated.toml").contains(&line)));
+    // It is part of the model now: nothing is left to find, and it cannot be added twice.
+    let after = json(folder, &["diagnose", ".", "--model", "better.toml"]);
+    assert_eq!(after["effects"], serde_json::json!([]), "{}", after["summary"]);
+    assert!(after["parameters"]["weak_jaw.a"]["value"].is_number());
+    let again = refused(folder, &["add", ".", "weak_jaw", "--model", "better.toml", "--out", "x.toml"]);
+    assert!(again.contains("already has weak_jaw") && again.contains("stickslip refit"), "{again}");
+    let words = ["suggest", ".", "--model", "own.toml", "--between", "weak_jaw", "--between", "sensor_gain"];
+    let between = json(folder, &words);
+    assert_eq!(between["schema"], "stickslip-suggest/1");
+    let mut pair: Vec<&str> = between["between"].as_array().expect("two").iter().filter_map(Value::as_str).collect();
+    pair.sort_unstable();
+    assert_eq!(pair, ["sensor_gain", "weak_jaw"]);
+}
+
+#[test]
+fn data_come_first_and_the_old_option_is_understood() {
+    let folder = weak_grip();
+    let old = json(folder, &["add", "grip_force_loss", "--fit", ".", "--out", "old.toml"]);
+    let new = json(folder, &["add", ".", "grip_force_loss", "--out", "new.toml"]);
+    assert_eq!(old["parameters"], new["parameters"]);
+    let wrong = refused(folder, &["add", "grip_force_loss", "--out", "x.toml"]);
+    assert!(wrong.contains("the data set comes first"), "{wrong}");
+}
+
+#[test]
+fn a_diagnosis_writes_the_named_model_and_a_page_and_says_what_comes_next() {
+    let folder = weak_grip();
+    let words = ["diagnose", ".", "--out", "named.toml", "--html", "page.html"];
+    let output = stickslip().current_dir(folder).args(words).output().expect("run");
+    let text = String::from_utf8(output.stdout).expect("text");
+    let next = "stickslip compare . --model named.toml";
+    assert!(output.status.success() && text.contains(&format!("Next:\n  {next}")), "{text}");
+    assert!(!text.contains("finger_difference") && text.contains("finger 1 less finger 2, force y"), "{text}");
+    let named = std::fs::read_to_string(folder.join("named.toml")).expect("written");
+    assert!(named.contains("id = \"grip_force_loss\"") && named.contains("intervals"), "{named}");
+    // It is a model as every command reads it.
+    json(folder, &["calibrate", ".", "--model", "named.toml"]);
+    let page = std::fs::read_to_string(folder.join("page.html")).expect("written");
+    check_page(&page);
+    let first = page.split("<h2>").next().expect("a first screen");
+    assert!(first.contains("the grip that acts is below the commanded one"), "plain words");
+    assert!(first.contains("<svg") && first.contains(next), "a picture and the next command");
+    for words in ["share of the command that is lost", "Townsend and Salisbury", "finger 1 less finger 2, force y"] {
+        assert!(page.contains(words), "{words}");
+    }
+    for raw in ["finger_sum", "finger_difference", "_nm<", "http", "src=", "url(", "NaN"] {
+        assert!(!page.contains(raw), "{raw}");
+    }
+}
+
+#[test]
+fn three_conditions_are_inconclusive_whoever_asks_and_nothing_is_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let demo = demo().display().to_string();
+    let words = ["diagnose", &demo, "--out", "better.toml", "--html", "page.html"];
+    let report = json(folder.path(), &words);
+    assert_eq!(report["schema"], "stickslip-diagnose/1");
+    assert_eq!(report["verdict"], "inconclusive");
+    assert!(report["reason"].as_str().is_some_and(|r| r.contains("3 different condition")), "{report}");
+    assert!(report["would_tell"].as_str().is_some_and(|r| r.contains("run 1 more condition")), "{report}");
+    assert!(!folder.path().join("better.toml").exists());
+    let page = std::fs::read_to_string(folder.path().join("page.html")).expect("written");
+    check_page(&page);
+    assert!(page.contains("What would tell"));
+}
+
+#[test]
+fn a_name_that_is_not_known_is_refused_before_any_data_are_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    for words in [
+        ["suggest", "nowhere", "--between", "grip_forc_loss", "--between", "sensor_gain"].as_slice(),
+        &["add", "nowhere", "grip_forc_loss", "--out", "x.toml"],
+        &["effects", "grip_forc_loss"],
+    ] {
+        let error = refused(at, words);
+        assert!(error.contains("did you mean grip_force_loss"), "{words:?}: {error}");
+    }
+    let twice = ["suggest", "nowhere", "--between", "sensor_gain", "--between", "sensor_gain"];
+    assert!(refused(at, &twice).contains("names sensor_gain twice"));
+}
+
+#[test]
+fn every_effect_can_be_looked_up() {
+    let here = Path::new(".");
+    let list = json(here, &["effects"]);
+    assert_eq!(list["schema"], "stickslip-effects/1");
+    let all = list["results"].as_array().expect("a list");
+    assert_eq!(all.len(), stickslip_shared::effects::REGISTRY.len());
+    for effect in all {
+        let id = effect["id"].as_str().expect("an id");
+        let words = ["what", "in_data", "source"].map(|key| effect[key].as_str().unwrap_or_default());
+        assert!(words.iter().all(|w| !w.is_empty()), "{effect}");
+        let output = stickslip().args(["effects", id]).output().expect("run");
+        let text = String::from_utf8(output.stdout).expect("text");
+        assert!(words.iter().all(|w| text.contains(w)), "{text}");
+        for p in effect["parameters"].as_array().expect("a list") {
+            assert!(text.contains(p["name"].as_str().expect("a name")), "{text}");
+            assert!(p["low"].as_f64() < p["high"].as_f64() && p["unit"].is_string(), "{p}");
+        }
+        assert!(text.contains(&format!("stickslip add DATA {id}")), "{text}");
+    }
+}
+
+#[test]
+fn flags_that_did_nothing_are_gone() {
+    for flag in ["--all", "--tare"] {
+        let demo = demo().display().to_string();
+        assert!(refused(Path::new("."), &["compare", &demo, flag]).contains("unexpected argument"));
+    }
+}
+
+#[test]
+fn plots_can_be_had_as_columns() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let model = folder.path().join("own.toml");
+    std::fs::write(&model, OWN).expect("written");
+    let demo = demo().display().to_string();
+    let trial = "linear_push-obj4-g20-v10-s0-r1";
+    json(folder.path(), &["replay", &demo, "--trial", trial, "--series", "replay.csv"]);
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect("written");
+    let csv = read("replay.csv");
+    let header: Vec<&str> = csv.lines().next().expect("a header").split(',').collect();
+    assert_eq!(header[..2], ["trial", "t_s"]);
+    for column in ["measured_finger1_fx_n", "modelled_pusher_fx_n", "predicted_sag_m", "predicted_finger_0_utilisation"] {
+        assert!(header.contains(&column), "{column} in {header:?}");
+    }
+    let samples = std::fs::read_to_string(Path::new(&demo).join(format!("trials/{trial}.csv"))).expect("a trial");
+    assert_eq!(csv.lines().count(), samples.lines().count());
+    // The measured column is the recorded one.
+    let column = |text: &str, name: &str| -> Vec<f64> {
+        let at = text.lines().next().and_then(|h| h.split(',').position(|c| c == name)).expect("the column");
+        text.lines().skip(1).map(|l| l.split(',').nth(at).and_then(|c| c.parse().ok()).unwrap_or(f64::NAN)).collect()
+    };
+    let (written, recorded) = (column(&csv, "measured_finger1_fx_n"), column(&samples, "finger1_fx_n"));
+    assert!(written.iter().zip(&recorded).all(|(a, b)| a == b || (a.is_nan() && b.is_nan())));
+    let words = ["compare", &demo, "--trial", trial, "--model", "own.toml", "--model", "own.toml"];
+    json(folder.path(), &[&words[..], &["--series", "compare.csv"]].concat());
+    assert!(read("compare.csv").starts_with("trial,t_s,measured_object_x_m"));
+    json(folder.path(), &[&words[..], &["--series", "compare.parquet"]].concat());
+    let parquet = std::fs::read(folder.path().join("compare.parquet")).expect("written");
+    assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
+    let ending = refused(folder.path(), &["replay", &demo, "--series", "replay.txt"]);
+    assert!(ending.contains(".csv or .parquet"), "{ending}");
+}
+
+/// The page's body is well-formed, and every style is made of properties with values a browser takes.
+fn check_page(page: &str) {
+    let body = page.split_once("<main>").and_then(|(_, rest)| rest.split_once("</main>")).expect("a body").0;
+    let xml = format!("<main>{body}</main>");
+    let document = roxmltree::Document::parse(&xml).unwrap_or_else(|e| {
+        let line = xml.lines().nth(e.pos().row as usize - 1).unwrap_or_default();
+        panic!("{e}: {line}")
+    });
+    let mut coloured = 0;
+    for node in document.descendants() {
+        for declaration in node.attribute("style").into_iter().flat_map(|s| s.split(';')) {
+            let (property, value) = declaration.split_once(':').expect("property: value");
+            assert!(!value.contains(':'), "{declaration}");
+            if property.ends_with("background") || property.ends_with("color") {
+                coloured += 1;
+                assert!(is_colour(value), "{declaration}");
+            }
+        }
+        for attribute in ["fill", "stroke"] {
+            if let Some(value) = node.attribute(attribute) {
+                assert!(value == "none" || is_colour(value), "{attribute}={value}");
+            }
+        }
+    }
+    assert!(coloured > 5, "a heat map");
+}
+
+/// `#rgb`, `#rrggbb` or `rgb(r g b/alpha)`.
+fn is_colour(value: &str) -> bool {
+    if let Some(hex) = value.strip_prefix('#') {
+        return matches!(hex.len(), 3 | 6) && hex.chars().all(|c| c.is_ascii_hexdigit());
+    }
+    let Some(inside) = value.strip_prefix("rgb(").and_then(|v| v.strip_suffix(')')) else { return false };
+    let (rgb, alpha) = inside.split_once('/').unwrap_or((inside, "1"));
+    let parts: Vec<&str> = rgb.split(' ').collect();
+    parts.len() == 3
+        && parts.iter().all(|p| p.parse::<u8>().is_ok())
+        && alpha.parse::<f64>().is_ok_and(|a| (0.0..=1.0).contains(&a))
+}

@@ -1,0 +1,253 @@
+//! What a contact problem is, what bounds a solve and what it says: the types in front of both
+//! solvers, the exact cone ([`crate::cone`]) and complementarity ([`crate::lcp`]).
+
+use crate::real::{Real, Vec3, max};
+use heapless::Vec;
+
+/// Most contact points of one solve.
+pub const MAX_POINTS: usize = 64;
+/// Unknowns: linear velocity (3), angular velocity (3), opening speed of the jaw.
+pub const DOF: usize = 7;
+
+/// What became of a solve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum SolveStatus {
+    /// The residual is at or below the tolerance.
+    Solved,
+    /// The bound on the work was reached; the best answer found is returned with its residual.
+    IterationLimit,
+    /// A number was not finite or out of its range; nothing was solved.
+    #[default]
+    BadInput,
+    /// Rounding won, or the linear system broke down; the best answer found is returned.
+    Numerical,
+    /// The contacts contradict each other (an object crushed between advancing walls). The
+    /// complementarity solvers say so of a ray: for a copositive matrix (every friction problem) there
+    /// is then no solution. The time step says so of forces that no rig has, and has not moved anything.
+    Contradiction,
+}
+
+/// What is wrong with the numbers of a problem.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Defect {
+    /// Lengths do not belong together, or exceed the capacity.
+    Size,
+    /// A problem without unknowns or without contacts.
+    Empty,
+    /// A NaN or an infinity.
+    NotFinite,
+    /// An inverse mass below zero (zero stands for a body that does not move).
+    Mass,
+    /// A coefficient of friction outside 0 to 10.
+    Friction,
+    /// A compliance below zero.
+    Compliance,
+    /// A normal and both tangents are zero: the contact acts on nothing.
+    Direction,
+}
+
+/// One contact point as the solver sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactPoint<R: Real> {
+    /// From the centre of mass, m.
+    pub lever_m: Vec3<R>,
+    /// Normal into the object and two tangents, orthonormal.
+    pub axes: [Vec3<R>; 3],
+    /// Normal speed per unit of jaw opening speed: 1 on a fingertip, otherwise 0.
+    pub jaw: R,
+    /// Added to the relative velocity along `axes`, m/s (other body's motion, gap, spring memory).
+    pub bias_m_s: [R; 3],
+    /// Force per relative velocity along `axes`, N s/m; positive.
+    pub stiffness_n_s_m: [R; 3],
+    /// Friction coefficient along the two tangents; not negative.
+    pub mu: [R; 2],
+    /// Greatest pull that the contact bears, N; adds to the friction bound.
+    pub adhesion_n: R,
+}
+
+/// Inertial side of the step.
+#[derive(Clone, Copy, Debug)]
+pub struct Bodies<R: Real> {
+    /// Mass of the object.
+    pub mass_kg: R,
+    /// Inertia about the centre of mass, in the axes of the contacts.
+    pub inertia_kg_m2: [[R; 3]; 3],
+    /// Inertia of the jaw's opening motion.
+    pub jaw_mass_kg: R,
+    /// Step.
+    pub dt_s: R,
+    /// Velocity that the step would end with if no contact acted, m/s, rad/s, m/s.
+    pub free: [R; DOF],
+}
+
+/// What a point did in the step before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Before<R> {
+    /// No force.
+    Open,
+    /// Touched without slip.
+    Stuck {
+        /// Normal force.
+        load_n: R,
+    },
+    /// Slipped.
+    Slid {
+        /// Normal force.
+        load_n: R,
+    },
+}
+
+/// A point's answer to the velocity found.
+#[derive(Clone, Copy, Debug)]
+pub struct Answer<R> {
+    /// Force on the object along the point's axes (normal, tangents).
+    pub force_n: [R; 3],
+    /// Relative velocity along the tangents, the point's bias included.
+    pub biased_slip_m_s: [R; 2],
+    /// As given, along the tangents.
+    pub stiffness_n_s_m: [R; 2],
+    /// As given.
+    pub mu: [R; 2],
+    /// As given.
+    pub adhesion_n: R,
+}
+
+/// Result of [`crate::cone::solve`]. `velocity` and `force_n` are worth their `status` and `residual_n`.
+#[derive(Clone, Debug)]
+pub struct Solution<R: Real, const NC: usize> {
+    /// m/s, rad/s, m/s at the end of the step.
+    pub velocity: [R; DOF],
+    /// Force on the object at each point along its axes (normal, tangents).
+    pub force_n: Vec<[R; 3], NC>,
+    /// How far `velocity` can be trusted.
+    pub status: SolveStatus,
+    /// Largest error of the momentum balance, N (torques divided by the radius of gyration).
+    pub residual_n: R,
+    /// Newton steps taken, each with one factorisation.
+    pub iterations: u32,
+    /// Evaluations of the momentum balance.
+    pub evaluations: u32,
+}
+
+/// What a solve says besides the forces; `velocity` is worth its `status` and `residual_n`.
+#[derive(Clone, Copy, Debug)]
+pub struct Solved<R> {
+    /// m/s, rad/s, m/s at the end of the step.
+    pub velocity: [R; DOF],
+    /// How far `velocity` can be trusted.
+    pub status: SolveStatus,
+    /// Largest error of the momentum balance, N (torques divided by the radius of gyration).
+    pub residual_n: R,
+    /// Newton steps taken, each with one factorisation.
+    pub iterations: u32,
+    /// Evaluations of the momentum balance.
+    pub evaluations: u32,
+}
+
+/// Bounds of [`SolveBudget::present`].
+const PRESENT_ITERATIONS: u32 = 18;
+const PRESENT_EVALUATIONS: u32 = 76;
+/// Bounds and relative tolerance of [`SolveBudget::look_ahead`].
+const LOOK_AHEAD_ITERATIONS: u32 = 8;
+const LOOK_AHEAD_EVALUATIONS: u32 = 40;
+const LOOK_AHEAD_TOLERANCE: f64 = 1e-3;
+
+/// Contact points of the board's usual scene.
+pub(crate) const USUAL_POINTS: u32 = 16;
+/// What an evaluation costs besides its points, in points.
+pub(crate) const FIXED_POINTS: u32 = 12;
+
+/// Work of a Newton step besides its evaluations: matrix and factors cost four of them.
+pub(crate) const FACTORS_WORK: u32 = 4;
+/// No solve is bounded below so much work.
+const LEAST_WORK: u32 = 16;
+
+/// Limits of the iteration.
+#[derive(Clone, Copy, Debug)]
+pub struct SolveBudget<R: Real> {
+    /// Most Newton steps, all phases together.
+    pub max_iterations: u32,
+    /// Most evaluations of the balance; a line search that has begun may add eight.
+    pub max_evaluations: u32,
+    /// Residual called solved, as a share of the largest force in the balance.
+    pub tolerance: R,
+    /// Points for which the two bounds are meant: with more, which cost more, they are lowered.
+    pub usual_points: u32,
+}
+
+impl<R: Real> Default for SolveBudget<R> {
+    fn default() -> Self {
+        Self {
+            max_iterations: 60,
+            max_evaluations: 400,
+            // f32: what summing some twenty forces leaves; f64: far below any use.
+            tolerance: max(R::of(100.0) * R::EPSILON, R::of(1e-10)),
+            usual_points: MAX_POINTS as u32,
+        }
+    }
+}
+
+impl<R: Real> SolveBudget<R> {
+    /// For the step to the present sample within a tick: bounded in time.
+    pub fn present() -> Self {
+        Self {
+            max_iterations: PRESENT_ITERATIONS,
+            max_evaluations: PRESENT_EVALUATIONS,
+            usual_points: USUAL_POINTS,
+            ..Self::default()
+        }
+    }
+
+    /// For steps into the future, which is known far less exactly than a solve: the balance
+    /// to a thousandth of the largest force, few iterations.
+    pub fn look_ahead() -> Self {
+        Self {
+            max_iterations: LOOK_AHEAD_ITERATIONS,
+            max_evaluations: LOOK_AHEAD_EVALUATIONS,
+            tolerance: R::of(LOOK_AHEAD_TOLERANCE),
+            usual_points: USUAL_POINTS,
+        }
+    }
+
+    /// Work of a solve that uses up its bounds, in evaluations.
+    pub(crate) fn work(&self) -> u32 {
+        self.max_iterations.saturating_mul(FACTORS_WORK).saturating_add(self.max_evaluations)
+    }
+
+    /// The same with bounds for `work` evaluations, where that is less, but for some.
+    pub(crate) fn within(&self, work: u32) -> Self {
+        let whole = self.work();
+        if work >= whole {
+            return *self;
+        }
+        let work = work.max(LEAST_WORK).min(whole);
+        let share = |bound: u32| bound.saturating_mul(work).checked_div(whole).map_or(1, |b| b.max(1));
+        Self {
+            max_iterations: share(self.max_iterations),
+            max_evaluations: share(self.max_evaluations),
+            ..*self
+        }
+    }
+
+    /// The same where a step within a tick does `work` evaluations' worth besides the solve.
+    pub(crate) fn beside(&self, work: u32) -> Self {
+        if self.usual_points >= MAX_POINTS as u32 {
+            return *self;
+        }
+        let whole = self.work();
+        self.within(whole.saturating_sub(work).max(whole / 2))
+    }
+
+    /// The same with the bounds for `points` points.
+    pub(crate) fn bounded_for(&self, points: usize) -> Self {
+        let usual = self.usual_points.saturating_add(FIXED_POINTS);
+        let points = (points as u32).saturating_add(FIXED_POINTS);
+        let lowered =
+            |bound: u32| if points > usual { (bound.saturating_mul(usual) / points).max(1) } else { bound };
+        Self {
+            max_iterations: lowered(self.max_iterations),
+            max_evaluations: lowered(self.max_evaluations),
+            ..*self
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! The work of a tick, counted in evaluations of the momentum balance, not in time: both sides stop
+//! at the same place.
+
+use crate::cone::{FACTORS_WORK, FIXED_POINTS, SolveBudget, USUAL_POINTS};
+use crate::real::Real;
+use crate::step::StepSummary;
+
+/// Work of a tick beyond which the look-ahead waits for the next one: about half a tick of
+/// the emulated board.
+const ENOUGH_WORK: u32 = 68;
+/// Work beyond which not even a first step is begun.
+const MOST_WORK: u32 = 116;
+/// Work with which a tick shall end: what is left of it bounds a step of the look-ahead, or of settling.
+pub(crate) const TICK_WORK: u32 = 150;
+/// Work of a step around its solve; each effect adds half a unit a contact point.
+const AROUND_WORK: u32 = 8;
+
+impl<R: Real> StepSummary<R> {
+    /// Work of the step, in evaluations of the momentum balance of 16 points.
+    pub fn work(&self) -> u32 {
+        let solve = self.iterations.saturating_mul(FACTORS_WORK).saturating_add(self.evaluations);
+        let around = solve.saturating_add(AROUND_WORK);
+        // Fewer points are not counted as cheaper: searches are longer where contacts come and go.
+        let points = u32::from(self.points).max(USUAL_POINTS).saturating_add(FIXED_POINTS);
+        let scaled = around.saturating_mul(points) / (USUAL_POINTS + FIXED_POINTS);
+        scaled.saturating_add(u32::from(self.hooks) / 2)
+    }
+}
+
+/// Work done in a tick.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Work {
+    done: u32,
+    steps_ahead: u8,
+}
+
+impl Work {
+    /// Books a step.
+    pub fn add<R: Real>(&mut self, out: &StepSummary<R>) {
+        self.done = self.done.saturating_add(out.work());
+    }
+
+    /// Books that a step of the look-ahead was one.
+    pub fn step_ahead(&mut self) {
+        self.steps_ahead = self.steps_ahead.saturating_add(1);
+    }
+
+    /// In evaluations of the momentum balance of 16 points.
+    pub fn done(&self) -> u32 {
+        self.done
+    }
+
+    /// `options` for a next step that ends within `most` in all: a dear one does not make the tick
+    /// late, but is marked.
+    pub fn bounding<R: Real>(&self, options: &SolveBudget<R>, most: u32) -> SolveBudget<R> {
+        options.within(most.saturating_sub(self.done.saturating_add(AROUND_WORK)))
+    }
+
+    /// Whether this tick has room for a step of the look-ahead. One is done in nearly every
+    /// tick, so that it gets on however dear the present is.
+    pub fn room(&self) -> bool {
+        self.done < if self.steps_ahead == 0 { MOST_WORK } else { ENOUGH_WORK }
+    }
+}
