@@ -1,6 +1,7 @@
-//! One line: what the effect is.
+//! One line: what the effect is. (This one raises friction by a constant share; it compiles and its
+//! test passes as it stands. Replace law, words and published value by yours.)
 //!
-//! `equation`, after Author Year.
+//! `mu' = mu (1 + strength)`, after Author Year.
 
 use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
 use crate::real::Real;
@@ -12,8 +13,8 @@ pub struct MyEffect;
 pub const INFO: Info = Info {
     id: "my_effect",
     code: 200,
-    summary: "what it is, in one line",
-    signature: "what it looks like in data",
+    summary: "what it is, in one line, without a full stop",
+    signature: "what it looks like in data, the same way",
     source: "where the law comes from",
     parameters: &[Parameter::new("strength", "1", 0.1, 0.0, [0.0, 1.0], "what the parameter is")],
 };
@@ -34,8 +35,8 @@ impl<R: Real> Law<R> for MyEffect {
         if p[0] == R::zero() {
             return;
         }
-        // The law goes here; unchanged, the test below fails.
-        law.mu = law.mu.map(|mu| mu);
+        let factor = R::one() + p[0];
+        law.mu = law.mu.map(|mu| mu * factor);
     }
 }
 
@@ -81,7 +82,7 @@ mod tests {
         };
         let mut law = FrictionLaw::<f64> { mu: [0.4, 0.4], adhesion_n: 0.0 };
         MyEffect.friction(&[0.1, 0.0, 0.0, 0.0, 0.0, 0.0], &context, &[0.0; 3], &slip, &mut law);
-        // Put the published value here.
+        // 0.4 raised by a tenth.
         let published: f64 = 0.44;
         assert!((law.mu[0] - published).abs() < 1e-12, "{:?}", law.mu);
     }

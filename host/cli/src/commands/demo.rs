@@ -78,7 +78,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         None => output.text("No effect was named; the report says what can be concluded."),
         Some(effect) => {
             steps.title("Add the effect, fit the model, compare the error before and after");
-            steps.step(&["add", effect, "--model", &base, "--fit", &bench, "--out", &better])?;
+            steps.step(&["add", &bench, effect, "--model", &base, "--out", &better])?;
             steps.step(&["compare", &bench, "--model", &base, "--model", &better, "--html", &change])?;
             steps.title("The better model on the board");
             steps.step(&["stream", &bench, "--device", &args.device, "--model", &better])?;
