@@ -1,0 +1,7 @@
+//! An independent second reality: a rigid object between viscoelastic pads whose bristles slide one
+//! after the other, and the plans, hidden effects, sensors and files around it. It writes data sets
+//! in the format `stickslip-dataset/1` and shares no code with the other crates.
+//!
+//! See `docs/lab/second-rig.md` for equations, distributions and limits.
+
+pub mod physics;
