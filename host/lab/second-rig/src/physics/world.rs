@@ -37,12 +37,29 @@ pub struct Tool {
 pub struct Others {
     /// Half sines.
     pub knocks: Vec<Knock>,
-    /// Spring from the object's origin to the gripper's frame: stiffness along gripper axes, N/m.
+    /// Spring from the object's origin to the gripper: stiffness along gripper axes, N/m.
     pub spring_n_m: Vector3<f64>,
-    /// Cable on the object's end at -X: constant pull (world axes, N) and its stiffness (N/m).
-    pub cable: Option<(Vector3<f64>, f64)>,
+    /// Where that spring is at rest: object's origin in the gripper's frame, m.
+    pub spring_rest: Vector3<f64>,
+    /// Cable on the object's end at +X.
+    pub cable: Option<Cable>,
     /// Magnet at a world point: pull at 20 mm, N; falls with the square of the distance.
     pub magnet: Option<(Vector3<f64>, f64)>,
+}
+
+/// A cable from a point of the object to an anchor in the room. It pulls, it does not push.
+#[derive(Clone, Copy, Debug)]
+pub struct Cable {
+    /// World axes, m.
+    pub anchor: Vector3<f64>,
+    /// On the object, object axes, m.
+    pub at: Vector3<f64>,
+    /// Pull at the length `length_m`, N.
+    pub pull_n: f64,
+    /// N/m.
+    pub stiffness: f64,
+    /// m.
+    pub length_m: f64,
 }
 
 /// One trial, ready to run.
@@ -198,7 +215,7 @@ impl World {
                     let load = support.patch.step(&self.surface, &relative, &zero, &zero, 1.0, dt);
                     seen.2 = act(&tool, &load);
                 }
-                let (free, about) = self.others.act(t, &frame, &gripper, &self.surface);
+                let (free, about) = self.others.act(t, &frame, &gripper);
                 let arm = frame.position - self.body.state.position;
                 torque += about + arm.cross(&free);
                 force += free;
@@ -271,7 +288,7 @@ fn patch_centre(surface: &Surface, object: &Relative, side: f64) -> Vector3<f64>
 
 impl Others {
     /// Force (world axes, N) and torque about the object's origin (N m).
-    fn act(&self, t: f64, object: &Frame, gripper: &Frame, surface: &Surface) -> (Vector3<f64>, Vector3<f64>) {
+    fn act(&self, t: f64, object: &Frame, gripper: &Frame) -> (Vector3<f64>, Vector3<f64>) {
         let mut force = Vector3::zeros();
         let mut torque = Vector3::zeros();
         for knock in &self.knocks {
@@ -281,13 +298,15 @@ impl Others {
         }
         if self.spring_n_m != Vector3::zeros() {
             let apart = gripper.rotation.inverse() * (object.position - gripper.position);
-            let rest = apart - self.rest_of_spring();
-            force -= gripper.rotation * rest.component_mul(&self.spring_n_m);
+            let stretch = apart - self.spring_rest;
+            force -= gripper.rotation * stretch.component_mul(&self.spring_n_m);
         }
-        if let Some((pull, stiffness)) = &self.cable {
-            let end = object.rotation * Vector3::new(-surface.half.x, 0.0, 0.0);
-            let direction = pull / pull.norm().max(1e-9);
-            let f = pull - direction * (stiffness * direction.dot(&(object.position + end)));
+        if let Some(cable) = &self.cable {
+            let end = object.rotation * cable.at;
+            let apart = cable.anchor - object.position - end;
+            let length = apart.norm().max(1e-6);
+            let pull = (cable.pull_n + cable.stiffness * (length - cable.length_m)).max(0.0);
+            let f = apart * (pull / length);
             force += f;
             torque += end.cross(&f);
         }
@@ -297,9 +316,5 @@ impl Others {
             force += apart * (pull / d * (0.02 / d).powi(2));
         }
         (force, torque)
-    }
-
-    fn rest_of_spring(&self) -> Vector3<f64> {
-        Vector3::zeros()
     }
 }
