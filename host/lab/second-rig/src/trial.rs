@@ -272,7 +272,7 @@ fn pusher_patch(r: &Reality, kind: PusherKind, surface: &Surface) -> Patch {
     match kind {
         PusherKind::Plate => {
             let sides = [Vector3::y() * h.y, Vector3::z() * h.z];
-            counterpart(&r.pusher, layout::rectangle(-Vector3::x() * h.x, sides, [5, 5]), plane)
+            counterpart(&r.pusher, layout::rectangle(-Vector3::x() * h.x, sides, [4, 4]), plane)
         }
         PusherKind::Edge(length) => {
             let elements = layout::line(Vector3::y(), length, 11, Profile::Uniform);
@@ -305,7 +305,7 @@ fn table_patch(r: &Reality, surface: &Surface) -> Patch {
         }
         None => {
             let sides = [Vector3::x() * h.x, Vector3::y() * h.y];
-            layout::rectangle(-Vector3::z() * h.z, sides, [7, 5])
+            layout::rectangle(-Vector3::z() * h.z, sides, [6, 4])
         }
     };
     counterpart(&r.table, elements, Geometry::ObjectOnPlane { normal: Vector3::x(), distance: 0.0 })

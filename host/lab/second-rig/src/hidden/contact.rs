@@ -110,6 +110,6 @@ pub fn flow(r: &mut Reality, s: Scale, _: &mut ChaCha8Rng) -> Out {
     // Typical: half a millimetre in a second under a quarter of the grip's friction.
     let force = 0.25 * r.finger.mu * r.pad.reference_n;
     let elastic = force / r.pad.shear_n_m;
-    r.finger.creep_s = (elastic / (5e-4 * s.level)).max(2e-3);
-    named([("relaxation_s", r.finger.creep_s)])
+    r.finger.creep_1_s = (5e-4 * s.level / elastic).min(500.0);
+    named([("relaxation_1_s", r.finger.creep_1_s)])
 }

@@ -26,6 +26,7 @@ pub struct Foundation {
 impl Foundation {
     /// Force of an element of share `w` at depth `depth` (m, into the pad) that grows with `rate`
     /// (m/s). `memory` is q, N for w = 1.
+    #[inline]
     pub fn step(&self, memory: &mut f64, depth: f64, rate: f64, w: f64, dt: f64) -> f64 {
         if self.relaxing > 0.0 {
             *memory = (*memory + self.relaxing * rate * dt) / (1.0 + dt / self.relaxation_s);

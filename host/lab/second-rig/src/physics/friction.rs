@@ -52,8 +52,8 @@ pub struct Law {
     pub dwell: f64,
     /// Contact age at which that sets in, s.
     pub dwell_cutoff_s: f64,
-    /// Relaxation time of the bristles at rest (the pad flows), s; infinite for none.
-    pub creep_s: f64,
+    /// Rate at which bristles relax at rest (the pad flows), 1/s.
+    pub creep_1_s: f64,
 }
 
 impl Law {
@@ -71,12 +71,16 @@ impl Law {
             anisotropy: 1.0,
             dwell: 0.0,
             dwell_cutoff_s: 0.1,
-            creep_s: f64::INFINITY,
+            creep_1_s: 0.0,
         }
     }
 
     /// Coefficient at a slip speed (m/s), over that at low speed.
+    #[inline]
     pub fn speed_factor(&self, speed: f64) -> f64 {
+        if self.static_ratio == 1.0 {
+            return 1.0 + self.viscous_s_m * speed;
+        }
         let ratio = speed / self.stribeck_m_s;
         1.0 + (self.static_ratio - 1.0) / (1.0 + ratio * ratio) + self.viscous_s_m * speed
     }
@@ -101,6 +105,8 @@ pub struct Pull {
     pub force: Vector3<f64>,
     /// Irreversible displacement, m.
     pub plastic_m: f64,
+    /// Of the motion that was given, m/s.
+    pub speed: f64,
     /// Force over the limit.
     pub share: f64,
 }
@@ -120,57 +126,54 @@ pub struct Bristle {
 
 impl Bristle {
     /// Advances the deflection `z` under the tangential velocity `v` (m/s) for `dt` seconds.
+    #[inline]
     pub fn step(&self, law: &Law, z: &mut Vector3<f64>, v: &Vector3<f64>, dt: f64) -> Pull {
-        let nothing = Pull { force: Vector3::zeros(), plastic_m: 0.0, share: 0.0 };
+        let speed = v.norm_squared().sqrt();
         if !(self.limit_n > 1e-12) {
-            let plastic_m = v.norm() * dt;
             *z = Vector3::zeros();
-            return Pull { plastic_m, ..nothing };
+            return Pull { force: Vector3::zeros(), plastic_m: speed * dt, speed, share: 0.0 };
         }
-        let speed = v.norm();
         let now = self.limit_n * law.speed_factor(speed);
         let most = now.max(self.limit_n * law.static_ratio);
         // Elliptic limit: lengths are measured so that the ellipse becomes the circle `now`.
-        let (slide_speed, length_of) = self.metric(law, v, speed);
-        let held = length_of(z);
+        let slide_speed = if law.anisotropy == 1.0 { speed } else { self.squared(law, v).sqrt() };
         let rate = match law.kind {
             Kind::Dahl | Kind::LuGre => 1.0,
+            Kind::ElastoPlastic if z.dot(v) <= 0.0 => 0.0,
             Kind::ElastoPlastic => {
-                let share = self.stiffness * held / now;
-                if z.dot(v) <= 0.0 { 0.0 } else { smooth(((share - 0.7) / 0.3).clamp(0.0, 1.0)) }
+                let share = self.stiffness * self.squared(law, z).sqrt() / now;
+                smooth(((share - 0.7) / 0.3).clamp(0.0, 1.0))
             }
         };
         let before = *z;
-        let relax = rate * self.stiffness * slide_speed / now + 1.0 / law.creep_s;
+        let relax = rate * self.stiffness * slide_speed / now + law.creep_1_s;
         *z = (*z + v * dt) / (1.0 + relax * dt);
-        let reach = self.stiffness * length_of(z);
-        if reach > most {
-            *z *= most / reach;
+        let reach = most / self.stiffness;
+        let held = self.squared(law, z);
+        if held > reach * reach {
+            *z *= reach / held.sqrt();
         }
         let elastic = *z - before;
         let mut force = *z * self.stiffness + elastic * (self.damping / dt);
-        let size = length_of(&force);
+        let mut size = self.squared(law, &force).sqrt();
         if size > most {
             force *= most / size;
+            size = most;
         }
-        let plastic_m = (v * dt - elastic).norm();
-        Pull { force, plastic_m, share: length_of(&force) / now }
+        let plastic_m = (v * dt - elastic).norm_squared().sqrt();
+        Pull { force, plastic_m, speed, share: size / now }
     }
 
-    /// Speed and a length measured in the metric of the limit's ellipse.
-    fn metric(&self, law: &Law, v: &Vector3<f64>, speed: f64) -> (f64, impl Fn(&Vector3<f64>) -> f64) {
-        let grain = self.grain;
-        let root = law.anisotropy.sqrt();
-        let round = law.anisotropy == 1.0;
-        let length = move |x: &Vector3<f64>| {
-            if round {
-                return x.norm();
-            }
-            let along = x.dot(&grain);
-            let across = (x.norm_squared() - along * along).max(0.0);
-            (along * along / (root * root) + across * root * root).sqrt()
-        };
-        (if round { speed } else { length(v) }, length)
+    /// Squared length in the metric of the limit's ellipse.
+    #[inline]
+    fn squared(&self, law: &Law, x: &Vector3<f64>) -> f64 {
+        let all = x.norm_squared();
+        if law.anisotropy == 1.0 {
+            return all;
+        }
+        let along = x.dot(&self.grain);
+        let across = (all - along * along).max(0.0);
+        along * along / law.anisotropy + across * law.anisotropy
     }
 }
 

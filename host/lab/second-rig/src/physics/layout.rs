@@ -60,7 +60,7 @@ const RINGS: [(f64, f64); 3] = [
 
 /// A disc in the plane of X and Z.
 pub fn disc(radius_m: f64, profile: Profile, phase_rad: f64) -> Vec<Element> {
-    let counts = [4, 9, 14];
+    let counts = [4, 8, 12];
     let mut out = Vec::new();
     for (k, (node, weight)) in RINGS.iter().enumerate() {
         let n = counts[k];

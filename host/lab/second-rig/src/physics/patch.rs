@@ -174,7 +174,7 @@ impl Patch {
             out.force += force;
             if self.rolling_arm_m != 0.0 {
                 let ahead = object.velocity - touch.normal * object.velocity.dot(&touch.normal);
-                let speed = ahead.norm();
+                let speed = ahead.norm_squared().sqrt();
                 point += ahead * (self.rolling_arm_m / (speed + ROLLING_KNEE));
                 out.torque += point.cross(&(touch.normal * load)) - touch.point.cross(&pull.force);
             } else {
@@ -183,7 +183,7 @@ impl Patch {
             out.normal_n += load;
             out.power_w -= force.dot(&v);
             let weight = load.max(0.0);
-            let speed = vt.norm();
+            let speed = pull.speed;
             if pull.share >= SLIDING_SHARE
                 && speed > SLIDING_SPEED
                 && pull.plastic_m > SLIDING_PLASTIC * speed * dt

@@ -101,6 +101,7 @@ const DEEPEST_M: f64 = 4e-3;
 
 impl Geometry {
     /// Contact of an element at `position`; `None` where it is clear by more than `reach_m`.
+    #[inline]
     pub fn touch(
         &self,
         position: &Vector3<f64>,

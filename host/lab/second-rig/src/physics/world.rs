@@ -116,7 +116,7 @@ impl World {
         }
         // A box turned by a force at its end moves there four times as easily as its centre.
         let fastest = (4.0 * sum / self.body.mass_kg).max(jaw).sqrt();
-        (0.3 / fastest).clamp(8e-6, 5e-5)
+        (0.4 / fastest).clamp(8e-6, 5e-5)
     }
 
     /// Runs the trial.
@@ -194,7 +194,7 @@ impl World {
                             loads.map(|l| l.plastic_m),
                             dt,
                         );
-                        let moved = (relative.position - grasp_start).norm();
+                        let moved = (relative.position - grasp_start).norm_squared().sqrt();
                         if moved > LOST_M || normals < 0.02 * command {
                             watch.lost(t);
                         }
