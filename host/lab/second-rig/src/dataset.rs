@@ -127,7 +127,9 @@ impl DataSet {
     }
 }
 
-fn named_effects(list: &[(String, Option<f64>)]) -> Result<Vec<(&'static Effect, Option<f64>)>, crate::Error> {
+fn named_effects(
+    list: &[(String, Option<f64>)],
+) -> Result<Vec<(&'static Effect, Option<f64>)>, crate::Error> {
     list.iter()
         .map(|(id, level)| {
             let effect = Effect::named(id).ok_or_else(|| crate::Error::UnknownEffect(id.clone()))?;
@@ -295,7 +297,8 @@ fn draw_sensors(f: &Family, bench: bool, rng: &mut ChaCha8Rng) -> Sensors {
         Faults { bias, drift_per_min, ..Faults::none() }
     };
     let faults = [faults(&finger), faults(&finger), faults(&pusher)];
-    let rate_hz = pick(rng, if bench { &[250.0, 250.0, 250.0, 200.0, 500.0] } else { &[250.0, 250.0, 250.0] });
+    let rate_hz =
+        pick(rng, if bench { &[250.0, 250.0, 250.0, 200.0, 500.0] } else { &[250.0, 250.0, 250.0] });
     let pose_rate = if poor {
         let hz = pick(rng, &[60.0, 120.0]);
         pick(rng, &[PoseRate::Full, PoseRate::Interpolated(hz), PoseRate::Gaps(hz)])

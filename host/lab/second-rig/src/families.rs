@@ -108,7 +108,12 @@ pub static FAMILIES: &[Family] = &[
         poor_sensors: 1.0,
         ..BENCH
     },
-    Family { name: "bench-roll", what: "a cylinder rolled over a platform", plan: Plan::Bench(&[&[Roll]]), ..BENCH },
+    Family {
+        name: "bench-roll",
+        what: "a cylinder rolled over a platform",
+        plan: Plan::Bench(&[&[Roll]]),
+        ..BENCH
+    },
     Family {
         name: "bench-lift",
         what: "lifts and pushes of the same objects",
@@ -134,7 +139,12 @@ pub static FAMILIES: &[Family] = &[
         shear_n_m: [5e4, 3e5],
         ..GRASPS
     },
-    Family { name: "grasp-soft", what: "all scenarios on pads of 5 to 50 N/mm", shear_n_m: [5e3, 5e4], ..GRASPS },
+    Family {
+        name: "grasp-soft",
+        what: "all scenarios on pads of 5 to 50 N/mm",
+        shear_n_m: [5e3, 5e4],
+        ..GRASPS
+    },
     Family {
         name: "grasp-underdamped",
         what: "all scenarios, damping ratio of 0.05 to 0.15: the grasp rings",

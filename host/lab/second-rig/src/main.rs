@@ -88,11 +88,8 @@ fn run(command: Command) -> Result<(), Error> {
             };
             let keys = key.unwrap_or_else(|| beside(".keys"));
             for i in 0..count {
-                let family = if family == "all" {
-                    &FAMILIES[i as usize % FAMILIES.len()]
-                } else {
-                    named(&family)?
-                };
+                let family =
+                    if family == "all" { &FAMILIES[i as usize % FAMILIES.len()] } else { named(&family)? };
                 let seed = seed + i;
                 let name = format!("{}-{seed}", family.name);
                 draw(family, seed, &wish, &out.join(&name), &keys.join(format!("{name}.json")))?;

@@ -78,6 +78,13 @@ pub struct Scatter {
     pub pressure_m: f64,
 }
 
+impl Scatter {
+    /// Every run is the same.
+    pub fn none() -> Self {
+        Self { friction: 0.0, other_friction: 0.0, place_m: 0.0, angle_rad: 0.0, pressure_m: 0.0 }
+    }
+}
+
 /// The whole rig.
 #[derive(Clone, Debug, Serialize)]
 pub struct Reality {
@@ -129,4 +136,11 @@ pub struct Reality {
     pub sensors: Sensors,
     /// Factor by which the friction that the user is told is off (grasps).
     pub told_factor: f64,
+}
+
+impl Reality {
+    /// Coefficient at which the fingers let go from rest.
+    pub fn break_away_mu(&self) -> f64 {
+        self.finger.mu * self.finger.static_ratio
+    }
 }

@@ -5,9 +5,9 @@ use nalgebra::{SMatrix, SVector, UnitQuaternion, Vector3};
 use rand::Rng;
 use serde::Serialize;
 
-use crate::random::{normal, stream};
 use crate::physics::body::Frame;
 use crate::physics::record::{Record, Wrench};
+use crate::random::{normal, stream};
 use crate::trial::{Pickup, TrialSpec};
 
 /// Stated data of one force-torque sensor.
@@ -98,6 +98,35 @@ pub struct Sensors {
     pub pusher_measured: bool,
 }
 
+impl Sensors {
+    /// No noise, no error, no steps.
+    pub fn perfect(rate_hz: f64) -> Self {
+        let exact = Stated {
+            force_noise_n: 0.0,
+            force_uncertainty_n: 0.0,
+            torque_noise_nm: 0.0,
+            torque_uncertainty_nm: 0.0,
+        };
+        Self {
+            rate_hz,
+            window_s: 1.0 / rate_hz,
+            stated: true,
+            finger: exact,
+            pusher: exact,
+            position_noise_m: 0.0,
+            rotation_noise_rad: 0.0,
+            gripper_noisy: false,
+            faults: std::array::from_fn(|_| Faults::none()),
+            latency_s: 0.0,
+            clock_s: 0.0,
+            pose_rate: PoseRate::Full,
+            steps: [0.0; 3],
+            coloured: 0.0,
+            pusher_measured: true,
+        }
+    }
+}
+
 /// One row as written: `None` is an empty cell.
 #[derive(Clone, Debug)]
 pub struct Row {
@@ -139,7 +168,18 @@ pub fn read(sensors: &Sensors, trial: &TrialSpec, record: &Record, seed: u64) ->
         let t = sample.t_s;
         let mut wrench = |k: usize, truth: &Wrench, stated: &Stated| {
             let noise = [stated.force_noise_n, stated.torque_noise_nm];
-            sense(s, &s.faults[k], truth, t, noise, &trial.pickup, phase[k], &mut colour[k], &mut broad[k], rng)
+            sense(
+                s,
+                &s.faults[k],
+                truth,
+                t,
+                noise,
+                &trial.pickup,
+                phase[k],
+                &mut colour[k],
+                &mut broad[k],
+                rng,
+            )
         };
         let fingers = [wrench(0, &sample.fingers[0], &s.finger), wrench(1, &sample.fingers[1], &s.finger)];
         let pusher_wrench = (s.pusher_measured && trial.pusher.is_some())
@@ -238,7 +278,11 @@ fn between(a: &Frame, b: &Frame, share: f64) -> Frame {
 fn noise_frame(s: &Sensors, frame: &Frame, rng: &mut impl Rng) -> Frame {
     let mut vector = || Vector3::new(normal(rng), normal(rng), normal(rng));
     let position = frame.position + vector() * s.position_noise_m;
-    Frame { position, rotation: UnitQuaternion::new(vector() * s.rotation_noise_rad) * frame.rotation, ..*frame }
+    Frame {
+        position,
+        rotation: UnitQuaternion::new(vector() * s.rotation_noise_rad) * frame.rotation,
+        ..*frame
+    }
 }
 
 fn noisy(s: &Sensors, frame: &Frame, rng: &mut impl Rng) -> [f64; 7] {

@@ -4,7 +4,6 @@ use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
 
-use crate::random::{normal, stream};
 use crate::physics::body::{Body, box_inertia, cylinder_inertia};
 use crate::physics::foundation::Foundation;
 use crate::physics::friction::Law;
@@ -13,6 +12,7 @@ use crate::physics::motion::{Knock, Motion, Schedule};
 use crate::physics::patch::{Patch, Shear};
 use crate::physics::surface::{Geometry, Surface};
 use crate::physics::world::{Cable, Grasp, Others, Tool, World};
+use crate::random::{normal, stream};
 use crate::reality::{Counterpart, Reality};
 
 /// What kind of pusher.
@@ -296,11 +296,8 @@ fn table_patch(r: &Reality, surface: &Surface) -> Patch {
     let h = surface.half;
     let elements = match &r.feet_m {
         Some(feet) => {
-            let foot = |p: &[f64; 2]| Element {
-                position: Vector3::new(p[0], p[1], -h.z),
-                area: 1.0,
-                load: 1.0,
-            };
+            let foot =
+                |p: &[f64; 2]| Element { position: Vector3::new(p[0], p[1], -h.z), area: 1.0, load: 1.0 };
             layout::normalised(feet.iter().map(foot).collect())
         }
         None => {

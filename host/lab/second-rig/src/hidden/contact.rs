@@ -102,7 +102,7 @@ pub fn torsional(r: &mut Reality, s: Scale, rng: &mut ChaCha8Rng) -> Out {
 }
 
 pub fn rolling(r: &mut Reality, s: Scale, _: &mut ChaCha8Rng) -> Out {
-    r.rolling_arm_m = (5e-4 * s.level).min(3e-3);
+    r.rolling_arm_m = (1e-3 * s.level).min(4e-3);
     named([("arm_m", r.rolling_arm_m)])
 }
 

@@ -33,7 +33,7 @@ pub fn support(r: &mut Reality, s: Scale, rng: &mut ChaCha8Rng) -> Out {
     if chance(rng, 0.6) {
         // Weak: feet near the radius of gyration of the face. Strong: close together, or far out.
         let stretch = if chance(rng, 0.5) { 0.577 / (1.0 + 0.5 * s.level) } else { 0.577 + 0.15 * s.level };
-        let stretch = stretch.clamp(0.12, 0.95);
+        let stretch = stretch.clamp(0.3, 0.95);
         let turn = sign(rng);
         let feet = vec![
             [turn * hx * stretch, 0.0],

@@ -85,11 +85,7 @@ pub fn line(axis: Vector3<f64>, length_m: f64, count: usize, profile: Profile) -
 }
 
 /// A rectangle spanned by two half sides about a centre, rim included (trapezoidal weights).
-pub fn rectangle(
-    centre: Vector3<f64>,
-    half: [Vector3<f64>; 2],
-    count: [usize; 2],
-) -> Vec<Element> {
+pub fn rectangle(centre: Vector3<f64>, half: [Vector3<f64>; 2], count: [usize; 2]) -> Vec<Element> {
     let at = |i: usize, n: usize| 2.0 * i as f64 / (n - 1) as f64 - 1.0;
     let share = |i: usize, n: usize| if i == 0 || i + 1 == n { 0.5 } else { 1.0 };
     let mut out = Vec::new();

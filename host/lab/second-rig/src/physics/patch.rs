@@ -67,7 +67,7 @@ pub struct Load {
 /// A bristle slides where it carries this share of its limit...
 const SLIDING_SHARE: f64 = 0.9;
 /// ...moves faster than this (m/s)...
-const SLIDING_SPEED: f64 = 5e-5;
+const SLIDING_SPEED: f64 = 1e-5;
 /// ...and this share of its motion is irreversible.
 const SLIDING_PLASTIC: f64 = 0.5;
 /// Contact age is renewed within this slip, m.

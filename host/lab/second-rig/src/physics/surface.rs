@@ -114,8 +114,7 @@ impl Geometry {
                 let p = object.rotation.tr_mul(&(position - object.position));
                 let taper = if axis == 1 { surface.taper } else { 0.0 };
                 let depth = surface.half[axis] + taper * p.x - sign * p[axis];
-                let beside =
-                    (0..3).any(|k| k != axis && p[k].abs() > surface.half[k] + taper.abs() * 0.01);
+                let beside = (0..3).any(|k| k != axis && p[k].abs() > surface.half[k] + taper.abs() * 0.01);
                 if depth <= -reach_m || depth > DEEPEST_M || beside {
                     return None;
                 }
@@ -128,8 +127,12 @@ impl Geometry {
             Geometry::ObjectOnPlane { normal, distance } => {
                 let point = object.position + object.rotation * position;
                 let depth = distance - normal.dot(&point);
-                (depth > -reach_m && depth < DEEPEST_M)
-                    .then_some(Touch { point, normal, depth, along_m: position.x })
+                (depth > -reach_m && depth < DEEPEST_M).then_some(Touch {
+                    point,
+                    normal,
+                    depth,
+                    along_m: position.x,
+                })
             }
             Geometry::CylinderOnPlane { normal, distance } => {
                 let centre = object.position + object.rotation * position;
@@ -137,8 +140,12 @@ impl Geometry {
                 let across = normal - axis * axis.dot(&normal);
                 let point = centre - across.normalize() * surface.half.y;
                 let depth = distance - normal.dot(&point);
-                (depth > -reach_m && depth < DEEPEST_M)
-                    .then_some(Touch { point, normal, depth, along_m: position.x })
+                (depth > -reach_m && depth < DEEPEST_M).then_some(Touch {
+                    point,
+                    normal,
+                    depth,
+                    along_m: position.x,
+                })
             }
             Geometry::Rod { radius_m } => {
                 let p = object.rotation.tr_mul(&(position - object.position));

@@ -103,7 +103,8 @@ const LOST_M: f64 = 0.02;
 impl World {
     /// A step that resolves the fastest oscillation: at most 50 us, at least 8 us.
     pub fn suitable_step_s(&self) -> f64 {
-        let stiffness = |p: &Patch, load: f64| p.foundation.stiffness + p.foundation.relaxing + p.shear_n_m(load);
+        let stiffness =
+            |p: &Patch, load: f64| p.foundation.stiffness + p.foundation.relaxing + p.shear_n_m(load);
         let mut jaw = 0.0_f64;
         let mut sum = 0.0;
         if let Some(g) = &self.grasp {
@@ -170,10 +171,12 @@ impl World {
                     let mut loads = [Load::default(); 2];
                     for (f, pad) in grasp.pads.iter_mut().enumerate() {
                         let side = if f == 0 { 1.0 } else { -1.0 };
-                        let shift = Vector3::y() * (0.5 * side * jaw.opening_m);
+                        let mut shift = Vector3::y() * (0.5 * side * jaw.opening_m);
                         let shift_rate = Vector3::y() * (0.5 * side * jaw.rate_m_s);
                         if let Geometry::CylinderOnPlane { distance, .. } = &mut pad.geometry {
                             *distance = -0.5 * jaw.opening_m;
+                            // Its elements ride on the object.
+                            shift = Vector3::zeros();
                         }
                         let wet = grasp.wetness[f].at(t);
                         loads[f] = pad.step(&self.surface, &relative, &shift, &shift_rate, wet, dt);
@@ -206,7 +209,10 @@ impl World {
                     let zero = Vector3::zeros();
                     let load = pusher.patch.step(&self.surface, &relative, &zero, &zero, 1.0, dt);
                     let world = act(&tool, &load);
-                    seen.1 = Wrench { force: world.force, torque: world.torque - pusher_origin.cross(&world.force) };
+                    seen.1 = Wrench {
+                        force: world.force,
+                        torque: world.torque - pusher_origin.cross(&world.force),
+                    };
                 }
                 if let Some(support) = &mut self.support {
                     let tool = support.motion.at(t);
@@ -233,7 +239,9 @@ impl World {
                     sums.3 += free * w;
                 }
             }
-            if k == -1 && let Some(jaw) = &mut jaw {
+            if k == -1
+                && let Some(jaw) = &mut jaw
+            {
                 jaw.lock();
             }
             if k < 0 {

@@ -7,8 +7,8 @@ use rand::Rng;
 use serde::Serialize;
 
 use super::blank;
-use crate::random::{chance, log_uniform, pick, uniform};
 use crate::physics::motion::{Motion, Part, Schedule, Stroke};
+use crate::random::{chance, log_uniform, pick, uniform};
 use crate::reality::ObjectSpec;
 use crate::trial::{PusherKind, TrialSpec, upwards};
 
@@ -294,7 +294,8 @@ impl BenchPlan {
         let turn = UnitQuaternion::new(Vector3::z() * direction);
         let way = turn * -out;
         let yaw = way.y.atan2(way.x);
-        let start = Vector3::new(from.x, from.y, t.start.z);
+        // Low, so that blocks on narrow feet do not tip.
+        let start = Vector3::new(from.x, from.y, 0.4 * t.start.z);
         let mut rod = Motion::fixed(start, UnitQuaternion::new(Vector3::z() * yaw));
         let speed = self.speeds_m_s[1];
         let stroke = self.stroke(self.before_s, 3.0 * self.distance_m, speed);

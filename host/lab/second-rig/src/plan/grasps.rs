@@ -8,8 +8,8 @@ use serde_json::{Map, Value, json};
 use std::f64::consts::{PI, TAU};
 
 use super::blank;
-use crate::random::{chance, log_uniform, pick, sign, uniform};
 use crate::physics::motion::{Knock, Part, Schedule, Sine, Stroke};
+use crate::random::{chance, log_uniform, pick, sign, uniform};
 use crate::reality::{ObjectSpec, Reality};
 use crate::trial::{Pickup, TrialSpec};
 
@@ -123,7 +123,7 @@ fn trial(r: &Reality, name: &str, object: usize, rng: &mut impl Rng) -> TrialSpe
 
 struct Hold {
     trial: TrialSpec,
-    /// 2 mu N / (m g) is 1 at this force of each finger, N.
+    /// Both fingers can just hold the weight at rest with this force each, N.
     needed_n: f64,
     weight_n: f64,
     /// Share of the friction limit that the weight takes.
@@ -134,7 +134,7 @@ struct Hold {
 impl Hold {
     fn new(r: &Reality, o: &ObjectSpec, object: usize, rng: &mut impl Rng) -> Self {
         let weight_n = o.mass_kg * r.mass_factor * G;
-        let needed_n = weight_n / (2.0 * r.finger.mu);
+        let needed_n = weight_n / (2.0 * r.break_away_mu());
         let start = Vector3::new(0.0, 0.0, 0.3);
         let trial = blank(pick(rng, &["hold", "carry"]), object, start);
         Self { trial, needed_n, weight_n, util: uniform(rng, 0.35, 0.8), note: Map::new() }

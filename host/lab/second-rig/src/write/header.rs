@@ -55,7 +55,9 @@ pub fn dataset_toml(set: &DataSet) -> Result<String, Error> {
             }
             Primitive::Roll => drop(pushers.insert("roll", table([contact("plane")]))),
             Primitive::PlanarPush => {
-                drop(pushers.insert("planar_push", table([contact("point"), ("tip_radius_m", ROD_M.into())])));
+                drop(
+                    pushers.insert("planar_push", table([contact("point"), ("tip_radius_m", ROD_M.into())])),
+                );
             }
             Primitive::Lift => {}
         }
@@ -123,7 +125,7 @@ pub fn model_toml(set: &DataSet) -> Result<String, Error> {
     let r = &set.reality;
     let told = |mu: f64| Value::from((mu * r.told_factor * 1e4).round() / 1e4);
     let friction = table([
-        ("finger", told(r.finger.mu)),
+        ("finger", told(r.break_away_mu())),
         ("pusher", told(r.pusher.law.mu)),
         ("support", told(r.table.law.mu)),
     ]);

@@ -41,7 +41,7 @@ fn bench(set: &DataSet, runs: &[Run]) -> Result<Value, Error> {
 
 fn grasps(set: &DataSet, runs: &[Run]) -> Value {
     let r = &set.reality;
-    let told = r.finger.mu * r.told_factor;
+    let told = r.break_away_mu() * r.told_factor;
     let trials: Map<String, Value> = set
         .trials
         .iter()
@@ -49,18 +49,16 @@ fn grasps(set: &DataSet, runs: &[Run]) -> Value {
         .map(|(t, run)| {
             let o = &r.objects[t.object];
             let mut row = t.note.clone();
-            let mu = 0.5 * (run.numbers.mu_finger[0] + run.numbers.mu_finger[1]);
+            let kinetic = 0.5 * (run.numbers.mu_finger[0] + run.numbers.mu_finger[1]);
+            let mu = kinetic * r.finger.static_ratio;
             let episodes: Vec<_> =
                 run.truth.episodes.iter().map(|e| json!([e.start_s, e.end_s, e.slip_m])).collect();
-            let partial: Vec<_> = run
-                .truth
-                .partial
-                .iter()
-                .map(|p| json!([p.start_s, p.end_s, p.share, p.plastic_m]))
-                .collect();
+            let partial: Vec<_> =
+                run.truth.partial.iter().map(|p| json!([p.start_s, p.end_s, p.share, p.plastic_m])).collect();
             row.insert("object".into(), json!(o.id));
             row.insert("mass".into(), json!(run.numbers.mass_kg));
             row.insert("mu".into(), json!(mu));
+            row.insert("mu_kinetic".into(), json!(kinetic));
             row.insert("told".into(), json!(told));
             row.insert("K".into(), json!(r.pad.shear_n_m));
             row.insert("grip".into(), json!(t.grip_n));
@@ -71,15 +69,19 @@ fn grasps(set: &DataSet, runs: &[Run]) -> Value {
             (t.id.clone(), Value::Object(row))
         })
         .collect();
-    let objects: Vec<_> =
-        r.objects.iter().map(|o| json!({"id": o.id, "m": o.mass_kg, "L": o.length_m, "s": o.side_m})).collect();
+    let objects: Vec<_> = r
+        .objects
+        .iter()
+        .map(|o| json!({"id": o.id, "m": o.mass_kg, "L": o.length_m, "s": o.side_m}))
+        .collect();
     json!({
         "seed": set.seed,
         "family": set.family,
         "kind": "grasps",
         "effects": set.effects,
         "dataset": {
-            "mu": r.finger.mu,
+            "mu": r.break_away_mu(),
+            "mu_kinetic": r.finger.mu,
             "told": told,
             "K": r.pad.shear_n_m,
             "zeta": r.pad.damping_ratio,

@@ -83,8 +83,7 @@ pub fn trial_csv(set: &DataSet, trial: &TrialSpec, rows: &[Row]) -> Result<Strin
     let mut out = csv::Writer::from_writer(Vec::new());
     out.write_record(&head)?;
     let stepped = set.reality.sensors.steps;
-    // Two digits beyond the sensors' steps are noise of the format.
-    let digits = |step: f64| (-step.log10()).ceil().max(0.0) as usize;
+    let digits = |step: f64| if step > 0.0 { (-step.log10()).ceil().max(0.0) as usize } else { 9 };
     let (force, torque) = (digits(stepped[0]), digits(stepped[1]));
     for r in rows {
         let mut row = vec![number(r.t_s, 6)];
