@@ -21,11 +21,13 @@ fn forces_and_weight_sum_to_mass_times_acceleration_in_every_sample() {
     for (family, seed) in [("bench-hard", 3), ("bench-lift", 5), ("bench-roll", 4), ("bench-planar", 6)] {
         let set = clean(family, seed, &[], 4);
         for i in 0..2 {
-            for s in run(&set, i).samples.iter().skip(1) {
+            let samples = run(&set, i).samples;
+            // A gripper that turns does so by some tenths of a milliradian within the window.
+            let fastest = samples.iter().map(|s| s.gripper.spin.norm()).fold(0.0, f64::max);
+            let turn = fastest * set.reality.sensors.window_s;
+            for s in samples.iter().skip(1) {
                 let sum = fingers(s) + s.pusher_wrench.force + s.support_wrench.force + s.other_force;
                 let gap = sum + Vector3::z() * (-9.81 * s.mass_kg) - s.acceleration * s.mass_kg;
-                // A gripper that turns does so by some tenths of a milliradian within the window.
-                let turn = s.gripper.spin.norm() * set.reality.sensors.window_s;
                 assert!(gap.norm() < 1e-6 + turn * fingers(s).norm(), "{family} {} s: {gap}", s.t_s);
             }
         }
@@ -56,7 +58,11 @@ fn torques_about_the_centre_of_mass_sum_to_zero_in_slow_motion() {
         let record = run(&set, i);
         let origin = record.samples[0].pusher.expect("a pusher").position;
         let half = 0.5 * set.reality.objects[set.trials[i].object].side_m;
-        for s in &record.samples[record.samples.len() / 2..] {
+        let mut worst = 0.0_f64;
+        let calm = |s: &&Sample| s.acceleration.norm() < 2e-3;
+        let half_way = record.samples.len() / 2;
+        assert!(record.samples[half_way..].iter().filter(calm).count() > 20);
+        for s in record.samples[half_way..].iter().filter(calm) {
             let centre = s.object.position;
             let mut sum = s.pusher_wrench.torque + (origin - centre).cross(&s.pusher_wrench.force);
             for (f, side) in [(0, 1.0), (1, -1.0)] {
@@ -70,8 +76,10 @@ fn torques_about_the_centre_of_mass_sum_to_zero_in_slow_motion() {
                 let force = gripper.rotation * s.fingers[f].force;
                 sum += gripper.rotation * s.fingers[f].torque + (patch - centre).cross(&force);
             }
-            assert!(sum.norm() < 2e-4, "{primitive} {} s: {sum}", s.t_s);
+            worst = worst.max(sum.norm());
         }
+        // The fingers alone exert some tens of newton millimetres.
+        assert!(worst < 2e-4, "{primitive}: {worst} N m");
     }
 }
 

@@ -61,7 +61,7 @@ fn every_effect_shows_in_each_primitive_that_it_names() {
         let i = i.expect("a trial");
         let (a, b) = (without.run_one(&without.trials[i]), with.run_one(&with.trials[i]));
         let d = apart(&a.rows, &b.rows);
-        assert!(d > 0.05, "{} changes {name} by {d} only", effect.id);
+        assert!(d > 0.02, "{} changes {name} by {d} only", effect.id);
         assert!(a.rows.len() == b.rows.len(), "{}: the object was lost", effect.id);
     }
 }

@@ -19,7 +19,9 @@ fn bench(set: &DataSet, runs: &[Run]) -> Result<Value, Error> {
         .trials
         .iter()
         .zip(runs)
-        .map(|(t, run)| (t.id.clone(), json!({ "numbers": run.numbers, "step_s": run.step_s })))
+        .map(|(t, run)| {
+            (t.id.clone(), json!({ "numbers": run.numbers, "step_s": run.step_s, "drop": run.truth.drop_s }))
+        })
         .collect();
     Ok(json!({
         "seed": set.seed,
