@@ -118,9 +118,12 @@ pub fn world(reality: &Reality, trial: &TrialSpec, seed: u64) -> (World, RunTrut
     let r = reality;
     let spec = &r.objects[trial.object];
     let scatter = &r.scatter;
-    let finger_factor = (scatter.friction * normal(rng)).exp() * (1.0 - r.wear * trial.progress);
+    let worn = 1.0 - r.wear * trial.progress;
+    let finger_factor = (scatter.friction * normal(rng)).exp() * worn;
     let pusher_factor = (scatter.other_friction * normal(rng)).exp();
-    let table_factor = (scatter.other_friction * normal(rng)).exp();
+    // Where nothing is grasped it is the table that wears.
+    let table_worn = if trial.grasped { 1.0 } else { worn };
+    let table_factor = (scatter.other_friction * normal(rng)).exp() * table_worn;
     let half = Vector3::new(spec.length_m, spec.side_m, spec.side_m) * 0.5;
     let surface = Surface { half, round: spec.round, taper: r.taper, wave: r.wave };
     let mass_kg = spec.mass_kg * r.mass_factor;
