@@ -207,7 +207,7 @@ fn draw_reality(f: &Family, objects: Vec<ObjectSpec>, bench: bool, rng: &mut Cha
     }
     let relaxes = chance(rng, f.relaxes);
     let pad = Pad {
-        radius_m: (uniform(rng, 0.3, 0.42) * narrow * 2e3).round() / 2e3,
+        radius_m: (uniform(rng, 0.28, 0.38) * narrow * 2e3).round() / 2e3,
         radius_factor: 1.0,
         shear_n_m: log_uniform(rng, f.shear_n_m[0], f.shear_n_m[1]),
         shear_per_load: chance(rng, f.per_load),

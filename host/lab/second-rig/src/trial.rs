@@ -229,7 +229,9 @@ pub fn world(reality: &Reality, trial: &TrialSpec, seed: u64) -> (World, RunTrut
 
 fn finger_patch(r: &Reality, law: Law, k: usize, sign: f64, round: bool, shift: [f64; 2]) -> Patch {
     let pad = &r.pad;
-    let radius = pad.radius_m * pad.radius_factor;
+    // The radius that is told is that of the disc with uniform pressure and the same torsional limit:
+    // a pressure profile alone is no hidden effect.
+    let radius = pad.radius_m * pad.radius_factor * (2.0 / 3.0) / layout::torsion_share(pad.profile);
     let (elements, geometry) = if round {
         // A disc on a cylinder touches along the generator.
         let geometry = Geometry::CylinderOnPlane { normal: Vector3::y() * -sign, distance: 0.0 };

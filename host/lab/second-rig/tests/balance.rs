@@ -163,3 +163,22 @@ fn quaternions_turn_the_gripper_about_plus_y_in_pivots() {
     let angle = set.bench.as_ref().map_or(0.0, |b| b.angle_rad);
     assert!((q.scaled_axis() - Vector3::y() * angle).norm() < 1e-9);
 }
+
+#[test]
+fn in_pure_spin_each_pad_carries_the_torque_of_the_disc_that_is_told_whatever_its_pressure() {
+    use stickslip_second_rig::physics::layout::Profile;
+    for profile in [Profile::Uniform, Profile::Hertz, Profile::Gaussian] {
+        let mut set = clean("bench-hard", 3, &[], 60);
+        set.reality.pad.profile = profile;
+        let i = set.trials.iter().position(|t| t.primitive == "pivot").expect("a pivot");
+        let t = &set.trials[i];
+        let record = run(&set, i);
+        let bench = set.bench.as_ref().expect("a bench");
+        let end = t.duration_s - bench.after_s - 2.0 * bench.ramp_s;
+        let s = record.samples.iter().rfind(|s| s.t_s < end).expect("a sample");
+        let limit = 2.0 / 3.0 * set.reality.finger.mu * t.grip_n * set.reality.pad.radius_m;
+        // The edge's force takes a part of the friction, so the torque is a little less.
+        let share = s.fingers[0].torque.y.abs() / limit;
+        assert!(share > 0.85 && share < 1.005, "{profile:?}: {share} of 2/3 mu N R");
+    }
+}

@@ -5,6 +5,7 @@ use serde_json::{Map, Value};
 
 use super::{Scale, named};
 use crate::physics::friction::{Kind, Law};
+use crate::physics::layout::Profile;
 use crate::random::{chance, log_uniform, sign, uniform};
 use crate::reality::Reality;
 
@@ -96,8 +97,9 @@ pub fn anisotropic(r: &mut Reality, s: Scale, rng: &mut ChaCha8Rng) -> Out {
 
 pub fn torsional(r: &mut Reality, s: Scale, rng: &mut ChaCha8Rng) -> Out {
     let change = (0.2 * s.level).min(0.6);
-    // A pad can not grow over the face.
-    r.pad.radius_factor = if chance(rng, 0.75) { 1.0 - change } else { 1.0 + change.min(0.2) };
+    // A pad can not grow over the face; with uniform pressure there is room.
+    let room = r.pad.profile == Profile::Uniform;
+    r.pad.radius_factor = if room && chance(rng, 0.4) { 1.0 + change.min(0.25) } else { 1.0 - change };
     named([("radius_factor", r.pad.radius_factor)])
 }
 

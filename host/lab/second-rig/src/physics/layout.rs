@@ -75,6 +75,11 @@ pub fn disc(radius_m: f64, profile: Profile, phase_rad: f64) -> Vec<Element> {
     normalised(out)
 }
 
+/// Torque of pure spin over mu N R of a disc with this pressure: 2/3 where it is uniform.
+pub fn torsion_share(profile: Profile) -> f64 {
+    disc(1.0, profile, 0.0).iter().map(|e| e.load * e.position.norm_squared().sqrt()).sum()
+}
+
 /// A line along `axis` through the origin.
 pub fn line(axis: Vector3<f64>, length_m: f64, count: usize, profile: Profile) -> Vec<Element> {
     let element = |i: usize| {
