@@ -35,11 +35,14 @@ pub struct DataSet {
     pub trials: Vec<TrialSpec>,
 }
 
+/// Effects by name, each with its level, drawn where `None`.
+pub type Chosen = Vec<(String, Option<f64>)>;
+
 /// What the caller fixes; the rest is drawn.
 #[derive(Clone, Debug, Default)]
 pub struct Wish {
     /// Effects with their level (drawn where `None`), in place of drawn ones; empty for none hidden.
-    pub effects: Option<Vec<(String, Option<f64>)>>,
+    pub effects: Option<Chosen>,
     /// Most trials of a bench, trials of a set of grasps.
     pub trials: Option<usize>,
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use stickslip_second_rig::dataset::{DataSet, Wish};
+use stickslip_second_rig::dataset::{Chosen, DataSet, Wish};
 use stickslip_second_rig::families::{FAMILIES, Family};
 use stickslip_second_rig::hidden::CATALOGUE;
 use stickslip_second_rig::{Error, write};
@@ -103,7 +103,7 @@ fn named(name: &str) -> Result<&'static Family, Error> {
     Family::named(name).ok_or_else(|| Error::UnknownFamily(name.to_owned()))
 }
 
-fn wished(list: &[String]) -> Result<Option<Vec<(String, Option<f64>)>>, Error> {
+fn wished(list: &[String]) -> Result<Option<Chosen>, Error> {
     if list.is_empty() {
         return Ok(None);
     }

@@ -1,5 +1,7 @@
 //! Effects of pads, pushers and their friction.
 
+use std::f64::consts::PI;
+
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Map, Value};
 
@@ -23,20 +25,20 @@ pub fn mismatch(r: &mut Reality, s: Scale, rng: &mut ChaCha8Rng) -> Out {
 
 pub fn pressure_offset(r: &mut Reality, s: Scale, rng: &mut ChaCha8Rng) -> Out {
     let size = (0.002 * s.level).min(0.4 * r.pad.radius_m);
-    let angle = uniform(rng, -3.14, 3.14);
+    let angle = uniform(rng, -PI, PI);
     let offset = [size * angle.cos(), size * angle.sin()];
     r.pad.offset_m = [offset; 2];
     named([("offset_x_m", offset[0]), ("offset_z_m", offset[1])])
 }
 
 pub fn waviness(r: &mut Reality, s: Scale, rng: &mut ChaCha8Rng) -> Out {
-    r.wave = [(0.1 * s.level).min(0.5), uniform(rng, 0.004, 0.012), uniform(rng, -3.14, 3.14)];
+    r.wave = [(0.1 * s.level).min(0.5), uniform(rng, 0.004, 0.012), uniform(rng, -PI, PI)];
     named([("amplitude", r.wave[0]), ("wavelength_m", r.wave[1]), ("phase_rad", r.wave[2])])
 }
 
 pub fn plate_tilt(r: &mut Reality, s: Scale, rng: &mut ChaCha8Rng) -> Out {
     let size = (0.015 * s.level).min(0.08);
-    let angle = uniform(rng, -3.14, 3.14);
+    let angle = uniform(rng, -PI, PI);
     r.plate_tilt = [size * angle.cos(), size * angle.sin()];
     named([("pitch_or_lean_rad", r.plate_tilt[0]), ("yaw_rad", r.plate_tilt[1])])
 }

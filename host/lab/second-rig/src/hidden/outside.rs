@@ -1,6 +1,8 @@
 //! Effects of the object's mass, of gravity, of the table and of what else pulls.
 
 use nalgebra::Vector3;
+use std::f64::consts::PI;
+
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Map, Value, json};
 
@@ -20,7 +22,7 @@ pub fn mass(r: &mut Reality, s: Scale, rng: &mut ChaCha8Rng) -> Out {
 
 pub fn gravity(r: &mut Reality, s: Scale, rng: &mut ChaCha8Rng) -> Out {
     let size = (0.06 * s.level).min(0.3);
-    let angle = uniform(rng, -3.14, 3.14);
+    let angle = uniform(rng, -PI, PI);
     r.gravity_tilt = [size * angle.cos(), size * angle.sin()];
     named([("about_x_rad", r.gravity_tilt[0]), ("about_y_rad", r.gravity_tilt[1])])
 }
@@ -44,7 +46,7 @@ pub fn support(r: &mut Reality, s: Scale, rng: &mut ChaCha8Rng) -> Out {
         r.feet_m = Some(feet);
     } else {
         let share = (0.15 * s.level).min(0.6);
-        let angle = uniform(rng, -3.14, 3.14);
+        let angle = uniform(rng, -PI, PI);
         r.centre_m = [share * hx * angle.cos(), share * hy * angle.sin()];
         out.insert("centre_of_mass_m".into(), json!(r.centre_m));
     }
