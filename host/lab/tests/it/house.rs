@@ -15,7 +15,7 @@ const ALLOWED: [(&str, &[&str]); 14] = [
     ("host/report", &["shared", "data", "analysis"]),
     ("host/cli", &["shared", "data", "rig", "lcp", "device", "analysis", "report"]),
     ("host/lab", &["shared", "data", "rig", "lcp", "device", "analysis", "report"]),
-    ("host/lab/second-rig", &["data"]),
+    ("host/lab/second-rig", &[]),
     ("host/lab/fuzz", &["shared", "data", "analysis", "device"]),
     ("firmware", &["shared"]),
     ("hil-tests", &["shared", "firmware"]),
