@@ -2,6 +2,7 @@
 
 mod diagnose_inputs;
 mod hostile_input;
+mod house;
 mod lcp_solvers;
 mod mujoco_export;
 mod prediction_bits;

@@ -1,0 +1,92 @@
+//! How the house is built: which crate may know which, and how long a file may be.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// Crates and what each may depend on among ours, in order: a crate only knows those above it.
+const ALLOWED: [(&str, &[&str]); 14] = [
+    ("shared/sqrt", &[]),
+    ("shared", &["sqrt"]),
+    ("host/data", &[]),
+    ("host/rig", &["data"]),
+    ("host/lcp", &["shared"]),
+    ("host/device", &["shared"]),
+    ("host/analysis", &["shared", "data"]),
+    ("host/report", &["shared", "data", "analysis"]),
+    ("host/cli", &["shared", "data", "rig", "lcp", "device", "analysis", "report"]),
+    ("host/lab", &["shared", "data", "rig", "lcp", "device", "analysis", "report"]),
+    ("host/lab/second-rig", &[]),
+    ("host/lab/fuzz", &["shared", "data", "analysis", "device"]),
+    ("firmware", &["shared"]),
+    ("hil-tests", &["shared", "firmware"]),
+];
+
+/// Lines beyond which a file gives the reason at its head.
+const LONG: usize = 600;
+/// How such a file gives it.
+const REASON: &str = "Above 600 lines:";
+
+fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Our crates among the dependencies of a manifest, dev-dependencies apart.
+fn dependencies(manifest: &str) -> BTreeSet<String> {
+    let table: toml::Table = manifest.parse().expect("a manifest");
+    let names = table.get("dependencies").and_then(|d| d.as_table()).into_iter().flatten();
+    names.filter_map(|(name, _)| name.strip_prefix("stickslip-").map(str::to_owned)).collect()
+}
+
+#[test]
+fn every_crate_depends_only_on_crates_above_it() {
+    let workspace: toml::Table =
+        std::fs::read_to_string(repository().join("Cargo.toml")).expect("the workspace").parse().expect("TOML");
+    let members: BTreeSet<&str> = workspace["workspace"]["members"]
+        .as_array()
+        .expect("members")
+        .iter()
+        .filter_map(|m| m.as_str())
+        .collect();
+    let listed: BTreeMap<&str, &[&str]> = ALLOWED.into_iter().collect();
+    assert_eq!(members, listed.keys().copied().collect(), "members of the workspace and the list here");
+    let mut above: Vec<&str> = Vec::new();
+    for (path, allowed) in ALLOWED {
+        assert!(allowed.iter().all(|a| above.contains(a)), "{path}: its list names a crate below it");
+        above.push(path.rsplit('/').next().unwrap_or(path));
+        let manifest = std::fs::read_to_string(repository().join(path).join("Cargo.toml")).expect("a manifest");
+        for name in dependencies(&manifest) {
+            assert!(allowed.contains(&name.as_str()), "{path} depends on stickslip-{name}, which is not allowed");
+        }
+    }
+}
+
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            if path.file_name().is_none_or(|n| n != "target") {
+                sources(&path, found);
+            }
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn a_file_above_600_lines_says_why_at_its_head() {
+    let mut files = Vec::new();
+    for (path, _) in ALLOWED {
+        sources(&repository().join(path), &mut files);
+    }
+    let silent: BTreeSet<String> = files
+        .iter()
+        .filter_map(|path| {
+            let text = std::fs::read_to_string(path).ok()?;
+            let head: String = text.lines().take_while(|l| l.starts_with("//!")).collect();
+            let lines = text.lines().count();
+            (lines > LONG && !head.contains(REASON)).then(|| format!("{} ({lines} lines)", path.display()))
+        })
+        .collect();
+    assert!(silent.is_empty(), "say why, after `{REASON}`, in the module's head: {silent:?}");
+}
