@@ -3,7 +3,7 @@
 //!
 //! `mu' = mu (1 + strength)`, after Author Year.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
 use crate::real::Real;
 
 /// See the module.
@@ -16,6 +16,7 @@ pub const INFO: Info = Info {
     summary: "what it is, in one line, without a full stop",
     signature: "what it looks like in data, the same way",
     source: "where the law comes from",
+    role: Role::Plain,
     parameters: &[Parameter::new("strength", "1", 0.1, 0.0, [0.0, 1.0], "what the parameter is")],
 };
 

@@ -86,7 +86,8 @@ impl SeriesWriter {
             .collect();
         let result = match &mut self.sink {
             Sink::Csv(writer) => {
-                let header = std::iter::once("trial").chain(self.columns.iter().map(|(name, _)| name.as_str()));
+                let header =
+                    std::iter::once("trial").chain(self.columns.iter().map(|(name, _)| name.as_str()));
                 let head = if first { writer.write_record(header) } else { Ok(()) };
                 head.and_then(|()| {
                     (0..rows).try_for_each(|row| {
@@ -97,13 +98,10 @@ impl SeriesWriter {
                 .map_err(|e| e.to_string())
             }
             #[cfg(feature = "parquet")]
-            Sink::Parquet(writer, file) => parquet_sink::write(
-                writer,
-                file,
-                (&self.columns, &columns),
-                (&series.trial, rows),
-            )
-            .map_err(|e| e.to_string()),
+            Sink::Parquet(writer, file) => {
+                parquet_sink::write(writer, file, (&self.columns, &columns), (&series.trial, rows))
+                    .map_err(|e| e.to_string())
+            }
         };
         result.map_err(|text| DatasetError::of_file(&self.path, Problem::Io(text)))
     }

@@ -132,7 +132,11 @@ fn misfit_bars(report: &Report) -> String {
     let largest = places.iter().map(|p| log(p.before.max(p.after))).fold(log(RELEVANT), f64::max);
     chart.x = (log(0.0), largest.ceil().max(1.0) + 0.1);
     let (low, high) = (-0.5, rows as f64 - 0.5);
-    chart.lines.push(Line { points: vec![(log(RELEVANT), low), (log(RELEVANT), high)], colour: MEASURED, width: 1 });
+    chart.lines.push(Line {
+        points: vec![(log(RELEVANT), low), (log(RELEVANT), high)],
+        colour: MEASURED,
+        width: 1,
+    });
     let swatch = |RGBColor(r, g, b): RGBColor, what: &str| {
         format!("<span><i class=\"swatch\" style=\"background:rgb({r} {g} {b})\"></i>{what}</span>")
     };
@@ -159,9 +163,7 @@ fn cards(report: &Report) -> String {
         all().filter(named).map(|c| card(c, "named", &role(c, "named: the model lacks it"))).collect();
     let as_well = |c: &&CandidateReport| equal(c) && !named(c);
     out.extend(all().filter(as_well).map(|c| card(c, "named", &role(c, "explains the data as well"))));
-    out.extend(all().filter(near).take(NEAR).map(|c| {
-        card(c, "", &role(c, "not named"))
-    }));
+    out.extend(all().filter(near).take(NEAR).map(|c| card(c, "", &role(c, "not named"))));
     if out.is_empty() || report.verdict == Verdict::NothingMissing {
         return String::new();
     }
@@ -276,7 +278,9 @@ fn maps(report: &Report) -> String {
             .map(|p| p.name())
             .filter(|name| report.places.iter().any(|p| p.phase == *name))
             .collect();
-        let mut map = format!("<div class=\"scroll\"><h3>{title}</h3><table class=\"heat\"><tr><th class=\"level\">channel</th>");
+        let mut map = format!(
+            "<div class=\"scroll\"><h3>{title}</h3><table class=\"heat\"><tr><th class=\"level\">channel</th>"
+        );
         for phase in &phases {
             map += &format!("<th>{phase}</th>");
         }

@@ -173,9 +173,11 @@ impl Chart {
             chart.draw_series(LineSeries::new([(x0, 0.0), (x1, 0.0)], AXIS)).map_err(|e| wrong(&e))?;
         }
         chart
-            .draw_series(self.bars.iter().map(|b| {
-                Rectangle::new([(inside(b.x.0), b.y.0), (inside(b.x.1), b.y.1)], b.colour.filled())
-            }))
+            .draw_series(
+                self.bars.iter().map(|b| {
+                    Rectangle::new([(inside(b.x.0), b.y.0), (inside(b.x.1), b.y.1)], b.colour.filled())
+                }),
+            )
             .map_err(|e| wrong(&e))?;
         for (band, colour) in &self.bands {
             let limit = |y: f64| y.clamp(y0, y1);

@@ -179,9 +179,7 @@ fn with_schema<T: Serialize + ?Sized>(schema: Option<&str>, document: &T) -> any
         (Some(schema), Value::Object(keys)) if !keys.contains_key("schema") => {
             serde_json::to_string_pretty(&Object { schema, document })?
         }
-        (Some(schema), Value::Array(_)) => {
-            serde_json::to_string_pretty(&Rows { schema, results: document })?
-        }
+        (Some(schema), Value::Array(_)) => serde_json::to_string_pretty(&Rows { schema, results: document })?,
         _ => serde_json::to_string_pretty(document)?,
     })
 }
@@ -226,8 +224,14 @@ mod tests {
         let of = |json| -> serde_json::Value {
             serde_json::from_str(&with_schema(Some("stickslip-x/1"), &json).unwrap()).unwrap()
         };
-        assert_eq!(of(serde_json::json!({ "a": 1 })), serde_json::json!({ "schema": "stickslip-x/1", "a": 1 }));
-        assert_eq!(of(serde_json::json!([1])), serde_json::json!({ "schema": "stickslip-x/1", "results": [1] }));
+        assert_eq!(
+            of(serde_json::json!({ "a": 1 })),
+            serde_json::json!({ "schema": "stickslip-x/1", "a": 1 })
+        );
+        assert_eq!(
+            of(serde_json::json!([1])),
+            serde_json::json!({ "schema": "stickslip-x/1", "results": [1] })
+        );
         assert_eq!(of(serde_json::json!({ "schema": "own/2" })), serde_json::json!({ "schema": "own/2" }));
     }
 

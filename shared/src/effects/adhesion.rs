@@ -5,7 +5,7 @@
 //! and Roberts 1971). It takes a soft face to touch closely enough: a hard table or pusher under
 //! a held object does not stick. Where nothing is gripped, the table is the contact.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
 use crate::contact::{Body, is_finger};
 use crate::real::{Real, max};
 
@@ -19,6 +19,7 @@ pub const INFO: Info = Info {
     summary: "fingertips stick: friction at zero load and a pull-off force",
     signature: "friction force against grip is a straight line that misses the origin; a pull when a contact opens",
     source: "Derjaguin 1934; Johnson, Kendall and Roberts 1971",
+    role: Role::Plain,
     parameters: &[Parameter::new(
         "pull_off_n",
         "N",

@@ -4,7 +4,7 @@
 //! across it: the elliptic cone of Michalowski and Mroz 1978 (brushed or machined faces). The
 //! mean coefficient in the geometric sense stays the base model's.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
 use crate::contact::is_finger;
 use crate::real::{Real, max, sqrt};
 
@@ -18,6 +18,7 @@ pub const INFO: Info = Info {
     summary: "fingertip friction differs along and across the object's length",
     signature: "a push force too high (or low) while forces or sag across it are too low (or high)",
     source: "Michalowski and Mroz 1978, elliptic friction cone",
+    role: Role::Plain,
     parameters: &[Parameter::new(
         "ratio",
         "1",

@@ -4,7 +4,7 @@
 //! slipped (or since the trial began): Dieterich 1972, the static branch of rate and state
 //! friction. Sliding resets it.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
 use crate::real::{Real, max};
 
 /// See the module.
@@ -17,6 +17,7 @@ pub const INFO: Info = Info {
     summary: "break-away friction grows with the logarithm of the time at rest",
     signature: "a peak at the onset of sliding that is higher the longer the object rested before (slow approach, pause)",
     source: "Dieterich 1972; Marone 1998, rate and state friction",
+    role: Role::Plain,
     parameters: &[
         Parameter::new(
             "strengthening",

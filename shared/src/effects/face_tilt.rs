@@ -18,7 +18,7 @@
 //! `2 N (mu cos - sin)`. A jaw that presses strictly along gripper Y would need
 //! `1 / (cos + mu sin)` times that: 0.4 % less at the typical slope and friction 0.4.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
 use crate::contact::{Contact, is_finger};
 use crate::real::{Real, max};
 
@@ -32,6 +32,7 @@ pub const INFO: Info = Info {
     summary: "gripped faces form a wedge, or friction changes along the object",
     signature: "tangential force or grip opening that drifts with the position along the object, the same in every run",
     source: "wedge statics: Meriam, Statics, ch. 6",
+    role: Role::Plain,
     parameters: &[
         Parameter::new(
             "slope_rad",
@@ -57,7 +58,9 @@ pub const INFO: Info = Info {
             [-2000.0, 2000.0],
             "rise of the grip force along object X",
         ),
-        Parameter::new("late_s", "s", 0.0, 0.0, [0.0, 0.4], "delay of the jaw's motion"),
+        Parameter::new("late_s", "s", 0.0, 0.0, [0.0, 0.4], "delay of the jaw's motion")
+            // The fit finds it.
+            .tried_at(&[0.0]),
     ],
 };
 

@@ -7,7 +7,7 @@
 //! `N = N + grip (h - h_start + late dh/dt)`, `h = -cos(a)`.
 
 use super::face_tilt::{opened, pad_x_m};
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
 use crate::contact::is_finger;
 use crate::real::{Real, max};
 
@@ -21,6 +21,7 @@ pub const INFO: Info = Info {
     summary: "fingertip friction or grip varies periodically along the object",
     signature: "force ripples that repeat at the same places of the object at any speed",
     source: "Berger 2002, waviness in friction measurements",
+    role: Role::Plain,
     parameters: &[
         Parameter::new(
             "amplitude",
@@ -30,10 +31,14 @@ pub const INFO: Info = Info {
             [-0.9, 0.9],
             "relative amplitude of the friction coefficient",
         ),
-        Parameter::new("wavelength_m", "m", 0.008, 0.008, [0.001, 0.1], "along object X"),
+        Parameter::new("wavelength_m", "m", 0.008, 0.008, [0.001, 0.1], "along object X")
+            // A wave is found only from near its length.
+            .tried_at(&[0.002, 0.004, 0.008, 0.012, 0.016, 0.024, 0.032]),
         Parameter::new("phase_rad", "rad", 0.0, 0.0, [-3.2, 3.2], "phase at the object's middle"),
         Parameter::new("grip_n", "N", 0.5, 0.0, [-20.0, 20.0], "amplitude of the grip force"),
-        Parameter::new("late_s", "s", 0.0, 0.0, [0.0, 0.4], "delay of the jaw's motion"),
+        Parameter::new("late_s", "s", 0.0, 0.0, [0.0, 0.4], "delay of the jaw's motion")
+            // The fit finds it.
+            .tried_at(&[0.0]),
     ],
 };
 

@@ -3,7 +3,7 @@
 //! `mu_1 = mu (1 + mismatch)`, `mu_2 = mu (1 - mismatch)`: the mean stays the base model's
 //! (pads of different wear, age or cleanliness).
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
 use crate::contact::Body;
 use crate::real::Real;
 
@@ -17,6 +17,7 @@ pub const INFO: Info = Info {
     summary: "finger 1 and finger 2 have different friction",
     signature: "tangential forces that differ between the two fingers, with a yaw moment that balances them",
     source: "Johansson and Westling 1984, friction measured for each digit",
+    role: Role::Plain,
     parameters: &[Parameter::new(
         "mismatch",
         "1",

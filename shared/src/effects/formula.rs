@@ -9,7 +9,7 @@
 //! Where an expression has no value the formula gives NaN, which the time step refuses as
 //! `BadInput`, and [`Formula::fault`] says why: a broken formula cannot pass for physics.
 
-use super::{FrictionLaw, Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
 use crate::contact::Body;
 use crate::real::Real;
 use serde::{Deserialize, Serialize};
@@ -30,6 +30,7 @@ pub const INFO: Info = Info {
     summary: "the user's own formula",
     signature: "what the formula says",
     source: "the user's model.toml",
+    role: Role::Plain,
     parameters: &[
         Parameter::new("p0", "1", 1.0, 0.0, [-1e9, 1e9], "first parameter of the formula"),
         Parameter::new("p1", "1", 1.0, 0.0, [-1e9, 1e9], "second parameter of the formula"),

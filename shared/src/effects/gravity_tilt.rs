@@ -3,7 +3,7 @@
 //! Gravity is turned about world X and Y by small angles, its size kept:
 //! `g' = |g| (g + r x g) / |g + r x g|` with `r = (about_x, about_y, 0)`.
 
-use super::{Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, StepContext};
+use super::{Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, Role, StepContext};
 use crate::real::{Real, Vec3, norm};
 
 /// See the module.
@@ -16,6 +16,7 @@ pub const INFO: Info = Info {
     summary: "gravity is not along the axis the rig assumes",
     signature: "a constant sideways force in proportion to mass, in all phases, whatever the grip",
     source: "rigid body statics",
+    role: Role::Plain,
     parameters: &[
         Parameter::new("about_x_rad", "rad", 0.05, 0.0, [-0.3, 0.3], "turn about world X"),
         Parameter::new("about_y_rad", "rad", 0.05, 0.0, [-0.3, 0.3], "turn about world Y"),

@@ -12,7 +12,7 @@
 //! or all of it once it slides (Hill's curve). Integrated implicitly: stable at any step. It remembers the loss `l`, the error
 //! `N_late - N_command` and the last command.
 
-use super::{Info, Law, MAX_PARAMETERS, MEMORY, Parameter, StepContext};
+use super::{Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, StepContext};
 use crate::real::{Real, max};
 
 /// Least knee, m/s.
@@ -31,6 +31,7 @@ pub const INFO: Info = Info {
     summary: "grip lags its command and falls while the object slides",
     signature: "normal finger force that sags after the onset of sliding and recovers at rest, or trails a change of command",
     source: "first-order force control; Whitney 1977",
+    role: Role::Plain,
     parameters: &[
         Parameter::new("drop", "1", 0.12, 0.0, [-0.5, 0.9], "share of the grip lost in steady sliding"),
         Parameter::new("time_s", "s", 0.1, 0.0, [0.0, 5.0], "time constant"),
@@ -49,7 +50,8 @@ pub const INFO: Info = Info {
             1.0,
             [1.0, 8.0],
             "exponent of the speed: gradual (1) or a threshold (8)",
-        ),
+        )
+        .tried_at(&[1.0, 4.0]),
     ],
 };
 

@@ -2,7 +2,7 @@
 //!
 //! `N = N_command (1 - fraction) - offset` (friction and hysteresis of the gripper's drive).
 
-use super::{Info, Law, MAX_PARAMETERS, MEMORY, Parameter, StepContext};
+use super::{Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, StepContext};
 use crate::real::Real;
 
 /// See the module.
@@ -15,6 +15,7 @@ pub const INFO: Info = Info {
     summary: "the grip that acts is below the commanded one",
     signature: "normal and tangential finger forces both too small by the same share (fraction) or amount (offset)",
     source: "transmission losses: Townsend and Salisbury 1987",
+    role: Role::Plain,
     parameters: &[
         Parameter::new("fraction", "1", 0.1, 0.0, [-0.5, 0.9], "share of the command that is lost"),
         Parameter::new("offset_n", "N", 1.0, 0.0, [-10.0, 10.0], "constant loss"),

@@ -5,7 +5,7 @@
 //! (exponent 1/3 for Hertz contact: Bowden and Tabor 1950; Xydas and Kao 1999). `N0` is a
 //! constant because it and the base coefficient cannot be told apart.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
 use crate::real::{Real, max};
 
 /// Load at which the base coefficient holds, N.
@@ -23,6 +23,7 @@ pub const INFO: Info = Info {
     summary: "the friction coefficient depends on the normal force",
     signature: "tangential force not proportional to grip: relatively stronger at low grip (exponent above zero)",
     source: "Bowden and Tabor 1950; Xydas and Kao 1999, soft finger contact",
+    role: Role::Plain,
     parameters: &[Parameter::new(
         "exponent",
         "1",

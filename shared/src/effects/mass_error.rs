@@ -4,7 +4,7 @@
 //! torque `r x m g` about the nominal centre. Inertial forces of the offset are left out:
 //! they are small against weight at manipulation speeds.
 
-use super::{Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, StepContext};
+use super::{Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, Role, StepContext};
 use crate::real::{Real, Vec3};
 
 /// See the module.
@@ -17,6 +17,7 @@ pub const INFO: Info = Info {
     summary: "mass or centre of mass differs from the one given",
     signature: "vertical forces (fraction) or pitching moment (offset) wrong even at rest, independent of grip and speed",
     source: "rigid body statics",
+    role: Role::Plain,
     parameters: &[
         Parameter::new("fraction", "1", 0.1, 0.0, [-0.9, 5.0], "relative error of the mass"),
         Parameter::new("com_x_m", "m", 0.004, 0.0, [-0.1, 0.1], "true centre of mass along object X"),

@@ -3,7 +3,7 @@
 //! `x' = x - latency v`, and the rotation turned back by `latency omega`, with the object's
 //! absolute velocity: the tracked object trails, the robot's own pose does not.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext};
+use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, Role, StepContext};
 use crate::real::Real;
 use crate::step::turned;
 
@@ -17,6 +17,7 @@ pub const INFO: Info = Info {
     summary: "motion capture shows the object late",
     signature: "pose errors in proportion to speed that vanish at rest and do not grow with distance",
     source: "Merriaux et al. 2017, latency of Vicon systems",
+    role: Role::Plain,
     parameters: &[Parameter::new("latency_s", "s", 0.02, 0.0, [-0.2, 0.2], "delay of the object's pose")],
 };
 

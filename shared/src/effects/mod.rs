@@ -70,6 +70,8 @@ pub struct Parameter {
     pub high: f64,
     /// What it is.
     pub what: &'static str,
+    /// Where it only shapes the effect: values at which a fit starts; empty: about the typical one.
+    pub tries: &'static [f64],
 }
 
 impl Parameter {
@@ -83,8 +85,27 @@ impl Parameter {
         what: &'static str,
     ) -> Self {
         let [low, high] = bounds;
-        Self { name, unit, typical, neutral, low, high, what }
+        Self { name, unit, typical, neutral, low, high, what, tries: &[] }
     }
+
+    /// The same with the values at which a fit starts.
+    pub const fn tried_at(self, tries: &'static [f64]) -> Self {
+        Self { tries, ..self }
+    }
+}
+
+/// What a diagnosis has to know of an effect beside its law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Role {
+    /// It is missing or it is not.
+    Plain,
+    /// How pads give way: at the largest grip real ones do by this much, and that is no missing effect.
+    Compliance {
+        /// m
+        normal_m: f64,
+    },
+    /// A later trial of the same condition differs; its first parameter is the change from trial to trial.
+    Order,
 }
 
 /// Description of an effect.
@@ -100,6 +121,8 @@ pub struct Info {
     pub signature: &'static str,
     /// Where the law comes from.
     pub source: &'static str,
+    /// How a diagnosis treats it.
+    pub role: Role,
     /// At most [`MAX_PARAMETERS`].
     pub parameters: &'static [Parameter],
 }

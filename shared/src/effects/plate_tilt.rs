@@ -5,7 +5,7 @@
 //! turned by `line` about Z (one end first) and keeps the face's normal. Small angles; a rod
 //! or a sphere does not notice.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext};
+use super::{Info, Law, MAX_PARAMETERS, Parameter, Role, StepContext};
 use crate::contact::{Body, Contact};
 use crate::model::PusherContact;
 use crate::real::{Real, max, norm};
@@ -20,6 +20,7 @@ pub const INFO: Info = Info {
     summary: "the pusher's face is not square to the push",
     signature: "a constant sideways share of the push force, and the object turns until it lies flat on the pusher",
     source: "rigid body geometry",
+    role: Role::Plain,
     parameters: &[
         Parameter::new("pitch_rad", "rad", 0.01, 0.0, [-0.1, 0.1], "about pusher Y"),
         Parameter::new("yaw_rad", "rad", 0.01, 0.0, [-0.1, 0.1], "about pusher Z"),

@@ -4,7 +4,7 @@
 //! the centre of pressure and with it the centre of torsion. The wrench is still reported
 //! about the pad's middle, so that a normal force `N` shows torques `-N offset` there.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext};
+use super::{Info, Law, MAX_PARAMETERS, Parameter, Role, StepContext};
 use crate::contact::{Contact, is_finger};
 use crate::real::{Real, Vec3};
 
@@ -18,6 +18,7 @@ pub const INFO: Info = Info {
     summary: "the fingers' centre of pressure is off the middle of the pads",
     signature: "finger torques in proportion to grip before anything moves; sliding or lifting turns the object",
     source: "Howe and Cutkosky 1996, limit surface about the centre of pressure",
+    role: Role::Plain,
     parameters: &[
         Parameter::new("offset_x_m", "m", 0.002, 0.0, [-0.01, 0.01], "along gripper X"),
         Parameter::new("offset_z_m", "m", 0.001, 0.0, [-0.01, 0.01], "along gripper Z"),

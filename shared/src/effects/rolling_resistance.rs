@@ -7,7 +7,7 @@
 //! calm in an explicit step; where the step is coarse the spring is softened to remain stable.
 //! It remembers the spring's rotation vector.
 
-use super::{Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, StepContext};
+use super::{Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, Role, StepContext};
 use crate::real::{Real, Vec3, max, norm};
 
 /// Rotation over which the moment builds up, rad.
@@ -23,6 +23,7 @@ pub const INFO: Info = Info {
     summary: "a moment opposes rolling on the pusher or the support",
     signature: "extra push force in proportion to the normal force while the object rolls or tips, none while it slides flat",
     source: "Tabor 1955, rolling friction; Dahl 1968, solid friction model",
+    role: Role::Plain,
     parameters: &[Parameter::new(
         "arm_m",
         "m",

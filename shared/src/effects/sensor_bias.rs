@@ -3,7 +3,7 @@
 //! Six of the eighteen channels, those in which biases pass for physics: along gripper X and Z
 //! on each finger (push direction and weight), world X and Z on the pusher.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext};
+use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, Role, StepContext};
 use crate::real::Real;
 
 /// See the module.
@@ -16,6 +16,7 @@ pub const INFO: Info = Info {
     summary: "force sensors have constant offsets",
     signature: "the same error in a channel in every run and phase, even before contact",
     source: "ATI F/T manual, bias; MuJoCo and Vicon rigs zero sensors before each run",
+    role: Role::Plain,
     parameters: &[
         Parameter::new("finger1_fx_n", "N", 0.25, 0.0, [-3.0, 3.0], "added to finger 1, gripper X"),
         Parameter::new("finger1_fz_n", "N", 0.25, 0.0, [-3.0, 3.0], "added to finger 1, gripper Z"),

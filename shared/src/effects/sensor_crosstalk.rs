@@ -3,7 +3,7 @@
 //! Fingers: `f_x += to_x N`, `f_z += to_z N` (each finger its own share), `t_y += to_torsion N`
 //! on both, `N` the size of the normal force shown. Pusher: `f_y += pusher_to_y f_x`.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext};
+use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, Role, StepContext};
 use crate::real::Real;
 
 /// See the module.
@@ -16,6 +16,7 @@ pub const INFO: Info = Info {
     summary: "a sensor shows a share of its largest force in channels across it",
     signature: "tangential forces or torsion in proportion to grip even while nothing loads the object",
     source: "ATI F/T calibration, crosstalk matrix",
+    role: Role::Plain,
     parameters: &[
         Parameter::new(
             "finger1_to_x",

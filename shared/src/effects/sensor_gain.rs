@@ -4,7 +4,7 @@
 //! `1 + pusher`.
 //! The balance of forces shows it: the sensors no longer sum to the object's weight.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext};
+use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, Role, StepContext};
 use crate::real::Real;
 
 /// See the module.
@@ -17,6 +17,7 @@ pub const INFO: Info = Info {
     summary: "force sensors read too much or too little by a constant share",
     signature: "forces that do not balance: fingers and pusher disagree in proportion to the force",
     source: "ATI F/T calibration, gain error",
+    role: Role::Plain,
     parameters: &[
         Parameter::new("finger1", "1", 0.05, 0.0, [-0.5, 0.5], "relative error of finger 1"),
         Parameter::new("finger2", "1", 0.05, 0.0, [-0.5, 0.5], "relative error of finger 2"),

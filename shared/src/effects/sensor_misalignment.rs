@@ -3,7 +3,7 @@
 //! Each finger sensor by small angles about its normal, gripper Y, and about gripper Z (a share of
 //! the grip then shows along the slide); the pusher's about world Y and Z. Force and torque turn alike: `w' = w + r x w`, to first order.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, StepContext};
+use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, Role, StepContext};
 use crate::real::{Real, Vec3};
 
 /// See the module.
@@ -16,6 +16,7 @@ pub const INFO: Info = Info {
     summary: "a force sensor is mounted turned",
     signature: "a share of the largest force appears in a channel across it, in proportion, with unchanged size",
     source: "sensor mounting; Traversaro et al. 2015, in situ calibration",
+    role: Role::Plain,
     parameters: &[
         Parameter::new("finger1_rad", "rad", 0.03, 0.0, [-0.3, 0.3], "finger 1 about gripper Y"),
         Parameter::new("finger2_rad", "rad", 0.03, 0.0, [-0.3, 0.3], "finger 2 about gripper Y"),

@@ -3,7 +3,7 @@
 //! `mu(v) = mu (1 + excess exp(-(v / v_s)^2))`, after Stribeck 1902 in the exponential form
 //! of Bo and Pavelescu 1982.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
 use crate::real::{Real, max};
 
 /// See the module.
@@ -16,6 +16,7 @@ pub const INFO: Info = Info {
     summary: "friction is higher before sliding begins than while it lasts",
     signature: "a force peak at the onset of sliding that decays once the object moves",
     source: "Bo and Pavelescu 1982, exponential Stribeck law",
+    role: Role::Plain,
     parameters: &[
         Parameter::new("excess", "1", 0.2, 0.0, [0.0, 2.0], "break-away over sliding friction, less one"),
         Parameter::new(

@@ -7,7 +7,7 @@
 //! three points at that radius and so gets torsion `mu N radius_change` (the soft finger of
 //! Salisbury 1982).
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext};
+use super::{Info, Law, MAX_PARAMETERS, Parameter, Role, StepContext};
 use crate::contact::{Body, Contact};
 use crate::real::{Real, max, norm};
 
@@ -27,6 +27,7 @@ pub const INFO: Info = Info {
     summary: "patches bear more (or less) torsion than their nominal shape",
     signature: "rotation or torque about the contact normal is wrong while forces in a straight slide are right",
     source: "Goyal, Ruina and Papadopoulos 1991, limit surface; Salisbury 1982, soft finger",
+    role: Role::Plain,
     parameters: &[Parameter::new(
         "radius_change_m",
         "m",

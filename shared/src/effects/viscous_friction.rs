@@ -4,7 +4,7 @@
 //! The speed is that of the last step: the law is explicit, stable while
 //! `viscosity N dt < m` for an object that nothing drives.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
 use crate::real::Real;
 
 /// See the module.
@@ -17,6 +17,7 @@ pub const INFO: Info = Info {
     summary: "friction rises in proportion to slip speed",
     signature: "tangential forces that differ between fast and slow runs in proportion to speed, at the same grip",
     source: "Armstrong-Helouvry 1991, Control of Machines with Friction",
+    role: Role::Plain,
     parameters: &[Parameter::new(
         "viscosity_s_m",
         "s/m",

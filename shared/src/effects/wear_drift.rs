@@ -4,7 +4,7 @@
 //! the base model's: pads polish or pick up dust. Yu et al. 2016 saw pushing friction change
 //! over thousands of pushes.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
 use crate::contact::is_finger;
 use crate::real::{Real, max};
 
@@ -18,6 +18,7 @@ pub const INFO: Info = Info {
     summary: "fingertip friction drifts from trial to trial",
     signature: "residuals of tangential force that go with the order in which the trials were run, not with their conditions",
     source: "Archard 1953; Yu et al. 2016, More than a million ways to be pushed",
+    role: Role::Order,
     parameters: &[Parameter::new(
         "rate_per_trial",
         "1",

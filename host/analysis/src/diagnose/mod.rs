@@ -15,7 +15,7 @@ pub mod swing;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use stickslip_shared::effects::{MAX_PARAMETERS, REGISTRY};
+use stickslip_shared::effects::{MAX_PARAMETERS, REGISTRY, Role};
 use stickslip_shared::model::Model;
 
 use crate::evidence::balance::{StageBalance, balance};
@@ -71,8 +71,6 @@ const FAR: f64 = 8.0;
 const CERTAIN: f64 = 0.95;
 /// Pads give way: a small compliance is likely beforehand and needs less evidence.
 const LIKELY: f64 = 0.05;
-/// How far real pads give way at the largest grip, m: fingertips of 2e5 N/m under 40 N.
-const PADS_GIVE_M: f64 = 2e-4;
 /// Share of the excess that is enough where nothing relevant is left.
 const EXPLAINS_RELEVANT: f64 = 0.6;
 /// A model that explains this share of the excess is worth building the problem anew around.
@@ -173,9 +171,7 @@ pub fn diagnose(
     }
     let pair = match &findings.doubt {
         // What would tell the best candidate from its absence.
-        Some(_) => {
-            findings.first.first().map(|c| [&findings.base.solution.model, &c.held.solution.model])
-        }
+        Some(_) => findings.first.first().map(|c| [&findings.base.solution.model, &c.held.solution.model]),
         None => findings.equal.first().and_then(|set| {
             let chosen = |id: &str| findings.chosen.iter().any(|c| c.info.id == id);
             let other = findings.first.iter().find(|c| set.contains(&c.info.id) && !chosen(c.info.id))?;
@@ -296,7 +292,7 @@ fn drifting<'a>(problem: &Problem<'a>, base: &Held) -> Option<(Problem<'a>, Held
     if chance > level || change.abs() < RELEVANT * problem.noise.friction[0].max(LEAST_DRIFT) {
         return None;
     }
-    let wear = CandidateEffect::listed().into_iter().find(|t| t.info.id == "wear_drift")?;
+    let wear = CandidateEffect::listed().into_iter().find(|t| t.info.role == Role::Order)?;
     if base.solution.model.effects.iter().any(|e| e.code == wear.info.code) {
         return None;
     }
@@ -591,9 +587,7 @@ fn drop_needless(
 /// Whether this is no more than how real pads give way: part of the floor, not an effect.
 /// It stays in the model beside the others, so that nothing else has to stand in for it.
 fn small_compliance(problem: &Problem, candidate: &Candidate) -> bool {
-    if candidate.info.id != "contact_compliance" {
-        return false;
-    }
+    let Role::Compliance { normal_m } = candidate.info.role else { return false };
     let grip_n = problem.campaign.runs.iter().map(|r| r.prepared.grip_n()).fold(0.0, f64::max);
     let Held { solution, free, .. } = &candidate.held;
     let covariance = fit::clustered_covariance(&solution.grams, &problem.priors(free, 0), free.len());
@@ -606,7 +600,7 @@ fn small_compliance(problem: &Problem, candidate: &Candidate) -> bool {
     // What the data do not determine says nothing about the pads.
     free.iter().enumerate().filter(|(_, f)| of_it(f)).all(|(k, f)| {
         let compliance_m_n = f.get(&solution.model);
-        compliance_m_n * grip_n < PADS_GIVE_M || compliance_m_n < 2.0 * covariance[(k, k)].sqrt()
+        compliance_m_n * grip_n < normal_m || compliance_m_n < 2.0 * covariance[(k, k)].sqrt()
     })
 }
 

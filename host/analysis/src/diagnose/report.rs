@@ -140,7 +140,8 @@ pub struct Report {
 
 /// Makes the report.
 pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Duration) -> Report {
-    let Findings { base, first, chosen, last, equal, invisible, swing, verdict, doubt, model, .. } = &findings;
+    let Findings { base, first, chosen, last, equal, invisible, swing, verdict, doubt, model, .. } =
+        &findings;
     let named = matches!(verdict, Verdict::Effect | Verdict::Ambiguous);
     let last = last.as_ref().filter(|_| named).unwrap_or(base);
     let effects: Vec<&'static str> = if named { by_strength(base, chosen) } else { Vec::new() };
@@ -374,7 +375,10 @@ fn doubtful(doubt: &Doubt, problem: &Problem) -> (String, String) {
                  ({UNEXPLAINED:.1}), and no effect explains it",
                 place(p)
             ),
-            format!("repeat the condition of trial {}, where it is largest, to lower the noise floor", trial(p)),
+            format!(
+                "repeat the condition of trial {}, where it is largest, to lower the noise floor",
+                trial(p)
+            ),
         ),
         Doubt::OneCondition(p) => (
             format!("{}, but mostly in one condition (that of trial {})", place(p), trial(p)),

@@ -4,6 +4,8 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
+use stickslip_shared::effects::Role;
+use stickslip_shared::effects::formula::{Program, Variable};
 use stickslip_shared::model::{Friction, Model};
 
 use crate::channels::{self, Quantity};
@@ -243,6 +245,7 @@ fn tame(prepared: &Prepared, model: &Model<f64>, stride: usize) -> Simulated {
 
 /// Whether the model predicts otherwise for a later trial of the same condition.
 fn depends_on_order(model: &Model<f64>) -> bool {
-    // Formulas (code 0) may use the trial's number.
-    model.effects.iter().any(|e| e.code == 0 || e.info().is_some_and(|i| i.id == "wear_drift"))
+    let listed = model.effects.iter().any(|e| e.info().is_some_and(|i| i.role == Role::Order));
+    let reads = |program: &Program<f64>| program.reads(Variable::Trial);
+    listed || model.formulas.iter().any(|f| reads(&f.program) || reads(&f.state))
 }

@@ -40,14 +40,8 @@ pub struct Start {
 
 /// Values that a parameter which only shapes an effect is tried at.
 fn shapes(p: &stickslip_shared::effects::Parameter) -> Vec<f64> {
-    let tries = if p.name.starts_with("wavelength") {
-        // A wave is found only from near its length.
-        [0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0].iter().map(|f| f * p.typical).collect()
-    } else if p.name == "late_s" {
-        // The fit finds it.
-        vec![p.typical]
-    } else if p.name == "sharpness" {
-        vec![p.low, 0.5 * p.high]
+    let tries = if !p.tries.is_empty() {
+        p.tries.to_vec()
     } else if p.typical == 0.0 {
         vec![0.0, 0.5 * p.high]
     } else {

@@ -106,6 +106,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             path.display()
         ));
     }
+    let data = args.data.display().to_string();
+    match &args.out {
+        Some(out) => output.next(["diagnose", &data, "--model", &out.display().to_string()]),
+        None => output.next(["calibrate", &data, "--out", "model.toml"]),
+    }
     output.document(&documents)
 }
 

@@ -37,6 +37,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let errors = report.errors.len();
     anyhow::ensure!(errors == 0, "{errors} refused in {}; the rest was read", args.data.display());
     output.text("No errors.");
+    output.next(["calibrate", &args.data.display().to_string(), "--out", "model.toml"]);
     Ok(())
 }
 

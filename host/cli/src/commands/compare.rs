@@ -103,6 +103,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         output.page(path, stickslip_report::compare::page(&comparison))?;
     }
     print(&comparison, output);
+    let data = args.data.display().to_string();
+    match args.models.last() {
+        Some(model) => output.next(["diagnose", &data, "--model", &model.display().to_string()]),
+        None => output.next(["calibrate", &data, "--out", "model.toml"]),
+    }
     output.document(&comparison)
 }
 

@@ -81,10 +81,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// Where `more` cannot be read.
-pub fn proposals(
-    whole: &ModelFile,
-    more: Option<&Path>,
-) -> anyhow::Result<(ModelFile, Vec<EffectEntry>)> {
+pub fn proposals(whole: &ModelFile, more: Option<&Path>) -> anyhow::Result<(ModelFile, Vec<EffectEntry>)> {
     let (file, mut formulas) = whole.without_proposals();
     if let Some(path) = more {
         for formula in ModelFile::read_formulas(path)? {

@@ -81,8 +81,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         None => Vec::new(),
     };
     let own = formulas.iter().filter_map(|f| Some(Effect::of(f.info()?, Some(f))));
-    let mut effects: Vec<Effect> =
-        REGISTRY.iter().map(|info| Effect::of(info, None)).chain(own).collect();
+    let mut effects: Vec<Effect> = REGISTRY.iter().map(|info| Effect::of(info, None)).chain(own).collect();
     let Some(id) = &args.id else {
         let mut t = table(["effect", "what it is"]);
         for e in &effects {

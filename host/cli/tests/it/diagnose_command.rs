@@ -47,9 +47,8 @@ fn weak_grip() -> &'static Path {
         let setup = Setup { description: description.clone(), reality, step_s: STEP_S };
         let all = conditions(PlanName::PushSmall, &[], SEED, 1.0);
         let some = all.iter().step_by(all.len().div_ceil(6));
-        let trials = some
-            .flat_map(|c| (1..=2).map(|run| simulate(&setup, c, run, SEED).expect("a trial")))
-            .collect();
+        let trials =
+            some.flat_map(|c| (1..=2).map(|run| simulate(&setup, c, run, SEED).expect("a trial"))).collect();
         write(&Dataset { folder: "weak".into(), description, trials }, folder.path()).expect("written");
         std::fs::write(folder.path().join("own.toml"), OWN).expect("written");
         folder
@@ -99,7 +98,8 @@ fn a_formula_is_added_refitted_calibrated_compared_and_separated_like_an_effect(
     let words = ["suggest", ".", "--model", "own.toml", "--between", "weak_jaw", "--between", "sensor_gain"];
     let between = json(folder, &words);
     assert_eq!(between["schema"], "stickslip-suggest/1");
-    let mut pair: Vec<&str> = between["between"].as_array().expect("two").iter().filter_map(Value::as_str).collect();
+    let mut pair: Vec<&str> =
+        between["between"].as_array().expect("two").iter().filter_map(Value::as_str).collect();
     pair.sort_unstable();
     assert_eq!(pair, ["sensor_gain", "weak_jaw"]);
 }
@@ -122,7 +122,10 @@ fn a_diagnosis_writes_the_named_model_and_a_page_and_says_what_comes_next() {
     let text = String::from_utf8(output.stdout).expect("text");
     let next = "stickslip compare . --model named.toml";
     assert!(output.status.success() && text.contains(&format!("Next:\n  {next}")), "{text}");
-    assert!(!text.contains("finger_difference") && text.contains("finger 1 less finger 2, force y"), "{text}");
+    assert!(
+        !text.contains("finger_difference") && text.contains("finger 1 less finger 2, force y"),
+        "{text}"
+    );
     let named = std::fs::read_to_string(folder.join("named.toml")).expect("written");
     assert!(named.contains("id = \"grip_force_loss\"") && named.contains("intervals"), "{named}");
     // It is a model as every command reads it.
@@ -132,7 +135,9 @@ fn a_diagnosis_writes_the_named_model_and_a_page_and_says_what_comes_next() {
     let first = page.split("<h2>").next().expect("a first screen");
     assert!(first.contains("the grip that acts is below the commanded one"), "plain words");
     assert!(first.contains("<svg") && first.contains(next), "a picture and the next command");
-    for words in ["share of the command that is lost", "Townsend and Salisbury", "finger 1 less finger 2, force y"] {
+    for words in
+        ["share of the command that is lost", "Townsend and Salisbury", "finger 1 less finger 2, force y"]
+    {
         assert!(page.contains(words), "{words}");
     }
     for raw in ["finger_sum", "finger_difference", "_nm<", "http", "src=", "url(", "NaN"] {
@@ -195,6 +200,30 @@ fn every_effect_can_be_looked_up() {
 }
 
 #[test]
+fn under_each_result_stands_the_command_that_comes_next() {
+    let folder = weak_grip();
+    for (words, next) in [
+        (["check", "."].as_slice(), "calibrate . --out model.toml"),
+        (&["calibrate", ".", "--out", "model x.toml"], "diagnose . --model 'model x.toml'"),
+        (&["compare", ".", "--trial", &trial(folder), "--model", "own.toml"], "diagnose . --model own.toml"),
+        (
+            &["add", ".", "weak_jaw", "--model", "own.toml", "--out", "n.toml"],
+            "compare . --model own.toml --model n.toml",
+        ),
+    ] {
+        let output = stickslip().current_dir(folder).args(words).output().expect("run");
+        let text = String::from_utf8(output.stdout).expect("text");
+        assert!(text.ends_with(&format!("\nNext:\n  stickslip {next}\n")), "{words:?}: {text}");
+    }
+}
+
+/// The first trial of a data set.
+fn trial(folder: &Path) -> String {
+    let trials = std::fs::read_to_string(folder.join("trials.csv")).expect("read");
+    trials.lines().nth(1).and_then(|l| l.split(',').next()).expect("a trial").to_owned()
+}
+
+#[test]
 fn flags_that_did_nothing_are_gone() {
     for flag in ["--all", "--tare"] {
         let demo = demo().display().to_string();
@@ -214,15 +243,24 @@ fn plots_can_be_had_as_columns() {
     let csv = read("replay.csv");
     let header: Vec<&str> = csv.lines().next().expect("a header").split(',').collect();
     assert_eq!(header[..2], ["trial", "t_s"]);
-    for column in ["measured_finger1_fx_n", "modelled_pusher_fx_n", "predicted_sag_m", "predicted_finger_0_utilisation"] {
+    for column in [
+        "measured_finger1_fx_n",
+        "modelled_pusher_fx_n",
+        "predicted_sag_m",
+        "predicted_finger_0_model_utilisation",
+    ] {
         assert!(header.contains(&column), "{column} in {header:?}");
     }
-    let samples = std::fs::read_to_string(Path::new(&demo).join(format!("trials/{trial}.csv"))).expect("a trial");
+    let samples =
+        std::fs::read_to_string(Path::new(&demo).join(format!("trials/{trial}.csv"))).expect("a trial");
     assert_eq!(csv.lines().count(), samples.lines().count());
     // The measured column is the recorded one.
     let column = |text: &str, name: &str| -> Vec<f64> {
         let at = text.lines().next().and_then(|h| h.split(',').position(|c| c == name)).expect("the column");
-        text.lines().skip(1).map(|l| l.split(',').nth(at).and_then(|c| c.parse().ok()).unwrap_or(f64::NAN)).collect()
+        text.lines()
+            .skip(1)
+            .map(|l| l.split(',').nth(at).and_then(|c| c.parse().ok()).unwrap_or(f64::NAN))
+            .collect()
     };
     let (written, recorded) = (column(&csv, "measured_finger1_fx_n"), column(&samples, "finger1_fx_n"));
     assert!(written.iter().zip(&recorded).all(|(a, b)| a == b || (a.is_nan() && b.is_nan())));

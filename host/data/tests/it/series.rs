@@ -8,7 +8,9 @@ fn trial(name: &str, rows: usize) -> Series {
     let numbers = |from: f64| Values::Numbers((0..rows).map(|i| from + i as f64).collect());
     let mut gaps = vec![f64::NAN; rows];
     gaps[0] = 0.1 + 0.2;
-    let words = Values::Words((0..rows).map(|i| if i == 1 { "slip, \"now\"".into() } else { String::new() }).collect());
+    let words = Values::Words(
+        (0..rows).map(|i| if i == 1 { "slip, \"now\"".into() } else { String::new() }).collect(),
+    );
     let columns = [("t_s", numbers(0.0)), ("measured_fx_n", Values::Numbers(gaps)), ("status", words)];
     Series { trial: name.into(), columns: columns.into_iter().map(|(n, v)| (n.to_owned(), v)).collect() }
 }

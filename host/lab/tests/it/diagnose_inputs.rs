@@ -67,7 +67,8 @@ fn a_misfit_between_relevant_and_clear_that_nothing_explains_is_inconclusive() {
             for sample in &mut trial.samples {
                 // No law of the list: a sideways force on the pusher that goes with the square of the path.
                 let path_m = sample.gripper.unwrap().position_m[0] - start_m;
-                sample.pusher_wrench.as_mut().unwrap().torque_nm[0] += size_n * (path_m / 0.03).powi(2) * 0.01;
+                sample.pusher_wrench.as_mut().unwrap().torque_nm[0] +=
+                    size_n * (path_m / 0.03).powi(2) * 0.01;
             }
         }
         let report = found(&dataset);

@@ -39,8 +39,10 @@ fn dependencies(manifest: &str) -> BTreeSet<String> {
 
 #[test]
 fn every_crate_depends_only_on_crates_above_it() {
-    let workspace: toml::Table =
-        std::fs::read_to_string(repository().join("Cargo.toml")).expect("the workspace").parse().expect("TOML");
+    let workspace: toml::Table = std::fs::read_to_string(repository().join("Cargo.toml"))
+        .expect("the workspace")
+        .parse()
+        .expect("TOML");
     let members: BTreeSet<&str> = workspace["workspace"]["members"]
         .as_array()
         .expect("members")
@@ -53,9 +55,13 @@ fn every_crate_depends_only_on_crates_above_it() {
     for (path, allowed) in ALLOWED {
         assert!(allowed.iter().all(|a| above.contains(a)), "{path}: its list names a crate below it");
         above.push(path.rsplit('/').next().unwrap_or(path));
-        let manifest = std::fs::read_to_string(repository().join(path).join("Cargo.toml")).expect("a manifest");
+        let manifest =
+            std::fs::read_to_string(repository().join(path).join("Cargo.toml")).expect("a manifest");
         for name in dependencies(&manifest) {
-            assert!(allowed.contains(&name.as_str()), "{path} depends on stickslip-{name}, which is not allowed");
+            assert!(
+                allowed.contains(&name.as_str()),
+                "{path} depends on stickslip-{name}, which is not allowed"
+            );
         }
     }
 }
