@@ -4,3 +4,5 @@ mod dataset_refusals;
 mod dataset_round_trip;
 mod hostile_input;
 mod imports;
+mod schema;
+mod separators;
