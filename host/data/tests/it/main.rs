@@ -2,7 +2,6 @@
 
 mod dataset_refusals;
 mod dataset_round_trip;
-mod hostile_input;
 mod imports;
 mod schema;
 mod separators;

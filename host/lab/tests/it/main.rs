@@ -1,6 +1,7 @@
 //! Tests of the crate from outside, in one program: it links once.
 
 mod diagnose_inputs;
+mod hostile_input;
 mod lcp_solvers;
 mod mujoco_export;
 mod worst_cases;
