@@ -151,7 +151,8 @@ pub fn findings(index: &Index, trials: &[(PathBuf, &TrialPhysics)]) -> Vec<Findi
         units::objects(&index.description).into_iter().map(|breach| finding(&toml, breach, 0, 0)).collect();
     for (file, physics) in trials {
         for breach in &physics.breaches {
-            let same = |f: &&mut Finding| f.cause == breach.cause && f.columns == breach.columns && f.trials > 0;
+            let same =
+                |f: &&mut Finding| f.cause == breach.cause && f.columns == breach.columns && f.trials > 0;
             match found.iter_mut().find(same) {
                 Some(known) => known.trials += 1,
                 None => found.push(finding(file, breach.clone(), 1, trials.len())),

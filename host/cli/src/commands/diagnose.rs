@@ -8,7 +8,7 @@ use comfy_table::{Cell, CellAlignment};
 use stickslip_analysis::diagnose::report::{Report, Verdict};
 use stickslip_analysis::diagnose::{diagnose, steps};
 use stickslip_analysis::model::file::{ModelFile, default_model};
-use stickslip_data::{Dataset, Index};
+use stickslip_data::Dataset;
 use stickslip_report::terminal::{Output, table};
 use stickslip_report::words::short;
 
@@ -50,25 +50,12 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     output.document(&report)
 }
 
-/// All trials of a data set that can be read; the others are noted.
+/// All trials of a data set that can be read, see [`crate::data::read`].
 ///
 /// # Errors
 /// Where the data set cannot be opened.
 pub fn read_data(folder: &std::path::Path, output: &Output) -> anyhow::Result<Dataset> {
-    let index = Index::open(folder)?;
-    for error in &index.errors {
-        output.note(error);
-    }
-    let mut trials = Vec::with_capacity(index.trials.len());
-    for info in &index.trials {
-        let reading = index.read_trial_lenient(info);
-        match (reading.trial, reading.error) {
-            (Some(trial), _) => trials.push(trial),
-            (None, Some(error)) => output.note(error),
-            (None, None) => output.note(format!("trial {}: cannot be read", info.trial)),
-        }
-    }
-    Ok(Dataset { folder: folder.to_path_buf(), description: index.description.clone(), trials })
+    crate::data::read(folder, output)
 }
 
 fn print(report: &Report, output: &Output) {

@@ -73,9 +73,7 @@ fn onset(signal: &[(f64, [f64; 6])]) -> Option<(f64, f64)> {
     let away: Vec<[f64; 6]> = signal.iter().map(|(_, x)| std::array::from_fn(|k| x[k] - base[k])).collect();
     let size = |x: &[f64; 6]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
     let largest = away.iter().map(size).fold(0.0, f64::max);
-    let beyond = |limit: f64| {
-        away.windows(3).position(|three| three.iter().all(|x| size(x) > limit))
-    };
+    let beyond = |limit: f64| away.windows(3).position(|three| three.iter().all(|x| size(x) > limit));
     let left = beyond((LEAVES * total).max(0.02 * largest))?;
     let until = beyond((FITTED * total).max(0.06 * largest))?.max(left) + 3;
     // One channel: the way along which it leaves.
@@ -134,5 +132,9 @@ pub fn offset(clocks: &[Clock]) -> Option<Breach> {
         1e3 * (middle.abs() + 2.0 * error),
         good.len(),
     );
-    Some(Breach { cause: Cause::ClockOffset, columns: "columns t_s, object_*, gripper_*, pusher_f*".to_owned(), text })
+    Some(Breach {
+        cause: Cause::ClockOffset,
+        columns: "columns t_s, object_*, gripper_*, pusher_f*".to_owned(),
+        text,
+    })
 }

@@ -136,7 +136,8 @@ fn pusher_order(trial: &Trial) -> Order {
     let both = |s: &Sample| Some((s.pusher.or(trial.info.pusher)?, s.object?));
     let Some((pusher, object)) = trial.samples.iter().find_map(both) else { return Order::Unknown };
     let way = Vector3::from(object.position_m) - Vector3::from(pusher.position_m);
-    let cosine = |pose: &Pose| (channels::pose(pose).rotation * Vector3::x()).dot(&way) / way.norm().max(1e-9);
+    let cosine =
+        |pose: &Pose| (channels::pose(pose).rotation * Vector3::x()).dot(&way) / way.norm().max(1e-9);
     let (given, other) = (cosine(&pusher), cosine(&other_order(pusher)));
     // A contact near a corner may have its normal nearly across the way to the centre.
     match (given < -0.2, other > 0.2) {

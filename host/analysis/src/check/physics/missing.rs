@@ -26,9 +26,10 @@ pub fn finger_columns(trial: &Trial) -> Option<Breach> {
         .map(|(finger, k)| format!("finger{}_{}", finger + 1, names[k]))
         .collect();
     let columns = format!("column {}", missing.join(", "));
-    let text = "it is missing or empty, but the other finger measures it; a column lost or misspelt in the header? \
+    let text =
+        "it is missing or empty, but the other finger measures it; a column lost or misspelt in the header? \
                 Without it forces cannot be balanced"
-        .to_owned();
+            .to_owned();
     (!missing.is_empty()).then_some(Breach { cause: Cause::MissingColumn, columns, text })
 }
 
@@ -36,9 +37,10 @@ pub fn finger_columns(trial: &Trial) -> Option<Breach> {
 pub fn gripper(description: &Description, trial: &Trial) -> Option<Breach> {
     let forces = trial.samples.iter().any(|s| s.finger.iter().any(Option::is_some));
     let pose = trial.samples.iter().any(|s| s.gripper.is_some());
-    let text = "fingers measure forces, but no sample has the gripper's whole pose: the model would leave the \
+    let text =
+        "fingers measure forces, but no sample has the gripper's whole pose: the model would leave the \
                 gripper out. All seven columns are needed"
-        .to_owned();
+            .to_owned();
     let columns = "columns gripper_{x,y,z}_m, gripper_q{w,x,y,z}".to_owned();
     (description.fingers.is_some() && forces && !pose).then_some(Breach {
         cause: Cause::MissingColumn,

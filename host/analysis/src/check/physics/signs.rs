@@ -84,11 +84,19 @@ pub fn fingers(trial: &Trial, balance: &Balances, description: &Description) -> 
         }
         [Some(a), None] => {
             let what = format!("finger1_fy_n is {} N", short(a));
-            (Cause::SignsTurned, "column finger1_fy_n", text(&what, "the sign or axes of finger 1 alone are turned?"))
+            (
+                Cause::SignsTurned,
+                "column finger1_fy_n",
+                text(&what, "the sign or axes of finger 1 alone are turned?"),
+            )
         }
         [None, Some(b)] => {
             let what = format!("finger2_fy_n is {} N", short(b));
-            (Cause::SignsTurned, "column finger2_fy_n", text(&what, "the sign or axes of finger 2 alone are turned?"))
+            (
+                Cause::SignsTurned,
+                "column finger2_fy_n",
+                text(&what, "the sign or axes of finger 2 alone are turned?"),
+            )
         }
     };
     Some(Breach { cause, columns: columns.to_owned(), text })

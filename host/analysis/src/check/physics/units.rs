@@ -81,7 +81,8 @@ pub fn objects(description: &Description) -> Vec<Breach> {
             continue;
         }
         let most = object.mass_kg * size_m * size_m;
-        let diagonal = object.inertia_kg_m2.map(|inertia| inertia[0][0].max(inertia[1][1]).max(inertia[2][2]));
+        let diagonal =
+            object.inertia_kg_m2.map(|inertia| inertia[0][0].max(inertia[1][1]).max(inertia[2][2]));
         if let Some(largest) = diagonal.filter(|largest| *largest > 1.01 * most) {
             let text = format!(
                 "{} kg m2, but with all its mass in the farthest corner the object has {}; in kg mm2 or g cm2? \
@@ -136,11 +137,17 @@ pub fn reach(description: &Description, trial: &Trial) -> Option<Breach> {
         short(apart),
         short(most)
     );
-    (apart > most).then(|| breach(Cause::LengthUnit, "columns gripper_{x,y,z}_m, object_{x,y,z}_m", text)).flatten()
+    (apart > most)
+        .then(|| breach(Cause::LengthUnit, "columns gripper_{x,y,z}_m, object_{x,y,z}_m", text))
+        .flatten()
 }
 
 /// Speed exceeded in a fiftieth of the windows.
-fn fast(trial: &Trial, of: impl Fn(&Pose, &Pose) -> f64, body: impl Fn(&Sample) -> Option<Pose>) -> Option<f64> {
+fn fast(
+    trial: &Trial,
+    of: impl Fn(&Pose, &Pose) -> f64,
+    body: impl Fn(&Sample) -> Option<Pose>,
+) -> Option<f64> {
     let track: Vec<(f64, Pose)> = trial.samples.iter().filter_map(|s| Some((s.t_s, body(s)?))).collect();
     let (mut speeds, mut from) = (Vec::new(), 0);
     for (t, pose) in &track {
@@ -180,8 +187,11 @@ pub fn speed(trial: &Trial) -> Option<Breach> {
         5e-3..2e-2 => "speed_m_s in cm/s? write m/s",
         _ => "correct speed_m_s, the positions or the time stamps",
     };
-    let text =
-        format!("gripper or pusher move at {} m/s, speed_m_s says {}; {likely}", short(measured), short(stated));
+    let text = format!(
+        "gripper or pusher move at {} m/s, speed_m_s says {}; {likely}",
+        short(measured),
+        short(stated)
+    );
     breach(Cause::LengthUnit, "columns gripper_{x,y,z}_m, pusher_{x,y,z}_m; trials.csv, speed_m_s", text)
 }
 
@@ -197,8 +207,11 @@ pub fn rotation_speed(trial: &Trial) -> Option<Breach> {
         0.01..0.03 => "speed_rad_s in degrees per second? write rad/s",
         _ => "correct speed_rad_s or the gripper's quaternions",
     };
-    let text =
-        format!("the gripper turns at {} rad/s, speed_rad_s says {}; {likely}", short(measured), short(stated));
+    let text = format!(
+        "the gripper turns at {} rad/s, speed_rad_s says {}; {likely}",
+        short(measured),
+        short(stated)
+    );
     breach(Cause::AngleUnit, "columns gripper_q{w,x,y,z}; trials.csv, speed_rad_s", text)
 }
 
@@ -240,7 +253,8 @@ fn patch_m(contact: &ContactSpec) -> f64 {
 /// be off by, and twice that for a patch that is not where it is thought to be.
 pub fn finger_torques(description: &Description, trial: &Trial) -> Option<Breach> {
     let fingers = description.fingers.as_ref()?;
-    let off = description.sensors.finger.torque_uncertainty_nm + 4.0 * description.sensors.finger.torque_noise_nm;
+    let off =
+        description.sensors.finger.torque_uncertainty_nm + 4.0 * description.sensors.finger.torque_noise_nm;
     // A point has some size: a fingertip of 10 mm.
     let lever = 2.0 * patch_m(fingers).max(0.005) * (1.0 + FRICTION * FRICTION).sqrt();
     for finger in 0..2 {
@@ -251,7 +265,8 @@ pub fn finger_torques(description: &Description, trial: &Trial) -> Option<Breach
         let torque = |s: &Sample| Some(norm(s.finger[finger]?.torque_nm));
         let force = |s: &Sample| Some(norm(s.finger[finger]?.force_n));
         if quantile(values(trial, excess), 0.5).is_some_and(|excess| excess > 0.0) {
-            let middle = |of: &dyn Fn(&Sample) -> Option<f64>| quantile(values(trial, of), 0.5).unwrap_or(0.0);
+            let middle =
+                |of: &dyn Fn(&Sample) -> Option<f64>| quantile(values(trial, of), 0.5).unwrap_or(0.0);
             let text = format!(
                 "{} N m at {} N: no pad of this size can bear that at any friction. Torques in N mm? write N m; or \
                  about another point than the patch's centre",
@@ -271,7 +286,8 @@ pub fn pusher_torques(description: &Description, trial: &Trial) -> Option<Breach
     let off = sensor.torque_uncertainty_nm + 4.0 * sensor.torque_noise_nm;
     let size_m = 2.0 * half_diagonal_m(object(description, trial)?);
     let start = trial.samples.iter().find_map(|s| s.object)?;
-    let moved = trial.samples.iter().filter_map(|s| s.object).map(|pose| path(&start, &pose)).fold(0.0, f64::max);
+    let moved =
+        trial.samples.iter().filter_map(|s| s.object).map(|pose| path(&start, &pose)).fold(0.0, f64::max);
     let lever = size_m + moved;
     let excess = |s: &Sample| {
         let wrench = s.pusher_wrench?;
