@@ -298,6 +298,12 @@ fn candidate(problem: &Problem, c: &Candidate) -> CandidateReport {
 fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
     let campaign = problem.campaign;
     let mut out = Vec::new();
+    if !campaign.assumed.is_empty() {
+        out.push(format!(
+            "sensor uncertainty not stated in dataset.toml; taken: {}. What lies within that is not named",
+            campaign.assumed.join("; ")
+        ));
+    }
     if campaign.conditions < FEWEST_CONDITIONS {
         out.push(format!(
             "only {} different condition(s): an effect cannot be separated from a wrong friction coefficient; at least {} conditions are needed",

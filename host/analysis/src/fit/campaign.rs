@@ -9,6 +9,7 @@ use stickslip_shared::effects::formula::{Program, Variable};
 use stickslip_shared::model::{Friction, Model};
 
 use crate::channels::{self, Quantity};
+use crate::evidence::sensors::sensors_or_estimated;
 use crate::fit::features::{Bins, Features};
 use crate::fit::phases;
 use crate::run::simulate::{Prepared, SceneError, Simulated, prepare};
@@ -53,7 +54,7 @@ pub struct Group {
 /// A data set ready for fitting.
 #[derive(Debug)]
 pub struct Campaign {
-    /// `dataset.toml`.
+    /// `dataset.toml`, its sensors completed where nothing is stated.
     pub description: Description,
     /// Friction of the model as given: where a fit stays that the data do not move.
     pub given: Friction<f64>,
@@ -63,6 +64,8 @@ pub struct Campaign {
     pub groups: Vec<Group>,
     /// Number of different conditions.
     pub conditions: usize,
+    /// What was taken for sensors about which nothing is stated, in words; empty where all is.
+    pub assumed: Vec<String>,
     /// Trials that could not be prepared, and why.
     pub refused: Vec<SceneError>,
 }
@@ -157,8 +160,10 @@ impl Campaign {
         for (run, c) in runs.iter_mut().zip(of) {
             run.condition = c;
         }
+        let used = sensors_or_estimated(&dataset.description, dataset.trials.iter());
         Self {
-            description: dataset.description.clone(),
+            description: Description { sensors: used.sensors, ..dataset.description.clone() },
+            assumed: used.taken,
             given: start.friction,
             runs,
             groups,

@@ -62,10 +62,7 @@ pub struct Args {
 /// # Errors
 /// Where data or a model cannot be read, no trial can be compared, or the page not written.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let index = Index::open(&args.data)?;
-    for error in &index.errors {
-        output.note(error);
-    }
+    let index = crate::data::open(&args.data, output)?;
     let models = args.models.iter().map(|path| NamedModel::read(path)).collect::<Result<Vec<_>, _>>()?;
     let options = Options {
         trial: args.trial.clone(),
@@ -74,10 +71,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         forces: if args.no_force_bands { Forces::AsReturned } else { Forces::OutsideBand },
     };
     let load = |i: usize| {
-        let reading = index.read_trial_lenient(&index.trials[i]);
-        reading.trial.ok_or_else(|| {
-            reading.error.map_or_else(|| "it cannot be read".to_owned(), |error| error.to_string())
-        })
+        crate::data::trial(&index, &index.trials[i], output).ok_or_else(|| "it cannot be read".to_owned())
     };
     let bar = Mutex::new(None::<indicatif::ProgressBar>);
     let held = || bar.lock().unwrap_or_else(std::sync::PoisonError::into_inner);

@@ -10,7 +10,7 @@ use stickslip_analysis::diagnose::report::{Report, Verdict};
 use stickslip_analysis::diagnose::{diagnose, steps};
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::{EffectEntry, ModelFile};
-use stickslip_data::{Dataset, Index};
+use stickslip_data::Dataset;
 use stickslip_report::terminal::{Output, command_line, table};
 use stickslip_report::words::short;
 
@@ -139,25 +139,12 @@ fn next(args: &Args, report: &Report, written: Option<&Path>) -> Vec<String> {
     }
 }
 
-/// All trials of a data set that can be read; the others are noted.
+/// All trials of a data set that can be read, see [`crate::data::read`].
 ///
 /// # Errors
 /// Where the data set cannot be opened.
 pub fn read_data(folder: &std::path::Path, output: &Output) -> anyhow::Result<Dataset> {
-    let index = Index::open(folder)?;
-    for error in &index.errors {
-        output.note(error);
-    }
-    let mut trials = Vec::with_capacity(index.trials.len());
-    for info in &index.trials {
-        let reading = index.read_trial_lenient(info);
-        match (reading.trial, reading.error) {
-            (Some(trial), _) => trials.push(trial),
-            (None, Some(error)) => output.note(error),
-            (None, None) => output.note(format!("trial {}: cannot be read", info.trial)),
-        }
-    }
-    Ok(Dataset { folder: folder.to_path_buf(), description: index.description.clone(), trials })
+    crate::data::read(folder, output)
 }
 
 fn print(report: &Report, output: &Output) {
