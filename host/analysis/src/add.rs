@@ -52,7 +52,7 @@ pub fn with_effects(campaign: &Campaign, file: &mut ModelFile, new: usize) -> Re
         let (name, value) = (f.name(&model), f.get(&fitted.model));
         fitted
             .notes
-            .push(format!("{name} is undetermined by the calibration: stays at {value:.3}, not fitted"));
+            .push(format!("{name} is not determined by the calibration: it is not fitted and stays at {value:.3}"));
     }
     file.set_values(&fitted.model);
     file.friction_intervals.clear();

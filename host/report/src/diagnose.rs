@@ -9,8 +9,8 @@ pub fn html(report: &Report, name: &str) -> String {
     let mut body = format!("<h1>{}</h1><p><b>{}</b></p>", escape(name), escape(&report.summary));
     let e = &report.error;
     body += &format!(
-        "<p>{} trials of {} conditions. Held-out error in noise floors of one run: {:.2} before, {:.2} after; noise floor {:.2}.</p>",
-        report.trials, report.conditions, e.before, e.after, e.noise_floor
+        "<p>{} trials of {} conditions. Held-out error in run spreads: {:.2} before, {:.2} after; a perfect model: {:.2}.</p>",
+        report.trials, report.conditions, e.before, e.after, e.perfect_model
     );
     body += "<h2>Effects tried</h2><table><tr><th>effect<th>explains<th><th>held-out error<th>p<th>parameters (95 %)</tr>";
     for c in &report.candidates {
@@ -32,7 +32,7 @@ pub fn html(report: &Report, name: &str) -> String {
             parameters.join("<br>")
         );
     }
-    body += "</table><h2>Systematic misfit, in noise floors</h2><table><tr><th>channel<th>phase<th>before<th>after</tr>";
+    body += "</table><h2>Systematic misfit, in run spreads</h2><table><tr><th>channel<th>phase<th>before<th>after</tr>";
     for p in &report.places {
         body += &format!(
             "<tr><td>{}<td>{}<td style=\"background:{}\">{:.1}<td style=\"background:{}\">{:.1}</tr>",

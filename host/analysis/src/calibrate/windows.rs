@@ -59,8 +59,8 @@ pub fn resolution(k: usize) -> f64 {
 pub struct Windowed {
     /// Its name.
     pub trial: String,
-    /// What its repetitions share.
-    pub condition: String,
+    /// Number that its repetitions share.
+    pub condition: usize,
     /// Ready to simulate.
     pub prepared: Prepared,
     /// Means of the measured channels over each window, NaN where nothing was measured.
@@ -72,7 +72,12 @@ pub struct Windowed {
 
 impl Windowed {
     /// Prepares and windows a trial; no windows where nothing moves.
-    pub fn new(description: &Description, trial: &Trial, ordinal: usize) -> Result<Self, SceneError> {
+    pub fn new(
+        description: &Description,
+        trial: &Trial,
+        ordinal: usize,
+        condition: usize,
+    ) -> Result<Self, SceneError> {
         let prepared = prepare(description, trial, ordinal)?;
         let moving: Vec<usize> =
             prepared.drive_speed().iter().enumerate().filter(|(_, s)| **s > 1e-5).map(|(i, _)| i).collect();
@@ -91,7 +96,6 @@ impl Windowed {
         // The last samples at rest may see the onset through the smoothing of the motion.
         let rest = 0..first.saturating_sub(REST / 2);
         let drifted = prepared.drifted();
-        let condition = crate::evidence::conditions::key(&trial.info);
         Ok(Self { trial: trial.info.trial.clone(), condition, prepared, drifted, measured, windows, rest })
     }
 

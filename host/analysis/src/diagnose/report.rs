@@ -7,7 +7,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use crate::diagnose::misfit::Misfit;
-use crate::diagnose::select::{Candidate, explained};
+use crate::diagnose::select::{Candidate, Held, explained};
 use crate::diagnose::structure::{self, Structure};
 use crate::diagnose::swing::Swing;
 use crate::diagnose::{FEWEST_CONDITIONS, Findings, RELEVANT};
@@ -20,7 +20,7 @@ use crate::fit::{self, Free, Options};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// The model agrees with the data within the noise floor.
+    /// The model agrees with the data within the run spread.
     NothingMissing,
     /// The named effects are missing.
     Effect,
@@ -48,28 +48,29 @@ pub struct Value {
 pub struct CandidateReport {
     /// Identifier.
     pub id: &'static str,
-    /// Root mean square error on held-out conditions, in noise floors.
+    /// Root mean square error on held-out conditions, in run spreads.
     pub held_out_error: f64,
     /// Probability of its gain by chance.
     pub p_value: f64,
-    /// Share of the excess misfit that it explains.
+    /// Share of the base model's excess misfit that the model with it (and with the effects chosen
+    /// before it) explains.
     pub explained: f64,
-    /// Where it still misses most: channel, phase, and by how many noise floors.
+    /// Where it still misses most: channel, phase, and by how many run spreads.
     pub worst: Option<(String, &'static str, f64)>,
     /// Its parameters.
     pub parameters: BTreeMap<&'static str, Value>,
 }
 
-/// Error before and after, in noise floors of one run.
+/// Error before and after, in run spreads (see [`crate::diagnose::misfit`]).
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ErrorReport {
     /// Of the model as given, with its friction refitted, on held-out conditions.
     pub before: f64,
     /// With the chosen effects.
     pub after: f64,
-    /// Of repetitions about their mean.
-    pub noise_floor: f64,
-    /// Worst systematic misfit of a channel in a phase before, in noise floors.
+    /// What a perfect model would show: repetitions about their mean, and the tolerance.
+    pub perfect_model: f64,
+    /// Worst systematic misfit of a channel in a phase before, in run spreads.
     pub worst_before: f64,
     /// The same after.
     pub worst_after: f64,
@@ -82,7 +83,7 @@ pub struct Place {
     pub channel: String,
     /// Phase.
     pub phase: &'static str,
-    /// Root mean square systematic misfit before, in noise floors.
+    /// Root mean square systematic misfit before, in run spreads.
     pub before: f64,
     /// After.
     pub after: f64,
@@ -132,18 +133,18 @@ pub fn report(problem: &Problem, findings: Findings, took: Duration) -> Report {
     let named = matches!(verdict, Verdict::Effect | Verdict::Ambiguous);
     let last = last.as_ref().filter(|_| named).unwrap_or(base);
     let effects: Vec<&'static str> = if named { by_strength(base, chosen) } else { Vec::new() };
-    let mut candidates: Vec<CandidateReport> = first.iter().map(|c| candidate(problem, c)).collect();
+    let mut candidates: Vec<CandidateReport> = first.iter().map(|c| candidate(problem, base, c)).collect();
     for c in chosen.iter().filter(|_| named) {
         if !first.iter().any(|f| f.info.id == c.info.id && f.held.free == c.held.free) {
             candidates.retain(|r| r.id != c.info.id);
-            candidates.push(candidate(problem, c));
+            candidates.push(candidate(problem, base, c));
         }
     }
-    let floor = base.misfit.noise_floor;
+    let perfect_model = base.misfit.perfect_model;
     let error = ErrorReport {
         before: base.misfit.error,
         after: last.misfit.error,
-        noise_floor: floor,
+        perfect_model,
         worst_before: base.misfit.worst(),
         worst_after: last.misfit.worst(),
     };
@@ -181,8 +182,7 @@ pub fn report(problem: &Problem, findings: Findings, took: Duration) -> Report {
         limits.push(format!("the model already has {}: its parameters were fitted anew", e.id));
     }
     limits.extend(summary_fit.notes);
-    let share = explained(&base.misfit, &last.misfit);
-    let mut summary = sentence(*verdict, &effects, equal, share, first, &base.misfit, problem);
+    let mut summary = sentence(*verdict, &effects, equal, &candidates, &base.misfit, problem);
     if let Some(swing) = swing {
         summary += &format!(" {}.", swing.text());
     }
@@ -232,7 +232,7 @@ impl Report {
 }
 
 /// Chosen effects by the share of the misfit that each took away.
-fn by_strength(base: &crate::diagnose::select::Held, chosen: &[Candidate]) -> Vec<&'static str> {
+fn by_strength(base: &Held, chosen: &[Candidate]) -> Vec<&'static str> {
     let mut before = base.misfit.excess;
     let mut shares: Vec<(f64, &'static str)> = Vec::new();
     for c in chosen {
@@ -243,7 +243,7 @@ fn by_strength(base: &crate::diagnose::select::Held, chosen: &[Candidate]) -> Ve
     shares.into_iter().map(|s| s.1).collect()
 }
 
-fn candidate(problem: &Problem, c: &Candidate) -> CandidateReport {
+fn candidate(problem: &Problem, base: &Held, c: &Candidate) -> CandidateReport {
     let skip = c.held.free.len() - c.info.parameters.len();
     let fit = fit::summary(problem, c.held.solution.clone(), 0.0, &c.held.free, &Options::default());
     let parameters = c
@@ -265,7 +265,7 @@ fn candidate(problem: &Problem, c: &Candidate) -> CandidateReport {
         id: c.info.id,
         held_out_error: c.held.misfit.error,
         p_value: c.p_value,
-        explained: c.explained,
+        explained: explained(&base.misfit, &c.held.misfit),
         worst: c.held.misfit.places.first().map(|p| (channel_name(p.channel), p.phase.name(), p.size)),
         parameters,
     }
@@ -289,7 +289,7 @@ fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
         );
     } else if problem.noise.freedom < 6 {
         out.push(format!(
-            "only {} degrees of freedom from repetitions: the noise floor is uncertain",
+            "only {} degrees of freedom from repetitions: the run spread is uncertain",
             problem.noise.freedom
         ));
     }
@@ -325,12 +325,12 @@ fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
     out
 }
 
+/// The verdict in words. Its shares are those of the table of `candidates`.
 fn sentence(
     verdict: Verdict,
     effects: &[&'static str],
     equal: &[Vec<&'static str>],
-    share: f64,
-    first: &[Candidate],
+    candidates: &[CandidateReport],
     misfit: &Misfit,
     problem: &Problem,
 ) -> String {
@@ -340,15 +340,18 @@ fn sentence(
             "Nothing can be concluded from {conditions} condition(s): vary grip, speed or slope."
         );
     }
-    let next = first
-        .iter()
-        .find(|c| !effects.contains(&c.info.id) && !equal.iter().flatten().any(|e| e == &c.info.id))
-        .map_or(String::new(), |c| {
-            format!("; next best {} ({:.0} %)", c.info.id, 100.0 * c.explained.max(0.0))
-        });
+    let most = |of: &mut dyn Iterator<Item = &'_ CandidateReport>| {
+        of.map(|c| (c.id, c.explained)).max_by(|a, b| a.1.total_cmp(&b.1))
+    };
+    let percent = |share: f64| format!("{:.0} %", 100.0 * share.clamp(0.0, 1.0));
+    let named = |c: &&CandidateReport| effects.contains(&c.id);
+    let share = most(&mut candidates.iter().filter(named)).map_or(0.0, |c| c.1);
+    let others = |c: &&CandidateReport| !named(c) && !equal.iter().flatten().any(|e| *e == c.id);
+    let next = most(&mut candidates.iter().filter(others))
+        .map_or(String::new(), |(id, share)| format!("; next best {id} ({})", percent(share)));
     let lone = misfit.places.first().filter(|p| p.size > RELEVANT && p.at_least <= 1.0).map(|p| {
         format!(
-            "No effect is named: {} in {} is off by {:.1} noise floors, but mostly in one condition (that of trial {}), which is not enough for a conclusion.",
+            "No effect is named: {} in {} is off by {:.1} run spreads, but mostly in one condition (that of trial {}), which is not enough for a conclusion.",
             channel_name(p.channel),
             p.phase.name(),
             p.size,
@@ -359,26 +362,26 @@ fn sentence(
         // What one condition alone shows may be the model's way of contact there.
         Verdict::NothingMissing if lone.is_some() => lone.unwrap_or_default(),
         Verdict::NothingMissing => format!(
-            "Nothing is missing: no channel has a systematic misfit of more than {:.1} noise floors.",
+            "Nothing is missing: no channel has a systematic misfit of more than {:.1} run spreads.",
             misfit.worst().max(0.1)
         ),
         Verdict::Effect => format!(
-            "The model lacks {}; {} {:.0} % of the excess error{next}.",
+            "The model lacks {}; {} {} of the excess error{next}.",
             effects.join(" and "),
             if effects.len() == 1 { "it explains" } else { "together they explain" },
-            100.0 * share
+            percent(share)
         ),
         Verdict::Ambiguous => format!(
-            "The model lacks {}, or equally well {}: these data do not separate them ({:.0} % of the excess error explained){next}.",
+            "The model lacks {}, or equally well {}: these data do not separate them ({} of the excess error explained){next}.",
             effects.join(" and "),
             equal.iter().map(|e| e.join(" + ")).collect::<Vec<_>>().join(" or "),
-            100.0 * share
+            percent(share)
         ),
-        Verdict::Unexplained => match first.first() {
-            Some(c) => format!(
-                "An effect is missing, and none of the known ones explains it: the best, {}, explains {:.0} % of the excess error.",
-                c.info.id,
-                100.0 * first.iter().map(|c| c.explained).fold(0.0, f64::max)
+        Verdict::Unexplained => match most(&mut candidates.iter()) {
+            Some((id, share)) => format!(
+                "An effect is missing, and none of the known ones explains it: the best, {id}, explains {} of the \
+                 excess error.",
+                percent(share)
             ),
             None => "An effect is missing, and none of the known ones explains it.".into(),
         },

@@ -8,3 +8,4 @@ pub mod noise;
 pub mod phases;
 pub mod stages;
 pub mod statistics;
+pub mod tolerance;

@@ -396,7 +396,7 @@ pub fn first_fit(campaign: &Campaign, model: &Model<f64>, free: &[Free], iterati
 /// without it fits best need not be near what one with it does.
 pub fn basins(campaign: &Campaign, model: &Model<f64>, free: &[Free], iterations: usize) -> Vec<Model<f64>> {
     let from = |start: &Model<f64>| solve(&Problem::new(campaign, start), start, free, iterations).model;
-    let rough = rough_start(campaign, model);
+    let rough = rough_start(campaign, model, free);
     let mut tries = vec![model.clone(), from(model)];
     if rough != *model {
         tries.extend([from(&rough), rough]);
@@ -444,17 +444,18 @@ fn tried(free: &Free) -> &'static [f64] {
     }
 }
 
-/// `model` with the friction that fits best on a coarse grid around it, by a robust cost: far
-/// from the truth an object may be dropped, and least squares would look nowhere else.
-pub fn rough_start(campaign: &Campaign, model: &Model<f64>) -> Model<f64> {
+/// `model` with those of the `free` friction coefficients that fit best on a coarse grid, by a
+/// robust cost: far from the truth an object may be dropped, and least squares would look nowhere
+/// else. A coefficient that is not free stays exactly where it is: moved here it would never come
+/// back, and take up what else the model lacks.
+pub fn rough_start(campaign: &Campaign, model: &Model<f64>, free: &[Free]) -> Model<f64> {
     let cost = |model: &Model<f64>| robust_cost(campaign, model);
-    let present = base_parameters(campaign);
     let mut best = (cost(model), model.clone());
     for _ in 0..2 {
-        for free in &present {
-            for value in tried(free) {
+        for coefficient in free.iter().filter(|f| f.coefficient().is_some()) {
+            for value in tried(coefficient) {
                 let mut changed = best.1.clone();
-                free.set(&mut changed, *value);
+                coefficient.set(&mut changed, *value);
                 let c = cost(&changed);
                 if c < best.0 {
                     best = (c, changed);

@@ -74,12 +74,12 @@ pub fn read_data(folder: &std::path::Path, output: &Output) -> anyhow::Result<Da
 fn print(report: &Report, output: &Output) {
     output.text(&report.summary);
     output.text(format!(
-        "\n{} trials of {} conditions; error {:.2} noise floors before, {:.2} after (floor {:.2}); {:.1} s",
+        "\n{} trials of {} conditions; error {:.2} run spreads before, {:.2} after (a perfect model: {:.2}); {:.1} s",
         report.trials,
         report.conditions,
         report.error.before,
         report.error.after,
-        report.error.noise_floor,
+        report.error.perfect_model,
         report.seconds
     ));
     if !report.candidates.is_empty() && report.verdict != Verdict::NothingMissing {
@@ -99,7 +99,7 @@ fn print(report: &Report, output: &Output) {
                 Cell::new(parameters.join("\n")),
             ]);
         }
-        output.text("\nEffects tried (error in noise floors):");
+        output.text("\nEffects tried (error in run spreads):");
         output.table(&t);
     }
     if !report.places.is_empty() {
@@ -108,14 +108,14 @@ fn print(report: &Report, output: &Output) {
             let right = |x: f64| Cell::new(format!("{x:.1}")).set_alignment(CellAlignment::Right);
             t.add_row(vec![Cell::new(&p.channel), Cell::new(p.phase), right(p.before), right(p.after)]);
         }
-        output.text("\nSystematic misfit (noise floors of one run):");
+        output.text("\nSystematic misfit (run spreads):");
         output.table(&t);
     }
     for u in &report.unexplained {
         let on: Vec<String> = u.depends_on.iter().map(|(q, s)| format!("{q} ({:.0} %)", 100.0 * s)).collect();
         let on = if on.is_empty() { "no named quantity".into() } else { on.join(", ") };
         output
-            .text(format!("left: {} in {}, {:.1} noise floors, depends on {on}", u.channel, u.phase, u.size));
+            .text(format!("left: {} in {}, {:.1} run spreads, depends on {on}", u.channel, u.phase, u.size));
     }
     for limit in &report.limits {
         output.text(format!("limit: {limit}"));

@@ -28,7 +28,7 @@ pub fn run(seed: u64, number: usize, most_conditions: usize, wanted: &Wanted) ->
             let mut alone = key.clone();
             alone.effects = vec![*effect];
             let misfit = base_misfit(&data(&alone, &list, of_data).map_err(|e| anyhow!(e))?, &model)?;
-            each_alone.push([misfit.error, misfit.noise_floor]);
+            each_alone.push([misfit.error, misfit.perfect_model]);
         }
     }
     Ok(open(key, &report, each_alone))
