@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use stickslip_shared::wire::mailbox::MEMORY_BYTES;
 
-use super::DeviceError;
+use crate::error::DeviceError;
 use super::mailbox::{Offer, Reading, Writing};
 
 /// The emulated clock advances 8 ns an instruction, about what a 168 MHz Cortex-M4F needs,

@@ -398,6 +398,7 @@ pub fn describe(report: &ModelReport) -> String {
 pub fn fate_words(fate: Fate) -> &'static str {
     match fate {
         Fate::Gone => "gone",
+        Fate::Unclear => "same size, significant in one only",
         Fate::Smaller => "smaller, still fails",
         Fate::Remains => "still fails",
         Fate::Larger => "larger, still fails",

@@ -22,7 +22,7 @@ use rand_distr::{Distribution, Exp1};
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-use super::friction::{Estimate, Problem, RANGE, STEP};
+use super::problem::{Estimate, Problem, RANGE, STEP};
 use super::windows::{SEEN, Seen};
 
 /// Draws.

@@ -9,6 +9,7 @@
 mod determined;
 mod friction;
 mod intervals;
+mod problem;
 mod windows;
 
 use rayon::prelude::*;
@@ -22,7 +23,7 @@ use crate::run::simulate::SceneError;
 use stickslip_data::{Description, Trial, TrialInfo};
 
 pub use determined::{Remark, Slid, name};
-pub use friction::{Coefficient, Estimate};
+pub use problem::{Coefficient, Estimate};
 pub use windows::Windowed;
 
 /// Most calibration trials: more of them only cost time.
@@ -166,8 +167,10 @@ pub fn calibrate(
     for (i, w) in good.iter().enumerate() {
         if chosen.contains(&i) { calibration.push(w) } else { held_out.push(w) }
     }
-    let (offsets, tared) = windows::tare(&calibration, base);
-    remarks.extend(tared);
+    let (offsets, rested) = windows::tare(&calibration, base);
+    if !rested {
+        remarks.push(Remark::NoRest);
+    }
     let mut fit = friction::fit(&calibration, &offsets, base);
     remarks.extend(fit.missed.iter().map(|i| Remark::Missed(calibration[*i].trial.clone())));
     determined::keep_base(&mut fit, base);

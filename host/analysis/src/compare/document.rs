@@ -236,8 +236,10 @@ pub struct TrialRow {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fate {
-    /// Failed, and does no more.
+    /// Failed, and does no more: a tenth smaller or more, and not significant.
     Gone,
+    /// Significant in one of the two only, though its size is the same within a tenth.
+    Unclear,
     /// Fails still, by less.
     Smaller,
     /// Fails still, neither by a tenth less nor by a tenth more.
@@ -268,6 +270,9 @@ pub struct Change {
     pub residual_after: Size,
     /// What became of it.
     pub fate: Fate,
+    /// Whether it fails before.
+    #[serde(skip)]
+    pub failed: bool,
 }
 
 /// Changes from the first model to the last, counted.

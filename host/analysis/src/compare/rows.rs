@@ -290,12 +290,14 @@ pub fn changes(first: &[ErrorRow], last: &[ErrorRow], part: Part) -> Vec<Change>
         .filter_map(|before| {
             let after = after.get(&before.place)?;
             let (from, to) = (part.of(before), part.of(after));
+            let (smaller, larger) = (to.rms < (1.0 - SAME) * from.rms, to.rms > (1.0 + SAME) * from.rms);
             let fate = match (before.fails, after.fails) {
-                (true, false) => Fate::Gone,
-                (true, true) if to.rms < (1.0 - SAME) * from.rms => Fate::Smaller,
-                (true, true) if to.rms > (1.0 + SAME) * from.rms => Fate::Larger,
+                (true, false) if smaller => Fate::Gone,
+                (false, true) if larger => Fate::New,
+                (true, false) | (false, true) => Fate::Unclear,
+                (true, true) if smaller => Fate::Smaller,
+                (true, true) if larger => Fate::Larger,
                 (true, true) => Fate::Remains,
-                (false, true) => Fate::New,
                 (false, false) => Fate::Fits,
             };
             Some(Change {
@@ -306,6 +308,7 @@ pub fn changes(first: &[ErrorRow], last: &[ErrorRow], part: Part) -> Vec<Change>
                 residual_before: before.residual,
                 residual_after: after.residual,
                 fate,
+                failed: before.fails,
             })
         })
         .collect();
@@ -314,7 +317,7 @@ pub fn changes(first: &[ErrorRow], last: &[ErrorRow], part: Part) -> Vec<Change>
         let order = |c: &Change| match c.fate {
             Fate::New => 0,
             Fate::Gone => 1,
-            Fate::Remains | Fate::Smaller | Fate::Larger => 2,
+            Fate::Remains | Fate::Smaller | Fate::Larger | Fate::Unclear => 2,
             Fate::Fits => 3,
         };
         order(a).cmp(&order(b)).then(size(b).total_cmp(&size(a)))
@@ -332,16 +335,14 @@ pub fn tally(changes: &[Change], part: Part) -> Tally {
         let known: Vec<f64> = some.iter().filter_map(|c| side(c, part)).collect();
         (known.iter().map(|m| m * m).sum::<f64>() / known.len().max(1) as f64).sqrt()
     };
-    let [removed, smaller, larger, remains] =
-        [Fate::Gone, Fate::Smaller, Fate::Larger, Fate::Remains].map(count);
     Tally {
         within_tolerance: part == Part::Error,
         before: overall(|c, part| c.sizes(part).0.multiples),
         after: overall(|c, part| c.sizes(part).1.multiples),
-        failures: removed + smaller + larger + remains,
-        removed,
-        smaller,
-        larger,
+        failures: changes.iter().filter(|c| c.failed).count(),
+        removed: count(Fate::Gone),
+        smaller: count(Fate::Smaller),
+        larger: count(Fate::Larger),
         new: count(Fate::New),
     }
 }

@@ -9,7 +9,7 @@ use stickslip_shared::model::{Model, Scene};
 
 use crate::channels::COUNT;
 use crate::evidence::tolerance::{RIGID, push_channel};
-use crate::fit::Free;
+use crate::fit::free::Free;
 use crate::fit::campaign::Campaign;
 use crate::fit::features::{self, FEATURES, Features};
 use crate::fit::gls::{self, Gram, OFFSETS, Prior, Whitener};

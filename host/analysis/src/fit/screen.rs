@@ -12,7 +12,8 @@ use stickslip_shared::model::Model;
 use crate::fit::features::Features;
 use crate::fit::gls;
 use crate::fit::problem::Problem;
-use crate::fit::{Free, Solution};
+use crate::fit::engine::Solution;
+use crate::fit::free::Free;
 
 /// An effect to try, with where its fit may start.
 #[derive(Clone, Debug)]

@@ -252,6 +252,7 @@ fn a_model_that_leaves_more_open_gains_nothing_by_it() {
     let tally = &c.tallies[0];
     assert!(tally.within_tolerance && tally.failures > 0);
     assert_eq!(tally.removed, 0, "judged by one tolerance: {}", c.summary);
+    assert!(tally.after > 0.95 * tally.before, "judged by one tolerance: {}", c.summary);
     // Without any tolerance the counts are there too.
     assert!(!c.tallies[1].within_tolerance && c.summary.contains("Without any tolerance"), "{}", c.summary);
     let raw = Options { forces: Forces::AsReturned, ..Options::default() };
