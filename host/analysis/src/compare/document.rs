@@ -127,6 +127,8 @@ pub struct ErrorRow {
     pub unit: &'static str,
     /// Trials in which it is known.
     pub trials: usize,
+    /// Mean length of the phase, s.
+    pub duration_s: f64,
     /// Modelled minus measured as it is, sensor offsets taken out.
     pub residual: Size,
     /// What of it is beyond the tolerance.

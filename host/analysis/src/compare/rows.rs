@@ -17,7 +17,7 @@ use stickslip_data::{Sensors, TrialInfo};
 pub type Key = (String, usize, Phase);
 
 /// Shorter phases say nothing about a sustained error, s.
-const SUSTAINED_S: f64 = 0.1;
+pub const SUSTAINED_S: f64 = 0.1;
 /// A tenth more or less is seen in a plot; within that it is the same failure.
 const SAME: f64 = 0.1;
 
@@ -181,6 +181,7 @@ impl<'a> Trials<'a> {
             place: Place { primitive, channel: NAMES[channel], phase },
             unit: quantity(channel).unit(),
             trials: known.len(),
+            duration_s: Self::duration_s(errors, phase, known),
             sustained: self.sustained(errors, (channel, phase), known, &error),
             residual,
             error,
@@ -204,6 +205,15 @@ impl<'a> Trials<'a> {
         }
     }
 
+    /// Mean length of the phase.
+    fn duration_s(errors: &[TrialErrors], phase: Phase, known: &[usize]) -> f64 {
+        let length = |k: &usize| {
+            let (from, to) = errors[*k].phase_s[phase as usize];
+            to - from
+        };
+        known.iter().map(length).sum::<f64>() / known.len() as f64
+    }
+
     /// Whether the mean error stays beyond what the sensor may be off by; see
     /// [`ErrorRow::sustained`]. Poses have no stated uncertainty: three standard deviations of
     /// their noise.
@@ -214,16 +224,11 @@ impl<'a> Trials<'a> {
         known: &[usize],
         error: &Size,
     ) -> Option<bool> {
-        let length = |k: &usize| {
-            let (from, to) = errors[*k].phase_s[phase as usize];
-            to - from
-        };
-        let mean_s = known.iter().map(length).sum::<f64>() / known.len() as f64;
         let bound = match quantity(channel) {
             Quantity::Position | Quantity::Rotation => 3.0 * self.noise[channel],
             Quantity::Force | Quantity::Torque => stated_bound(self.sensors, channel),
         };
-        (mean_s >= SUSTAINED_S && bound > 0.0).then_some(error.mean.abs() > bound)
+        (Self::duration_s(errors, phase, known) >= SUSTAINED_S && bound > 0.0).then_some(error.mean.abs() > bound)
     }
 
     /// One row for each reported trial.

@@ -12,6 +12,10 @@ use crate::run::simulate::{Prepared, Simulated};
 
 /// Fewer samples than this before contact give no tare.
 const FEWEST_TARE_SAMPLES: u32 = 5;
+/// The last samples before contact count for no phase, s: in the model the touch comes earlier or
+/// later by the time in which the drive crosses the noise of the poses (0.03 mm at some mm/s),
+/// and one sample of it is newtons.
+const SEAM_S: f64 = 0.04;
 
 /// How far below and above the model's value each channel may be without being an error, SI;
 /// NaN: any deviation counts.
@@ -125,7 +129,10 @@ impl TrialErrors {
         let nearest = nearest(tolerance, t.len());
         for channel in 0..COUNT {
             for phase in PHASES {
-                let range = phases.range(phase);
+                let mut range = phases.range(phase);
+                if phase == Phase::BeforeContact {
+                    range.end = before_seam(t, range.end);
+                }
                 let cell = channel * PHASES.len() + phase as usize;
                 errors.clear();
                 errors.extend(
@@ -206,6 +213,12 @@ impl TrialErrors {
             self.courses[range].iter_mut().for_each(|c| c.shift(*offset));
         }
     }
+}
+
+/// End of the samples before contact that are clear of it; at least half of them stay.
+fn before_seam(t_s: &[f64], contact: usize) -> usize {
+    let Some(at) = t_s.get(contact) else { return contact };
+    t_s[..contact].partition_point(|t| *t < at - SEAM_S).max(contact.div_ceil(2))
 }
 
 /// Place of the nearest slack for each of `count` samples.

@@ -365,6 +365,7 @@ fn the_json_document_keeps_its_keys() {
     let expected = [
         "bias_with_offset",
         "channel",
+        "duration_s",
         "error",
         "fails",
         "lack_of_fit",
