@@ -9,3 +9,4 @@ pub mod phases;
 pub mod sensors;
 pub mod stages;
 pub mod statistics;
+pub mod tolerance;

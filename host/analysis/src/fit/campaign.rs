@@ -9,6 +9,7 @@ use stickslip_shared::effects::formula::{Program, Variable};
 use stickslip_shared::model::{Friction, Model};
 
 use crate::channels::{self, Quantity};
+use crate::evidence::conditions::condition_of;
 use crate::evidence::sensors::sensors_or_estimated;
 use crate::fit::features::{Bins, Features};
 use crate::fit::phases;
@@ -70,49 +71,6 @@ pub struct Campaign {
     pub refused: Vec<SceneError>,
 }
 
-/// What makes two trials repetitions of each other.
-fn key(info: &TrialInfo, with_extra: &[String]) -> String {
-    let number = |x: Option<f64>| x.map_or("-".into(), |x| format!("{x:.6e}"));
-    let mut key = format!("{}|{}", info.object, info.primitive);
-    for x in [info.grip_n, info.speed_m_s, info.speed_rad_s, info.slope_rad, info.pusher_offset_m] {
-        key += &format!("|{}", number(x));
-    }
-    for name in with_extra {
-        key += &format!("|{}", info.extra.get(name).map_or("", String::as_str));
-    }
-    key
-}
-
-/// Condition of each trial. Columns that the format does not name count as conditions
-/// unless they leave no repetitions that there would be without them (times, remarks).
-pub fn conditions(infos: &[&TrialInfo]) -> Vec<usize> {
-    let classes = |extra: &[String]| {
-        let mut index = BTreeMap::new();
-        let of: Vec<usize> = infos
-            .iter()
-            .map(|i| {
-                let next = index.len();
-                *index.entry(key(i, extra)).or_insert(next)
-            })
-            .collect();
-        (of, index.len())
-    };
-    let (plain, count) = classes(&[]);
-    let mut kept = Vec::new();
-    let names: std::collections::BTreeSet<&String> = infos.iter().flat_map(|i| i.extra.keys()).collect();
-    for name in names {
-        let mut trial = kept.clone();
-        trial.push(name.clone());
-        let (_, with) = classes(&trial);
-        let repeats = infos.len() > count;
-        if !repeats || 3 * (infos.len() - with) >= 2 * (infos.len() - count) {
-            kept = trial;
-        }
-    }
-    let (of, _) = classes(&kept);
-    if kept.is_empty() { plain } else { of }
-}
-
 impl Campaign {
     /// Prepares all trials that can be simulated. `start` is the model whose contact with the
     /// pusher tells where the onset is; only its friction and base enter.
@@ -141,7 +99,7 @@ impl Campaign {
             }
         }
         let infos: Vec<&TrialInfo> = runs.iter().map(|r| &r.info).collect();
-        let of = conditions(&infos);
+        let of = condition_of(&infos);
         let count = of.iter().max().map_or(0, |m| m + 1);
         let mut groups: Vec<Group> = Vec::new();
         for c in 0..count {

@@ -156,12 +156,12 @@ fn print(report: &Report, output: &Output) {
         output.text(format_args!("{}: {}. In data: {}.", c.id, c.info.summary, c.info.signature));
     }
     output.text(format_args!(
-        "\n{} trials of {} conditions; error {:.2} noise floors before, {:.2} after (floor {:.2}); {:.1} s",
+        "\n{} trials of {} conditions; error {:.2} run spreads before, {:.2} after (a perfect model: {:.2}); {:.1} s",
         report.trials,
         report.conditions,
         report.error.before,
         report.error.after,
-        report.error.noise_floor,
+        report.error.perfect_model,
         report.seconds
     ));
     let right = |s: String| Cell::new(s).set_alignment(CellAlignment::Right);
@@ -184,7 +184,7 @@ fn print(report: &Report, output: &Output) {
                 Cell::new(parameters.join("\n")),
             ]);
         }
-        output.text("\nEffects tried (error in noise floors):");
+        output.text("\nEffects tried (error in run spreads):");
         output.table(&t);
     }
     if !report.places.is_empty() {
@@ -194,7 +194,7 @@ fn print(report: &Report, output: &Output) {
             let place = Cell::new(channel_words(&p.channel));
             t.add_row(vec![place, Cell::new(p.phase), number(p.before), number(p.after)]);
         }
-        output.text("\nSystematic misfit (noise floors of one run):");
+        output.text("\nSystematic misfit (run spreads):");
         output.table(&t);
     }
     for u in &report.unexplained {
