@@ -6,3 +6,4 @@ mod calibration;
 mod compare;
 mod docs_links;
 mod lcp_command;
+mod refused;

@@ -19,7 +19,7 @@ const BASELINE_S: f64 = 0.05;
 /// Beyond so many standard deviations a signal has left its baseline, in three samples in a row.
 const LEAVES: f64 = 6.0;
 /// The line of the motion is fitted up to so many of them.
-const FITTED: f64 = 12.0;
+const FITTED: f64 = 30.0;
 /// Rotation counts at this arm, m.
 const ARM_M: f64 = 0.03;
 /// Offsets below this are within what filters and exposure times make, s.
@@ -34,6 +34,8 @@ pub struct Clock {
     pub lag_s: f64,
     /// Its standard deviation, s.
     pub sd_s: f64,
+    /// Time from sample to sample, s.
+    pub step_s: f64,
 }
 
 /// The two onsets of a trial with a measured pusher force, gripper and object.
@@ -49,7 +51,8 @@ pub fn clock(trial: &Trial) -> Option<Clock> {
     let (force_s, force_sd) = onset(&force, 1)?;
     let (way_s, way_sd) = onset(&way, 5)?;
     let lag_s = way_s - force_s;
-    (lag_s.abs() < MOST_S).then_some(Clock { lag_s, sd_s: force_sd.hypot(way_sd) })
+    let step_s = (force.last()?.0 - force.first()?.0) / force.len() as f64;
+    (lag_s.abs() < MOST_S).then_some(Clock { lag_s, sd_s: force_sd.hypot(way_sd), step_s })
 }
 
 /// Time, and the object's place and turn in the gripper, m.
@@ -125,6 +128,8 @@ pub fn offset(clocks: &[Clock]) -> Option<Breach> {
     // Standard error of a median of normal numbers, by their quartiles; never below what one trial
     // can tell.
     let error = (1.25 * (high - low) / 1.35).max(stated) / count.sqrt();
+    // A force that jumps between two samples has its onset there, in all trials alike.
+    let error = error.hypot(0.5 * good.iter().map(|clock| clock.step_s).fold(0.0, f64::max));
     let constant = high - low < 0.5 * middle.abs() + LEAST_S / 2.0;
     if middle.abs() < LEAST_S + 2.0 * error || !constant {
         return None;
