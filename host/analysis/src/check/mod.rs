@@ -212,9 +212,13 @@ pub fn check(index: &Index, tick: impl Fn(u64) + Sync) -> Report {
     if let Some(text) = sensors::unstated(&index.description).sentence() {
         warnings.push(Warning { file: index.folder.join("dataset.toml"), files: 1, text });
     }
-    for trial in &trials {
-        let remark = |text: &String| Warning { file: trial.file.clone(), files: 1, text: text.clone() };
-        warnings.extend(trial.physics.remarks.iter().map(remark));
+    // What is suspicious by chance in some trials is a habit where it is so in all.
+    if let Some(first) =
+        trials.first().filter(|_| trials.iter().all(|trial| !trial.physics.remarks.is_empty()))
+    {
+        let remark =
+            |text: &String| Warning { file: first.file.clone(), files: trials.len(), text: text.clone() };
+        warnings.extend(first.physics.remarks.iter().map(remark));
     }
     let samples: usize = trials.iter().map(|trial| trial.samples).sum();
     let rates: Vec<f64> =

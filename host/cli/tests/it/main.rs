@@ -8,3 +8,4 @@ mod diagnose_command;
 mod docs_links;
 mod lcp_command;
 mod one_number;
+mod refused;

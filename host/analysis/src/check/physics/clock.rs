@@ -19,7 +19,7 @@ const BASELINE_S: f64 = 0.05;
 /// Beyond so many standard deviations a signal has left its baseline, in three samples in a row.
 const LEAVES: f64 = 6.0;
 /// The line of the motion is fitted up to so many of them.
-const FITTED: f64 = 12.0;
+const FITTED: f64 = 30.0;
 /// Rotation counts at this arm, m.
 const ARM_M: f64 = 0.03;
 /// Offsets below this are within what filters and exposure times make, s.
@@ -34,6 +34,8 @@ pub struct Clock {
     pub lag_s: f64,
     /// Its standard deviation, s.
     pub sd_s: f64,
+    /// Time from sample to sample, s.
+    pub step_s: f64,
 }
 
 /// The two onsets of a trial with a measured pusher force, gripper and object.
@@ -46,10 +48,11 @@ pub fn clock(trial: &Trial) -> Option<Clock> {
         .map(|(t, [x, y, z])| (t, [x, y, z, 0.0, 0.0, 0.0]))
         .collect();
     let way: Vec<(f64, [f64; 6])> = trial.samples.iter().filter_map(in_gripper).collect();
-    let (force_s, force_sd) = onset(&force)?;
-    let (way_s, way_sd) = onset(&way)?;
+    let (force_s, force_sd) = onset(&force, 1)?;
+    let (way_s, way_sd) = onset(&way, 5)?;
     let lag_s = way_s - force_s;
-    (lag_s.abs() < MOST_S).then_some(Clock { lag_s, sd_s: force_sd.hypot(way_sd) })
+    let step_s = (force.last()?.0 - force.first()?.0) / force.len() as f64;
+    (lag_s.abs() < MOST_S).then_some(Clock { lag_s, sd_s: force_sd.hypot(way_sd), step_s })
 }
 
 /// Time, and the object's place and turn in the gripper, m.
@@ -61,8 +64,10 @@ fn in_gripper(s: &Sample) -> Option<(f64, [f64; 6])> {
 }
 
 /// When a signal leaves its baseline: the corner of the broken line, level before and straight
-/// after, that fits best to it (least squares over the corner), and its standard deviation.
-fn onset(signal: &[(f64, [f64; 6])]) -> Option<(f64, f64)> {
+/// after, that fits to it by least squares. Corners whose sum of squares is within one variance of
+/// the least are as likely: their middle and half their range are the onset and its standard
+/// deviation. Whether it has left is judged by means of `over` samples.
+fn onset(signal: &[(f64, [f64; 6])], over: usize) -> Option<(f64, f64)> {
     let (start_s, _) = signal.first()?;
     let early = signal.iter().take_while(|(t, _)| t - start_s <= BASELINE_S).count();
     let rest = signal.get(..early).filter(|rest| rest.len() >= 3)?;
@@ -73,9 +78,14 @@ fn onset(signal: &[(f64, [f64; 6])]) -> Option<(f64, f64)> {
     let away: Vec<[f64; 6]> = signal.iter().map(|(_, x)| std::array::from_fn(|k| x[k] - base[k])).collect();
     let size = |x: &[f64; 6]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
     let largest = away.iter().map(size).fold(0.0, f64::max);
-    let beyond = |limit: f64| away.windows(3).position(|three| three.iter().all(|x| size(x) > limit));
-    let left = beyond((LEAVES * total).max(0.02 * largest))?;
-    let until = beyond((FITTED * total).max(0.06 * largest))?.max(left) + 3;
+    let means: Vec<f64> = away
+        .windows(over)
+        .map(|w| size(&std::array::from_fn(|k| w.iter().map(|x| x[k]).sum::<f64>() / over as f64)))
+        .collect();
+    let sigma = total / (over as f64).sqrt();
+    let beyond = |limit: f64| means.windows(3).position(|three| three.iter().all(|x| *x > limit));
+    let left = beyond((LEAVES * sigma).max(0.02 * largest))?;
+    let until = beyond((FITTED * sigma).max(0.06 * largest)).unwrap_or(left).max(left) + over;
     // One channel: the way along which it leaves.
     let to = away.get(until.min(away.len() - 1))?;
     let scale = size(to);
@@ -94,18 +104,18 @@ fn onset(signal: &[(f64, [f64; 6])]) -> Option<(f64, f64)> {
         }
         let solved = a.cholesky().map(|c| c.solve(&b))?;
         let left = |(t, x): &(f64, f64)| (x - solved[0] - solved[1] * (t - at_s).max(0.0)).powi(2);
-        Some((along.iter().map(left).sum::<f64>(), solved[1]))
+        Some(along.iter().map(left).sum::<f64>())
     };
     let (first_s, last_s) = (along.first()?.0, along.last()?.0);
     let step_s = (last_s - first_s) / along.len().max(1) as f64;
     let tried = (3..4 * along.len().saturating_sub(1)).map(|k| first_s + 0.25 * step_s * k as f64);
-    let (at_s, (squares, slope)) =
-        tried.filter_map(|at| Some((at, corner(at)?))).min_by(|x, y| x.1.0.total_cmp(&y.1.0))?;
-    let after = along.iter().filter(|(t, _)| *t > at_s).count().max(1) as f64;
-    let noise = (squares / along.len().max(3) as f64).sqrt();
-    // A corner between two samples is known to a fraction of their distance at best.
-    let sd = (2.0 * noise / (slope.abs().max(1e-12) * after.sqrt())).hypot(0.3 * step_s);
-    Some((at_s, sd))
+    let fits: Vec<(f64, f64)> = tried.filter_map(|at| Some((at, corner(at)?))).collect();
+    let least = fits.iter().map(|(_, squares)| *squares).reduce(f64::min)?;
+    let variance = least / along.len().max(3) as f64 + f64::MIN_POSITIVE;
+    let likely = || fits.iter().filter(|(_, squares)| *squares <= least + variance).map(|(at, _)| *at);
+    let (low, high) = (likely().reduce(f64::min)?, likely().reduce(f64::max)?);
+    // The corners tried lie a quarter of a sample apart.
+    Some((0.5 * (low + high), (0.5 * (high - low)).hypot(0.25 * step_s)))
 }
 
 /// The clocks' difference over the data set where it is one number, and not zero.
@@ -118,6 +128,8 @@ pub fn offset(clocks: &[Clock]) -> Option<Breach> {
     // Standard error of a median of normal numbers, by their quartiles; never below what one trial
     // can tell.
     let error = (1.25 * (high - low) / 1.35).max(stated) / count.sqrt();
+    // A force that jumps between two samples has its onset there, in all trials alike.
+    let error = error.hypot(0.5 * good.iter().map(|clock| clock.step_s).fold(0.0, f64::max));
     let constant = high - low < 0.5 * middle.abs() + LEAST_S / 2.0;
     if middle.abs() < LEAST_S + 2.0 * error || !constant {
         return None;

@@ -140,10 +140,12 @@ fn pusher_order(trial: &Trial) -> Order {
         |pose: &Pose| (channels::pose(pose).rotation * Vector3::x()).dot(&way) / way.norm().max(1e-9);
     let (given, other) = (cosine(&pusher), cosine(&other_order(pusher)));
     // A contact near a corner may have its normal nearly across the way to the centre.
-    match (given < -0.2, other > 0.2) {
-        (false, _) => Order::AsWritten,
-        (true, true) => Order::Other([given, other]),
-        (true, false) => Order::Neither([given, other]),
+    if given < 0.1 && other > 0.3 {
+        Order::Other([given, other])
+    } else if given < -0.2 {
+        Order::Neither([given, other])
+    } else {
+        Order::AsWritten
     }
 }
 

@@ -6,6 +6,7 @@ use stickslip_data::{Description, Sample, Trial};
 use super::{Breach, Cause, norm, quantile, short, values};
 use crate::channels;
 use crate::evidence::balance::{NotChecked, StageBalance};
+use crate::evidence::stages::Stage;
 
 type Balances = Result<Vec<StageBalance>, NotChecked>;
 
@@ -21,12 +22,12 @@ struct Carried {
     limit_n: f64,
 }
 
-/// From the stage of most samples.
+/// From the stage before contact, where the fingers carry the weight alone, or that of most samples.
 fn carried(description: &Description, trial: &Trial, balance: &Balances) -> Option<Carried> {
     let object = description.objects.iter().find(|object| object.id == trial.info.object)?;
     let weight = Vector3::from(description.gravity_m_s2) * object.mass_kg;
     let weight_n = weight.norm();
-    let stage = balance.as_ref().ok()?.iter().max_by_key(|stage| stage.samples)?;
+    let stage = balance.as_ref().ok()?.iter().max_by_key(|s| (s.stage == Stage::BeforeContact, s.samples))?;
     if !(weight_n > 0.0) || !stage.fails() {
         return None;
     }
@@ -44,9 +45,10 @@ fn carried(description: &Description, trial: &Trial, balance: &Balances) -> Opti
 }
 
 impl Carried {
-    /// All forces with the other sign would balance.
+    /// All forces with the other sign would balance. It is known not to balance as it stands, and
+    /// two weights are told from none where the sensors may be off by less than one.
     fn turned(&self) -> bool {
-        self.unsure < 0.5 && (self.multiple + 1.0).abs() < 0.2 + self.unsure
+        self.unsure < 0.9 && (self.multiple + 1.0).abs() < 0.2 + self.unsure
     }
 }
 
