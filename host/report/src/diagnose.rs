@@ -44,9 +44,13 @@ pub fn html(report: &Report, name: &str, next: &str) -> String {
     body += &format!("<p><b>Next:</b></p>\n<pre class=\"next\">{}</pre>\n", escape(next));
     body += &format!(
         "<div class=\"facts\"><span><b>{}</b> trials</span><span><b>{}</b> conditions</span><span>held-out error \
-         before: <b>{:.2}</b> run spreads</span><span>after: <b>{:.2}</b></span><span>a perfect model: <b>{:.2}</b></span></div>\n",
-        report.trials, report.conditions, e.before, e.after, e.perfect_model
+         before: <b>{:.2}</b> run spreads</span>",
+        report.trials, report.conditions, e.before
     );
+    if has_after(report) {
+        body += &format!("<span>after: <b>{:.2}</b></span>", e.after);
+    }
+    body += &format!("<span>of repetitions: <b>{:.2}</b></span></div>\n", e.perfect_model);
     body += &cards(report);
     body += &tried(report);
     body += &maps(report);
@@ -297,9 +301,9 @@ fn maps(report: &Report) -> String {
         }
         map + "</table></div>\n"
     };
-    out += &map("before", |p| p.before);
+    out += &map("the model as given, friction refitted", |p| p.before);
     if has_after(report) {
-        out += &map("after", |p| p.after);
+        out += &map("with the named effects", |p| p.after);
     }
     out + "</div>\n"
 }
