@@ -50,7 +50,7 @@ pub fn html(report: &Report, name: &str, next: &str) -> String {
     if has_after(report) {
         body += &format!("<span>after: <b>{:.2}</b></span>", e.after);
     }
-    body += &format!("<span>of repetitions: <b>{:.2}</b></span></div>\n", e.perfect_model);
+    body += &format!("<span>a perfect model: <b>{:.2}</b></span></div>\n", e.perfect_model);
     body += &cards(report);
     body += &tried(report);
     body += &maps(report);
