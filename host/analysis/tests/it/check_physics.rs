@@ -27,7 +27,8 @@ fn bench(primitives: &[Primitive]) -> Dataset {
         let object = if known { object.to_owned() } else { fallback.expect("a polygon") };
         for speed_m_s in [0.01, 0.02, 0.03] {
             let label = format!("{}-{}", primitive.name(), (speed_m_s * 1e3) as u32);
-            let condition = Condition { label, grip_n, speed_m_s, ..Condition::new(*primitive, &object) };
+            let condition =
+                Condition { label, grip_n, speed_m_s, edge: 2, ..Condition::new(*primitive, &object) };
             trials.push(run(&setup, &condition, 1, 9).expect("suits the rig").trial);
         }
     }

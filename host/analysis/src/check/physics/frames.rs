@@ -174,7 +174,7 @@ fn pressing_order(trial: &Trial) -> Order {
         quantile(cosines.collect(), 0.5)
     };
     match (median(|pose| pose), median(other_order)) {
-        (Some(given), Some(other)) if (-0.5..0.35).contains(&given) && other > 0.6 => {
+        (Some(given), Some(other)) if (-0.5..0.44).contains(&given) && other > 0.6 => {
             Order::Other([given, other])
         }
         _ => Order::AsWritten,
