@@ -8,7 +8,7 @@ use stickslip_analysis::check::{Report, check};
 use stickslip_data::{Dataset, Index, Pose, Sample, write};
 use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Setup, objects, run};
 
-/// Two trials of each of `primitives`, as the rig measures them.
+/// Three trials of each of `primitives`, as the rig measures them.
 fn bench(primitives: &[Primitive]) -> Dataset {
     let description = objects::bench("clean");
     let reality = Reality::draw(&description, Nuisance::PAPER, 4);
@@ -25,9 +25,10 @@ fn bench(primitives: &[Primitive]) -> Dataset {
         let known = setup.description.objects.iter().any(|o| o.id == object);
         let fallback = setup.description.objects.iter().find(|o| o.shape == "polygon").map(|o| o.id.clone());
         let object = if known { object.to_owned() } else { fallback.expect("a polygon") };
-        for speed_m_s in [0.01, 0.03] {
+        for speed_m_s in [0.01, 0.02, 0.03] {
             let label = format!("{}-{}", primitive.name(), (speed_m_s * 1e3) as u32);
-            let condition = Condition { label, grip_n, speed_m_s, ..Condition::new(*primitive, &object) };
+            let condition =
+                Condition { label, grip_n, speed_m_s, edge: 2, ..Condition::new(*primitive, &object) };
             trials.push(run(&setup, &condition, 1, 9).expect("suits the rig").trial);
         }
     }

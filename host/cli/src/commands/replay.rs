@@ -54,8 +54,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let (at, info) = index.find(args.trial.as_deref())?;
     let trial = index.read_trial(info)?;
     let model = model_or_default(args.model.as_deref())?;
+    let bar = output.spinner("replaying");
     let feed = feed(&index.description, &trial)?;
     let replayed = replay(&index.description, &trial, &model, Limits::default(), at)?;
+    bar.finish_and_clear();
     if let Some(path) = &args.log {
         write_log(path, &feed.scene, &model, &info.trial, &feed.samples, &replayed.predictions)?;
     }

@@ -209,3 +209,10 @@ fn every_plan_runs_on_its_own_objects() {
     let hours = plan::conditions(PlanName::SlipHours, &[], 1, 0.5);
     assert!(hours.len() > 50);
 }
+
+#[test]
+fn a_mismatch_of_friction_means_what_the_effect_of_a_model_means_by_it() {
+    let m = 0.2;
+    let [one, two] = outcome(Kind::FingerFrictionMismatch, m, &push()).truth.finger;
+    assert!((one.mu / two.mu - (1.0 + m) / (1.0 - m)).abs() < 1e-12, "{} {}", one.mu, two.mu);
+}

@@ -24,8 +24,9 @@ const FITTED: f64 = 30.0;
 const ARM_M: f64 = 0.03;
 /// Offsets below this are within what filters and exposure times make, s.
 const LEAST_S: f64 = 0.01;
-/// Onsets farther apart have nothing to do with each other, s.
-const MOST_S: f64 = 0.5;
+/// Onsets farther apart have nothing to do with each other: the object moved in the grasp later
+/// (a pivot that is pressed onto its edge first), s.
+const MOST_S: f64 = 0.1;
 
 /// Onsets in one trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +53,7 @@ pub fn clock(trial: &Trial) -> Option<Clock> {
     let (way_s, way_sd) = onset(&way, 5)?;
     let lag_s = way_s - force_s;
     let step_s = (force.last()?.0 - force.first()?.0) / force.len() as f64;
-    (lag_s.abs() < MOST_S).then_some(Clock { lag_s, sd_s: force_sd.hypot(way_sd), step_s })
+    Some(Clock { lag_s, sd_s: force_sd.hypot(way_sd), step_s })
 }
 
 /// Time, and the object's place and turn in the gripper, m.
@@ -107,7 +108,7 @@ fn onset(signal: &[(f64, [f64; 6])], over: usize) -> Option<(f64, f64)> {
         Some(along.iter().map(left).sum::<f64>())
     };
     let (first_s, last_s) = (along.first()?.0, along.last()?.0);
-    let step_s = (last_s - first_s) / along.len().max(1) as f64;
+    let step_s = (last_s - first_s) / along.len().saturating_sub(1).max(1) as f64;
     let tried = (3..4 * along.len().saturating_sub(1)).map(|k| first_s + 0.25 * step_s * k as f64);
     let fits: Vec<(f64, f64)> = tried.filter_map(|at| Some((at, corner(at)?))).collect();
     let least = fits.iter().map(|(_, squares)| *squares).reduce(f64::min)?;
@@ -120,7 +121,12 @@ fn onset(signal: &[(f64, [f64; 6])], over: usize) -> Option<(f64, f64)> {
 
 /// The clocks' difference over the data set where it is one number, and not zero.
 pub fn offset(clocks: &[Clock]) -> Option<Breach> {
-    let good: Vec<Clock> = clocks.iter().copied().filter(|clock| clock.sd_s < LEAST_S).collect();
+    let good: Vec<Clock> =
+        clocks.iter().copied().filter(|clock| clock.sd_s < LEAST_S && clock.lag_s.abs() < MOST_S).collect();
+    // Where most trials have no such onset, the others have theirs by chance.
+    if 2 * good.len() <= clocks.len() {
+        return None;
+    }
     let of = |share: f64| quantile(good.iter().map(|clock| clock.lag_s).collect(), share);
     let (low, middle, high) = (of(0.25)?, of(0.5)?, of(0.75)?);
     let count = good.len() as f64;

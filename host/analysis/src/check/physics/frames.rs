@@ -51,7 +51,8 @@ pub fn quaternions(description: &Description, trial: &Trial, stages: &Stages) ->
     match pusher_order(trial) {
         Order::Other([given, other]) => {
             let text = format!(
-                "the pusher's +X points away from the object (cosine {}), in the other order towards it ({}); {swapped}",
+                "the pusher's +X does not point into the object (cosine to its centre, or to the force, {}), in the other \
+                 order it does ({}); {swapped}",
                 short(given),
                 short(other)
             );
@@ -145,7 +146,38 @@ fn pusher_order(trial: &Trial) -> Order {
     } else if given < -0.2 {
         Order::Neither([given, other])
     } else {
-        Order::AsWritten
+        pressing_order(trial)
+    }
+}
+
+/// Cosine of the measured force to a pusher's +X.
+fn cosine_of_force(pose: &Pose, force: Vector3<f64>) -> f64 {
+    (channels::pose(pose).rotation * Vector3::x()).dot(&force) / force.norm().max(1e-9)
+}
+
+/// A push has its force within the friction cone about +X: with friction 2 the cosine is 0.45. Only
+/// forces across +X are judged here; a force against it is a matter of signs.
+fn pressing_order(trial: &Trial) -> Order {
+    let force = |s: &Sample| {
+        let force = Vector3::from(s.pusher_wrench?.force_n);
+        force.iter().all(|f| f.is_finite()).then_some(force)
+    };
+    let sizes = trial.samples.iter().filter_map(|s| Some(force(s)?.norm())).collect();
+    let Some(largest) = quantile(sizes, 0.95).filter(|largest| *largest > 0.5) else {
+        return Order::AsWritten;
+    };
+    let median = |of: fn(Pose) -> Pose| {
+        let cosines = trial.samples.iter().filter_map(|s| {
+            let force = force(s).filter(|force| force.norm() > 0.5 * largest)?;
+            Some(cosine_of_force(&of(s.pusher.or(trial.info.pusher)?), force))
+        });
+        quantile(cosines.collect(), 0.5)
+    };
+    match (median(|pose| pose), median(other_order)) {
+        (Some(given), Some(other)) if (-0.5..0.44).contains(&given) && other > 0.6 => {
+            Order::Other([given, other])
+        }
+        _ => Order::AsWritten,
     }
 }
 
