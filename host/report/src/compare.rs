@@ -388,9 +388,9 @@ fn trials(report: &ModelReport) -> String {
 pub fn describe(report: &ModelReport) -> String {
     let friction: Vec<String> = report.friction.iter().map(|(k, v)| format!("{k} {v:.3}")).collect();
     let effects = if report.effects.is_empty() { "no effects".to_owned() } else { report.effects.join(", ") };
-    let open = report.open_force_n.map_or_else(String::new, |n| {
-        format!("; leaves forces open by {} on average", readable(n, "N"))
-    });
+    let open = report
+        .open_force_n
+        .map_or_else(String::new, |n| format!("; leaves forces open by {} on average", readable(n, "N")));
     format!("{}; friction {}; {effects}{open}", report.origin, friction.join(", "))
 }
 

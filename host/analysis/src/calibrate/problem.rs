@@ -55,7 +55,6 @@ pub const STEP: f64 = 0.01;
 /// Square of the error, in units of the usual one, at which a trial's say is halved.
 const FAR: f64 = 9.0;
 
-
 /// A least squares problem with fixed weights.
 pub struct Problem<'a> {
     /// Calibration trials.

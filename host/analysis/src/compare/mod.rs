@@ -145,11 +145,8 @@ pub fn compare(
         let (offsets, tares) = tared(errors);
         let floors = trials.floors(errors);
         let rows = rows_of(errors, &tares, Part::Error);
-        let (regions, trends, trends_tested) = if chosen.single {
-            Default::default()
-        } else {
-            regions::find(&trials, errors, &rows, &floors)
-        };
+        let (regions, trends, trends_tested) =
+            if chosen.single { Default::default() } else { regions::find(&trials, errors, &rows, &floors) };
         of_first.get_or_insert_with(|| (rows.clone(), rows_of(errors, &tares, Part::Residual)));
         let (sum, count) = errors.iter().fold((0.0, 0.0), |a, e| (a.0 + e.width_n.0, a.1 + e.width_n.1));
         reports.push(ModelReport {
@@ -276,7 +273,9 @@ fn simulate_all(
                     TrialErrors::of(&prepared, simulated, phases, &Vec::new())
                 };
                 // The intervals of `model` as far as the residuals of `other` ask for them.
-                let tolerance = |model: &NamedModel, (own, phases): (&Simulated, Phases), other: &Simulated| {
+                let tolerance = |model: &NamedModel,
+                                 (own, phases): (&Simulated, Phases),
+                                 other: &Simulated| {
                     if forces == Forces::AsReturned {
                         return Vec::new();
                     }

@@ -228,7 +228,8 @@ impl<'a> Trials<'a> {
             Quantity::Position | Quantity::Rotation => 3.0 * self.noise[channel],
             Quantity::Force | Quantity::Torque => stated_bound(self.sensors, channel),
         };
-        (Self::duration_s(errors, phase, known) >= SUSTAINED_S && bound > 0.0).then_some(error.mean.abs() > bound)
+        (Self::duration_s(errors, phase, known) >= SUSTAINED_S && bound > 0.0)
+            .then_some(error.mean.abs() > bound)
     }
 
     /// One row for each reported trial.

@@ -30,9 +30,8 @@ pub fn traces(
     rows: &[TrialRow],
     single: bool,
 ) -> Vec<Trace> {
-    let at = |row: &TrialRow| {
-        places.iter().position(|i| data.infos[*i].trial == row.trial).unwrap_or_default()
-    };
+    let at =
+        |row: &TrialRow| places.iter().position(|i| data.infos[*i].trial == row.trial).unwrap_or_default();
     let mut ranked: Vec<&TrialRow> = rows.iter().filter(|r| r.multiples.is_some()).collect();
     if ranked.is_empty() {
         ranked = rows.iter().collect();

@@ -142,7 +142,8 @@ impl TrialErrors {
                         .map(|(model, measured)| model[channel] - measured[channel]),
                 );
                 courses.push(Course::of(&errors));
-                let seen: Vec<f64> = prepared.measured[range.clone()].iter().map(|row| row[channel]).collect();
+                let seen: Vec<f64> =
+                    prepared.measured[range.clone()].iter().map(|row| row[channel]).collect();
                 measured.push(Course::of(&seen));
                 residual[cell] = Cell::of(&errors);
                 if phase != Phase::BeforeContact && !tolerance.is_empty() {
@@ -226,7 +227,8 @@ fn nearest(tolerance: &Tolerance, count: usize) -> Vec<usize> {
     let mut at = 0;
     (0..count)
         .map(|i| {
-            while tolerance.get(at + 1).is_some_and(|next| next.0.abs_diff(i) <= tolerance[at].0.abs_diff(i)) {
+            while tolerance.get(at + 1).is_some_and(|next| next.0.abs_diff(i) <= tolerance[at].0.abs_diff(i))
+            {
                 at += 1;
             }
             at

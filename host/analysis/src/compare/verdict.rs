@@ -67,7 +67,8 @@ pub fn summary(
     let trials = if data.held_out { "held-out trials" } else { "trials" };
     let mut words = format!("From {} to {} the error of the {trials}", first.name, last.name);
     if data.noise_floor != Source::Repetitions {
-        let by = |c: &Change| (c.before.rms.powi(2) - c.after.rms.powi(2)).abs() / c.residual_before.rms.powi(2);
+        let by =
+            |c: &Change| (c.before.rms.powi(2) - c.after.rms.powi(2)).abs() / c.residual_before.rms.powi(2);
         if let Some(c) = changes.iter().max_by(|a, b| by(a).total_cmp(&by(b))) {
             words += &format!(
                 " changes most in {}, from {} to {} RMS",
@@ -79,11 +80,8 @@ pub fn summary(
         return format!("{words}. {state}");
     }
     let of = if tally.failures + tally.new > 0 { " where either of them fails" } else { "" };
-    words += &format!(
-        " goes from {} to {} times the noise floor{of}",
-        factor(tally.before),
-        factor(tally.after)
-    );
+    words +=
+        &format!(" goes from {} to {} times the noise floor{of}", factor(tally.before), factor(tally.after));
     let sizes = changes.iter().filter_map(|c| Some((c, c.before.multiples?, c.after.multiples?)));
     let change = |(_, before, after): &(&Change, f64, f64)| (before * before - after * after).abs();
     if let Some((c, from, to)) = sizes.max_by(|a, b| change(a).total_cmp(&change(b))) {

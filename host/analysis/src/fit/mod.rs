@@ -180,7 +180,8 @@ fn restore(fit: &mut Fit, given: &Model<f64>, free: &[Free], seen: &[Free], kept
 pub fn summary(problem: &Problem, solution: Solution, before: f64, free: &[Free], options: &Options) -> Fit {
     let prior = problem.priors(free, 0);
     let covariance = clustered_covariance(&solution.grams, &prior, free.len());
-    let intervals = intervals::resample(&solution.grams, &prior, free.len(), (options.resamples, options.seed));
+    let intervals =
+        intervals::resample(&solution.grams, &prior, free.len(), (options.resamples, options.seed));
     let model = solution.model;
     let estimates: Vec<Estimate> = free
         .iter()

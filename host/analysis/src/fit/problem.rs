@@ -9,9 +9,9 @@ use stickslip_shared::model::{Model, Scene};
 
 use crate::channels::COUNT;
 use crate::evidence::tolerance::{RIGID, push_channel};
-use crate::fit::free::Free;
 use crate::fit::campaign::Campaign;
 use crate::fit::features::{self, FEATURES, Features};
+use crate::fit::free::Free;
 use crate::fit::gls::{self, Gram, OFFSETS, Prior, Whitener};
 use crate::fit::noise::{self, Noise};
 use crate::fit::phases::{BINS, PEAK, Phase};

@@ -17,8 +17,16 @@ const STILL_THERE: [(&str, &[&str]); 5] = [
     (
         "shared",
         &[
-            "cone", "cone::linear", "cone::patch", "contact", "effects", "effects::formula", "model", "real",
-            "shape", "step",
+            "cone",
+            "cone::linear",
+            "cone::patch",
+            "contact",
+            "effects",
+            "effects::formula",
+            "model",
+            "real",
+            "shape",
+            "step",
         ],
     ),
     ("shared", &["health", "look_ahead", "predictor", "track", "wire"]),
@@ -221,7 +229,8 @@ fn analysis_is_built_from_channels_over_evidence_and_fit_to_what_users_call() {
 
 #[test]
 fn a_cycle_is_found_whatever_the_form_of_the_import() {
-    let all: BTreeSet<Module> = [vec![], vec!["a".to_owned()], vec!["b".to_owned()], vec!["b".to_owned(), "c".to_owned()]].into();
+    let all: BTreeSet<Module> =
+        [vec![], vec!["a".to_owned()], vec!["b".to_owned()], vec!["b".to_owned(), "c".to_owned()]].into();
     let of = |m: &[&str], text: &str| {
         let m: Module = m.iter().map(|p| (*p).to_owned()).collect();
         imports(&m, text, &all).iter().map(|m| m.join("::")).collect::<Vec<_>>()

@@ -61,7 +61,8 @@ fn conditions_and_repetitions_are_the_same_in_every_command() {
     // Calibration takes a trial of each condition before a second of any.
     let trials: Vec<(usize, Trial)> = data.trials.iter().cloned().enumerate().collect();
     let share = Share { share: 0.3, fewest: 4 };
-    let found = calibrate(&data.description, "linear_push", &trials, &default_model(), share).expect("calibrated");
+    let found =
+        calibrate(&data.description, "linear_push", &trials, &default_model(), share).expect("calibrated");
     let mut taken: Vec<usize> = found
         .calibration_trials
         .iter()
@@ -96,7 +97,8 @@ fn friction_of_calibrate_and_add_agree_within_their_intervals() {
     let data = pushes();
     let trials: Vec<(usize, Trial)> = data.trials.iter().cloned().enumerate().collect();
     let all = Share { share: 1.0, fewest: 12 };
-    let found = calibrate(&data.description, "linear_push", &trials, &default_model(), all).expect("calibrated");
+    let found =
+        calibrate(&data.description, "linear_push", &trials, &default_model(), all).expect("calibrated");
     let finger = found.estimates.iter().find(|e| e.coefficient == Coefficient::Finger).expect("fingers");
     let (Some(low), Some(high)) = (finger.low, finger.high) else { panic!("bounded") };
     let mut file = ModelFile::new(default_model().base, found.model.friction);
