@@ -50,9 +50,9 @@ pub fn with_effects(campaign: &Campaign, file: &mut ModelFile, new: usize) -> Re
     }
     for f in kept {
         let (name, value) = (f.name(), f.get(&fitted.model));
-        fitted
-            .notes
-            .push(format!("{name} is undetermined by the calibration: stays at {value:.3}, not fitted"));
+        fitted.notes.push(format!(
+            "{name} is not determined by the calibration: it is not fitted and stays at {value:.3}"
+        ));
     }
     file.set_values(&fitted.model);
     let estimates = fitted.estimates.iter().map(|e| (e.name.as_str(), [e.low, e.high]));

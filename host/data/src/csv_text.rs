@@ -1,4 +1,8 @@
 //! CSV with a header line, read by column names; bad rows are refused one by one.
+//!
+//! The separator is the comma, or, where the header line has more of them, the semicolon or
+//! the tabulator, as spreadsheets of many countries write it. With those a number may have a
+//! decimal comma; between commas it cannot.
 
 use std::path::Path;
 
@@ -12,6 +16,7 @@ pub struct CsvText<'a> {
     file: &'a Path,
     reader: csv::Reader<&'a [u8]>,
     header: Vec<String>,
+    separator: u8,
     columns: &'static [&'static str],
     /// By column of `columns`: its place in the header.
     places: Vec<Option<usize>>,
@@ -29,7 +34,12 @@ impl<'a> CsvText<'a> {
         columns: &'static [&'static str],
     ) -> Result<Self, DatasetError> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(bytes);
+        let separator = separator(bytes);
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .delimiter(separator)
+            .from_reader(bytes);
         let mut record = ByteRecord::new();
         let refuse = |problem| DatasetError::of_file(file, problem).at(Line::Text(1));
         if !reader.read_byte_record(&mut record).unwrap_or(false) {
@@ -45,7 +55,7 @@ impl<'a> CsvText<'a> {
                 return Err(refuse(Problem::DuplicateColumn).column(*column));
             }
         }
-        Ok(CsvText { bytes, file, reader, header, columns, places, record })
+        Ok(CsvText { bytes, file, reader, header, separator, columns, places, record })
     }
 
     /// Refuses a header without `column` (index into the known columns).
@@ -81,11 +91,13 @@ impl<'a> CsvText<'a> {
             Ok(false) => None,
             Ok(true) if self.record.len() == self.header.len() => Some(Ok(())),
             Ok(true) => {
-                let text = format!(
-                    "the row has {} cells, the header has {}; was the file cut here?",
-                    self.record.len(),
-                    self.header.len()
-                );
+                let (cells, columns) = (self.record.len(), self.header.len());
+                let cause = if cells > columns && self.separator == b',' {
+                    "with decimal commas, separate the cells by semicolons or write decimal points"
+                } else {
+                    "was the file cut here?"
+                };
+                let text = format!("the row has {cells} cells, the header has {columns}; {cause}");
                 Some(Err(self.refuse(Problem::Csv(text))))
             }
             Err(error) => Some(Err(self.refuse(Problem::Csv(error.to_string())))),
@@ -114,7 +126,8 @@ impl<'a> CsvText<'a> {
     /// # Errors
     /// What does not parse or is not finite.
     pub fn number(&self, column: usize) -> Result<f64, DatasetError> {
-        parse_number(self.cell(column)).map_err(|problem| self.refuse_cell(column, problem))
+        parse_number(self.cell(column), self.separator != b',')
+            .map_err(|problem| self.refuse_cell(column, problem))
     }
 
     /// A refusal of the current row.
@@ -148,11 +161,26 @@ impl<'a> CsvText<'a> {
     }
 }
 
-fn parse_number(cell: &[u8]) -> Result<f64, Problem> {
+/// The separator that occurs most often in the header line; the comma where none does.
+fn separator(bytes: &[u8]) -> u8 {
+    let header = bytes.split(|byte| matches!(byte, b'\n' | b'\r')).find(|line| !line.is_empty());
+    let count = |wanted: u8| header.unwrap_or_default().iter().filter(|byte| **byte == wanted).count();
+    [b';', b'\t']
+        .into_iter()
+        .filter(|other| count(*other) > count(b','))
+        .max_by_key(|s| count(*s))
+        .unwrap_or(b',')
+}
+
+fn parse_number(cell: &[u8], decimal_comma: bool) -> Result<f64, Problem> {
     if cell.is_empty() {
         return Ok(f64::NAN);
     }
-    let number: f64 =
-        std::str::from_utf8(cell).ok().and_then(|text| text.parse().ok()).ok_or(Problem::NotANumber)?;
+    let text = std::str::from_utf8(cell).map_err(|_| Problem::NotANumber)?;
+    let with_point = match decimal_comma && !text.contains('.') {
+        true => text.replacen(',', ".", 1),
+        false => text.to_owned(),
+    };
+    let number: f64 = with_point.parse().map_err(|_| Problem::NotANumber)?;
     if number.is_finite() { Ok(number) } else { Err(Problem::NonFinite) }
 }

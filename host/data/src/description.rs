@@ -5,7 +5,7 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 use super::error::{DatasetError, Line, Problem, Warning};
-use super::{ContactSpec, Description, ObjectSpec, Sensors, WrenchSensor};
+use super::{ContactSpec, Description, ObjectSpec, Sensors, WrenchSensor, schema};
 
 /// The one format that this reader knows.
 pub const FORMAT: &str = "stickslip-dataset/1";
@@ -41,7 +41,13 @@ pub fn parse(text: &str, file: &Path) -> Result<(Description, Vec<Warning>), Dat
         }
         Some(_) => {}
     }
-    let description: Description = toml::from_str(text).map_err(locate)?;
+    let description: Description = toml::from_str(text).map_err(|error| {
+        let mut refusal = locate(error);
+        if let Problem::Toml(advice) = &mut refusal.problem {
+            advice.push_str(&misspelt(&document, advice).unwrap_or_default());
+        }
+        refusal
+    })?;
     check(&description).map_err(|finding| {
         let mut refusal = DatasetError::of_file(file, finding.problem);
         if let Some(span) = span_of(&document, &finding.path) {
@@ -313,6 +319,34 @@ fn advice(message: &str) -> String {
     }
 }
 
+/// Where a key is missing and the document has one that looks like it: which, as a sentence.
+fn misspelt(document: &DeTable<'_>, advice: &str) -> Option<String> {
+    let missing = advice.strip_prefix("the key `")?.split('`').next()?;
+    let mut keys = Vec::new();
+    every_key(document, &mut keys);
+    let known = schema::key_names();
+    let strangers: Vec<&str> = keys.into_iter().filter(|key| !known.contains(key)).collect();
+    let found = schema::did_you_mean(missing, &strangers)?;
+    Some(format!("; the file has `{found}`: did you mean `{missing}`?"))
+}
+
+fn every_key<'d>(document: &'d DeTable<'_>, keys: &mut Vec<&'d str>) {
+    for (key, value) in document {
+        keys.push(key.get_ref());
+        match value.get_ref() {
+            DeValue::Table(table) => every_key(table, keys),
+            DeValue::Array(array) => {
+                for item in array.iter() {
+                    if let DeValue::Table(table) = item.get_ref() {
+                        every_key(table, keys);
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
 /// Keys of the file that the description does not hold, in one line; `None` where it has all.
 fn unknown_keys(document: &DeTable<'_>, description: &Description) -> Option<String> {
     let known = toml::Table::try_from(description).ok()?;
@@ -325,7 +359,10 @@ fn collect_unknown(document: &DeTable<'_>, known: &toml::Table, prefix: &str, un
     for (key, value) in document {
         let name = format!("{prefix}{}", key.get_ref());
         match (value.get_ref(), known.get(key.get_ref().as_ref())) {
-            (_, None) => unknown.push(name),
+            (_, None) => unknown.push(match schema::did_you_mean(key.get_ref(), &schema::key_names()) {
+                Some(meant) => format!("{name} (did you mean {meant}?)"),
+                None => name,
+            }),
             (DeValue::Table(table), Some(toml::Value::Table(known))) => {
                 collect_unknown(table, known, &format!("{name}."), unknown);
             }

@@ -13,6 +13,7 @@ pub mod import;
 #[cfg(feature = "parquet")]
 mod parquet_table;
 mod read;
+pub mod schema;
 pub mod series;
 mod table;
 mod trials;

@@ -6,7 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
 
-use parquet::basic::{Compression, ConvertedType, Repetition, Type as Physical, ZstdLevel};
+use parquet::basic::{Compression, ConvertedType, Repetition, Type as Physical};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, DoubleType};
 use parquet::errors::ParquetError;
@@ -182,7 +182,7 @@ pub fn write(samples: &[Sample], file: File) -> Result<(), ParquetError> {
         })
         .collect::<Result<Vec<_>, _>>()?;
     let schema = Type::group_type_builder("trial").with_fields(fields).build()?;
-    let properties = WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default()));
+    let properties = WriterProperties::builder().set_compression(Compression::SNAPPY);
     let mut writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties.build()))?;
     let mut group = writer.next_row_group()?;
     for column in &filled {

@@ -11,7 +11,7 @@ use postcard_rpc::Key;
 use serde::de::DeserializeOwned;
 use stickslip_shared::wire::frame::FrameReader;
 
-use super::DeviceError;
+use crate::error::DeviceError;
 
 /// Bits a second of a serial port.
 const BAUD: u32 = 1_000_000;

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use stickslip_shared::wire::mailbox::MEMORY_BYTES;
 
-use super::DeviceError;
 use super::mailbox::{Offer, Reading, Writing};
+use crate::error::DeviceError;
 
 /// The emulated clock advances 8 ns an instruction, about what a 168 MHz Cortex-M4F needs,
 /// and waits for this machine's clock where it is ahead of it.

@@ -4,7 +4,7 @@ use super::html::{escape, heat, page as whole, tabs};
 use super::overlay::panel;
 use super::plot::{Chart, Line, MEASURED, MODELS};
 use stickslip_analysis::channels::{COUNT, channel_words};
-use stickslip_analysis::compare::document::{Comparison, ErrorRow, Fate, ModelReport, Region, Trend};
+use stickslip_analysis::compare::document::{Comparison, ErrorRow, Fate, ModelReport, Region, Size, Trend};
 use stickslip_analysis::compare::noise::Source;
 use stickslip_analysis::compare::rows::many_primitives;
 use stickslip_analysis::compare::verdict::{place_words, readable, scale};
@@ -20,10 +20,23 @@ const TRIALS: usize = 100;
 pub fn page(comparison: &Comparison) -> String {
     let mut body = header(comparison);
     if let Some(report) = comparison.models.last() {
-        body += "<h2>Errors by channel and phase</h2>\n<p class=\"soft\">RMS of model minus measurement, in multiples \
-                 of the noise floor (1: as good as a perfect model), and in units. Bold: lack of fit.</p>\n";
-        let panes: Vec<(String, String)> =
-            comparison.models.iter().rev().map(|m| (format!("model {}", m.name), matrix(m))).collect();
+        let repeated = comparison.data.noise_floor == Source::Repetitions;
+        body += "<h2>Residuals and errors by channel and phase</h2>\n<p class=\"soft\">Residual: RMS of model minus \
+                 measurement, noise included. Error: the part of it beyond the tolerance.";
+        body += match repeated {
+            true => {
+                " In multiples of the noise floor (residual of a perfect model: 1), and in units. Bold: fails.</p>\n"
+            }
+            false => {
+                " In units: without repetitions there is no noise floor. Bold: beyond the sensors' uncertainty for \
+                 0.1 s or longer.</p>\n"
+            }
+        };
+        let mut panes: Vec<(String, String)> = Vec::new();
+        for m in comparison.models.iter().rev() {
+            panes.push((format!("error, model {}", m.name), matrix(m, repeated, &|r| r.error)));
+            panes.push((format!("residual, model {}", m.name), matrix(m, repeated, &|r| r.residual)));
+        }
         body += &tabs("matrix", &panes);
         if !comparison.changes.is_empty() {
             body += &changes(comparison);
@@ -57,9 +70,11 @@ pub fn page(comparison: &Comparison) -> String {
 fn header(c: &Comparison) -> String {
     let worst = c.models.last().and_then(|m| m.errors.first());
     let tone = match worst {
-        Some(r) if r.fails && r.multiples.unwrap_or(0.0) >= 1.5 => "bad",
+        Some(r) if r.fails && r.error.multiples.unwrap_or(0.0) >= 1.5 => "bad",
         Some(r)
-            if r.fails || r.noise_source != Source::Repetitions || r.multiples.is_some_and(|m| m >= 2.0) =>
+            if r.fails
+                || r.noise_source != Source::Repetitions
+                || r.error.multiples.is_some_and(|m| m >= 2.0) =>
         {
             "fair"
         }
@@ -96,7 +111,7 @@ fn header(c: &Comparison) -> String {
 }
 
 /// Channels by phases.
-fn matrix(report: &ModelReport) -> String {
+fn matrix(report: &ModelReport, repeated: bool, of: &dyn Fn(&ErrorRow) -> Size) -> String {
     let many = report.errors.first().is_some_and(|_| many_primitives(&report.errors));
     let mut primitives: Vec<&str> = report.errors.iter().map(|r| r.place.primitive.as_str()).collect();
     primitives.sort_unstable();
@@ -122,9 +137,10 @@ fn matrix(report: &ModelReport) -> String {
                 match rows.iter().find(|r| r.place.phase == phase) {
                     None => out += "<td class=\"soft\">-</td>",
                     Some(r) => {
-                        let class = if r.fails { " class=\"fails\"" } else { "" };
-                        let size = readable(r.rms, r.unit);
-                        out += &match r.multiples {
+                        let bold = if repeated { r.fails } else { r.sustained == Some(true) };
+                        let class = if bold { " class=\"fails\"" } else { "" };
+                        let size = readable(of(r).rms, r.unit);
+                        out += &match of(r).multiples.filter(|_| repeated) {
                             Some(m) => format!(
                                 "<td{class} style=\"{}\">{}\u{d7}<small>{size}</small></td>",
                                 heat(m),
@@ -148,27 +164,32 @@ fn short(m: f64) -> String {
 fn changes(c: &Comparison) -> String {
     let many = c.models.first().is_some_and(|m| !m.errors.is_empty() && many_primitives(&m.errors));
     let (first, last) = (&c.models[0].name, &c.models[c.models.len() - 1].name);
+    let repeated = c.data.noise_floor == Source::Repetitions;
     let mut out = format!(
-        "<h2>Before and after</h2>\n<div class=\"scroll\"><table><tr><th class=\"left\">channel and phase</th><th>{}\
-         </th><th>{}</th><th class=\"left\">failure</th></tr>\n",
+        "<h2>Before and after</h2>\n<p class=\"soft\">Errors beyond the tolerance of {0}, for both models alike; and \
+         the whole residuals.</p>\n<div class=\"scroll\"><table><tr><th class=\"left\">channel and phase</th><th>{0}\
+         </th><th>{1}</th><th class=\"left\">failure</th><th>residual, {0}</th><th>residual, {1}</th></tr>\n",
         escape(first),
         escape(last)
     );
     let shown = c.changes.iter().filter(|c| {
-        c.fate != Fate::Fits || c.multiples_before.unwrap_or(0.0).max(c.multiples_after.unwrap_or(0.0)) > 2.0
+        c.fate != Fate::Fits || c.before.multiples.unwrap_or(0.0).max(c.after.multiples.unwrap_or(0.0)) > 2.0
     });
     for change in shown {
-        let cell = |rms: f64, m: Option<f64>| {
+        let cell = |s: &Size| {
+            let m = s.multiples.filter(|_| repeated);
             let style = m.map_or_else(String::new, |m| format!(" style=\"{}\"", heat(m)));
-            let multiples = m.map_or_else(|| "-".into(), |m| format!("{}\u{d7}", short(m)));
-            format!("<td{style}>{multiples}<small>{}</small></td>", readable(rms, change.unit))
+            let multiples = m.map_or_else(String::new, |m| format!("{}\u{d7}", short(m)));
+            format!("<td{style}>{multiples}<small>{}</small></td>", readable(s.rms, change.unit))
         };
         out += &format!(
-            "<tr><td class=\"left\">{}</td>{}{}<td class=\"left\">{}</td></tr>\n",
+            "<tr><td class=\"left\">{}</td>{}{}<td class=\"left\">{}</td>{}{}</tr>\n",
             escape(&place_words(&change.place, many)),
-            cell(change.rms_before, change.multiples_before),
-            cell(change.rms_after, change.multiples_after),
-            fate_words(change.fate)
+            cell(&change.before),
+            cell(&change.after),
+            fate_words(change.fate),
+            cell(&change.residual_before),
+            cell(&change.residual_after),
         );
     }
     out + "</table></div>\n"
@@ -193,7 +214,7 @@ fn regions(report: &ModelReport) -> String {
         pane.1 += "</div>\n";
     }
     format!(
-        "<h2>Where in the conditions</h2>\n<p class=\"soft\">RMS error in multiples of the noise floor, over pairs of \
+        "<h2>Where in the conditions</h2>\n<p class=\"soft\">RMS error beyond the tolerance, in multiples of the noise floor, over pairs of \
          conditions.</p>\n{}",
         tabs("regions", &panes)
     )
@@ -282,29 +303,34 @@ fn ranking(report: &ModelReport) -> String {
     let many = report.errors.first().is_some_and(|_| many_primitives(&report.errors));
     let mut out = String::from(
         "<details><summary>All errors, worst first</summary>\n<div class=\"scroll\"><table><tr><th \
-         class=\"left\">channel and phase</th><th>trials</th><th>RMS</th><th>mean</th><th>largest</th><th>RMS with \
-         offset</th><th>mean with offset</th><th>noise floor</th><th>RMS / floor</th><th>F</th><th>p, \
+         class=\"left\">channel and phase</th><th>trials</th><th>residual RMS</th><th>mean</th><th>largest</th><th>RMS with \
+         offset</th><th>mean with offset</th><th>error beyond tolerance, RMS</th><th>mean</th><th>noise \
+         floor</th><th>residual / floor</th><th>error / floor</th><th>F</th><th>p, \
          corrected</th></tr>\n",
     );
     for r in &report.errors {
         let size = |x: f64| readable(x, r.unit);
         let floor = r.noise_floor.map_or_else(|| "-".into(), size);
-        let multiples = r.multiples.map_or_else(|| "-".into(), short);
+        let multiples = |s: Size| s.multiples.map_or_else(|| "-".into(), short);
         let (f, p) = r.lack_of_fit.map_or_else(
             || ("-".into(), "-".into()),
             |t| (trimmed(t.f, 3), probability(t.p_corrected).trim_start_matches("= ").to_owned()),
         );
         let class = if r.fails { " class=\"fails\"" } else { "" };
         out += &format!(
-            "<tr{class}><td class=\"left\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>\
-             {floor}</td><td>{multiples}</td><td>{f}</td><td>{p}</td></tr>\n",
+            "<tr{class}><td class=\"left\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>\
+             {floor}</td><td>{}</td><td>{}</td><td>{f}</td><td>{p}</td></tr>\n",
             escape(&place_words(&r.place, many)),
             r.trials,
-            size(r.rms),
-            size(r.bias),
-            size(r.max),
+            size(r.residual.rms),
+            size(r.residual.mean),
+            size(r.residual.largest),
             size(r.rms_with_offset),
-            size(r.bias_with_offset)
+            size(r.bias_with_offset),
+            size(r.error.rms),
+            size(r.error.mean),
+            multiples(r.residual),
+            multiples(r.error)
         );
     }
     out + "</table></div></details>\n"
@@ -362,15 +388,20 @@ fn trials(report: &ModelReport) -> String {
 pub fn describe(report: &ModelReport) -> String {
     let friction: Vec<String> = report.friction.iter().map(|(k, v)| format!("{k} {v:.3}")).collect();
     let effects = if report.effects.is_empty() { "no effects".to_owned() } else { report.effects.join(", ") };
-    format!("{}; friction {}; {effects}", report.origin, friction.join(", "))
+    let open = report
+        .open_force_n
+        .map_or_else(String::new, |n| format!("; leaves forces open by {} on average", readable(n, "N")));
+    format!("{}; friction {}; {effects}{open}", report.origin, friction.join(", "))
 }
 
 /// What became of a failure, for people.
 pub fn fate_words(fate: Fate) -> &'static str {
     match fate {
         Fate::Gone => "gone",
+        Fate::Unclear => "same size, significant in one only",
         Fate::Smaller => "smaller, still fails",
         Fate::Remains => "still fails",
+        Fate::Larger => "larger, still fails",
         Fate::New => "new failure",
         Fate::Fits => "",
     }

@@ -19,7 +19,7 @@ const DRAWN: usize = 8;
 const NEAR: usize = 2;
 /// Such an effect explains at least this share of the excess error.
 const NEARLY: f64 = 0.5;
-/// What is smaller is drawn as this, in noise floors.
+/// What is smaller is drawn as this, in run spreads.
 const SMALLEST: f64 = 0.1;
 const BEFORE: RGBColor = MODELS[0];
 const AFTER: RGBColor = MODELS[1];
@@ -44,13 +44,13 @@ pub fn html(report: &Report, name: &str, next: &str) -> String {
     body += &format!("<p><b>Next:</b></p>\n<pre class=\"next\">{}</pre>\n", escape(next));
     body += &format!(
         "<div class=\"facts\"><span><b>{}</b> trials</span><span><b>{}</b> conditions</span><span>held-out error \
-         before: <b>{:.2}</b> noise floors</span>",
+         before: <b>{:.2}</b> run spreads</span>",
         report.trials, report.conditions, e.before
     );
     if has_after(report) {
         body += &format!("<span>after: <b>{:.2}</b></span>", e.after);
     }
-    body += &format!("<span>of repetitions: <b>{:.2}</b></span></div>\n", e.noise_floor);
+    body += &format!("<span>a perfect model: <b>{:.2}</b></span></div>\n", e.perfect_model);
     body += &cards(report);
     body += &tried(report);
     body += &maps(report);
@@ -68,7 +68,7 @@ fn plain(report: &Report) -> String {
     };
     let set = |set: &[&'static str]| set.iter().map(what).collect::<Vec<_>>().join(", and ");
     let e = &report.error;
-    let fall = format!("from {:.1} to {:.1} noise floors", e.before, e.after);
+    let fall = format!("from {:.1} to {:.1} run spreads", e.before, e.after);
     match report.verdict {
         Verdict::Effect => format!(
             "The model lacks something: {}. With it the held-out error falls {fall}.",
@@ -94,7 +94,7 @@ fn place_words(p: &Place) -> String {
 pub fn structure_words(s: &Structure) -> String {
     let on: Vec<String> = s.depends_on.iter().map(|(q, x)| format!("{q} ({:.0} %)", 100.0 * x)).collect();
     let on = if on.is_empty() { "no named quantity".into() } else { on.join(", ") };
-    format!("{} ({}), {:.1} noise floors, depends on {on}", channel_words(&s.channel), s.phase, s.size)
+    format!("{} ({}), {:.1} run spreads, depends on {on}", channel_words(&s.channel), s.phase, s.size)
 }
 
 /// Share of the excess error that an effect explains.
@@ -118,7 +118,7 @@ fn misfit_bars(report: &Report) -> String {
     let rows = places.len();
     let mut chart = Chart {
         size: (820, 60 + 34 * rows as u32),
-        x_label: "systematic misfit, noise floors of one run (no bar: below 0.1)".into(),
+        x_label: "systematic misfit, run spreads of one run (no bar: below 0.1)".into(),
         x_decades: true,
         ..Chart::default()
     };
@@ -149,7 +149,7 @@ fn misfit_bars(report: &Report) -> String {
         legend += &swatch(AFTER, "with the named effects");
     }
     legend += &format!(
-        "<span><i class=\"swatch line measured\"></i>{RELEVANT} noise floors: above, an effect is looked for</span>"
+        "<span><i class=\"swatch line measured\"></i>{RELEVANT} run spreads: above, an effect is looked for</span>"
     );
     format!(
         "<div class=\"legend\">{legend}</div>\n<figure><figcaption>Where the model misses most<span></span></figcaption>{}</figure>\n",
@@ -176,7 +176,7 @@ fn cards(report: &Report) -> String {
 
 fn role(c: &CandidateReport, what: &str) -> String {
     format!(
-        "{what}; on its own it explains {} of the excess error and leaves {:.2} noise floors",
+        "{what}; on its own it explains {} of the excess error and leaves {:.2} run spreads",
         share(c.explained),
         c.held_out_error
     )
@@ -274,7 +274,7 @@ fn maps(report: &Report) -> String {
     }
     let mut out = String::from(
         "<h2>Systematic misfit by channel and phase</h2>\n<p class=\"soft\">Root mean square over the conditions, in \
-         noise floors of one run. Channels within one noise floor everywhere are left out.</p>\n<div class=\"flow\">\n",
+         run spreads of one run. Channels within one run spread everywhere are left out.</p>\n<div class=\"flow\">\n",
     );
     let map = |title: &str, size: fn(&Place) -> f64| {
         let phases: Vec<&str> = Phase::ALL

@@ -3,11 +3,13 @@
 //! Results go to stdout; progress, notes and errors to stderr. A closed pipe
 //! (`stickslip ... | head`) ends the program quietly.
 
+use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use anyhow::Context;
@@ -30,13 +32,14 @@ pub struct Output {
     style: Style,
     schema: Option<String>,
     document_printed: AtomicBool,
+    refused: Mutex<BTreeSet<String>>,
 }
 
 impl Output {
     /// Prints in `style`.
     #[must_use]
     pub fn new(style: Style) -> Self {
-        Output { style, schema: None, document_printed: AtomicBool::new(false) }
+        Output { style, schema: None, document_printed: AtomicBool::new(false), refused: Mutex::default() }
     }
 
     /// The same for the program and command `name`: its documents say `"schema": "<name>/1"`
@@ -70,6 +73,15 @@ impl Output {
     /// A remark on stderr in both styles: it is no part of the result.
     pub fn note(&self, text: impl Display) {
         print_line(&mut io::stderr().lock(), format_args!("note: {text}"));
+    }
+
+    /// Data that were refused while the command goes on with the rest: listed once on stderr, and
+    /// the exit code is 1 in the end ([`Output::exit_code`]).
+    pub fn refused(&self, what: impl Display) {
+        let text = what.to_string();
+        if self.refused.lock().unwrap_or_else(PoisonError::into_inner).insert(text.clone()) {
+            print_line(&mut io::stderr().lock(), format_args!("refused: {text}"));
+        }
     }
 
     /// The command's JSON document; nothing for people. Call it once.
@@ -133,10 +145,16 @@ impl Output {
         }
     }
 
-    /// Reports a command's error. Exit code 0: done; 1: the command failed.
+    /// Reports a command's error. Exit code 0: done; 1: the command failed, or data were refused.
     #[must_use]
     pub fn exit_code(&self, result: &anyhow::Result<()>) -> ExitCode {
+        let refused = self.refused.lock().unwrap_or_else(PoisonError::into_inner).len();
         match result {
+            Ok(()) if refused > 0 => {
+                let what = format!("{refused} refused, see above; the result is that of the rest");
+                print_line(&mut io::stderr().lock(), format_args!("error: {what}"));
+                ExitCode::FAILURE
+            }
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => {
                 self.error(error);

@@ -61,7 +61,7 @@ kinds! {
     DwellStrengthening "dwell_strengthening" "-" 0.08 "gain of friction for each e-fold of contact age (rate and state; renewed by 50 um of slip, onset 0.1 s)";
     LoadDependentFriction "load_dependent_friction" "-" 0.333 "mu falls with the finger's load to this power (nominal at 20 N)";
     AnisotropicFriction "anisotropic_friction" "-" 0.4 "difference of friction along and across the object's X over the mean";
-    FingerFrictionMismatch "finger_friction_mismatch" "-" 0.4 "difference of the fingers' friction over the mean";
+    FingerFrictionMismatch "finger_friction_mismatch" "-" 0.2 "half the difference of the fingers' friction over the mean, finger 1 above";
     WearDrift "wear_drift" "-" -0.3 "relative change of finger friction from the first to the last trial, in proportion to planned sliding distance";
     ContactCompliance "contact_compliance" "m/N" 5e-5 "additional compliance of each finger pad, tangential and normal";
     TorsionalFriction "torsional_friction" "-" -1.0 "true over stated patch size less one; -1 is a point contact";
@@ -150,8 +150,8 @@ impl HiddenEffect {
             Kind::ThermalFade => each(laws, &|l| l.fade += s),
             Kind::FaceStripe => each(laws, &|l| l.stripe += s),
             Kind::FingerFrictionMismatch => {
-                truth.finger[0].mu *= (1.0 + s / 2.0).max(0.0);
-                truth.finger[1].mu *= (1.0 - s / 2.0).max(0.0);
+                truth.finger[0].mu *= (1.0 + s).max(0.0);
+                truth.finger[1].mu *= (1.0 - s).max(0.0);
             }
             Kind::ContactCompliance => {
                 let k = &mut truth.finger_stiffness;

@@ -5,7 +5,8 @@ use std::fmt;
 use serde::Serialize;
 use stickslip_shared::model::Model;
 
-use super::friction::{Coefficient, Estimate, Fit};
+use super::friction::Fit;
+use super::problem::{Coefficient, Estimate};
 use super::windows::Windowed;
 
 /// Whether the object was seen to slide in the grasp.

@@ -8,53 +8,15 @@
 //! trial that it misses altogether, because the grip was lost there, has hardly any
 //! (weights of Cauchy's loss, Holland and Welsch 1977).
 
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-use nalgebra::{DMatrix, DVector, Dyn, Owned};
+use levenberg_marquardt::LevenbergMarquardt;
+use nalgebra::DVector;
 use rayon::prelude::*;
-use serde::Serialize;
 use stickslip_shared::model::Model;
 
 use super::intervals;
+use super::problem::{Coefficient, Estimate, Problem, RANGE, mean_squares};
 use super::windows::{SEEN, Seen, Windowed, resolution};
 use crate::channels::COUNT;
-
-/// Which coefficient.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Coefficient {
-    /// Both fingers.
-    Finger,
-    /// Pusher or edge.
-    Pusher,
-    /// Table or platform.
-    Support,
-}
-
-impl Coefficient {
-    /// Its place in a model.
-    pub fn of(self, model: &mut Model<f64>) -> &mut f64 {
-        match self {
-            Self::Finger => &mut model.friction.finger,
-            Self::Pusher => &mut model.friction.pusher,
-            Self::Support => &mut model.friction.support,
-        }
-    }
-}
-
-/// What is known about a coefficient.
-#[derive(Clone, Debug, Serialize)]
-pub struct Estimate {
-    /// Which.
-    pub coefficient: Coefficient,
-    /// Value in the calibrated model. Where `determined` is false, only its bounds mean anything.
-    pub value: f64,
-    /// Lower end of the 95 % interval (`None`: no bound on that side).
-    pub low: Option<f64>,
-    /// Upper end.
-    pub high: Option<f64>,
-    /// Whether the data determine it: bounds on both sides, closer than a factor of 1.65.
-    pub determined: bool,
-}
 
 /// Result of [`fit`].
 pub struct Fit {
@@ -66,110 +28,8 @@ pub struct Fit {
     pub missed: Vec<usize>,
 }
 
-/// Coefficients beyond these are not believed.
-pub const RANGE: [f64; 2] = [0.02, 5.0];
-/// Relative step of the difference quotients: above the kinks of stick and slip.
-pub const STEP: f64 = 0.01;
 /// Solves, each with the weights that the last one left.
 const ROUNDS: usize = 4;
-/// Square of the error, in units of the usual one, at which a trial's say is halved.
-const FAR: f64 = 9.0;
-
-/// A least squares problem with fixed weights.
-pub struct Problem<'a> {
-    /// Calibration trials.
-    pub trials: &'a [&'a Windowed],
-    /// Unknown coefficients.
-    pub free: Vec<Coefficient>,
-    /// Their logarithms.
-    pub at: DVector<f64>,
-    /// Weight of each signal in each trial: one over its squared scale.
-    pub weights: Vec<[f64; SEEN]>,
-    offsets: &'a [f64; COUNT],
-    base: &'a Model<f64>,
-}
-
-impl Problem<'_> {
-    /// The base with the coefficients at the logarithms `at`.
-    pub fn model(&self, at: &DVector<f64>) -> Model<f64> {
-        let mut model = self.base.clone();
-        for (c, x) in self.free.iter().zip(at.iter()) {
-            *c.of(&mut model) = x.exp().clamp(RANGE[0], RANGE[1]);
-        }
-        model
-    }
-
-    /// Residuals of each trial, not weighted.
-    pub fn residuals_at(&self, at: &DVector<f64>) -> Vec<Vec<Seen>> {
-        let model = self.model(at);
-        self.trials.par_iter().map(|w| w.residual(self.offsets, &model)).collect()
-    }
-
-    fn weighted(&self, at: &DVector<f64>) -> DVector<f64> {
-        let each = self.residuals_at(at);
-        let values = each.iter().zip(&self.weights).flat_map(|(rows, weights)| {
-            rows.iter().flat_map(move |row| {
-                row.iter().zip(weights).map(|(r, w)| if r.is_finite() { r * w.sqrt() } else { 0.0 })
-            })
-        });
-        DVector::from_vec(values.collect())
-    }
-
-    /// Weights from the residuals at the present coefficients.
-    fn weigh(&mut self) {
-        let squares: Vec<Seen> = self.residuals_at(&self.at).iter().map(|r| mean_squares(r)).collect();
-        let usual: Seen = std::array::from_fn(|k| {
-            let mut known: Vec<f64> = squares.iter().map(|s| s[k]).filter(|s| s.is_finite()).collect();
-            known.sort_by(f64::total_cmp);
-            let median = known.get(known.len() / 2).copied().unwrap_or(0.0);
-            median.max(resolution(k).powi(2))
-        });
-        let weight =
-            |s: &Seen| std::array::from_fn(|k| 1.0 / (usual[k] * (1.0 + s[k].max(0.0) / (FAR * usual[k]))));
-        self.weights = squares.iter().map(weight).collect();
-    }
-}
-
-/// Mean square of each signal over the windows; NaN where it was not measured.
-fn mean_squares(rows: &[Seen]) -> Seen {
-    std::array::from_fn(|k| {
-        let known = rows.iter().map(|r| r[k]).filter(|x| x.is_finite());
-        let (sum, count) = known.fold((0.0, 0.0), |(s, n), x| (s + x * x, n + 1.0));
-        sum / count
-    })
-}
-
-impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
-    type ResidualStorage = Owned<f64, Dyn>;
-    type JacobianStorage = Owned<f64, Dyn, Dyn>;
-    type ParameterStorage = Owned<f64, Dyn>;
-
-    fn set_params(&mut self, x: &DVector<f64>) {
-        self.at = x.clone();
-    }
-
-    fn params(&self) -> DVector<f64> {
-        self.at.clone()
-    }
-
-    fn residuals(&self) -> Option<DVector<f64>> {
-        Some(self.weighted(&self.at))
-    }
-
-    fn jacobian(&self) -> Option<DMatrix<f64>> {
-        let columns: Vec<DVector<f64>> = (0..self.free.len())
-            .map(|k| {
-                let moved = |by: f64| {
-                    let mut x = self.at.clone();
-                    x[k] += by;
-                    self.weighted(&x)
-                };
-                (moved(STEP) - moved(-STEP)) / (2.0 * STEP)
-            })
-            .collect();
-        Some(DMatrix::from_columns(&columns))
-    }
-}
 
 /// Finds the coefficients of all contacts that the trials' scenes have.
 pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], base: &Model<f64>) -> Fit {

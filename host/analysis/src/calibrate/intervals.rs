@@ -22,7 +22,7 @@ use rand_distr::{Distribution, Exp1};
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-use super::friction::{Estimate, Problem, RANGE, STEP};
+use super::problem::{Estimate, Problem, RANGE, STEP};
 use super::windows::{SEEN, Seen};
 
 /// Draws.
@@ -51,17 +51,17 @@ pub fn estimates(problem: &Problem<'_>) -> Vec<Estimate> {
     (0..problem.free.len()).map(|k| estimate(problem, &groups, &draws, k)).collect()
 }
 
-/// Number of the condition of each trial.
+/// Number of the condition of each trial, without gaps.
 fn conditions(problem: &Problem<'_>) -> Vec<usize> {
-    let mut names: Vec<&str> = Vec::new();
-    let mut place = |name| match names.iter().position(|n| *n == name) {
+    let mut seen: Vec<usize> = Vec::new();
+    let mut place = |condition| match seen.iter().position(|c| *c == condition) {
         Some(at) => at,
         None => {
-            names.push(name);
-            names.len() - 1
+            seen.push(condition);
+            seen.len() - 1
         }
     };
-    problem.trials.iter().map(|w| place(w.condition.as_str())).collect()
+    problem.trials.iter().map(|w| place(w.condition)).collect()
 }
 
 /// Weight of each condition and of each signal.

@@ -9,17 +9,21 @@
 mod determined;
 mod friction;
 mod intervals;
+mod problem;
 mod windows;
 
 use rayon::prelude::*;
 use serde::Serialize;
 use stickslip_shared::model::Model;
+use thiserror::Error;
 
 use crate::channels::{COUNT, Quantity, quantity};
-use stickslip_data::{Description, Trial};
+use crate::evidence::conditions::condition_of;
+use crate::run::simulate::SceneError;
+use stickslip_data::{Description, Trial, TrialInfo};
 
 pub use determined::{Remark, Slid, name};
-pub use friction::{Coefficient, Estimate};
+pub use problem::{Coefficient, Estimate};
 pub use windows::Windowed;
 
 /// Most calibration trials: more of them only cost time.
@@ -60,6 +64,17 @@ pub struct QuantityError {
     pub signal: f64,
 }
 
+/// Why nothing can be calibrated.
+#[derive(Debug, Error)]
+pub enum CalibrateError {
+    /// The first trial's reason.
+    #[error("no trial can be simulated: {0}")]
+    Scene(SceneError),
+    /// Nothing to learn from.
+    #[error("primitive {0}: no trial has any prescribed motion to learn from")]
+    NothingMoves(String),
+}
+
 /// Result of a calibration.
 #[derive(Clone, Debug, Serialize)]
 pub struct Calibration {
@@ -86,7 +101,7 @@ pub struct Calibration {
 /// Places of the calibration trials in a list of `conditions`, one for each trial: a `share`
 /// of them, of as many conditions as
 /// possible and spread evenly over the list, so that whatever changes along it is touched.
-pub fn pick(conditions: &[&str], share: Share) -> Vec<usize> {
+pub fn pick<C: PartialEq>(conditions: &[C], share: Share) -> Vec<usize> {
     let count = conditions.len();
     let wanted = ((count as f64 * share.share).round() as usize)
         .clamp(share.fewest.min(count), MOST_TRIALS.max(share.fewest).min(count));
@@ -118,9 +133,13 @@ pub fn calibrate(
     trials: &[(usize, Trial)],
     base: &Model<f64>,
     share: Share,
-) -> anyhow::Result<Calibration> {
-    let ready: Vec<Result<Windowed, crate::run::simulate::SceneError>> =
-        trials.par_iter().map(|(at, trial)| Windowed::new(description, trial, *at)).collect();
+) -> Result<Calibration, CalibrateError> {
+    let infos: Vec<&TrialInfo> = trials.iter().map(|(_, trial)| &trial.info).collect();
+    let ready: Vec<Result<Windowed, SceneError>> = trials
+        .par_iter()
+        .zip(condition_of(&infos))
+        .map(|((at, trial), condition)| Windowed::new(description, trial, *at, condition))
+        .collect();
     let mut remarks = Vec::new();
     let mut good = Vec::new();
     let mut first_error = None;
@@ -138,20 +157,20 @@ pub fn calibrate(
     }
     if good.is_empty() {
         return Err(match first_error {
-            Some(error) => anyhow::Error::new(error).context("no trial can be simulated"),
-            None => {
-                anyhow::anyhow!("primitive {primitive}: no trial has any prescribed motion to learn from")
-            }
+            Some(error) => CalibrateError::Scene(error),
+            None => CalibrateError::NothingMoves(primitive.to_owned()),
         });
     }
-    let conditions: Vec<&str> = good.iter().map(|w| w.condition.as_str()).collect();
+    let conditions: Vec<usize> = good.iter().map(|w| w.condition).collect();
     let chosen = pick(&conditions, share);
     let (mut calibration, mut held_out) = (Vec::new(), Vec::new());
     for (i, w) in good.iter().enumerate() {
         if chosen.contains(&i) { calibration.push(w) } else { held_out.push(w) }
     }
-    let (offsets, tared) = windows::tare(&calibration, base);
-    remarks.extend(tared);
+    let (offsets, rested) = windows::tare(&calibration, base);
+    if !rested {
+        remarks.push(Remark::NoRest);
+    }
     let mut fit = friction::fit(&calibration, &offsets, base);
     remarks.extend(fit.missed.iter().map(|i| Remark::Missed(calibration[*i].trial.clone())));
     determined::keep_base(&mut fit, base);

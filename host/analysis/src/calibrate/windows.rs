@@ -15,7 +15,6 @@ use std::ops::Range;
 
 use stickslip_shared::model::Model;
 
-use super::determined::Remark;
 use crate::channels::{COUNT, Quantity, Signals, quantity};
 use crate::run::simulate::{Prepared, SceneError, prepare};
 use stickslip_data::{Description, Trial};
@@ -59,8 +58,8 @@ pub fn resolution(k: usize) -> f64 {
 pub struct Windowed {
     /// Its name.
     pub trial: String,
-    /// What its repetitions share.
-    pub condition: String,
+    /// Number that its repetitions share.
+    pub condition: usize,
     /// Ready to simulate.
     pub prepared: Prepared,
     /// Means of the measured channels over each window, NaN where nothing was measured.
@@ -72,7 +71,12 @@ pub struct Windowed {
 
 impl Windowed {
     /// Prepares and windows a trial; no windows where nothing moves.
-    pub fn new(description: &Description, trial: &Trial, ordinal: usize) -> Result<Self, SceneError> {
+    pub fn new(
+        description: &Description,
+        trial: &Trial,
+        ordinal: usize,
+        condition: usize,
+    ) -> Result<Self, SceneError> {
         let prepared = prepare(description, trial, ordinal)?;
         let moving: Vec<usize> =
             prepared.drive_speed().iter().enumerate().filter(|(_, s)| **s > 1e-5).map(|(i, _)| i).collect();
@@ -91,7 +95,6 @@ impl Windowed {
         // The last samples at rest may see the onset through the smoothing of the motion.
         let rest = 0..first.saturating_sub(REST / 2);
         let drifted = prepared.drifted();
-        let condition = crate::evidence::conditions::key(&trial.info);
         Ok(Self { trial: trial.info.trial.clone(), condition, prepared, drifted, measured, windows, rest })
     }
 
@@ -164,8 +167,8 @@ fn mean(rows: &[Signals]) -> Signals {
 /// Median over the trials of what each wrench channel shows at rest beyond the model. Of the
 /// fingers only the sum's offset is known (see the module), half of it is each one's; a
 /// single measured finger and a pusher that touches at rest bear an unknown load and are
-/// left alone.
-pub fn tare(trials: &[&Windowed], model: &Model<f64>) -> ([f64; COUNT], Vec<Remark>) {
+/// left alone. The second is whether any trial has a rest before its motion.
+pub fn tare(trials: &[&Windowed], model: &Model<f64>) -> ([f64; COUNT], bool) {
     let mut found: Vec<Vec<f64>> = vec![Vec::new(); COUNT];
     for w in trials.iter().filter(|w| w.rest.len() >= REST) {
         let simulated = w.prepared.simulate_every(model, w.rest.len());
@@ -188,6 +191,5 @@ pub fn tare(trials: &[&Windowed], model: &Model<f64>) -> ([f64; COUNT], Vec<Rema
         values.sort_by(f64::total_cmp);
         *o = values.get(values.len() / 2).copied().unwrap_or(0.0);
     }
-    let remark = found.iter().skip(6).all(Vec::is_empty).then_some(Remark::NoRest);
-    (offsets, remark.into_iter().collect())
+    (offsets, found.iter().skip(6).any(|values| !values.is_empty()))
 }

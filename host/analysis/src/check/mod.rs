@@ -1,7 +1,10 @@
 //! What a data set holds and whether its measurements can be trusted, trial by trial: memory
 //! for one group of repetitions at a time.
 
+pub mod physics;
+
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -10,9 +13,13 @@ use crate::channels::{self, COUNT, NAMES, Signals};
 use crate::evidence::balance::{self, NotChecked, StageBalance, Tare};
 use crate::evidence::conditions::conditions;
 use crate::evidence::noise::{Course, Pool, white_noise};
+use crate::evidence::sensors;
 use crate::evidence::stages::{STAGES, Stages, stages};
-use stickslip_data::{Index, Pose, Trial, TrialInfo, Warning, error::join_warnings};
+use physics::{Breach, Cause, Finding, TrialPhysics};
+use stickslip_data::{Description, Index, Pose, Trial, TrialInfo, Warning, error::join_warnings};
 
+/// Primitives whose intended motion the predictor knows.
+const PRIMITIVES: [&str; 5] = ["linear_push", "pivot", "roll", "planar_push", "lift"];
 /// Time steps above this many nominal periods are gaps.
 const GAP_PERIODS: f64 = 1.5;
 
@@ -41,6 +48,8 @@ pub struct Report {
     pub channels: Vec<Channel>,
     /// Balance of the measured forces.
     pub balance: Balance,
+    /// What physics does not allow: units, signs, columns, clocks.
+    pub findings: Vec<Finding>,
     /// What was refused.
     pub errors: Vec<String>,
     /// What is worth knowing.
@@ -134,6 +143,9 @@ pub struct TareSummary {
 /// What one trial tells.
 struct TrialFacts {
     name: String,
+    file: PathBuf,
+    weight_n: [f64; 3],
+    physics: TrialPhysics,
     samples: usize,
     measured: [usize; COUNT],
     white: [Option<f64>; COUNT],
@@ -196,6 +208,18 @@ pub fn check(index: &Index, tick: impl Fn(u64) + Sync) -> Report {
                 .to_owned(),
         });
     }
+    warnings.extend(unknown_primitives(index));
+    if let Some(text) = sensors::unstated(&index.description).sentence() {
+        warnings.push(Warning { file: index.folder.join("dataset.toml"), files: 1, text });
+    }
+    // What is suspicious by chance in some trials is a habit where it is so in all.
+    if let Some(first) =
+        trials.first().filter(|_| trials.iter().all(|trial| !trial.physics.remarks.is_empty()))
+    {
+        let remark =
+            |text: &String| Warning { file: first.file.clone(), files: trials.len(), text: text.clone() };
+        warnings.extend(first.physics.remarks.iter().map(remark));
+    }
     let samples: usize = trials.iter().map(|trial| trial.samples).sum();
     let rates: Vec<f64> =
         trials.iter().map(|trial| 1.0 / trial.median_step_s).filter(|rate| rate.is_finite()).collect();
@@ -217,6 +241,11 @@ pub fn check(index: &Index, tick: impl Fn(u64) + Sync) -> Report {
         gaps: trials.iter().map(|trial| trial.gaps).sum(),
         longest_s: trials.iter().map(|trial| trial.longest_gap_s).fold(0.0, f64::max),
     };
+    let balance = balance_table(&trials);
+    let physics: Vec<(PathBuf, &TrialPhysics)> =
+        trials.iter().map(|trial| (trial.file.clone(), &trial.physics)).collect();
+    let mut findings = physics::findings(index, &physics);
+    findings.extend(imbalance(&trials, &balance, &findings));
     Report {
         name: index.description.name.clone(),
         trials: trials.len(),
@@ -228,7 +257,8 @@ pub fn check(index: &Index, tick: impl Fn(u64) + Sync) -> Report {
         rate_hz,
         gaps,
         channels: channel_table(&trials, &floor, samples),
-        balance: balance_table(&trials),
+        balance,
+        findings,
         errors,
         warnings: join_warnings(warnings),
     }
@@ -274,6 +304,8 @@ fn signals(trial: &Trial) -> Vec<Signals> {
 }
 
 fn trial_facts(index: &Index, trial: &Trial, stages: &Stages, signals: &[Signals]) -> TrialFacts {
+    let used = sensors::sensors_or_estimated(&index.description, std::iter::once(trial));
+    let description = Description { sensors: used.sensors, ..index.description.clone() };
     let mut steps: Vec<f64> = trial
         .samples
         .windows(2)
@@ -282,23 +314,98 @@ fn trial_facts(index: &Index, trial: &Trial, stages: &Stages, signals: &[Signals
             _ => None,
         })
         .collect();
-    let gap_s = GAP_PERIODS / index.description.sample_rate_hz;
+    let gap_s = GAP_PERIODS / description.sample_rate_hz;
     let (gaps, longest_gap_s) = steps
         .iter()
         .filter(|step| **step > gap_s)
         .fold((0, 0.0), |(count, longest), step| (count + 1, f64::max(longest, *step)));
     steps.sort_by(f64::total_cmp);
+    let balance = balance::balance(&description, trial, stages);
+    let mass_kg = description.objects.iter().find(|o| o.id == trial.info.object).map_or(0.0, |o| o.mass_kg);
     TrialFacts {
         name: trial.info.trial.clone(),
+        file: index.folder.join(&trial.info.file),
+        weight_n: description.gravity_m_s2.map(|g| g * mass_kg),
+        physics: physics::of_trial(&description, trial, stages, &balance),
         samples: trial.samples.len(),
         measured: std::array::from_fn(|channel| signals.iter().filter(|row| !row[channel].is_nan()).count()),
         white: std::array::from_fn(|channel| white_noise(signals.iter().map(|row| row[channel]))),
         median_step_s: steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN),
         gaps,
         longest_gap_s,
-        balance: balance::balance(&index.description, trial, stages),
-        tare: balance::tare(&index.description, trial, stages),
+        balance,
+        tare: balance::tare(&description, trial, stages),
     }
+}
+
+/// A primitive that the format does not name has no known intent: the predictor takes it as a hold.
+fn unknown_primitives(index: &Index) -> Vec<Warning> {
+    let mut names: BTreeMap<&str, usize> = BTreeMap::new();
+    for info in index.trials.iter().filter(|info| !PRIMITIVES.contains(&info.primitive.as_str())) {
+        *names.entry(&info.primitive).or_default() += 1;
+    }
+    let warning = |(name, trials): (&str, usize)| Warning {
+        file: index.folder.join("trials.csv"),
+        files: 1,
+        text: format!(
+            "the primitive {} ({trials} trials) has no known intent: the predictor expects that nothing slides. \
+             Known are {}; for any other, [pushers.{name}] and [supports.{name}] in dataset.toml say what touches",
+            stickslip_data::schema::with_hint(name, &PRIMITIVES),
+            PRIMITIVES.join(", ")
+        ),
+    };
+    names.into_iter().map(warning).collect()
+}
+
+/// Forces that do not balance in more than half of the trials are a property of the bench, not an
+/// event in some of them; said where no cause is known already.
+fn imbalance(trials: &[TrialFacts], balance: &Balance, known: &[Finding]) -> Option<Finding> {
+    let named = known.iter().any(|finding| !matches!(finding.cause, Cause::GripUnit | Cause::ClockOffset));
+    if named || 2 * balance.failing <= balance.checked {
+        return None;
+    }
+    // The multiple of the weight that the forces carry, where nothing but the weight is missing.
+    let carried = trials.iter().filter_map(|trial| {
+        let worst = trial.balance.as_ref().ok()?.iter().find(|stage| stage.fails())?;
+        let weight_sq: f64 = trial.weight_n.iter().map(|w| w * w).sum();
+        let along: f64 = trial.weight_n.iter().zip(worst.sum_n).map(|(w, s)| w * s).sum();
+        let share = along / weight_sq;
+        let across: f64 = trial.weight_n.iter().zip(worst.sum_n).map(|(w, s)| (s - share * w).powi(2)).sum();
+        (weight_sq > 0.0 && across.sqrt() <= worst.bound_n + 3.0 * worst.standard_error_n)
+            .then_some(1.0 - share)
+    });
+    let mut carried: Vec<f64> = carried.collect();
+    carried.sort_by(f64::total_cmp);
+    let likely = match carried.get(carried.len() / 2) {
+        Some(multiple) if 2 * carried.len() > balance.failing && *multiple > 0.0 => format!(
+            "what is left over is along gravity: a wrong mass (the forces carry {multiple:.2} times mass_kg), a \
+             vertical force that is not measured (cable, table), or a sensor's offset"
+        ),
+        _ => "a sensor's offset or gain beyond what [sensors] states, a force that is not measured (cable, table, \
+              stop), or wrong axes of a sensor"
+            .to_owned(),
+    };
+    let (first, worst) = balance.worst.first()?;
+    let file = trials.iter().find(|trial| trial.name == *first).map(|trial| trial.file.clone())?;
+    let [x, y, z] = worst.sum_n;
+    let breach = Breach {
+        cause: Cause::Balance,
+        columns: "columns finger{1,2}_f*, pusher_f*".to_owned(),
+        text: format!(
+            "the measured forces and the weight sum to [{x:.3}, {y:.3}, {z:.3}] N in the stage '{}', sensors may be off \
+             by {:.3} N; {likely}",
+            worst.stage.label(),
+            worst.bound_n
+        ),
+    };
+    Some(Finding {
+        cause: breach.cause,
+        file,
+        columns: breach.columns,
+        text: breach.text,
+        trials: balance.failing,
+        of: trials.len(),
+    })
 }
 
 fn primitives(infos: &[TrialInfo]) -> Vec<PrimitiveCount> {

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::{Data, NamedModel};
+use super::inputs::Data;
+use super::models::NamedModel;
 use crate::calibrate::{Share, calibrate, name};
 use crate::model::file::default_model;
 use stickslip_data::Trial;
@@ -39,7 +40,7 @@ pub fn calibrated(
             Ok(found) => found,
             Err(error) => {
                 notes.push(format!(
-                    "friction of {primitive} was not calibrated ({error:#}): the default is used"
+                    "friction of {primitive} was not calibrated ({error}): the default is used"
                 ));
                 continue;
             }

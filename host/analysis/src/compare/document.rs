@@ -1,7 +1,8 @@
-//! What a comparison says: the JSON document `stickslip-compare/1`, and the traces that the
+//! What a comparison says: the JSON document `stickslip-compare/2`, and the traces that the
 //! page draws.
 //!
-//! Errors are modelled minus measured, SI units.
+//! SI units. A residual is modelled minus measured as it is, noise included; an error is the part
+//! of it beyond the tolerance.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +16,7 @@ use crate::evidence::force_bands::Band;
 use crate::evidence::phases::{Evidence, Phase, Phases};
 
 /// Name of the document's format.
-pub const SCHEMA: &str = "stickslip-compare/1";
+pub const SCHEMA: &str = "stickslip-compare/2";
 
 /// A comparison of one data set with one or more models.
 #[derive(Clone, Debug, Serialize)]
@@ -30,8 +31,11 @@ pub struct Comparison {
     pub data: DataSummary,
     /// In the order given; the last is the one that the summary is about.
     pub models: Vec<ModelReport>,
-    /// With two models or more: first against last.
+    /// With two models or more: first against last, both within the tolerance of the first.
     pub changes: Vec<Change>,
+    /// With two models or more: the changes counted, within the first model's tolerance and
+    /// without any.
+    pub tallies: Vec<Tally>,
     /// Trials that could not be compared.
     pub skipped: Vec<Skipped>,
     /// For the page.
@@ -69,6 +73,10 @@ pub struct ModelReport {
     pub friction: BTreeMap<String, f64>,
     /// Ids of its effects.
     pub effects: Vec<String>,
+    /// Mean width of the forces' intervals over all force distributions with the same motion while
+    /// the object is pushed, N: what the model leaves open. `null` where it leaves nothing open or
+    /// any deviation counts. The wider, the less a small error proves.
+    pub open_force_n: Option<f64>,
     /// Sensor offsets found with it.
     pub offsets: Offsets,
     /// One for each primitive, channel and phase, worst first.
@@ -96,7 +104,20 @@ pub struct Place {
     pub phase: Phase,
 }
 
-/// Error of one channel in one phase.
+/// Size of residuals or errors over all samples of the trials.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Size {
+    /// Root mean square.
+    pub rms: f64,
+    /// Mean.
+    pub mean: f64,
+    /// Largest, without sign.
+    pub largest: f64,
+    /// RMS over noise floor; of a perfect model's residual 1.
+    pub multiples: Option<f64>,
+}
+
+/// Residual and error of one channel in one phase.
 #[derive(Clone, Debug, Serialize)]
 pub struct ErrorRow {
     /// Which.
@@ -106,23 +127,24 @@ pub struct ErrorRow {
     pub unit: &'static str,
     /// Trials in which it is known.
     pub trials: usize,
-    /// Root mean square error over all samples.
-    pub rms: f64,
-    /// Mean error.
-    pub bias: f64,
-    /// Largest error, without sign.
-    pub max: f64,
-    /// RMS without taking sensor offsets out.
+    /// Mean length of the phase, s.
+    pub duration_s: f64,
+    /// Modelled minus measured as it is, sensor offsets taken out.
+    pub residual: Size,
+    /// What of it is beyond the tolerance.
+    pub error: Size,
+    /// RMS of the residual without taking sensor offsets out.
     pub rms_with_offset: f64,
-    /// Mean without taking sensor offsets out.
+    /// Mean of the residual without taking sensor offsets out.
     pub bias_with_offset: f64,
+    /// Where there are no repetitions: whether the mean error over phases of 0.1 s and longer is
+    /// beyond the sensor's stated uncertainty. `null`: shorter, or no uncertainty is stated.
+    pub sustained: Option<bool>,
     /// RMS that a perfect model would show; `null`: not known.
     pub noise_floor: Option<f64>,
     /// Where from.
     pub noise_source: Source,
-    /// RMS over noise floor.
-    pub multiples: Option<f64>,
-    /// Lack of fit against the repetitions; `null` without repetitions.
+    /// Lack of fit of the error against the repetitions; `null` without repetitions.
     pub lack_of_fit: Option<Test>,
     /// Whether lack of fit is significant after correction and the error above the floor.
     pub fails: bool,
@@ -216,12 +238,16 @@ pub struct TrialRow {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fate {
-    /// Failed, and does no more.
+    /// Failed, and does no more: a tenth smaller or more, and not significant.
     Gone,
+    /// Significant in one of the two only, though its size is the same within a tenth.
+    Unclear,
     /// Fails still, by less.
     Smaller,
-    /// Fails still, not by less.
+    /// Fails still, neither by a tenth less nor by a tenth more.
     Remains,
+    /// Fails still, by more.
+    Larger,
     /// Fails only now.
     New,
     /// Failed in neither.
@@ -236,16 +262,41 @@ pub struct Change {
     pub place: Place,
     /// SI.
     pub unit: &'static str,
-    /// RMS with the first model.
-    pub rms_before: f64,
-    /// RMS with the last.
-    pub rms_after: f64,
-    /// In noise floors.
-    pub multiples_before: Option<f64>,
-    /// In noise floors.
-    pub multiples_after: Option<f64>,
+    /// Error of the first model.
+    pub before: Size,
+    /// Error of the last, within the tolerance of the first.
+    pub after: Size,
+    /// Residual of the first model.
+    pub residual_before: Size,
+    /// Residual of the last.
+    pub residual_after: Size,
     /// What became of it.
     pub fate: Fate,
+    /// Whether it fails before.
+    #[serde(skip)]
+    pub failed: bool,
+}
+
+/// Changes from the first model to the last, counted.
+#[derive(Clone, Debug, Serialize)]
+pub struct Tally {
+    /// Whether what the first model leaves open counts as no error, for both models alike.
+    pub within_tolerance: bool,
+    /// Root mean square over the channels and phases where either fails (over all where neither
+    /// does), in noise floors: first model.
+    pub before: f64,
+    /// The same: last model.
+    pub after: f64,
+    /// Failures of the first model.
+    pub failures: usize,
+    /// Failures of it that are gone.
+    pub removed: usize,
+    /// That are a tenth smaller or more, and still fail.
+    pub smaller: usize,
+    /// That are a tenth larger or more.
+    pub larger: usize,
+    /// New ones.
+    pub new: usize,
 }
 
 /// A trial that could not be compared.

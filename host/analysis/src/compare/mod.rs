@@ -2,71 +2,43 @@
 //! whether another model fails less.
 //!
 //! Every trial is simulated along its measured drive ([`crate::run::simulate`]) and split into
-//! phases ([`crate::evidence::phases`]). Errors are modelled minus measured, after taking out what may
-//! be called a sensor offset ([`tare`]), and are measured against the scatter of repetitions
-//! ([`noise`]). Lack of fit is an F test of the conditions' mean errors against that scatter
-//! ([`statistics`]), corrected for the number of channels and phases looked at.
+//! phases ([`crate::evidence::phases`]). Residuals are modelled minus measured, after taking out what
+//! may be called a sensor offset ([`tare`]); an error is what of them is beyond the tolerance
+//! ([`models`]). Both are measured against the scatter of repetitions ([`noise`]). Lack of fit is an F
+//! test of the conditions' mean errors against that scatter ([`crate::evidence::statistics`]),
+//! corrected for the number of channels and phases looked at.
+//!
+//! A model's own figures depend on the model and the data alone. Before and after are judged by one
+//! tolerance, that of the first model: one that leaves more open gains nothing by it.
 
 mod base;
 pub mod document;
-mod give;
+pub mod inputs;
+pub mod models;
 pub mod noise;
 pub mod regions;
 pub mod rows;
 pub mod tare;
+mod traces;
 pub mod trial;
 pub mod verdict;
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
-
-use std::path::Path;
+use std::collections::BTreeSet;
 
 use rayon::prelude::*;
-use stickslip_shared::model::{Base, Model};
 
-use crate::channels::{COUNT, Signals};
-use crate::evidence::conditions::{HeldOut, VARIABLES};
-use crate::evidence::force_bands::{Band, bands, bands_towards};
-use crate::evidence::phases::{PHASES, Phase, Phases, split};
-use crate::model::file::{ModelFile, ModelFileError};
-use crate::run::simulate::{Prepared, Simulated, prepare};
-use document::{Comparison, DataSummary, ModelReport, SCHEMA, Skipped, Trace, TrialRow};
-use noise::{Floor, Source};
-use stickslip_data::{Dataset, Description, Trial, TrialInfo};
-use tare::Tare;
+use crate::channels::Signals;
+use crate::evidence::conditions::HeldOut;
+use crate::evidence::phases::{Phases, split};
+use crate::run::simulate::{Simulated, prepare};
+use document::{Comparison, DataSummary, ErrorRow, ModelReport, SCHEMA, Skipped};
+use noise::Source;
+use rows::Part;
+use stickslip_data::{Dataset, TrialInfo};
 use trial::TrialErrors;
 
-/// Samples of a trial at which the intervals of undetermined forces are found.
-const BANDS: usize = 12;
-/// The same for a trial that is drawn.
-const DRAWN_BANDS: usize = 48;
-
-/// What counts as an error where rigid contact leaves something open.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Forces {
-    /// What is outside the interval of all force distributions with the same motion, net wrench
-    /// and grip, of all paths that cannot be told from the measured one, and of what pads of
-    /// real stiffness give way by (see `give.rs`).
-    #[default]
-    OutsideBand,
-    /// The distance to the solution that the model returns, that of least elastic energy.
-    AsReturned,
-}
-
-/// Family-wise chance of a false alarm.
-pub const SIGNIFICANCE: f64 = 0.01;
-
-/// A data set whose trials are read one by one, so that it need not fit memory.
-#[derive(Clone, Copy)]
-pub struct Data<'a> {
-    /// dataset.toml.
-    pub description: &'a Description,
-    /// trials.csv.
-    pub infos: &'a [TrialInfo],
-    /// Reads the trial at this place of `infos`.
-    pub load: &'a (dyn Fn(usize) -> Result<Trial, String> + Sync),
-}
+pub use inputs::{CompareError, Data, Forces, Options, SIGNIFICANCE};
+pub use models::NamedModel;
 
 /// Compares a data set that is in memory; see [`compare`].
 ///
@@ -76,7 +48,7 @@ pub fn compare_dataset(
     data: &Dataset,
     models: &[NamedModel],
     options: &Options,
-) -> anyhow::Result<Comparison> {
+) -> Result<Comparison, CompareError> {
     let infos: Vec<TrialInfo> = data.trials.iter().map(|t| t.info.clone()).collect();
     let load = |i: usize| Ok(data.trials[i].clone());
     compare(
@@ -88,147 +60,19 @@ pub fn compare_dataset(
     )
 }
 
-/// A model and where it comes from.
-#[derive(Clone, Debug)]
-pub struct NamedModel {
-    /// Short name for tables.
-    pub name: String,
-    /// In words.
-    pub origin: String,
-    /// The model.
-    pub model: Model<f64>,
-    /// Instead of it, where each primitive has its own friction (other pushers).
-    pub by_primitive: BTreeMap<String, Model<f64>>,
-    /// Signals of another engine, by trial; the own model is not run then.
-    pub recorded: Option<Arc<BTreeMap<String, Simulated>>>,
-}
-
-impl NamedModel {
-    /// A model of the own engine.
-    pub fn own(name: impl Into<String>, origin: impl Into<String>, model: Model<f64>) -> Self {
-        let (name, origin) = (name.into(), origin.into());
-        Self { name, origin, model, by_primitive: BTreeMap::new(), recorded: None }
-    }
-
-    /// The model in a file, called by the file's name.
-    ///
-    /// # Errors
-    /// Where the file cannot be read or is wrong.
-    pub fn read(path: &Path) -> Result<Self, ModelFileError> {
-        let model = ModelFile::read(path)?.to_model();
-        let name = path.file_stem().map_or_else(|| "model".into(), |s| s.to_string_lossy().into_owned());
-        Ok(Self::own(name, path.display().to_string(), model))
-    }
-
-    /// The model for trials of `primitive`.
-    pub fn of(&self, primitive: &str) -> &Model<f64> {
-        self.by_primitive.get(primitive).unwrap_or(&self.model)
-    }
-
-    /// Coefficients by contact; with the primitive's name before where they differ.
-    fn friction(&self) -> BTreeMap<String, f64> {
-        let of = |prefix: &str, model: &Model<f64>| {
-            let f = model.friction;
-            [("finger", f.finger), ("pusher", f.pusher), ("support", f.support)]
-                .map(|(name, value)| (format!("{prefix}{name}"), value))
-        };
-        match self.by_primitive.is_empty() {
-            true => of("", &self.model).into_iter().collect(),
-            false => self.by_primitive.iter().flat_map(|(p, m)| of(&format!("{p}."), m)).collect(),
-        }
-    }
-
-    /// Whether rigid contact leaves forces of it open.
-    fn is_rigid(&self) -> bool {
-        self.recorded.is_none() && matches!(self.model.base, Base::Hard)
-    }
-
-    /// Intervals of the forces that the model leaves open, as far as measurements ask for: all
-    /// force distributions with the same motion, and all paths that cannot be told from the
-    /// measured one.
-    fn bands(
-        &self,
-        primitive: &str,
-        prepared: &Prepared,
-        simulated: &Simulated,
-        phases: Phases,
-        forces: Forces,
-    ) -> Vec<(usize, Band)> {
-        if !self.is_rigid() || forces == Forces::AsReturned {
-            return Vec::new();
-        }
-        let n = prepared.t_s.len();
-        let from = phases.range(Phase::BeforeContact).end.min(n);
-        let count = BANDS.min(n - from);
-        let at: Vec<usize> = (0..count).map(|k| from + (2 * k + 1) * (n - from) / (2 * count)).collect();
-        let (tare, noise) = TrialErrors::tare_and_noise(prepared, simulated, phases);
-        let wanted = |i: usize| -> Signals { std::array::from_fn(|c| prepared.measured[i][c] - tare[c]) };
-        let model = self.of(primitive);
-        let mut bands = bands_towards(prepared, model, &at, &wanted, &noise.map(|s| 3.0 * s));
-        for path in prepared.drifted() {
-            let moved = path.simulate(model).signals;
-            for (sample, band) in &mut bands {
-                for (channel, (low, high)) in band.iter_mut().enumerate().skip(6) {
-                    let value = moved.get(*sample).map_or(f64::NAN, |row| row[channel]);
-                    // `min` and `max` pass over a NaN.
-                    (*low, *high) = (low.min(value), high.max(value));
-                }
-            }
-        }
-        let give = give::give(prepared);
-        for (sample, band) in &mut bands {
-            let value = simulated.signals.get(*sample).copied().unwrap_or([f64::NAN; COUNT]);
-            let rest = phases.range(Phase::End).contains(sample);
-            for (channel, (low, high)) in band.iter_mut().enumerate() {
-                let by = give.of(channel, rest);
-                // A band that is narrower than that, or not known, is widened to it.
-                (*low, *high) = (low.min(value[channel] - by), high.max(value[channel] + by));
-            }
-        }
-        bands
-    }
-
-    fn simulate(&self, info: &TrialInfo, prepared: &Prepared) -> Result<Simulated, String> {
-        match &self.recorded {
-            None => Ok(prepared.simulate(self.of(&info.primitive))),
-            Some(all) => {
-                all.get(&info.trial).cloned().ok_or_else(|| format!("{} was not run on it", self.name))
-            }
-        }
-    }
-}
-
-/// What to compare.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// Only this trial.
-    pub trial: Option<String>,
-    /// Only these trials are compared, and none of them is calibrated on.
-    pub held_out: HeldOut,
-    /// Sensor offsets.
-    pub tare: Tare,
-    /// Forces that are not determined.
-    pub forces: Forces,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self { trial: None, held_out: HeldOut::Nothing, tare: Tare::BeforeContact, forces: Forces::default() }
-    }
-}
-
 /// Trials that were compared, with the errors of each model.
 struct Compared {
     /// Places in the data set.
     places: Vec<usize>,
-    phases: Vec<Phases>,
-    /// By model, then trial.
+    /// By model, then trial: within the model's own tolerance.
     errors: Vec<Vec<TrialErrors>>,
+    /// The last model's within the tolerance and the phases of the first; empty for one model.
+    paired: Vec<TrialErrors>,
     skipped: Vec<Skipped>,
 }
 
 /// Compares `models` with the data. Without a model the base model is calibrated quickly.
-/// `begin` is told the name and length of each stage, `tick` when a step of it is done.
+/// `begin` is called with the name and length of each stage, `tick` when a step of it is done.
 ///
 /// # Errors
 /// A trial that is not there, nothing to hold out, no trial that can be simulated.
@@ -238,17 +82,14 @@ pub fn compare(
     options: &Options,
     begin: &mut dyn FnMut(&'static str, usize),
     tick: &(dyn Fn() + Sync),
-) -> anyhow::Result<Comparison> {
+) -> Result<Comparison, CompareError> {
     let infos = data.infos;
-    anyhow::ensure!(!infos.is_empty(), "the data set lists no trials");
-    let held_out = options.held_out.mask(infos).map_err(anyhow::Error::msg)?;
-    let groups = crate::evidence::conditions::conditions(infos);
-    let mut condition_of = vec![0; infos.len()];
-    for (c, group) in groups.iter().enumerate() {
-        for i in group {
-            condition_of[*i] = c;
-        }
+    if infos.is_empty() {
+        return Err(CompareError::Empty);
     }
+    let held_out = options.held_out.mask(infos).map_err(CompareError::HeldOut)?;
+    let groups = crate::evidence::conditions::conditions(infos);
+    let condition_of = crate::evidence::conditions::condition_of(infos);
     let noise = noise::sensor_noise(data.description);
     let mut notes = Vec::new();
     let calibrated;
@@ -263,16 +104,11 @@ pub fn compare(
     let chosen = chosen_trials(options, infos, &groups, &condition_of, &held_out)?;
     begin("comparing", chosen.loaded.len());
     let compared = simulate_all(data, &chosen.loaded, models, options.forces, &noise, tick);
-    if compared.places.is_empty() {
-        let why = compared.skipped.first().map_or("no trial is left", |s| s.reason.as_str());
-        anyhow::bail!("no trial can be compared: {why}");
-    }
     let reported: Vec<bool> = compared.places.iter().map(|i| chosen.reported.contains(i)).collect();
-    anyhow::ensure!(
-        reported.iter().any(|r| *r),
-        "{}",
-        compared.skipped.first().map_or("no trial is left", |s| s.reason.as_str())
-    );
+    if !reported.iter().any(|r| *r) {
+        let why = compared.skipped.first().map_or("no trial is left", |s| s.reason.as_str());
+        return Err(CompareError::NoTrial(why.to_owned()));
+    }
 
     let trials = rows::Trials {
         infos,
@@ -280,50 +116,78 @@ pub fn compare(
         condition_of: &condition_of,
         reported: &reported,
         noise: &noise,
+        sensors: &data.description.sensors,
+        tare: options.tare,
     };
-    let mut reports = Vec::new();
-    let mut offsets_and_tares: Vec<_> = Vec::new();
-    let mut shifted = compared.errors.clone();
-    for errors in &mut shifted {
+    // Takes the offsets out; returns them, and what was taken out of each trial.
+    let tared = |errors: &mut [TrialErrors]| {
         let found = tare::offsets(&errors.iter().collect::<Vec<_>>(), data.description, options.tare);
         for (e, tare) in errors.iter_mut().zip(&found.1) {
             e.shift(tare);
         }
-        offsets_and_tares.push(found);
-    }
-    let floors = trials.floors(&shifted);
-    let mut tares_of_last = Vec::new();
-    for (m, (named, (offsets, tares))) in models.iter().zip(offsets_and_tares).enumerate() {
-        let mut errors = trials.rows(&shifted, m, &tares, &floors);
-        let shifted = &shifted[m];
+        found
+    };
+    let rows_of = |errors: &[TrialErrors], tares: &[Signals], part: Part| -> Vec<ErrorRow> {
+        let mut rows = trials.rows(errors, tares, &trials.floors(errors), part);
         if chosen.single {
-            for row in &mut errors {
+            for row in &mut rows {
                 row.lack_of_fit = None;
                 row.fails = false;
             }
         }
-        let (regions, trends, trends_tested) = if chosen.single {
-            Default::default()
-        } else {
-            regions::find(&trials, shifted, &errors, &floors)
-        };
+        rows
+    };
+    let mut reports = Vec::new();
+    let mut shifted = compared.errors;
+    let mut of_first = None;
+    let mut of_last = Vec::new();
+    for (named, errors) in models.iter().zip(&mut shifted) {
+        let (offsets, tares) = tared(errors);
+        let floors = trials.floors(errors);
+        let rows = rows_of(errors, &tares, Part::Error);
+        let (regions, trends, trends_tested) =
+            if chosen.single { Default::default() } else { regions::find(&trials, errors, &rows, &floors) };
+        of_first.get_or_insert_with(|| (rows.clone(), rows_of(errors, &tares, Part::Residual)));
+        let (sum, count) = errors.iter().fold((0.0, 0.0), |a, e| (a.0 + e.width_n.0, a.1 + e.width_n.1));
         reports.push(ModelReport {
             name: named.name.clone(),
             origin: named.origin.clone(),
             friction: named.friction(),
             effects: named.model.effects.iter().map(effect_name).collect(),
+            open_force_n: (count > 0.0).then(|| sum / count),
             offsets,
-            errors,
+            errors: rows,
             regions,
             trends,
             trends_tested,
-            unsolved_steps: shifted.iter().map(|e| e.unsolved).sum(),
-            trials: trials.trial_rows(shifted, &floors),
+            unsolved_steps: errors.iter().map(|e| e.unsolved).sum(),
+            trials: trials.trial_rows(errors, &floors),
         });
-        tares_of_last = tares;
+        of_last = tares;
     }
+    let (mut changes, mut tallies) = (Vec::new(), Vec::new());
+    if let (Some((errors, residuals)), false) = (of_first, compared.paired.is_empty()) {
+        let mut paired = compared.paired;
+        let (_, tares) = tared(&mut paired);
+        changes = rows::changes(&errors, &rows_of(&paired, &tares, Part::Error), Part::Error);
+        let without = rows::changes(&residuals, &rows_of(&paired, &tares, Part::Residual), Part::Residual);
+        tallies = vec![rows::tally(&changes, Part::Error), rows::tally(&without, Part::Residual)];
+    }
+    let last = &shifted[shifted.len() - 1];
+    let phases: Vec<Phases> = last.iter().map(|e| e.phases).collect();
+    let floors = trials.floors(last);
     let trial_rows = &reports[reports.len() - 1].trials;
-    let traces = traces(data, &compared, &trials, models, &tares_of_last, &floors, trial_rows, chosen.single);
+    let traces = traces::traces(
+        data,
+        &compared.places,
+        &phases,
+        &trials,
+        models,
+        &of_last,
+        &floors,
+        trial_rows,
+        chosen.single,
+    );
     let sources: BTreeSet<Source> = reports[0].errors.iter().map(|r| r.noise_source).collect();
     let noise_floor = [Source::Repetitions, Source::SensorNoise]
         .into_iter()
@@ -341,9 +205,8 @@ pub fn compare(
         noise_floor,
         significance: SIGNIFICANCE,
     };
-    let changes = if reports.len() > 1 { rows::changes(&reports) } else { Vec::new() };
     notes.extend(verdict::notes(&data_summary, &reports, &compared.skipped, options, chosen.single));
-    let summary = verdict::summary(&data_summary, &reports, &changes, chosen.single);
+    let summary = verdict::summary(&data_summary, &reports, (&changes, &tallies), chosen.single);
     Ok(Comparison {
         schema: SCHEMA,
         summary,
@@ -351,6 +214,7 @@ pub fn compare(
         data: data_summary,
         models: reports,
         changes,
+        tallies,
         skipped: compared.skipped,
         traces,
     })
@@ -373,11 +237,11 @@ fn chosen_trials(
     groups: &[Vec<usize>],
     condition_of: &[usize],
     held_out: &[bool],
-) -> anyhow::Result<Chosen> {
+) -> Result<Chosen, CompareError> {
     if let Some(id) = &options.trial {
         let at = infos.iter().position(|i| i.trial == *id).ok_or_else(|| {
             let some: Vec<&str> = infos.iter().take(5).map(|i| i.trial.as_str()).collect();
-            anyhow::anyhow!("no trial is named `{id}`; there are {} ({} ...)", infos.len(), some.join(", "))
+            CompareError::NoSuchTrial { id: id.clone(), count: infos.len(), some: some.join(", ") }
         })?;
         // Its repetitions give the noise floor.
         let loaded = groups[condition_of[at]].clone();
@@ -396,7 +260,7 @@ fn simulate_all(
     noise: &Signals,
     tick: &(dyn Fn() + Sync),
 ) -> Compared {
-    type One = (Phases, Vec<TrialErrors>);
+    type One = (Vec<TrialErrors>, Option<TrialErrors>);
     let results: Vec<(usize, Result<One, String>)> = loaded
         .par_iter()
         .map(|&i| {
@@ -404,19 +268,49 @@ fn simulate_all(
                 let trial = (data.load)(i)?;
                 let prepared = prepare(data.description, &trial, i).map_err(|e| e.to_string())?;
                 drop(trial);
-                let mut phases = None;
                 let info = &data.infos[i];
-                let errors = models
-                    .iter()
-                    .map(|m| {
-                        let simulated = m.simulate(info, &prepared)?;
-                        // The first model settles the phases, so that models compare like with like.
-                        let p = *phases.get_or_insert_with(|| split(&prepared, &simulated, noise));
-                        let bands = m.bands(&info.primitive, &prepared, &simulated, p, forces);
-                        Ok(TrialErrors::with_bands(&prepared, &simulated, p, &bands))
-                    })
-                    .collect::<Result<_, String>>()?;
-                phases.map(|p| (p, errors)).ok_or_else(|| "no model was given".to_owned())
+                let bare = |simulated: &Simulated, phases| {
+                    TrialErrors::of(&prepared, simulated, phases, &Vec::new())
+                };
+                // The intervals of `model` as far as the residuals of `other` ask for them.
+                let tolerance = |model: &NamedModel,
+                                 (own, phases): (&Simulated, Phases),
+                                 other: &Simulated| {
+                    if forces == Forces::AsReturned {
+                        return Vec::new();
+                    }
+                    let of = bare(other, phases);
+                    let tare = of.offset.map(|o| if o.is_finite() { o } else { 0.0 });
+                    let wanted = |i: usize| -> Signals {
+                        let value = |s: &Simulated, c: usize| s.signals.get(i).map_or(f64::NAN, |row| row[c]);
+                        std::array::from_fn(|c| {
+                            value(own, c) + prepared.measured[i][c] - tare[c] - value(other, c)
+                        })
+                    };
+                    model.tolerance(&info.primitive, &prepared, (own, phases), &wanted, &of.white)
+                };
+                let mut first: Option<(Simulated, Phases)> = None;
+                let mut paired = None;
+                let mut errors = Vec::with_capacity(models.len());
+                for (m, model) in models.iter().enumerate() {
+                    let simulated = model.simulate(info, &prepared)?;
+                    let phases = split(&prepared, &simulated, noise);
+                    let own = tolerance(model, (&simulated, phases), &simulated);
+                    let mut of = TrialErrors::of(&prepared, &simulated, phases, &own);
+                    if forces == Forces::OutsideBand {
+                        of.width_n = model.open_force_n(&info.primitive, &prepared, phases);
+                    }
+                    errors.push(of);
+                    if m > 0
+                        && m + 1 == models.len()
+                        && let Some((base, phases)) = &first
+                    {
+                        let common = tolerance(&models[0], (base, *phases), &simulated);
+                        paired = Some(TrialErrors::of(&prepared, &simulated, *phases, &common));
+                    }
+                    first.get_or_insert((simulated, phases));
+                }
+                Ok((errors, paired))
             };
             let result = one();
             tick();
@@ -425,15 +319,15 @@ fn simulate_all(
         .collect();
     let mut out = Compared {
         places: Vec::new(),
-        phases: Vec::new(),
         errors: vec![Vec::new(); models.len()],
+        paired: Vec::new(),
         skipped: Vec::new(),
     };
     for (i, result) in results {
         match result {
-            Ok((phases, errors)) => {
+            Ok((errors, paired)) => {
                 out.places.push(i);
-                out.phases.push(phases);
+                out.paired.extend(paired);
                 for (all, e) in out.errors.iter_mut().zip(errors) {
                     all.push(e);
                 }
@@ -442,91 +336,4 @@ fn simulate_all(
         }
     }
     out
-}
-
-/// Signals of the worst and the median trial (or of the one chosen), simulated once more.
-#[allow(clippy::too_many_arguments)]
-fn traces(
-    data: Data,
-    compared: &Compared,
-    trials: &rows::Trials,
-    models: &[NamedModel],
-    tares: &[Signals],
-    floors: &BTreeMap<rows::Key, Floor>,
-    rows: &[TrialRow],
-    single: bool,
-) -> Vec<Trace> {
-    let at = |row: &TrialRow| {
-        compared.places.iter().position(|i| data.infos[*i].trial == row.trial).unwrap_or_default()
-    };
-    let mut ranked: Vec<&TrialRow> = rows.iter().filter(|r| r.multiples.is_some()).collect();
-    if ranked.is_empty() {
-        ranked = rows.iter().collect();
-    }
-    ranked.sort_by(|a, b| b.multiples.unwrap_or(0.0).total_cmp(&a.multiples.unwrap_or(0.0)));
-    let mut wanted: Vec<(&TrialRow, &'static str)> = Vec::new();
-    match ranked.as_slice() {
-        [] => {}
-        [only] => wanted.push((only, if single { "chosen trial" } else { "only trial" })),
-        [worst, ..] => {
-            wanted.push((worst, "worst trial"));
-            wanted.push((ranked[ranked.len() / 2], "median trial"));
-        }
-    }
-    wanted
-        .into_iter()
-        .filter_map(|(row, role)| {
-            let k = at(row);
-            let i = compared.places[k];
-            let trial = (data.load)(i).ok()?;
-            let prepared = prepare(data.description, &trial, i).ok()?;
-            let modelled = models
-                .iter()
-                .map(|m| m.simulate(&data.infos[i], &prepared).map(|s| s.signals))
-                .collect::<Result<_, _>>()
-                .ok()?;
-            let rigid = models.last().filter(|m| m.is_rigid());
-            let force_bands =
-                rigid.map_or_else(Vec::new, |m| drawn_bands(&prepared, m.of(&data.infos[i].primitive)));
-            let mut measured = prepared.measured;
-            for row in &mut measured {
-                for (x, tare) in row.iter_mut().zip(&tares[k]) {
-                    *x -= tare;
-                }
-            }
-            let primitive = trials.primitive(k);
-            let band = (0..COUNT)
-                .map(|c| {
-                    PHASES.map(|p| floors.get(&(primitive.to_owned(), c, p)).map_or(f64::NAN, |f| f.rms))
-                })
-                .collect();
-            let info = &data.infos[i];
-            let levels = VARIABLES.iter().filter_map(|v| {
-                let (name, unit) = v.label().split_once(", ").unwrap_or((v.label(), ""));
-                v.level(info).map(|l| format!("{name} {l} {unit}").trim_end().to_owned())
-            });
-            Some(Trace {
-                trial: row.trial.clone(),
-                role,
-                conditions: std::iter::once(info.primitive.replace('_', " "))
-                    .chain(levels)
-                    .collect::<Vec<_>>()
-                    .join(", "),
-                t_s: prepared.t_s,
-                measured,
-                modelled,
-                phases: compared.phases[k],
-                band,
-                force_bands,
-            })
-        })
-        .collect()
-}
-
-/// Both ends of the intervals at samples spread over a trial, and their times.
-fn drawn_bands(prepared: &Prepared, model: &Model<f64>) -> Vec<(f64, Band)> {
-    let n = prepared.t_s.len();
-    let count = DRAWN_BANDS.min(n);
-    let at: Vec<usize> = (0..count).map(|k| k * (n - 1) / (count - 1).max(1)).collect();
-    bands(prepared, model, &at).into_iter().map(|(i, band)| (prepared.t_s[i], band)).collect()
 }

@@ -1,20 +1,21 @@
-//! The noise floor: the error that a perfect model would still show.
+//! The noise floor of a comparison, and the scatter behind the test for lack of fit.
 //!
-//! Runs of one condition repeat each other; what differs between them no model of the
-//! condition can predict: their pooled scatter ([`crate::evidence::noise`]) is the RMS error of a perfect
-//! model.
+//! The floor is that of [`crate::evidence::noise`]: what differs between runs of one condition in
+//! the measurement, whatever its cause. It is a property of the data, so a model's failures do
+//! not depend on what it is compared with. Where forces are tared, the floor is that of the
+//! tared measurement.
 //!
-//! Whose scatter? The measurement's own holds, beside chance, what follows from differences
-//! of the runs that were measured (how the object was placed, say), and the errors of a model
-//! hold what that model makes of such differences: a rigid one that answers micrometres with
-//! newtons scatters more than what it describes. All are upper bounds of chance; the least of
-//! them is taken, one floor for all models that are compared.
+//! The test of the runs' mean errors needs chance alone. Both the measurement's scatter and
+//! that of the model's own residuals are upper bounds of it (the first holds what follows from
+//! measured differences of the runs, the second what the model makes of them): the
+//! lesser is taken, again whatever other model is looked at.
 //!
 //! Where nothing is repeated the sensors' stated noise stands in; it lacks all that varies
 //! from run to run, and the report says so.
 
 use serde::Serialize;
 
+use super::tare::{NORMAL, Tare};
 use super::trial::TrialErrors;
 use crate::channels::{Quantity, Signals, quantity};
 use crate::evidence::noise::{Course, Pool, about_mean};
@@ -56,78 +57,74 @@ pub fn sensor_noise(description: &Description) -> Signals {
     })
 }
 
-/// Whose scatter from run to run is looked at.
-#[derive(Clone, Copy)]
-enum Witness<'a> {
-    /// The measurement's own.
-    Measured(&'a [TrialErrors]),
-    /// That of a model's errors.
-    Errors(&'a [TrialErrors]),
+/// Course of the measurement, less `rest` where forces are tared.
+fn tared(trial: &TrialErrors, channel: usize, phase: Phase, by: f64) -> Course {
+    let mut course = *trial.measured(channel, phase);
+    course.shift(-by);
+    course
 }
 
-impl Witness<'_> {
-    fn course(&self, trial: usize, channel: usize, phase: Phase) -> &Course {
-        match self {
-            Self::Measured(all) => all[trial].measured(channel, phase),
-            Self::Errors(all) => all[trial].error(channel, phase),
+/// What a tare takes out of the measurement of `channel` in each of `runs`, without a model: its
+/// mean before contact, of the fingers' normal forces only the imbalance (a wrong grip is no
+/// offset). Zeros where a run lacks that time: then nothing may be taken out of any.
+fn rests(runs: &[usize], trials: &[TrialErrors], channel: usize, tare: Tare) -> Vec<f64> {
+    let of = |k: &usize| {
+        let rest = &trials[*k].rest;
+        match NORMAL.contains(&channel) {
+            true => 0.5 * (rest[NORMAL[0]] + rest[NORMAL[1]]),
+            false => rest[channel],
         }
-    }
-
-    fn white(&self, trial: usize, channel: usize) -> f64 {
-        let (Self::Measured(all) | Self::Errors(all)) = self;
-        all[trial].white[channel]
-    }
+    };
+    let found: Vec<f64> = runs.iter().map(of).collect();
+    let all = tare == Tare::BeforeContact && found.iter().all(|x| x.is_finite());
+    if all { found } else { vec![0.0; runs.len()] }
 }
 
-/// The measurement, and the errors of each model.
-fn witnesses(models: &[Vec<TrialErrors>]) -> impl Iterator<Item = Witness<'_>> {
-    let measured = models.first().map(|first| Witness::Measured(first));
-    measured.into_iter().chain(models.iter().map(|m| Witness::Errors(m)))
-}
-
-/// Floor of one channel and phase from `models`' errors of all trials; `conditions` are places
-/// of runs that repeat each other, `stated` is the sensor's noise.
+/// Floor of one channel and phase; `conditions` are places of runs that repeat each other,
+/// `stated` is the sensor's noise.
 pub fn floor(
     conditions: &[Vec<usize>],
-    models: &[Vec<TrialErrors>],
-    channel: usize,
-    phase: Phase,
+    trials: &[TrialErrors],
+    (channel, phase): (usize, Phase),
+    tare: Tare,
     stated: f64,
 ) -> Floor {
-    let pool = |witness: Witness| {
-        let mut pool = Pool::default();
-        for condition in conditions {
-            let run = |k: &usize| (witness.course(*k, channel, phase), witness.white(*k, channel));
-            pool.add(condition.iter().map(run));
-        }
-        pool
-    };
-    let pools: Vec<Pool> = witnesses(models).map(pool).collect();
-    let repetitions = pools.iter().filter_map(Pool::floor).min_by(f64::total_cmp);
-    if let Some(rms) = repetitions.filter(|rms| *rms > 0.0) {
+    let mut pool = Pool::default();
+    for condition in conditions {
+        let rests = rests(condition, trials, channel, tare);
+        let courses: Vec<(Course, f64)> = condition
+            .iter()
+            .zip(rests)
+            .map(|(k, rest)| (tared(&trials[*k], channel, phase, rest), trials[*k].white[channel]))
+            .collect();
+        pool.add(courses.iter().map(|(course, white)| (course, *white)));
+    }
+    if let Some(rms) = pool.floor().filter(|rms| *rms > 0.0) {
         return Floor { rms, source: Source::Repetitions };
     }
-    let rms = pools.first().map_or(0.0, Pool::white).max(stated);
+    let rms = pool.white().max(stated);
     let source = if rms > 0.0 { Source::SensorNoise } else { Source::Unknown };
     Floor { rms, source }
 }
 
-/// What the runs' means of one channel and phase differ by, for each of `conditions`, after the
-/// witness that shows the least; see the module.
+/// What the runs' means of one channel and phase differ by, for each of `conditions`: in the
+/// measurement or in the model's residuals, whichever is less; see the module.
 pub fn repeated(
     conditions: &[Vec<usize>],
-    models: &[Vec<TrialErrors>],
-    channel: usize,
-    phase: Phase,
+    trials: &[TrialErrors],
+    (channel, phase): (usize, Phase),
+    tare: Tare,
 ) -> Vec<Vec<f64>> {
-    let means = |witness: Witness| -> Vec<Vec<f64>> {
-        let of = |c: &Vec<usize>| c.iter().map(|k| witness.course(*k, channel, phase).mean).collect();
-        conditions.iter().map(of).collect()
+    let measured = |c: &Vec<usize>| -> Vec<f64> {
+        let rests = rests(c, trials, channel, tare);
+        c.iter().zip(rests).map(|(k, rest)| tared(&trials[*k], channel, phase, rest).mean).collect()
     };
+    let residual =
+        |c: &Vec<usize>| -> Vec<f64> { c.iter().map(|k| trials[*k].course(channel, phase).mean).collect() };
     let squares =
         |groups: &Vec<Vec<f64>>| -> f64 { groups.iter().map(|g| about_mean(g.iter().copied()).0).sum() };
-    witnesses(models)
-        .map(means)
+    [conditions.iter().map(measured).collect::<Vec<_>>(), conditions.iter().map(residual).collect()]
+        .into_iter()
         .filter(|groups| groups.iter().flatten().all(|x| x.is_finite()))
         .min_by(|a, b| squares(a).total_cmp(&squares(b)))
         .unwrap_or_default()

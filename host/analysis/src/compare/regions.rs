@@ -53,14 +53,14 @@ pub fn find(
 fn worst(rows: &[ErrorRow]) -> Vec<&ErrorRow> {
     let mut seen = BTreeSet::new();
     rows.iter()
-        .filter(|r| r.multiples.is_some() && seen.insert((r.place.primitive.clone(), r.index)))
+        .filter(|r| r.error.multiples.is_some() && seen.insert((r.place.primitive.clone(), r.index)))
         .take(WORST)
         .collect()
 }
 
 fn known(trials: &Trials, errors: &[TrialErrors], row: &ErrorRow) -> Vec<usize> {
     let mut ks = trials.of(&row.place.primitive);
-    ks.retain(|k| errors[*k].raw(row.index, row.place.phase).is_known());
+    ks.retain(|k| errors[*k].error(row.index, row.place.phase).is_known());
     ks
 }
 
@@ -96,7 +96,7 @@ fn region(
         };
         if let (Some(i), Some(j)) = (place(x, &x_levels), place(y, &y_levels)) {
             let sum = &mut sums[j][i];
-            sum.0 += errors[*k].raw(row.index, row.place.phase).mean_square();
+            sum.0 += errors[*k].error(row.index, row.place.phase).mean_square();
             sum.1 += 1.0;
         }
     }
@@ -109,7 +109,7 @@ fn region(
 /// and against the order of the runs.
 fn trends(trials: &Trials, errors: &[TrialErrors], row: &ErrorRow, out: &mut Vec<Trend>) {
     let known = known(trials, errors, row);
-    let bias = |k: usize| errors[k].raw(row.index, row.place.phase).bias();
+    let bias = |k: usize| errors[k].error(row.index, row.place.phase).bias();
     let groups = trials.repetitions(&known);
     let mut candidates: Vec<(Variable, Vec<(f64, f64)>)> = varied(known.iter().map(|k| trials.info(*k)))
         .into_iter()

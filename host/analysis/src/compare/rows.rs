@@ -2,18 +2,50 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::SIGNIFICANCE;
-use super::document::{Change, ErrorRow, Fate, ModelReport, Place, Test, TrialRow};
+use super::document::{Change, ErrorRow, Fate, Place, Size, Tally, Test, TrialRow};
+use super::inputs::SIGNIFICANCE;
 use super::noise::{Floor, Source, floor, repeated};
-use super::trial::TrialErrors;
-use crate::channels::{COUNT, NAMES, Signals, quantity};
+use super::tare::{Tare, stated_bound};
+use super::trial::{Cell, TrialErrors};
+use crate::channels::{COUNT, NAMES, Quantity, Signals, quantity};
 use crate::evidence::conditions;
 use crate::evidence::phases::{PHASES, Phase};
 use crate::evidence::statistics::{holm, lack_of_fit};
-use stickslip_data::TrialInfo;
+use stickslip_data::{Sensors, TrialInfo};
 
 /// Primitive, channel number, phase.
 pub type Key = (String, usize, Phase);
+
+/// Shorter phases say nothing about a sustained error, s.
+pub const SUSTAINED_S: f64 = 0.1;
+/// A tenth more or less is seen in a plot; within that it is the same failure.
+const SAME: f64 = 0.1;
+
+/// What is tested for lack of fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// What is beyond the tolerance.
+    Error,
+    /// All of it.
+    Residual,
+}
+
+impl Part {
+    fn cell(self, errors: &TrialErrors, channel: usize, phase: Phase) -> &Cell {
+        match self {
+            Part::Error => errors.error(channel, phase),
+            Part::Residual => errors.residual(channel, phase),
+        }
+    }
+
+    /// Of a row.
+    pub fn of(self, row: &ErrorRow) -> Size {
+        match self {
+            Part::Error => row.error,
+            Part::Residual => row.residual,
+        }
+    }
+}
 
 /// The compared trials and their conditions. Slices of errors go with `places`.
 #[derive(Clone, Copy)]
@@ -28,6 +60,10 @@ pub struct Trials<'a> {
     pub reported: &'a [bool],
     /// Stated sensor noise.
     pub noise: &'a Signals,
+    /// Stated sensor uncertainty.
+    pub sensors: &'a Sensors,
+    /// Whether forces are tared.
+    pub tare: Tare,
 }
 
 impl<'a> Trials<'a> {
@@ -60,14 +96,14 @@ impl<'a> Trials<'a> {
     }
 
     /// Noise floor of every primitive, channel and phase.
-    pub fn floors(&self, models: &[Vec<TrialErrors>]) -> BTreeMap<Key, Floor> {
+    pub fn floors(&self, errors: &[TrialErrors]) -> BTreeMap<Key, Floor> {
         let mut out = BTreeMap::new();
         for primitive in self.primitives() {
             let ks: Vec<usize> = (0..self.places.len()).filter(|k| self.primitive(*k) == primitive).collect();
             let groups = self.repetitions(&ks);
             for channel in 0..COUNT {
                 for phase in PHASES {
-                    let f = floor(&groups, models, channel, phase, self.noise[channel]);
+                    let f = floor(&groups, errors, (channel, phase), self.tare, self.noise[channel]);
                     out.insert((primitive.to_owned(), channel, phase), f);
                 }
             }
@@ -75,26 +111,25 @@ impl<'a> Trials<'a> {
         out
     }
 
-    /// Errors of one of `models` by primitive, channel and phase, failures first, then by size.
-    /// All errors have their tares taken out.
+    /// Residuals and errors by primitive, channel and phase, failures first, then by size of the
+    /// error. All `errors` have their tares taken out; `part` is tested for lack of fit.
     pub fn rows(
         &self,
-        models: &[Vec<TrialErrors>],
-        model: usize,
+        errors: &[TrialErrors],
         tares: &[Signals],
         floors: &BTreeMap<Key, Floor>,
+        part: Part,
     ) -> Vec<ErrorRow> {
-        let errors = &models[model];
         let mut rows = Vec::new();
         for primitive in self.primitives() {
             let ks = self.of(primitive);
             for channel in 0..COUNT {
                 for phase in PHASES {
-                    let floor = floors.get(&(primitive.to_owned(), channel, phase));
+                    let key = (primitive.to_owned(), channel, phase);
                     let known: Vec<usize> =
-                        ks.iter().copied().filter(|k| errors[*k].raw(channel, phase).is_known()).collect();
+                        ks.iter().copied().filter(|k| errors[*k].error(channel, phase).is_known()).collect();
                     if !known.is_empty() {
-                        rows.push(self.row(models, model, tares, floor, primitive, channel, phase, &known));
+                        rows.push(self.row(errors, tares, (floors.get(&key), key), &known, part));
                     }
                 }
             }
@@ -104,62 +139,58 @@ impl<'a> Trials<'a> {
             if let Some(test) = &mut row.lack_of_fit {
                 test.p_corrected = corrected;
                 // What a perfect model would show too is no failure, however sure its sign is.
-                row.fails = corrected < SIGNIFICANCE && row.multiples.is_none_or(|m| m > 1.0);
+                row.fails = corrected < SIGNIFICANCE && part.of(row).multiples.is_none_or(|m| m > 1.0);
             }
         }
         rows.sort_by(|a, b| {
-            let size = |r: &ErrorRow| r.multiples.unwrap_or(0.0);
+            let size = |r: &ErrorRow| part.of(r).multiples.unwrap_or(0.0);
             b.fails.cmp(&a.fails).then(size(b).total_cmp(&size(a)))
         });
         rows
     }
 
-    #[allow(clippy::too_many_arguments)]
     fn row(
         &self,
-        models: &[Vec<TrialErrors>],
-        model: usize,
+        errors: &[TrialErrors],
         tares: &[Signals],
-        floor: Option<&Floor>,
-        primitive: &str,
-        channel: usize,
-        phase: Phase,
+        (floor, (primitive, channel, phase)): (Option<&Floor>, Key),
         known: &[usize],
+        part: Part,
     ) -> ErrorRow {
-        let errors = &models[model];
-        let mut samples = 0.0;
-        let (mut square, mut sum, mut max) = (0.0, 0.0, 0.0f64);
-        let (mut square_raw, mut sum_raw) = (0.0, 0.0);
-        for k in known {
-            let cell = errors[*k].raw(channel, phase);
-            let raw = cell.shifted(-tares[*k][channel]);
-            let n = f64::from(cell.samples);
-            samples += n;
-            square += n * cell.mean_square();
-            sum += n * cell.bias();
-            max = max.max(cell.largest());
-            square_raw += n * raw.mean_square();
-            sum_raw += n * raw.bias();
-        }
-        let conditions = self.repetitions(known);
-        let bias = |k: &usize| errors[*k].raw(channel, phase).bias();
-        let groups: Vec<Vec<f64>> = conditions.iter().map(|g| g.iter().map(bias).collect()).collect();
-        let rms = (square / samples).sqrt();
         let noise_floor = floor.filter(|f| f.rms > 0.0).map(|f| f.rms);
+        let size = |cell: &dyn Fn(usize) -> Cell| {
+            let (mut samples, mut square, mut sum, mut largest) = (0.0, 0.0, 0.0, 0.0f64);
+            for k in known {
+                let cell = cell(*k);
+                let n = f64::from(cell.samples);
+                samples += n;
+                square += n * cell.mean_square();
+                sum += n * cell.bias();
+                largest = largest.max(cell.largest());
+            }
+            let rms = f64::sqrt(square / samples);
+            Size { rms, mean: sum / samples, largest, multiples: noise_floor.map(|f| rms / f) }
+        };
+        let residual = size(&|k| *errors[k].residual(channel, phase));
+        let error = size(&|k| *errors[k].error(channel, phase));
+        let raw = size(&|k| errors[k].residual(channel, phase).shifted(-tares[k][channel]));
+        let conditions = self.repetitions(known);
+        let bias = |k: &usize| part.cell(&errors[*k], channel, phase).bias();
+        let groups: Vec<Vec<f64>> = conditions.iter().map(|g| g.iter().map(bias).collect()).collect();
         ErrorRow {
-            place: Place { primitive: primitive.to_owned(), channel: NAMES[channel], phase },
+            place: Place { primitive, channel: NAMES[channel], phase },
             unit: quantity(channel).unit(),
             trials: known.len(),
-            rms,
-            bias: sum / samples,
-            max,
-            rms_with_offset: (square_raw / samples).sqrt(),
-            bias_with_offset: sum_raw / samples,
+            duration_s: Self::duration_s(errors, phase, known),
+            sustained: self.sustained(errors, (channel, phase), known, &error),
+            residual,
+            error,
+            rms_with_offset: raw.rms,
+            bias_with_offset: raw.mean,
             noise_floor,
             noise_source: floor.map_or(Source::Unknown, |f| f.source),
-            multiples: noise_floor.map(|f| rms / f),
             // Tared before contact: what is left there is zero by construction.
-            lack_of_fit: lack_of_fit(&groups, &repeated(&conditions, models, channel, phase))
+            lack_of_fit: lack_of_fit(&groups, &repeated(&conditions, errors, (channel, phase), self.tare))
                 .filter(|_| !(phase == Phase::BeforeContact && tares.iter().any(|t| t[channel] != 0.0)))
                 .map(|l| Test {
                     f: l.f,
@@ -174,6 +205,33 @@ impl<'a> Trials<'a> {
         }
     }
 
+    /// Mean length of the phase.
+    fn duration_s(errors: &[TrialErrors], phase: Phase, known: &[usize]) -> f64 {
+        let length = |k: &usize| {
+            let (from, to) = errors[*k].phase_s[phase as usize];
+            to - from
+        };
+        known.iter().map(length).sum::<f64>() / known.len() as f64
+    }
+
+    /// Whether the mean error stays beyond what the sensor may be off by; see
+    /// [`ErrorRow::sustained`]. Poses have no stated uncertainty: three standard deviations of
+    /// their noise.
+    fn sustained(
+        &self,
+        errors: &[TrialErrors],
+        (channel, phase): (usize, Phase),
+        known: &[usize],
+        error: &Size,
+    ) -> Option<bool> {
+        let bound = match quantity(channel) {
+            Quantity::Position | Quantity::Rotation => 3.0 * self.noise[channel],
+            Quantity::Force | Quantity::Torque => stated_bound(self.sensors, channel),
+        };
+        (Self::duration_s(errors, phase, known) >= SUSTAINED_S && bound > 0.0)
+            .then_some(error.mean.abs() > bound)
+    }
+
     /// One row for each reported trial.
     pub fn trial_rows(&self, errors: &[TrialErrors], floors: &BTreeMap<Key, Floor>) -> Vec<TrialRow> {
         (0..self.places.len())
@@ -184,7 +242,7 @@ impl<'a> Trials<'a> {
                 let (mut square, mut count) = (0.0, 0.0);
                 for channel in 0..COUNT {
                     for phase in PHASES {
-                        let cell = e.raw(channel, phase);
+                        let cell = e.error(channel, phase);
                         let floor = floors
                             .get(&(self.primitive(k).to_owned(), channel, phase))
                             .filter(|f| f.rms > 0.0);
@@ -229,47 +287,79 @@ fn phase_key(phase: Phase) -> &'static str {
     }
 }
 
-/// First model against last: failures that are gone first, then by the first model's error.
-pub fn changes(reports: &[ModelReport]) -> Vec<Change> {
-    let (Some(first), Some(last)) = (reports.first(), reports.last()) else {
-        return Vec::new();
-    };
-    let after: BTreeMap<&Place, &ErrorRow> = last.errors.iter().map(|r| (&r.place, r)).collect();
+/// Rows of the first model against those of the last: failures that are gone first, then by the
+/// larger error. `part` says by what they fail.
+pub fn changes(first: &[ErrorRow], last: &[ErrorRow], part: Part) -> Vec<Change> {
+    let after: BTreeMap<&Place, &ErrorRow> = last.iter().map(|r| (&r.place, r)).collect();
     let mut out: Vec<Change> = first
-        .errors
         .iter()
         .filter_map(|before| {
             let after = after.get(&before.place)?;
+            let (from, to) = (part.of(before), part.of(after));
+            let (smaller, larger) = (to.rms < (1.0 - SAME) * from.rms, to.rms > (1.0 + SAME) * from.rms);
             let fate = match (before.fails, after.fails) {
-                (true, false) => Fate::Gone,
-                // A tenth less is seen in a plot; below that it is the same failure.
-                (true, true) if after.rms < 0.9 * before.rms => Fate::Smaller,
+                (true, false) if smaller => Fate::Gone,
+                (false, true) if larger => Fate::New,
+                (true, false) | (false, true) => Fate::Unclear,
+                (true, true) if smaller => Fate::Smaller,
+                (true, true) if larger => Fate::Larger,
                 (true, true) => Fate::Remains,
-                (false, true) => Fate::New,
                 (false, false) => Fate::Fits,
             };
             Some(Change {
                 place: before.place.clone(),
                 unit: before.unit,
-                rms_before: before.rms,
-                rms_after: after.rms,
-                multiples_before: before.multiples,
-                multiples_after: after.multiples,
+                before: before.error,
+                after: after.error,
+                residual_before: before.residual,
+                residual_after: after.residual,
                 fate,
+                failed: before.fails,
             })
         })
         .collect();
     out.sort_by(|a, b| {
-        let size = |c: &Change| c.multiples_before.unwrap_or(0.0).max(c.multiples_after.unwrap_or(0.0));
+        let size = |c: &Change| c.before.multiples.unwrap_or(0.0).max(c.after.multiples.unwrap_or(0.0));
         let order = |c: &Change| match c.fate {
             Fate::New => 0,
             Fate::Gone => 1,
-            Fate::Remains | Fate::Smaller => 2,
+            Fate::Remains | Fate::Smaller | Fate::Larger | Fate::Unclear => 2,
             Fate::Fits => 3,
         };
         order(a).cmp(&order(b)).then(size(b).total_cmp(&size(a)))
     });
     out
+}
+
+/// Counts `changes`.
+pub fn tally(changes: &[Change], part: Part) -> Tally {
+    let count = |fate| changes.iter().filter(|c| c.fate == fate).count();
+    // Where both agree with the measurement there is nothing to tell them apart.
+    let failing: Vec<&Change> = changes.iter().filter(|c| c.fate != Fate::Fits).collect();
+    let some = if failing.is_empty() { changes.iter().collect() } else { failing };
+    let overall = |side: fn(&Change, Part) -> Option<f64>| {
+        let known: Vec<f64> = some.iter().filter_map(|c| side(c, part)).collect();
+        (known.iter().map(|m| m * m).sum::<f64>() / known.len().max(1) as f64).sqrt()
+    };
+    Tally {
+        within_tolerance: part == Part::Error,
+        before: overall(|c, part| c.sizes(part).0.multiples),
+        after: overall(|c, part| c.sizes(part).1.multiples),
+        failures: changes.iter().filter(|c| c.failed).count(),
+        removed: count(Fate::Gone),
+        smaller: count(Fate::Smaller),
+        larger: count(Fate::Larger),
+        new: count(Fate::New),
+    }
+}
+
+impl Change {
+    fn sizes(&self, part: Part) -> (Size, Size) {
+        match part {
+            Part::Error => (self.before, self.after),
+            Part::Residual => (self.residual_before, self.residual_after),
+        }
+    }
 }
 
 /// Whether the data set holds more than one primitive, so that places must name it.

@@ -17,11 +17,11 @@ use serde::Serialize;
 
 use super::trial::TrialErrors;
 use crate::channels::{COUNT, NAMES, Quantity, Signals, quantity};
-use crate::fit::noise::share_of_weight;
+use crate::evidence::tolerance::RIGID;
 use stickslip_data::{Description, Sensors};
 
 /// Finger 1's and finger 2's normal force.
-const NORMAL: [usize; 2] = [7, 13];
+pub const NORMAL: [usize; 2] = [7, 13];
 
 /// How sensor offsets are treated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -139,7 +139,7 @@ fn grip_error(offset: &Signals) -> f64 {
 }
 
 /// The bound on a constant error that dataset.toml states.
-fn stated_bound(sensors: &Sensors, channel: usize) -> f64 {
+pub fn stated_bound(sensors: &Sensors, channel: usize) -> f64 {
     let sensor = if channel < 18 { sensors.finger } else { sensors.pusher };
     match quantity(channel) {
         Quantity::Force => sensor.force_uncertainty_n,
@@ -157,7 +157,7 @@ fn largest_offset(description: &Description, channel: usize) -> f64 {
     }
     let gravity = description.gravity_m_s2.iter().map(|g| g * g).sum::<f64>().sqrt();
     let weight_n = description.objects.iter().map(|o| o.mass_kg).fold(0.0, f64::max) * gravity;
-    let shared = if channel < 18 { share_of_weight(weight_n, quantity(channel)) } else { 0.0 };
+    let shared = if channel < 18 { RIGID.share_of_weight(weight_n, quantity(channel)) } else { 0.0 };
     let noise = match quantity(channel) {
         Quantity::Force => sensor.force_noise_n,
         _ => sensor.torque_noise_nm,

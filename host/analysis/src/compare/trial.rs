@@ -1,16 +1,28 @@
-//! Errors of one trial: modelled minus measured, for each channel and phase.
+//! Residuals and errors of one trial, for each channel and phase.
 //!
-//! Sums are kept rather than errors, so that a constant sensor offset found later from the
-//! whole data set can still be taken out exactly.
+//! The *residual* is modelled minus measured as it is, noise included. The *error* is what of it
+//! lies beyond a tolerance: for each sample and channel the slack on both sides of the model's
+//! value. Sums are kept rather than samples, so that a constant sensor offset found later from
+//! the whole data set can still be taken out exactly.
 
 use crate::channels::{COUNT, Quantity, Signals, quantity};
-use crate::evidence::force_bands::Band;
 use crate::evidence::noise::{Course, FEWEST_SAMPLES, white_noise};
 use crate::evidence::phases::{PHASES, Phase, Phases};
 use crate::run::simulate::{Prepared, Simulated};
 
 /// Fewer samples than this before contact give no tare.
 const FEWEST_TARE_SAMPLES: u32 = 5;
+/// The last samples before contact count for no phase, s: in the model the touch comes earlier or
+/// later by the time in which the drive crosses the noise of the poses (0.03 mm at some mm/s),
+/// and one sample of it is newtons.
+const SEAM_S: f64 = 0.04;
+
+/// How far below and above the model's value each channel may be without being an error, SI;
+/// NaN: any deviation counts.
+pub type Slack = [(f64, f64); COUNT];
+
+/// Slacks at some samples (rising); the nearest one holds.
+pub type Tolerance = Vec<(usize, Slack)>;
 
 /// Sums of the error over one phase of one channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,14 +87,20 @@ impl Cell {
 /// Errors of one trial against one model.
 #[derive(Clone, Debug)]
 pub struct TrialErrors {
-    /// By channel and phase; [`raw`](Self::raw) finds one.
-    cells: Vec<Cell>,
-    /// The same, whether rigid contact leaves the force open or not: how runs scatter.
-    errors: Vec<Course>,
+    /// Errors by channel and phase; [`error`](Self::error) finds one.
+    beyond: Vec<Cell>,
+    /// Residuals by channel and phase.
+    residual: Vec<Cell>,
+    /// Course of the residual: how runs scatter about the model.
+    courses: Vec<Course>,
     /// Of the measurement itself.
     measured: Vec<Course>,
     /// Mean of measured minus modelled before contact; NaN where not known. Force and torque only.
     pub offset: Signals,
+    /// Mean measurement before contact; NaN where not known. Force and torque only.
+    pub rest: Signals,
+    /// What the model leaves open of the forces: sum and number of the widths, N.
+    pub width_n: (f64, f64),
     /// Standard deviation of the measurement's noise from sample to sample.
     pub white: Signals,
     /// Times at which the phases begin, and the end of the trial.
@@ -98,64 +116,61 @@ pub struct TrialErrors {
 }
 
 impl TrialErrors {
-    /// Compares `simulated` with the measurement. The tare is not applied yet.
-    pub fn of(prepared: &Prepared, simulated: &Simulated, phases: Phases) -> Self {
-        Self::with_bands(prepared, simulated, phases, &[])
-    }
-
-    /// As [`Self::of`]; after contact a force counts only as far as it is outside the `bands`
-    /// (of the simulation, at some samples, rising; the nearest one holds), sensor offset
-    /// taken out.
-    pub fn with_bands(
-        prepared: &Prepared,
-        simulated: &Simulated,
-        phases: Phases,
-        bands: &[(usize, Band)],
-    ) -> Self {
+    /// Compares `simulated` with the measurement; after contact only what is beyond `tolerance`
+    /// counts as error (sensor offset taken out). The tare is not applied yet.
+    pub fn of(prepared: &Prepared, simulated: &Simulated, phases: Phases, tolerance: &Tolerance) -> Self {
         let t = &prepared.t_s;
-        let mut cells = vec![Cell::EMPTY; COUNT * PHASES.len()];
-        let (mut whole, mut measured) = (Vec::with_capacity(cells.len()), Vec::with_capacity(cells.len()));
+        let size = COUNT * PHASES.len();
+        let mut beyond = vec![Cell::EMPTY; size];
+        let mut residual = vec![Cell::EMPTY; size];
+        let (mut courses, mut measured) = (Vec::with_capacity(size), Vec::with_capacity(size));
         let mut errors = Vec::new();
-        let mut offset = [f64::NAN; COUNT];
-        let nearest = nearest(bands, t.len());
+        let (mut offset, mut rest) = ([f64::NAN; COUNT], [f64::NAN; COUNT]);
+        let nearest = nearest(tolerance, t.len());
         for channel in 0..COUNT {
             for phase in PHASES {
-                let range = phases.range(phase);
+                let mut range = phases.range(phase);
+                if phase == Phase::BeforeContact {
+                    range.end = before_seam(t, range.end);
+                }
+                let cell = channel * PHASES.len() + phase as usize;
                 errors.clear();
                 errors.extend(
                     simulated.signals[range.clone()]
                         .iter()
-                        .zip(&prepared.measured[range])
+                        .zip(&prepared.measured[range.clone()])
                         .map(|(model, measured)| model[channel] - measured[channel]),
                 );
-                whole.push(Course::of(&errors));
+                courses.push(Course::of(&errors));
                 let seen: Vec<f64> =
-                    prepared.measured[phases.range(phase)].iter().map(|row| row[channel]).collect();
+                    prepared.measured[range.clone()].iter().map(|row| row[channel]).collect();
                 measured.push(Course::of(&seen));
-                if phase != Phase::BeforeContact && !bands.is_empty() {
+                residual[cell] = Cell::of(&errors);
+                if phase != Phase::BeforeContact && !tolerance.is_empty() {
                     let known = if offset[channel].is_finite() { offset[channel] } else { 0.0 };
-                    for (e, i) in errors.iter_mut().zip(phases.range(phase)) {
-                        let (sample, band) = &bands[nearest[i]];
-                        let value = simulated.signals[*sample][channel];
-                        *e = outside(*e + known, band[channel], value) - known;
+                    for (e, i) in errors.iter_mut().zip(range) {
+                        *e = outside(*e + known, tolerance[nearest[i]].1[channel]) - known;
                     }
                 }
-                let cell = Cell::of(&errors);
+                beyond[cell] = Cell::of(&errors);
                 if phase == Phase::BeforeContact
-                    && cell.samples >= FEWEST_TARE_SAMPLES
+                    && residual[cell].samples >= FEWEST_TARE_SAMPLES
                     && matches!(quantity(channel), Quantity::Force | Quantity::Torque)
                 {
-                    offset[channel] = -cell.bias();
+                    offset[channel] = -residual[cell].bias();
+                    rest[channel] = measured[cell].mean;
                 }
-                cells[channel * PHASES.len() + phase as usize] = cell;
             }
         }
         let at = |i: usize| t.get(i).or(t.last()).copied().unwrap_or(0.0);
         Self {
-            cells,
-            errors: whole,
+            beyond,
+            residual,
+            courses,
             measured,
             offset,
+            rest,
+            width_n: (0.0, 0.0),
             white: std::array::from_fn(|k| {
                 white_noise(prepared.measured.iter().map(|s| s[k])).unwrap_or(0.0)
             }),
@@ -170,21 +185,19 @@ impl TrialErrors {
         }
     }
 
-    /// Mean measured less modelled before contact of each channel, and the noise of each: what
-    /// is needed to judge forces against bands.
-    pub fn tare_and_noise(prepared: &Prepared, simulated: &Simulated, phases: Phases) -> (Signals, Signals) {
-        let of = Self::of(prepared, simulated, phases);
-        (of.offset.map(|o| if o.is_finite() { o } else { 0.0 }), of.white)
+    /// Error of `channel` in `phase`: beyond the tolerance.
+    pub fn error(&self, channel: usize, phase: Phase) -> &Cell {
+        &self.beyond[channel * PHASES.len() + phase as usize]
     }
 
-    /// Errors of `channel` in `phase`, without a tare.
-    pub fn raw(&self, channel: usize, phase: Phase) -> &Cell {
-        &self.cells[channel * PHASES.len() + phase as usize]
+    /// Residual of `channel` in `phase`: as it is, noise included.
+    pub fn residual(&self, channel: usize, phase: Phase) -> &Cell {
+        &self.residual[channel * PHASES.len() + phase as usize]
     }
 
-    /// Course of the error of `channel` in `phase`, forces that are not determined counted too.
-    pub fn error(&self, channel: usize, phase: Phase) -> &Course {
-        &self.errors[channel * PHASES.len() + phase as usize]
+    /// Course of the residual of `channel` in `phase`.
+    pub fn course(&self, channel: usize, phase: Phase) -> &Course {
+        &self.courses[channel * PHASES.len() + phase as usize]
     }
 
     /// Course of the measurement of `channel` in `phase`.
@@ -196,19 +209,26 @@ impl TrialErrors {
     pub fn shift(&mut self, tare: &Signals) {
         for (channel, offset) in tare.iter().enumerate().filter(|(_, x)| x.is_finite()) {
             let range = channel * PHASES.len()..(channel + 1) * PHASES.len();
-            self.cells[range.clone()].iter_mut().for_each(|c| *c = c.shifted(*offset));
-            self.errors[range.clone()].iter_mut().for_each(|c| c.shift(*offset));
-            self.measured[range].iter_mut().for_each(|c| c.shift(-offset));
+            self.beyond[range.clone()].iter_mut().for_each(|c| *c = c.shifted(*offset));
+            self.residual[range.clone()].iter_mut().for_each(|c| *c = c.shifted(*offset));
+            self.courses[range].iter_mut().for_each(|c| c.shift(*offset));
         }
     }
 }
 
-/// Place of the nearest band for each of `count` samples.
-fn nearest(bands: &[(usize, Band)], count: usize) -> Vec<usize> {
+/// End of the samples before contact that are clear of it; at least half of them stay.
+fn before_seam(t_s: &[f64], contact: usize) -> usize {
+    let Some(at) = t_s.get(contact) else { return contact };
+    t_s[..contact].partition_point(|t| *t < at - SEAM_S).max(contact.div_ceil(2))
+}
+
+/// Place of the nearest slack for each of `count` samples.
+fn nearest(tolerance: &Tolerance, count: usize) -> Vec<usize> {
     let mut at = 0;
     (0..count)
         .map(|i| {
-            while bands.get(at + 1).is_some_and(|next| next.0.abs_diff(i) <= bands[at].0.abs_diff(i)) {
+            while tolerance.get(at + 1).is_some_and(|next| next.0.abs_diff(i) <= tolerance[at].0.abs_diff(i))
+            {
                 at += 1;
             }
             at
@@ -216,15 +236,14 @@ fn nearest(bands: &[(usize, Band)], count: usize) -> Vec<usize> {
         .collect()
 }
 
-/// What is left of an error (modelled less measured) where the model's force may be anything
-/// in a band around its `value`.
-fn outside(error: f64, (low, high): (f64, f64), value: f64) -> f64 {
-    let (down, up) = (value - low, high - value);
-    if error > 0.0 && down.is_finite() {
-        (error - down).max(0.0)
-    } else if error < 0.0 && up.is_finite() {
-        (error + up).min(0.0)
+/// What is left of a residual (modelled less measured) where the truth may be so far below and
+/// above the model's value.
+fn outside(residual: f64, (down, up): (f64, f64)) -> f64 {
+    if residual > 0.0 && down.is_finite() {
+        (residual - down).max(0.0)
+    } else if residual < 0.0 && up.is_finite() {
+        (residual + up).min(0.0)
     } else {
-        error
+        residual
     }
 }

@@ -1,10 +1,10 @@
 //! The comparison in words: one sentence, and the notes without which the figures mislead.
 
-use super::document::{Change, DataSummary, ErrorRow, Fate, ModelReport, Place, Skipped};
+use super::document::{Change, DataSummary, ErrorRow, ModelReport, Place, Skipped, Tally};
+use super::inputs::{Forces, Options, SIGNIFICANCE};
 use super::noise::Source;
-use super::rows::many_primitives;
+use super::rows::{SUSTAINED_S, many_primitives};
 use super::tare::Tare;
-use super::{Forces, Options, SIGNIFICANCE};
 use crate::channels::channel_words;
 use crate::evidence::conditions::HeldOut;
 
@@ -36,36 +36,40 @@ fn factor(multiples: f64) -> String {
     if multiples >= 10.0 { format!("{multiples:.0}") } else { format!("{multiples:.1}") }
 }
 
-/// The one sentence.
-pub fn summary(data: &DataSummary, reports: &[ModelReport], changes: &[Change], single: bool) -> String {
+/// The sentences at the top; `changes` with their tallies, within the first model's tolerance and
+/// without any, where there are two models.
+pub fn summary(
+    data: &DataSummary,
+    reports: &[ModelReport],
+    (changes, tallies): (&[Change], &[Tally]),
+    single: bool,
+) -> String {
     let (Some(first), Some(last)) = (reports.first(), reports.last()) else {
         return "Nothing was compared.".into();
     };
     let state = of_one(data, last, single);
-    if reports.len() < 2 {
+    let (2.., Some(tally)) = (reports.len(), tallies.first()) else {
         return state;
-    }
-    let count = |fate| changes.iter().filter(|c| c.fate == fate).count();
-    let before = count(Fate::Gone) + count(Fate::Smaller) + count(Fate::Remains);
+    };
     let trials = if data.held_out { "held-out trials" } else { "trials" };
     let mut words = format!("From {} to {} the error of the {trials}", first.name, last.name);
-    // Where both agree with the measurement there is nothing to tell them apart.
-    let failing: Vec<&Change> = changes.iter().filter(|c| c.fate != Fate::Fits).collect();
-    let (some, of): (Vec<&Change>, &str) = if failing.is_empty() {
-        (changes.iter().collect(), "")
-    } else {
-        (failing, " where either of them fails")
-    };
-    let overall = |side: fn(&Change) -> Option<f64>| {
-        let known: Vec<f64> = some.iter().filter_map(|c| side(c)).collect();
-        (known.iter().map(|m| m * m).sum::<f64>() / known.len().max(1) as f64).sqrt()
-    };
-    words += &format!(
-        " goes from {} to {} times the noise floor{of}",
-        factor(overall(|c| c.multiples_before)),
-        factor(overall(|c| c.multiples_after)),
-    );
-    let sizes = changes.iter().filter_map(|c| Some((c, c.multiples_before?, c.multiples_after?)));
+    if data.noise_floor != Source::Repetitions {
+        let by =
+            |c: &Change| (c.before.rms.powi(2) - c.after.rms.powi(2)).abs() / c.residual_before.rms.powi(2);
+        if let Some(c) = changes.iter().max_by(|a, b| by(a).total_cmp(&by(b))) {
+            words += &format!(
+                " changes most in {}, from {} to {} RMS",
+                place_words(&c.place, many_primitives(&first.errors)),
+                readable(c.before.rms, c.unit),
+                readable(c.after.rms, c.unit),
+            );
+        }
+        return format!("{words}. {state}");
+    }
+    let of = if tally.failures + tally.new > 0 { " where either of them fails" } else { "" };
+    words +=
+        &format!(" goes from {} to {} times the noise floor{of}", factor(tally.before), factor(tally.after));
+    let sizes = changes.iter().filter_map(|c| Some((c, c.before.multiples?, c.after.multiples?)));
     let change = |(_, before, after): &(&Change, f64, f64)| (before * before - after * after).abs();
     if let Some((c, from, to)) = sizes.max_by(|a, b| change(a).total_cmp(&change(b))) {
         words += &format!(
@@ -75,34 +79,50 @@ pub fn summary(data: &DataSummary, reports: &[ModelReport], changes: &[Change], 
             factor(to),
         );
     }
-    if data.noise_floor == Source::Repetitions && !single {
-        words += &format!("; {} of {before} failures are removed", count(Fate::Gone));
-        match count(Fate::New) {
-            0 => {}
-            1 => words += ", 1 is new",
-            n => words += &format!(", {n} are new"),
+    if !single {
+        words += &format!("; {}", counted(tally));
+        if let Some(without) = tallies.get(1).filter(|_| first.open_force_n.is_some()) {
+            words += &format!(
+                ". Without any tolerance: from {} to {}; {}",
+                factor(without.before),
+                factor(without.after),
+                counted(without)
+            );
         }
     }
     format!("{words}. {state}")
+}
+
+/// '12 of 24 failures are removed, 2 are larger, 1 is new'.
+fn counted(tally: &Tally) -> String {
+    let mut words = format!("{} of {} failures are removed", tally.removed, tally.failures);
+    for (count, what) in [(tally.larger, "larger"), (tally.new, "new")] {
+        match count {
+            0 => {}
+            1 => words += &format!(", 1 is {what}"),
+            n => words += &format!(", {n} are {what}"),
+        }
+    }
+    words
 }
 
 fn of_one(data: &DataSummary, report: &ModelReport, single: bool) -> String {
     let many = report.errors.first().is_some_and(|_| many_primitives(&report.errors));
     let model = &report.name;
     let worst = |rows: &mut dyn Iterator<Item = &ErrorRow>| {
-        rows.filter_map(|r| r.multiples.map(|m| (m, r.clone()))).max_by(|a, b| a.0.total_cmp(&b.0))
+        rows.filter_map(|r| r.error.multiples.map(|m| (m, r.clone()))).max_by(|a, b| a.0.total_cmp(&b.0))
     };
     let Some((largest, row)) = worst(&mut report.errors.iter()) else {
         return format!("Model {model} cannot be tested: neither repetitions nor sensor noise are known.");
     };
-    let error = |row: &ErrorRow| readable(row.rms, row.unit);
-    if single || data.noise_floor != Source::Repetitions {
-        let floor =
-            if data.noise_floor == Source::Repetitions { "the noise floor" } else { "the sensor noise" };
+    let error = |row: &ErrorRow| readable(row.error.rms, row.unit);
+    if data.noise_floor != Source::Repetitions {
+        return without_repetitions(report, many);
+    }
+    if single {
         let verdict = if largest < 2.0 { "agrees with" } else { "does not agree with" };
-        let what = if single { "the trial" } else { "the measurement" };
         return format!(
-            "Model {model} {verdict} {what}: its worst error is {} ({} RMS, {} times {floor}).",
+            "Model {model} {verdict} the trial: its worst error is {} ({} RMS, {} times the noise floor).",
             place_words(&row.place, many),
             error(&row),
             factor(largest),
@@ -110,14 +130,19 @@ fn of_one(data: &DataSummary, report: &ModelReport, single: bool) -> String {
     }
     let tested = report.errors.iter().filter(|r| r.lack_of_fit.is_some()).count();
     let failing = report.errors.iter().filter(|r| r.fails).count();
+    // A touch or an onset of a few samples is a matter of timing.
+    let lasting = worst(&mut report.errors.iter().filter(|r| r.duration_s >= SUSTAINED_S));
     match worst(&mut report.errors.iter().filter(|r| r.fails)) {
-        None if largest >= 2.0 => format!(
-            "Model {model} shows no lack of fit in its mean errors ({tested} channels and phases), but its error in \
-             {} varies over time: {} RMS, {} times the noise floor.",
-            place_words(&row.place, many),
-            error(&row),
-            factor(largest),
-        ),
+        None if lasting.as_ref().is_some_and(|l| l.0 >= 2.0) => {
+            let (m, row) = lasting.unwrap_or((largest, row));
+            format!(
+                "Model {model} shows no lack of fit in its mean errors ({tested} channels and phases), but its error \
+                 in {} varies over time: {} RMS, {} times the noise floor.",
+                place_words(&row.place, many),
+                error(&row),
+                factor(m),
+            )
+        }
         None => format!(
             "Model {model} agrees with the measurement: none of {tested} channels and phases shows lack of fit \
              (family-wise level {}).",
@@ -127,7 +152,7 @@ fn of_one(data: &DataSummary, report: &ModelReport, single: bool) -> String {
             "Model {model} agrees within the noise floor; {failing} of {tested} channels and phases show small \
              systematic differences, the largest in {} (mean {}).",
             place_words(&row.place, many),
-            readable(row.bias, row.unit),
+            readable(row.error.mean, row.unit),
         ),
         Some((m, row)) => format!(
             "Model {model} does not agree with the measurement: it fails in {failing} of {tested} channels and \
@@ -135,6 +160,37 @@ fn of_one(data: &DataSummary, report: &ModelReport, single: bool) -> String {
             place_words(&row.place, many),
             error(&row),
             factor(m),
+        ),
+    }
+}
+
+/// What data without repetitions can show: errors that last and are beyond what the sensors may be
+/// off by. Nothing about chance, and nothing about a few samples of an onset.
+fn without_repetitions(report: &ModelReport, many: bool) -> String {
+    let model = &report.name;
+    let judged: Vec<&ErrorRow> = report.errors.iter().filter(|r| r.sustained.is_some()).collect();
+    let beyond: Vec<&&ErrorRow> = judged.iter().filter(|r| r.sustained == Some(true)).collect();
+    let size = |r: &ErrorRow| r.error.mean.abs() / r.noise_floor.unwrap_or(f64::INFINITY);
+    let worst = beyond.iter().max_by(|a, b| size(a).total_cmp(&size(b)));
+    match worst {
+        _ if judged.is_empty() => format!(
+            "Model {model} cannot be tested: no condition was run more than once, and dataset.toml states no sensor \
+             uncertainty."
+        ),
+        None => format!(
+            "Nothing in these unrepeated trials contradicts model {model}: in none of {} channels and phases of 0.1 s \
+             or longer is its mean error beyond the tolerance and the stated sensor uncertainty. Run-to-run \
+             variation is unknown: no condition was run more than once.",
+            judged.len(),
+        ),
+        Some(row) => format!(
+            "Model {model} does not agree with the measurement: in {} of {} channels and phases of 0.1 s or longer its \
+             mean error is beyond the tolerance and the stated sensor uncertainty, the largest in {} (mean {}). \
+             No condition was run more than once: part of it may be run-to-run variation.",
+            beyond.len(),
+            judged.len(),
+            place_words(&row.place, many),
+            readable(row.error.mean, row.unit),
         ),
     }
 }
@@ -153,29 +209,39 @@ pub fn notes(
             "One trial: lack of fit is not tested. The noise floor is the scatter of its repetitions.".into(),
         ),
         Source::Repetitions => notes.push(format!(
-            "Noise floor: scatter of repetitions ({} of {} conditions were run more than once), of the measurement or of \
-             a model's errors, whichever is less; the same for all models. Lack of fit: F test \
-             of the conditions' mean errors against that scatter, corrected for multiple tests (Holm), family-wise level \
-             {SIGNIFICANCE}.",
+            "Noise floor: scatter of the measurement between repetitions ({} of {} conditions were run more than once). \
+             It depends on the data alone and is the same for all models. A perfect model has a residual of 1.0 times the \
+             noise floor. Lack of fit: F test of the conditions' mean errors against the scatter of the \
+             measurement or of the model's residuals, whichever is less, corrected for multiple tests (Holm), \
+             family-wise level {SIGNIFICANCE}.",
             data.repeated_conditions, data.conditions,
         )),
         Source::SensorNoise => notes.push(
-            "No condition was run more than once: whether the model fits cannot be tested. Multiples are of the \
-             sensors' noise alone, without run-to-run variation; multiples of several do not \
-             prove the model wrong. Repeat some conditions (three runs or more) to get a noise floor."
+            "No condition was run more than once: there is no noise floor, and whether the model fits cannot be tested. \
+             Multiples are of the sensors' noise alone, without run-to-run variation, and do not prove the model \
+             wrong, least of all in the few samples of an onset. What counts is a mean error over 0.1 s or longer \
+             beyond the stated sensor uncertainty. Repeat some conditions (three runs or more)."
                 .into(),
         ),
         Source::Unknown => notes.push(
             "There are neither repetitions nor stated sensor noise: errors are given in SI units only.".into(),
         ),
     }
-    if options.forces == Forces::OutsideBand {
+    // Only a rigid model leaves something open; recorded signals of another engine have no intervals.
+    let open: Vec<String> = reports
+        .iter()
+        .filter_map(|r| r.open_force_n.map(|n| format!("{} {}", r.name, readable(n, "N"))))
+        .collect();
+    if options.forces == Forces::OutsideBand && open.is_empty() {
+        notes.push("No tolerance is applied: error and residual are the same for these models.".into());
+    }
+    if !open.is_empty() {
         notes.push(
             "Rigid contact leaves some forces undetermined (pads that stick can share a load in any ratio; a grasp that \
              sticks to a plate amplifies micrometres of the gripper's path): a force counts as an error as far as it lies outside the interval \
              of all force distributions with the same motion, net wrench and grip, for all paths within 5 um of the \
-             measured one. The line drawn is the one of least elastic energy. --no-force-bands counts the distance to \
-             that line."
+             measured one. The line drawn is the one of least elastic energy. --no-force-bands counts the whole \
+             residual."
                 .into(),
         );
         notes.push(
@@ -183,6 +249,18 @@ pub fn notes(
              while bodies rest against each other are within the tolerance of any rigid model and are not counted as errors."
                 .into(),
         );
+        let mut width = format!(
+            "Mean width of these intervals while the object is pushed: {}. The wider, the less a small error proves.",
+            open.join(", ")
+        );
+        if let (2.., Some(first)) = (reports.len(), reports.first()) {
+            width += &format!(
+                " Before and after are both judged by the tolerance of {}, so that a model gains nothing by leaving \
+                 more open; each model's own errors are judged by its own.",
+                first.name
+            );
+        }
+        notes.push(width);
     }
     if let Some(report) = reports.last() {
         notes.extend(offset_notes(report, options.tare));

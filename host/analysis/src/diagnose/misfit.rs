@@ -1,7 +1,9 @@
-//! How wrong a model is, beside chance: error, noise floor, and the systematic part.
+//! How wrong a model is, beside chance: error, what a perfect model would show, and the systematic
+//! part.
 //!
-//! Everything is in units of one run's noise floor (scatter of repetitions, sensor noise,
-//! and the floor of `noise`). The systematic part of a condition's misfit is estimated
+//! Everything is in units of the *run spread*: what one run of a sound rigid model may be off by
+//! (scatter of repetitions, sensor noise, and the tolerance of [`crate::evidence::tolerance`]). It is
+//! wider than the noise floor of [`crate::evidence::noise`], which holds no tolerance. The systematic part of a condition's misfit is estimated
 //! without bias from products of different runs: `E[e_i e_j] = m^2` for `i != j`, whatever
 //! the noise is. What of it stands above the floor is the excess: the misfit that an effect
 //! has to explain.
@@ -23,7 +25,7 @@ pub struct Misfit {
     /// Root mean square error over runs and features.
     pub error: f64,
     /// The same for runs about the mean of their condition, with the floor.
-    pub noise_floor: f64,
+    pub perfect_model: f64,
     /// Mean square of the systematic part of each feature over conditions; NaN where not measured.
     pub systematic: Features,
     /// Sum over features of the systematic square above the floor's own one.
@@ -39,7 +41,7 @@ pub struct Place {
     pub channel: usize,
     /// Phase.
     pub phase: Phase,
-    /// Root mean square, in noise floors.
+    /// Root mean square, in run spreads.
     pub size: f64,
     /// What the size is at least: three standard errors below that of all conditions but the worst.
     pub at_least: f64,
@@ -53,7 +55,7 @@ impl Misfit {
         self.places.first().map_or(0.0, |p| p.size)
     }
 
-    /// Whether some place misses by more than `floors` noise floors, beyond chance.
+    /// Whether some place misses by more than `floors` run spreads, beyond chance.
     pub fn exceeds(&self, floors: f64) -> bool {
         self.places.iter().any(|p| p.size > floors && p.at_least > 1.0)
     }
@@ -122,7 +124,7 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
             floors += 1.0;
         }
     }
-    let noise_floor =
+    let perfect_model =
         if scattered > 0.0 { (scatter / scattered + floor / f64::max(floors, 1.0)).sqrt() } else { 1.0 };
     let mut places: Vec<Place> = by_place
         .into_iter()
@@ -137,5 +139,5 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
         })
         .collect();
     places.sort_by(|a, b| b.size.total_cmp(&a.size));
-    Misfit { error: (square / f64::max(seen, 1.0)).sqrt(), noise_floor, systematic, excess, places }
+    Misfit { error: (square / f64::max(seen, 1.0)).sqrt(), perfect_model, systematic, excess, places }
 }

@@ -35,9 +35,9 @@ use swing::Swing;
 /// it was not fitted to needs no correction for the number of effects (few conditions give no smaller
 /// probabilities).
 pub const FALSE_ALARM: f64 = 0.01;
-/// Systematic misfit of a channel in a phase beyond this many noise floors is worth a name.
+/// Systematic misfit of a channel in a phase beyond this many run spreads is worth a name.
 pub const RELEVANT: f64 = 2.5;
-/// Systematic misfit that no effect explains is reported beyond this many noise floors.
+/// Systematic misfit that no effect explains is reported beyond this many run spreads.
 const UNEXPLAINED: f64 = 4.0;
 /// Least share of the excess misfit that one effect must explain.
 const EXPLAINS: f64 = 0.8;
@@ -61,9 +61,9 @@ const LARGEST_SET: usize = 3;
 const LEAST_DRIFT: f64 = 0.01;
 /// Beyond this share a fit counts as adequate whatever error is left.
 const ADEQUATE_SHARE: f64 = 0.85;
-/// Otherwise the error after may be this many noise floors.
+/// Otherwise the error after may be this many run spreads.
 const ADEQUATE_ERROR: f64 = 1.3;
-/// ... but never when the error is beyond this many noise floors and a place misses by
+/// ... but never when the error is beyond this many run spreads and a place misses by
 /// [`FAR`] of them: something else stands behind it.
 const POOR_ERROR: f64 = 1.75;
 const FAR: f64 = 8.0;
@@ -288,7 +288,7 @@ fn drifting<'a>(problem: &Problem<'a>, base: &Held) -> Option<(Problem<'a>, Held
     let crate::fit::noise::Drift { change, per_trial, t } = problem.noise.drift;
     let level = FALSE_ALARM / REGISTRY.len() as f64;
     let freedom = problem.noise.freedom.checked_sub(1).filter(|f| *f > 0)? as f64;
-    let chance = 2.0 * (1.0 - StudentsT::new(0.0, 1.0, freedom).ok()?.cdf(t.abs()));
+    let chance = 2.0 * StudentsT::new(0.0, 1.0, freedom).ok()?.sf(t.abs());
     if chance > level || change.abs() < RELEVANT * problem.noise.friction[0].max(LEAST_DRIFT) {
         return None;
     }
@@ -307,8 +307,7 @@ fn drifting<'a>(problem: &Problem<'a>, base: &Held) -> Option<(Problem<'a>, Held
         hold_out(&around, fit::solve(&around, model, free, 5), free.to_vec())
     };
     let (without, with) = (fitted(&base.solution.model, &base.free), fitted(&found.model, &free));
-    let left = |held: &Held| (held.misfit.error.powi(2) - held.misfit.noise_floor.powi(2)).max(0.0);
-    let explained = 1.0 - left(&with) / left(&without).max(1e-9);
+    let explained = explained(&without.misfit, &with.misfit);
     let searched = Search::Thorough;
     let candidate =
         Candidate { info: wear.info, held: with, p_value: chance, explained, starts: Vec::new(), searched };
@@ -506,7 +505,7 @@ fn choose(
     };
     let adequate = chosen.last().is_some_and(|c| {
         let misfit = &c.held.misfit;
-        let near = misfit.error <= ADEQUATE_ERROR * misfit.noise_floor && !misfit.exceeds(UNEXPLAINED);
+        let near = misfit.error <= ADEQUATE_ERROR * misfit.perfect_model && !misfit.exceeds(UNEXPLAINED);
         settled || near || share >= CERTAIN || (share >= ADEQUATE_SHARE && !poor(misfit))
     });
     let explains = adequate && share >= needed;
@@ -548,7 +547,7 @@ fn entangled(problem: &Problem, held: &Held) -> bool {
 
 /// Whether something else stands behind what a fit leaves, however much it explains.
 fn poor(misfit: &Misfit) -> bool {
-    misfit.error > POOR_ERROR * misfit.noise_floor && misfit.exceeds(FAR)
+    misfit.error > POOR_ERROR * misfit.perfect_model && misfit.exceeds(FAR)
 }
 
 /// Takes out effects that those chosen after them made needless: fitted without one, the others
@@ -634,7 +633,7 @@ fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<&'static 
         .filter(|c| {
             let no_worse = paired(&c.held.loss, &winner.held.loss).is_none_or(|(t, _)| t < EQUAL);
             let behind = winner.explained - explained(&base.misfit, &c.held.misfit);
-            // Significant or not: what differs by so little is below the noise floor.
+            // Significant or not: what differs by so little is below the run spread.
             // Where much is left, the model is wrong and losses do not tell two effects apart.
             let near = total(&c.held) < SAME_LOSS * total(&winner.held) || poor(&winner.held.misfit);
             let both = settled(winner) && settled(c) && winner.explained < EXPLAINS;

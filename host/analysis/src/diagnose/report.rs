@@ -9,7 +9,7 @@ use stickslip_shared::effects::Info;
 
 use crate::channels::channel_words;
 use crate::diagnose::misfit::{self, Misfit};
-use crate::diagnose::select::{Candidate, explained};
+use crate::diagnose::select::{Candidate, Held, explained};
 use crate::diagnose::structure::{self, Structure};
 use crate::diagnose::swing::Swing;
 use crate::diagnose::{Doubt, FEWEST_CONDITIONS, Findings, RELEVANT, UNEXPLAINED};
@@ -23,7 +23,7 @@ use crate::model::candidate::Described;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// The model agrees with the data within the noise floor.
+    /// The model agrees with the data within the run spread.
     NothingMissing,
     /// The named effects are missing.
     Effect,
@@ -53,13 +53,14 @@ pub struct Value {
 pub struct CandidateReport {
     /// Identifier.
     pub id: &'static str,
-    /// Root mean square error on held-out conditions, in noise floors.
+    /// Root mean square error on held-out conditions, in run spreads.
     pub held_out_error: f64,
     /// Probability of its gain by chance.
     pub p_value: f64,
-    /// Share of the excess misfit that it explains.
+    /// Share of the base model's excess misfit that the model with it (and with the effects chosen
+    /// before it) explains.
     pub explained: f64,
-    /// Where it still misses most: channel, phase, and by how many noise floors.
+    /// Where it still misses most: channel, phase, and by how many run spreads.
     pub worst: Option<(String, &'static str, f64)>,
     /// Its parameters.
     pub parameters: BTreeMap<&'static str, Value>,
@@ -68,16 +69,16 @@ pub struct CandidateReport {
     pub info: &'static Info,
 }
 
-/// Error before and after, in noise floors of one run.
+/// Error before and after, in run spreads (see [`crate::diagnose::misfit`]).
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ErrorReport {
     /// Of the model as given, with its friction refitted, on held-out conditions.
     pub before: f64,
     /// With the chosen effects.
     pub after: f64,
-    /// Of repetitions about their mean.
-    pub noise_floor: f64,
-    /// Worst systematic misfit of a channel in a phase before, in noise floors.
+    /// What a perfect model would show: repetitions about their mean, and the tolerance.
+    pub perfect_model: f64,
+    /// Worst systematic misfit of a channel in a phase before, in run spreads.
     pub worst_before: f64,
     /// The same after.
     pub worst_after: f64,
@@ -90,7 +91,7 @@ pub struct Place {
     pub channel: String,
     /// Phase.
     pub phase: &'static str,
-    /// Root mean square systematic misfit before, in noise floors.
+    /// Root mean square systematic misfit before, in run spreads.
     pub before: f64,
     /// After.
     pub after: f64,
@@ -145,18 +146,18 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
     let named = matches!(verdict, Verdict::Effect | Verdict::Ambiguous);
     let last = last.as_ref().filter(|_| named).unwrap_or(base);
     let effects: Vec<&'static str> = if named { by_strength(base, chosen) } else { Vec::new() };
-    let mut candidates: Vec<CandidateReport> = first.iter().map(|c| candidate(problem, c)).collect();
+    let mut candidates: Vec<CandidateReport> = first.iter().map(|c| candidate(problem, base, c)).collect();
     for c in chosen.iter().filter(|_| named) {
         if !first.iter().any(|f| f.info.id == c.info.id && f.held.free == c.held.free) {
             candidates.retain(|r| r.id != c.info.id);
-            candidates.push(candidate(problem, c));
+            candidates.push(candidate(problem, base, c));
         }
     }
-    let floor = base.misfit.noise_floor;
+    let perfect_model = base.misfit.perfect_model;
     let error = ErrorReport {
         before: base.misfit.error,
         after: last.misfit.error,
-        noise_floor: floor,
+        perfect_model,
         worst_before: base.misfit.worst(),
         worst_after: last.misfit.worst(),
     };
@@ -194,11 +195,10 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         limits.push(format!("the model already has {}: its parameters were fitted anew", info.id));
     }
     limits.extend(summary_fit.notes);
-    let share = explained(&base.misfit, &last.misfit);
     let doubt = doubt.as_ref().map(|d| doubtful(d, problem));
     let mut summary = match &doubt {
         Some((reason, _)) => format!("Nothing can be concluded: {reason}."),
-        None => sentence(*verdict, &effects, equal, share, first, &base.misfit),
+        None => sentence(*verdict, &effects, equal, &candidates, &base.misfit),
     };
     let (reason, would_tell) = doubt.unzip();
     if let Some(swing) = swing {
@@ -254,7 +254,7 @@ impl Report {
 }
 
 /// Chosen effects by the share of the misfit that each took away.
-fn by_strength(base: &crate::diagnose::select::Held, chosen: &[Candidate]) -> Vec<&'static str> {
+fn by_strength(base: &Held, chosen: &[Candidate]) -> Vec<&'static str> {
     let mut before = base.misfit.excess;
     let mut shares: Vec<(f64, &'static str)> = Vec::new();
     for c in chosen {
@@ -265,7 +265,7 @@ fn by_strength(base: &crate::diagnose::select::Held, chosen: &[Candidate]) -> Ve
     shares.into_iter().map(|s| s.1).collect()
 }
 
-fn candidate(problem: &Problem, c: &Candidate) -> CandidateReport {
+fn candidate(problem: &Problem, base: &Held, c: &Candidate) -> CandidateReport {
     let skip = c.held.free.len() - c.info.parameters.len();
     let fit = fit::summary(problem, c.held.solution.clone(), 0.0, &c.held.free, &Options::default());
     let parameters = c
@@ -288,7 +288,7 @@ fn candidate(problem: &Problem, c: &Candidate) -> CandidateReport {
         info: c.info,
         held_out_error: c.held.misfit.error,
         p_value: c.p_value,
-        explained: c.explained,
+        explained: explained(&base.misfit, &c.held.misfit),
         worst: c.held.misfit.places.first().map(|p| (channel_name(p.channel), p.phase.name(), p.size)),
         parameters,
     }
@@ -298,6 +298,12 @@ fn candidate(problem: &Problem, c: &Candidate) -> CandidateReport {
 fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
     let campaign = problem.campaign;
     let mut out = Vec::new();
+    if !campaign.assumed.is_empty() {
+        out.push(format!(
+            "sensor uncertainty not stated in dataset.toml; taken: {}. What lies within that is not named",
+            campaign.assumed.join("; ")
+        ));
+    }
     if campaign.conditions < FEWEST_CONDITIONS {
         out.push(format!(
             "only {} different condition(s): an effect cannot be separated from a wrong friction coefficient; at least {} conditions are needed",
@@ -312,7 +318,7 @@ fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
         );
     } else if problem.noise.freedom < 6 {
         out.push(format!(
-            "only {} degrees of freedom from repetitions: the noise floor is uncertain",
+            "only {} degrees of freedom from repetitions: the run spread is uncertain",
             problem.noise.freedom
         ));
     }
@@ -352,7 +358,7 @@ fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
 fn doubtful(doubt: &Doubt, problem: &Problem) -> (String, String) {
     let place = |p: &misfit::Place| {
         let words = channel_words(&channel_name(p.channel));
-        format!("{words} ({}) is off by {:.1} noise floors", p.phase.name(), p.size)
+        format!("{words} ({}) is off by {:.1} run spreads", p.phase.name(), p.size)
     };
     let trial = |p: &misfit::Place| &problem.campaign.runs[p.run].info.trial;
     match doubt {
@@ -376,7 +382,7 @@ fn doubtful(doubt: &Doubt, problem: &Problem) -> (String, String) {
                 place(p)
             ),
             format!(
-                "repeat the condition of trial {}, where it is largest, to lower the noise floor",
+                "repeat the condition of trial {}, where it is largest, to lower the run spread",
                 trial(p)
             ),
         ),
@@ -387,42 +393,45 @@ fn doubtful(doubt: &Doubt, problem: &Problem) -> (String, String) {
     }
 }
 
+/// The verdict in words. Its shares are those of the table of `candidates`.
 fn sentence(
     verdict: Verdict,
     effects: &[&'static str],
     equal: &[Vec<&'static str>],
-    share: f64,
-    first: &[Candidate],
+    candidates: &[CandidateReport],
     misfit: &Misfit,
 ) -> String {
-    let next = first
-        .iter()
-        .find(|c| !effects.contains(&c.info.id) && !equal.iter().flatten().any(|e| e == &c.info.id))
-        .map_or(String::new(), |c| {
-            format!("; next best {} ({:.0} %)", c.info.id, 100.0 * c.explained.max(0.0))
-        });
+    let most = |of: &mut dyn Iterator<Item = &'_ CandidateReport>| {
+        of.map(|c| (c.id, c.explained)).max_by(|a, b| a.1.total_cmp(&b.1))
+    };
+    let percent = |share: f64| format!("{:.0} %", 100.0 * share.clamp(0.0, 1.0));
+    let named = |c: &&CandidateReport| effects.contains(&c.id);
+    let share = most(&mut candidates.iter().filter(named)).map_or(0.0, |c| c.1);
+    let others = |c: &&CandidateReport| !named(c) && !equal.iter().flatten().any(|e| *e == c.id);
+    let next = most(&mut candidates.iter().filter(others))
+        .map_or(String::new(), |(id, share)| format!("; next best {id} ({})", percent(share)));
     match verdict {
         Verdict::NothingMissing | Verdict::Inconclusive => format!(
-            "Nothing is missing: no channel has a systematic misfit of more than {:.1} noise floors.",
+            "Nothing is missing: no channel has a systematic misfit of more than {:.1} run spreads.",
             misfit.worst().max(0.1)
         ),
         Verdict::Effect => format!(
-            "The model lacks {}; {} {:.0} % of the excess error{next}.",
+            "The model lacks {}; {} {} of the excess error{next}.",
             effects.join(" and "),
             if effects.len() == 1 { "it explains" } else { "together they explain" },
-            100.0 * share
+            percent(share)
         ),
         Verdict::Ambiguous => format!(
-            "The model lacks {}, or equally well {}: these data do not separate them ({:.0} % of the excess error explained){next}.",
+            "The model lacks {}, or equally well {}: these data do not separate them ({} of the excess error explained){next}.",
             effects.join(" and "),
             equal.iter().map(|e| e.join(" + ")).collect::<Vec<_>>().join(" or "),
-            100.0 * share
+            percent(share)
         ),
-        Verdict::Unexplained => match first.first() {
-            Some(c) => format!(
-                "An effect is missing, and none of the known ones explains it: the best, {}, explains {:.0} % of the excess error.",
-                c.info.id,
-                100.0 * first.iter().map(|c| c.explained).fold(0.0, f64::max)
+        Verdict::Unexplained => match most(&mut candidates.iter()) {
+            Some((id, share)) => format!(
+                "An effect is missing, and none of the known ones explains it: the best, {id}, explains {} of the \
+                 excess error.",
+                percent(share)
             ),
             None => "An effect is missing, and none of the known ones explains it.".into(),
         },

@@ -3,7 +3,7 @@
 //! The survivors of the screening are refitted together with friction and compared by
 //! their loss on held-out conditions. An effect is taken when it predicts held-out
 //! conditions better by more than chance (Student's t over conditions, corrected for the
-//! number of effects tried) and by more than the noise floor (it explains most of the
+//! number of effects tried) and by more than the run spread (it explains most of the
 //! excess misfit that is left). Effects whose held-out losses do not differ from the
 //! best one's are equally good.
 
@@ -115,7 +115,7 @@ fn log_loss(problem: &Problem, loss: &[f64]) -> Vec<f64> {
 pub fn p_value(a: &[f64], b: &[f64]) -> f64 {
     let Some((t, freedom)) = paired(a, b) else { return 1.0 };
     match StudentsT::new(0.0, 1.0, freedom) {
-        Ok(d) => 1.0 - d.cdf(t),
+        Ok(d) => d.sf(t),
         Err(_) => 1.0,
     }
 }
@@ -151,7 +151,7 @@ fn parameter_p_value(problem: &Problem, solution: &Solution, free: &[Free], from
     // Hotelling's correction for few conditions.
     let f = wald / q as f64 * freedom / (conditions - from as f64).max(1.0);
     match FisherSnedecor::new(q as f64, freedom) {
-        Ok(d) if f.is_finite() && f > 0.0 => 1.0 - d.cdf(f),
+        Ok(d) if f.is_finite() && f > 0.0 => d.sf(f),
         _ => 1.0,
     }
 }

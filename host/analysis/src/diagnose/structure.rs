@@ -16,7 +16,7 @@ pub struct Structure {
     pub channel: String,
     /// Phase.
     pub phase: &'static str,
-    /// Root mean square systematic misfit, in noise floors (of a swing, in those of one sample).
+    /// Root mean square systematic misfit, in run spreads (of a swing, in those of one sample).
     pub size: f64,
     /// Quantities it depends on, strongest first, with the share of its variance that each adds.
     pub depends_on: Vec<(&'static str, f64)>,

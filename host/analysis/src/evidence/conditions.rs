@@ -1,6 +1,8 @@
-//! Conditions of trials: which runs repeat each other, what varies, what is held out.
+//! Conditions of trials: which runs repeat each other, what varies, what is held out. Every command
+//! takes them from here.
 
-use std::collections::BTreeMap;
+use std::borrow::Borrow;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
@@ -106,11 +108,11 @@ pub fn trimmed(x: f64, significant: i32) -> String {
     if text == "-0" { "0".into() } else { text.to_owned() }
 }
 
-/// What makes two runs repetitions of each other: everything but the run, the file and the
-/// placing of the pusher.
-pub fn key(info: &TrialInfo) -> String {
-    let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.9}"));
-    [
+/// The settings of a run that the format names, and those of the columns `extra`: not the run, the
+/// file and the placing of the pusher.
+fn key(info: &TrialInfo, extra: &[&String]) -> String {
+    let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.6e}"));
+    let mut parts = vec![
         info.primitive.clone(),
         info.object.clone(),
         number(info.grip_n),
@@ -118,22 +120,56 @@ pub fn key(info: &TrialInfo) -> String {
         number(info.speed_rad_s),
         number(info.slope_rad),
         number(info.pusher_offset_m),
-    ]
-    .join("|")
+    ];
+    parts.extend(extra.iter().map(|name| info.extra.get(*name).cloned().unwrap_or_default()));
+    parts.join("|")
 }
 
 /// Trials of each condition (places in `infos`), in the order of their first run. Equal
 /// conditions without a run, or with a run number twice, are no repetitions and stand alone.
-pub fn conditions(infos: &[TrialInfo]) -> Vec<Vec<usize>> {
+///
+/// Columns of trials.csv that the format does not name are conditions too, unless they would
+/// leave less than two thirds of the repetitions that there are without them: those are times,
+/// remarks, the weather.
+pub fn conditions<I: Borrow<TrialInfo>>(infos: &[I]) -> Vec<Vec<usize>> {
+    let plain = classes(infos, &[]);
+    let repeats = |groups: &[Vec<usize>]| infos.len() - groups.len();
+    let names: BTreeSet<&String> = infos.iter().flat_map(|i| i.borrow().extra.keys()).collect();
+    let mut kept: Vec<&String> = Vec::new();
+    let mut out = plain.clone();
+    for name in names {
+        let mut trial = kept.clone();
+        trial.push(name);
+        let with = classes(infos, &trial);
+        if 3 * repeats(&with) >= 2 * repeats(&plain) {
+            (kept, out) = (trial, with);
+        }
+    }
+    out
+}
+
+fn classes<I: Borrow<TrialInfo>>(infos: &[I], extra: &[&String]) -> Vec<Vec<usize>> {
     let mut places: BTreeMap<String, usize> = BTreeMap::new();
     let mut out: Vec<Vec<usize>> = Vec::new();
-    for (i, info) in infos.iter().enumerate() {
+    for (i, info) in infos.iter().map(Borrow::borrow).enumerate() {
         let next = out.len();
-        let place = *places.entry(key(info)).or_insert(next);
-        let repeats = |j: &usize| infos[*j].run.is_some() && infos[*j].run != info.run;
+        let place = *places.entry(key(info, extra)).or_insert(next);
+        let run = |j: usize| infos[j].borrow().run;
+        let repeats = |j: &usize| run(*j).is_some() && run(*j) != info.run;
         match out.get_mut(place) {
             Some(members) if info.run.is_some() && members.iter().all(repeats) => members.push(i),
             _ => out.push(vec![i]),
+        }
+    }
+    out
+}
+
+/// The condition of each trial, by the place of [`conditions`].
+pub fn condition_of<I: Borrow<TrialInfo>>(infos: &[I]) -> Vec<usize> {
+    let mut out = vec![0; infos.len()];
+    for (c, group) in conditions(infos).iter().enumerate() {
+        for i in group {
+            out[*i] = c;
         }
     }
     out

@@ -23,7 +23,7 @@ use stickslip_shared::contact::{Body, SLOTS};
 use stickslip_shared::model::Model;
 use stickslip_shared::step::{Drive, State, StepOutput};
 
-use crate::channels::{COUNT, Signals};
+use crate::channels::{COUNT, Quantity, Signals, quantity};
 use crate::run::simulate::Prepared;
 
 /// Least and greatest value of each channel; for the object's channels both are the value
@@ -65,6 +65,18 @@ pub fn bands(prepared: &Prepared, model: &Model<f64>, at: &[usize]) -> Vec<(usiz
     prepared.observe(model, 1, |sample, state, step, drive| {
         if at.binary_search(&sample).is_ok() {
             out.push((sample, band(state, step, drive)));
+        }
+    });
+    out
+}
+
+/// As [`bands`], of the forces alone (torques: both ends the value of the simulation).
+pub fn bands_of_forces(prepared: &Prepared, model: &Model<f64>, at: &[usize]) -> Vec<(usize, Band)> {
+    let mut out = Vec::new();
+    prepared.observe(model, 1, |sample, state, step, drive| {
+        if at.binary_search(&sample).is_ok() {
+            let sides = |channel: usize, _| [quantity(channel) == Quantity::Force; 2];
+            out.push((sample, sides_of(state, step, drive, &sides)));
         }
     });
     out

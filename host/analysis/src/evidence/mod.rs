@@ -6,5 +6,7 @@ pub mod conditions;
 pub mod force_bands;
 pub mod noise;
 pub mod phases;
+pub mod sensors;
 pub mod stages;
 pub mod statistics;
+pub mod tolerance;

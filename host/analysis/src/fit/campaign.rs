@@ -9,6 +9,8 @@ use stickslip_shared::effects::formula::{Program, Variable};
 use stickslip_shared::model::{Friction, Model};
 
 use crate::channels::{self, Quantity};
+use crate::evidence::conditions::condition_of;
+use crate::evidence::sensors::sensors_or_estimated;
 use crate::fit::features::{Bins, Features};
 use crate::fit::phases;
 use crate::run::simulate::{Prepared, SceneError, Simulated, prepare};
@@ -53,7 +55,7 @@ pub struct Group {
 /// A data set ready for fitting.
 #[derive(Debug)]
 pub struct Campaign {
-    /// `dataset.toml`.
+    /// `dataset.toml`, its sensors completed where nothing is stated.
     pub description: Description,
     /// Friction of the model as given: where a fit stays that the data do not move.
     pub given: Friction<f64>,
@@ -63,51 +65,10 @@ pub struct Campaign {
     pub groups: Vec<Group>,
     /// Number of different conditions.
     pub conditions: usize,
+    /// What was taken for sensors about which nothing is stated, in words; empty where all is.
+    pub assumed: Vec<String>,
     /// Trials that could not be prepared, and why.
     pub refused: Vec<SceneError>,
-}
-
-/// What makes two trials repetitions of each other.
-fn key(info: &TrialInfo, with_extra: &[String]) -> String {
-    let number = |x: Option<f64>| x.map_or("-".into(), |x| format!("{x:.6e}"));
-    let mut key = format!("{}|{}", info.object, info.primitive);
-    for x in [info.grip_n, info.speed_m_s, info.speed_rad_s, info.slope_rad, info.pusher_offset_m] {
-        key += &format!("|{}", number(x));
-    }
-    for name in with_extra {
-        key += &format!("|{}", info.extra.get(name).map_or("", String::as_str));
-    }
-    key
-}
-
-/// Condition of each trial. Columns that the format does not name count as conditions
-/// unless they leave no repetitions that there would be without them (times, remarks).
-pub fn conditions(infos: &[&TrialInfo]) -> Vec<usize> {
-    let classes = |extra: &[String]| {
-        let mut index = BTreeMap::new();
-        let of: Vec<usize> = infos
-            .iter()
-            .map(|i| {
-                let next = index.len();
-                *index.entry(key(i, extra)).or_insert(next)
-            })
-            .collect();
-        (of, index.len())
-    };
-    let (plain, count) = classes(&[]);
-    let mut kept = Vec::new();
-    let names: std::collections::BTreeSet<&String> = infos.iter().flat_map(|i| i.extra.keys()).collect();
-    for name in names {
-        let mut trial = kept.clone();
-        trial.push(name.clone());
-        let (_, with) = classes(&trial);
-        let repeats = infos.len() > count;
-        if !repeats || 3 * (infos.len() - with) >= 2 * (infos.len() - count) {
-            kept = trial;
-        }
-    }
-    let (of, _) = classes(&kept);
-    if kept.is_empty() { plain } else { of }
 }
 
 impl Campaign {
@@ -138,7 +99,7 @@ impl Campaign {
             }
         }
         let infos: Vec<&TrialInfo> = runs.iter().map(|r| &r.info).collect();
-        let of = conditions(&infos);
+        let of = condition_of(&infos);
         let count = of.iter().max().map_or(0, |m| m + 1);
         let mut groups: Vec<Group> = Vec::new();
         for c in 0..count {
@@ -157,8 +118,10 @@ impl Campaign {
         for (run, c) in runs.iter_mut().zip(of) {
             run.condition = c;
         }
+        let used = sensors_or_estimated(&dataset.description, dataset.trials.iter());
         Self {
-            description: dataset.description.clone(),
+            description: Description { sensors: used.sensors, ..dataset.description.clone() },
+            assumed: used.taken,
             given: start.friction,
             runs,
             groups,

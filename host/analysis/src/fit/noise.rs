@@ -8,38 +8,14 @@
 //! share of how much the signal changes within the bin). Effects below it are not called so.
 
 use nalgebra::{DMatrix, SymmetricEigen};
-use stickslip_shared::model::Scene;
 
 use crate::channels::{COUNT, Quantity};
+use crate::evidence::tolerance::RIGID;
 use crate::fit::campaign::Campaign;
 use crate::fit::features::{FEATURES, Features, quantity};
 use crate::fit::phases::{BINS, PEAK};
 use stickslip_data::Sensors;
 
-/// Contacts of real pads and plates give way: 20 N on 1e6 N/m is 20 um, and 0.1 N m on the
-/// face of such a contact turns it by some mrad. No rigid model is better than that, m.
-pub const FLOOR_POSITION_M: f64 = 5e-5;
-/// Share of the prescribed path by which the object's place may differ: slip follows the
-/// direction of forces to about half a degree.
-pub const FLOOR_OF_PATH: f64 = 0.01;
-/// As above, rad.
-pub const FLOOR_ROTATION_RAD: f64 = 3e-3;
-/// Share of a sensor's uncertainty in the floor.
-const FLOOR_OF_UNCERTAINTY: f64 = 0.1;
-/// Share of the signal's spread within a bin in the floor: forces and torques.
-const FLOOR_OF_RANGE: f64 = 0.15;
-/// The same of the onset's peak, which is no matter of timing: how far forces overshoot.
-const FLOOR_OF_PEAK: f64 = 0.05;
-/// The largest of many samples lies above their mean by so many standard deviations of the noise.
-const LARGEST_OF_NOISE: f64 = 3.0;
-/// The same of the pose, which follows the prescribed motion.
-const FLOOR_OF_POSE_RANGE: f64 = 0.04;
-/// Share of the weight in the floor of what fingers and pusher, or two fingers, bear together at
-/// rest: how they share it is statically indeterminate (each may bear it by friction) and
-/// depends on how soft they are; only the sum follows from balance.
-const FLOOR_OF_SHARED_WEIGHT: f64 = 0.5;
-/// Lever of that share in torques, m.
-const SHARED_WEIGHT_LEVER_M: f64 = 0.03;
 /// Friction of conditions differs by at least this (relative), beside repetitions.
 pub const CONDITION_FRICTION: f64 = 0.004;
 /// Standard deviation of the prior of friction about the model as given (relative, at least
@@ -55,25 +31,9 @@ const PRIOR_FREEDOM: f64 = 4.0;
 /// Share of the spread of `feature`'s signal within its bin that counts as floor.
 pub fn floor_of_range(feature: usize) -> f64 {
     match quantity(feature) {
-        Quantity::Position | Quantity::Rotation => FLOOR_OF_POSE_RANGE,
-        _ if feature % BINS == PEAK => FLOOR_OF_PEAK,
-        Quantity::Force | Quantity::Torque => FLOOR_OF_RANGE,
-    }
-}
-
-/// How far a force or torque may be off where the object's weight is shared.
-pub fn shared_weight(scene: &Scene<f64>, quantity: Quantity) -> f64 {
-    let gravity = scene.gravity_m_s2.iter().map(|g| g * g).sum::<f64>().sqrt();
-    share_of_weight(scene.object.mass_kg * gravity, quantity)
-}
-
-/// The same for an object of that weight.
-pub fn share_of_weight(weight_n: f64, quantity: Quantity) -> f64 {
-    let force_n = FLOOR_OF_SHARED_WEIGHT * weight_n;
-    match quantity {
-        Quantity::Position | Quantity::Rotation => 0.0,
-        Quantity::Force => force_n,
-        Quantity::Torque => force_n * SHARED_WEIGHT_LEVER_M,
+        Quantity::Position | Quantity::Rotation => RIGID.of_pose_range,
+        _ if feature % BINS == PEAK => RIGID.of_peak,
+        Quantity::Force | Quantity::Torque => RIGID.of_range,
     }
 }
 
@@ -129,12 +89,12 @@ pub fn estimate(campaign: &Campaign, residuals: &[Features], friction: &[[Featur
         .map(|f| {
             let (noise, uncertainty) = channels[f / BINS];
             let compliance = match quantity(f) {
-                Quantity::Position => FLOOR_POSITION_M,
-                Quantity::Rotation => FLOOR_ROTATION_RAD,
+                Quantity::Position => RIGID.position_m,
+                Quantity::Rotation => RIGID.rotation_rad,
                 Quantity::Force | Quantity::Torque => 0.0,
             };
-            let noise = if f % BINS == PEAK { LARGEST_OF_NOISE * noise } else { noise };
-            noise.hypot(FLOOR_OF_UNCERTAINTY * uncertainty).hypot(compliance)
+            let noise = if f % BINS == PEAK { RIGID.largest_of_noise * noise } else { noise };
+            noise.hypot(RIGID.of_uncertainty * uncertainty).hypot(compliance)
         })
         .collect();
     let (mut deviations, runs, freedom) = deviations(campaign, residuals);

@@ -8,9 +8,10 @@ use nalgebra::DVector;
 use stickslip_shared::model::{Model, Scene};
 
 use crate::channels::COUNT;
-use crate::fit::Free;
+use crate::evidence::tolerance::{RIGID, push_channel};
 use crate::fit::campaign::Campaign;
 use crate::fit::features::{self, FEATURES, Features};
+use crate::fit::free::Free;
 use crate::fit::gls::{self, Gram, OFFSETS, Prior, Whitener};
 use crate::fit::noise::{self, Noise};
 use crate::fit::phases::{BINS, PEAK, Phase};
@@ -69,17 +70,19 @@ fn failed(campaign: &Campaign, residuals: &mut [Features]) -> Vec<usize> {
 
 /// Floor of what fingers and pusher bear together at rest, all but the push itself, and of how two
 /// fingers share the weight by friction before anything has slid.
-fn shared_weight(scene: &Scene<f64>, feature: usize) -> f64 {
+fn shared_weight(scene: &Scene<f64>, push: Option<usize>, feature: usize) -> f64 {
     let channel = feature / BINS;
     let shared = match Phase::of(feature % BINS) {
-        Phase::Pause | Phase::After => scene.pusher.is_some() && matches!(channel, 7..=11 | 19..=23),
+        Phase::Pause | Phase::After => {
+            scene.pusher.is_some() && matches!(channel, 7..=11 | 18..=23) && push != Some(channel)
+        }
         Phase::Before => matches!(channel, 12 | 14 | 16),
         _ => false,
     };
     if scene.fingers.is_none() || !shared {
         return 0.0;
     }
-    noise::shared_weight(scene, features::quantity(feature))
+    RIGID.shared_weight(scene, features::quantity(feature))
 }
 
 /// Relative step with which friction is varied.
@@ -126,11 +129,12 @@ impl<'a> Problem<'a> {
             let mean = noise::mean(group.runs.iter().map(|r| &residuals[*r]));
             let first = &campaign.runs[group.runs[0]];
             let ranges = first.bins.ranges(&first.prepared.simulate_every(model, first.stride));
-            let path = noise::FLOOR_OF_PATH * first.prepared.drive_path();
+            let push = push_channel(&first.prepared);
+            let path = RIGID.of_path * first.prepared.drive_path();
             let floor2: Vec<f64> = (0..FEATURES)
                 .map(|f| {
                     let place = if f < 3 * BINS { path } else { 0.0 };
-                    let shared = shared_weight(&first.prepared.scene, f);
+                    let shared = shared_weight(&first.prepared.scene, push, f);
                     noise.floor[f].powi(2)
                         + (noise::floor_of_range(f) * ranges[f]).powi(2)
                         + place * place

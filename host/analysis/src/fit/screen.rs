@@ -9,10 +9,11 @@ use crate::model::candidate::CandidateEffect;
 use stickslip_shared::effects::{Info, MAX_PARAMETERS};
 use stickslip_shared::model::Model;
 
+use crate::fit::engine::Solution;
 use crate::fit::features::Features;
+use crate::fit::free::Free;
 use crate::fit::gls;
 use crate::fit::problem::Problem;
-use crate::fit::{Free, Solution};
 
 /// An effect to try, with where its fit may start.
 #[derive(Clone, Debug)]

@@ -8,6 +8,11 @@
 //! functions, and every component that does not move significantly in a stretch held still
 //! in it. A curved path gets as many stretches as its noise can tell apart; a track without
 //! noise is returned as it came.
+//!
+//! Poses often come at a lower rate than forces (motion capture at 120 Hz beside forces at 250 Hz
+//! or 1 kHz) and are interpolated to theirs. Their noise is then equal in part from sample to
+//! sample: taken for white it looks far too small, and every wiggle of it becomes a motion. So the
+//! lag from which samples differ by the whole noise is found first, and only every so many enter.
 
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 use stickslip_shared::track::Pose;
@@ -16,6 +21,10 @@ use stickslip_shared::track::Pose;
 const COMPONENTS: usize = 6;
 /// Shortest stretch, samples.
 const SHORTEST: usize = 4;
+/// Poses of at least 60 Hz: samples this far apart are independent, s.
+const INDEPENDENT_S: f64 = 0.025;
+/// Share of the noise between far samples from which on samples count as independent.
+const WHOLE: f64 = 0.75;
 /// Below this a track counts as free of noise, m or rad.
 const NOISELESS: f64 = 1e-7;
 /// A slope counts as motion beyond this many standard deviations.
@@ -35,13 +44,21 @@ pub fn denoised(t_s: &[f64], poses: &[Pose<f64>]) -> Vec<Pose<f64>> {
             [d.x, d.y, d.z, r.x, r.y, r.z]
         })
         .collect();
-    let noise = noise(&track);
+    let lag = independent(t_s, &track);
+    let noise = noise(&track, lag);
     if noise.iter().all(|s| *s < NOISELESS) {
         return poses.to_vec();
     }
-    let sums = Sums::of(t_s, &track, &noise);
-    let mut knots = vec![0, track.len() - 1];
-    split(&sums, 0, track.len(), &mut knots);
+    let every: Vec<usize> = (0..track.len()).step_by(lag).collect();
+    let thin = |k: &usize| (t_s[*k], track[*k]);
+    let (thin_t_s, thin_track): (Vec<f64>, Vec<_>) = every.iter().map(thin).unzip();
+    let sums = Sums::of(&thin_t_s, &thin_track, &noise);
+    let mut knots = vec![0, thin_track.len() - 1];
+    split(&sums, 0, thin_track.len(), &mut knots);
+    let mut knots: Vec<usize> = knots.into_iter().filter_map(|k| every.get(k).copied()).collect();
+    // The last stretch ends with the track, not with the last sample taken.
+    knots.retain(|k| *k + lag < track.len());
+    knots.extend([0, track.len() - 1]);
     knots.sort_unstable();
     knots.dedup();
     let columns: Vec<Vec<f64>> = (0..COMPONENTS)
@@ -49,7 +66,7 @@ pub fn denoised(t_s: &[f64], poses: &[Pose<f64>]) -> Vec<Pose<f64>> {
             if noise[k] < NOISELESS {
                 track.iter().map(|x| x[k]).collect()
             } else {
-                spline(t_s, &track, &knots, k, noise[k])
+                spline((t_s, &track), &knots, (k, lag), noise[k])
             }
         })
         .collect();
@@ -65,14 +82,75 @@ pub fn denoised(t_s: &[f64], poses: &[Pose<f64>]) -> Vec<Pose<f64>> {
         .collect()
 }
 
-/// Standard deviation of white noise in each component, from second differences (robust:
-/// median; a smooth motion does not enter).
-fn noise(track: &[[f64; COMPONENTS]]) -> [f64; COMPONENTS] {
+/// Poses at all times `t_s`, straight between those that are known, the nearest beyond; `None`
+/// where none is.
+pub fn interpolated(t_s: &[f64], known: &[Option<Pose<f64>>]) -> Option<Vec<Pose<f64>>> {
+    let at: Vec<(f64, Pose<f64>)> = t_s.iter().zip(known).filter_map(|(t, p)| Some((*t, (*p)?))).collect();
+    let (first, last) = (at.first()?.1, at.last()?.1);
+    let mut next = 0;
+    let pose = |t: &f64| {
+        while at.get(next).is_some_and(|(other, _)| other < t) {
+            next += 1;
+        }
+        match (next.checked_sub(1).and_then(|k| at.get(k)), at.get(next)) {
+            (_, Some((t1, b))) if t1 == t => *b,
+            (Some((t0, a)), Some((t1, b))) => {
+                let share = (t - t0) / (t1 - t0);
+                Pose {
+                    position_m: a.position_m + (b.position_m - a.position_m) * share,
+                    rotation: UnitQuaternion::from_scaled_axis(
+                        (b.rotation * a.rotation.inverse()).scaled_axis() * share,
+                    ) * a.rotation,
+                }
+            }
+            (None, _) => first,
+            (_, None) => last,
+        }
+    };
+    Some(t_s.iter().map(pose).collect())
+}
+
+/// Standard deviation of white noise in each component, from second differences of samples `lag`
+/// apart (robust: median; a smooth motion does not enter).
+fn noise(track: &[[f64; COMPONENTS]], lag: usize) -> [f64; COMPONENTS] {
     std::array::from_fn(|k| {
-        let mut d: Vec<f64> = track.windows(3).map(|w| (w[0][k] - 2.0 * w[1][k] + w[2][k]).abs()).collect();
-        d.sort_by(f64::total_cmp);
-        d[d.len() / 2] / 0.6745 / 6.0_f64.sqrt()
+        let d =
+            track.windows(2 * lag + 1).map(|w| (w[0][k] - 2.0 * w[lag][k] + w[2 * lag][k]).abs()).collect();
+        middle(d) / 0.6745 / 6.0_f64.sqrt()
     })
+}
+
+/// The median; zero of none.
+fn middle(mut values: Vec<f64>) -> f64 {
+    let half = values.len() / 2;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(half, f64::total_cmp).1 }
+}
+
+/// Samples from one to the next that is independent of it: the least lag at which third
+/// differences (those of a bent path vanish) are as large as at [`INDEPENDENT_S`], in the component
+/// that needs the largest. One where the noise is white, or where there is none.
+fn independent(t_s: &[f64], track: &[[f64; COMPONENTS]]) -> usize {
+    let steps = t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let most =
+        ((INDEPENDENT_S / middle(steps).max(1e-6)).ceil() as usize).clamp(1, track.len() / (4 * SHORTEST));
+    let third = |k: usize, lag: usize| {
+        let bent = |w: &[[f64; COMPONENTS]]| w[0][k] - 3.0 * w[lag][k] + 3.0 * w[2 * lag][k] - w[3 * lag][k];
+        middle(track.windows(3 * lag + 1).map(|w| bent(w).abs()).collect())
+    };
+    (0..COMPONENTS)
+        .map(|k| {
+            let whole = third(k, most.max(1));
+            if whole < NOISELESS {
+                return 1;
+            }
+            // A jerk that large would grow eightfold from half the lag: motion, not noise.
+            if most >= 4 && whole > 4.0 * third(k, most / 2) {
+                return 1;
+            }
+            (1..most).find(|lag| third(k, *lag) > WHOLE * whole).unwrap_or(most.max(1))
+        })
+        .max()
+        .unwrap_or(1)
 }
 
 /// Prefix sums: squared error of a straight line over any stretch in constant time.
@@ -146,7 +224,12 @@ fn split(sums: &Sums, a: usize, b: usize, knots: &mut Vec<usize>) {
 
 /// Least squares values of component `k` at every sample on hat functions at `knots`;
 /// stretches without significant slope share one value.
-fn spline(t_s: &[f64], track: &[[f64; COMPONENTS]], knots: &[usize], k: usize, noise: f64) -> Vec<f64> {
+fn spline(
+    (t_s, track): (&[f64], &[[f64; COMPONENTS]]),
+    knots: &[usize],
+    (k, lag): (usize, usize),
+    noise: f64,
+) -> Vec<f64> {
     let stretches = knots.len() - 1;
     let mut variable = vec![0; knots.len()];
     for s in 0..stretches {
@@ -159,7 +242,8 @@ fn spline(t_s: &[f64], track: &[[f64; COMPONENTS]], knots: &[usize], k: usize, n
             tt += (t_s[i] - mean_t) * (t_s[i] - mean_t);
             tx += (t_s[i] - mean_t) * (track[i][k] - mean_x);
         }
-        let moves = tx.abs() > MOVES * noise * tt.sqrt();
+        // Of `lag` samples only one tells something new.
+        let moves = tx.abs() > MOVES * noise * (tt * lag as f64).sqrt();
         variable[s + 1] = variable[s] + usize::from(moves);
     }
     let count = variable[stretches] + 1;
@@ -228,6 +312,61 @@ mod tests {
         assert!((clean[420].position_m - clean[499].position_m).norm() < REST_M);
         let slope = (clean[300].position_m.x - clean[200].position_m.x) / 0.4;
         assert!((slope + 0.01).abs() < 1e-4, "{slope}");
+    }
+
+    /// The push as a motion capture of `rate_hz` sees it, interpolated to 250 Hz.
+    fn captured(rate_hz: f64) -> (Vec<f64>, Vec<Option<Pose<f64>>>, Vec<f64>) {
+        let (t, _, truth) = push(0.0);
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(2);
+        let n = Normal::new(0.0, 3e-5).expect("noise");
+        let frames = (0..(2.1 * rate_hz) as usize).map(|i| i as f64 / rate_hz);
+        let times: Vec<f64> = frames.collect();
+        let seen: Vec<Option<Pose<f64>>> = times
+            .iter()
+            .map(|t| {
+                let x = -0.01 * (t - 0.4).clamp(0.0, 1.2);
+                let position_m = Vector3::new(x + n.sample(&mut rng), n.sample(&mut rng), n.sample(&mut rng));
+                Some(Pose { position_m, rotation: UnitQuaternion::identity() })
+            })
+            .collect();
+        let poses = t
+            .iter()
+            .map(|t| {
+                let k = ((t * rate_hz) as usize).min(times.len() - 2);
+                let two = interpolated(&[times[k], *t, times[k + 1]], &[seen[k], None, seen[k + 1]]);
+                two.map(|two| if *t == times[k] { two[0] } else { two[1] })
+            })
+            .collect();
+        (t, poses, truth)
+    }
+
+    #[test]
+    fn a_push_captured_at_60_hz_or_more_and_interpolated_is_recovered_like_one_at_the_full_rate() {
+        for rate_hz in [60.0, 100.0, 120.0, 125.0, 200.0] {
+            let (t, poses, truth) = captured(rate_hz);
+            let clean = denoised(&t, &interpolated(&t, &poses).expect("poses"));
+            for (i, x) in truth.iter().enumerate() {
+                let off = (clean[i].position_m.x - x).abs();
+                assert!(off < 8e-5, "{rate_hz} Hz, sample {i}: {off}");
+            }
+            // What loses friction is a motion that goes back and forth: none of it.
+            let speed = |i: usize| (clean[i + 1].position_m.x - clean[i].position_m.x) / 0.004;
+            let worst = (130..370).map(|i| (speed(i) + 0.01).abs()).fold(0.0, f64::max);
+            assert!(worst < 1e-3, "{rate_hz} Hz: {worst} m/s");
+            let rest = (0..80).map(|i| speed(i).abs()).fold(0.0, f64::max);
+            assert!(rest < 1e-9, "{rate_hz} Hz: {rest} m/s at rest");
+        }
+    }
+
+    #[test]
+    fn poses_known_at_every_other_sample_only_lie_on_the_line_between() {
+        let (t, poses, truth) = push(0.0);
+        let known: Vec<_> = poses.iter().enumerate().map(|(i, p)| (i % 2 == 0).then_some(*p)).collect();
+        let filled = interpolated(&t, &known).expect("poses");
+        for (x, pose) in truth.iter().zip(&filled).take(499) {
+            assert!((pose.position_m.x - x).abs() < 2.1e-5, "{x}");
+        }
+        assert_eq!(interpolated(&t, &vec![None; t.len()]), None);
     }
 
     #[test]

@@ -14,7 +14,7 @@ use stickslip_shared::track::{Pose, Poses, between_pads, drive_between, seat, se
 use thiserror::Error;
 
 use crate::channels::{self, COUNT, Signals, object_channels};
-use crate::run::motion::denoised;
+use crate::run::motion::{denoised, interpolated};
 use stickslip_data::{ContactSpec, Description, ObjectSpec, Trial};
 
 /// Why a trial cannot be simulated.
@@ -212,18 +212,22 @@ pub fn prepare(description: &Description, trial: &Trial, ordinal: usize) -> Resu
         (None, None) => object,
         (None, Some(_)) => return Err(fail("the gripper's pose is not known at the start")),
     };
-    let mut grippers = Vec::with_capacity(samples.len());
-    let mut pushers = Vec::with_capacity(samples.len());
-    let mut grip_n = Vec::with_capacity(samples.len());
-    let fixed = trial.info.pusher.as_ref().map(channels::pose);
-    let (mut gripper, mut pusher) = (carrier, fixed);
+    let t_s: Vec<f64> = samples.iter().map(|s| s.t_s).collect();
+    // Poses may come at a lower rate than forces: between them the motion is straight. Held, they
+    // would be a staircase.
+    let grippers: Vec<_> = samples.iter().map(|s| s.gripper.as_ref().map(channels::pose)).collect();
+    let grippers = interpolated(&t_s, &grippers).filter(|_| scene.fingers.is_some());
+    let grippers = grippers.unwrap_or_else(|| vec![carrier; samples.len()]);
+    let mut pushers: Vec<_> = samples.iter().map(|s| s.pusher.as_ref().map(channels::pose)).collect();
+    if let Some(first) = pushers.first_mut() {
+        *first = first.or(trial.info.pusher.as_ref().map(channels::pose));
+    }
+    let known = scene.pusher.is_some() && pushers.first().is_some_and(Option::is_some);
+    let pushers = interpolated(&t_s, &pushers).filter(|_| known).unwrap_or_default();
     let mut grip = trial.info.grip_n.unwrap_or(0.0);
+    let mut grip_n = Vec::with_capacity(samples.len());
     for s in samples {
-        gripper = s.gripper.as_ref().map_or(gripper, channels::pose);
-        pusher = s.pusher.as_ref().map(channels::pose).or(pusher);
         grip = s.grip_cmd_n.unwrap_or(grip);
-        grippers.push(if scene.fingers.is_some() { gripper } else { carrier });
-        pushers.extend(pusher.filter(|_| scene.pusher.is_some()));
         grip_n.push(grip);
     }
     if scene.pusher.is_some() && pushers.len() < samples.len() {
@@ -231,7 +235,6 @@ pub fn prepare(description: &Description, trial: &Trial, ordinal: usize) -> Resu
             "its primitive has a pusher, but neither trials.csv nor its first sample gives its pose",
         ));
     }
-    let t_s: Vec<f64> = samples.iter().map(|s| s.t_s).collect();
     let (grippers, pushers) = (denoised(&t_s, &grippers), denoised(&t_s, &pushers));
     carrier = grippers.first().copied().unwrap_or(carrier);
     let start = between_pads(&scene, &mean_start(trial, &grippers, &object));

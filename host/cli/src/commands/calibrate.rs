@@ -58,11 +58,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         None => ModelFile::new(default_model().base, default_model().friction),
     };
     let base = file.to_model();
-    let reading = stickslip_data::read_lenient(&args.data)?;
-    for error in &reading.errors {
-        output.note(format_args!("left out: {error}"));
-    }
-    let data = reading.dataset;
+    let data = crate::data::read(&args.data, output)?;
     let mut primitives: BTreeMap<String, Vec<(usize, Trial)>> = BTreeMap::new();
     for (at, trial) in data.trials.into_iter().enumerate() {
         if args.primitive.as_ref().is_none_or(|p| *p == trial.info.primitive) {

@@ -7,7 +7,8 @@ use anyhow::Context;
 use comfy_table::{Cell, CellAlignment};
 use rayon::prelude::*;
 
-use stickslip_analysis::compare::document::{Comparison, ErrorRow, Fate, ModelReport};
+use stickslip_analysis::compare::document::{Comparison, ErrorRow, Fate, ModelReport, Size};
+use stickslip_analysis::compare::noise::Source;
 use stickslip_analysis::compare::rows::many_primitives;
 use stickslip_analysis::compare::tare::Tare;
 use stickslip_analysis::compare::verdict::{place_words, scale};
@@ -51,8 +52,8 @@ pub struct Args {
     /// from its forces and torques
     #[arg(long)]
     pub no_tare: bool,
-    /// Count the distance to the model's own solution as error, also where rigid
-    /// contact leaves a force undetermined [default: the distance to all its solutions]
+    /// Count the whole residual as error, also where rigid contact leaves a force undetermined
+    /// [default: what is beyond the tolerance]
     #[arg(long)]
     pub no_force_bands: bool,
 }
@@ -62,10 +63,7 @@ pub struct Args {
 /// # Errors
 /// Where data or a model cannot be read, no trial can be compared, or the page not written.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let index = Index::open(&args.data)?;
-    for error in &index.errors {
-        output.note(error);
-    }
+    let index = crate::data::open(&args.data, output)?;
     let models = args.models.iter().map(|path| NamedModel::read(path)).collect::<Result<Vec<_>, _>>()?;
     let options = Options {
         trial: args.trial.clone(),
@@ -74,10 +72,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         forces: if args.no_force_bands { Forces::AsReturned } else { Forces::OutsideBand },
     };
     let load = |i: usize| {
-        let reading = index.read_trial_lenient(&index.trials[i]);
-        reading.trial.ok_or_else(|| {
-            reading.error.map_or_else(|| "it cannot be read".to_owned(), |error| error.to_string())
-        })
+        crate::data::trial(&index, &index.trials[i], output).ok_or_else(|| "it cannot be read".to_owned())
     };
     let bar = Mutex::new(None::<indicatif::ProgressBar>);
     let held = || bar.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -174,13 +169,35 @@ fn print(comparison: &Comparison, output: &Output) {
     }
 }
 
-/// Channels by phases, worst channel first: RMS error, and in brackets noise floors.
+/// Residuals, and apart from them what is beyond the tolerance.
 fn print_errors(report: &ModelReport, output: &Output) {
+    let repeated = report.errors.iter().any(|r| r.noise_source == Source::Repetitions);
+    let (floor, mark) = match repeated {
+        true => (" (times the noise floor; a perfect model has 1.0x)", "* fails"),
+        false => ("", "* beyond the sensors' uncertainty for 0.1 s or longer"),
+    };
+    output.text(format_args!("\nRMS residual, model minus measurement{floor}"));
+    output.table(&matrix(report, repeated, &|r| r.residual, &|_| false));
+    output.text(format_args!(
+        "\nRMS error: the part of the residual beyond the tolerance{}; {mark}",
+        if repeated { " (times the noise floor)" } else { "" }
+    ));
+    let marked = |r: &ErrorRow| if repeated { r.fails } else { r.sustained == Some(true) };
+    output.table(&matrix(report, repeated, &|r| r.error, &marked));
+}
+
+/// Channels by phases, worst channel first; `marked` cells get a star.
+fn matrix(
+    report: &ModelReport,
+    multiples: bool,
+    size: &dyn Fn(&ErrorRow) -> Size,
+    marked: &dyn Fn(&ErrorRow) -> bool,
+) -> comfy_table::Table {
     let many = report.errors.first().is_some_and(|_| many_primitives(&report.errors));
     let mut channels: Vec<(&str, usize)> = Vec::new();
     let worst = |primitive: &str, index: usize| {
         let rows = report.errors.iter().filter(|r| r.place.primitive == primitive && r.index == index);
-        rows.map(|r| (r.fails, r.multiples.unwrap_or(0.0)))
+        rows.map(|r| (r.fails, r.error.multiples.unwrap_or(0.0)))
             .fold((false, 0.0f64), |a, b| (a.0 || b.0, a.1.max(b.1)))
     };
     for row in &report.errors {
@@ -203,42 +220,50 @@ fn print_errors(report: &ModelReport, output: &Output) {
         for phase in PHASES {
             let text = rows.iter().find(|r| r.place.phase == phase).map_or_else(
                 || "-".to_owned(),
-                |r| {
-                    let multiples = r.multiples.map_or_else(String::new, |m| format!(" ({m:.1}x)"));
-                    format!("{:.3}{multiples}{}", r.rms * factor, if r.fails { "*" } else { "" })
-                },
+                |r| format!("{}{}", sized(&size(r), factor, multiples), if marked(r) { "*" } else { "" }),
             );
             cells.push(Cell::new(text).set_alignment(CellAlignment::Right));
         }
         shown.add_row(cells);
     }
-    output.text("\nRMS error (times the noise floor); * lack of fit");
-    output.table(&shown);
+    shown
+}
+
+/// '0.031 (1.0x)'.
+fn sized(size: &Size, factor: f64, multiples: bool) -> String {
+    let times = size.multiples.filter(|_| multiples).map_or_else(String::new, |m| format!(" ({m:.1}x)"));
+    format!("{:.3}{times}", size.rms * factor)
 }
 
 fn print_changes(comparison: &Comparison, output: &Output) {
     let names = [&comparison.models[0].name, &comparison.models[comparison.models.len() - 1].name];
     let many = comparison.changes.first().is_some_and(|_| many_primitives(&comparison.models[0].errors));
-    let mut shown = table(["channel and phase", "unit", "before", "after", ""]);
+    let repeated = comparison.data.noise_floor == Source::Repetitions;
+    let mut shown = table(["channel and phase", "unit", "before", "after", "", "residual before", "after"]);
     let interesting = comparison.changes.iter().filter(|c| {
-        c.fate != Fate::Fits || c.multiples_before.unwrap_or(0.0).max(c.multiples_after.unwrap_or(0.0)) > 2.0
+        c.fate != Fate::Fits || c.before.multiples.unwrap_or(0.0).max(c.after.multiples.unwrap_or(0.0)) > 2.0
     });
     let all = interesting.clone().count();
     for c in interesting.take(25) {
         let (factor, unit) = scale(c.unit);
-        let cell = |rms: f64, m: Option<f64>| {
-            let multiples = m.map_or_else(String::new, |m| format!(" ({m:.1}x)"));
-            Cell::new(format!("{:.3}{multiples}", rms * factor)).set_alignment(CellAlignment::Right)
-        };
+        let cell = |s: &Size| Cell::new(sized(s, factor, repeated)).set_alignment(CellAlignment::Right);
         shown.add_row(vec![
             Cell::new(place_words(&c.place, many)),
             Cell::new(unit),
-            cell(c.rms_before, c.multiples_before),
-            cell(c.rms_after, c.multiples_after),
+            cell(&c.before),
+            cell(&c.after),
             Cell::new(stickslip_report::compare::fate_words(c.fate)),
+            cell(&c.residual_before),
+            cell(&c.residual_after),
         ]);
     }
-    output.text(format_args!("\nRMS error (times the noise floor), {} against {}", names[0], names[1]));
+    output.text(format_args!(
+        "\nRMS error beyond the tolerance of {}{}, {} against {}; and the whole residual",
+        names[0],
+        if repeated { " (times the noise floor)" } else { "" },
+        names[0],
+        names[1]
+    ));
     output.table(&shown);
     if all > 25 {
         output.text(format_args!("{} more rows in the JSON document and the page", all - 25));

@@ -61,6 +61,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     steps.title("A bench on which something is missing from the model");
     steps.step(&[
         "rig",
+        "--force",
         "--out",
         &bench,
         "--plan",

@@ -10,7 +10,7 @@ use stickslip_analysis::diagnose::report::{Report, Verdict};
 use stickslip_analysis::diagnose::{diagnose, steps};
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::{EffectEntry, ModelFile};
-use stickslip_data::{Dataset, Index};
+use stickslip_data::Dataset;
 use stickslip_report::terminal::{Output, command_line, table};
 use stickslip_report::words::short;
 
@@ -139,25 +139,12 @@ fn next(args: &Args, report: &Report, written: Option<&Path>) -> Vec<String> {
     }
 }
 
-/// All trials of a data set that can be read; the others are noted.
+/// All trials of a data set that can be read, see [`crate::data::read`].
 ///
 /// # Errors
 /// Where the data set cannot be opened.
 pub fn read_data(folder: &std::path::Path, output: &Output) -> anyhow::Result<Dataset> {
-    let index = Index::open(folder)?;
-    for error in &index.errors {
-        output.note(error);
-    }
-    let mut trials = Vec::with_capacity(index.trials.len());
-    for info in &index.trials {
-        let reading = index.read_trial_lenient(info);
-        match (reading.trial, reading.error) {
-            (Some(trial), _) => trials.push(trial),
-            (None, Some(error)) => output.note(error),
-            (None, None) => output.note(format!("trial {}: cannot be read", info.trial)),
-        }
-    }
-    Ok(Dataset { folder: folder.to_path_buf(), description: index.description.clone(), trials })
+    crate::data::read(folder, output)
 }
 
 fn print(report: &Report, output: &Output) {
@@ -169,12 +156,12 @@ fn print(report: &Report, output: &Output) {
         output.text(format_args!("{}: {}. In data: {}.", c.id, c.info.summary, c.info.signature));
     }
     output.text(format_args!(
-        "\n{} trials of {} conditions; error {:.2} noise floors before, {:.2} after (floor {:.2}); {:.1} s",
+        "\n{} trials of {} conditions; error {:.2} run spreads before, {:.2} after (a perfect model: {:.2}); {:.1} s",
         report.trials,
         report.conditions,
         report.error.before,
         report.error.after,
-        report.error.noise_floor,
+        report.error.perfect_model,
         report.seconds
     ));
     let right = |s: String| Cell::new(s).set_alignment(CellAlignment::Right);
@@ -197,7 +184,7 @@ fn print(report: &Report, output: &Output) {
                 Cell::new(parameters.join("\n")),
             ]);
         }
-        output.text("\nEffects tried (error in noise floors):");
+        output.text("\nEffects tried (error in run spreads):");
         output.table(&t);
     }
     if !report.places.is_empty() {
@@ -207,7 +194,7 @@ fn print(report: &Report, output: &Output) {
             let place = Cell::new(channel_words(&p.channel));
             t.add_row(vec![place, Cell::new(p.phase), number(p.before), number(p.after)]);
         }
-        output.text("\nSystematic misfit (noise floors of one run):");
+        output.text("\nSystematic misfit (run spreads):");
         output.table(&t);
     }
     for u in &report.unexplained {

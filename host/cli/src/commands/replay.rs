@@ -10,7 +10,6 @@ use stickslip_analysis::run::replay::{feed, first_difference, hash, replay};
 use stickslip_analysis::run::series;
 use stickslip_analysis::run::simulate::prepare;
 use stickslip_analysis::run::summary::{Against, Document};
-use stickslip_data::Index;
 use stickslip_data::series::SeriesWriter;
 use stickslip_device::log;
 use stickslip_device::records::{PREDICTION_RECORD, read_predictions};
@@ -51,7 +50,7 @@ pub struct Args {
 /// # Errors
 /// Where data, model or log cannot be read, or the log differs from the replay.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let index = Index::open(&args.data)?;
+    let index = crate::data::open(&args.data, output)?;
     let (at, info) = index.find(args.trial.as_deref())?;
     let trial = index.read_trial(info)?;
     let model = model_or_default(args.model.as_deref())?;

@@ -22,6 +22,9 @@ pub struct Args {
     /// Folder of the data set; created if it does not exist
     #[arg(long, value_name = "DIR", required_unless_present = "list_effects")]
     pub out: Option<PathBuf>,
+    /// Replace a data set that is in the folder already
+    #[arg(long)]
+    pub force: bool,
     /// Which conditions
     #[arg(long, value_enum, default_value = "push-small")]
     pub plan: PlanName,
@@ -192,6 +195,16 @@ fn check(args: &Args, folder: &Path) -> anyhow::Result<()> {
     if args.runs == Some(0) {
         bail!("--runs is 0; give at least 1 (3 for a noise floor)");
     }
+    if folder.join("dataset.toml").exists() || folder.join("trials.csv").exists() {
+        if !args.force {
+            bail!(
+                "--out {}: there is a data set already, and its list of trials would be replaced; choose another \
+                 folder, or give --force",
+                folder.display()
+            );
+        }
+        clear(folder)?;
+    }
     let known = objects::catalogue();
     if let Some(id) = args.objects.iter().find(|id| !known.iter().any(|o| o.id == **id)) {
         let ids: Vec<_> = known.iter().map(|o| o.id.as_str()).collect();
@@ -201,6 +214,19 @@ fn check(args: &Args, folder: &Path) -> anyhow::Result<()> {
         && std::path::absolute(key)?.starts_with(std::path::absolute(folder)?)
     {
         bail!("--key {} is inside the data set; choose another folder", key.display());
+    }
+    Ok(())
+}
+
+/// Takes the old trials away: tables that no list names would stay in the folder.
+fn clear(folder: &Path) -> anyhow::Result<()> {
+    let index = stickslip_data::Index::open(folder);
+    for info in index.iter().flat_map(|index| &index.trials) {
+        for table in [folder.join(&info.file), folder.join(&info.file).with_extension("parquet")] {
+            if table.is_file() {
+                std::fs::remove_file(&table).with_context(|| format!("removing {}", table.display()))?;
+            }
+        }
     }
     Ok(())
 }

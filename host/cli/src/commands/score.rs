@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use stickslip_analysis::model::file::model_or_default;
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::document::{Baselines, Document, score};
-use stickslip_data::Index;
 use stickslip_report::score::{LEGEND, cells, time_left, utilisation};
 use stickslip_report::terminal::{Output, table};
 
@@ -44,7 +43,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     for (option, value) in [("--ratio", args.ratio), ("--rate", args.rate)] {
         anyhow::ensure!(value > 0.0 && value.is_finite(), "{option} is {value}; give a number above zero");
     }
-    let index = Index::open(&args.data)?;
+    let index = crate::data::open(&args.data, output)?;
     let model = model_or_default(args.model.as_deref())?;
     let bar = output.progress(index.trials.len() as u64, "scoring");
     let baselines = Baselines { ratio: args.ratio, rate_n_s: args.rate };

@@ -136,17 +136,18 @@ fn stickslip() -> Command {
 }
 
 #[test]
-fn check_reports_holdings_floor_and_balance_and_fails_on_errors_only() {
+fn check_fails_on_forces_that_never_balance_and_on_refusals_and_reports_the_rest() {
     let folder = tempfile::tempdir().expect("folder");
     let trials = vec![trial([2.0, 0.0, 0.0], 1), trial([2.0, 0.0, 0.0], 2)];
     let data = Dataset { folder: folder.path().to_owned(), description: description(), trials };
     write(&data, folder.path()).expect("written");
-    let human = stickslip().arg("check").arg(folder.path()).assert().success();
+    let human = stickslip().arg("check").arg(folder.path()).assert().code(1);
     let text = String::from_utf8_lossy(&human.get_output().stdout).into_owned();
-    for part in ["2 trials, 1000 samples", "2 trials in 1 groups", "SENSOR PROBLEM: 2 of 2", "No errors."] {
+    for part in ["2 trials, 1000 samples", "2 trials in 1 groups", "FORCES DO NOT BALANCE in 2 of 2"] {
         assert!(text.contains(part), "{part} missing in\n{text}");
     }
-    let json = stickslip().args(["check", "--json"]).arg(folder.path()).assert().success();
+    assert!(!text.contains("No errors."), "{text}");
+    let json = stickslip().args(["check", "--json"]).arg(folder.path()).assert().code(1);
     let report: serde_json::Value = serde_json::from_slice(&json.get_output().stdout).expect("one document");
     assert_eq!(report["balance"]["failing"], 2);
     let floor = report["channels"][6]["floor"][1].as_f64().expect("repeated: a floor");

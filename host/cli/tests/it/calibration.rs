@@ -5,8 +5,8 @@ use stickslip_analysis::evidence::force_bands::bands;
 use stickslip_analysis::model::file::ModelFile;
 use stickslip_analysis::model::file::default_model;
 use stickslip_analysis::run::simulate::prepare;
-use stickslip_data::Trial;
-use stickslip_rig::{self, Condition, Primitive, Reality, STEP_S, Setup, objects};
+use stickslip_data::{Pose, Trial};
+use stickslip_rig::{self, Condition, Nuisance, Primitive, Reality, STEP_S, Setup, objects};
 
 fn setup(mu_finger: f64, mu_pusher: f64) -> Setup {
     let reality = Reality::ideal(mu_finger, mu_pusher);
@@ -83,4 +83,52 @@ fn data_of_several_primitives_get_a_model_each_and_one_of_the_best_determined_fr
     let friction = |name: &str| ModelFile::read(&at(name)).unwrap().friction;
     let each = ["linear_push", "pivot", "roll"].map(|p| friction(&format!("model-{p}.toml")).finger);
     assert!(each.contains(&friction("model.toml").finger), "{each:?}");
+}
+
+/// Poses of a motion capture slower than the forces, straight between its frames.
+fn captured(trial: &Trial, rate_hz: f64) -> Trial {
+    let mut seen = trial.clone();
+    let end_s = trial.samples.last().map_or(0.0, |s| s.t_s);
+    let at = |t: f64| ((t * 250.0).round() as usize).min(trial.samples.len() - 1);
+    for s in &mut seen.samples {
+        let frame = (s.t_s * rate_hz).floor();
+        let (t0, t1) = (frame / rate_hz, (frame + 1.0) / rate_hz);
+        let share = ((s.t_s - t0) / (t1 - t0)).clamp(0.0, 1.0);
+        let (a, b) = (&trial.samples[at(t0.min(end_s))], &trial.samples[at(t1.min(end_s))]);
+        let mixed = |a: Option<Pose>, b: Option<Pose>| {
+            let (a, b) = (a?, b?);
+            let mix = |x: f64, y: f64| x + (y - x) * share;
+            let quaternion: [f64; 4] = std::array::from_fn(|k| mix(a.quaternion[k], b.quaternion[k]));
+            let norm = quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
+            Some(Pose {
+                position_m: std::array::from_fn(|k| mix(a.position_m[k], b.position_m[k])),
+                quaternion: quaternion.map(|q| q / norm),
+            })
+        };
+        (s.gripper, s.object) = (mixed(a.gripper, b.gripper), mixed(a.object, b.object));
+    }
+    seen
+}
+
+#[test]
+fn motion_capture_from_60_hz_on_gives_the_friction_that_the_full_rate_gives() {
+    let description = objects::bench("captured");
+    let drawn = Reality::draw(&description, Nuisance::PAPER, 3);
+    let reality = Reality { mu_finger: 0.42, mu_pusher: 0.25, ..drawn };
+    let setup = Setup { description, reality, step_s: STEP_S };
+    let trials = pushes(&setup);
+    let friction = |trials: &[(usize, Trial)]| {
+        let found =
+            calibrate(&setup.description, "linear_push", trials, &default_model(), Share::of(1.0)).unwrap();
+        let finger = found.estimates.iter().find(|e| e.coefficient == Coefficient::Finger).cloned();
+        let finger = finger.unwrap();
+        assert!(finger.determined, "{finger:?}, {:?}", found.remarks);
+        finger.value
+    };
+    let whole = friction(&trials);
+    for rate_hz in [120.0, 60.0] {
+        let slow: Vec<(usize, Trial)> = trials.iter().map(|(at, t)| (*at, captured(t, rate_hz))).collect();
+        let found = friction(&slow);
+        assert!((found / whole - 1.0).abs() < 0.02, "{rate_hz} Hz: {found}, at 250 Hz {whole}");
+    }
 }

@@ -7,3 +7,5 @@ mod compare;
 mod diagnose_command;
 mod docs_links;
 mod lcp_command;
+mod one_number;
+mod refused;

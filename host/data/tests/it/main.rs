@@ -3,4 +3,6 @@
 mod dataset_refusals;
 mod dataset_round_trip;
 mod imports;
+mod schema;
+mod separators;
 mod series;

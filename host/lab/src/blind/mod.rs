@@ -35,7 +35,7 @@ pub fn run(
             let mut alone = key.clone();
             alone.effects = vec![*effect];
             let misfit = base_misfit(&data(&alone, &list, of_data).map_err(|e| anyhow!(e))?, &model)?;
-            each_alone.push([misfit.error, misfit.noise_floor]);
+            each_alone.push([misfit.error, misfit.perfect_model]);
         }
     }
     Ok(open(key, &report, each_alone))

@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::blind::generate::{Class, Key};
 use stickslip_analysis::diagnose::report::{CandidateReport, Report, Verdict};
 
-/// A single effect counts as strong if the error before exceeds this many noise floors.
+/// A single effect counts as strong if the error before exceeds this many run spreads.
 const STRONG: f64 = 2.0;
 /// An answer may name so many possibilities.
 const LARGEST_SET: usize = 3;
@@ -23,9 +23,9 @@ pub struct Opened {
     pub named: Vec<&'static str>,
     /// As good as those.
     pub ambiguous_with: Vec<Vec<&'static str>>,
-    /// Held-out error before and after, and noise floor.
+    /// Held-out error before and after, and what a perfect model shows.
     pub error: [f64; 3],
-    /// Worst systematic misfit of a channel in a phase, in noise floors.
+    /// Worst systematic misfit of a channel in a phase, in run spreads.
     pub worst: f64,
     /// The same after.
     pub worst_after: f64,
@@ -33,7 +33,7 @@ pub struct Opened {
     pub worst_place: String,
     /// How the hidden effects, and the first of all, did as candidates of the first stage.
     pub candidates: Vec<CandidateReport>,
-    /// Where two are hidden: error of the base model and noise floor with each of them alone.
+    /// Where two are hidden: error of the base model and what a perfect model shows with each of them alone.
     pub each_alone: Vec<[f64; 2]>,
     /// Time of the diagnosis, s.
     pub seconds: f64,
@@ -84,7 +84,7 @@ pub struct Figures {
     pub both_strong_named: Share,
     /// Two effects, at least one named and none wrong.
     pub one_of_two: Share,
-    /// Held-out error after adding at most 1.3 noise floors, where rightly named.
+    /// Held-out error after adding at most 1.3 run spreads, where rightly named.
     pub error_fell: Share,
     /// Mean size of ambiguous sets.
     pub mean_set: f64,
@@ -104,7 +104,7 @@ pub fn open(key: Key, report: &Report, each_alone: Vec<[f64; 2]>) -> Opened {
         verdict: report.verdict,
         named: report.effects.clone(),
         ambiguous_with: report.ambiguous_with.clone(),
-        error: [report.error.before, report.error.after, report.error.noise_floor],
+        error: [report.error.before, report.error.after, report.error.perfect_model],
         worst: report.error.worst_before,
         worst_after: report.error.worst_after,
         worst_place: report.places.first().map_or(String::new(), |p| format!("{} {}", p.channel, p.phase)),

@@ -102,7 +102,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         ("two effects, both named", f.both_named, "80 %"),
         ("two effects, each strong alone, both named", f.both_strong_named, "-"),
         ("two effects, none wrongly named", f.one_of_two, "-"),
-        ("rightly named, error after within 1.3 noise floors", f.error_fell, "95 %"),
+        ("rightly named, error after within 1.3 run spreads", f.error_fell, "95 %"),
     ] {
         t.add_row(vec![Cell::new(what), Cell::new(share.text()), Cell::new(aim)]);
     }

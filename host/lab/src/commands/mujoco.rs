@@ -173,7 +173,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
                 _ => HeldOut::Trials(loaded.iter().map(|l| l.id.clone()).collect()),
             },
             tare: Tare::BeforeContact,
-            forces: Forces::OutsideBand,
+            // Recorded signals have no intervals of undetermined forces.
+            forces: Forces::AsReturned,
         };
         let load = |i: usize| index.read_trial(&index.trials[i]).map_err(|e| e.to_string());
         let data = Data { description: &index.description, infos: &index.trials, load: &load };

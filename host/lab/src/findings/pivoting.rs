@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::runs::texts;
-use super::{Bench, Finding, Outcome, Run};
+use super::finding::{Finding, Outcome};
+use super::runs::{Bench, Run, texts};
 use stickslip_analysis::channels::Signals;
 use stickslip_rig::{Condition, Primitive};
 

@@ -2,8 +2,8 @@
 
 use stickslip_shared::model::Base;
 
-use super::runs::texts;
-use super::{Bench, Finding, Outcome, Run};
+use super::finding::{Finding, Outcome};
+use super::runs::{Bench, Run, texts};
 use stickslip_analysis::evidence::force_bands::{Band, bands};
 use stickslip_rig::{Condition, Primitive};
 

@@ -75,7 +75,7 @@ fn friction_effects_change_the_push_force_by_what_they_say() {
     assert!(near(with(Kind::ViscousFriction, 40.0), base + 2.0 * 40.0 * 0.02));
     assert!(near(with(Kind::AnisotropicFriction, 0.4), 1.2 * base));
     assert!(near(with(Kind::WearDrift, -0.3), 0.85 * base));
-    assert!(near(with(Kind::FingerFrictionMismatch, 0.4), base));
+    assert!(near(with(Kind::FingerFrictionMismatch, 0.2), base));
     assert!(near(with(Kind::LoadDependentFriction, 0.333), base), "20 N is the nominal load");
     let firm = Condition { grip_n: 35.0, ..push() };
     let falls = push_force(&outcome(Kind::LoadDependentFriction, 0.333, &firm));

@@ -1,0 +1,202 @@
+//! What physics does not allow, whatever the object and whatever the contact: each check is one
+//! inequality on one trial (or on the description), and says what most likely caused a breach
+//! of it.
+//!
+//! The bounds are wide. They are to find a wrong unit, sign, column or clock, never a sensor that
+//! is off by some per cent: that is the balance's part (`crate::evidence::balance`).
+
+mod clock;
+mod frames;
+mod missing;
+mod signs;
+mod units;
+
+use std::fmt;
+use std::path::PathBuf;
+
+use serde::Serialize;
+use stickslip_data::{Description, Index, Sample, Trial};
+
+use crate::evidence::balance::{NotChecked, StageBalance};
+use crate::evidence::stages::Stages;
+
+pub use clock::Clock;
+
+/// What most likely happened to the data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cause {
+    /// Lengths in another unit (mm).
+    LengthUnit,
+    /// Torques in another unit (N mm).
+    TorqueUnit,
+    /// A mass in another unit (g), or forces.
+    MassUnit,
+    /// Time stamps in another unit (ms, us).
+    TimeUnit,
+    /// Angles in degrees.
+    AngleUnit,
+    /// Grip in another unit, or of both fingers together.
+    GripUnit,
+    /// Finger 1 and finger 2 exchanged.
+    FingersSwapped,
+    /// Wrenches as exerted by the object instead of on it.
+    SignsTurned,
+    /// x, y, z, w in place of w, x, y, z.
+    QuaternionOrder,
+    /// A pose in other axes than the format's.
+    Frame,
+    /// A column that is needed and not there.
+    MissingColumn,
+    /// The grip that is held is nowhere stated.
+    MissingGrip,
+    /// Poses and forces by different clocks.
+    ClockOffset,
+    /// Forces and weight do not sum to zero in most trials.
+    Balance,
+}
+
+/// A breach of physics in one trial.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Breach {
+    /// Likely cause.
+    pub cause: Cause,
+    /// Columns or keys to look at.
+    pub columns: String,
+    /// What is measured, why that cannot be, the likely cause, what to do.
+    pub text: String,
+}
+
+/// A breach, with the trials that show it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// Likely cause.
+    pub cause: Cause,
+    /// File where it shows first.
+    pub file: PathBuf,
+    /// Columns or keys to look at.
+    pub columns: String,
+    /// What, of the first such trial.
+    pub text: String,
+    /// Trials that show it; zero where it is about the description.
+    pub trials: usize,
+    /// Trials read.
+    pub of: usize,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, {}: {}", self.file.display(), self.columns, self.text)?;
+        if self.trials > 0 { write!(f, " ({} of {} trials)", self.trials, self.of) } else { Ok(()) }
+    }
+}
+
+/// What the checks make of one trial.
+#[derive(Clone, Debug, Default)]
+pub struct TrialPhysics {
+    /// Breaches, one for each cause and column.
+    pub breaches: Vec<Breach>,
+    /// What is suspicious without being impossible.
+    pub remarks: Vec<String>,
+    /// Onsets of force and motion.
+    pub clock: Option<Clock>,
+}
+
+/// All checks of one trial.
+#[must_use]
+pub fn of_trial(
+    description: &Description,
+    trial: &Trial,
+    stages: &Stages,
+    balance: &Result<Vec<StageBalance>, NotChecked>,
+) -> TrialPhysics {
+    let mut breaches = Vec::new();
+    breaches.extend(units::time_step(description, trial));
+    // With time in another unit every speed is wrong too: one cause, one sentence.
+    let timed = breaches.is_empty();
+    breaches.extend(units::reach(description, trial));
+    breaches.extend(units::speed(trial).filter(|_| timed));
+    breaches.extend(units::rotation_speed(trial).filter(|_| timed));
+    breaches.extend(units::slope(trial));
+    breaches.extend(units::grip(trial));
+    breaches.extend(units::finger_torques(description, trial));
+    breaches.extend(units::pusher_torques(description, trial));
+    breaches.extend(signs::fingers(trial, balance, description));
+    breaches.extend(missing::finger_columns(trial));
+    breaches.extend(missing::gripper(description, trial));
+    breaches.extend(missing::grip(description, trial));
+    // Places in another unit or turned forces break the tests of rotations too, and a turned pusher
+    // seems to pull: the first cause is the one that is named.
+    let sound = !breaches
+        .iter()
+        .any(|b| matches!(b.cause, Cause::LengthUnit | Cause::SignsTurned | Cause::FingersSwapped));
+    let order =
+        if sound { frames::quaternions(description, trial, stages) } else { frames::Frames::default() };
+    let turned = order.breaches.iter().any(|b| matches!(b.cause, Cause::QuaternionOrder | Cause::Frame));
+    breaches.extend(order.breaches);
+    breaches.extend(signs::pusher(trial).filter(|_| !turned));
+    breaches.extend(signs::weight(description, trial, balance).filter(|_| !turned));
+    // A motion that jumps by metres or stands still has no onset.
+    let clock = breaches.is_empty().then(|| clock::clock(trial)).flatten();
+    TrialPhysics { breaches, remarks: order.remarks, clock }
+}
+
+/// Findings over the data set: those of the description, then those of the trials in the order
+/// of [`Cause`], each once with the number of trials that show it.
+#[must_use]
+pub fn findings(index: &Index, trials: &[(PathBuf, &TrialPhysics)]) -> Vec<Finding> {
+    let finding = |file: &PathBuf, breach: Breach, trials: usize, of: usize| Finding {
+        cause: breach.cause,
+        file: file.clone(),
+        columns: breach.columns,
+        text: breach.text,
+        trials,
+        of,
+    };
+    let toml = index.folder.join("dataset.toml");
+    let mut found: Vec<Finding> =
+        units::objects(&index.description).into_iter().map(|breach| finding(&toml, breach, 0, 0)).collect();
+    for (file, physics) in trials {
+        for breach in &physics.breaches {
+            let same =
+                |f: &&mut Finding| f.cause == breach.cause && f.columns == breach.columns && f.trials > 0;
+            match found.iter_mut().find(same) {
+                Some(known) => known.trials += 1,
+                None => found.push(finding(file, breach.clone(), 1, trials.len())),
+            }
+        }
+    }
+    let sound = found.is_empty();
+    let clocks: Vec<Clock> = trials.iter().filter_map(|(_, physics)| physics.clock).collect();
+    if let (Some(breach), Some((file, _))) = (clock::offset(&clocks).filter(|_| sound), trials.first()) {
+        found.push(finding(file, breach, clocks.len(), trials.len()));
+    }
+    found.sort_by_key(|f| f.cause);
+    found
+}
+
+/// Values of `of` where it has one.
+fn values(trial: &Trial, of: impl Fn(&Sample) -> Option<f64>) -> Vec<f64> {
+    trial.samples.iter().filter_map(of).filter(|value| value.is_finite()).collect()
+}
+
+/// The value below which `share` of them lie; `None` of none.
+fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let at = (share * values.len() as f64) as usize;
+    values.get(at.min(values.len().saturating_sub(1))).copied()
+}
+
+fn norm(values: [f64; 3]) -> f64 {
+    values.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Number with three digits.
+fn short(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
+        let digits = (2 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
+        format!("{value:.digits$}")
+    } else {
+        format!("{value:.2e}")
+    }
+}

@@ -1,0 +1,152 @@
+//! Poses and forces by one clock: when contact begins, the force rises and the object starts to
+//! move in the grasp, at the same instant.
+//!
+//! Until the pusher touches, the object moves with the gripper. From then on its way in the
+//! gripper's frame grows, first by the deformation of pads and pusher, to which the force is
+//! proportional, then by slip. However soft the pads, both begin together, so the difference of
+//! the two onsets is the difference of the clocks. It is equal at all speeds: what differs from
+//! trial to trial in proportion to the time of the motion (play of the fingers) is not.
+
+use nalgebra::{SMatrix, SVector};
+use stickslip_data::{Sample, Trial};
+
+use super::{Breach, Cause, quantile};
+use crate::channels;
+use crate::evidence::noise::white_noise;
+
+/// The rest at the start that gives the baseline, s.
+const BASELINE_S: f64 = 0.05;
+/// Beyond so many standard deviations a signal has left its baseline, in three samples in a row.
+const LEAVES: f64 = 6.0;
+/// The line of the motion is fitted up to so many of them.
+const FITTED: f64 = 30.0;
+/// Rotation counts at this arm, m.
+const ARM_M: f64 = 0.03;
+/// Offsets below this are within what filters and exposure times make, s.
+const LEAST_S: f64 = 0.01;
+/// Onsets farther apart have nothing to do with each other, s.
+const MOST_S: f64 = 0.5;
+
+/// Onsets in one trial.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clock {
+    /// Onset of the motion less onset of the force: positive where the poses are late, s.
+    pub lag_s: f64,
+    /// Its standard deviation, s.
+    pub sd_s: f64,
+    /// Time from sample to sample, s.
+    pub step_s: f64,
+}
+
+/// The two onsets of a trial with a measured pusher force, gripper and object.
+pub fn clock(trial: &Trial) -> Option<Clock> {
+    let force: Vec<(f64, [f64; 6])> = trial
+        .samples
+        .iter()
+        .filter_map(|s| Some((s.t_s, s.pusher_wrench?.force_n)))
+        .filter(|(_, f)| f.iter().all(|f| f.is_finite()))
+        .map(|(t, [x, y, z])| (t, [x, y, z, 0.0, 0.0, 0.0]))
+        .collect();
+    let way: Vec<(f64, [f64; 6])> = trial.samples.iter().filter_map(in_gripper).collect();
+    let (force_s, force_sd) = onset(&force, 1)?;
+    let (way_s, way_sd) = onset(&way, 5)?;
+    let lag_s = way_s - force_s;
+    let step_s = (force.last()?.0 - force.first()?.0) / force.len() as f64;
+    (lag_s.abs() < MOST_S).then_some(Clock { lag_s, sd_s: force_sd.hypot(way_sd), step_s })
+}
+
+/// Time, and the object's place and turn in the gripper, m.
+fn in_gripper(s: &Sample) -> Option<(f64, [f64; 6])> {
+    let (gripper, object) = (channels::pose(&s.gripper?), channels::pose(&s.object?));
+    let local = gripper.to_local(&object);
+    let (p, r) = (local.position_m, local.rotation.scaled_axis() * ARM_M);
+    Some((s.t_s, [p.x, p.y, p.z, r.x, r.y, r.z]))
+}
+
+/// When a signal leaves its baseline: the corner of the broken line, level before and straight
+/// after, that fits to it by least squares. Corners whose sum of squares is within one variance of
+/// the least are as likely: their middle and half their range are the onset and its standard
+/// deviation. Whether it has left is judged by means of `over` samples.
+fn onset(signal: &[(f64, [f64; 6])], over: usize) -> Option<(f64, f64)> {
+    let (start_s, _) = signal.first()?;
+    let early = signal.iter().take_while(|(t, _)| t - start_s <= BASELINE_S).count();
+    let rest = signal.get(..early).filter(|rest| rest.len() >= 3)?;
+    let base: [f64; 6] = std::array::from_fn(|k| rest.iter().map(|(_, x)| x[k]).sum::<f64>() / early as f64);
+    let sigma: [f64; 6] =
+        std::array::from_fn(|k| white_noise(signal.iter().map(|(_, x)| x[k])).unwrap_or(0.0));
+    let total = sigma.iter().map(|s| s * s).sum::<f64>().sqrt();
+    let away: Vec<[f64; 6]> = signal.iter().map(|(_, x)| std::array::from_fn(|k| x[k] - base[k])).collect();
+    let size = |x: &[f64; 6]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let largest = away.iter().map(size).fold(0.0, f64::max);
+    let means: Vec<f64> = away
+        .windows(over)
+        .map(|w| size(&std::array::from_fn(|k| w.iter().map(|x| x[k]).sum::<f64>() / over as f64)))
+        .collect();
+    let sigma = total / (over as f64).sqrt();
+    let beyond = |limit: f64| means.windows(3).position(|three| three.iter().all(|x| *x > limit));
+    let left = beyond((LEAVES * sigma).max(0.02 * largest))?;
+    let until = beyond((FITTED * sigma).max(0.06 * largest)).unwrap_or(left).max(left) + over;
+    // One channel: the way along which it leaves.
+    let to = away.get(until.min(away.len() - 1))?;
+    let scale = size(to);
+    let along: Vec<(f64, f64)> = signal
+        .iter()
+        .zip(&away)
+        .take(until)
+        .map(|((t, _), x)| (*t, x.iter().zip(to).map(|(a, b)| a * b).sum::<f64>() / scale))
+        .collect();
+    let corner = |at_s: f64| {
+        let (mut a, mut b) = (SMatrix::<f64, 2, 2>::zeros(), SVector::<f64, 2>::zeros());
+        for (t, x) in &along {
+            let h = SVector::<f64, 2>::new(1.0, (t - at_s).max(0.0));
+            a += h * h.transpose();
+            b += h * *x;
+        }
+        let solved = a.cholesky().map(|c| c.solve(&b))?;
+        let left = |(t, x): &(f64, f64)| (x - solved[0] - solved[1] * (t - at_s).max(0.0)).powi(2);
+        Some(along.iter().map(left).sum::<f64>())
+    };
+    let (first_s, last_s) = (along.first()?.0, along.last()?.0);
+    let step_s = (last_s - first_s) / along.len().max(1) as f64;
+    let tried = (3..4 * along.len().saturating_sub(1)).map(|k| first_s + 0.25 * step_s * k as f64);
+    let fits: Vec<(f64, f64)> = tried.filter_map(|at| Some((at, corner(at)?))).collect();
+    let least = fits.iter().map(|(_, squares)| *squares).reduce(f64::min)?;
+    let variance = least / along.len().max(3) as f64 + f64::MIN_POSITIVE;
+    let likely = || fits.iter().filter(|(_, squares)| *squares <= least + variance).map(|(at, _)| *at);
+    let (low, high) = (likely().reduce(f64::min)?, likely().reduce(f64::max)?);
+    // The corners tried lie a quarter of a sample apart.
+    Some((0.5 * (low + high), (0.5 * (high - low)).hypot(0.25 * step_s)))
+}
+
+/// The clocks' difference over the data set where it is one number, and not zero.
+pub fn offset(clocks: &[Clock]) -> Option<Breach> {
+    let good: Vec<Clock> = clocks.iter().copied().filter(|clock| clock.sd_s < LEAST_S).collect();
+    let of = |share: f64| quantile(good.iter().map(|clock| clock.lag_s).collect(), share);
+    let (low, middle, high) = (of(0.25)?, of(0.5)?, of(0.75)?);
+    let count = good.len() as f64;
+    let stated = good.iter().map(|clock| clock.sd_s).fold(0.0, f64::max);
+    // Standard error of a median of normal numbers, by their quartiles; never below what one trial
+    // can tell.
+    let error = (1.25 * (high - low) / 1.35).max(stated) / count.sqrt();
+    // A force that jumps between two samples has its onset there, in all trials alike.
+    let error = error.hypot(0.5 * good.iter().map(|clock| clock.step_s).fold(0.0, f64::max));
+    let constant = high - low < 0.5 * middle.abs() + LEAST_S / 2.0;
+    if middle.abs() < LEAST_S + 2.0 * error || !constant {
+        return None;
+    }
+    let (late, early) = if middle > 0.0 { ("poses", "forces") } else { ("forces", "poses") };
+    let text = format!(
+        "the {late} are {:.0} ms behind the {early} (95 % interval {:.0} to {:.0} ms, {} trials): at contact the \
+         force rises and the object begins to move in the grasp at one instant. Two clocks, or the delay of the \
+         motion capture? shift one of them by that time",
+        1e3 * middle.abs(),
+        1e3 * (middle.abs() - 2.0 * error),
+        1e3 * (middle.abs() + 2.0 * error),
+        good.len(),
+    );
+    Some(Breach {
+        cause: Cause::ClockOffset,
+        columns: "columns t_s, object_*, gripper_*, pusher_f*".to_owned(),
+        text,
+    })
+}

@@ -1,0 +1,76 @@
+//! What a comparison is given, and why it may refuse.
+
+use thiserror::Error;
+
+use super::tare::Tare;
+use crate::evidence::conditions::HeldOut;
+use stickslip_data::{Description, Trial, TrialInfo};
+
+/// Family-wise chance of a false alarm.
+pub const SIGNIFICANCE: f64 = 0.01;
+
+/// Why nothing can be compared.
+#[derive(Debug, Error)]
+pub enum CompareError {
+    /// Nothing is listed.
+    #[error("the data set lists no trials")]
+    Empty,
+    /// A choice of held out trials that cannot be made; the text says why and what to do.
+    #[error("{0}")]
+    HeldOut(String),
+    /// No such trial.
+    #[error("no trial is named `{id}`; there are {count} ({some} ...)")]
+    NoSuchTrial {
+        /// Asked for.
+        id: String,
+        /// Trials that there are.
+        count: usize,
+        /// The first of them.
+        some: String,
+    },
+    /// None could be read and simulated; the first reason.
+    #[error("no trial can be compared: {0}")]
+    NoTrial(String),
+}
+
+/// What counts as an error where rigid contact leaves something open.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Forces {
+    /// What is outside the interval of all force distributions with the same motion, net wrench
+    /// and grip, of all paths that cannot be distinguished from the measured one, and of the
+    /// tolerance of any rigid model ([`crate::evidence::tolerance`]).
+    #[default]
+    OutsideBand,
+    /// The distance to the solution that the model returns, that of least elastic energy.
+    AsReturned,
+}
+
+/// A data set whose trials are read one by one, so that it need not fit memory.
+#[derive(Clone, Copy)]
+pub struct Data<'a> {
+    /// dataset.toml.
+    pub description: &'a Description,
+    /// trials.csv.
+    pub infos: &'a [TrialInfo],
+    /// Reads the trial at this place of `infos`.
+    pub load: &'a (dyn Fn(usize) -> Result<Trial, String> + Sync),
+}
+
+/// What to compare.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Only this trial.
+    pub trial: Option<String>,
+    /// Only these trials are compared, and none of them is calibrated on.
+    pub held_out: HeldOut,
+    /// Sensor offsets.
+    pub tare: Tare,
+    /// Forces that are not determined.
+    pub forces: Forces,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { trial: None, held_out: HeldOut::Nothing, tare: Tare::BeforeContact, forces: Forces::default() }
+    }
+}

@@ -1,0 +1,105 @@
+//! The trials that a page draws.
+
+use std::collections::BTreeMap;
+
+use super::document::{Trace, TrialRow};
+use super::inputs::Data;
+use super::models::NamedModel;
+use super::noise::Floor;
+use super::rows;
+use crate::channels::{COUNT, Signals};
+use crate::evidence::conditions::VARIABLES;
+use crate::evidence::force_bands::{Band, bands};
+use crate::evidence::phases::{PHASES, Phases};
+use crate::run::simulate::{Prepared, prepare};
+use stickslip_shared::model::Model;
+
+/// Samples at which the intervals of undetermined forces are found.
+const DRAWN_BANDS: usize = 48;
+
+/// Signals of the worst and the median trial (or of the one chosen), simulated once more.
+#[allow(clippy::too_many_arguments)]
+pub fn traces(
+    data: Data,
+    places: &[usize],
+    phases: &[Phases],
+    trials: &rows::Trials,
+    models: &[NamedModel],
+    tares: &[Signals],
+    floors: &BTreeMap<rows::Key, Floor>,
+    rows: &[TrialRow],
+    single: bool,
+) -> Vec<Trace> {
+    let at =
+        |row: &TrialRow| places.iter().position(|i| data.infos[*i].trial == row.trial).unwrap_or_default();
+    let mut ranked: Vec<&TrialRow> = rows.iter().filter(|r| r.multiples.is_some()).collect();
+    if ranked.is_empty() {
+        ranked = rows.iter().collect();
+    }
+    ranked.sort_by(|a, b| b.multiples.unwrap_or(0.0).total_cmp(&a.multiples.unwrap_or(0.0)));
+    let mut wanted: Vec<(&TrialRow, &'static str)> = Vec::new();
+    match ranked.as_slice() {
+        [] => {}
+        [only] => wanted.push((only, if single { "chosen trial" } else { "only trial" })),
+        [worst, ..] => {
+            wanted.push((worst, "worst trial"));
+            wanted.push((ranked[ranked.len() / 2], "median trial"));
+        }
+    }
+    wanted
+        .into_iter()
+        .filter_map(|(row, role)| {
+            let k = at(row);
+            let i = places[k];
+            let trial = (data.load)(i).ok()?;
+            let prepared = prepare(data.description, &trial, i).ok()?;
+            let modelled = models
+                .iter()
+                .map(|m| m.simulate(&data.infos[i], &prepared).map(|s| s.signals))
+                .collect::<Result<_, _>>()
+                .ok()?;
+            let rigid = models.last().filter(|m| m.is_rigid());
+            let force_bands =
+                rigid.map_or_else(Vec::new, |m| drawn_bands(&prepared, m.of(&data.infos[i].primitive)));
+            let mut measured = prepared.measured;
+            for row in &mut measured {
+                for (x, tare) in row.iter_mut().zip(&tares[k]) {
+                    *x -= tare;
+                }
+            }
+            let primitive = trials.primitive(k);
+            let band = (0..COUNT)
+                .map(|c| {
+                    PHASES.map(|p| floors.get(&(primitive.to_owned(), c, p)).map_or(f64::NAN, |f| f.rms))
+                })
+                .collect();
+            let info = &data.infos[i];
+            let levels = VARIABLES.iter().filter_map(|v| {
+                let (name, unit) = v.label().split_once(", ").unwrap_or((v.label(), ""));
+                v.level(info).map(|l| format!("{name} {l} {unit}").trim_end().to_owned())
+            });
+            Some(Trace {
+                trial: row.trial.clone(),
+                role,
+                conditions: std::iter::once(info.primitive.replace('_', " "))
+                    .chain(levels)
+                    .collect::<Vec<_>>()
+                    .join(", "),
+                t_s: prepared.t_s,
+                measured,
+                modelled,
+                phases: phases[k],
+                band,
+                force_bands,
+            })
+        })
+        .collect()
+}
+
+/// Both ends of the intervals at samples spread over a trial, and their times.
+fn drawn_bands(prepared: &Prepared, model: &Model<f64>) -> Vec<(f64, Band)> {
+    let n = prepared.t_s.len();
+    let count = DRAWN_BANDS.min(n);
+    let at: Vec<usize> = (0..count).map(|k| k * (n - 1) / (count - 1).max(1)).collect();
+    bands(prepared, model, &at).into_iter().map(|(i, band)| (prepared.t_s[i], band)).collect()
+}

@@ -1,0 +1,184 @@
+//! Gauss-Newton on whitened features: the loss of [`crate::fit::gls`] over the free parameters,
+//! constant sensor errors profiled out.
+
+use nalgebra::DMatrix;
+use stickslip_shared::model::Model;
+
+use crate::fit::features::{FEATURES, Features};
+use crate::fit::free::Free;
+use crate::fit::gls::{self, Gram};
+use crate::fit::problem::{Problem, difference};
+
+/// Dampings tried in a step, each ten times the one before: past the edge at which a contact
+/// lets go a full step is worthless, however short the way to go is.
+const DAMPINGS: usize = 6;
+
+/// Where Gauss-Newton ended.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// With the best values.
+    pub model: Model<f64>,
+    /// Gram matrices around it (parameters, offsets, residual).
+    pub grams: Vec<Gram>,
+    /// Coarse prediction of each group at it.
+    pub predicted: Vec<Features>,
+    /// Residual of each group at it.
+    pub residual: Vec<Features>,
+    /// Sensitivities of the groups' features, one list for each free parameter.
+    pub columns: Vec<Vec<Features>>,
+    /// Fitted sensor offsets.
+    pub offsets: Vec<f64>,
+    /// Loss at the start and here.
+    pub loss: (f64, f64),
+    /// Iterations made.
+    pub iterations: usize,
+}
+
+/// Loss minimised over the offsets, and the offsets.
+fn profile(problem: &Problem, residual: &[Features]) -> (f64, Vec<f64>) {
+    gls::least(&problem.grams(residual, &[]), &problem.priors(&[], 0))
+}
+
+/// Columns of the sensitivities of the groups' features to `free`.
+pub fn sensitivities(
+    problem: &Problem,
+    model: &Model<f64>,
+    predicted: &[Features],
+    free: &[Free],
+) -> Vec<Vec<Features>> {
+    let with = |f: &Free, step: f64| {
+        let mut changed = model.clone();
+        f.set(&mut changed, f.get(model) + step);
+        (f.get(&changed) - f.get(model), problem.predict(&changed))
+    };
+    let size = |all: &[Features]| -> f64 {
+        problem.groups.iter().zip(all).map(|(g, r)| problem.whiteners[*g].square(r)).sum()
+    };
+    let changed = |with: &[Features]| -> f64 {
+        size(&with.iter().zip(predicted).map(|(w, p)| difference(w, p, 1.0)).collect::<Vec<_>>())
+    };
+    let here = size(&problem.residual(predicted));
+    free.iter()
+        .map(|f| {
+            let step = f.step(model);
+            let mut forward = with(f, step);
+            // A small step that changes more than there is to explain has passed the edge at which a
+            // contact lets go: the other side tells how things change on this one.
+            let change = changed(&forward.1);
+            if change > here + (problem.groups.len() * FEATURES) as f64 {
+                let back = with(f, -step);
+                if back.0 != 0.0 && changed(&back.1) < change {
+                    forward = back;
+                }
+            }
+            let (step, with) = forward;
+            with.iter()
+                .zip(predicted)
+                .map(|(w, p)| difference(w, p, if step == 0.0 { f64::INFINITY } else { step }))
+                .collect()
+        })
+        .collect()
+}
+
+/// What a fit minimises, at `model`.
+pub fn loss_at(problem: &Problem, model: &Model<f64>, free: &[Free]) -> f64 {
+    profile(problem, &problem.residual(&problem.predict(model))).0 + penalty(problem, model, free)
+}
+
+/// What the prior of `free` costs.
+fn penalty(problem: &Problem, model: &Model<f64>, free: &[Free]) -> f64 {
+    free.iter().filter_map(|f| problem.prior(f).map(|(m, p)| p * (m - f.get(model)).powi(2))).sum()
+}
+
+/// Gauss-Newton with Levenberg damping from `model`.
+pub fn solve(problem: &Problem, model: &Model<f64>, free: &[Free], iterations: usize) -> Solution {
+    solve_with(problem, model, free, iterations, &[])
+}
+
+/// As [`solve`]; the sensitivities of the first parameters are `known` near enough and only
+/// computed anew at the end.
+pub fn solve_with(
+    problem: &Problem,
+    model: &Model<f64>,
+    free: &[Free],
+    iterations: usize,
+    known: &[Vec<Features>],
+) -> Solution {
+    // Those of `known`, until they are no longer near enough.
+    let mut old = known.len();
+    let columns_at = |model: &Model<f64>, predicted: &[Features], old: usize| -> Vec<Vec<Features>> {
+        let mut columns = known[..old].to_vec();
+        columns.extend(sensitivities(problem, model, predicted, &free[old..]));
+        columns
+    };
+    // How far the parameters that have a prior are from its mean, and what that costs.
+    let home = |model: &Model<f64>| -> Vec<f64> {
+        free.iter().map(|f| problem.prior(f).map_or(0.0, |(mean, _)| mean - f.get(model))).collect()
+    };
+    let penalty = |model: &Model<f64>| penalty(problem, model, free);
+    let mut model = model.clone();
+    let mut predicted = problem.predict(&model);
+    let mut residual = problem.residual(&predicted);
+    let (start, mut offsets) = profile(problem, &residual);
+    let start = start + penalty(&model);
+    let mut here = start;
+    let mut damping = 1e-3;
+    let mut made = 0;
+    let mut columns = columns_at(&model, &predicted, old);
+    let mut grams = problem.grams(&residual, &columns);
+    for _ in 0..iterations {
+        made += 1;
+        let n = free.len();
+        let prior = problem.priors(free, 0);
+        let mut damped = prior.clone();
+        let total: DMatrix<f64> =
+            grams.iter().fold(DMatrix::zeros(prior.len() + 1, prior.len() + 1), |a, g| a + &g.matrix);
+        let mut accepted = false;
+        for _ in 0..DAMPINGS {
+            let mut towards = home(&model);
+            for k in 0..n {
+                let precision = prior.precision[k] + damping * total[(k, k)];
+                // The damping pulls to where we are, the prior to its mean; of what the data do not
+                // tell here it pulls nothing, for on the way there a contact may let go.
+                let told = total[(k, k)] > prior.precision[k];
+                if let Some(d) = towards.get_mut(k) {
+                    *d *= if told && precision > 0.0 { prior.precision[k] / precision } else { 0.0 };
+                }
+                damped.precision[k] = precision;
+            }
+            let Some(x) = gls::solve_towards(grams.iter().map(|g| (1.0, g)), &damped, &towards) else {
+                break;
+            };
+            let mut trial = model.clone();
+            for (k, f) in free.iter().enumerate() {
+                f.set(&mut trial, f.get(&model) + f.limited(&model, x[k]));
+            }
+            let p = problem.predict(&trial);
+            let r = problem.residual(&p);
+            let (loss, o) = profile(problem, &r);
+            let loss = loss + penalty(&trial);
+            if loss < here {
+                accepted = here - loss > 1e-3 * here + 0.1;
+                (model, predicted, residual, offsets, here) = (trial, p, r, o, loss);
+                damping = (damping * 0.2).max(1e-6);
+                columns = columns_at(&model, &predicted, old);
+                grams = problem.grams(&residual, &columns);
+                break;
+            }
+            damping = (damping * 10.0).min(1e3);
+        }
+        if !accepted {
+            if old == 0 {
+                break;
+            }
+            columns.splice(..old, sensitivities(problem, &model, &predicted, &free[..old]));
+            grams = problem.grams(&residual, &columns);
+            (old, damping) = (0, 1e-3);
+        }
+    }
+    if old > 0 {
+        columns.splice(..old, sensitivities(problem, &model, &predicted, &free[..old]));
+        grams = problem.grams(&residual, &columns);
+    }
+    Solution { model, grams, predicted, residual, columns, offsets, loss: (start, here), iterations: made }
+}

@@ -1,0 +1,171 @@
+//! What may be fitted: friction coefficients and parameters of effects.
+
+use serde::Serialize;
+use stickslip_shared::effects::{Info, Parameter};
+use stickslip_shared::model::Model;
+
+use crate::fit::campaign::Campaign;
+
+/// A parameter of the model that is fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Free {
+    /// Friction of the fingertips.
+    FingerFriction,
+    /// Friction of the pusher.
+    PusherFriction,
+    /// Friction of the table.
+    SupportFriction,
+    /// A parameter of an effect.
+    Effect {
+        /// Place of the effect in the model.
+        slot: usize,
+        /// Place of the parameter in its description.
+        parameter: usize,
+        /// Its description.
+        #[serde(skip)]
+        of: &'static Parameter,
+        /// Name of the effect, for a formula the user's.
+        #[serde(skip)]
+        effect: &'static str,
+    },
+}
+
+impl Free {
+    /// All parameters of the effect in `slot`.
+    pub fn of_effect(info: &'static Info, slot: usize) -> Vec<Free> {
+        let each = info.parameters.iter().enumerate();
+        each.map(|(parameter, of)| Free::Effect { slot, parameter, of, effect: info.id }).collect()
+    }
+
+    /// The same parameter once the effect in `gone` is taken out; `None` for its own.
+    pub fn without_slot(&self, gone: usize) -> Option<Free> {
+        match *self {
+            Free::Effect { slot, .. } if slot == gone => None,
+            Free::Effect { slot, parameter, of, effect } if slot > gone => {
+                Some(Free::Effect { slot: slot - 1, parameter, of, effect })
+            }
+            other => Some(other),
+        }
+    }
+
+    /// Value in `model`; NaN where it does not have it.
+    pub fn get(&self, model: &Model<f64>) -> f64 {
+        match self {
+            Free::FingerFriction => model.friction.finger,
+            Free::PusherFriction => model.friction.pusher,
+            Free::SupportFriction => model.friction.support,
+            Free::Effect { slot, parameter, .. } => model
+                .effects
+                .get(*slot)
+                .and_then(|e| e.parameters.get(*parameter))
+                .copied()
+                .unwrap_or(f64::NAN),
+        }
+    }
+
+    /// Sets it, within its bounds.
+    pub fn set(&self, model: &mut Model<f64>, value: f64) {
+        let (low, high) = self.bounds();
+        let value = value.clamp(low, high);
+        match self {
+            Free::FingerFriction => model.friction.finger = value,
+            Free::PusherFriction => model.friction.pusher = value,
+            Free::SupportFriction => model.friction.support = value,
+            Free::Effect { slot, parameter, .. } => {
+                if let Some(p) = model.effects.get_mut(*slot).and_then(|e| e.parameters.get_mut(*parameter)) {
+                    *p = value;
+                }
+            }
+        }
+    }
+
+    /// Smallest and largest value that makes sense.
+    pub fn bounds(&self) -> (f64, f64) {
+        match self.described() {
+            Some(p) => (p.low, p.high),
+            None => (1e-3, 5.0),
+        }
+    }
+
+    /// `change` within what a linear model may be trusted: friction at most doubles or halves.
+    pub fn limited(&self, model: &Model<f64>, change: f64) -> f64 {
+        match self {
+            Free::Effect { .. } => change,
+            _ => {
+                let value = self.get(model).max(0.02);
+                change.clamp(-0.5 * value, value)
+            }
+        }
+    }
+
+    /// Step of finite differences.
+    pub fn step(&self, model: &Model<f64>) -> f64 {
+        let value = self.get(model);
+        let size = match self.described() {
+            Some(p) => {
+                let scale = (p.typical - p.neutral).abs();
+                if scale > 0.0 { 0.1 * scale } else { 0.1 * p.typical.abs().max(1e-6) }
+            }
+            None => 0.02 * value.abs().max(0.05),
+        };
+        let (low, high) = self.bounds();
+        if value + size > high && value - size >= low { -size } else { size }
+    }
+
+    /// Value where nothing is known: the one given, and for an effect that of its description.
+    pub fn home(&self, given: &Model<f64>) -> f64 {
+        match self.described() {
+            Some(p) => p.neutral,
+            None => self.get(given),
+        }
+    }
+
+    fn described(&self) -> Option<&'static Parameter> {
+        match self {
+            Free::Effect { of, .. } => Some(of),
+            _ => None,
+        }
+    }
+
+    /// The coefficient's name in a model file; none for a parameter of an effect.
+    pub fn coefficient(&self) -> Option<&'static str> {
+        match self {
+            Free::FingerFriction => Some("finger"),
+            Free::PusherFriction => Some("pusher"),
+            Free::SupportFriction => Some("support"),
+            Free::Effect { .. } => None,
+        }
+    }
+
+    /// Name with unit suffix; effects as `effect.parameter`.
+    pub fn name(&self) -> String {
+        match self {
+            Free::Effect { effect, of, .. } => format!("{effect}.{}", of.name),
+            _ => format!("friction.{}", self.coefficient().unwrap_or_default()),
+        }
+    }
+
+    /// Unit as people write it.
+    pub fn unit(&self) -> &'static str {
+        self.described().map_or("1", |p| p.unit)
+    }
+}
+
+/// The friction coefficients that the data set's contacts have.
+pub fn base_parameters(campaign: &Campaign) -> Vec<Free> {
+    let any = |f: &dyn Fn(&stickslip_shared::model::Scene<f64>) -> bool| {
+        campaign.runs.iter().any(|r| f(&r.prepared.scene))
+    };
+    let mut out = Vec::new();
+    if any(&|s| s.fingers.is_some()) {
+        out.push(Free::FingerFriction);
+    }
+    if any(&|s| s.pusher.is_some()) {
+        out.push(Free::PusherFriction);
+    }
+    if any(&|s| s.support.is_some()) || campaign.runs.iter().any(|r| r.prepared.on_platform()) {
+        out.push(Free::SupportFriction);
+    }
+    out
+}

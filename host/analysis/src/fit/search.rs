@@ -1,0 +1,176 @@
+//! Where a fit starts: friction far from the truth lets an object drop, and past the edge at which a
+//! contact lets go least squares sees nothing.
+
+use stickslip_shared::effects::MAX_PARAMETERS;
+use stickslip_shared::model::Model;
+
+use crate::fit::campaign::Campaign;
+use crate::fit::engine::{Solution, loss_at, solve};
+use crate::fit::free::{Free, base_parameters};
+use crate::fit::noise;
+use crate::fit::phases::BINS;
+use crate::fit::problem::Problem;
+use crate::fit::screen::{Start, screen};
+use crate::model::candidate::CandidateEffect;
+
+/// Friction that differs by this factor may be another way of contact.
+const FAR: f64 = 1.5;
+/// Friction coefficients tried before a fit: fingers, then pusher (rubber platforms grip hard).
+const TRIED: [&[f64]; 3] = [&[0.15, 0.4, 0.8], &[0.1, 0.25, 0.7, 2.5], &[0.15, 0.3, 0.6, 2.5]];
+
+/// Cost of a model in which single failures of the simulation or of the model weigh little:
+/// the sum of `e^2 / (1 + e^2 / 100)` over features of at most 24 groups.
+pub fn robust_cost(campaign: &Campaign, model: &Model<f64>) -> f64 {
+    let step = campaign.groups.len().div_ceil(24).max(1);
+    let groups: Vec<usize> = (0..campaign.groups.len()).step_by(step).collect();
+    let channels = noise::channel_noise(&campaign.description.sensors);
+    let predicted = campaign.simulate_groups(model, &groups);
+    let mut total = 0.0;
+    for (g, p) in groups.iter().zip(&predicted) {
+        let measured = &campaign.runs[campaign.groups[*g].runs[0]].measured;
+        for (f, (y, x)) in measured.iter().zip(p).enumerate() {
+            let (noise, uncertainty) = channels[f / BINS];
+            let e = (y - x) / (10.0 * noise + uncertainty);
+            if e.is_finite() {
+                total += e * e / (1.0 + e * e / 100.0);
+            }
+        }
+    }
+    total
+}
+
+/// `model` with `free` friction fitted, from the values given and from a rough start: what fits
+/// best by `robust_cost`.
+pub fn first_fit(campaign: &Campaign, model: &Model<f64>, free: &[Free], iterations: usize) -> Model<f64> {
+    basins(campaign, model, free, iterations).swap_remove(0)
+}
+
+/// As [`first_fit`], and after it the other models met on the way whose friction is far from
+/// it: where contacts stick there that slip here, an effect acts otherwise, and what a model
+/// without it fits best need not be near what one with it does.
+pub fn basins(campaign: &Campaign, model: &Model<f64>, free: &[Free], iterations: usize) -> Vec<Model<f64>> {
+    let from = |start: &Model<f64>| solve(&Problem::new(campaign, start), start, free, iterations).model;
+    let rough = rough_start(campaign, model, free);
+    let mut tries = vec![model.clone(), from(model)];
+    if rough != *model {
+        tries.extend([from(&rough), rough]);
+    }
+    let mut ranked: Vec<(f64, Model<f64>)> =
+        tries.into_iter().map(|m| (robust_cost(campaign, &m), m)).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut out: Vec<Model<f64>> = Vec::new();
+    for (_, m) in ranked {
+        if out.iter().all(|other| apart(campaign, &m, other)) {
+            out.push(m);
+        }
+    }
+    out
+}
+
+/// Whether the friction of two models differs so much that contacts may stick in one and slip in
+/// the other.
+pub fn apart(campaign: &Campaign, a: &Model<f64>, b: &Model<f64>) -> bool {
+    base_parameters(campaign).iter().any(|f| (f.get(a) / f.get(b)).ln().abs() > FAR.ln())
+}
+
+/// `model` with all combinations of friction coefficients that are tried before a fit.
+pub fn friction_grid(campaign: &Campaign, model: &Model<f64>) -> Vec<Model<f64>> {
+    let mut out = vec![model.clone()];
+    for free in base_parameters(campaign) {
+        let varied = |m: &Model<f64>| -> Vec<Model<f64>> {
+            let with = |value: &f64| {
+                let mut m = m.clone();
+                free.set(&mut m, *value);
+                m
+            };
+            std::iter::once(m.clone()).chain(tried(&free).iter().map(with)).collect()
+        };
+        out = out.iter().flat_map(varied).collect();
+    }
+    out
+}
+
+fn tried(free: &Free) -> &'static [f64] {
+    match free {
+        Free::FingerFriction => TRIED[0],
+        Free::PusherFriction => TRIED[1],
+        _ => TRIED[2],
+    }
+}
+
+/// `model` with those of the `free` friction coefficients that fit best on a coarse grid, by a
+/// robust cost: far from the truth an object may be dropped, and least squares would look nowhere
+/// else. A coefficient that is not free stays exactly where it is: moved here it would never come
+/// back, and take up what else the model lacks.
+pub fn rough_start(campaign: &Campaign, model: &Model<f64>, free: &[Free]) -> Model<f64> {
+    let cost = |model: &Model<f64>| robust_cost(campaign, model);
+    let mut best = (cost(model), model.clone());
+    for _ in 0..2 {
+        for coefficient in free.iter().filter(|f| f.coefficient().is_some()) {
+            for value in tried(coefficient) {
+                let mut changed = best.1.clone();
+                coefficient.set(&mut changed, *value);
+                let c = cost(&changed);
+                if c < best.0 {
+                    best = (c, changed);
+                }
+            }
+        }
+    }
+    best.1
+}
+
+/// Models from which the fit of `model` with one more effect may start: the best two by
+/// screening on `model` and on other ways of contact, or the effect with the parameters given
+/// where no setting of it shows.
+pub fn starts(
+    campaign: &Campaign,
+    model: &Model<f64>,
+    free: &[Free],
+    (candidate, given): (&CandidateEffect, [f64; MAX_PARAMETERS]),
+) -> Vec<Model<f64>> {
+    let info = candidate.info;
+    let problem = Problem::new(campaign, model);
+    let mut ways = basins(campaign, model, free, 0);
+    ways.retain(|m| apart(campaign, m, model));
+    let bases: Vec<Solution> =
+        std::iter::once(model).chain(&ways).map(|m| solve(&problem, m, free, 0)).collect();
+    let screened = screen(&problem, &bases.iter().collect::<Vec<_>>(), free, candidate).starts;
+    let of_first = screened.iter().find(|s| s.on == 0);
+    let mut out: Vec<_> = screened.iter().take(2).collect();
+    out.extend(of_first.filter(|s| !out.iter().any(|o| o.on == s.on)));
+    let slot = model.effects.len();
+    let mut all = free.to_vec();
+    all.extend(Free::of_effect(info, slot));
+    let reached = |s: &Start| within_reach(&problem, &bases[s.on], s, &all, slot);
+    match out.is_empty() {
+        true => vec![candidate.on(model, given)],
+        false => out.into_iter().map(reached).collect(),
+    }
+}
+
+/// `start`, or as much of the way there from `on` as does not make matters worse: past the edge at
+/// which a contact lets go, first order says nothing.
+pub fn within_reach(
+    problem: &Problem,
+    on: &Solution,
+    start: &Start,
+    free: &[Free],
+    slot: usize,
+) -> Model<f64> {
+    let mut model = start.model.clone();
+    for share in [1.0, 0.7, 0.4, 0.15] {
+        for f in free {
+            let from = match f {
+                Free::Effect { slot: s, of, .. } if *s == slot && of.typical == of.neutral => continue,
+                Free::Effect { slot: s, of, .. } if *s == slot => of.neutral,
+                _ => f.get(&on.model),
+            };
+            f.set(&mut model, from + share * (f.get(&start.model) - from));
+        }
+        if loss_at(problem, &model, free) < on.loss.1 {
+            return model;
+        }
+    }
+    start.model.clone()
+}

@@ -1,0 +1,118 @@
+//! Commands that speak of the same thing print the same number.
+
+use stickslip_analysis::add::with_effects;
+use stickslip_analysis::calibrate::{Coefficient, Share, calibrate};
+use stickslip_analysis::check::check;
+use stickslip_analysis::compare::tare::Tare;
+use stickslip_analysis::compare::{NamedModel, Options, compare_dataset};
+use stickslip_analysis::evidence::conditions::{condition_of, conditions};
+use stickslip_analysis::evidence::phases::Phase;
+use stickslip_analysis::fit::campaign::Campaign;
+use stickslip_analysis::model::file::{EffectEntry, ModelFile, default_model};
+use stickslip_data::{Dataset, Index, Trial, TrialInfo, write};
+use stickslip_rig::objects::{bench, trimmed};
+use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Setup, simulate};
+
+/// Pushes at two grips with two sets of pads (a column that the format does not name), three runs
+/// each, and a remark that differs in every trial.
+fn pushes() -> Dataset {
+    let description = trimmed(bench("pushes"), &["linear_push"], &["obj4"]);
+    let mut reality = Reality::draw(&description, Nuisance::PAPER, 5);
+    (reality.mu_finger, reality.mu_pusher) = (0.4, 0.25);
+    let setup = Setup { description: description.clone(), reality, step_s: STEP_S };
+    let mut trials = Vec::new();
+    for pads in ["soft", "hard"] {
+        for grip_n in [20.0, 35.0] {
+            let mut condition = Condition::new(Primitive::LinearPush, "obj4");
+            condition.label = format!("{pads}-g{grip_n}");
+            (condition.grip_n, condition.speed_m_s, condition.travel) = (grip_n, 0.02, 0.006);
+            for run in 0..3 {
+                let mut trial = simulate(&setup, &condition, run, 5).expect("a trial");
+                trial.info.extra.insert("pads".into(), pads.into());
+                trial.info.extra.insert("remark".into(), format!("at {}", trials.len()));
+                trials.push(trial);
+            }
+        }
+    }
+    Dataset { folder: "pushes".into(), description, trials }
+}
+
+#[test]
+fn conditions_and_repetitions_are_the_same_in_every_command() {
+    let data = pushes();
+    let infos: Vec<TrialInfo> = data.trials.iter().map(|t| t.info.clone()).collect();
+    // Pads are a condition, a remark is none.
+    assert_eq!(conditions(&infos).iter().map(Vec::len).collect::<Vec<_>>(), [3, 3, 3, 3]);
+
+    let folder = tempfile::tempdir().expect("a folder");
+    write(&data, folder.path()).expect("written");
+    let report = check(&Index::open(folder.path()).expect("read"), |_| {});
+    assert_eq!((report.repeated_groups, report.repeated_trials), (4, 12));
+
+    let model = NamedModel::own("m", "test", default_model());
+    let compared = compare_dataset(&data, &[model], &Options::default()).expect("compared");
+    assert_eq!((compared.data.conditions, compared.data.repeated_conditions), (4, 4));
+    let campaign = Campaign::new(&data, &default_model());
+    assert_eq!((campaign.conditions, campaign.repeated()), (4, 12));
+    let of: Vec<usize> = compared.models[0].trials.iter().map(|t| t.condition).collect();
+    assert_eq!(of, condition_of(&infos));
+    assert_eq!(of, campaign.runs.iter().map(|r| r.condition).collect::<Vec<_>>());
+
+    // Calibration takes a trial of each condition before a second of any.
+    let trials: Vec<(usize, Trial)> = data.trials.iter().cloned().enumerate().collect();
+    let share = Share { share: 0.3, fewest: 4 };
+    let found =
+        calibrate(&data.description, "linear_push", &trials, &default_model(), share).expect("calibrated");
+    let mut taken: Vec<usize> = found
+        .calibration_trials
+        .iter()
+        .map(|id| of[infos.iter().position(|i| i.trial == *id).expect("a trial")])
+        .collect();
+    taken.sort_unstable();
+    assert_eq!(taken, [0, 1, 2, 3]);
+}
+
+#[test]
+fn the_noise_floor_before_contact_is_the_same_in_check_and_compare() {
+    let data = pushes();
+    let folder = tempfile::tempdir().expect("a folder");
+    write(&data, folder.path()).expect("written");
+    let report = check(&Index::open(folder.path()).expect("read"), |_| {});
+    let options = Options { tare: Tare::None, ..Options::default() };
+    let model = NamedModel::own("m", "test", default_model());
+    let compared = compare_dataset(&data, &[model], &options).expect("compared");
+    let mut seen = 0;
+    for row in compared.models[0].errors.iter().filter(|r| r.place.phase == Phase::BeforeContact) {
+        let channel = report.channels.iter().find(|c| c.channel == row.place.channel).expect("the channel");
+        let (Some(one), Some(other)) = (channel.floor[0], row.noise_floor) else { continue };
+        seen += 1;
+        // Contact is found by two averages of the same force: some samples more or less.
+        assert!((one / other - 1.0).abs() < 0.05, "{}: {one} and {other}", row.place.channel);
+    }
+    assert!(seen >= 18, "{seen} channels");
+}
+
+#[test]
+fn friction_of_calibrate_and_add_agree_within_their_intervals() {
+    let data = pushes();
+    let trials: Vec<(usize, Trial)> = data.trials.iter().cloned().enumerate().collect();
+    let all = Share { share: 1.0, fewest: 12 };
+    let found =
+        calibrate(&data.description, "linear_push", &trials, &default_model(), all).expect("calibrated");
+    let finger = found.estimates.iter().find(|e| e.coefficient == Coefficient::Finger).expect("fingers");
+    let (Some(low), Some(high)) = (finger.low, finger.high) else { panic!("bounded") };
+    let mut file = ModelFile::new(default_model().base, found.model.friction);
+    file.friction_intervals.insert("finger".into(), [low, high]);
+    file.effects.push(EffectEntry {
+        id: "finger_friction_mismatch".into(),
+        values: vec![0.3],
+        intervals: Default::default(),
+        formula: None,
+    });
+    // Nothing in these pushes determines it, and nothing said that it was: it must not move at all.
+    file.friction.pusher = 0.6;
+    with_effects(&Campaign::new(&data, &file.to_model()), &mut file, 1).expect("fitted");
+    assert_eq!(file.friction.pusher, 0.6, "a coefficient that is not fitted stays exactly");
+    let [from, to] = file.friction_intervals["finger"];
+    assert!(from <= high && low <= to, "calibrate {low} to {high}, add {from} to {to}");
+}

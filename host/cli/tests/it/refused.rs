@@ -1,0 +1,91 @@
+//! What was refused is listed and the exit code is 1, in every command that reads data; and no
+//! command writes over data unasked.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use predicates::prelude::*;
+use predicates::str::contains;
+use tempfile::TempDir;
+
+fn stickslip() -> Command {
+    Command::cargo_bin("stickslip").expect("the binary")
+}
+
+/// The demonstration's push, once whole and once cut within a row.
+fn with_a_cut_trial() -> (TempDir, PathBuf) {
+    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo");
+    let folder = tempfile::tempdir().expect("a folder");
+    let data = folder.path().join("data");
+    fs::create_dir_all(data.join("trials")).expect("a folder");
+    let read = |name: &str| fs::read_to_string(demo.join(name)).expect("the demo data");
+    fs::write(data.join("dataset.toml"), read("dataset.toml")).expect("written");
+    let list = read("trials.csv");
+    let (header, row) = list.split_once('\n').expect("rows");
+    let row = row.lines().find(|row| row.starts_with("linear_push")).expect("a push");
+    let (id, rest) = row.split_once(',').expect("cells");
+    let rest = rest.split_once(',').expect("cells").1;
+    fs::write(data.join("trials.csv"), format!("{header}\nwhole,,{rest}\ncut,,{rest}\n")).expect("written");
+    let table = read(&format!("trials/{id}.csv"));
+    fs::write(data.join("trials/whole.csv"), &table).expect("written");
+    let end = table.len() * 9 / 10;
+    let end = table[..end].rfind(',').expect("a row");
+    fs::write(data.join("trials/cut.csv"), &table[..end]).expect("written");
+    (folder, data)
+}
+
+#[test]
+fn a_cut_trial_is_listed_and_the_exit_code_is_1_in_every_command() {
+    let (folder, data) = with_a_cut_trial();
+    let out = folder.path().join("model.toml");
+    let model = out.as_os_str();
+    for arguments in [
+        vec!["check".as_ref()],
+        vec!["calibrate".as_ref(), "--out".as_ref(), model],
+        vec!["compare".as_ref()],
+        vec!["score".as_ref()],
+        vec!["replay".as_ref(), "--trial".as_ref(), "cut".as_ref()],
+        vec!["diagnose".as_ref()],
+    ] {
+        let assert = stickslip().args(&arguments).arg(&data).assert().code(1);
+        let said = assert.get_output();
+        let both =
+            [&said.stdout, &said.stderr].map(|text| String::from_utf8_lossy(text).into_owned()).concat();
+        assert!(both.contains("cut.csv, line"), "{arguments:?}: {both}");
+    }
+    assert!(out.exists(), "the rest was used");
+}
+
+#[test]
+fn a_data_set_is_not_overwritten_unless_that_is_asked_for() {
+    let (_folder, data) = with_a_cut_trial();
+    let list = || fs::read_to_string(data.join("trials.csv")).expect("the list");
+    let before = list();
+    let rig = || {
+        let mut command = stickslip();
+        command.args(["rig", "--plan", "demo", "--out"]).arg(&data);
+        command
+    };
+    rig().assert().code(1).stderr(contains("there is a data set already").and(contains("--force")));
+    assert_eq!(list(), before);
+    rig().arg("--force").assert().success();
+    assert_ne!(list(), before);
+    assert!(!data.join("trials/whole.csv").exists(), "no table is left that no list names");
+    stickslip().arg("check").arg(&data).assert().success();
+}
+
+#[test]
+fn every_command_warns_of_sensors_about_which_nothing_is_stated() {
+    let (_folder, data) = with_a_cut_trial();
+    let toml = fs::read_to_string(data.join("dataset.toml")).expect("the description");
+    let toml = toml.split("[sensors").next().expect("a start").to_owned();
+    fs::write(data.join("dataset.toml"), toml).expect("written");
+    for command in ["check", "compare", "score", "replay"] {
+        let assert = stickslip().arg(command).arg(&data).assert();
+        let said = assert.get_output();
+        let both =
+            [&said.stdout, &said.stderr].map(|text| String::from_utf8_lossy(text).into_owned()).concat();
+        assert!(both.contains("SENSOR UNCERTAINTY NOT STATED"), "{command}: {both}");
+    }
+}
