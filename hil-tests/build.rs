@@ -29,7 +29,7 @@ fn main() {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     fs::write(out.join("reference.rs"), text).expect("OUT_DIR can be written");
     // A test on the host compares its own build, with debug assertions, with this one
-    // (`host/tests/hil.rs`).
+    // (`host/lab/tests/hil.rs`).
     let built = out.ancestors().nth(3).expect("OUT_DIR lies below the profile's folder");
     fs::write(built.join("reference.txt"), lines).expect("the target folder can be written");
     println!("cargo:rerun-if-changed=build.rs");

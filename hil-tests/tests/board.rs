@@ -1,4 +1,4 @@
-//! Runs on the board itself, one test a start (started by `host/tests/hil.rs`).
+//! Runs on the board itself, one test a start (started by `host/lab/tests/hil.rs`).
 #![no_std]
 #![no_main]
 

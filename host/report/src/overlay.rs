@@ -82,8 +82,48 @@ fn legend(models: &[&str], open: bool) -> String {
     out + "</div>\n"
 }
 
+/// Charts of `channels` in two columns, as one SVG on white: for documents that are no page of ours.
+pub fn picture(trace: &Trace, channels: &[usize]) -> String {
+    const TITLE: u32 = 22;
+    let (wide, high) = (SIZE.0 + 10, SIZE.1 + TITLE);
+    let rows = u32::try_from(channels.len().div_ceil(2)).unwrap_or(1);
+    let (width, height) = (2 * wide, rows * high);
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n"
+    );
+    for (place, channel) in (0u32..).zip(channels) {
+        let (x, y) = ((place % 2) * wide, (place / 2) * high);
+        let (_, unit) = scale(quantity(*channel).unit());
+        out += &format!(
+            "<text x=\"{}\" y=\"{}\" font-family=\"sans-serif\" font-size=\"13\">{}, {unit}</text>\n<svg x=\"{x}\" y=\"{}\" {}\n",
+            x + 12,
+            y + 16,
+            channel_words(NAMES[*channel]),
+            y + TITLE,
+            chart(trace, *channel).svg().trim_start_matches("<svg ")
+        );
+    }
+    out + "</svg>\n"
+}
+
 fn figure(trace: &Trace, channel: usize) -> String {
-    let (factor, unit) = scale(quantity(channel).unit());
+    let (_, unit) = scale(quantity(channel).unit());
+    let chart = chart(trace, channel);
+    let (left, right) = chart.inside();
+    format!(
+        "<figure data-from=\"{}\" data-to=\"{}\" data-left=\"{left:.4}\" data-right=\"{right:.4}\" data-unit=\"{unit}\">\
+         <figcaption>{}<span>{unit}</span></figcaption>{}</figure>\n",
+        chart.x.0,
+        chart.x.1,
+        channel_words(NAMES[channel]),
+        chart.svg()
+    )
+}
+
+/// The channel as measured and as modelled, with bands and phases.
+fn chart(trace: &Trace, channel: usize) -> Chart {
+    let (factor, _) = scale(quantity(channel).unit());
     let t = &trace.t_s;
     let column = |rows: &[stickslip_analysis::channels::Signals]| -> Vec<f64> {
         rows.iter().map(|s| s[channel] * factor).collect()
@@ -137,13 +177,5 @@ fn figure(trace: &Trace, channel: usize) -> String {
             chart.spans.push((at(r.start), at(r.end), colour, opacity));
         }
     }
-    let (left, right) = chart.inside();
-    format!(
-        "<figure data-from=\"{}\" data-to=\"{}\" data-left=\"{left:.4}\" data-right=\"{right:.4}\" data-unit=\"{unit}\">\
-         <figcaption>{}<span>{unit}</span></figcaption>{}</figure>\n",
-        chart.x.0,
-        chart.x.1,
-        channel_words(NAMES[channel]),
-        chart.svg()
-    )
+    chart
 }

@@ -8,4 +8,5 @@ mod diagnose_command;
 mod docs_links;
 mod lcp_command;
 mod one_number;
+mod readme;
 mod refused;
