@@ -14,6 +14,12 @@ use crate::real::Real;
 
 macro_rules! registry {
     ($($code:literal => $module:ident :: $law:ident),* $(,)?) => {
+        // The number stands here and in the description: they must agree.
+        $(const _: () = assert!(
+            $module::INFO.code == $code,
+            concat!("`code` in effects/", stringify!($module), ".rs is not the number in registry.rs")
+        );)*
+
         /// Descriptions of all effects.
         pub static REGISTRY: &[&Info] = &[$(&$module::INFO),*];
 

@@ -1,10 +1,11 @@
 //! What may be added to a model: the effects of the list, and the user's formulas.
 
 use stickslip_shared::effects::formula::{self, Formula};
-use stickslip_shared::effects::{Effect, Info, MAX_PARAMETERS, REGISTRY};
+use stickslip_shared::effects::{Effect, Info, MAX_PARAMETERS, REGISTRY, find};
 use stickslip_shared::model::{MAX_FORMULAS, Model};
 
 use crate::model::file::{EffectEntry, ModelFile};
+use crate::model::names::{self, UnknownEffect};
 
 /// An effect that may be added to a model: one of the list, or the user's own formula.
 #[derive(Clone, Debug)]
@@ -82,4 +83,22 @@ pub fn remove(model: &mut Model<f64>, slot: usize) {
         }
     }
     model.effects.remove(slot);
+}
+
+/// The effect called `name`: a listed one with its typical parameters, or one of `formulas` as it is.
+///
+/// # Errors
+/// Where there is none; the error proposes names that are alike.
+pub fn named(name: &str, formulas: &[EffectEntry]) -> Result<EffectEntry, UnknownEffect> {
+    if let Some(info) = find(name) {
+        return Ok(EffectEntry::typical(info));
+    }
+    let found = formulas.iter().find(|f| f.name() == name).cloned();
+    found.ok_or_else(|| {
+        let mut known: Vec<&str> = formulas.iter().map(EffectEntry::name).collect();
+        for id in names::listed() {
+            known.push(id);
+        }
+        UnknownEffect(names::unknown(name, known.into_iter()))
+    })
 }

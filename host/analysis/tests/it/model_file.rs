@@ -1,8 +1,8 @@
 //! model.toml: what is read, what is refused and where, and that writing loses nothing.
 
+use stickslip_analysis::model::candidate;
 use stickslip_analysis::model::expression::parse;
 use stickslip_analysis::model::file::{EffectEntry, ModelFile};
-use stickslip_analysis::model::names;
 use stickslip_shared::effects::formula::{Fault, Program, Variable};
 use stickslip_shared::effects::{Effect, REGISTRY};
 
@@ -214,9 +214,9 @@ fn formulas_are_read_from_a_file_of_their_own() {
 #[test]
 fn a_name_that_is_alike_is_proposed_and_others_are_not() {
     let formulas = ModelFile::parse(GOOD, "m").unwrap().effects;
-    let error = |name| names::effect(name, &formulas).unwrap_err().to_string();
+    let error = |name| candidate::named(name, &formulas).unwrap_err().to_string();
     assert!(error("my_hunp").contains("did you mean my_hump"), "{}", error("my_hunp"));
     assert!(error("gripforceloss").contains("grip_force_loss"), "{}", error("gripforceloss"));
     assert!(!error("zzz").contains("mean"), "{}", error("zzz"));
-    assert_eq!(names::effect("my_hump", &formulas).unwrap(), formulas[1]);
+    assert_eq!(candidate::named("my_hump", &formulas).unwrap(), formulas[1]);
 }

@@ -9,8 +9,8 @@ use crate::commands::diagnose::{proposals, read_data};
 use crate::commands::fitted::{file_or_default, give, next_compare};
 use stickslip_analysis::add::with_effects;
 use stickslip_analysis::fit::campaign::Campaign;
+use stickslip_analysis::model::candidate;
 use stickslip_analysis::model::file::{EffectEntry, ModelFile};
-use stickslip_analysis::model::names;
 use stickslip_report::terminal::Output;
 
 /// Arguments of `stickslip add`.
@@ -50,7 +50,7 @@ impl Args {
             (None, [first, effects @ ..]) => (Path::new(first), effects),
             (None, []) => (Path::new(""), [].as_slice()),
         };
-        if !data.exists() && names::effect(&data.to_string_lossy(), &[]).is_ok() {
+        if !data.exists() && candidate::named(&data.to_string_lossy(), &[]).is_ok() {
             bail!("the data set comes first: stickslip add DATA {} --out BETTER.toml", data.display());
         }
         ensure!(
@@ -74,7 +74,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         if file.effects.iter().any(|e| e.name() == name) {
             bail!("the model already has {name}; `stickslip refit` fits its parameters");
         }
-        file.effects.push(names::effect(name, &formulas)?);
+        file.effects.push(candidate::named(name, &formulas)?);
     }
     fits(&file)?;
     for formula in whole.effects.iter().filter(|e| e.is_proposal()) {

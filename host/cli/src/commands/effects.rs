@@ -6,8 +6,8 @@ use comfy_table::{Cell, CellAlignment};
 use serde::Serialize;
 use stickslip_shared::effects::{Info, REGISTRY};
 
+use stickslip_analysis::model::candidate;
 use stickslip_analysis::model::file::{EffectEntry, ModelFile};
-use stickslip_analysis::model::names;
 use stickslip_report::terminal::{Output, table};
 
 /// Arguments of `stickslip effects`.
@@ -91,7 +91,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         output.next(["effects", effects.first().map_or("EFFECT", |e| e.id)]);
         return output.document(&effects);
     };
-    names::effect(id, &formulas)?;
+    candidate::named(id, &formulas)?;
     effects.retain(|e| e.id == id);
     for effect in &effects {
         show(effect, output);

@@ -10,8 +10,7 @@ use crate::commands::fitted::file_or_default;
 use stickslip_analysis::channels::channel_words;
 use stickslip_analysis::compare::verdict::readable;
 use stickslip_analysis::diagnose::{steps, suggest};
-use stickslip_analysis::model::candidate::CandidateEffect;
-use stickslip_analysis::model::names;
+use stickslip_analysis::model::candidate::{self, CandidateEffect};
 use stickslip_report::terminal::{Output, table};
 
 /// Arguments of `stickslip suggest`.
@@ -44,7 +43,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let (file, formulas) = proposals(&whole, args.formula.as_deref())?;
     let mut between = Vec::new();
     for name in &args.between {
-        let entry = names::effect(name, &formulas)?;
+        let entry = candidate::named(name, &formulas)?;
         if file.effects.iter().any(|e| e.name() == name) {
             bail!("the model already has {name}: it cannot be told from another by adding it");
         }

@@ -200,6 +200,21 @@ fn every_effect_can_be_looked_up() {
 }
 
 #[test]
+fn effects_page_has_the_words_of_the_effects() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/effects.md");
+    let page = std::fs::read_to_string(page).expect("read").to_lowercase();
+    for info in stickslip_shared::effects::REGISTRY {
+        let section = page.split(&format!("## `{}`\n", info.id)).nth(1).unwrap_or_default();
+        let section = section.split("\n## ").next().unwrap_or_default();
+        let rows = info.parameters.iter().map(|p| format!("| `{}` | {} |", p.name, p.unit));
+        let words = [info.summary, info.signature, info.source].map(str::to_owned);
+        for text in words.into_iter().chain(rows).chain(info.parameters.iter().map(|p| p.what.to_owned())) {
+            assert!(section.contains(&text.to_lowercase()), "{}: {text}", info.id);
+        }
+    }
+}
+
+#[test]
 fn under_each_result_stands_the_command_that_comes_next() {
     let folder = weak_grip();
     for (words, next) in [
