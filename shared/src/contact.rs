@@ -16,9 +16,9 @@
 //! A slot number belongs to each point, the same in every step, so that the spring memory
 //! finds its point again.
 
-use crate::model::{Base, FingerContact, Model, PusherContact, Scene, SupportContact};
+use crate::model::{Base, FingerContact, Model, PusherContact, RIGID_N_M, Scene, SupportContact};
 use crate::real::{Real, Rotation, Vec3, max, norm, sqrt};
-use crate::step::{Drive, Moving, State};
+use crate::state::{Drive, Moving, State};
 use heapless::Vec;
 
 /// Points on each fingertip.
@@ -51,7 +51,7 @@ pub struct ContactParams<R: Real> {
 impl<R: Real> Default for ContactParams<R> {
     fn default() -> Self {
         Self {
-            rigid_n_m: R::of(1.0e7),
+            rigid_n_m: R::of(RIGID_N_M),
             min_face_cosine: R::of(0.2),
             min_axis_share: R::of(0.1),
             rod_tangent_cosine: R::of(0.9),

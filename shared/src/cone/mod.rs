@@ -43,10 +43,11 @@ pub use crate::solve::{
 };
 pub(crate) use crate::solve::{FACTORS_WORK, FIXED_POINTS, USUAL_POINTS};
 use heapless::Vec;
+use linear::Vec7;
 pub use newton::Kept;
-use newton::{Bound, Mat7, Problem, Vec7};
+use newton::Problem;
 pub use params::ConeParams;
-use patch::Patch;
+use patch::{Bound, Patch};
 use point::Local;
 
 /// Working memory of a solve: points are added one by one, then solved for.

@@ -9,9 +9,21 @@
 //! Angular velocities are multiplied and lengths divided by the radius of gyration: all
 //! numbers of the balance are then newtons and metres a second.
 
+use super::linear::{Mat7, Vec7};
 use super::point::{Friction, Local};
-use super::{Bound, ContactPoint, Mat7, Vec7};
 use crate::real::{Real, Vec3, abs, max};
+use crate::solve::ContactPoint;
+
+/// How the friction bound enters an evaluation.
+#[derive(Clone, Copy)]
+pub(super) enum Bound<'a, R> {
+    /// From the normal force at the same velocity (the real problem).
+    Coupled,
+    /// Given, one a contact (Tresca friction: the problem is then convex).
+    Frozen(&'a [R]),
+    /// Coupled, in the modes that the points are expected to be in.
+    Expected,
+}
 
 /// Axes and centre of a patch, and how many points it has.
 #[derive(Clone, Copy, Debug)]

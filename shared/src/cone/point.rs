@@ -1,7 +1,7 @@
 //! The contact law at one point: its force at a relative velocity, and what it does there.
 
-use super::{Answer, Before};
 use crate::real::{Real, max, sqrt};
+use crate::solve::{Answer, Before};
 
 /// What friction does at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,7 +5,8 @@
 //! and Roberts 1971). It takes a soft face to touch closely enough: a hard table or pusher under
 //! a held object does not stick. Where nothing is gripped, the table is the contact.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::law::{FrictionLaw, Law, Slip, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter};
 use crate::contact::{Body, is_finger};
 use crate::real::{Real, max};
 

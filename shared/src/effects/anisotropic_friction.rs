@@ -4,7 +4,8 @@
 //! across it: the elliptic cone of Michalowski and Mroz 1978 (brushed or machined faces). The
 //! mean coefficient in the geometric sense stays the base model's.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::law::{FrictionLaw, Law, Slip, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter};
 use crate::contact::is_finger;
 use crate::real::{Real, max, sqrt};
 

@@ -4,7 +4,8 @@
 //! contact; tangential displacement before sliding is `F_t compliance` (Cattaneo 1938, Mindlin
 //! 1949, here linear). Fingers and support; the pusher is taken as stiff.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext};
+use super::law::{Law, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, Parameter};
 use crate::contact::{Body, Contact};
 use crate::real::{Real, max};
 

@@ -5,7 +5,8 @@
 //! turned by `line` about Z (one end first) and keeps the face's normal. Small angles; a rod
 //! or a sphere does not notice.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext};
+use super::law::{Law, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, Parameter};
 use crate::contact::{Body, Contact};
 use crate::model::PusherContact;
 use crate::real::{Real, max, norm};

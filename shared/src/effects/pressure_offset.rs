@@ -4,7 +4,8 @@
 //! the centre of pressure and with it the centre of torsion. The wrench is still reported
 //! about the pad's middle, so that a normal force `N` shows torques `-N offset` there.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext};
+use super::law::{Law, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, Parameter};
 use crate::contact::{Contact, is_finger};
 use crate::real::{Real, Vec3};
 

@@ -2,7 +2,8 @@
 //! append a line here, with a number that was never used (it goes over the wire). Number 0 is
 //! the user's own formula.
 
-use super::{Info, Law};
+use super::law::Law;
+use crate::effect::Info;
 use super::{
     adhesion, anisotropic_friction, contact_compliance, dwell_strengthening, face_tilt, face_waviness,
     finger_friction_mismatch, gravity_tilt, grip_force_lag, grip_force_loss, load_dependent_friction,

@@ -7,7 +7,8 @@
 //! three points at that radius and so gets torsion `mu N radius_change` (the soft finger of
 //! Salisbury 1982).
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, StepContext};
+use super::law::{Law, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, Parameter};
 use crate::contact::{Body, Contact};
 use crate::real::{Real, max, norm};
 

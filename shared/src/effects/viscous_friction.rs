@@ -4,7 +4,8 @@
 //! The speed is that of the last step: the law is explicit, stable while
 //! `viscosity N dt < m` for an object that nothing drives.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Slip, StepContext};
+use super::law::{FrictionLaw, Law, Slip, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter};
 use crate::real::Real;
 
 /// See the module.

@@ -1,8 +1,7 @@
 //! What is imposed on a step, and what it changes.
 
-use crate::contact::ContactParams;
-use crate::effects::MEMORY;
-use crate::model::{Base, MAX_EFFECTS, Model, Scene};
+use crate::effect::MEMORY;
+use crate::model::{Base, MAX_EFFECTS, Model, RIGID_N_M, Scene};
 use crate::real::{Real, Rotation, Vec3};
 use crate::solve::DOF;
 
@@ -128,7 +127,7 @@ impl<R: Real, const NC: usize> State<R, NC> {
             last: None,
         };
         let stiffness = match model.base {
-            Base::Hard => ContactParams::default().rigid_n_m,
+            Base::Hard => R::of(RIGID_N_M),
             Base::Soft { normal_n_m, .. } => normal_n_m,
         };
         state.jaw_m = -drive.grip_n / stiffness;

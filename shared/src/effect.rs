@@ -1,0 +1,73 @@
+//! An effect as plain data: which one with which parameters, and how it is described to people.
+//!
+//! Apart from the laws themselves ([`crate::effects`]), so that a model can hold effects without
+//! knowing contacts or the time step.
+
+use crate::real::Real;
+use serde::{Deserialize, Serialize};
+
+/// Most parameters of one effect.
+pub const MAX_PARAMETERS: usize = 6;
+/// Numbers that an effect may remember from step to step.
+pub const MEMORY: usize = 3;
+
+/// An effect in a model: which, and its parameters (SI units, see its [`Info`]).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "R: Real")]
+pub struct Effect<R: Real> {
+    /// Stable number of the effect, see [`Info::code`].
+    pub code: u8,
+    /// Parameters in the order of its [`Info`]; the rest zero.
+    pub parameters: [R; MAX_PARAMETERS],
+}
+
+/// Description of one parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// Name with its unit as suffix.
+    pub name: &'static str,
+    /// Unit as people write it.
+    pub unit: &'static str,
+    /// A typical strength: where a fit starts and what a sensitivity is scaled by.
+    pub typical: f64,
+    /// The value at which the effect is absent (or any value, if another parameter switches it off).
+    pub neutral: f64,
+    /// Smallest value that makes sense.
+    pub low: f64,
+    /// Largest value that makes sense.
+    pub high: f64,
+    /// What it is.
+    pub what: &'static str,
+}
+
+impl Parameter {
+    /// In the order of the fields; `bounds` are the smallest and the largest value.
+    pub const fn new(
+        name: &'static str,
+        unit: &'static str,
+        typical: f64,
+        neutral: f64,
+        bounds: [f64; 2],
+        what: &'static str,
+    ) -> Self {
+        let [low, high] = bounds;
+        Self { name, unit, typical, neutral, low, high, what }
+    }
+}
+
+/// Description of an effect.
+#[derive(Clone, Copy, Debug)]
+pub struct Info {
+    /// Identifier used in model files and reports; the board knows effects by their code.
+    pub id: &'static str,
+    /// Stable number on the wire.
+    pub code: u8,
+    /// One line for people.
+    pub summary: &'static str,
+    /// What it looks like in data.
+    pub signature: &'static str,
+    /// Where the law comes from.
+    pub source: &'static str,
+    /// At most [`MAX_PARAMETERS`].
+    pub parameters: &'static [Parameter],
+}
