@@ -28,7 +28,7 @@ pub use plan::{Intent, MAX_SEGMENTS, Plan, Segment};
 pub use types::{
     FingerPrediction, HASH_START, Limits, Prediction, Sample, Slip, SolverStatus, flags, validity,
 };
-pub use validate::{ModelError, validate};
+pub use validate::{Limit, ModelError, validate, validate_limits};
 
 use crate::cone::{Kept, SolveBudget, SolveStatus};
 use crate::contact::{Body, SLOTS};
@@ -162,6 +162,7 @@ impl<R: Real> Predictor<R> {
     /// A predictor that waits for its first sample.
     pub fn new(scene: Scene<R>, model: Model<R>, limits: Limits) -> Result<Self, ModelError> {
         validate(&scene, &model)?;
+        validate_limits(&limits)?;
         Ok(Self::of_valid(scene, model, limits))
     }
 
