@@ -85,7 +85,7 @@ impl<R: Real> Ahead<R> {
             departure_n,
             carrier: poses.carrier,
             ahead_s: R::zero(),
-            speed_m_s: norm(&state.absolute_m_s),
+            speed_m_s: norm(&Vec3::new(state.velocity[0], state.velocity[1], state.velocity[2])),
             sag: Sag::new(slipped(start, &state.position_m, &state.rotation)),
             found: Foreseen {
                 began_s: t_s,

@@ -63,6 +63,8 @@ pub struct ContactPoint<R: Real> {
     pub mu: [R; 2],
     /// Greatest pull that the contact bears, N; adds to the friction bound.
     pub adhesion_n: R,
+    /// Rise of friction with slip speed beyond the bound, N s/m, along the stiffer tangent; not negative.
+    pub viscous_n_s_m: R,
 }
 
 /// Inertial side of the step.
@@ -106,7 +108,7 @@ pub struct Answer<R> {
     pub biased_slip_m_s: [R; 2],
     /// As given, along the tangents.
     pub stiffness_n_s_m: [R; 2],
-    /// As given.
+    /// As given, with the rise by viscosity at the slip speed found.
     pub mu: [R; 2],
     /// As given.
     pub adhesion_n: R,

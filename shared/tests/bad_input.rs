@@ -32,6 +32,7 @@ fn point(x: f32, y: f32, normal: Vec3<f32>, approach_m_s: f32) -> ContactPoint<f
         stiffness_n_s_m: [4e4; 3],
         mu: [0.4; 2],
         adhesion_n: 0.0,
+        viscous_n_s_m: 0.0,
     }
 }
 

@@ -69,6 +69,10 @@ impl<R: Real> Patch<R> {
         to.stiffness = [k1, k2];
         to.mu = p.mu;
         to.adhesion = p.adhesion_n;
+        to.viscous = zero;
+        if p.viscous_n_s_m > zero {
+            to.viscous = p.viscous_n_s_m / (max(k1, k2) + p.viscous_n_s_m);
+        }
         to.side = side;
         to.bias_force = [kn * abs(b0), max(k1, k2) * (abs(b1) + abs(b2))];
         (to.gain, to.across, to.weight) = ([zero; 2], [zero; 2], zero);
@@ -79,7 +83,7 @@ impl<R: Real> Patch<R> {
             to.weight = to.gain[0] * by1;
         }
         let numbers = to.at[0] + to.at[1] + to.at[2] + to.bias_force[0] + to.bias_force[1];
-        (numbers + mu1 + mu2 + p.adhesion_n + p.jaw) * zero
+        (numbers + mu1 + mu2 + p.adhesion_n + p.viscous_n_s_m + p.jaw) * zero
     }
 }
 
@@ -173,6 +177,10 @@ pub(super) fn curvature<R: Real>(
                     let [q1, q2] = p.q;
                     let across = q1 * p.across[1] * u2 - q2 * p.across[0] * u1;
                     sum += p.s * p.weight * across * across;
+                    if p.viscous > R::zero() {
+                        let [a, b] = p.stiffness.map(|k| k * p.viscous);
+                        sum += a * u1 * u1 + b * u2 * u2;
+                    }
                     if coupled && p.touching {
                         sum += p.normal_stiffness * u0 * (q1 * u1 + q2 * u2);
                     }
@@ -277,6 +285,24 @@ struct Slopes<R> {
 }
 
 impl<R: Real> Slopes<R> {
+    /// Adds a point at `at` that resists motion along both tangents with the given stiffness.
+    #[inline(always)]
+    fn hold(&mut self, [a, b]: [R; 2], [dn, d1, d2]: [R; 3]) {
+        let t = &mut self.tangential;
+        let (a2, an, b1, bn) = (a * d2, a * dn, b * d1, b * dn);
+        t[0][0] += a;
+        t[1][1] += b;
+        t[2][0] -= a2;
+        t[2][1] += b1;
+        t[2][2] += a2 * d2 + b1 * d1;
+        t[3][1] -= bn;
+        t[3][2] -= bn * d1;
+        t[3][3] += bn * dn;
+        t[4][0] += an;
+        t[4][2] -= an * d2;
+        t[4][4] += an * dn;
+    }
+
     #[inline(always)]
     fn of(points: &[Local<R>], coupled: bool) -> Self {
         let zero = R::zero();
@@ -295,23 +321,11 @@ impl<R: Real> Slopes<R> {
             }
             match p.friction {
                 Friction::None => {}
-                Friction::Stick => {
-                    let [a, b] = p.stiffness;
-                    let t = &mut s.tangential;
-                    let (a2, an, b1, bn) = (a * d2, a * dn, b * d1, b * dn);
-                    t[0][0] += a;
-                    t[1][1] += b;
-                    t[2][0] -= a2;
-                    t[2][1] += b1;
-                    t[2][2] += a2 * d2 + b1 * d1;
-                    t[3][1] -= bn;
-                    t[3][2] -= bn * d1;
-                    t[3][3] += bn * dn;
-                    t[4][0] += an;
-                    t[4][2] -= an * d2;
-                    t[4][4] += an * dn;
-                }
+                Friction::Stick => s.hold(p.stiffness, p.at),
                 Friction::Slip => {
+                    if p.viscous > zero {
+                        s.hold(p.stiffness.map(|k| k * p.viscous), p.at);
+                    }
                     let [q1, q2] = p.q;
                     // Across the slip: its derivative has rank one.
                     let (p1, p2) = (-q2 * p.across[0], q1 * p.across[1]);

@@ -94,6 +94,8 @@ pub struct FrictionLaw<R: Real> {
     pub mu: [R; 2],
     /// Greatest pull borne; adds to the friction bound as well.
     pub adhesion_n: R,
+    /// Rise of both coefficients with the slip speed at the end of the step; not negative.
+    pub viscosity_s_m: R,
 }
 
 /// What the sensors show.
