@@ -141,6 +141,10 @@ impl<R: Real> Ahead<R> {
             work.add(&out);
             work.step_ahead();
             self.found.marked |= out.status != SolveStatus::Solved;
+            if !out.followed {
+                // No forces were found: nothing is foreseen beyond, a loss of the grasp neither.
+                break;
+            }
             self.ahead_s += dt;
             let when = self.ahead_s.to_f64() as f32;
             let found = &mut self.found;

@@ -175,6 +175,9 @@ pub struct SolveBudget<R: Real> {
     pub tolerance: R,
     /// Points for which the two bounds are meant: with more, which cost more, they are lowered.
     pub usual_points: u32,
+    /// Whether a time step follows an answer that is far from solved, for studies of the solver; otherwise
+    /// it leaves the state as it was.
+    pub follows_unsolved: bool,
 }
 
 impl<R: Real> Default for SolveBudget<R> {
@@ -185,6 +188,7 @@ impl<R: Real> Default for SolveBudget<R> {
             // f32: what summing some twenty forces leaves; f64: far below any use.
             tolerance: max(R::of(100.0) * R::EPSILON, R::of(1e-10)),
             usual_points: MAX_POINTS as u32,
+            follows_unsolved: true,
         }
     }
 }
@@ -196,6 +200,7 @@ impl<R: Real> SolveBudget<R> {
             max_iterations: PRESENT_ITERATIONS,
             max_evaluations: PRESENT_EVALUATIONS,
             usual_points: USUAL_POINTS,
+            follows_unsolved: false,
             ..Self::default()
         }
     }
@@ -208,6 +213,7 @@ impl<R: Real> SolveBudget<R> {
             max_evaluations: LOOK_AHEAD_EVALUATIONS,
             tolerance: R::of(LOOK_AHEAD_TOLERANCE),
             usual_points: USUAL_POINTS,
+            follows_unsolved: false,
         }
     }
 

@@ -95,6 +95,9 @@ pub struct State<R: Real, const NC: usize> {
     pub jaw_m: R,
     /// One for each contact point.
     pub slots: [Slot<R>; NC],
+    /// Face of the object that the slots of finger 1, finger 2, pusher and support belong to, see
+    /// [`crate::shape::Face::number`]; `None` before the first contact.
+    pub faces: [Option<u8>; 4],
     /// Memory of the model's effects.
     pub memory: [[R; MEMORY]; MAX_EFFECTS],
     /// The last step; `None` before the first.
@@ -123,6 +126,7 @@ impl<R: Real, const NC: usize> State<R, NC> {
             jaw_half_m: half,
             jaw_m: zero,
             slots: [Slot::default(); NC],
+            faces: [None; 4],
             memory: [[zero; MEMORY]; MAX_EFFECTS],
             last: None,
         };

@@ -7,9 +7,10 @@
 
 mod gather;
 mod output;
+mod owners;
 mod params;
 
-use crate::contact::{self, Body, Contact, Contacts};
+use crate::contact::{self, Body, Contact, Contacts, is_finger};
 use crate::effects::{self, Environment, FrictionLaw, Loads, Reading, Slip, StepContext};
 use crate::model::{Model, PusherContact, Scene};
 use crate::probe::{self, Part};
@@ -17,6 +18,7 @@ use crate::real::{Real, Vec3, max};
 use crate::shape::rotated_inertia;
 use crate::solve::{Before, Bodies, ContactPoint, DOF, SolveBudget, SolveStatus};
 use gather::gather;
+use owners::keep_owners;
 pub use crate::rotation::{support_under, turned};
 pub use crate::state::{Drive, LastStep, Moving, Slot, State};
 pub use output::{FormulaFault, StepOutput, StepSummary, Workspace};
@@ -103,15 +105,10 @@ fn context<R: Real, const NC: usize>(
     let mut slip_m = [R::zero(); 4];
     let mut speed = slip_m;
     let mut load_n = slip_m;
-    let ranges = [
-        (0, contact::FINGER_POINTS),
-        (contact::FINGER_POINTS, 2 * contact::FINGER_POINTS),
-        (2 * contact::FINGER_POINTS, contact::SUPPORT_SLOT),
-        (contact::SUPPORT_SLOT, contact::SLOTS),
-    ];
-    for (k, (from, to)) in ranges.into_iter().enumerate() {
+    for body in [Body::Finger1, Body::Finger2, Body::Pusher, Body::Support] {
+        let (k, range) = (body.index(), body.slots());
         let mut count = R::zero();
-        for slot in state.slots.iter().take(to).skip(from) {
+        for slot in state.slots.iter().take(range.end).skip(range.start) {
             if slot.load_n > R::zero() {
                 slip_m[k] += slot.slip_m;
                 speed[k] += slot.speed_m_s;
@@ -179,9 +176,10 @@ pub fn step<R: Real, const NC: usize>(
     }
 }
 
-/// Advances `state` by one step. On `SolveStatus::BadInput` and `SolveStatus::Contradiction` its
-/// motion and springs are left as they were;
-/// with any other status it has moved and `residual_n` says how exactly.
+/// Advances `state` by one step. On `SolveStatus::BadInput` and `SolveStatus::Contradiction`, and where
+/// the answer is far from solved ([`StepParams::unsolved_n`], [`SolveBudget::follows_unsolved`]), its
+/// motion and springs are left as they were ([`StepSummary::followed`]); otherwise it has moved and
+/// `residual_n` says how exactly.
 ///
 /// Never panics; bounded by `options` and the capacity `NC`.
 pub fn step_in<R: Real, const NC: usize>(
@@ -232,6 +230,7 @@ pub fn step_from<R: Real, const NC: usize>(
     let part = probe::span(Part::Contacts);
     let mut points_lost =
         contact::find_with(&work.params.contact, scene, model, state, drive, &mut work.contacts);
+    keep_owners(scene, state, &work.contacts);
     let mut patch_load = [zero; 4];
     if !model.effects.is_empty() {
         for c in &mut work.contacts {
@@ -267,15 +266,24 @@ pub fn step_from<R: Real, const NC: usize>(
     };
     work.cone.begin(&bodies);
     let mut kept = 0;
+    // Slots of the points that are handed to the solver.
+    let mut near: u64 = 0;
     for i in 0..work.contacts.len() {
         let Some(c) = work.contacts.get(i) else { continue };
         // The slot is below the capacity: `contact` sees to it.
-        let Some(slot) = state.slots.get_mut(c.slot) else { continue };
-        if c.gap_m > work.params.near_m || !(c.share > zero) {
-            slot.load_n = zero;
-            slot.spring_m = [zero; 2];
+        let Some(slot) = state.slots.get(c.slot) else { continue };
+        let jaw = if is_finger(c.body) { R::one() } else { zero };
+        let along = |k: usize| -c.axes[k].dot(&c.surface_m_s);
+        // As far as it comes within the step where nothing stops it.
+        let comes_m = || {
+            let free_m_s = v_free + w_free.cross(&c.lever_m);
+            -(c.axes[0].dot(&free_m_s) + along(0) + jaw * jaw_free) * dt
+        };
+        let far = c.gap_m > work.params.near_m && c.gap_m > work.params.near_m + comes_m();
+        if far || !(c.share > zero) {
             continue;
         }
+        near |= 1u64.checked_shl(c.slot as u32).unwrap_or(0);
         let slip = slip_of(c, slot, &patch_load);
         let mu = base_mu(scene, model, c, &gravity, work.params.platform_cosine2);
         let mut law = FrictionLaw { mu: [mu; 2], adhesion_n: zero, viscosity_s_m: zero };
@@ -303,11 +311,10 @@ pub fn step_from<R: Real, const NC: usize>(
             }
         };
         let across = [shape(law.mu[0]), shape(law.mu[1])];
-        let along = |k: usize| -c.axes[k].dot(&c.surface_m_s);
         let point = ContactPoint {
             lever_m: c.lever_m,
             axes: c.axes,
-            jaw: if matches!(c.body, Body::Finger1 | Body::Finger2) { R::one() } else { zero },
+            jaw,
             bias_m_s: [
                 along(0) + c.gap_m * ratio,
                 along(1) + slot.spring_m[0] * ratio,
@@ -342,6 +349,7 @@ pub fn step_from<R: Real, const NC: usize>(
     drop(part);
     let mut output = StepSummary {
         status: solution.status,
+        followed: false,
         formula_fault: None,
         residual_n: solution.residual_n,
         iterations: solution.iterations,
@@ -374,10 +382,26 @@ pub fn step_from<R: Real, const NC: usize>(
         work.cone.forget();
         return output;
     }
+    let most_n = output.normal_n.iter().fold(zero, |most, n| max(*n, most));
+    let credible_n = work.params.unsolved_n + work.params.unsolved_share * most_n;
+    let solved = solution.status == SolveStatus::Solved || solution.residual_n <= credible_n;
+    if !(solved || options.follows_unsolved) {
+        work.cone.forget();
+        return output;
+    }
+    output.followed = true;
     let u = solution.velocity;
     state.memory = memory;
     let load_n = state.last.map(|_| context.load_n);
     state.last = Some(LastStep { dt_s: dt, grip_n: drive.grip_n, load_n });
+    for (k, slot) in state.slots.iter_mut().enumerate() {
+        // What has left the face, or is far from it, bears and holds nothing.
+        if near & 1u64.checked_shl(k as u32).unwrap_or(0) == 0 {
+            slot.load_n = zero;
+            slot.spring_m = [zero; 2];
+            slot.speed_m_s = zero;
+        }
+    }
     gather(state, drive, work, &mut output);
     let v_rel = Vec3::new(u[0], u[1], u[2]);
     let w_rel = Vec3::new(u[3], u[4], u[5]);

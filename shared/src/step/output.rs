@@ -23,6 +23,8 @@ pub struct FormulaFault {
 pub struct StepSummary<R: Real> {
     /// How far the rest can be trusted.
     pub status: SolveStatus,
+    /// Whether the state has moved; if not, nothing else here was reached.
+    pub followed: bool,
     /// The formula behind a [`SolveStatus::BadInput`], if it is one.
     pub formula_fault: Option<FormulaFault>,
     /// Error of the momentum balance.
