@@ -17,6 +17,7 @@ pub mod contact;
 pub mod effect;
 pub mod effects;
 pub mod formula;
+pub mod gauges;
 pub mod health;
 pub mod lcp;
 mod look_ahead;
