@@ -106,7 +106,7 @@ impl<G: Gauges> Control<G> {
     fn apply(&mut self, command: Command) {
         match command {
             Command::Install(slot) => {
-                install(slot, self.predictor);
+                install(slot, self.predictor, self.run.is_some());
                 MODEL_CRC.store(slot.crc, core::sync::atomic::Ordering::Relaxed);
                 COUNTERS.model_swaps.add(1);
                 // One slot, one place: there is always room.
@@ -182,10 +182,13 @@ impl<G: Gauges> Control<G> {
     }
 }
 
-/// A predictor of the model in the slot, in place of the one before.
-fn install(slot: &mut Slot, place: &mut Option<Predictor<f32>>) {
-    if let Some((scene, model, limits)) = slot.package.take() {
-        *place = Some(Predictor::of_valid(scene, model, limits));
+/// A predictor of the model in the slot, in place of the one before. In a run it goes on: with the plan,
+/// the friction learnt and the object.
+fn install(slot: &mut Slot, place: &mut Option<Predictor<f32>>, running: bool) {
+    let Some((scene, model, limits)) = slot.package.take() else { return };
+    match place {
+        Some(predictor) if running => predictor.swap(scene, model, limits),
+        _ => *place = Some(Predictor::of_valid(scene, model, limits)),
     }
 }
 

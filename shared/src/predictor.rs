@@ -32,9 +32,10 @@ pub use validate::{Limit, ModelError, validate, validate_limits};
 
 use crate::cone::{Kept, SolveBudget, SolveStatus};
 use crate::contact::{Body, SLOTS};
+use crate::effect::MEMORY;
 use crate::health::Health;
 use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S};
-use crate::model::{FingerContact, Model, Scene, Shape};
+use crate::model::{FingerContact, MAX_EFFECTS, Model, Scene, Shape};
 use crate::observer::motion::Moved;
 use crate::observer::{Observed, Observer, Seen};
 use crate::real::{Real, Rotation, Vec3, max, min, norm, sqrt};
@@ -199,6 +200,30 @@ impl<R: Real> Predictor<R> {
     pub fn with_params(mut self, params: Params) -> Self {
         self.core.params = params;
         self
+    }
+
+    /// Goes on with another scene, model and limits, which [`validate`] has let through, in the midst of a
+    /// run: the plan, the friction learnt and, where the scene is the same, the tracked object stay.
+    pub fn swap(&mut self, scene: Scene<R>, model: Model<R>, limits: Limits) {
+        let Self { core, tracked } = self;
+        if core.scene != scene {
+            // Another object, or another rig: it is seen anew at its next pose.
+            *tracked = None;
+        }
+        if let Some(tracked) = tracked {
+            if core.model.effects != model.effects || core.model.formulas != model.formulas {
+                // What the effects remember is another's.
+                tracked.state.memory = [[R::zero(); MEMORY]; MAX_EFFECTS];
+            }
+            tracked.ahead = None;
+            tracked.outlook = None;
+            tracked.kept = [Kept::nothing(); 2];
+        }
+        core.sliding = sliding_share(&model);
+        core.torsion_arm_m = torsion_arm(&model, patch_arm(&scene));
+        core.scene = scene;
+        core.model = model;
+        core.limits = limits;
     }
 
     /// Work of the last tick that stepped, in evaluations of the momentum balance: what bounds
