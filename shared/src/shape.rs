@@ -214,7 +214,13 @@ fn side<R: Real>(a: [R; 2], b: [R; 2], p: [R; 2]) -> R {
 }
 
 fn rectangle<R: Real>(number: u8, normal: Vec3<R>, distance: R, u: Vec3<R>, half: [R; 2]) -> Face<R> {
-    Face { number, normal, centre_m: normal * distance, axes: [u, normal.cross(&u)], extent: Extent::Rectangle(half) }
+    Face {
+        number,
+        normal,
+        centre_m: normal * distance,
+        axes: [u, normal.cross(&u)],
+        extent: Extent::Rectangle(half),
+    }
 }
 
 impl<R: Real> Shape<R> {
@@ -334,7 +340,13 @@ impl<R: Real> Shape<R> {
             corners.reverse();
         }
         let number = if below { END_BELOW } else { END_ABOVE };
-        Face { number, normal, centre_m: normal * z, axes: [Vec3::x(), second], extent: Extent::Polygon(corners) }
+        Face {
+            number,
+            normal,
+            centre_m: normal * z,
+            axes: [Vec3::x(), second],
+            extent: Extent::Polygon(corners),
+        }
     }
 
     /// Closest point of the surface to `point` (both in object axes, m), the outward unit

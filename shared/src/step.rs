@@ -15,13 +15,13 @@ use crate::effects::{self, Environment, FrictionLaw, Loads, Reading, Slip, StepC
 use crate::model::{Model, PusherContact, Scene};
 use crate::probe::{self, Part};
 use crate::real::{Real, Vec3, max};
+pub use crate::rotation::{support_under, turned};
 use crate::shape::rotated_inertia;
 use crate::solve::{Before, Bodies, ContactPoint, DOF, SolveBudget, SolveStatus};
-use gather::gather;
-use owners::keep_owners;
-pub use crate::rotation::{support_under, turned};
 pub use crate::state::{Drive, LastStep, Moving, Slot, State};
+use gather::gather;
 pub use output::{FormulaFault, StepOutput, StepSummary, Workspace};
+use owners::keep_owners;
 pub use params::{JAW_MASS_KG, StepParams};
 
 fn effect_hooks<'a, R: Real>(
@@ -170,7 +170,10 @@ pub fn step<R: Real, const NC: usize>(
     let summary = step_in(scene, model, state, drive, &SolveBudget::default(), &mut work);
     StepOutput {
         summary,
-        friction: work.answers().map(|a| FrictionLaw { mu: a.mu, adhesion_n: a.adhesion_n, viscosity_s_m: R::zero() }).collect(),
+        friction: work
+            .answers()
+            .map(|a| FrictionLaw { mu: a.mu, adhesion_n: a.adhesion_n, viscosity_s_m: R::zero() })
+            .collect(),
         force_n: work.answers().map(|a| a.force_n).collect(),
         contacts: work.contacts,
     }

@@ -348,7 +348,9 @@ impl<R: Real> Settling<R> {
             let now = self.from.to_local(&Pose { position_m: state.position_m, rotation: state.rotation });
             let (_, turned_rad) = twist_between(&Pose::identity(), &now, R::one());
             // What cannot be solved does not settle.
-            let settles = out.followed && norm(&now.position_m) < R::of(SETTLED_M) && norm(&turned_rad) < R::of(SETTLED_RAD);
+            let settles = out.followed
+                && norm(&now.position_m) < R::of(SETTLED_M)
+                && norm(&turned_rad) < R::of(SETTLED_RAD);
             if !settles {
                 let Pose { position_m, rotation } = self.from;
                 *state = State::held(scene, model, &self.drive, position_m, rotation);

@@ -273,7 +273,10 @@ fn outlines_pushers_and_feet_that_are_none_are_refused_by_name() {
     clockwise.reverse();
     assert_eq!(polygon(&clockwise), Some(ModelError::Polygon));
     // A dent, a star that winds twice, and an outline beside the centre of mass.
-    assert_eq!(polygon(&[[0.02, -0.02], [0.005, 0.0], [0.02, 0.02], [-0.02, 0.0]]), Some(ModelError::Polygon));
+    assert_eq!(
+        polygon(&[[0.02, -0.02], [0.005, 0.0], [0.02, 0.02], [-0.02, 0.0]]),
+        Some(ModelError::Polygon)
+    );
     assert_eq!(polygon(&square.map(|[x, y]| [x + 0.05, y])), Some(ModelError::Polygon));
     for wrong in [f32::NAN, -0.001, f32::INFINITY] {
         let tip = refused(&|s| s.pusher = Some(PusherContact::Point { tip_radius_m: wrong }));
@@ -300,8 +303,8 @@ fn a_look_ahead_that_cannot_be_solved_foresees_no_drop_and_its_flags_are_unsure(
     };
     let mut plan = Plan { start_s: 0.0, segments: Vec::new() };
     let _ = plan.segments.push(still);
-    // Faster than any number squares: the step ahead has no solution.
-    let _ = plan.segments.push(Segment { velocity_m_s: [1e30, 0.0, 0.0], duration_s: 1.0, ..still });
+    // A speed that is none: the step ahead cannot be made.
+    let _ = plan.segments.push(Segment { velocity_m_s: [f32::NAN, 0.0, 0.0], duration_s: 1.0, ..still });
     predictor.set_plan(plan);
     let wrench = |side: f32| Some([0.0, side * 30.0, 0.98, 0.0, 0.0, 0.0]);
     let mut last = None;

@@ -70,10 +70,7 @@ fn a_corner_keeps_its_memory_when_the_nearest_face_changes_and_others_begin_anew
     let scene = scene(false, Some(PusherContact::Plane));
     let model = hard(0.4, 0.3, 0.3);
     // A prism on its edge over a plane below: tilted a little less, then a little more than 45 degrees.
-    let above = turn(
-        [0.0, 1.0, 0.0],
-        -std::f64::consts::FRAC_PI_2,
-    );
+    let above = turn([0.0, 1.0, 0.0], -std::f64::consts::FRAC_PI_2);
     let tilted = |degrees: f64| turn([1.0, 0.0, 0.0], degrees.to_radians());
     let mut drive = drive(0.004, 0.0);
     let depth = 0.0125 * 2f64.sqrt();
@@ -117,7 +114,8 @@ fn a_fast_approach_is_not_missed_in_steps_of_20_ms() {
     let mut drive = drive(0.02, 0.0);
     drive.support = Some(support_under(&scene, &Vec3::zeros(), &UnitQuaternion::identity(), &Vec3::z()));
     let start = at(-0.05 - 0.005 - 0.009, 0.0, 0.0);
-    drive.pusher = Some(Moving { velocity_m_s: at(0.5, 0.0, 0.0), ..fixed(start, UnitQuaternion::identity()) });
+    drive.pusher =
+        Some(Moving { velocity_m_s: at(0.5, 0.0, 0.0), ..fixed(start, UnitQuaternion::identity()) });
     let mut state: S = State::held(&scene, &model, &drive, Vec3::zeros(), UnitQuaternion::identity());
     let out = step(&scene, &model, &mut state, &drive);
     assert!(out.normal_n[2] > 0.0, "the pusher's force: {:?}", out.normal_n);
@@ -143,7 +141,10 @@ fn an_answer_far_from_solved_leaves_the_state_and_says_so() {
     assert_ne!(out.status, SolveStatus::Solved);
     assert!(out.residual_n > 10.0, "{} N", out.residual_n);
     assert!(!out.followed);
-    assert_eq!((state.position_m, state.velocity, state.slots), (before.position_m, before.velocity, before.slots));
+    assert_eq!(
+        (state.position_m, state.velocity, state.slots),
+        (before.position_m, before.velocity, before.slots)
+    );
     // A study of the solver may follow it.
     let all = SolveBudget { follows_unsolved: true, ..hurried };
     assert!(step_in(&scene, &model, &mut state, &drive, &all, &mut Workspace::new()).followed);

@@ -64,8 +64,7 @@ fn viscous_friction_reaches_its_terminal_speed_in_steps_of_20_ms() {
     model.effects.push(effect).expect("room");
     for dt_s in [0.02, 0.004] {
         let mut drive = still(dt_s);
-        drive.support =
-            Some(support_under(&scene, &Vec3::zeros(), &UnitQuaternion::identity(), &Vec3::z()));
+        drive.support = Some(support_under(&scene, &Vec3::zeros(), &UnitQuaternion::identity(), &Vec3::z()));
         let mut state: State<f64, SLOTS> =
             State::held(&scene, &model, &drive, Vec3::zeros(), UnitQuaternion::identity());
         let mut speeds = Vec::new();

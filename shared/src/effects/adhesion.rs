@@ -6,8 +6,8 @@
 //! a held object does not stick. Where nothing is gripped, the table is the contact.
 
 use super::law::{FrictionLaw, Law, Slip, StepContext};
-use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter};
 use crate::contact::{Body, is_finger};
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter};
 use crate::real::{Real, max};
 
 /// See the module.

@@ -5,8 +5,8 @@
 //! mean coefficient in the geometric sense stays the base model's.
 
 use super::law::{FrictionLaw, Law, Slip, StepContext};
-use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter};
 use crate::contact::is_finger;
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter};
 use crate::real::{Real, max, sqrt};
 
 /// See the module.

@@ -5,8 +5,8 @@
 //! 1949, here linear). Fingers and support; the pusher is taken as stiff.
 
 use super::law::{Law, StepContext};
-use crate::effect::{Info, MAX_PARAMETERS, Parameter};
 use crate::contact::{Body, Contact};
+use crate::effect::{Info, MAX_PARAMETERS, Parameter};
 use crate::real::{Real, max};
 
 /// See the module.

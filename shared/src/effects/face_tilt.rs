@@ -19,8 +19,8 @@
 //! `1 / (cos + mu sin)` times that: 0.4 % less at the typical slope and friction 0.4.
 
 use super::law::{FrictionLaw, Law, Slip, StepContext};
-use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter};
 use crate::contact::{Contact, is_finger};
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter};
 use crate::real::{Real, max};
 
 /// See the module.

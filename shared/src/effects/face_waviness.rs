@@ -8,8 +8,8 @@
 
 use super::face_tilt::{opened, pad_x_m};
 use super::law::{FrictionLaw, Law, Slip, StepContext};
-use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter};
 use crate::contact::is_finger;
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter};
 use crate::real::{Real, max};
 
 /// See the module.

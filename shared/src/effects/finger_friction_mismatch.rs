@@ -4,8 +4,8 @@
 //! (pads of different wear, age or cleanliness).
 
 use super::law::{FrictionLaw, Law, Slip, StepContext};
-use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter};
 use crate::contact::Body;
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter};
 use crate::real::Real;
 
 /// See the module.

@@ -10,8 +10,8 @@
 //! `BadInput`, and [`Formula::fault`] says why: a broken formula cannot pass for physics.
 
 use super::law::{FrictionLaw, Law, Loads, Slip, StepContext};
-use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter};
 use crate::contact::Body;
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter};
 use crate::real::Real;
 
 pub use crate::formula::{Formula, Target};

@@ -6,8 +6,8 @@
 //! or a sphere does not notice.
 
 use super::law::{Law, StepContext};
-use crate::effect::{Info, MAX_PARAMETERS, Parameter};
 use crate::contact::{Body, Contact};
+use crate::effect::{Info, MAX_PARAMETERS, Parameter};
 use crate::model::PusherContact;
 use crate::real::{Real, max, norm};
 

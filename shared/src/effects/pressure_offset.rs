@@ -5,8 +5,8 @@
 //! about the pad's middle, so that a normal force `N` shows torques `-N offset` there.
 
 use super::law::{Law, StepContext};
-use crate::effect::{Info, MAX_PARAMETERS, Parameter};
 use crate::contact::{Contact, is_finger};
+use crate::effect::{Info, MAX_PARAMETERS, Parameter};
 use crate::real::{Real, Vec3};
 
 /// See the module.

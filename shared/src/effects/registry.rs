@@ -3,7 +3,6 @@
 //! the user's own formula.
 
 use super::law::Law;
-use crate::effect::Info;
 use super::{
     adhesion, anisotropic_friction, contact_compliance, dwell_strengthening, face_tilt, face_waviness,
     finger_friction_mismatch, gravity_tilt, grip_force_lag, grip_force_loss, load_dependent_friction,
@@ -11,6 +10,7 @@ use super::{
     sensor_crosstalk, sensor_gain, sensor_misalignment, static_friction, torsional_friction,
     viscous_friction, wear_drift,
 };
+use crate::effect::Info;
 use crate::real::Real;
 
 macro_rules! registry {

@@ -8,8 +8,8 @@
 //! Salisbury 1982).
 
 use super::law::{Law, StepContext};
-use crate::effect::{Info, MAX_PARAMETERS, Parameter};
 use crate::contact::{Body, Contact};
+use crate::effect::{Info, MAX_PARAMETERS, Parameter};
 use crate::real::{Real, max, norm};
 
 /// Points nearer to the centre of their patch have no outward direction, m.

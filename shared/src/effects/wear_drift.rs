@@ -5,8 +5,8 @@
 //! over thousands of pushes.
 
 use super::law::{FrictionLaw, Law, Slip, StepContext};
-use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter};
 use crate::contact::is_finger;
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter};
 use crate::real::{Real, max};
 
 /// See the module.

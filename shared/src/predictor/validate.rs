@@ -87,7 +87,8 @@ pub fn validate_limits(limits: &Limits) -> Result<(), ModelError> {
 /// Convex, and counter-clockwise about the origin: the centre of mass lies to the left of every edge,
 /// and so does every corner that is not the edge's.
 fn is_outline<R: Real>(corners: &[[R; 2]]) -> bool {
-    let left = |a: &[R; 2], b: &[R; 2], p: [R; 2]| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
+    let left =
+        |a: &[R; 2], b: &[R; 2], p: [R; 2]| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
     let edges = || corners.iter().zip(corners.iter().cycle().skip(1));
     edges().all(|(a, b)| {
         // Corners on the line of an edge may round to its other side.
