@@ -37,7 +37,7 @@ impl<G: Gauges> Control<G> {
             predictor,
             gauges: GaugeSource::new(gauges),
             run: None,
-            report: TelemetryReport { hash: HASH_START, ..Default::default() },
+            report: TelemetryReport { hash: HASH_START, prediction: nothing_yet(), ..Default::default() },
         }
     }
 
@@ -128,7 +128,7 @@ impl<G: Gauges> Control<G> {
                 self.gauges.restart();
                 self.report.hash = HASH_START;
                 self.report.taken = 0;
-                self.report.prediction = Prediction::default();
+                self.report.prediction = nothing_yet();
                 self.run = Some(Run { request, link: LinkSource::new(&request) });
             }
             Command::Stop => self.run = None,
@@ -180,6 +180,11 @@ impl<G: Gauges> Control<G> {
         self.report.prediction = prediction;
         self.report.hash = prediction.hash(self.report.hash);
     }
+}
+
+/// Before the first sample: nothing is known, so that the flags, all down, cannot be relied on.
+fn nothing_yet() -> Prediction {
+    Prediction { flags: flags::UNSURE, validity: validity::WAITING, ..Prediction::default() }
 }
 
 /// A predictor of the model in the slot, in place of the one before. In a run it goes on: with the plan,
