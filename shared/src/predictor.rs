@@ -845,7 +845,7 @@ impl<R: Real> Core<R> {
             tracked.rest_m = tracked.seen_m;
             if let Some(moved) = observed.moved.as_ref().filter(|m| m.slip_s > R::zero()) {
                 for (f, v) in p.finger.iter_mut().zip(&moved.velocity_m_s) {
-                    f.slip_speed_m_s = f.slip_speed_m_s.max(narrow(norm(&v)));
+                    f.slip_speed_m_s = f.slip_speed_m_s.max(narrow(norm(v)));
                 }
             }
         } else if let (Some(moved), Some(seen)) = (&observed.moved, seen) {

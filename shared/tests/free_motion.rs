@@ -2,16 +2,14 @@
 
 mod common;
 
-use common::{at, hard, obj4, turn};
+use common::{hard, obj4, turn};
 use nalgebra::UnitQuaternion;
 use stickslip_shared::contact::SLOTS;
 use stickslip_shared::effects::Effect;
 use stickslip_shared::model::{Scene, SupportContact};
-use stickslip_shared::predictor::{Limits, Predictor, Sample};
 use stickslip_shared::real::Vec3;
 use stickslip_shared::shape::rotated_inertia;
 use stickslip_shared::step::{Drive, State, step, support_under};
-use stickslip_shared::track::Pose;
 
 fn loose(gravity_m_s2: [f64; 3]) -> Scene<f64> {
     Scene { gravity_m_s2, object: obj4(), fingers: None, pusher: None, support: None }
@@ -75,33 +73,4 @@ fn viscous_friction_reaches_its_terminal_speed_in_steps_of_20_ms() {
         let late = &speeds[speeds.len() / 2..];
         assert!(late.iter().all(|v| (v - 0.004).abs() < 1e-4), "dt {dt_s}: {late:?}");
     }
-}
-
-#[test]
-fn a_drop_is_foreseen_alike_in_a_gripper_at_rest_and_in_one_that_moves() {
-    let scene = Scene { support: None, ..common::gripped::<f32>(obj4(), None) };
-    let limits = Limits::default();
-    let drops = |speed: f32| -> Vec<Option<f32>> {
-        let mut predictor = Predictor::new(scene.clone(), hard(0.4, 0.3, 0.3), limits).expect("sound");
-        (0..4)
-            .map(|k| {
-                let t_s = k as f32 * 0.004;
-                let pose = Pose { position_m: at(f64::from(speed * t_s), 0.0, 0.0), ..Pose::identity() };
-                let object = (k == 0).then_some(pose);
-                // A fifth of the grip that holds it.
-                let sample = Sample {
-                    t_s,
-                    grip_cmd_n: 0.5,
-                    gripper: Some(pose),
-                    object,
-                    pusher: None,
-                    finger: [None; 2],
-                };
-                predictor.tick(&sample).drop_in_s
-            })
-            .collect()
-    };
-    let (rest, moving) = (drops(0.0), drops(0.5));
-    assert!(rest.iter().skip(1).all(Option::is_some), "{rest:?}");
-    assert_eq!(rest, moving, "in a gripper that moves at 0.5 m/s");
 }

@@ -77,8 +77,9 @@ impl Channels {
                 ..AdcConfig::default()
             }
         };
+        let counts = &raw mut COUNTS;
         // SAFETY: called once; afterwards only DMA writes there, and readings are volatile.
-        let [first, second] = unsafe { &mut *(&raw mut COUNTS) };
+        let [first, second] = unsafe { &mut *counts };
         let timed = |pin| (pin, SampleTime::CYCLES47_5);
         let mut first = Adc::new(converters.0, config()).into_ring_buffered(
             dma.0,
