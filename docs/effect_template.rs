@@ -81,7 +81,7 @@ mod tests {
             distance_m: 0.0,
             rest_s: 0.0,
         };
-        let mut law = FrictionLaw::<f64> { mu: [0.4, 0.4], adhesion_n: 0.0 };
+        let mut law = FrictionLaw::<f64> { mu: [0.4, 0.4], adhesion_n: 0.0, viscosity_s_m: 0.0 };
         MyEffect.friction(&[0.1, 0.0, 0.0, 0.0, 0.0, 0.0], &context, &[0.0; 3], &slip, &mut law);
         // 0.4 raised by a tenth.
         let published: f64 = 0.44;

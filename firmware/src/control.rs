@@ -37,7 +37,7 @@ impl<G: Gauges> Control<G> {
             predictor,
             gauges: GaugeSource::new(gauges),
             run: None,
-            report: TelemetryReport { hash: HASH_START, ..Default::default() },
+            report: TelemetryReport { hash: HASH_START, prediction: nothing_yet(), ..Default::default() },
         }
     }
 
@@ -106,7 +106,7 @@ impl<G: Gauges> Control<G> {
     fn apply(&mut self, command: Command) {
         match command {
             Command::Install(slot) => {
-                install(slot, self.predictor);
+                install(slot, self.predictor, self.run.is_some());
                 MODEL_CRC.store(slot.crc, core::sync::atomic::Ordering::Relaxed);
                 COUNTERS.model_swaps.add(1);
                 // One slot, one place: there is always room.
@@ -128,7 +128,7 @@ impl<G: Gauges> Control<G> {
                 self.gauges.restart();
                 self.report.hash = HASH_START;
                 self.report.taken = 0;
-                self.report.prediction = Prediction::default();
+                self.report.prediction = nothing_yet();
                 self.run = Some(Run { request, link: LinkSource::new(&request) });
             }
             Command::Stop => self.run = None,
@@ -182,10 +182,18 @@ impl<G: Gauges> Control<G> {
     }
 }
 
-/// A predictor of the model in the slot, in place of the one before.
-fn install(slot: &mut Slot, place: &mut Option<Predictor<f32>>) {
-    if let Some((scene, model, limits)) = slot.package.take() {
-        *place = Some(Predictor::of_valid(scene, model, limits));
+/// Before the first sample: nothing is known, so that the flags, all down, cannot be relied on.
+fn nothing_yet() -> Prediction {
+    Prediction { flags: flags::UNSURE, validity: validity::WAITING, ..Prediction::default() }
+}
+
+/// A predictor of the model in the slot, in place of the one before. In a run it goes on: with the plan,
+/// the friction learnt and the object.
+fn install(slot: &mut Slot, place: &mut Option<Predictor<f32>>, running: bool) {
+    let Some((scene, model, limits)) = slot.package.take() else { return };
+    match place {
+        Some(predictor) if running => predictor.swap(scene, model, limits),
+        _ => *place = Some(Predictor::of_valid(scene, model, limits)),
     }
 }
 

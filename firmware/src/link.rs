@@ -10,6 +10,7 @@ use stickslip_shared::wire::sequence::{Order, Sequence};
 use stickslip_shared::wire::{self, Answer, Info, Mode, Refusal, ResetCause, Sample, Source};
 
 use crate::board::current as board;
+use crate::gauges::{check_calibrated, note_calibrated};
 use crate::queues::{ANSWERS, COMMANDS, Command, MODEL_CRC, REPORTS, SAMPLES, SPARE, mode};
 use crate::stats::COUNTERS;
 use crate::upload::Upload;
@@ -78,7 +79,9 @@ impl Link {
         } else if key == wire::SetCalibration::REQ_KEY {
             self.command::<wire::SetCalibration>(frame, |_, calibration| {
                 wire::check::calibration(&calibration)?;
-                queue(Command::Calibration(calibration))
+                queue(Command::Calibration(calibration))?;
+                note_calibrated(calibration.finger);
+                Ok(())
             })
             .await;
         } else if key == wire::Tare::REQ_KEY {
@@ -140,7 +143,8 @@ impl Link {
             (Mode::Safe, _) => return Err(Refusal::NoModel),
             (Mode::Running, _) => return Err(Refusal::Busy),
             (Mode::Ready, Source::Gauges) if !board::HAS_GAUGES => return Err(Refusal::NoGauges),
-            (Mode::Ready, _) => {}
+            (Mode::Ready, Source::Gauges) => check_calibrated()?,
+            (Mode::Ready, Source::Link) => {}
         }
         COUNTERS.samples_unasked.add(u32::try_from(SAMPLES.clear()).unwrap_or(u32::MAX));
         self.sequence = Sequence::default();

@@ -1,7 +1,7 @@
 //! A model that arrives in pieces: collected, checked as a whole, then decoded.
 
 use heapless::Vec;
-use stickslip_shared::predictor::validate;
+use stickslip_shared::predictor::{validate, validate_limits};
 use stickslip_shared::wire::frame::crc32;
 use stickslip_shared::wire::package::decode;
 use stickslip_shared::wire::{MAX_MODEL_BYTES, ModelChunk, ModelCommit, ModelPackage, Refusal};
@@ -44,8 +44,8 @@ impl Upload {
             return Err(Refusal::Crc { received });
         }
         let package = decode(&self.bytes).ok_or(Refusal::Undecodable)?;
-        let (scene, model, _) = &package;
-        validate(scene, model).map_err(Refusal::Model)?;
+        let (scene, model, limits) = &package;
+        validate(scene, model).and_then(|()| validate_limits(limits)).map_err(Refusal::Model)?;
         *place = Some(package);
         Ok(())
     }

@@ -14,11 +14,12 @@
 //! | support | 12 to 16 cells of equal area, or the given feet | |
 //!
 //! A slot number belongs to each point, the same in every step, so that the spring memory
-//! finds its point again.
+//! finds its point again; which face of the object the points are on goes with it.
 
-use crate::model::{Base, FingerContact, Model, PusherContact, Scene, SupportContact};
+use crate::model::{Base, FingerContact, Model, PusherContact, RIGID_N_M, Scene, SupportContact};
 use crate::real::{Real, Rotation, Vec3, max, norm, sqrt};
-use crate::step::{Drive, Moving, State};
+use crate::shape::{END_BELOW, ROUND};
+use crate::state::{Drive, Moving, State};
 use heapless::Vec;
 
 /// Points on each fingertip.
@@ -51,7 +52,7 @@ pub struct ContactParams<R: Real> {
 impl<R: Real> Default for ContactParams<R> {
     fn default() -> Self {
         Self {
-            rigid_n_m: R::of(1.0e7),
+            rigid_n_m: R::of(RIGID_N_M),
             min_face_cosine: R::of(0.2),
             min_axis_share: R::of(0.1),
             rod_tangent_cosine: R::of(0.9),
@@ -80,6 +81,16 @@ impl Body {
     pub fn index(self) -> usize {
         self as usize
     }
+
+    /// Places of its points in the memory of the state.
+    pub fn slots(self) -> core::ops::Range<usize> {
+        match self {
+            Self::Finger1 => 0..FINGER_POINTS,
+            Self::Finger2 => FINGER_POINTS..2 * FINGER_POINTS,
+            Self::Pusher => 2 * FINGER_POINTS..SUPPORT_SLOT,
+            Self::Support => SUPPORT_SLOT..SLOTS,
+        }
+    }
 }
 
 /// Whether the body is one of the two fingertips.
@@ -92,6 +103,8 @@ pub fn is_finger(body: Body) -> bool {
 pub struct Contact<R: Real> {
     /// Other body.
     pub body: Body,
+    /// The object's face that it is on, see [`crate::shape::Face::number`].
+    pub face: u8,
     /// Place in the memory of the state.
     pub slot: usize,
     /// From the centre of mass, carrier axes, m.
@@ -127,6 +140,8 @@ struct Builder<'a, R: Real, const NC: usize> {
     out: &'a mut Contacts<R, NC>,
     params: &'a ContactParams<R>,
     springs: [R; 3],
+    /// Of the points that are added.
+    face: u8,
     /// The object's axes in carrier axes.
     axes: [Vec3<R>; 3],
 }
@@ -170,7 +185,7 @@ pub fn find_with<R: Real, const NC: usize>(
     };
     let turn = state.rotation.to_rotation_matrix();
     let axes = [0, 1, 2].map(|k| Vec3::new(turn[(0, k)], turn[(1, k)], turn[(2, k)]));
-    let mut builder = Builder { scene, state, out, params, springs, axes };
+    let mut builder = Builder { scene, state, out, params, springs, face: ROUND, axes };
     let mut lost = 0;
     if let Some(finger) = &scene.fingers {
         lost += builder.finger(finger, Body::Finger1);
@@ -252,6 +267,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
         let [normal_n_m, tangential_n_m, damping_s] = self.springs;
         let contact = Contact {
             body,
+            face: self.face,
             slot,
             lever_m,
             axes,
@@ -276,6 +292,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
         let in_object = self.in_object(&outward);
         let face = self.scene.object.shape.face_towards(&in_object);
         let round = face.is_none();
+        self.face = face.as_ref().map_or(ROUND, |f| f.number);
         let flat_face = match face {
             Some(face) => {
                 let normal = self.in_carrier(&face.normal);
@@ -393,8 +410,10 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
                 let towards = in_object(&-n);
                 // Lever, and place seen from the pusher's origin.
                 let mut points: Vec<(Vec3<R>, Vec3<R>), PUSHER_POINTS> = Vec::new();
+                self.face = ROUND;
                 match self.scene.object.shape.face_towards(&towards) {
                     Some(face) => {
+                        self.face = face.number;
                         for p in &face.corners() {
                             let at = (self.in_carrier(p), self.seen_from(moving, p));
                             lost += usize::from(points.push(at).is_err());
@@ -428,6 +447,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
                     return self.line_on_cylinder(moving, &ends);
                 };
                 let [a, b] = ends.map(|e| in_object(&e));
+                self.face = face.number;
                 let Some(range) = face.clip(face.local(&a), face.local(&b)) else {
                     return 0;
                 };
@@ -456,6 +476,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
                 };
                 let t1 = t1 / max(norm(&t1), R::of(NO_LENGTH_M));
                 let axes = [normal, t1, normal.cross(&t1)];
+                self.face = ROUND;
                 let lever = state.rotation.transform_vector(&at);
                 let surface = moving.velocity_at(&(lever - from_pusher));
                 let gap = distance - *tip_radius_m;
@@ -466,6 +487,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
     }
 
     fn line_on_cylinder(&mut self, moving: &Moving<R>, ends: &[Vec3<R>; 2]) -> usize {
+        self.face = ROUND;
         let x = self.state.rotation.transform_vector(&Vec3::x());
         let (_, radius) = cylinder_size(&self.scene.object.shape);
         let from_pusher = moving.position_m - self.state.position_m;
@@ -506,8 +528,12 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
             SupportContact::Patch => {
                 let down = state.rotation.inverse_transform_vector(&-n);
                 match self.scene.object.shape.face_towards(&down) {
-                    Some(face) => points = face.samples(),
+                    Some(face) => {
+                        self.face = face.number;
+                        points = face.samples();
+                    }
                     None => {
+                        self.face = ROUND;
                         let (half, radius) = cylinder_size(&self.scene.object.shape);
                         let across = Vec3::new(R::zero(), down.y, down.z);
                         let across = across * (radius / max(norm(&across), R::of(NO_LENGTH_M)));
@@ -518,6 +544,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
                 }
             }
             SupportContact::Points(feet) => {
+                self.face = END_BELOW;
                 let down = self.scene.object.shape.reach(&-Vec3::z());
                 let share = R::one() / R::of(feet.len().max(1) as f64);
                 for p in feet {

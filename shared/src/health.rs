@@ -1,17 +1,25 @@
 //! Which sensors can be believed: missing, not finite, stuck, saturated, biased.
 //!
-//! Each fault shows within three samples: a real sensor's noise never repeats all six
-//! components, so the third equal reading is a stuck one (only for sensors that were seen
-//! to vary; a noiseless simulation is not accused); a component at its range is saturated;
+//! Each fault shows within a few samples. A real sensor's noise seldom repeats all six components: how
+//! often is a matter of its noise over its resolution, and is counted. A run of equal readings that
+//! chance makes once in a million is a stuck sensor: the third equal reading of one that never
+//! repeated itself, the twentieth of a converter so quiet that every other reading is the same
+//! (only for sensors that were seen to vary; a noiseless simulation is not accused); a component at its range is saturated;
 //! while nothing else touches the object sideways, the two fingers' normal forces cancel.
 
 use crate::predictor::types::{Limits, Sample, validity};
 use crate::real::Real;
 
-/// Equal readings in a row that make a sensor stuck.
-const STUCK: u8 = 3;
-/// Changes in a row after which repetition is a fault.
-const LIVELY: u8 = 16;
+/// Equal readings in a row that at least make a sensor stuck.
+const STUCK: u16 = 3;
+/// Equal readings in a row that make any sensor stuck: a second.
+const SURELY_STUCK: u16 = 250;
+/// Chance of a run of equal readings below which it is none: one false alarm in an hour at 250 Hz.
+const CHANCE: f32 = 1e-6;
+/// Changes after which repetition may be a fault.
+const LIVELY: u16 = 16;
+/// Readings after which the older ones count half: 4 s.
+const REMEMBERED: u16 = 1024;
 /// Samples in a row with unequal normal forces.
 const BIASED: u8 = 3;
 
@@ -19,8 +27,7 @@ const BIASED: u8 = 3;
 #[derive(Clone, Debug)]
 pub struct Health<R: Real> {
     last: [[R; 6]; 2],
-    equal: [u8; 2],
-    lively: [u8; 2],
+    repetition: [Repetition; 2],
     unequal: u8,
     unequal_by_n: R,
 }
@@ -28,7 +35,7 @@ pub struct Health<R: Real> {
 impl<R: Real> Default for Health<R> {
     fn default() -> Self {
         let zero = R::zero();
-        Self { last: [[zero; 6]; 2], equal: [0; 2], lively: [0; 2], unequal: 0, unequal_by_n: zero }
+        Self { last: [[zero; 6]; 2], repetition: [Repetition::default(); 2], unequal: 0, unequal_by_n: zero }
     }
 }
 
@@ -45,21 +52,15 @@ impl<R: Real> Health<R> {
             bits |= validity::ONE_FINGER;
         }
         let range = [limits.force_range_n, limits.torque_range_nm].map(|x| R::of(f64::from(x)));
-        let memory = self.last.iter_mut().zip(&mut self.equal).zip(&mut self.lively);
-        for ((wrench, used), ((last, equal), lively)) in sample.finger.iter().zip(&mut usable).zip(memory) {
+        let memory = self.last.iter_mut().zip(&mut self.repetition);
+        for ((wrench, used), (last, repetition)) in sample.finger.iter().zip(&mut usable).zip(memory) {
             let Some(w) = wrench else { continue };
             if !w.iter().all(|x| x.finite()) {
                 bits |= validity::WRENCH;
                 continue;
             }
-            if w == last {
-                *equal = equal.saturating_add(1).min(STUCK);
-            } else {
-                *lively = if *equal == 0 { lively.saturating_add(1).min(LIVELY) } else { *lively };
-                *equal = 0;
-            }
+            let stuck = repetition.note(w == last);
             *last = *w;
-            let stuck = *equal + 1 >= STUCK && *lively >= LIVELY;
             let saturated = w.iter().enumerate().any(|(i, x)| {
                 let most = if i < 3 { range[0] } else { range[1] };
                 x.abs() >= most
@@ -83,5 +84,56 @@ impl<R: Real> Health<R> {
         self.unequal = if beyond { self.unequal.saturating_add(1).min(BIASED) } else { 0 };
         self.unequal_by_n = sum_n;
         self.unequal >= BIASED
+    }
+}
+
+/// How a sensor's readings repeat themselves.
+#[derive(Clone, Copy, Debug, Default)]
+struct Repetition {
+    /// In a row, now.
+    equal: u16,
+    /// Readings that changed.
+    changes: u16,
+    /// Runs of equal readings between them, and repetitions in all of these.
+    runs: u16,
+    repeats: u16,
+}
+
+impl Repetition {
+    /// Books a reading; `true` where it is one too many of equal ones.
+    fn note(&mut self, equal: bool) -> bool {
+        if equal {
+            self.equal = self.equal.saturating_add(1);
+            return self.changes >= LIVELY && self.equal >= self.most();
+        }
+        // A run that was a fault tells nothing of the noise.
+        if self.equal > 0 && (self.changes < LIVELY || self.equal < self.most()) {
+            self.runs = self.runs.saturating_add(1);
+            self.repeats = self.repeats.saturating_add(self.equal);
+        }
+        self.changes = self.changes.saturating_add(1);
+        self.equal = 0;
+        if self.changes.saturating_add(self.repeats) >= REMEMBERED {
+            let Self { changes, runs, repeats, .. } = *self;
+            *self =
+                Self { equal: 0, changes: changes / 2, runs: runs.div_ceil(2), repeats: repeats.div_ceil(2) };
+        }
+        false
+    }
+
+    /// Repetitions in a row that chance hardly makes: the least `n` with `p q^(n-1)` below [`CHANCE`], `p`
+    /// the share of runs among changes, `q` that of repetitions that another one followed. (A quiet converter
+    /// repeats its commonest reading more often than others: `q` is above `p`.)
+    fn most(&self) -> u16 {
+        let share = |of: u16, all: u16| f32::from(of) / f32::from(all.max(1));
+        let mut chance = share(self.runs, self.changes.saturating_add(self.runs));
+        let again = (self.repeats - self.runs.min(self.repeats)).saturating_add(u16::from(self.runs > 0));
+        let again = share(again, self.repeats.saturating_add(1));
+        let mut count = 1;
+        while chance > CHANCE && count < SURELY_STUCK {
+            chance *= again;
+            count += 1;
+        }
+        count.max(STUCK - 1)
     }
 }

@@ -85,7 +85,7 @@ impl<R: Real> Ahead<R> {
             departure_n,
             carrier: poses.carrier,
             ahead_s: R::zero(),
-            speed_m_s: norm(&state.absolute_m_s),
+            speed_m_s: norm(&Vec3::new(state.velocity[0], state.velocity[1], state.velocity[2])),
             sag: Sag::new(slipped(start, &state.position_m, &state.rotation)),
             found: Foreseen {
                 began_s: t_s,
@@ -141,6 +141,10 @@ impl<R: Real> Ahead<R> {
             work.add(&out);
             work.step_ahead();
             self.found.marked |= out.status != SolveStatus::Solved;
+            if !out.followed {
+                // No forces were found: nothing is foreseen beyond, a loss of the grasp neither.
+                break;
+            }
             self.ahead_s += dt;
             let when = self.ahead_s.to_f64() as f32;
             let found = &mut self.found;

@@ -5,8 +5,8 @@
 //! `model.toml`. Both are plain data without sizes decided at run time, so that the host
 //! can send them to the board (`postcard`) and both sides hold the same numbers.
 
-use crate::effects::Effect;
-use crate::effects::formula::Formula;
+use crate::effect::Effect;
+use crate::formula::Formula;
 use crate::real::Real;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -19,6 +19,8 @@ pub const MAX_SUPPORT_POINTS: usize = 8;
 pub const MAX_EFFECTS: usize = 6;
 /// Most of them given as formulas.
 pub const MAX_FORMULAS: usize = 2;
+/// Stiffness of a whole contact that stands for 'rigid', N/m.
+pub const RIGID_N_M: f64 = 1.0e7;
 
 /// Shape of the object, in its own axes (origin at the centre of mass, X along the length).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

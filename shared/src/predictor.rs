@@ -28,13 +28,14 @@ pub use plan::{Intent, MAX_SEGMENTS, Plan, Segment};
 pub use types::{
     FingerPrediction, HASH_START, Limits, Prediction, Sample, Slip, SolverStatus, flags, validity,
 };
-pub use validate::{ModelError, validate};
+pub use validate::{Limit, ModelError, validate, validate_limits};
 
 use crate::cone::{Kept, SolveBudget, SolveStatus};
 use crate::contact::{Body, SLOTS};
+use crate::effect::MEMORY;
 use crate::health::Health;
 use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S};
-use crate::model::{FingerContact, Model, Scene, Shape};
+use crate::model::{FingerContact, MAX_EFFECTS, Model, Scene, Shape};
 use crate::observer::motion::Moved;
 use crate::observer::{Observed, Observer, Seen};
 use crate::real::{Real, Rotation, Vec3, max, min, norm, sqrt};
@@ -48,6 +49,9 @@ use sag::{Sag, planned_slide, slipped, unintended_down};
 const MOST_PARTS: u8 = 3;
 /// The epoch moves on after so long.
 const EPOCH_US: u32 = 32_000_000;
+/// Samples in a row without forces after which the model starts anew where it was last good: the step
+/// spans all of them by then.
+const MOST_UNSOLVED: u8 = 3;
 /// A restart keeps jaw and contact memory where the jaw is within this of holding the object, m.
 const JAW_KEPT_M: f64 = 1.0e-4;
 
@@ -93,6 +97,7 @@ enum Unfollowed {
     /// Its step had no answer.
     Solver {
         status: SolveStatus,
+        residual_n: f32,
         /// The state has moved on the way: it is no longer that of the last sample.
         lost: bool,
     },
@@ -115,6 +120,8 @@ struct Tracked<R: Real> {
     apart: u8,
     /// Samples in a row whose measured pose has parted from the model's.
     strayed: u8,
+    /// Samples in a row whose step was not solved.
+    unsolved: u8,
     /// The object still settles on what carries it.
     settling: Option<Settling<R>>,
     /// A look-ahead under way.
@@ -162,6 +169,7 @@ impl<R: Real> Predictor<R> {
     /// A predictor that waits for its first sample.
     pub fn new(scene: Scene<R>, model: Model<R>, limits: Limits) -> Result<Self, ModelError> {
         validate(&scene, &model)?;
+        validate_limits(&limits)?;
         Ok(Self::of_valid(scene, model, limits))
     }
 
@@ -192,6 +200,30 @@ impl<R: Real> Predictor<R> {
     pub fn with_params(mut self, params: Params) -> Self {
         self.core.params = params;
         self
+    }
+
+    /// Goes on with another scene, model and limits, which [`validate`] has let through, in the midst of a
+    /// run: the plan, the friction learnt and, where the scene is the same, the tracked object stay.
+    pub fn swap(&mut self, scene: Scene<R>, model: Model<R>, limits: Limits) {
+        let Self { core, tracked } = self;
+        if core.scene != scene {
+            // Another object, or another rig: it is seen anew at its next pose.
+            *tracked = None;
+        }
+        if let Some(tracked) = tracked {
+            if core.model.effects != model.effects || core.model.formulas != model.formulas {
+                // What the effects remember is another's.
+                tracked.state.memory = [[R::zero(); MEMORY]; MAX_EFFECTS];
+            }
+            tracked.ahead = None;
+            tracked.outlook = None;
+            tracked.kept = [Kept::nothing(); 2];
+        }
+        core.sliding = sliding_share(&model);
+        core.torsion_arm_m = torsion_arm(&model, patch_arm(&scene));
+        core.scene = scene;
+        core.model = model;
+        core.limits = limits;
     }
 
     /// Work of the last tick that stepped, in evaluations of the momentum balance: what bounds
@@ -289,6 +321,7 @@ impl<R: Real> Predictor<R> {
             pushing: false,
             apart: 0,
             strayed: 0,
+            unsolved: 0,
             settling,
             ahead: None,
             kept: [Kept::nothing(); 2],
@@ -333,11 +366,15 @@ impl<R: Real> Predictor<R> {
         match core.follow(tracked, sample, doubt) {
             Ok(()) => {}
             Err(Unfollowed::Sample) => return core.repeat(validity::SAMPLE),
-            Err(Unfollowed::Solver { status, lost }) => {
+            Err(Unfollowed::Solver { status, residual_n, lost }) => {
                 if lost {
                     *place = None;
                 }
-                core.last = Prediction { solver_status: status.into(), ..core.repeat(validity::SOLVER) };
+                core.last = Prediction {
+                    solver_status: status.into(),
+                    solver_residual_n: residual_n,
+                    ..core.repeat(validity::SOLVER)
+                };
             }
         }
         core.last
@@ -416,15 +453,22 @@ impl<R: Real> Core<R> {
         *work.kept() = tracked.kept[0];
         let mut worst = Worst::default();
         let mut out = advance(&self.scene, &self.model, &mut tracked.state, &drive, &mut work, &mut worst);
-        if matches!(out.status, SolveStatus::BadInput | SolveStatus::Contradiction) {
-            // Numbers that no rig has: the last good state is kept for the next sample, and
+        if !out.followed {
+            // Numbers that no rig has, or forces that were not found: the last good state is kept for the next sample, and
             // after a gap's length of such samples the model starts anew. (It does so at once
             // where a gap was bridged in parts and the later ones failed.)
             self.work = worst.work.done();
             tracked.gripper = PathFilter::new(tracked.poses.carrier);
             tracked.pusher = tracked.poses.pusher.map(PathFilter::new);
-            return Err(Unfollowed::Solver { status: out.status, lost: worst.moved });
+            let unsolved = matches!(out.status, SolveStatus::IterationLimit | SolveStatus::Numerical);
+            tracked.unsolved = if unsolved { tracked.unsolved.saturating_add(1) } else { 0 };
+            if tracked.unsolved >= MOST_UNSOLVED {
+                self.start_again(tracked, &drive, poses);
+            }
+            let residual_n = out.residual_n.to_f64() as f32;
+            return Err(Unfollowed::Solver { status: out.status, residual_n, lost: worst.moved });
         }
+        tracked.unsolved = 0;
         tracked.kept[0] = *work.kept();
         let effects = self.effects_on_friction(&work, &load_of(sample, &out));
         tracked.poses = poses;
@@ -570,6 +614,20 @@ impl<R: Real> Core<R> {
         }
         state.position_m += error * R::of(f64::from(self.params.pose_gain));
         false
+    }
+
+    /// From the present poses, with the object in the grasp as it last was.
+    #[cold]
+    fn start_again(&self, tracked: &mut Tracked<R>, drive: &Drive<R>, poses: Poses<R>) {
+        let State { position_m, rotation, .. } = tracked.state;
+        self.restart_at(tracked, drive, &Pose { position_m, rotation });
+        tracked.unsolved = 0;
+        tracked.poses = poses;
+        tracked.gripper = PathFilter::new(poses.carrier);
+        tracked.pusher = poses.pusher.map(PathFilter::new);
+        tracked.kept = [Kept::nothing(); 2];
+        tracked.ahead = None;
+        tracked.outlook = None;
     }
 
     fn restart_at(&self, tracked: &mut Tracked<R>, drive: &Drive<R>, measured: &Pose<R>) {
@@ -787,7 +845,7 @@ impl<R: Real> Core<R> {
             tracked.rest_m = tracked.seen_m;
             if let Some(moved) = observed.moved.as_ref().filter(|m| m.slip_s > R::zero()) {
                 for (f, v) in p.finger.iter_mut().zip(&moved.velocity_m_s) {
-                    f.slip_speed_m_s = f.slip_speed_m_s.max(narrow(norm(&v)));
+                    f.slip_speed_m_s = f.slip_speed_m_s.max(narrow(norm(v)));
                 }
             }
         } else if let (Some(moved), Some(seen)) = (&observed.moved, seen) {
@@ -1030,7 +1088,7 @@ fn advance<R: Real>(
     let mut out = crate::step::step_in(scene, model, state, &part, &options, work);
     worst.note(&out);
     for later in (0..parts.saturating_sub(1)).rev() {
-        if matches!(out.status, SolveStatus::BadInput | SolveStatus::Contradiction) {
+        if !out.followed {
             break;
         }
         for m in [&mut part.pusher, &mut part.support].into_iter().flatten() {
@@ -1122,7 +1180,7 @@ impl<R: Real> Worst<R> {
     /// The step from sample to sample.
     fn note(&mut self, out: &StepSummary<R>) {
         self.count(out);
-        self.moved |= !matches!(out.status, SolveStatus::BadInput | SolveStatus::Contradiction);
+        self.moved |= out.followed;
         if out.status != SolveStatus::Solved {
             self.status = out.status;
         }

@@ -10,6 +10,12 @@ use heapless::Vec;
 
 /// Most sample points on one face.
 pub const MAX_SAMPLES: usize = 16;
+/// Number of the end face at +Z (prisms) or +X (cylinders), see [`Face::number`].
+pub const END_ABOVE: u8 = 0xfe;
+/// Number of the end face at -Z or -X.
+pub const END_BELOW: u8 = 0xfd;
+/// Stands for a cylinder's round side, which is no flat face.
+pub const ROUND: u8 = 0xff;
 
 /// Extent of a flat face about its centre, in its in-plane axes.
 #[derive(Clone, Debug)]
@@ -25,6 +31,8 @@ pub enum Extent<R: Real> {
 /// A flat face in object axes.
 #[derive(Clone, Debug)]
 pub struct Face<R: Real> {
+    /// Which face of its shape: its edge of the outline, a cylinder's flat at +Y (0) or -Y (1), or an end.
+    pub number: u8,
     /// Outward unit normal.
     pub normal: Vec3<R>,
     /// A point of the face from which its extent is measured, m.
@@ -205,8 +213,14 @@ fn side<R: Real>(a: [R; 2], b: [R; 2], p: [R; 2]) -> R {
     (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
 }
 
-fn rectangle<R: Real>(normal: Vec3<R>, distance: R, u: Vec3<R>, half: [R; 2]) -> Face<R> {
-    Face { normal, centre_m: normal * distance, axes: [u, normal.cross(&u)], extent: Extent::Rectangle(half) }
+fn rectangle<R: Real>(number: u8, normal: Vec3<R>, distance: R, u: Vec3<R>, half: [R; 2]) -> Face<R> {
+    Face {
+        number,
+        normal,
+        centre_m: normal * distance,
+        axes: [u, normal.cross(&u)],
+        extent: Extent::Rectangle(half),
+    }
 }
 
 impl<R: Real> Shape<R> {
@@ -235,6 +249,7 @@ impl<R: Real> Shape<R> {
                         Vec3::new(if x < R::zero() { -R::one() } else { R::one() }, R::zero(), R::zero());
                     let u = Vec3::y();
                     return Some(Face {
+                        number: if x < R::zero() { END_BELOW } else { END_ABOVE },
                         normal,
                         centre_m: normal * (*length_m * half),
                         axes: [u, normal.cross(&u)],
@@ -246,29 +261,31 @@ impl<R: Real> Shape<R> {
                     let normal =
                         Vec3::new(R::zero(), if y < R::zero() { -R::one() } else { R::one() }, R::zero());
                     let width = sqrt(*diameter_m * *diameter_m - *across_flats_m * *across_flats_m);
-                    rectangle(normal, *across_flats_m * half, Vec3::x(), [*length_m * half, width * half])
+                    let number = u8::from(y < R::zero());
+                    let extent = [*length_m * half, width * half];
+                    rectangle(number, normal, *across_flats_m * half, Vec3::x(), extent)
                 })
             }
             // The hot case: faces along the axes, without outline and roots.
             Shape::Prism { length_m, side_m } if prism_side(direction).is_some() => {
                 let (x, y) = (*length_m * half, *side_m * half);
                 let (one, zero) = (R::one(), R::zero());
-                let side = |n: [R; 2], reach: R, width: R| {
+                let side = |number: u8, n: [R; 2], reach: R, width: R| {
                     let normal = Vec3::new(n[0], n[1], zero);
-                    rectangle(normal, reach, Vec3::new(-n[1], n[0], zero), [width, y])
+                    rectangle(number, normal, reach, Vec3::new(-n[1], n[0], zero), [width, y])
                 };
                 prism_side(direction).map(|k| match k {
-                    0 => side([one, zero], x, y),
-                    1 => side([zero, one], y, x),
-                    2 => side([-one, zero], x, y),
-                    _ => side([zero, -one], y, x),
+                    0 => side(0, [one, zero], x, y),
+                    1 => side(1, [zero, one], y, x),
+                    2 => side(2, [-one, zero], x, y),
+                    _ => side(3, [zero, -one], y, x),
                 })
             }
             Shape::Prism { .. } | Shape::Polygon { .. } => {
                 let (outline, height) = self.outline()?;
                 let mut best: Option<Face<R>> = None;
                 let mut score = direction.z.abs();
-                for (a, b) in edges(&outline) {
+                for (number, (a, b)) in edges(&outline).enumerate() {
                     let d = [b[0] - a[0], b[1] - a[1]];
                     let length = sqrt(d[0] * d[0] + d[1] * d[1]);
                     if !(length > R::zero()) {
@@ -280,6 +297,7 @@ impl<R: Real> Shape<R> {
                         score = s;
                         let u = Vec3::new(d[0] / length, d[1] / length, R::zero());
                         best = Some(Face {
+                            number: number as u8,
                             normal,
                             centre_m: Vec3::new((a[0] + b[0]) * half, (a[1] + b[1]) * half, R::zero()),
                             axes: [u, normal.cross(&u)],
@@ -290,6 +308,23 @@ impl<R: Real> Shape<R> {
                 best.or_else(|| Some(Self::cap(&outline, height, direction.z < R::zero())))
             }
         }
+    }
+
+    /// The face of this number; `None` where there is none.
+    pub fn face(&self, number: u8) -> Option<Face<R>> {
+        let round = matches!(self, Shape::Cylinder { .. });
+        let sign = if number == END_BELOW { -R::one() } else { R::one() };
+        let towards = match (number, self.outline()) {
+            (ROUND, _) => return None,
+            (END_ABOVE | END_BELOW, _) if round => Vec3::x() * sign,
+            (END_ABOVE | END_BELOW, _) => Vec3::z() * sign,
+            (flat, None) => Vec3::y() * if flat == 0 { R::one() } else { -R::one() },
+            (edge, Some((outline, _))) => {
+                let (a, b) = edges(&outline).nth(usize::from(edge))?;
+                Vec3::new(b[1] - a[1], a[0] - b[0], R::zero())
+            }
+        };
+        self.face_towards(&towards).filter(|f| f.number == number)
     }
 
     fn cap(outline: &Vec<[R; 2], MAX_VERTICES>, height: R, below: bool) -> Face<R> {
@@ -304,7 +339,14 @@ impl<R: Real> Shape<R> {
         if below {
             corners.reverse();
         }
-        Face { normal, centre_m: normal * z, axes: [Vec3::x(), second], extent: Extent::Polygon(corners) }
+        let number = if below { END_BELOW } else { END_ABOVE };
+        Face {
+            number,
+            normal,
+            centre_m: normal * z,
+            axes: [Vec3::x(), second],
+            extent: Extent::Polygon(corners),
+        }
     }
 
     /// Closest point of the surface to `point` (both in object axes, m), the outward unit

@@ -63,6 +63,8 @@ pub struct ContactPoint<R: Real> {
     pub mu: [R; 2],
     /// Greatest pull that the contact bears, N; adds to the friction bound.
     pub adhesion_n: R,
+    /// Rise of friction with slip speed beyond the bound, N s/m, along the stiffer tangent; not negative.
+    pub viscous_n_s_m: R,
 }
 
 /// Inertial side of the step.
@@ -106,7 +108,7 @@ pub struct Answer<R> {
     pub biased_slip_m_s: [R; 2],
     /// As given, along the tangents.
     pub stiffness_n_s_m: [R; 2],
-    /// As given.
+    /// As given, with the rise by viscosity at the slip speed found.
     pub mu: [R; 2],
     /// As given.
     pub adhesion_n: R,
@@ -173,6 +175,9 @@ pub struct SolveBudget<R: Real> {
     pub tolerance: R,
     /// Points for which the two bounds are meant: with more, which cost more, they are lowered.
     pub usual_points: u32,
+    /// Whether a time step follows an answer that is far from solved, for studies of the solver; otherwise
+    /// it leaves the state as it was.
+    pub follows_unsolved: bool,
 }
 
 impl<R: Real> Default for SolveBudget<R> {
@@ -183,6 +188,7 @@ impl<R: Real> Default for SolveBudget<R> {
             // f32: what summing some twenty forces leaves; f64: far below any use.
             tolerance: max(R::of(100.0) * R::EPSILON, R::of(1e-10)),
             usual_points: MAX_POINTS as u32,
+            follows_unsolved: true,
         }
     }
 }
@@ -194,6 +200,7 @@ impl<R: Real> SolveBudget<R> {
             max_iterations: PRESENT_ITERATIONS,
             max_evaluations: PRESENT_EVALUATIONS,
             usual_points: USUAL_POINTS,
+            follows_unsolved: false,
             ..Self::default()
         }
     }
@@ -206,6 +213,7 @@ impl<R: Real> SolveBudget<R> {
             max_evaluations: LOOK_AHEAD_EVALUATIONS,
             tolerance: R::of(LOOK_AHEAD_TOLERANCE),
             usual_points: USUAL_POINTS,
+            follows_unsolved: false,
         }
     }
 

@@ -6,127 +6,23 @@
 //! that a stuck object has velocity zero exactly, also in `f32`.
 
 mod gather;
+mod output;
+mod owners;
 mod params;
-mod rotation;
-mod state;
 
-use crate::cone::{self, ConeParams, Kept};
-use crate::contact::{self, Body, Contact, Contacts};
-use crate::effects::formula::Fault;
+use crate::contact::{self, Body, Contact, Contacts, is_finger};
 use crate::effects::{self, Environment, FrictionLaw, Loads, Reading, Slip, StepContext};
 use crate::model::{Model, PusherContact, Scene};
 use crate::probe::{self, Part};
 use crate::real::{Real, Vec3, max};
+pub use crate::rotation::{support_under, turned};
 use crate::shape::rotated_inertia;
-use crate::solve::{Answer, Before, Bodies, ContactPoint, DOF, SolveBudget, SolveStatus};
+use crate::solve::{Before, Bodies, ContactPoint, DOF, SolveBudget, SolveStatus};
+pub use crate::state::{Drive, LastStep, Moving, Slot, State};
 use gather::gather;
-use heapless::Vec;
+pub use output::{FormulaFault, StepOutput, StepSummary, Workspace};
+use owners::keep_owners;
 pub use params::{JAW_MASS_KG, StepParams};
-pub use rotation::{support_under, turned};
-pub use state::{Drive, LastStep, Moving, Slot, State};
-
-/// A formula without a value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FormulaFault {
-    /// Which of the model's formulas, from 0.
-    pub number: u8,
-    /// Why it has none.
-    pub fault: Fault,
-}
-
-/// What a step produces besides the next state.
-#[derive(Clone, Copy, Debug)]
-pub struct StepSummary<R: Real> {
-    /// How far the rest can be trusted.
-    pub status: SolveStatus,
-    /// The formula behind a [`SolveStatus::BadInput`], if it is one.
-    pub formula_fault: Option<FormulaFault>,
-    /// Error of the momentum balance.
-    pub residual_n: R,
-    /// Newton steps.
-    pub iterations: u32,
-    /// Evaluations of the momentum balance.
-    pub evaluations: u32,
-    /// Contact points handed to the solver.
-    pub points: u16,
-    /// Contact points times effects: how often an effect was asked for its friction.
-    pub hooks: u16,
-    /// What the sensors would show at the end of the step.
-    pub reading: Reading<R>,
-    /// Share of the friction limit used by each finger, force and torsion together (1: slipping).
-    pub utilisation: [R; 2],
-    /// Mean slip velocity of the object over each finger, carrier axes, m/s.
-    pub slip_m_s: [Vec3<R>; 2],
-    /// Slip about the patch normal of each finger, rad/s.
-    pub spin_rad_s: [R; 2],
-    /// Normal force of each body: finger 1, finger 2, pusher, support.
-    pub normal_n: [R; 4],
-    /// Contact points that did not fit the capacity and were left out.
-    pub points_lost: usize,
-}
-
-/// Working memory of a step; keeps its contact points, one entry each in the lists.
-#[derive(Clone, Debug)]
-pub struct Workspace<R: Real, const NC: usize> {
-    /// Contact points handed to the solver.
-    pub contacts: Contacts<R, NC>,
-    cone: cone::Workspace<R, NC>,
-    params: StepParams<R>,
-}
-
-impl<R: Real, const NC: usize> Workspace<R, NC> {
-    /// Factors of the last solve, with which the next begins.
-    pub fn kept(&mut self) -> &mut Kept<R> {
-        &mut self.cone.kept
-    }
-
-    /// Empty.
-    // Built in place: it is larger than all else in a tick.
-    #[inline(always)]
-    pub fn new() -> Self {
-        Self { contacts: Vec::new(), cone: cone::Workspace::new(), params: StepParams::default() }
-    }
-
-    /// Empty, with other constants of step and solver.
-    pub fn with(params: StepParams<R>, solver: ConeParams<R>) -> Self {
-        let mut cone = cone::Workspace::new();
-        cone.params = solver;
-        Self { contacts: Vec::new(), cone, params }
-    }
-
-    /// What each contact point answered; none after a step that has not moved.
-    #[inline(always)]
-    pub fn answers(&self) -> impl Iterator<Item = Answer<R>> {
-        self.cone.answers()
-    }
-}
-
-impl<R: Real, const NC: usize> Default for Workspace<R, NC> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-/// What a step produces besides the next state, with every contact point; the summary's
-/// fields are read as its own.
-#[derive(Clone, Debug)]
-pub struct StepOutput<R: Real, const NC: usize> {
-    /// All but the contact points.
-    pub summary: StepSummary<R>,
-    /// Contact points handed to the solver.
-    pub contacts: Contacts<R, NC>,
-    /// Friction law of each.
-    pub friction: Vec<FrictionLaw<R>, NC>,
-    /// Force on the object at each, along its axes.
-    pub force_n: Vec<[R; 3], NC>,
-}
-
-impl<R: Real, const NC: usize> core::ops::Deref for StepOutput<R, NC> {
-    type Target = StepSummary<R>;
-    fn deref(&self) -> &StepSummary<R> {
-        &self.summary
-    }
-}
 
 fn effect_hooks<'a, R: Real>(
     model: &'a Model<R>,
@@ -209,15 +105,10 @@ fn context<R: Real, const NC: usize>(
     let mut slip_m = [R::zero(); 4];
     let mut speed = slip_m;
     let mut load_n = slip_m;
-    let ranges = [
-        (0, contact::FINGER_POINTS),
-        (contact::FINGER_POINTS, 2 * contact::FINGER_POINTS),
-        (2 * contact::FINGER_POINTS, contact::SUPPORT_SLOT),
-        (contact::SUPPORT_SLOT, contact::SLOTS),
-    ];
-    for (k, (from, to)) in ranges.into_iter().enumerate() {
+    for body in [Body::Finger1, Body::Finger2, Body::Pusher, Body::Support] {
+        let (k, range) = (body.index(), body.slots());
         let mut count = R::zero();
-        for slot in state.slots.iter().take(to).skip(from) {
+        for slot in state.slots.iter().take(range.end).skip(range.start) {
             if slot.load_n > R::zero() {
                 slip_m[k] += slot.slip_m;
                 speed[k] += slot.speed_m_s;
@@ -279,15 +170,19 @@ pub fn step<R: Real, const NC: usize>(
     let summary = step_in(scene, model, state, drive, &SolveBudget::default(), &mut work);
     StepOutput {
         summary,
-        friction: work.answers().map(|a| FrictionLaw { mu: a.mu, adhesion_n: a.adhesion_n }).collect(),
+        friction: work
+            .answers()
+            .map(|a| FrictionLaw { mu: a.mu, adhesion_n: a.adhesion_n, viscosity_s_m: R::zero() })
+            .collect(),
         force_n: work.answers().map(|a| a.force_n).collect(),
         contacts: work.contacts,
     }
 }
 
-/// Advances `state` by one step. On `SolveStatus::BadInput` and `SolveStatus::Contradiction` its
-/// motion and springs are left as they were;
-/// with any other status it has moved and `residual_n` says how exactly.
+/// Advances `state` by one step. On `SolveStatus::BadInput` and `SolveStatus::Contradiction`, and where
+/// the answer is far from solved ([`StepParams::unsolved_n`], [`SolveBudget::follows_unsolved`]), its
+/// motion and springs are left as they were ([`StepSummary::followed`]); otherwise it has moved and
+/// `residual_n` says how exactly.
 ///
 /// Never panics; bounded by `options` and the capacity `NC`.
 pub fn step_in<R: Real, const NC: usize>(
@@ -338,6 +233,7 @@ pub fn step_from<R: Real, const NC: usize>(
     let part = probe::span(Part::Contacts);
     let mut points_lost =
         contact::find_with(&work.params.contact, scene, model, state, drive, &mut work.contacts);
+    keep_owners(scene, state, &work.contacts);
     let mut patch_load = [zero; 4];
     if !model.effects.is_empty() {
         for c in &mut work.contacts {
@@ -356,7 +252,8 @@ pub fn step_from<R: Real, const NC: usize>(
     let inertia = rotated_inertia(&scene.object, &state.rotation);
     let ratio = loads.mass_kg / scene.object.mass_kg;
     let inertia = inertia.map(|r| r.map(|x| x * ratio));
-    let (turn, v, w) = (drive.carrier_rad_s, state.absolute_m_s, state.absolute_rad_s);
+    let (turn, v) = (drive.carrier_rad_s, state.absolute_m_s);
+    let w = coasted(&inertia, &state.absolute_rad_s, dt);
     let carried = drive.carrier_m_s + turn.cross(&state.position_m);
     // Velocity without contact; components turn with the carrier's axes.
     let v_free = v - turn.cross(&v) * dt + (gravity + loads.force_n / loads.mass_kg) * dt - carried;
@@ -372,18 +269,27 @@ pub fn step_from<R: Real, const NC: usize>(
     };
     work.cone.begin(&bodies);
     let mut kept = 0;
+    // Slots of the points that are handed to the solver.
+    let mut near: u64 = 0;
     for i in 0..work.contacts.len() {
         let Some(c) = work.contacts.get(i) else { continue };
         // The slot is below the capacity: `contact` sees to it.
-        let Some(slot) = state.slots.get_mut(c.slot) else { continue };
-        if c.gap_m > work.params.near_m || !(c.share > zero) {
-            slot.load_n = zero;
-            slot.spring_m = [zero; 2];
+        let Some(slot) = state.slots.get(c.slot) else { continue };
+        let jaw = if is_finger(c.body) { R::one() } else { zero };
+        let along = |k: usize| -c.axes[k].dot(&c.surface_m_s);
+        // As far as it comes within the step where nothing stops it.
+        let comes_m = || {
+            let free_m_s = v_free + w_free.cross(&c.lever_m);
+            -(c.axes[0].dot(&free_m_s) + along(0) + jaw * jaw_free) * dt
+        };
+        let far = c.gap_m > work.params.near_m && c.gap_m > work.params.near_m + comes_m();
+        if far || !(c.share > zero) {
             continue;
         }
+        near |= 1u64.checked_shl(c.slot as u32).unwrap_or(0);
         let slip = slip_of(c, slot, &patch_load);
         let mu = base_mu(scene, model, c, &gravity, work.params.platform_cosine2);
-        let mut law = FrictionLaw { mu: [mu; 2], adhesion_n: zero };
+        let mut law = FrictionLaw { mu: [mu; 2], adhesion_n: zero, viscosity_s_m: zero };
         for (i, effect, p) in effect_hooks(model) {
             if let Some(memory) = memory.get(i) {
                 effect.friction(p, &context, memory, &slip, &mut law);
@@ -408,11 +314,10 @@ pub fn step_from<R: Real, const NC: usize>(
             }
         };
         let across = [shape(law.mu[0]), shape(law.mu[1])];
-        let along = |k: usize| -c.axes[k].dot(&c.surface_m_s);
         let point = ContactPoint {
             lever_m: c.lever_m,
             axes: c.axes,
-            jaw: if matches!(c.body, Body::Finger1 | Body::Finger2) { R::one() } else { zero },
+            jaw,
             bias_m_s: [
                 along(0) + c.gap_m * ratio,
                 along(1) + slot.spring_m[0] * ratio,
@@ -421,6 +326,7 @@ pub fn step_from<R: Real, const NC: usize>(
             stiffness_n_s_m: [sn, st * across[0], st * across[1]],
             mu: law.mu,
             adhesion_n: law.adhesion_n,
+            viscous_n_s_m: law.viscosity_s_m * max(slot.load_n, zero),
         };
         // The capacities are that of the contacts: these cannot fail.
         work.cone.add(&point);
@@ -446,6 +352,7 @@ pub fn step_from<R: Real, const NC: usize>(
     drop(part);
     let mut output = StepSummary {
         status: solution.status,
+        followed: false,
         formula_fault: None,
         residual_n: solution.residual_n,
         iterations: solution.iterations,
@@ -478,10 +385,26 @@ pub fn step_from<R: Real, const NC: usize>(
         work.cone.forget();
         return output;
     }
+    let most_n = output.normal_n.iter().fold(zero, |most, n| max(*n, most));
+    let credible_n = work.params.unsolved_n + work.params.unsolved_share * most_n;
+    let solved = solution.status == SolveStatus::Solved || solution.residual_n <= credible_n;
+    if !(solved || options.follows_unsolved) {
+        work.cone.forget();
+        return output;
+    }
+    output.followed = true;
     let u = solution.velocity;
     state.memory = memory;
     let load_n = state.last.map(|_| context.load_n);
     state.last = Some(LastStep { dt_s: dt, grip_n: drive.grip_n, load_n });
+    for (k, slot) in state.slots.iter_mut().enumerate() {
+        // What has left the face, or is far from it, bears and holds nothing.
+        if near & 1u64.checked_shl(k as u32).unwrap_or(0) == 0 {
+            slot.load_n = zero;
+            slot.spring_m = [zero; 2];
+            slot.speed_m_s = zero;
+        }
+    }
     gather(state, drive, work, &mut output);
     let v_rel = Vec3::new(u[0], u[1], u[2]);
     let w_rel = Vec3::new(u[3], u[4], u[5]);
@@ -518,7 +441,30 @@ pub fn step_f64(
     step(scene, model, state, drive)
 }
 
-/// `I^-1 t` for a symmetric positive definite 3 x 3 inertia, by cofactors.
+/// Angular velocity `w` after a step without torques: one Newton step on
+/// `I (w' - w) + dt w' x I w' = 0`, the gyroscopic torque at the end of the step, which gains no
+/// energy at any spin (Catto 2015). Exactly `w` where it turns about a principal axis of the inertia.
+fn coasted<R: Real>(i: &[[R; 3]; 3], w: &Vec3<R>, dt: R) -> Vec3<R> {
+    let rows = i.map(Vec3::from);
+    let momentum = Vec3::new(rows[0].dot(w), rows[1].dot(w), rows[2].dot(w));
+    let torque = w.cross(&momentum);
+    if torque == Vec3::zeros() {
+        return *w;
+    }
+    // I + dt ([w] I - [I w]), [a] b = a x b.
+    let mut jacobian = *i;
+    for k in 0..3 {
+        let column = Vec3::new(i[0][k], i[1][k], i[2][k]);
+        let unit = Vec3::ith(k, R::one());
+        let change = (w.cross(&column) - momentum.cross(&unit)) * dt;
+        for (row, change) in jacobian.iter_mut().zip(change.iter()) {
+            row[k] += *change;
+        }
+    }
+    w - inverse_times(&jacobian, &(torque * dt))
+}
+
+/// `A^-1 t` for a regular 3 x 3 matrix, by cofactors; zero for a singular one.
 fn inverse_times<R: Real>(i: &[[R; 3]; 3], t: &Vec3<R>) -> Vec3<R> {
     let rows = i.map(Vec3::from);
     let c = [rows[1].cross(&rows[2]), rows[2].cross(&rows[0]), rows[0].cross(&rows[1])];

@@ -340,12 +340,17 @@ impl<R: Real> Settling<R> {
         };
         let mut done = Work::default();
         while self.left > 0 && done.done() <= most_work / 2 {
-            let options = done.bounding(&SolveBudget::default(), most_work);
-            done.add(&crate::step::step_in(scene, &base, state, &still, &options, work));
+            let exact = SolveBudget { follows_unsolved: false, ..SolveBudget::default() };
+            let options = done.bounding(&exact, most_work);
+            let out = crate::step::step_in(scene, &base, state, &still, &options, work);
+            done.add(&out);
             self.left = self.left.saturating_sub(1);
             let now = self.from.to_local(&Pose { position_m: state.position_m, rotation: state.rotation });
             let (_, turned_rad) = twist_between(&Pose::identity(), &now, R::one());
-            let settles = norm(&now.position_m) < R::of(SETTLED_M) && norm(&turned_rad) < R::of(SETTLED_RAD);
+            // What cannot be solved does not settle.
+            let settles = out.followed
+                && norm(&now.position_m) < R::of(SETTLED_M)
+                && norm(&turned_rad) < R::of(SETTLED_RAD);
             if !settles {
                 let Pose { position_m, rotation } = self.from;
                 *state = State::held(scene, model, &self.drive, position_m, rotation);

@@ -32,6 +32,7 @@ fn point(x: f32, y: f32, normal: Vec3<f32>, approach_m_s: f32) -> ContactPoint<f
         stiffness_n_s_m: [4e4; 3],
         mu: [0.4; 2],
         adhesion_n: 0.0,
+        viscous_n_s_m: 0.0,
     }
 }
 
@@ -225,4 +226,103 @@ fn an_object_crushed_between_plate_and_table_is_said_to_be_and_the_last_good_sta
     let free = predictor.tick(&sample(k, 0.013));
     assert_eq!(free.validity & validity::SOLVER, 0, "{free:?}");
     assert!((free.position_m[2] - good.position_m[2]).abs() < 2e-3, "{free:?}");
+}
+
+#[test]
+fn limits_under_which_no_alarm_could_be_raised_are_refused_by_name() {
+    use stickslip_shared::predictor::Limit;
+    type Spoil = fn(&mut Limits) -> &mut f32;
+    let fields: [(Limit, Spoil); 10] = [
+        (Limit::Horizon, |l| &mut l.horizon_s),
+        (Limit::Sag, |l| &mut l.sag_m),
+        (Limit::Rotation, |l| &mut l.rotation_rad),
+        (Limit::Slip, |l| &mut l.slip_m_s),
+        (Limit::TargetUtilisation, |l| &mut l.target_utilisation),
+        (Limit::Divergence, |l| &mut l.divergence_m),
+        (Limit::SlipWarning, |l| &mut l.slip_warning_s),
+        (Limit::DropWarning, |l| &mut l.drop_warning_s),
+        (Limit::ForceRange, |l| &mut l.force_range_n),
+        (Limit::TorqueRange, |l| &mut l.torque_range_nm),
+    ];
+    let (scene, model, _) = push(0.2, 0.4);
+    for (name, field) in fields {
+        for wrong in [f32::NAN, f32::INFINITY, -1.0] {
+            let mut limits = Limits::default();
+            *field(&mut limits) = wrong;
+            let refused = Predictor::new(scene.clone(), model.clone(), limits).err();
+            assert_eq!(refused, Some(ModelError::Limit(name)), "{wrong}");
+        }
+    }
+}
+
+#[test]
+fn outlines_pushers_and_feet_that_are_none_are_refused_by_name() {
+    use stickslip_shared::model::{PusherContact, Shape};
+    let refused = |change: &dyn Fn(&mut Scene<f32>)| {
+        let (mut scene, model, _) = push(0.2, 0.4);
+        change(&mut scene);
+        Predictor::new(scene, model, Limits::default()).err()
+    };
+    let polygon = |corners: &[[f32; 2]]| {
+        let vertices_m = Vec::from_slice(corners).expect("few");
+        refused(&|s| s.object.shape = Shape::Polygon { vertices_m: vertices_m.clone(), height_m: 0.02 })
+    };
+    let square = [[0.02, -0.02], [0.02, 0.02], [-0.02, 0.02], [-0.02, -0.02]];
+    assert_eq!(polygon(&square), None);
+    let mut clockwise = square;
+    clockwise.reverse();
+    assert_eq!(polygon(&clockwise), Some(ModelError::Polygon));
+    // A dent, a star that winds twice, and an outline beside the centre of mass.
+    assert_eq!(
+        polygon(&[[0.02, -0.02], [0.005, 0.0], [0.02, 0.02], [-0.02, 0.0]]),
+        Some(ModelError::Polygon)
+    );
+    assert_eq!(polygon(&square.map(|[x, y]| [x + 0.05, y])), Some(ModelError::Polygon));
+    for wrong in [f32::NAN, -0.001, f32::INFINITY] {
+        let tip = refused(&|s| s.pusher = Some(PusherContact::Point { tip_radius_m: wrong }));
+        assert_eq!(tip, Some(ModelError::Pusher), "{wrong}");
+    }
+    let line = refused(&|s| s.pusher = Some(PusherContact::Line { length_m: 0.0 }));
+    assert_eq!(line, Some(ModelError::Pusher));
+    let feet = refused(&|s| s.support = Some(SupportContact::Points(Vec::new())));
+    assert_eq!(feet, Some(ModelError::Support));
+}
+
+#[test]
+fn a_look_ahead_that_cannot_be_solved_foresees_no_drop_and_its_flags_are_unsure() {
+    use stickslip_shared::predictor::{Intent, Plan, Segment, flags};
+    let (mut scene, model, limits) = push(0.2, 0.4);
+    scene.pusher = None;
+    let mut predictor = Predictor::new(scene, model, limits).expect("sound");
+    let still = Segment {
+        duration_s: 0.05,
+        velocity_m_s: [0.0; 3],
+        angular_rad_s: [0.0; 3],
+        grip_n: 30.0,
+        intent: Intent::Hold,
+    };
+    let mut plan = Plan { start_s: 0.0, segments: Vec::new() };
+    let _ = plan.segments.push(still);
+    // A speed that is none: the step ahead cannot be made.
+    let _ = plan.segments.push(Segment { velocity_m_s: [f32::NAN, 0.0, 0.0], duration_s: 1.0, ..still });
+    predictor.set_plan(plan);
+    let wrench = |side: f32| Some([0.0, side * 30.0, 0.98, 0.0, 0.0, 0.0]);
+    let mut last = None;
+    for k in 0..6u8 {
+        let sample = Sample {
+            t_s: f32::from(k) * 0.004,
+            grip_cmd_n: 30.0,
+            gripper: Some(Pose::identity()),
+            object: Some(Pose::identity()),
+            pusher: None,
+            finger: [wrench(-1.0), wrench(1.0)],
+        };
+        last = Some(predictor.tick(&sample));
+    }
+    let p = last.expect("six ticks");
+    assert_eq!(p.solver_status, SolverStatus::Solved, "the present is solved");
+    assert_ne!(p.validity & validity::FORESIGHT, 0, "{:#b}", p.validity);
+    assert_eq!(p.drop_in_s, None);
+    assert_eq!(p.flags & flags::DROP, 0);
+    assert_ne!(p.flags & flags::UNSURE, 0);
 }

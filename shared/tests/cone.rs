@@ -51,6 +51,7 @@ fn random_grasp(draw: &mut Draw, push: Push, mu: f64, spring_n_m: f64) -> (Point
             stiffness_n_s_m: [k * share; 3],
             mu: [mu; 2],
             adhesion_n: 0.0,
+            viscous_n_s_m: 0.0,
         };
         points.push(point).unwrap();
     };
@@ -270,6 +271,7 @@ fn narrow(points: &Points<f64>, bodies: &Bodies<f64>) -> (Points<f32>, Bodies<f3
             stiffness_n_s_m: p.stiffness_n_s_m.map(|x| x as f32),
             mu: p.mu.map(|x| x as f32),
             adhesion_n: p.adhesion_n as f32,
+            viscous_n_s_m: 0.0,
         })
         .collect();
     let bodies = Bodies {

@@ -238,7 +238,7 @@ impl Host {
         if self.draw.once_in(300) {
             self.garbage();
         }
-        // A model swap in the middle of a run: the new one waits for its first sample.
+        // A model swap in the middle of a run: it goes on with plan, friction and, in the same scene, object.
         if seq == 300 && self.run.is_multiple_of(7) {
             self.model();
         }

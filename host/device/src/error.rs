@@ -131,5 +131,8 @@ fn reason(refusal: &Refusal) -> String {
         Refusal::Busy => "a run is going on, or too many commands wait".into(),
         Refusal::NoModel => "no model is loaded".into(),
         Refusal::NoGauges => "it has no strain gauges".into(),
+        Refusal::NotCalibrated { finger } => {
+            format!("the gauges of finger {} are not calibrated: send its matrix first", finger + 1)
+        }
     }
 }

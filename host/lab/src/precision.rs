@@ -241,6 +241,7 @@ fn wide_state(s: &State<f32, SLOTS>) -> State<f64, SLOTS> {
             rest_s: f64::from(slot.rest_s),
             load_n: f64::from(slot.load_n),
         }),
+        faces: s.faces,
         memory,
         last: s.last.map(|last| LastStep {
             dt_s: f64::from(last.dt_s),

@@ -1,8 +1,10 @@
 //! Seven linear equations: elimination with row exchanges, kept for further right-hand sides.
 
-use super::{Mat7, Vec7};
 use crate::real::{Real, abs};
 use crate::solve::DOF;
+
+pub(super) type Vec7<R> = [R; DOF];
+pub(super) type Mat7<R> = [[R; DOF]; DOF];
 
 /// Triangular factors of a matrix.
 #[derive(Clone, Copy, Debug)]

@@ -7,6 +7,7 @@
 //! ```text
 //! f_n = max(-a, -k_n u_n)                                    non-penetration, adhesion a
 //! f_t = projection of -k_t u_t on { |f_i / mu_i| <= f_n + a }  Coulomb, maximum dissipation
+//!       (with a viscosity c: 1 - b of it, and b of -k_t u_t itself, b = c / (k_t + c))
 //! ```
 //!
 //! and the velocity is the root of the momentum balance
@@ -43,10 +44,11 @@ pub use crate::solve::{
 };
 pub(crate) use crate::solve::{FACTORS_WORK, FIXED_POINTS, USUAL_POINTS};
 use heapless::Vec;
+use linear::Vec7;
 pub use newton::Kept;
-use newton::{Bound, Mat7, Problem, Vec7};
+use newton::Problem;
 pub use params::ConeParams;
-use patch::Patch;
+use patch::{Bound, Patch};
 use point::Local;
 
 /// Working memory of a solve: points are added one by one, then solved for.
@@ -151,7 +153,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         let zero = R::zero();
         let [k0, k1, k2] = p.stiffness_n_s_m;
         self.good &= k0 > zero && k1 > zero && k2 > zero;
-        self.good &= p.mu[0] >= zero && p.mu[1] >= zero && p.adhesion_n >= zero;
+        self.good &= p.mu[0] >= zero && p.mu[1] >= zero && p.adhesion_n >= zero && p.viscous_n_s_m >= zero;
         if !self.patches.last().is_some_and(|patch| patch.holds(p)) {
             self.good &= self.patches.push(Patch::new(p, self.scale)).is_ok();
         }

@@ -1,27 +1,13 @@
 //! The iteration: semismooth Newton on the momentum balance, its line search, and the Tresca fixed
 //! point where the descent stalls. See [`super`] for the method.
 
-use super::linear::Factors;
+use super::linear::{Factors, Vec7};
 use super::params::ConeParams;
-use super::patch::{Patch, add_jacobian, curvature, find_kinks, subtract_forces};
+use super::patch::{Bound, Patch, add_jacobian, curvature, find_kinks, subtract_forces};
 use super::point::{Local, modes};
 use crate::real::{Real, abs, clamp, max};
 use crate::solve::{DOF, MAX_POINTS, SolveBudget, SolveStatus};
 use heapless::Vec;
-
-/// How the friction bound enters an evaluation.
-#[derive(Clone, Copy)]
-pub(super) enum Bound<'a, R> {
-    /// From the normal force at the same velocity (the real problem).
-    Coupled,
-    /// Given, one a contact (Tresca friction: the problem is then convex).
-    Frozen(&'a [R]),
-    /// Coupled, in the modes that the points are expected to be in.
-    Expected,
-}
-
-pub(super) type Vec7<R> = [R; DOF];
-pub(super) type Mat7<R> = [[R; DOF]; DOF];
 
 /// The momentum residual `F(v)`, a scale of its terms (N), and optionally its Jacobian.
 pub(super) struct Residual<R> {

@@ -9,9 +9,21 @@
 //! Angular velocities are multiplied and lengths divided by the radius of gyration: all
 //! numbers of the balance are then newtons and metres a second.
 
+use super::linear::{Mat7, Vec7};
 use super::point::{Friction, Local};
-use super::{Bound, ContactPoint, Mat7, Vec7};
 use crate::real::{Real, Vec3, abs, max};
+use crate::solve::ContactPoint;
+
+/// How the friction bound enters an evaluation.
+#[derive(Clone, Copy)]
+pub(super) enum Bound<'a, R> {
+    /// From the normal force at the same velocity (the real problem).
+    Coupled,
+    /// Given, one a contact (Tresca friction: the problem is then convex).
+    Frozen(&'a [R]),
+    /// Coupled, in the modes that the points are expected to be in.
+    Expected,
+}
 
 /// Axes and centre of a patch, and how many points it has.
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +69,10 @@ impl<R: Real> Patch<R> {
         to.stiffness = [k1, k2];
         to.mu = p.mu;
         to.adhesion = p.adhesion_n;
+        to.viscous = zero;
+        if p.viscous_n_s_m > zero {
+            to.viscous = p.viscous_n_s_m / (max(k1, k2) + p.viscous_n_s_m);
+        }
         to.side = side;
         to.bias_force = [kn * abs(b0), max(k1, k2) * (abs(b1) + abs(b2))];
         (to.gain, to.across, to.weight) = ([zero; 2], [zero; 2], zero);
@@ -67,7 +83,7 @@ impl<R: Real> Patch<R> {
             to.weight = to.gain[0] * by1;
         }
         let numbers = to.at[0] + to.at[1] + to.at[2] + to.bias_force[0] + to.bias_force[1];
-        (numbers + mu1 + mu2 + p.adhesion_n + p.jaw) * zero
+        (numbers + mu1 + mu2 + p.adhesion_n + p.viscous_n_s_m + p.jaw) * zero
     }
 }
 
@@ -161,6 +177,10 @@ pub(super) fn curvature<R: Real>(
                     let [q1, q2] = p.q;
                     let across = q1 * p.across[1] * u2 - q2 * p.across[0] * u1;
                     sum += p.s * p.weight * across * across;
+                    if p.viscous > R::zero() {
+                        let [a, b] = p.stiffness.map(|k| k * p.viscous);
+                        sum += a * u1 * u1 + b * u2 * u2;
+                    }
                     if coupled && p.touching {
                         sum += p.normal_stiffness * u0 * (q1 * u1 + q2 * u2);
                     }
@@ -265,6 +285,24 @@ struct Slopes<R> {
 }
 
 impl<R: Real> Slopes<R> {
+    /// Adds a point at `at` that resists motion along both tangents with the given stiffness.
+    #[inline(always)]
+    fn hold(&mut self, [a, b]: [R; 2], [dn, d1, d2]: [R; 3]) {
+        let t = &mut self.tangential;
+        let (a2, an, b1, bn) = (a * d2, a * dn, b * d1, b * dn);
+        t[0][0] += a;
+        t[1][1] += b;
+        t[2][0] -= a2;
+        t[2][1] += b1;
+        t[2][2] += a2 * d2 + b1 * d1;
+        t[3][1] -= bn;
+        t[3][2] -= bn * d1;
+        t[3][3] += bn * dn;
+        t[4][0] += an;
+        t[4][2] -= an * d2;
+        t[4][4] += an * dn;
+    }
+
     #[inline(always)]
     fn of(points: &[Local<R>], coupled: bool) -> Self {
         let zero = R::zero();
@@ -283,23 +321,11 @@ impl<R: Real> Slopes<R> {
             }
             match p.friction {
                 Friction::None => {}
-                Friction::Stick => {
-                    let [a, b] = p.stiffness;
-                    let t = &mut s.tangential;
-                    let (a2, an, b1, bn) = (a * d2, a * dn, b * d1, b * dn);
-                    t[0][0] += a;
-                    t[1][1] += b;
-                    t[2][0] -= a2;
-                    t[2][1] += b1;
-                    t[2][2] += a2 * d2 + b1 * d1;
-                    t[3][1] -= bn;
-                    t[3][2] -= bn * d1;
-                    t[3][3] += bn * dn;
-                    t[4][0] += an;
-                    t[4][2] -= an * d2;
-                    t[4][4] += an * dn;
-                }
+                Friction::Stick => s.hold(p.stiffness, p.at),
                 Friction::Slip => {
+                    if p.viscous > zero {
+                        s.hold(p.stiffness.map(|k| k * p.viscous), p.at);
+                    }
                     let [q1, q2] = p.q;
                     // Across the slip: its derivative has rank one.
                     let (p1, p2) = (-q2 * p.across[0], q1 * p.across[1]);

@@ -1,7 +1,7 @@
 //! The contact law at one point: its force at a relative velocity, and what it does there.
 
-use super::{Answer, Before};
 use crate::real::{Real, max, sqrt};
+use crate::solve::{Answer, Before};
 
 /// What friction does at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +20,8 @@ pub(super) struct Local<R> {
     pub(super) stiffness: [R; 2],
     pub(super) mu: [R; 2],
     pub(super) adhesion: R,
+    /// `c / (k + c)`: share of friction that goes on as if stuck, with a viscosity `c`.
+    pub(super) viscous: R,
     /// `k / mu` along the tangents; zero without friction.
     pub(super) gain: [R; 2],
     /// `mu_1 / mu_2` and `mu_2 / mu_1`: turn a direction of friction across.
@@ -55,6 +57,7 @@ impl<R: Real> Local<R> {
             stiffness: [zero; 2],
             mu: [zero; 2],
             adhesion: zero,
+            viscous: zero,
             gain: [zero; 2],
             across: [zero; 2],
             weight: zero,
@@ -78,13 +81,42 @@ impl<R: Real> Local<R> {
             force_n: [self.force[0], self.force[1], self.force[2] * self.side],
             biased_slip_m_s: [self.slip[0], self.slip[1] * self.side],
             stiffness_n_s_m: self.stiffness,
-            mu: self.mu,
+            mu: self.raised_mu(),
             adhesion_n: self.adhesion,
         }
     }
 }
 
 impl<R: Real> Local<R> {
+    /// The coefficients, with the rise that viscosity gives them at the slip speed found.
+    #[inline(always)]
+    fn raised_mu(&self) -> [R; 2] {
+        if !(self.viscous > R::zero() && self.friction == Friction::Slip) {
+            return self.mu;
+        }
+        let rest = R::one() - self.viscous;
+        let raised = rest + self.viscous / (self.s * rest);
+        self.mu.map(|mu| mu * raised)
+    }
+
+    /// Slip with viscosity. The force `f` over the slip speed `v` is `mu N + c v`, and the point's
+    /// spring and damper take the rest of the relative velocity, `v = |u| - f / k`: so
+    /// `f = (1 - b) mu N + b k |u|` with `b = c / (k + c)`, a mixture of the bounded and the
+    /// unbounded force, implicit in the speed and hence stable at any step.
+    #[inline(always)]
+    fn add_viscosity(&mut self, bound: R, y: [R; 2]) {
+        if !(self.viscous > R::zero()) {
+            return;
+        }
+        let rest = R::one() - self.viscous;
+        self.q = self.q.map(|q| q * rest);
+        // The part across the slip goes with `s q^2`.
+        self.s /= rest;
+        for k in 0..2 {
+            self.force[k + 1] = bound * self.q[k] + self.viscous * self.mu[k] * y[k];
+        }
+    }
+
     /// What bounds friction.
     pub(super) fn bound(&self) -> R {
         max(self.force[0] + self.adhesion, R::zero())
@@ -126,6 +158,7 @@ impl<R: Real> Local<R> {
                 self.s = (self.load + self.adhesion) * inverse;
                 let bound = normal + self.adhesion;
                 self.force = [normal, bound * self.q[0], bound * self.q[1]];
+                self.add_viscosity(bound, [y1, y2]);
             }
         }
     }
@@ -161,6 +194,7 @@ impl<R: Real> Local<R> {
         self.q = [self.mu[0] * y1 * inverse, self.mu[1] * y2 * inverse];
         self.s = bound * inverse;
         self.force = [normal, bound * self.q[0], bound * self.q[1]];
+        self.add_viscosity(bound, [y1, y2]);
     }
 }
 

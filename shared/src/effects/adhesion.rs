@@ -5,8 +5,9 @@
 //! and Roberts 1971). It takes a soft face to touch closely enough: a hard table or pusher under
 //! a held object does not stick. Where nothing is gripped, the table is the contact.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
+use super::law::{FrictionLaw, Law, Slip, StepContext};
 use crate::contact::{Body, is_finger};
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::{Real, max};
 
 /// See the module.

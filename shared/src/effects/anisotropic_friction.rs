@@ -4,8 +4,9 @@
 //! across it: the elliptic cone of Michalowski and Mroz 1978 (brushed or machined faces). The
 //! mean coefficient in the geometric sense stays the base model's.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
+use super::law::{FrictionLaw, Law, Slip, StepContext};
 use crate::contact::is_finger;
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::{Real, max, sqrt};
 
 /// See the module.

@@ -4,8 +4,9 @@
 //! contact; tangential displacement before sliding is `F_t compliance` (Cattaneo 1938, Mindlin
 //! 1949, here linear). Fingers and support; the pusher is taken as stiff.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, Role, StepContext};
+use super::law::{Law, StepContext};
 use crate::contact::{Body, Contact};
+use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
 use crate::real::{Real, max};
 
 /// See the module.

@@ -18,8 +18,9 @@
 //! `2 N (mu cos - sin)`. A jaw that presses strictly along gripper Y would need
 //! `1 / (cos + mu sin)` times that: 0.4 % less at the typical slope and friction 0.4.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
+use super::law::{FrictionLaw, Law, Slip, StepContext};
 use crate::contact::{Contact, is_finger};
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::{Real, max};
 
 /// See the module.

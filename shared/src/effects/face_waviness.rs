@@ -7,8 +7,9 @@
 //! `N = N + grip (h - h_start + late dh/dt)`, `h = -cos(a)`.
 
 use super::face_tilt::{opened, pad_x_m};
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
+use super::law::{FrictionLaw, Law, Slip, StepContext};
 use crate::contact::is_finger;
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::{Real, max};
 
 /// See the module.

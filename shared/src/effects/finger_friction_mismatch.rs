@@ -3,8 +3,9 @@
 //! `mu_1 = mu (1 + mismatch)`, `mu_2 = mu (1 - mismatch)`: the mean stays the base model's
 //! (pads of different wear, age or cleanliness).
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
+use super::law::{FrictionLaw, Law, Slip, StepContext};
 use crate::contact::Body;
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::Real;
 
 /// See the module.

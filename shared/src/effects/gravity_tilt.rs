@@ -3,7 +3,8 @@
 //! Gravity is turned about world X and Y by small angles, its size kept:
 //! `g' = |g| (g + r x g) / |g + r x g|` with `r = (about_x, about_y, 0)`.
 
-use super::{Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, Role, StepContext};
+use super::law::{Law, Loads, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::{Real, Vec3, norm};
 
 /// See the module.

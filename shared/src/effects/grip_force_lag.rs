@@ -12,7 +12,8 @@
 //! or all of it once it slides (Hill's curve). Integrated implicitly: stable at any step. It remembers the loss `l`, the error
 //! `N_late - N_command` and the last command.
 
-use super::{Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, StepContext};
+use super::law::{Law, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::{Real, max};
 
 /// Least knee, m/s.

@@ -2,7 +2,8 @@
 //!
 //! `N = N_command (1 - fraction) - offset` (friction and hysteresis of the gripper's drive).
 
-use super::{Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, StepContext};
+use super::law::{Law, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::Real;
 
 /// See the module.

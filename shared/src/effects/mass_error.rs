@@ -4,7 +4,8 @@
 //! torque `r x m g` about the nominal centre. Inertial forces of the offset are left out:
 //! they are small against weight at manipulation speeds.
 
-use super::{Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, Role, StepContext};
+use super::law::{Law, Loads, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::{Real, Vec3};
 
 /// See the module.

@@ -3,9 +3,10 @@
 //! `x' = x - latency v`, and the rotation turned back by `latency omega`, with the object's
 //! absolute velocity: the tracked object trails, the robot's own pose does not.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, Role, StepContext};
+use super::law::{Law, Reading, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
 use crate::real::Real;
-use crate::step::turned;
+use crate::rotation::turned;
 
 /// See the module.
 pub struct MocapLatency;

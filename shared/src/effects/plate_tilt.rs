@@ -5,8 +5,9 @@
 //! turned by `line` about Z (one end first) and keeps the face's normal. Small angles; a rod
 //! or a sphere does not notice.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, Role, StepContext};
+use super::law::{Law, StepContext};
 use crate::contact::{Body, Contact};
+use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
 use crate::model::PusherContact;
 use crate::real::{Real, max, norm};
 

@@ -4,8 +4,9 @@
 //! the centre of pressure and with it the centre of torsion. The wrench is still reported
 //! about the pad's middle, so that a normal force `N` shows torques `-N offset` there.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, Role, StepContext};
+use super::law::{Law, StepContext};
 use crate::contact::{Contact, is_finger};
+use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
 use crate::real::{Real, Vec3};
 
 /// See the module.

@@ -2,7 +2,7 @@
 //! append a line here, with a number that was never used (it goes over the wire). Number 0 is
 //! the user's own formula.
 
-use super::{Info, Law};
+use super::law::Law;
 use super::{
     adhesion, anisotropic_friction, contact_compliance, dwell_strengthening, face_tilt, face_waviness,
     finger_friction_mismatch, gravity_tilt, grip_force_lag, grip_force_loss, load_dependent_friction,
@@ -10,6 +10,7 @@ use super::{
     sensor_crosstalk, sensor_gain, sensor_misalignment, static_friction, torsional_friction,
     viscous_friction, wear_drift,
 };
+use crate::effect::Info;
 use crate::real::Real;
 
 macro_rules! registry {

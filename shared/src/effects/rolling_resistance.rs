@@ -7,7 +7,8 @@
 //! calm in an explicit step; where the step is coarse the spring is softened to remain stable.
 //! It remembers the spring's rotation vector.
 
-use super::{Info, Law, Loads, MAX_PARAMETERS, MEMORY, Parameter, Role, StepContext};
+use super::law::{Law, Loads, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::{Real, Vec3, max, norm};
 
 /// Rotation over which the moment builds up, rad.

@@ -3,7 +3,8 @@
 //! Six of the eighteen channels, those in which biases pass for physics: along gripper X and Z
 //! on each finger (push direction and weight), world X and Z on the pusher.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, Role, StepContext};
+use super::law::{Law, Reading, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
 use crate::real::Real;
 
 /// See the module.

@@ -3,7 +3,8 @@
 //! Fingers: `f_x += to_x N`, `f_z += to_z N` (each finger its own share), `t_y += to_torsion N`
 //! on both, `N` the size of the normal force shown. Pusher: `f_y += pusher_to_y f_x`.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, Role, StepContext};
+use super::law::{Law, Reading, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
 use crate::real::Real;
 
 /// See the module.

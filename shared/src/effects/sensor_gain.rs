@@ -4,7 +4,8 @@
 //! `1 + pusher`.
 //! The balance of forces shows it: the sensors no longer sum to the object's weight.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, Role, StepContext};
+use super::law::{Law, Reading, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
 use crate::real::Real;
 
 /// See the module.

@@ -3,7 +3,8 @@
 //! Each finger sensor by small angles about its normal, gripper Y, and about gripper Z (a share of
 //! the grip then shows along the slide); the pusher's about world Y and Z. Force and torque turn alike: `w' = w + r x w`, to first order.
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, Reading, Role, StepContext};
+use super::law::{Law, Reading, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
 use crate::real::{Real, Vec3};
 
 /// See the module.

@@ -7,8 +7,9 @@
 //! three points at that radius and so gets torsion `mu N radius_change` (the soft finger of
 //! Salisbury 1982).
 
-use super::{Info, Law, MAX_PARAMETERS, Parameter, Role, StepContext};
+use super::law::{Law, StepContext};
 use crate::contact::{Body, Contact};
+use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
 use crate::real::{Real, max, norm};
 
 /// Points nearer to the centre of their patch have no outward direction, m.

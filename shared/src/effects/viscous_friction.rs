@@ -1,10 +1,12 @@
 //! Friction that rises with slip speed.
 //!
 //! `mu(v) = mu + viscosity v`, the viscous term of Armstrong-Helouvry 1991 per unit of load.
-//! The speed is that of the last step: the law is explicit, stable while
-//! `viscosity N dt < m` for an object that nothing drives.
+//! The speed is that at the end of the step (with the load of the step before): the law is implicit and
+//! stable at any step. A negative viscosity, for which friction falls with speed, takes the
+//! speed of the step before: it destabilises by itself, whatever the step.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
+use super::law::{FrictionLaw, Law, Slip, StepContext};
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::Real;
 
 /// See the module.
@@ -41,7 +43,11 @@ impl<R: Real> Law<R> for ViscousFriction {
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {
-        let rise = p[0] * slip.speed_m_s;
-        law.mu = law.mu.map(|mu| mu + rise);
+        if p[0] > R::zero() {
+            law.viscosity_s_m += p[0];
+        } else {
+            let rise = p[0] * slip.speed_m_s;
+            law.mu = law.mu.map(|mu| mu + rise);
+        }
     }
 }

@@ -4,8 +4,9 @@
 //! the base model's: pads polish or pick up dust. Yu et al. 2016 saw pushing friction change
 //! over thousands of pushes.
 
-use super::{FrictionLaw, Info, Law, MAX_PARAMETERS, MEMORY, Parameter, Role, Slip, StepContext};
+use super::law::{FrictionLaw, Law, Slip, StepContext};
 use crate::contact::is_finger;
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::{Real, max};
 
 /// See the module.

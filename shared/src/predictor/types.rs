@@ -251,7 +251,20 @@ pub mod validity {
     pub const POSE: u32 = 1 << 16;
 
     /// Doubts under which the flags cannot be relied on.
-    pub const UNRELIABLE: u32 = SOLVER | SAMPLE | WAITING | WRENCH | ONE_FINGER | STUCK | SATURATED | BIASED;
+    pub const UNRELIABLE: u32 = SOLVER
+        | DIVERGED
+        | SAMPLE
+        | GAP
+        | NO_WRENCH
+        | WAITING
+        | POINTS_LOST
+        | WRENCH
+        | ONE_FINGER
+        | STUCK
+        | SATURATED
+        | BIASED
+        | FORESIGHT
+        | POSE;
 }
 
 impl Prediction {

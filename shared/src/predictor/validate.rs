@@ -1,6 +1,7 @@
 //! What scene and model must be for the step to work with them.
 
-use crate::model::{FingerContact, Model, Scene, Shape};
+use super::types::Limits;
+use crate::model::{FingerContact, Model, PusherContact, Scene, Shape, SupportContact};
 use crate::real::Real;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -24,6 +25,77 @@ pub enum ModelError {
     Formula,
     /// Gravity not finite.
     Gravity,
+    /// A polygon's corners not convex, or not counter-clockwise about the centre of mass.
+    Polygon,
+    /// The pusher's line not positive, its tip's radius negative, or one of them not finite.
+    Pusher,
+    /// No foot under the object, or one that is not finite.
+    Support,
+    /// A limit of the predictor not finite or out of its range.
+    Limit(Limit),
+}
+
+/// A number of [`Limits`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Limit {
+    /// [`Limits::horizon_s`]: 0 (no look-ahead) to 10 s.
+    Horizon,
+    /// [`Limits::sag_m`]: above 0, up to 1 m.
+    Sag,
+    /// [`Limits::rotation_rad`]: above 0, up to 10 rad.
+    Rotation,
+    /// [`Limits::slip_m_s`]: above 0, up to 1 m/s.
+    Slip,
+    /// [`Limits::target_utilisation`]: above 0, up to 1.
+    TargetUtilisation,
+    /// [`Limits::divergence_m`]: above 0, up to 1 m.
+    Divergence,
+    /// [`Limits::slip_warning_s`]: 0 to 10 s.
+    SlipWarning,
+    /// [`Limits::drop_warning_s`]: 0 to 10 s.
+    DropWarning,
+    /// [`Limits::force_range_n`]: above 0, up to 1 MN.
+    ForceRange,
+    /// [`Limits::torque_range_nm`]: above 0, up to 1 MN m.
+    TorqueRange,
+}
+
+/// Refuses limits under which alarms could not be raised: a comparison with NaN is never true.
+pub fn validate_limits(limits: &Limits) -> Result<(), ModelError> {
+    let l = limits;
+    // Value, whether zero is one, and the largest.
+    let table = [
+        (Limit::Horizon, l.horizon_s, true, 10.0),
+        (Limit::Sag, l.sag_m, false, 1.0),
+        (Limit::Rotation, l.rotation_rad, false, 10.0),
+        (Limit::Slip, l.slip_m_s, false, 1.0),
+        (Limit::TargetUtilisation, l.target_utilisation, false, 1.0),
+        (Limit::Divergence, l.divergence_m, false, 1.0),
+        (Limit::SlipWarning, l.slip_warning_s, true, 10.0),
+        (Limit::DropWarning, l.drop_warning_s, true, 10.0),
+        (Limit::ForceRange, l.force_range_n, false, 1e6),
+        (Limit::TorqueRange, l.torque_range_nm, false, 1e6),
+    ];
+    for (limit, value, zero, most) in table {
+        if !((value > 0.0 || (zero && value == 0.0)) && value <= most) {
+            return Err(ModelError::Limit(limit));
+        }
+    }
+    Ok(())
+}
+
+/// Convex, and counter-clockwise about the origin: the centre of mass lies to the left of every edge,
+/// and so does every corner that is not the edge's.
+fn is_outline<R: Real>(corners: &[[R; 2]]) -> bool {
+    let left =
+        |a: &[R; 2], b: &[R; 2], p: [R; 2]| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
+    let edges = || corners.iter().zip(corners.iter().cycle().skip(1));
+    edges().all(|(a, b)| {
+        // Corners on the line of an edge may round to its other side.
+        let square = (b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]);
+        let slack = square * R::of(-1e-4);
+        left(a, b, [R::zero(); 2]) > R::zero() && corners.iter().all(|p| left(a, b, *p) >= slack)
+    })
 }
 
 /// Refuses what the step cannot work with.
@@ -46,6 +118,25 @@ pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), Model
             positive(*height_m) && vertices_m.len() >= 3 && vertices_m.iter().flatten().all(|x| x.finite())
         }
     };
+    if let Shape::Polygon { vertices_m, .. } = &object.shape
+        && shape_good
+        && !is_outline(vertices_m)
+    {
+        return Err(ModelError::Polygon);
+    }
+    let pusher_good = match scene.pusher {
+        Some(PusherContact::Line { length_m }) => positive(length_m),
+        Some(PusherContact::Point { tip_radius_m }) => tip_radius_m.finite() && tip_radius_m >= R::zero(),
+        Some(PusherContact::Plane) | None => true,
+    };
+    if !pusher_good {
+        return Err(ModelError::Pusher);
+    }
+    if let Some(SupportContact::Points(feet)) = &scene.support
+        && (feet.is_empty() || !feet.iter().flatten().all(|x| x.finite()))
+    {
+        return Err(ModelError::Support);
+    }
     let finger_good = match scene.fingers {
         Some(FingerContact::Disc { diameter_m: d } | FingerContact::Line { length_m: d }) => positive(d),
         _ => true,

@@ -135,6 +135,7 @@ fn step_problem(draw: &mut Draw) -> (Points, Bodies<f32>) {
             stiffness_n_s_m: [stiffness; 3],
             mu: [mu, if draw.below(8) == 0 { mu * 0.1 } else { mu }],
             adhesion_n: if draw.below(8) == 0 { draw.within(0.0, 5.0) } else { 0.0 },
+            viscous_n_s_m: 0.0,
         };
         // As many as fit are asked for.
         let _ = points.push(point);
@@ -183,6 +184,7 @@ fn widened(points: &Points, bodies: &Bodies<f32>) -> (Vec<ContactPoint<f64>, CON
         stiffness_n_s_m: p.stiffness_n_s_m.map(f64::from),
         mu: p.mu.map(f64::from),
         adhesion_n: f64::from(p.adhesion_n),
+        viscous_n_s_m: 0.0,
     });
     let bodies = Bodies {
         mass_kg: f64::from(bodies.mass_kg),

@@ -1,8 +1,9 @@
 //! What a step leaves behind: wrenches, utilisation and the memory of the contact points.
 
-use super::{Drive, State, StepSummary, Workspace};
+use super::output::{StepSummary, Workspace};
 use crate::contact::Body;
 use crate::real::{Real, Vec3, max, sqrt};
+use crate::state::{Drive, State};
 
 /// Wrenches, utilisation and the memory of the contact points at the end of a step.
 pub(super) fn gather<R: Real, const NC: usize>(

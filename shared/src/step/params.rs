@@ -14,13 +14,19 @@ pub struct StepParams<R: Real> {
     /// 0.3 kg: inertia of the jaw's opening motion, of the size of a small gripper's finger and drive. It
     /// only matters while the jaw accelerates. Doubled: the jaw closes on a shrinking object half as fast.
     pub jaw_mass_kg: R,
-    /// 1 mm: points farther apart are not handed to the solver; ten times what anything moves in a step
-    /// of 4 ms at 25 mm/s. Doubled: a few more points, the same forces.
+    /// 1 mm: points farther apart than this and what they approach each other by in the step are not
+    /// handed to the solver. Doubled: a few more points, the same forces.
     pub near_m: R,
     /// 2 kN, ten times the range of the fingertip sensors: a body that presses harder contradicts another
     /// one; the springs that stand for rigid contact would be 0.2 mm deep. Doubled: a crushed object is
     /// said to be so a little later.
     pub max_force_n: R,
+    /// 0.5 N: an answer that is not solved is followed up to this residual, ...
+    pub unsolved_n: R,
+    /// ... and 0.05 of the largest normal force of a body: within the error of fingertip sensors. An error of
+    /// 0.5 N moves 0.2 kg by 40 um in a step of 4 ms, as much as motion capture errs. Doubled: errors
+    /// of 80 um are followed.
+    pub unsolved_share: R,
     /// 20 um: adhesion ends at this separation, some asperities' height. Doubled: a pad that lets go pulls
     /// over twice the way.
     pub adhesion_range_m: R,
@@ -47,6 +53,8 @@ impl<R: Real> Default for StepParams<R> {
             jaw_mass_kg: R::of(JAW_MASS_KG),
             near_m: R::of(1.0e-3),
             max_force_n: R::of(2.0e3),
+            unsolved_n: R::of(0.5),
+            unsolved_share: R::of(0.05),
             adhesion_range_m: R::of(2.0e-5),
             platform_cosine2: R::of(0.49),
             min_stiffness_ratio: R::of(1e-4),

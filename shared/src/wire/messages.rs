@@ -106,7 +106,8 @@ pub struct TelemetryReport {
 pub enum Source {
     /// Samples that the host sends.
     Link,
-    /// The board's strain gauges; poses from the host's samples where there are any.
+    /// The board's strain gauges; poses from the host's samples while they are new
+    /// ([`crate::gauges`]).
     Gauges,
 }
 
@@ -197,6 +198,11 @@ pub enum Refusal {
     NoModel,
     /// This board has no gauges.
     NoGauges,
+    /// A finger's gauges have no calibration since the start of the board.
+    NotCalibrated {
+        /// 0 or 1.
+        finger: u8,
+    },
 }
 
 /// What a number was meant for.

@@ -18,6 +18,7 @@ mod path;
 
 use super::factors::{Factors, Impulses};
 use super::residual::Residual;
+use super::small::Factorisation;
 use super::{Outcome, Path, Report, SolveStatus, residual, tolerance};
 use crate::real::{Real, abs, max, min, sqrt};
 use law::{Mode, Normal, Track, add_scaled};
@@ -104,7 +105,7 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
         let Some(tracks) = self.tracks.get_mut(..count) else { return Report::nothing() };
         let mut best = Report::nothing();
         let mut pivots = 0_u32;
-        let (mut rays, mut limits) = (0, 0);
+        let mut limits = 0;
         for start in 0..=STARTS {
             if start == 0 && !warm {
                 continue;
@@ -112,11 +113,7 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
             let shift = first_shift::<R>() * if start > 2 { R::of(10.0) } else { R::one() };
             let (end, kinks, residual, y) = attempt(tracks, shift, start);
             pivots = pivots.saturating_add(kinks);
-            match end {
-                End::Ray => rays += 1,
-                End::Limit => limits += 1,
-                _ => {}
-            }
+            limits += u32::from(end == End::Limit);
             if residual < best.residual || !best.residual.finite() {
                 best.residual = residual;
                 best.path = match (start, kinks) {
@@ -135,7 +132,7 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
         }
         best.pivots = pivots;
         if best.status != SolveStatus::Solved {
-            best.status = if rays > STARTS / 2 || contradictory(tracks) {
+            best.status = if contradictory(tracks) {
                 SolveStatus::Contradiction
             } else if limits > 0 {
                 SolveStatus::IterationLimit
@@ -147,18 +144,55 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
     }
 }
 
-/// Whether the impulses of a failed solve push against each other: they cause no motion, and
-/// the contacts approach each other for it. They would grow without bound.
+/// Rounds in which the weights of a proof are freed from what does not cancel.
+const PROOF_ROUNDS: u32 = 20;
+/// A proof holds up to velocities of one over so many roundings of the largest constant.
+const PROOF_ROUNDINGS: f64 = 64.0;
+
+/// Whether the problem is proved to have no solution: by weights, not negative, under which the normals
+/// of rigid contacts cancel and their separations add up to less than zero (Farkas' lemma). No velocity
+/// then separates all of them; and where one does, a friction problem has a solution. The normal
+/// impulses of a failed solve, which grow along such weights, are where the search begins. What is
+/// left of the sum by rounding is weighed: only velocities beyond any number in the problem could
+/// make up for it.
 fn contradictory<R: Real, const ND: usize>(tracks: &[Track<R, ND>]) -> bool {
-    let (mut y, mut size, mut work) = ([R::zero(); ND], R::zero(), R::zero());
-    for track in tracks {
-        for k in 0..3 {
-            add_scaled(&mut y, track.impulse[k], &track.rows[k]);
-            size += track.size[k] * track.impulse[k] * track.impulse[k];
-            work += track.impulse[k] * track.constant[k];
+    let zero = R::zero();
+    let rigid = |t: &Track<R, ND>| t.size[0] > zero && !(t.compliance > zero);
+    let mut constant = zero;
+    // Of unit normals: the sum of outer products, slightly more on its diagonal.
+    let mut gram = [[zero; ND]; ND];
+    for track in tracks.iter().filter(|t| rigid(t)) {
+        constant = max(abs(track.constant[0]) / sqrt(track.size[0]), constant);
+        for r in 0..ND {
+            add_scaled(&mut gram[r], track.rows[0][r] / track.size[0], &track.rows[0]);
         }
     }
-    law::dot(&y, &y) <= size * R::of(1e-6) && work < R::zero()
+    for (r, row) in gram.iter_mut().enumerate() {
+        row[r] += R::of(64.0) * R::EPSILON;
+    }
+    let factors = Factorisation::of(&gram);
+    // Weights of the unit normals are `weight * length`; a round takes off what `push` would undo.
+    let mut push = [zero; ND];
+    for round in 0..=PROOF_ROUNDS {
+        let (mut sum, mut total, mut work) = ([zero; ND], zero, zero);
+        for track in tracks.iter().filter(|t| rigid(t)) {
+            let length = sqrt(track.size[0]);
+            let weight = max(track.impulse[0] * length - law::dot(&track.rows[0], &push) / length, zero);
+            add_scaled(&mut sum, weight / length, &track.rows[0]);
+            total += weight;
+            work += weight * track.constant[0] / length;
+        }
+        let left = max(sqrt(law::dot(&sum, &sum)), total * R::EPSILON);
+        if -work * R::of(PROOF_ROUNDINGS) * R::EPSILON > left * constant {
+            return true;
+        }
+        if round == PROOF_ROUNDS || !(total > zero) {
+            break;
+        }
+        let more = factors.solve(&sum);
+        add_scaled(&mut push, R::one(), &more);
+    }
+    false
 }
 
 /// One way to the answer: warm (`start` 0) or from open contacts. Returns pivots, the residual and

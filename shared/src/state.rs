@@ -1,8 +1,7 @@
 //! What is imposed on a step, and what it changes.
 
-use crate::contact::ContactParams;
-use crate::effects::MEMORY;
-use crate::model::{Base, MAX_EFFECTS, Model, Scene};
+use crate::effect::MEMORY;
+use crate::model::{Base, MAX_EFFECTS, Model, RIGID_N_M, Scene};
 use crate::real::{Real, Rotation, Vec3};
 use crate::solve::DOF;
 
@@ -96,6 +95,9 @@ pub struct State<R: Real, const NC: usize> {
     pub jaw_m: R,
     /// One for each contact point.
     pub slots: [Slot<R>; NC],
+    /// Face of the object that the slots of finger 1, finger 2, pusher and support belong to, see
+    /// [`crate::shape::Face::number`]; `None` before the first contact.
+    pub faces: [Option<u8>; 4],
     /// Memory of the model's effects.
     pub memory: [[R; MEMORY]; MAX_EFFECTS],
     /// The last step; `None` before the first.
@@ -124,11 +126,12 @@ impl<R: Real, const NC: usize> State<R, NC> {
             jaw_half_m: half,
             jaw_m: zero,
             slots: [Slot::default(); NC],
+            faces: [None; 4],
             memory: [[zero; MEMORY]; MAX_EFFECTS],
             last: None,
         };
         let stiffness = match model.base {
-            Base::Hard => ContactParams::default().rigid_n_m,
+            Base::Hard => R::of(RIGID_N_M),
             Base::Soft { normal_n_m, .. } => normal_n_m,
         };
         state.jaw_m = -drive.grip_n / stiffness;

@@ -1,8 +1,8 @@
 //! Small turns, and the frame of the table under an object.
 
-use super::Moving;
 use crate::model::{Scene, SupportContact};
 use crate::real::{Real, Rotation, Vec3, sqrt};
+use crate::state::Moving;
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// `rotation` turned by a small rotation vector given in the parent's axes. Exact in the

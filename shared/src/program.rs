@@ -5,7 +5,7 @@
 //! numbers: every operation that has no value (a division by zero, the root of a negative number)
 //! ends it with a [`Fault`], also where a later operation would hide it.
 
-use crate::effects::MAX_PARAMETERS;
+use crate::effect::MAX_PARAMETERS;
 use crate::real::{Real, max, min, sqrt};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};

@@ -1,0 +1,96 @@
+//! An effect as plain data: which one with which parameters, and how it is described to people.
+//!
+//! Apart from the laws themselves ([`crate::effects`]), so that a model can hold effects without
+//! knowing contacts or the time step.
+
+use crate::real::Real;
+use serde::{Deserialize, Serialize};
+
+/// Most parameters of one effect.
+pub const MAX_PARAMETERS: usize = 6;
+/// Numbers that an effect may remember from step to step.
+pub const MEMORY: usize = 3;
+
+/// An effect in a model: which, and its parameters (SI units, see its [`Info`]).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "R: Real")]
+pub struct Effect<R: Real> {
+    /// Stable number of the effect, see [`Info::code`].
+    pub code: u8,
+    /// Parameters in the order of its [`Info`]; the rest zero.
+    pub parameters: [R; MAX_PARAMETERS],
+}
+
+/// Description of one parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// Name with its unit as suffix.
+    pub name: &'static str,
+    /// Unit as people write it.
+    pub unit: &'static str,
+    /// A typical strength: where a fit starts and what a sensitivity is scaled by.
+    pub typical: f64,
+    /// The value at which the effect is absent (or any value, if another parameter switches it off).
+    pub neutral: f64,
+    /// Smallest value that makes sense.
+    pub low: f64,
+    /// Largest value that makes sense.
+    pub high: f64,
+    /// What it is.
+    pub what: &'static str,
+    /// Where it only shapes the effect: values at which a fit starts; empty: about the typical one.
+    pub tries: &'static [f64],
+}
+
+impl Parameter {
+    /// In the order of the fields; `bounds` are the smallest and the largest value.
+    pub const fn new(
+        name: &'static str,
+        unit: &'static str,
+        typical: f64,
+        neutral: f64,
+        bounds: [f64; 2],
+        what: &'static str,
+    ) -> Self {
+        let [low, high] = bounds;
+        Self { name, unit, typical, neutral, low, high, what, tries: &[] }
+    }
+
+    /// The same with the values at which a fit starts.
+    pub const fn tried_at(self, tries: &'static [f64]) -> Self {
+        Self { tries, ..self }
+    }
+}
+
+/// What a diagnosis has to know of an effect beside its law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Role {
+    /// It is missing or it is not.
+    Plain,
+    /// How pads give way: at the largest grip real ones do by this much, and that is no missing effect.
+    Compliance {
+        /// m
+        normal_m: f64,
+    },
+    /// A later trial of the same condition differs; its first parameter is the change from trial to trial.
+    Order,
+}
+
+/// Description of an effect.
+#[derive(Clone, Copy, Debug)]
+pub struct Info {
+    /// Identifier used in model files and reports; the board knows effects by their code.
+    pub id: &'static str,
+    /// Stable number on the wire.
+    pub code: u8,
+    /// One line for people.
+    pub summary: &'static str,
+    /// What it looks like in data.
+    pub signature: &'static str,
+    /// Where the law comes from.
+    pub source: &'static str,
+    /// How a diagnosis treats it.
+    pub role: Role,
+    /// At most [`MAX_PARAMETERS`].
+    pub parameters: &'static [Parameter],
+}
