@@ -15,6 +15,9 @@
 //! In a prehensile push slip is intended. A plan segment says so ([`Intent`]); slip across
 //! the intended direction, slip while holding, sag and rotation beyond their limits are
 //! flagged as unexpected.
+//!
+//! Above 600 lines: the tick is one sequence over one state, from the sample to the flags; what can be told apart
+//! (types, plan, validation, decisions, sag, parameters) lies in the folder of the same name.
 
 pub mod decide;
 pub mod params;

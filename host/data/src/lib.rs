@@ -15,6 +15,7 @@ mod parquet_table;
 mod read;
 pub mod schema;
 pub mod series;
+pub mod spelling;
 mod table;
 mod trials;
 mod write;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::Sample;
 use super::columns::{BODIES, BadCell, COLUMNS, Cells, PartialPoses, sample};
 use super::error::{DatasetError, Warning};
-use super::schema;
+use super::spelling;
 
 /// What was read of a table.
 #[derive(Debug)]
@@ -49,7 +49,7 @@ impl TableReader {
 
     /// Tells of columns that the format does not name.
     pub fn unknown_columns<'n>(&mut self, names: impl Iterator<Item = &'n str>) {
-        let names: Vec<String> = names.map(|name| schema::with_hint(name, &COLUMNS)).collect();
+        let names: Vec<String> = names.map(|name| spelling::with_hint(name, &COLUMNS)).collect();
         if !names.is_empty() {
             self.warn(format!("columns that the format does not name are ignored: {}", names.join(", ")));
         }

@@ -6,7 +6,7 @@ use std::path::{Component, Path, PathBuf};
 use super::columns::{PoseCells, pose};
 use super::csv_text::CsvText;
 use super::error::{DatasetError, Problem, Warning};
-use super::{Description, TrialInfo, schema};
+use super::{Description, TrialInfo, spelling};
 
 /// Columns of trials.csv, in the format's order.
 pub const COLUMNS: [&str; 17] = [
@@ -60,7 +60,8 @@ pub fn parse(bytes: &[u8], file: &Path, description: &Description) -> Result<Tri
     let extra: Vec<String> = table.unknown().map(str::to_owned).collect();
     let mut rows = TrialRows::default();
     // Further columns are welcome here; only one that looks like a slip of the pen is named.
-    for (name, meant) in extra.iter().filter_map(|name| Some((name, schema::did_you_mean(name, &COLUMNS)?))) {
+    for (name, meant) in extra.iter().filter_map(|name| Some((name, spelling::did_you_mean(name, &COLUMNS)?)))
+    {
         let text = format!("the column {name} is kept as text and not used; did you mean {meant}?");
         rows.warnings.push(Warning { file: file.to_owned(), files: 1, text });
     }

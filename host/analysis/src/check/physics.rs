@@ -5,6 +5,7 @@
 //! The bounds are wide. They are to find a wrong unit, sign, column or clock, never a sensor that
 //! is off by some per cent: that is the balance's part (`crate::evidence::balance`).
 
+mod breach;
 mod clock;
 mod frames;
 mod missing;
@@ -15,57 +16,13 @@ use std::fmt;
 use std::path::PathBuf;
 
 use serde::Serialize;
-use stickslip_data::{Description, Index, Sample, Trial};
+use stickslip_data::{Description, Index, Trial};
 
 use crate::evidence::balance::{NotChecked, StageBalance};
 use crate::evidence::stages::Stages;
 
+pub use breach::{Breach, Cause};
 pub use clock::Clock;
-
-/// What most likely happened to the data.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Cause {
-    /// Lengths in another unit (mm).
-    LengthUnit,
-    /// Torques in another unit (N mm).
-    TorqueUnit,
-    /// A mass in another unit (g), or forces.
-    MassUnit,
-    /// Time stamps in another unit (ms, us).
-    TimeUnit,
-    /// Angles in degrees.
-    AngleUnit,
-    /// Grip in another unit, or of both fingers together.
-    GripUnit,
-    /// Finger 1 and finger 2 exchanged.
-    FingersSwapped,
-    /// Wrenches as exerted by the object instead of on it.
-    SignsTurned,
-    /// x, y, z, w in place of w, x, y, z.
-    QuaternionOrder,
-    /// A pose in other axes than the format's.
-    Frame,
-    /// A column that is needed and not there.
-    MissingColumn,
-    /// The grip that is held is nowhere stated.
-    MissingGrip,
-    /// Poses and forces by different clocks.
-    ClockOffset,
-    /// Forces and weight do not sum to zero in most trials.
-    Balance,
-}
-
-/// A breach of physics in one trial.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Breach {
-    /// Likely cause.
-    pub cause: Cause,
-    /// Columns or keys to look at.
-    pub columns: String,
-    /// What is measured, why that cannot be, the likely cause, what to do.
-    pub text: String,
-}
 
 /// A breach, with the trials that show it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -173,30 +130,4 @@ pub fn findings(index: &Index, trials: &[(PathBuf, &TrialPhysics)]) -> Vec<Findi
     }
     found.sort_by_key(|f| f.cause);
     found
-}
-
-/// Values of `of` where it has one.
-fn values(trial: &Trial, of: impl Fn(&Sample) -> Option<f64>) -> Vec<f64> {
-    trial.samples.iter().filter_map(of).filter(|value| value.is_finite()).collect()
-}
-
-/// The value below which `share` of them lie; `None` of none.
-fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let at = (share * values.len() as f64) as usize;
-    values.get(at.min(values.len().saturating_sub(1))).copied()
-}
-
-fn norm(values: [f64; 3]) -> f64 {
-    values.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-/// Number with three digits.
-fn short(value: f64) -> String {
-    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
-        let digits = (2 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
-        format!("{value:.digits$}")
-    } else {
-        format!("{value:.2e}")
-    }
 }

@@ -4,6 +4,8 @@
 //! generalised least squares problem is built around the model (`problem`, `gls`), effects
 //! are screened and refitted (`screen`, `select`), and the verdict follows from held-out
 //! conditions (here). `docs/diagnose.md` has the statistics.
+//!
+//! Above 600 lines: the search and its verdict as they grew; joint evidence of all sets is to replace them.
 
 pub mod experiment;
 pub mod misfit;

@@ -4,6 +4,8 @@
 //! Read with every value checked against the effect's description; written so that reading
 //! gives the same model back. Intervals are optional sub-tables: `[friction.intervals]`
 //! and `intervals = { excess = [0.1, 0.3] }` in an effect.
+//!
+//! Above 600 lines: reading, checking and writing of one format, which must agree key by key.
 
 use crate::model::expression;
 use crate::model::names;

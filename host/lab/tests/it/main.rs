@@ -3,6 +3,7 @@
 mod diagnose_inputs;
 mod hostile_input;
 mod house;
+mod lab_bad_input;
 mod lcp_solvers;
 mod mujoco_export;
 mod prediction_bits;

@@ -10,7 +10,7 @@
 use nalgebra::{SMatrix, SVector};
 use stickslip_data::{Sample, Trial};
 
-use super::{Breach, Cause, quantile};
+use super::breach::{Breach, Cause, quantile};
 use crate::channels;
 use crate::evidence::noise::white_noise;
 

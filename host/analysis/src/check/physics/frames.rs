@@ -8,7 +8,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use stickslip_data::{Description, Pose, Sample, Trial};
 
-use super::{Breach, Cause, quantile, short};
+use super::breach::{Breach, Cause, quantile, short};
 use crate::channels;
 use crate::evidence::balance::balance;
 use crate::evidence::stages::Stages;

@@ -2,7 +2,7 @@
 
 use stickslip_data::{Description, Trial};
 
-use super::{Breach, Cause, short};
+use super::breach::{Breach, Cause, short};
 
 /// Two fingers of one gripper have equal sensors: what one measures, the other does.
 pub fn finger_columns(trial: &Trial) -> Option<Breach> {

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use stickslip_data::{Description, Sample, Trial};
 
-use super::{Breach, Cause, norm, quantile, short, values};
+use super::breach::{Breach, Cause, norm, quantile, short, values};
 use crate::channels;
 use crate::evidence::balance::{NotChecked, StageBalance};
 use crate::evidence::stages::Stage;

@@ -2,7 +2,7 @@
 
 use stickslip_data::{ContactSpec, Description, ObjectSpec, Pose, Sample, Trial};
 
-use super::{Breach, Cause, norm, quantile, short, values};
+use super::breach::{Breach, Cause, norm, quantile, short, values};
 use crate::channels;
 
 /// The densest element has 22,600 kg/m^3, the lightest foams some.
