@@ -26,8 +26,8 @@ fn push(mu: f64) -> [(f64, f64); 2] {
     let modelled = prepared.simulate(&Model::base(Base::Hard, friction));
     let at = |name: &str| NAMES.iter().position(|n| *n == name).expect("a channel");
     let (force, height) = (at("pusher_fx_n"), at("object_z_m"));
-    // While it slides, well before the drive slows down.
-    let end = prepared.t_s.len() * 4 / 5;
+    // In the middle of the slide.
+    let end = prepared.t_s.len() / 2;
     [&prepared.measured, &modelled.signals]
         .map(|rows| (rows[end][force].abs(), 1e3 * (rows[0][height] - rows[rows.len() - 1][height])))
 }
@@ -44,6 +44,7 @@ fn row(readme: &str, name: &str) -> [f64; 2] {
 #[test]
 fn the_table_of_the_papers_push_is_what_model_and_rig_give() {
     let readme = std::fs::read_to_string(repository().join("README.md")).expect("README.md");
+    let mut wrong = String::new();
     for (k, mu) in [0.15, 0.40].into_iter().enumerate() {
         let [rig, model] = push(mu);
         for (name, value, within) in [
@@ -53,9 +54,12 @@ fn the_table_of_the_papers_push_is_what_model_and_rig_give() {
             ("sag, the rig", rig.1, 0.006),
         ] {
             let said = row(&readme, name)[k];
-            assert!((said - value).abs() <= within, "{name}, mu {mu}: README {said}, now {value:.4}");
+            if (said - value).abs() > within {
+                wrong += &format!("{name}, mu {mu}: README {said}, now {value:.4}\n");
+            }
         }
     }
+    assert!(wrong.is_empty(), "{wrong}");
 }
 
 #[test]

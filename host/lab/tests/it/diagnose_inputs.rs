@@ -72,11 +72,12 @@ fn a_misfit_between_relevant_and_clear_that_nothing_explains_is_inconclusive() {
         }
         dataset
     };
-    // Far beyond all else a misfit is in proportion to its cause: this one is three noise floors.
+    // Far beyond all else a misfit is in proportion to its cause; near the others a fifth of it goes into
+    // friction and offsets. This one comes out near the middle of the range.
     let large_nm = 0.5;
     let large = base_misfit(&with(large_nm), &default_model()).unwrap().worst();
     assert!(large > 10.0, "{large}");
-    let report = found(&with(3.1 * large_nm / large));
+    let report = found(&with(4.0 * large_nm / large));
     let worst = report.places[0].before;
     assert!(worst > 2.5 && worst < 4.0, "{worst}");
     assert_eq!(report.verdict, Verdict::Inconclusive, "{}", report.summary);
