@@ -96,11 +96,13 @@ pub fn picture(trace: &Trace, channels: &[usize]) -> String {
         let (x, y) = ((place % 2) * wide, (place / 2) * high);
         let (_, unit) = scale(quantity(*channel).unit());
         out += &format!(
-            "<text x=\"{}\" y=\"{}\" font-family=\"sans-serif\" font-size=\"13\">{}, {unit}</text>\n<svg x=\"{x}\" y=\"{}\" {}\n",
+            "<text x=\"{}\" y=\"{}\" font-family=\"sans-serif\" font-size=\"13\">{}, {unit}</text>\n<svg x=\"{x}\" y=\"{}\" width=\"{}\" height=\"{}\" {}\n",
             x + 12,
             y + 16,
             channel_words(NAMES[*channel]),
             y + TITLE,
+            SIZE.0,
+            SIZE.1,
             chart(trace, *channel).svg().trim_start_matches("<svg ")
         );
     }
