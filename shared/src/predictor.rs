@@ -176,7 +176,7 @@ impl<R: Real> Predictor<R> {
         Ok(Self::of_valid(scene, model, limits))
     }
 
-    /// The same of what [`validate`] has let through.
+    /// The same of what [`validate()`] has let through.
     pub fn of_valid(scene: Scene<R>, model: Model<R>, limits: Limits) -> Self {
         Self {
             core: Core {
@@ -205,7 +205,7 @@ impl<R: Real> Predictor<R> {
         self
     }
 
-    /// Goes on with another scene, model and limits, which [`validate`] has let through, in the midst of a
+    /// Goes on with another scene, model and limits, which [`validate()`] has let through, in the midst of a
     /// run: the plan, the friction learnt and, where the scene is the same, the tracked object stay.
     pub fn swap(&mut self, scene: Scene<R>, model: Model<R>, limits: Limits) {
         let Self { core, tracked } = self;

@@ -13,7 +13,7 @@ pub enum Intent {
     #[default]
     Hold,
     /// The object shall slide through the grasp along the segment's velocity; sag across it is not
-    /// intended. A segment slower than [`Limits::slip_m_s`] intends no slide: it counts as `Hold`.
+    /// intended. A segment slower than `Limits::slip_m_s` intends no slide: it counts as `Hold`.
     Slide,
     /// The object shall turn between the fingers about the gripper's Y axis.
     Pivot,

@@ -44,7 +44,7 @@ pub enum Limit {
     Sag,
     /// [`Limits::rotation_rad`]: above 0, up to 10 rad.
     Rotation,
-    /// [`Limits::slip_m_s`]: above 0, up to 1 m/s.
+    /// `Limits::slip_m_s`: above 0, up to 1 m/s.
     Slip,
     /// [`Limits::target_utilisation`]: above 0, up to 1.
     TargetUtilisation,

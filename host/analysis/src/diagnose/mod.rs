@@ -128,7 +128,7 @@ pub enum Doubt {
     /// Fewer than [`FEWEST_CONDITIONS`].
     FewConditions,
     /// A misfit that is worth a name ([`RELEVANT`]) but not large enough to say that something
-    /// unknown is missing ([`UNEXPLAINED`]), and no effect explains it.
+    /// unknown is missing (`UNEXPLAINED`), and no effect explains it.
     Small(Place),
     /// A misfit that mostly one condition shows: it may be the model's way of contact there.
     OneCondition(Place),

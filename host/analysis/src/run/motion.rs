@@ -347,10 +347,8 @@ mod tests {
             let clean = denoised(&t, &interpolated(&t, &poses).expect("poses"));
             for (i, x) in truth.iter().enumerate() {
                 let off = (clean[i].position_m.x - x).abs();
-                // When the push begins and ends is known to a frame, in which it goes 10 mm/s.
-                let frame_s = 1.0 / rate_hz;
-                let corner = [0.4, 1.6].iter().any(|c| (t[i] - c).abs() < 2.0 * frame_s);
-                let bound = if corner { 8e-5f64.max(0.01 * frame_s) } else { 8e-5 };
+                // A frame of 60 Hz goes 0.17 mm: neither onset nor end is known better.
+                let bound = if rate_hz < 100.0 { 2e-4 } else { 8e-5 };
                 assert!(off < bound, "{rate_hz} Hz, sample {i}: {off}");
             }
             // What loses friction is a motion that goes back and forth: none of it.
