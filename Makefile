@@ -45,7 +45,7 @@ lint-boards: ## Clippy for the other board and the tests on boards
 	cargo clippy -p stickslip-lab --features probe --test hil -- -D warnings
 
 test-host: ## Tests of shared and host
-	cargo test
+	cargo test --no-fail-fast
 
 studies: ## Tests that take minutes each (marked `ignored`)
 	cargo test --release -p stickslip-lab --test blind -- --ignored
