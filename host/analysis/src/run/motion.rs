@@ -348,8 +348,8 @@ mod tests {
             let clean = denoised(&t, &interpolated(&t, &poses).expect("poses"));
             for (i, x) in truth.iter().enumerate() {
                 let off = (clean[i].position_m.x - x).abs();
-                // A frame of 60 Hz goes 0.17 mm: neither onset nor end is known better.
-                let bound = if rate_hz < 100.0 { 2e-4 } else { 8e-5 };
+                // Onset and end are known to the travel of a frame, beside the noise.
+                let bound = 0.01 / rate_hz + 3e-5;
                 assert!(off < bound, "{rate_hz} Hz, sample {i}: {off}");
             }
             // What loses friction is a motion that goes back and forth: none of it.
