@@ -5,7 +5,7 @@
 //! are screened and refitted (`screen`, `select`), and the verdict follows from held-out
 //! conditions (here). `docs/diagnose.md` has the statistics.
 //!
-//! Above 600 lines: the search and its verdict as they grew; joint evidence of all sets is to replace them.
+//! Above 600 lines: the search and its verdict share one state of fits and candidates.
 
 pub mod experiment;
 pub mod misfit;
