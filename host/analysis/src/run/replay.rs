@@ -1,5 +1,8 @@
 //! A recorded trial through the predictor, tick by tick in `f32`, as the board does it.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use nalgebra::Vector3;
 use stickslip_shared::model::{Model, Scene};
 use stickslip_shared::predictor::{
@@ -243,29 +246,55 @@ fn pieces(moments: &[Moment]) -> Vec<(usize, usize)> {
     };
     let of = |p: &(usize, usize)| velocity(&moments[p.0], &moments[p.1]);
     let largest = pieces.iter().map(|p| speed(&of(p))).fold(0.0, f64::max);
-    while pieces.len() > 1 {
-        let difference = |k: usize| {
-            let (a, b) = (of(&pieces[k]), of(&pieces[k + 1]));
-            speed(&std::array::from_fn(|i| a[i] - b[i]))
-        };
-        let length = |k: usize| moments[pieces[k].1].t_s - moments[pieces[k].0].t_s;
-        // Short pieces go first: a brief deviation matters less than a long one.
-        let cost = |k: &usize| difference(*k) * length(*k).min(length(*k + 1));
-        let alike = |k: &usize| {
-            let rests = |p: &(usize, usize)| rests(&moments[p.0], &moments[p.1]);
-            let brief = length(*k).min(length(k + 1)) < 2.0 * SLICE_S;
-            let apart = difference(*k);
-            rests(&pieces[*k]) == rests(&pieces[k + 1])
-                && (apart < 0.1 * largest || brief && apart < 0.3 * largest)
-        };
-        let cheapest = |a: &usize, b: &usize| cost(a).total_cmp(&cost(b));
-        let joins = || 0..pieces.len() - 1;
-        let crowded = pieces.len() > MAX_SEGMENTS;
-        let next = joins().filter(alike).min_by(cheapest);
-        let Some(k) = next.or_else(|| joins().min_by(cheapest).filter(|_| crowded)) else { break };
-        let end = pieces.remove(k + 1).1;
+    // Whether two neighbours may only be joined for room, and what the joint costs.
+    let joint = |a: &(usize, usize), b: &(usize, usize)| {
+        let length = |p: &(usize, usize)| moments[p.1].t_s - moments[p.0].t_s;
+        let shorter = length(a).min(length(b));
+        let (u, v) = (of(a), of(b));
+        let apart = speed(&std::array::from_fn(|i| u[i] - v[i]));
+        let rests = |p: &(usize, usize)| rests(&moments[p.0], &moments[p.1]);
+        let alike = rests(a) == rests(b)
+            && (apart < 0.1 * largest || shorter < 2.0 * SLICE_S && apart < 0.3 * largest);
+        // Short pieces go first: a brief deviation matters less than a long one. Bits of a number
+        // that is not negative are in its order.
+        (!alike, (apart * shorter).abs().to_bits())
+    };
+    // A piece keeps its place in the list; what is joined to the one before is empty. `next` is
+    // the place of its neighbour.
+    let count = pieces.len();
+    let mut next: Vec<usize> = (1..=count).collect();
+    let mut before: Vec<Option<usize>> = (0..count).map(|k| k.checked_sub(1)).collect();
+    let mut left = count;
+    let mut joints = BinaryHeap::new();
+    let offer = |joints: &mut BinaryHeap<_>, pieces: &[(usize, usize)], k: usize, n: usize| {
+        if let Some((a, b)) = pieces.get(k).zip(pieces.get(n)) {
+            joints.push(Reverse((joint(a, b), k, a.1, b.1)));
+        }
+    };
+    (0..count).for_each(|k| offer(&mut joints, &pieces, k, k + 1));
+    while let Some(Reverse(((forced, _), k, middle, end))) = joints.pop() {
+        let n = next[k];
+        let is = |k: usize, end: usize| pieces.get(k).is_some_and(|p| p.1 == end && p.1 > p.0);
+        let current = is(k, middle) && is(n, end);
+        if !current {
+            continue;
+        }
+        if forced && left <= MAX_SEGMENTS {
+            break;
+        }
         pieces[k].1 = end;
+        pieces[n] = (end, end);
+        next[k] = next[n];
+        left -= 1;
+        if let Some(after) = before.get_mut(next[k]) {
+            *after = Some(k);
+        }
+        offer(&mut joints, &pieces, k, next[k]);
+        if let Some(first) = before[k] {
+            offer(&mut joints, &pieces, first, k);
+        }
     }
+    pieces.retain(|p| p.1 > p.0);
     pieces
 }
 
