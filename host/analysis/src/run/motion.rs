@@ -41,14 +41,7 @@ pub fn denoised(t_s: &[f64], poses: &[Pose<f64>]) -> Vec<Pose<f64>> {
     let (Some(first), true) = (poses.first(), poses.len() >= 2 * SHORTEST && t_s.len() == poses.len()) else {
         return poses.to_vec();
     };
-    let track: Vec<[f64; COMPONENTS]> = poses
-        .iter()
-        .map(|p| {
-            let d = p.position_m - first.position_m;
-            let r = (p.rotation * first.rotation.inverse()).scaled_axis();
-            [d.x, d.y, d.z, r.x, r.y, r.z]
-        })
-        .collect();
+    let track = track(first, poses);
     let lag = independent(t_s, &track);
     let noise = noise(&track, lag);
     if noise.iter().all(|s| *s < NOISELESS) {
@@ -79,6 +72,30 @@ pub fn denoised(t_s: &[f64], poses: &[Pose<f64>]) -> Vec<Pose<f64>> {
                 rotation: UnitQuaternion::from_scaled_axis(Vector3::new(at(3), at(4), at(5)))
                     * first.rotation,
             }
+        })
+        .collect()
+}
+
+/// Samples from one pose that tells something new to the next: one where every pose was measured,
+/// more where poses of a lower rate were interpolated to the samples' times (up to 25 ms, see the
+/// module). One for what is too short to tell.
+pub fn samples_a_pose(t_s: &[f64], poses: &[Pose<f64>]) -> usize {
+    match poses.first() {
+        Some(first) if poses.len() >= 8 * SHORTEST && t_s.len() == poses.len() => {
+            independent(t_s, &track(first, poses))
+        }
+        _ => 1,
+    }
+}
+
+/// Positions and rotation vectors since `first`.
+fn track(first: &Pose<f64>, poses: &[Pose<f64>]) -> Vec<[f64; COMPONENTS]> {
+    poses
+        .iter()
+        .map(|p| {
+            let d = p.position_m - first.position_m;
+            let r = (p.rotation * first.rotation.inverse()).scaled_axis();
+            [d.x, d.y, d.z, r.x, r.y, r.z]
         })
         .collect()
 }

@@ -13,7 +13,7 @@ use stickslip_shared::wire;
 use thiserror::Error;
 
 use crate::channels;
-use crate::run::motion::denoised;
+use crate::run::motion::{denoised, samples_a_pose};
 use crate::run::simulate::{SceneError, scene};
 use stickslip_data::{Description, Trial};
 
@@ -40,6 +40,9 @@ pub struct Feed {
     pub scene: Scene<f32>,
     /// Derived from the gripper's measured motion.
     pub plan: Plan,
+    /// The motion has more pieces than a plan holds: unlike ones were joined, and what is unexpected
+    /// means little.
+    pub crowded: bool,
     /// One for each recorded sample.
     pub samples: Vec<wire::Sample>,
 }
@@ -61,7 +64,53 @@ pub fn feed(description: &Description, trial: &Trial) -> Result<Feed, SceneError
     let scene = scene(description, trial)?;
     let mut convert = Converter::new(trial);
     let samples = trial.samples.iter().map(|s| convert.sample(s)).collect();
-    Ok(Feed { scene: scene.cast(), plan: plan_for(trial), samples })
+    let (plan, crowded) = plan_of(trial);
+    Ok(Feed { scene: scene.cast(), plan, crowded, samples })
+}
+
+/// What a trial's poses tell the predictor wrongly where they were interpolated from a lower rate to
+/// the samples' times: it learns their noise from one to the next, finds next to none, and a new frame
+/// is a slip. `None` where every pose is measured. Gripper and object show it both, or it is not said:
+/// what swings fast in the grasp is not interpolated.
+pub fn interpolated_poses(trial: &Trial) -> Option<String> {
+    let known: Vec<(f64, Pose<f64>, Pose<f64>)> = trial
+        .samples
+        .iter()
+        .filter_map(|s| {
+            Some((s.t_s, channels::pose(s.gripper.as_ref()?), channels::pose(s.object.as_ref()?)))
+        })
+        .collect();
+    let t_s: Vec<f64> = known.iter().map(|k| k.0).collect();
+    let grippers: Vec<Pose<f64>> = known.iter().map(|k| k.1).collect();
+    let grasped: Vec<Pose<f64>> = known.iter().map(|k| k.1.to_local(&k.2)).collect();
+    let every = samples_a_pose(&t_s, &grippers).min(samples_a_pose(&t_s, &grasped));
+    (every > 1).then(|| {
+        "the poses are interpolated from a lower rate: the predictor takes their noise for less than it is, and may \
+         call a new frame a slip. Measure poses at the samples' rate, or do not count slip that rests on them"
+            .to_owned()
+    })
+}
+
+/// The predictor's tick, as on a board, s.
+const TICK_S: f64 = 0.004;
+
+/// The trial as a board takes it, which has a tick of 4 ms: of a record at a higher rate every second
+/// sample, or every so many (the number that is returned; one: all).
+pub fn at_board_rate(mut trial: Trial) -> (Trial, usize) {
+    let mut steps: Vec<f64> = trial.samples.windows(2).map(|w| w[1].t_s - w[0].t_s).collect();
+    let half = steps.len() / 2;
+    let step_s =
+        if steps.is_empty() { TICK_S } else { *steps.select_nth_unstable_by(half, f64::total_cmp).1 };
+    let every = if step_s > 0.0 { (TICK_S / step_s).round().clamp(1.0, 1e6) as usize } else { 1 };
+    if every > 1 {
+        let mut at = 0;
+        trial.samples.retain(|_| {
+            at += 1;
+            (at - 1) % every == 0
+        });
+        trial.samples.shrink_to_fit();
+    }
+    (trial, every)
 }
 
 /// Runs the predictor over a trial; `ordinal` is the trial's place in its data set.
@@ -76,11 +125,33 @@ pub fn replay(
     ordinal: usize,
 ) -> Result<Replayed, ReplayError> {
     let feed = feed(description, trial)?;
-    let mut predictor = Predictor::new(feed.scene, model.cast(), limits)
-        .map_err(|why| ReplayError::Refused { trial: trial.info.trial.clone(), why })?;
-    predictor.set_plan(feed.plan);
+    run(&feed, model, limits, ordinal, |_| ())
+        .map_err(|why| ReplayError::Refused { trial: trial.info.trial.clone(), why })
+}
+
+/// Samples from one call of `done` to the next.
+const REPORTED: usize = 250;
+
+/// Runs the predictor over what goes to the board; `done` hears how many samples were taken since
+/// it was called last.
+///
+/// # Errors
+/// The predictor refuses scene or model.
+pub fn run(
+    feed: &Feed,
+    model: &Model<f64>,
+    limits: Limits,
+    ordinal: usize,
+    mut done: impl FnMut(usize),
+) -> Result<Replayed, ModelError> {
+    let mut predictor = Predictor::new(feed.scene.clone(), model.cast(), limits)?;
+    predictor.set_plan(feed.plan.clone());
     predictor.set_trial(ordinal as f32);
-    let predictions: Vec<Prediction> = feed.samples.iter().map(|s| predictor.take(s)).collect();
+    let mut predictions = Vec::with_capacity(feed.samples.len());
+    for some in feed.samples.chunks(REPORTED) {
+        predictions.extend(some.iter().map(|s| predictor.take(s)));
+        done(some.len());
+    }
     let hash = hash(&predictions);
     Ok(Replayed { predictions, hash })
 }
@@ -162,6 +233,11 @@ pub fn intent_of(primitive: &str) -> Intent {
 /// primitive ([`intent_of`]). The motion is the measured one without its noise ([`denoised`]): where
 /// that does not move, the gripper rests, and a segment of rest intends nothing but to hold.
 pub fn plan_for(trial: &Trial) -> Plan {
+    plan_of(trial).0
+}
+
+/// The plan, and whether unlike pieces had to be joined for it.
+fn plan_of(trial: &Trial) -> (Plan, bool) {
     let intent = intent_of(&trial.info.primitive);
     let mut moments: Vec<Moment> = {
         let mut grip_n = trial.info.grip_n.unwrap_or(0.0);
@@ -180,7 +256,8 @@ pub fn plan_for(trial: &Trial) -> Plan {
         moment.pose = pose;
     }
     let mut plan = Plan { start_s: 0.0, segments: Default::default() };
-    for (from, to) in pieces(&moments) {
+    let (pieces, crowded) = pieces(&moments);
+    for (from, to) in pieces {
         let (a, b) = (&moments[from], &moments[to]);
         let rests = rests(a, b);
         let v = if rests { [0.0; 6] } else { velocity(a, b) };
@@ -195,7 +272,7 @@ pub fn plan_for(trial: &Trial) -> Plan {
         // `pieces` gives no more than fit.
         let _ = plan.segments.push(segment);
     }
-    plan
+    (plan, crowded)
 }
 
 /// Whether the denoised motion between two moments is none, but for the last digit of a file.
@@ -225,8 +302,8 @@ fn velocity(a: &Moment, b: &Moment) -> [f64; 6] {
 /// Cuts the motion into at most [`MAX_SEGMENTS`] pieces: starting from slices of 40 ms,
 /// the two neighbours whose velocities differ least (by path over the shorter) are joined
 /// until what is left differs by more than a tenth of the largest speed and the pieces fit.
-/// Rest and motion are joined only where the pieces would not fit otherwise.
-fn pieces(moments: &[Moment]) -> Vec<(usize, usize)> {
+/// Rest and motion are joined only where the pieces would not fit otherwise; whether unlike ones were.
+fn pieces(moments: &[Moment]) -> (Vec<(usize, usize)>, bool) {
     const SLICE_S: f64 = 0.04;
     let mut cuts = vec![0];
     for (i, m) in moments.iter().enumerate() {
@@ -264,7 +341,7 @@ fn pieces(moments: &[Moment]) -> Vec<(usize, usize)> {
     let count = pieces.len();
     let mut next: Vec<usize> = (1..=count).collect();
     let mut before: Vec<Option<usize>> = (0..count).map(|k| k.checked_sub(1)).collect();
-    let mut left = count;
+    let (mut left, mut crowded) = (count, false);
     let mut joints = BinaryHeap::new();
     let offer = |joints: &mut BinaryHeap<_>, pieces: &[(usize, usize)], k: usize, n: usize| {
         if let Some((a, b)) = pieces.get(k).zip(pieces.get(n)) {
@@ -282,6 +359,7 @@ fn pieces(moments: &[Moment]) -> Vec<(usize, usize)> {
         if forced && left <= MAX_SEGMENTS {
             break;
         }
+        crowded |= forced;
         pieces[k].1 = end;
         pieces[n] = (end, end);
         next[k] = next[n];
@@ -295,7 +373,7 @@ fn pieces(moments: &[Moment]) -> Vec<(usize, usize)> {
         }
     }
     pieces.retain(|p| p.1 > p.0);
-    pieces
+    (pieces, crowded)
 }
 
 /// Where two runs part.
