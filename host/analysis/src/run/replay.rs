@@ -302,9 +302,12 @@ fn velocity(a: &Moment, b: &Moment) -> [f64; 6] {
 /// Cuts the motion into at most [`MAX_SEGMENTS`] pieces: starting from slices of 40 ms,
 /// the two neighbours whose velocities differ least (by path over the shorter) are joined
 /// until what is left differs by more than a tenth of the largest speed and the pieces fit.
-/// Rest and motion are joined only where the pieces would not fit otherwise; whether unlike ones were.
+/// Rest and motion are joined only where the pieces would not fit otherwise; whether unlike ones of some length were.
 fn pieces(moments: &[Moment]) -> (Vec<(usize, usize)>, bool) {
     const SLICE_S: f64 = 0.04;
+    // A motion as long as a slip is to be warned ahead: joining a shorter one (a ramp of the speed)
+    // misleads nobody.
+    const BRIEF_S: f64 = 0.2;
     let mut cuts = vec![0];
     for (i, m) in moments.iter().enumerate() {
         if m.t_s - moments[cuts[cuts.len() - 1]].t_s >= SLICE_S {
@@ -359,7 +362,8 @@ fn pieces(moments: &[Moment]) -> (Vec<(usize, usize)>, bool) {
         if forced && left <= MAX_SEGMENTS {
             break;
         }
-        crowded |= forced;
+        let length_s = |p: (usize, usize)| moments[p.1].t_s - moments[p.0].t_s;
+        crowded |= forced && length_s(pieces[k]).min(length_s(pieces[n])) > BRIEF_S;
         pieces[k].1 = end;
         pieces[n] = (end, end);
         next[k] = next[n];
