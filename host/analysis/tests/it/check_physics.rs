@@ -97,6 +97,27 @@ fn clean_data_of_every_primitive_have_no_finding() {
 }
 
 #[test]
+fn repetitions_that_differ_by_noise_alone_have_a_floor_of_that_noise() {
+    let description = objects::bench("noise");
+    let reality = Reality::draw(&description, Nuisance { noise: 1.0, ..Nuisance::NONE }, 4);
+    let setup = Setup { description, reality, step_s: STEP_S };
+    let condition = Condition {
+        label: "same".into(),
+        grip_n: 20.0,
+        speed_m_s: 0.02,
+        travel: 0.004,
+        ..Condition::new(Primitive::LinearPush, "obj4")
+    };
+    let trials = (1..=12).map(|k| run(&setup, &condition, k, 9).expect("suits the rig").trial).collect();
+    let description = objects::trimmed(setup.description.clone(), &["linear_push"], &["obj4"]);
+    let report = report(&Dataset { folder: PathBuf::new(), description, trials });
+    for channel in report.channels.iter().filter(|c| c.channel.starts_with("object")) {
+        let (white, floor) = (channel.white.expect("noise"), channel.floor[0].expect("repetitions"));
+        assert!((floor / white - 1.0).abs() < 0.12, "{}: {white:.1e} {floor:.1e}", channel.channel);
+    }
+}
+
+#[test]
 fn the_demonstration_data_have_no_finding() {
     let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo");
     let report = check(&Index::open(&demo).expect("readable"), |_| {});
