@@ -16,7 +16,7 @@ use crate::evidence::noise::{Course, Pool, white_noise};
 use crate::evidence::sensors;
 use crate::evidence::stages::{STAGES, Stages, stages};
 use nalgebra::{UnitQuaternion, Vector3};
-use physics::{Breach, Cause, Finding, TrialPhysics};
+use physics::{Breach, Cause, Clocks, Finding, TrialPhysics};
 use stickslip_data::{Description, Index, Pose, Sample, Trial, TrialInfo, Warning, error::join_warnings};
 use stickslip_shared::track::Pose as Placed;
 
@@ -50,6 +50,8 @@ pub struct Report {
     pub channels: Vec<Channel>,
     /// Balance of the measured forces.
     pub balance: Balance,
+    /// Whether poses and forces go by one clock, and in which trials that cannot be known.
+    pub clocks: Vec<Clocks>,
     /// What physics does not allow: units, signs, columns, clocks.
     pub findings: Vec<Finding>,
     /// What was refused.
@@ -246,6 +248,7 @@ pub fn check(index: &Index, tick: impl Fn(u64) + Sync) -> Report {
     let balance = balance_table(&trials);
     let physics: Vec<(PathBuf, &TrialPhysics)> =
         trials.iter().map(|trial| (trial.file.clone(), &trial.physics)).collect();
+    let clocks = physics::clocks(physics.iter().map(|(_, of)| *of));
     let mut findings = physics::findings(index, &physics);
     findings.extend(imbalance(&trials, &balance, &findings));
     Report {
@@ -260,6 +263,7 @@ pub fn check(index: &Index, tick: impl Fn(u64) + Sync) -> Report {
         gaps,
         channels: channel_table(&trials, &floor, samples),
         balance,
+        clocks,
         findings,
         errors,
         warnings: join_warnings(warnings),
