@@ -15,7 +15,7 @@ pub fn page(d: &Document) -> String {
     let mut body = format!(
         "<h1>stickslip score: {}</h1>\n<div class=\"facts\"><span><b>{}</b> trials</span><span><b>{}</b></span><span>object's pose: <b>{}</b></span>\
          <span>not scored: <b>{}</b> trials</span><span>sample not trusted: <b>{:.2} %</b> of the ticks</span></div>\n\
-         <table><tr><th>event<th>method<th>events<th>found<th>in time<th>lead 5/50/95 %, ms<th>false<th>near<th>onset error, ms</tr>\n",
+         <div class=\"scroll\"><table><tr><th>event<th class=\"left\">method<th>events<th>found<th>in time<th>lead<br>5/50/95 %, ms<th>false<th>near<th>onset<br>error, ms</tr>\n",
         escape(&d.data.display().to_string()),
         d.trials,
         time(d.hours),
@@ -27,10 +27,15 @@ pub fn page(d: &Document) -> String {
         d.doubtful_share * 100.0
     );
     for r in shown(&d.rows) {
-        let row: Vec<String> = cells(r).iter().map(|c| format!("<td>{}", escape(c))).collect();
+        // The interval on a line of its own: the table fits the page.
+        let cell = |(k, c): (usize, &String)| {
+            let text = escape(c).replace(" (", "<br>(").replace(" an hour)", "/h)");
+            format!("<td{}>{text}", if k < 2 { " class=\"left\"" } else { "" })
+        };
+        let row: Vec<String> = cells(r).iter().enumerate().map(cell).collect();
         body += &format!("<tr>{}</tr>\n", row.concat());
     }
-    body += &format!("</table>\n<p>{}</p>\n", escape(LEGEND));
+    body += &format!("</table></div>\n<p>{}</p>\n", escape(LEGEND));
     body += "<h2>Lead times: share of events warned at least this long ahead</h2>\n<div class=\"grid\">\n";
     for class in Class::ALL {
         let of = || d.rows.iter().filter(move |r| r.class == class && r.events > 0);
@@ -44,11 +49,15 @@ pub fn page(d: &Document) -> String {
             })
             .collect();
         let lines = of().zip(MODELS).map(|(r, colour)| Line {
+            // A step down at each event's lead: also one event alone is a line.
             points: r
                 .leads
                 .iter()
                 .enumerate()
-                .map(|(i, lead)| (lead.min(2.0), 100.0 * (r.leads.len() - i) as f64 / r.events as f64))
+                .flat_map(|(i, lead)| {
+                    let share = |left: usize| (lead.min(2.0), 100.0 * left as f64 / r.events as f64);
+                    [share(r.leads.len() - i), share(r.leads.len() - i - 1)]
+                })
                 .collect(),
             colour,
             width: 2,
