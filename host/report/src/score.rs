@@ -6,18 +6,19 @@ use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::calibration::Calibration;
 use stickslip_analysis::score::document::Document;
 use stickslip_analysis::score::figures::{Class, Row};
+use stickslip_analysis::score::rate::Rate;
 
 const SIZE: (u32, u32) = (560, 240);
 
 /// The whole page.
 pub fn page(d: &Document) -> String {
     let mut body = format!(
-        "<h1>stickslip score: {}</h1>\n<div class=\"facts\"><span><b>{}</b> trials</span><span><b>{:.2}</b> h</span><span>object's pose: <b>{}</b></span>\
+        "<h1>stickslip score: {}</h1>\n<div class=\"facts\"><span><b>{}</b> trials</span><span><b>{}</b></span><span>object's pose: <b>{}</b></span>\
          <span>not scored: <b>{}</b> trials</span><span>sample not trusted: <b>{:.2} %</b> of the ticks</span></div>\n\
-         <table><tr><th>event<th>method<th>events<th>found<th>in time<th>lead 5/50/95 %, ms<th>false/h<th>near/h<th>onset error, ms</tr>\n",
+         <div class=\"scroll\"><table><tr><th>event<th class=\"left\">method<th>events<th>found<th>in time<th>lead<br>5/50/95 %, ms<th>false<th>near<th>onset<br>error, ms</tr>\n",
         escape(&d.data.display().to_string()),
         d.trials,
-        d.hours,
+        time(d.hours),
         match d.object_pose {
             ObjectPose::Every => "in every sample",
             ObjectPose::Start => "at the start only",
@@ -25,11 +26,16 @@ pub fn page(d: &Document) -> String {
         d.passed_over.len(),
         d.doubtful_share * 100.0
     );
-    for r in d.rows.iter().filter(|r| r.events > 0) {
-        let row: Vec<String> = cells(r).iter().map(|c| format!("<td>{}", escape(c))).collect();
+    for r in shown(&d.rows) {
+        // The interval on a line of its own: the table fits the page.
+        let cell = |(k, c): (usize, &String)| {
+            let text = escape(c).replace(" (", "<br>(").replace(" an hour)", "/h)");
+            format!("<td{}>{text}", if k < 2 { " class=\"left\"" } else { "" })
+        };
+        let row: Vec<String> = cells(r).iter().enumerate().map(cell).collect();
         body += &format!("<tr>{}</tr>\n", row.concat());
     }
-    body += &format!("</table>\n<p>{}</p>\n", escape(LEGEND));
+    body += &format!("</table></div>\n<p>{}</p>\n", escape(LEGEND));
     body += "<h2>Lead times: share of events warned at least this long ahead</h2>\n<div class=\"grid\">\n";
     for class in Class::ALL {
         let of = || d.rows.iter().filter(move |r| r.class == class && r.events > 0);
@@ -43,11 +49,15 @@ pub fn page(d: &Document) -> String {
             })
             .collect();
         let lines = of().zip(MODELS).map(|(r, colour)| Line {
+            // A step down at each event's lead: also one event alone is a line.
             points: r
                 .leads
                 .iter()
                 .enumerate()
-                .map(|(i, lead)| (lead.min(2.0), 100.0 * (r.leads.len() - i) as f64 / r.events as f64))
+                .flat_map(|(i, lead)| {
+                    let share = |left: usize| (lead.min(2.0), 100.0 * left as f64 / r.events as f64);
+                    [share(r.leads.len() - i), share(r.leads.len() - i - 1)]
+                })
                 .collect(),
             colour,
             width: 2,
@@ -110,9 +120,9 @@ fn figure(caption: &str, chart: &Chart) -> String {
 /// What the table's columns mean.
 pub const LEGEND: &str = "found: an alarm was up at onset or began at most 0.1 s later; in time: slip that builds up 100 ms ahead, sudden or \
      intended slip at most 20 ms after its onset, sag and rotation and drop before they happen, a foreseeable drop \
-     360 ms ahead; lead: onset minus the alarm's beginning, negative where it is late; false/h: alarms an hour \
-     without an event of the kind (slip: in trials that are meant to hold); near/h: alarms with a smaller event (a motion short of a slip; for sag, a slip; for a \
-     drop, a slip that ended in time)";
+     360 ms ahead; lead: onset minus the alarm's beginning, negative where it is late; false: alarms \
+     without an event of the kind (slip: in trials that are meant to hold); near: alarms with a smaller event (a motion short of a slip; for sag, a slip; for a \
+     drop, a slip that ended in time); of both the count, the time watched, and the 95 % interval of the rate that a Poisson count leaves";
 
 /// Stated utilisation and how often slip followed within 0.1 s.
 pub fn utilisation(c: &Calibration) -> Vec<String> {
@@ -134,10 +144,56 @@ pub fn time_left(c: &Calibration) -> Vec<String> {
         .collect()
 }
 
+/// Rows that say something: those of events that there were; and alarms without any, which are those
+/// of a whole kind, once.
+pub fn shown(rows: &[Row]) -> impl Iterator<Item = &Row> {
+    let alarms = |rate: Option<Rate>| rate.is_some_and(|rate| rate.count > 0);
+    rows.iter().enumerate().filter_map(move |(at, row)| {
+        let same = |other: &&Row| {
+            other.class.kind() == row.class.kind()
+                && other.method == row.method
+                && other.false_alarm_rate.is_some()
+        };
+        let told = rows.iter().filter(same).any(|other| other.events > 0)
+            || rows.iter().take(at).filter(same).count() > 0;
+        let some = alarms(row.false_alarm_rate) || alarms(row.near_alarm_rate);
+        (row.events > 0 || some && !told).then_some(row)
+    })
+}
+
+/// A count and its time, and the interval of the rate: '2 in 73 s (12 to 356 an hour)'.
+pub fn rate(r: &Rate) -> String {
+    let [low, high] = r.interval_per_hour.map(three_digits);
+    format!("{} in {} ({low} to {high} an hour)", r.count, time(r.hours))
+}
+
+/// A time in the unit that suits it.
+pub fn time(hours: f64) -> String {
+    let s = hours * 3600.0;
+    match s {
+        s if s < 100.0 => format!("{s:.0} s"),
+        s if s < 6000.0 => format!("{:.0} min", s / 60.0),
+        _ => format!("{hours:.1} h"),
+    }
+}
+
+/// No more digits than a count gives.
+fn three_digits(rate: f64) -> String {
+    let decimals = match rate {
+        r if r == 0.0 || r >= 10.0 => 0,
+        r if r >= 1.0 => 1,
+        _ => 2,
+    };
+    format!("{rate:.decimals$}")
+}
+
 /// A row as text.
 pub fn cells(r: &Row) -> [String; 9] {
-    let percent = |n: usize| format!("{:.1} %", 100.0 * n as f64 / r.events.max(1) as f64);
-    let per_hour = |f: Option<f64>| f.map_or_else(|| "-".into(), |f| format!("{f:.1}"));
+    let percent = |n: usize| match r.events {
+        0 => "-".into(),
+        events => format!("{:.1} %", 100.0 * n as f64 / events as f64),
+    };
+    let alarms = |r: Option<Rate>| r.map_or_else(|| "-".into(), |r| rate(&r));
     let ms = |q: Option<[f64; 3]>| {
         q.map_or_else(|| "-".into(), |q| q.map(|x| format!("{:.0}", x * 1e3)).join(" / "))
     };
@@ -148,8 +204,8 @@ pub fn cells(r: &Row) -> [String; 9] {
         percent(r.found),
         percent(r.in_time),
         ms(r.lead_s),
-        per_hour(r.false_alarms_per_hour),
-        per_hour(r.near_alarms_per_hour),
+        alarms(r.false_alarm_rate),
+        alarms(r.near_alarm_rate),
         ms(r.onset_error_s),
     ]
 }

@@ -15,8 +15,10 @@ use crate::evidence::conditions::conditions;
 use crate::evidence::noise::{Course, Pool, white_noise};
 use crate::evidence::sensors;
 use crate::evidence::stages::{STAGES, Stages, stages};
-use physics::{Breach, Cause, Finding, TrialPhysics};
-use stickslip_data::{Description, Index, Pose, Trial, TrialInfo, Warning, error::join_warnings};
+use nalgebra::{UnitQuaternion, Vector3};
+use physics::{Breach, Cause, Clocks, Finding, TrialPhysics};
+use stickslip_data::{Description, Index, Pose, Sample, Trial, TrialInfo, Warning, error::join_warnings};
+use stickslip_shared::track::Pose as Placed;
 
 /// Primitives whose intended motion the predictor knows.
 const PRIMITIVES: [&str; 5] = ["linear_push", "pivot", "roll", "planar_push", "lift"];
@@ -48,6 +50,8 @@ pub struct Report {
     pub channels: Vec<Channel>,
     /// Balance of the measured forces.
     pub balance: Balance,
+    /// Whether poses and forces go by one clock, and in which trials that cannot be known.
+    pub clocks: Vec<Clocks>,
     /// What physics does not allow: units, signs, columns, clocks.
     pub findings: Vec<Finding>,
     /// What was refused.
@@ -244,6 +248,7 @@ pub fn check(index: &Index, tick: impl Fn(u64) + Sync) -> Report {
     let balance = balance_table(&trials);
     let physics: Vec<(PathBuf, &TrialPhysics)> =
         trials.iter().map(|trial| (trial.file.clone(), &trial.physics)).collect();
+    let clocks = physics::clocks(physics.iter().map(|(_, of)| *of));
     let mut findings = physics::findings(index, &physics);
     findings.extend(imbalance(&trials, &balance, &findings));
     Report {
@@ -258,6 +263,7 @@ pub fn check(index: &Index, tick: impl Fn(u64) + Sync) -> Report {
         gaps,
         channels: channel_table(&trials, &floor, samples),
         balance,
+        clocks,
         findings,
         errors,
         warnings: join_warnings(warnings),
@@ -292,15 +298,30 @@ fn group_facts(index: &Index, group: &[usize]) -> GroupFacts {
     facts
 }
 
-/// Channels of a trial: in the gripper, or about the object's first pose where none is measured.
+/// Channels of a trial about the gripper's pose at its start, or the object's where no gripper is
+/// measured: means of the first 50 ms, so that the noise of one sample is not that of all.
 fn signals(trial: &Trial) -> Vec<Signals> {
-    let first = trial.samples.iter().find_map(|sample| sample.object);
-    let origin = Pose { position_m: [0.0; 3], quaternion: [1.0, 0.0, 0.0, 0.0] };
-    let object = channels::pose(first.as_ref().unwrap_or(&origin));
-    let carrier = trial.samples.iter().find_map(|sample| sample.gripper);
-    let carrier = carrier.as_ref().map_or(object, channels::pose);
-    let start = carrier.to_local(&object).rotation;
+    let object = first_pose(trial, |sample| sample.object);
+    let carrier = first_pose(trial, |sample| sample.gripper).or(object).unwrap_or_else(Placed::identity);
+    let start = carrier.to_local(&object.unwrap_or(carrier)).rotation;
     trial.samples.iter().map(|sample| channels::measured(sample, &carrier, &start)).collect()
+}
+
+/// The mean of a body's poses in the first 50 ms in which it is measured.
+fn first_pose(trial: &Trial, of: fn(&Sample) -> Option<Pose>) -> Option<Placed<f64>> {
+    const FIRST_S: f64 = 0.05;
+    let known = || trial.samples.iter().filter_map(|s| Some((s.t_s, channels::pose(&of(s)?))));
+    let (start_s, first) = known().next()?;
+    let (mut way, mut turn, mut count) = (Vector3::zeros(), Vector3::zeros(), 0.0);
+    for (_, pose) in known().take_while(|(t_s, _)| t_s - start_s <= FIRST_S) {
+        way += pose.position_m - first.position_m;
+        turn += (pose.rotation * first.rotation.inverse()).scaled_axis();
+        count += 1.0;
+    }
+    Some(Placed {
+        position_m: first.position_m + way / count,
+        rotation: UnitQuaternion::from_scaled_axis(turn / count) * first.rotation,
+    })
 }
 
 fn trial_facts(index: &Index, trial: &Trial, stages: &Stages, signals: &[Signals]) -> TrialFacts {

@@ -12,6 +12,7 @@ mod missing;
 mod signs;
 mod units;
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -22,7 +23,7 @@ use crate::evidence::balance::{NotChecked, StageBalance};
 use crate::evidence::stages::Stages;
 
 pub use breach::{Breach, Cause};
-pub use clock::Clock;
+pub use clock::{Clock, Clocks, Means, Unknown};
 
 /// A breach, with the trials that show it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -49,14 +50,16 @@ impl fmt::Display for Finding {
 }
 
 /// What the checks make of one trial.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct TrialPhysics {
     /// Breaches, one for each cause and column.
     pub breaches: Vec<Breach>,
     /// What is suspicious without being impossible.
     pub remarks: Vec<String>,
-    /// Onsets of force and motion.
-    pub clock: Option<Clock>,
+    /// What the trial does.
+    pub primitive: String,
+    /// Onsets of force and motion, or why there are none.
+    pub clock: Result<Clock, Unknown>,
 }
 
 /// All checks of one trial.
@@ -94,8 +97,9 @@ pub fn of_trial(
     breaches.extend(signs::pusher(trial).filter(|_| !turned));
     breaches.extend(signs::weight(description, trial, balance).filter(|_| !turned));
     // A motion that jumps by metres or stands still has no onset.
-    let clock = breaches.is_empty().then(|| clock::clock(trial)).flatten();
-    TrialPhysics { breaches, remarks: order.remarks, clock }
+    let pushed = description.pushers.contains_key(&trial.info.primitive);
+    let clock = if breaches.is_empty() { clock::clock(trial, pushed) } else { Err(Unknown::Unsound) };
+    TrialPhysics { breaches, remarks: order.remarks, primitive: trial.info.primitive.clone(), clock }
 }
 
 /// Findings over the data set: those of the description, then those of the trials in the order
@@ -123,11 +127,33 @@ pub fn findings(index: &Index, trials: &[(PathBuf, &TrialPhysics)]) -> Vec<Findi
             }
         }
     }
-    let sound = found.is_empty();
-    let clocks: Vec<Clock> = trials.iter().filter_map(|(_, physics)| physics.clock).collect();
-    if let (Some(breach), Some((file, _))) = (clock::offset(&clocks).filter(|_| sound), trials.first()) {
-        found.push(finding(file, breach, clocks.len(), trials.len()));
+    if found.is_empty() {
+        for of in by_primitive(trials.iter().map(|(file, physics)| (file, *physics))).values() {
+            let clocks: Vec<Clock> = of.iter().filter_map(|(_, physics)| physics.clock.ok()).collect();
+            if let (Some(breach), Some((file, _))) = (clock::offset(&clocks), of.first()) {
+                found.push(finding(file, breach, clocks.len(), trials.len()));
+            }
+        }
     }
     found.sort_by_key(|f| f.cause);
     found
+}
+
+/// Whether poses and forces go by one clock, for each primitive.
+#[must_use]
+pub fn clocks<'t>(trials: impl Iterator<Item = &'t TrialPhysics>) -> Vec<Clocks> {
+    let of = |(primitive, trials): (&&str, &Vec<((), &TrialPhysics)>)| {
+        clock::clocks(primitive, &trials.iter().map(|(_, physics)| physics.clock).collect::<Vec<_>>())
+    };
+    by_primitive(trials.map(|physics| ((), physics))).iter().map(of).collect()
+}
+
+fn by_primitive<'t, T>(
+    trials: impl Iterator<Item = (T, &'t TrialPhysics)>,
+) -> BTreeMap<&'t str, Vec<(T, &'t TrialPhysics)>> {
+    let mut out: BTreeMap<&str, Vec<(T, &TrialPhysics)>> = BTreeMap::new();
+    for (with, physics) in trials {
+        out.entry(&physics.primitive).or_default().push((with, physics));
+    }
+    out
 }

@@ -1,5 +1,6 @@
-//! The base model of a comparison that was given none: for each primitive, friction as
-//! [`crate::calibrate`] finds it, from at most twelve trials spread over the conditions.
+//! What a comparison was not given: the base model (for each primitive, friction as
+//! [`crate::calibrate`] finds it, from at most twelve trials spread over the conditions), and the
+//! sensors' noise and uncertainty.
 
 use std::collections::BTreeMap;
 
@@ -8,11 +9,29 @@ use rayon::prelude::*;
 use super::inputs::Data;
 use super::models::NamedModel;
 use crate::calibrate::{Share, calibrate, name};
+use crate::evidence::sensors::{sensors_or_estimated, unstated};
 use crate::model::file::default_model;
-use stickslip_data::Trial;
+use stickslip_data::{Description, Trial};
 
 /// Most trials of a primitive that serve it.
 const TRIALS: usize = 12;
+
+/// The description with what its `[sensors]` do not state taken from at most twelve trials, as
+/// [`crate::evidence::sensors`] does it for every command; `notes` receives what was taken. No sensor
+/// is perfect: with a floor of zero every model would fail.
+pub fn with_sensors(data: Data, notes: &mut Vec<String>) -> Description {
+    if unstated(data.description).is_empty() {
+        return data.description.clone();
+    }
+    let count = data.infos.len().min(TRIALS);
+    let trials: Vec<Trial> =
+        (0..count).into_par_iter().filter_map(|k| (data.load)(k * data.infos.len() / count).ok()).collect();
+    let used = sensors_or_estimated(data.description, trials.iter());
+    if !used.taken.is_empty() {
+        notes.push(format!("[sensors] leaves open what was taken from the data: {}.", used.taken.join("; ")));
+    }
+    Description { sensors: used.sensors, ..data.description.clone() }
+}
 
 /// Calibrates it on trials that are not held out; `notes` receives what they do not determine.
 pub fn calibrated(

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::models::NamedModel;
 use super::noise::Source;
 use super::tare::Offsets;
 use crate::channels::Signals;
@@ -41,6 +42,9 @@ pub struct Comparison {
     /// For the page.
     #[serde(skip)]
     pub traces: Vec<Trace>,
+    /// The model that was compared where none was given.
+    #[serde(skip)]
+    pub calibrated: Option<NamedModel>,
 }
 
 /// What was compared.

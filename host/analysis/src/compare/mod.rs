@@ -90,17 +90,17 @@ pub fn compare(
     let held_out = options.held_out.mask(infos).map_err(CompareError::HeldOut)?;
     let groups = crate::evidence::conditions::conditions(infos);
     let condition_of = crate::evidence::conditions::condition_of(infos);
-    let noise = noise::sensor_noise(data.description);
     let mut notes = Vec::new();
-    let calibrated;
-    let models = if models.is_empty() {
+    let description = base::with_sensors(data, &mut notes);
+    let data = Data { description: &description, ..data };
+    let noise = noise::sensor_noise(data.description);
+    let mut calibrated = None;
+    if models.is_empty() {
         begin("calibrating", 1);
-        calibrated = [base::calibrated(data, &groups, &held_out, &mut notes)];
+        calibrated = Some(base::calibrated(data, &groups, &held_out, &mut notes));
         tick();
-        &calibrated[..]
-    } else {
-        models
-    };
+    }
+    let models = calibrated.as_ref().map_or(models, std::slice::from_ref);
     let chosen = chosen_trials(options, infos, &groups, &condition_of, &held_out)?;
     begin("comparing", chosen.loaded.len());
     let compared = simulate_all(data, &chosen.loaded, models, options.forces, &noise, tick);
@@ -217,6 +217,7 @@ pub fn compare(
         tallies,
         skipped: compared.skipped,
         traces,
+        calibrated,
     })
 }
 

@@ -1,5 +1,8 @@
 //! A recorded trial through the predictor, tick by tick in `f32`, as the board does it.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use nalgebra::Vector3;
 use stickslip_shared::model::{Model, Scene};
 use stickslip_shared::predictor::{
@@ -10,7 +13,7 @@ use stickslip_shared::wire;
 use thiserror::Error;
 
 use crate::channels;
-use crate::run::motion::denoised;
+use crate::run::motion::{denoised, samples_a_pose};
 use crate::run::simulate::{SceneError, scene};
 use stickslip_data::{Description, Trial};
 
@@ -37,6 +40,9 @@ pub struct Feed {
     pub scene: Scene<f32>,
     /// Derived from the gripper's measured motion.
     pub plan: Plan,
+    /// The motion has more pieces than a plan holds: unlike ones were joined, and what is unexpected
+    /// means little.
+    pub crowded: bool,
     /// One for each recorded sample.
     pub samples: Vec<wire::Sample>,
 }
@@ -58,7 +64,53 @@ pub fn feed(description: &Description, trial: &Trial) -> Result<Feed, SceneError
     let scene = scene(description, trial)?;
     let mut convert = Converter::new(trial);
     let samples = trial.samples.iter().map(|s| convert.sample(s)).collect();
-    Ok(Feed { scene: scene.cast(), plan: plan_for(trial), samples })
+    let (plan, crowded) = plan_of(trial);
+    Ok(Feed { scene: scene.cast(), plan, crowded, samples })
+}
+
+/// What a trial's poses tell the predictor wrongly where they were interpolated from a lower rate to
+/// the samples' times: it learns their noise from one to the next, finds next to none, and a new frame
+/// is a slip. `None` where every pose is measured. Gripper and object show it both, or it is not said:
+/// what swings fast in the grasp is not interpolated.
+pub fn interpolated_poses(trial: &Trial) -> Option<String> {
+    let known: Vec<(f64, Pose<f64>, Pose<f64>)> = trial
+        .samples
+        .iter()
+        .filter_map(|s| {
+            Some((s.t_s, channels::pose(s.gripper.as_ref()?), channels::pose(s.object.as_ref()?)))
+        })
+        .collect();
+    let t_s: Vec<f64> = known.iter().map(|k| k.0).collect();
+    let grippers: Vec<Pose<f64>> = known.iter().map(|k| k.1).collect();
+    let grasped: Vec<Pose<f64>> = known.iter().map(|k| k.1.to_local(&k.2)).collect();
+    let every = samples_a_pose(&t_s, &grippers).min(samples_a_pose(&t_s, &grasped));
+    (every > 1).then(|| {
+        "the poses are interpolated from a lower rate: the predictor takes their noise for less than it is, and may \
+         call a new frame a slip. Measure poses at the samples' rate, or do not count slip that rests on them"
+            .to_owned()
+    })
+}
+
+/// The predictor's tick, as on a board, s.
+const TICK_S: f64 = 0.004;
+
+/// The trial as a board takes it, which has a tick of 4 ms: of a record at a higher rate every second
+/// sample, or every so many (the number that is returned; one: all).
+pub fn at_board_rate(mut trial: Trial) -> (Trial, usize) {
+    let mut steps: Vec<f64> = trial.samples.windows(2).map(|w| w[1].t_s - w[0].t_s).collect();
+    let half = steps.len() / 2;
+    let step_s =
+        if steps.is_empty() { TICK_S } else { *steps.select_nth_unstable_by(half, f64::total_cmp).1 };
+    let every = if step_s > 0.0 { (TICK_S / step_s).round().clamp(1.0, 1e6) as usize } else { 1 };
+    if every > 1 {
+        let mut at = 0;
+        trial.samples.retain(|_| {
+            at += 1;
+            (at - 1) % every == 0
+        });
+        trial.samples.shrink_to_fit();
+    }
+    (trial, every)
 }
 
 /// Runs the predictor over a trial; `ordinal` is the trial's place in its data set.
@@ -73,11 +125,33 @@ pub fn replay(
     ordinal: usize,
 ) -> Result<Replayed, ReplayError> {
     let feed = feed(description, trial)?;
-    let mut predictor = Predictor::new(feed.scene, model.cast(), limits)
-        .map_err(|why| ReplayError::Refused { trial: trial.info.trial.clone(), why })?;
-    predictor.set_plan(feed.plan);
+    run(&feed, model, limits, ordinal, |_| ())
+        .map_err(|why| ReplayError::Refused { trial: trial.info.trial.clone(), why })
+}
+
+/// Samples from one call of `done` to the next.
+const REPORTED: usize = 250;
+
+/// Runs the predictor over what goes to the board; `done` hears how many samples were taken since
+/// it was called last.
+///
+/// # Errors
+/// The predictor refuses scene or model.
+pub fn run(
+    feed: &Feed,
+    model: &Model<f64>,
+    limits: Limits,
+    ordinal: usize,
+    mut done: impl FnMut(usize),
+) -> Result<Replayed, ModelError> {
+    let mut predictor = Predictor::new(feed.scene.clone(), model.cast(), limits)?;
+    predictor.set_plan(feed.plan.clone());
     predictor.set_trial(ordinal as f32);
-    let predictions: Vec<Prediction> = feed.samples.iter().map(|s| predictor.take(s)).collect();
+    let mut predictions = Vec::with_capacity(feed.samples.len());
+    for some in feed.samples.chunks(REPORTED) {
+        predictions.extend(some.iter().map(|s| predictor.take(s)));
+        done(some.len());
+    }
     let hash = hash(&predictions);
     Ok(Replayed { predictions, hash })
 }
@@ -159,6 +233,11 @@ pub fn intent_of(primitive: &str) -> Intent {
 /// primitive ([`intent_of`]). The motion is the measured one without its noise ([`denoised`]): where
 /// that does not move, the gripper rests, and a segment of rest intends nothing but to hold.
 pub fn plan_for(trial: &Trial) -> Plan {
+    plan_of(trial).0
+}
+
+/// The plan, and whether unlike pieces had to be joined for it.
+fn plan_of(trial: &Trial) -> (Plan, bool) {
     let intent = intent_of(&trial.info.primitive);
     let mut moments: Vec<Moment> = {
         let mut grip_n = trial.info.grip_n.unwrap_or(0.0);
@@ -177,7 +256,8 @@ pub fn plan_for(trial: &Trial) -> Plan {
         moment.pose = pose;
     }
     let mut plan = Plan { start_s: 0.0, segments: Default::default() };
-    for (from, to) in pieces(&moments) {
+    let (pieces, crowded) = pieces(&moments);
+    for (from, to) in pieces {
         let (a, b) = (&moments[from], &moments[to]);
         let rests = rests(a, b);
         let v = if rests { [0.0; 6] } else { velocity(a, b) };
@@ -192,7 +272,7 @@ pub fn plan_for(trial: &Trial) -> Plan {
         // `pieces` gives no more than fit.
         let _ = plan.segments.push(segment);
     }
-    plan
+    (plan, crowded)
 }
 
 /// Whether the denoised motion between two moments is none, but for the last digit of a file.
@@ -222,9 +302,12 @@ fn velocity(a: &Moment, b: &Moment) -> [f64; 6] {
 /// Cuts the motion into at most [`MAX_SEGMENTS`] pieces: starting from slices of 40 ms,
 /// the two neighbours whose velocities differ least (by path over the shorter) are joined
 /// until what is left differs by more than a tenth of the largest speed and the pieces fit.
-/// Rest and motion are joined only where the pieces would not fit otherwise.
-fn pieces(moments: &[Moment]) -> Vec<(usize, usize)> {
+/// Rest and motion are joined only where the pieces would not fit otherwise; whether unlike ones of some length were.
+fn pieces(moments: &[Moment]) -> (Vec<(usize, usize)>, bool) {
     const SLICE_S: f64 = 0.04;
+    // A motion as long as a slip is to be warned ahead: joining a shorter one (a ramp of the speed)
+    // misleads nobody.
+    const BRIEF_S: f64 = 0.2;
     let mut cuts = vec![0];
     for (i, m) in moments.iter().enumerate() {
         if m.t_s - moments[cuts[cuts.len() - 1]].t_s >= SLICE_S {
@@ -243,30 +326,58 @@ fn pieces(moments: &[Moment]) -> Vec<(usize, usize)> {
     };
     let of = |p: &(usize, usize)| velocity(&moments[p.0], &moments[p.1]);
     let largest = pieces.iter().map(|p| speed(&of(p))).fold(0.0, f64::max);
-    while pieces.len() > 1 {
-        let difference = |k: usize| {
-            let (a, b) = (of(&pieces[k]), of(&pieces[k + 1]));
-            speed(&std::array::from_fn(|i| a[i] - b[i]))
-        };
-        let length = |k: usize| moments[pieces[k].1].t_s - moments[pieces[k].0].t_s;
-        // Short pieces go first: a brief deviation matters less than a long one.
-        let cost = |k: &usize| difference(*k) * length(*k).min(length(*k + 1));
-        let alike = |k: &usize| {
-            let rests = |p: &(usize, usize)| rests(&moments[p.0], &moments[p.1]);
-            let brief = length(*k).min(length(k + 1)) < 2.0 * SLICE_S;
-            let apart = difference(*k);
-            rests(&pieces[*k]) == rests(&pieces[k + 1])
-                && (apart < 0.1 * largest || brief && apart < 0.3 * largest)
-        };
-        let cheapest = |a: &usize, b: &usize| cost(a).total_cmp(&cost(b));
-        let joins = || 0..pieces.len() - 1;
-        let crowded = pieces.len() > MAX_SEGMENTS;
-        let next = joins().filter(alike).min_by(cheapest);
-        let Some(k) = next.or_else(|| joins().min_by(cheapest).filter(|_| crowded)) else { break };
-        let end = pieces.remove(k + 1).1;
+    // Whether two neighbours may only be joined for room, and what the joint costs.
+    let joint = |a: &(usize, usize), b: &(usize, usize)| {
+        let length = |p: &(usize, usize)| moments[p.1].t_s - moments[p.0].t_s;
+        let shorter = length(a).min(length(b));
+        let (u, v) = (of(a), of(b));
+        let apart = speed(&std::array::from_fn(|i| u[i] - v[i]));
+        let rests = |p: &(usize, usize)| rests(&moments[p.0], &moments[p.1]);
+        let alike = rests(a) == rests(b)
+            && (apart < 0.1 * largest || shorter < 2.0 * SLICE_S && apart < 0.3 * largest);
+        // Short pieces go first: a brief deviation matters less than a long one. Bits of a number
+        // that is not negative are in its order.
+        (!alike, (apart * shorter).abs().to_bits())
+    };
+    // A piece keeps its place in the list; what is joined to the one before is empty. `next` is
+    // the place of its neighbour.
+    let count = pieces.len();
+    let mut next: Vec<usize> = (1..=count).collect();
+    let mut before: Vec<Option<usize>> = (0..count).map(|k| k.checked_sub(1)).collect();
+    let (mut left, mut crowded) = (count, false);
+    let mut joints = BinaryHeap::new();
+    let offer = |joints: &mut BinaryHeap<_>, pieces: &[(usize, usize)], k: usize, n: usize| {
+        if let Some((a, b)) = pieces.get(k).zip(pieces.get(n)) {
+            joints.push(Reverse((joint(a, b), k, a.1, b.1)));
+        }
+    };
+    (0..count).for_each(|k| offer(&mut joints, &pieces, k, k + 1));
+    while let Some(Reverse(((forced, _), k, middle, end))) = joints.pop() {
+        let n = next[k];
+        let is = |k: usize, end: usize| pieces.get(k).is_some_and(|p| p.1 == end && p.1 > p.0);
+        let current = is(k, middle) && is(n, end);
+        if !current {
+            continue;
+        }
+        if forced && left <= MAX_SEGMENTS {
+            break;
+        }
+        let length_s = |p: (usize, usize)| moments[p.1].t_s - moments[p.0].t_s;
+        crowded |= forced && length_s(pieces[k]).min(length_s(pieces[n])) > BRIEF_S;
         pieces[k].1 = end;
+        pieces[n] = (end, end);
+        next[k] = next[n];
+        left -= 1;
+        if let Some(after) = before.get_mut(next[k]) {
+            *after = Some(k);
+        }
+        offer(&mut joints, &pieces, k, next[k]);
+        if let Some(first) = before[k] {
+            offer(&mut joints, &pieces, first, k);
+        }
     }
-    pieces
+    pieces.retain(|p| p.1 > p.0);
+    (pieces, crowded)
 }
 
 /// Where two runs part.

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::alarms::{leads, unmet};
+use super::rate::Rate;
 use super::truth::{Cause, Event, Kind};
 use super::{DROP_AHEAD_S, Judged, SLIP_AHEAD_S, SUDDEN_WITHIN_S};
 
@@ -47,7 +48,8 @@ impl Class {
         }
     }
 
-    fn kind(self) -> Kind {
+    /// The kind of event that its alarms are about.
+    pub fn kind(self) -> Kind {
         match self {
             Class::SlipBuildsUp | Class::SlipSudden | Class::SlipIntended => Kind::Slip,
             Class::Moved => Kind::Moved,
@@ -93,10 +95,10 @@ pub struct Row {
     /// 5, 50 and 95 % of the lead over those found, s; negative: late.
     pub lead_s: Option<[f64; 3]>,
     /// Alarms that met nothing, for the whole kind (slip: only in trials that mean none).
-    pub false_alarms_per_hour: Option<f64>,
+    pub false_alarm_rate: Option<Rate>,
     /// Alarms that met only something less: slip, a motion short of a slip; sag and rotation, a
     /// slip; drop, a slip that ended in time.
-    pub near_alarms_per_hour: Option<f64>,
+    pub near_alarm_rate: Option<Rate>,
     /// Median of 'slips now' minus the measured onset, over fingers, s.
     pub onset_error_s: Option<[f64; 3]>,
     /// Leads of the events found, s, sorted.
@@ -128,8 +130,8 @@ fn row(judged: &[Judged], class: Class, m: usize, method: &str) -> Row {
         found: 0,
         in_time: 0,
         lead_s: None,
-        false_alarms_per_hour: None,
-        near_alarms_per_hour: None,
+        false_alarm_rate: None,
+        near_alarm_rate: None,
         onset_error_s: None,
         leads: Vec::new(),
         not_in_time: Vec::new(),
@@ -174,10 +176,9 @@ fn row(judged: &[Judged], class: Class, m: usize, method: &str) -> Row {
     row.lead_s = quantiles(&row.leads);
     errors.sort_by(f64::total_cmp);
     row.onset_error_s = quantiles(&errors);
-    if watched_s > 0.0 && class != Class::SlipIntended {
-        let hours = watched_s / 3600.0;
-        row.false_alarms_per_hour = Some(row.false_alarms.len() as f64 / hours);
-        row.near_alarms_per_hour = Some(nearly as f64 / hours);
+    if class != Class::SlipIntended {
+        row.false_alarm_rate = Rate::of(row.false_alarms.len(), watched_s);
+        row.near_alarm_rate = Rate::of(nearly, watched_s);
     }
     row
 }

@@ -8,13 +8,14 @@ pub mod alarms;
 pub mod calibration;
 pub mod document;
 pub mod figures;
+pub mod rate;
 pub mod truth;
 
 use rayon::prelude::*;
 use stickslip_shared::model::Model;
 use stickslip_shared::predictor::{Limits, Prediction, Predictor, flags};
 
-use crate::run::replay::{Feed, feed, intent_of};
+use crate::run::replay::{Feed, at_board_rate, feed, intent_of, interpolated_poses};
 use crate::run::simulate::scene;
 use alarms::{Episode, episodes};
 use calibration::Stated;
@@ -166,12 +167,16 @@ pub fn judge(
             if let Some(error) = reading.error {
                 return Err(error.into());
             }
-            let judged = match &reading.trial {
-                Some(trial) => judge_trial(&index.description, trial, ordinal, methods, limits)?,
+            let mut warnings = reading.warnings;
+            if let Some(text) = reading.trial.as_ref().and_then(interpolated_poses) {
+                warnings.push(Warning { file: index.folder.join(&info.file), files: 1, text });
+            }
+            let judged = match reading.trial.map(|trial| at_board_rate(trial).0) {
+                Some(trial) => judge_trial(&index.description, &trial, ordinal, methods, limits)?,
                 None => Err("no samples"),
             };
             done();
-            Ok((judged, reading.warnings))
+            Ok((judged, warnings))
         })
         .collect::<Result<_, ScoreError>>()?;
     let mut scored = Scored::default();

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use stickslip_analysis::check::physics::Cause;
+use stickslip_analysis::check::physics::{Cause, Means, Unknown};
 use stickslip_analysis::check::{Report, check};
 use stickslip_data::{Dataset, Index, Pose, Sample, write};
 use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Setup, objects, run};
@@ -97,6 +97,27 @@ fn clean_data_of_every_primitive_have_no_finding() {
 }
 
 #[test]
+fn repetitions_that_differ_by_noise_alone_have_a_floor_of_that_noise() {
+    let description = objects::bench("noise");
+    let reality = Reality::draw(&description, Nuisance { noise: 1.0, ..Nuisance::NONE }, 4);
+    let setup = Setup { description, reality, step_s: STEP_S };
+    let condition = Condition {
+        label: "same".into(),
+        grip_n: 20.0,
+        speed_m_s: 0.02,
+        travel: 0.004,
+        ..Condition::new(Primitive::LinearPush, "obj4")
+    };
+    let trials = (1..=12).map(|k| run(&setup, &condition, k, 9).expect("suits the rig").trial).collect();
+    let description = objects::trimmed(setup.description.clone(), &["linear_push"], &["obj4"]);
+    let report = report(&Dataset { folder: PathBuf::new(), description, trials });
+    for channel in report.channels.iter().filter(|c| c.channel.starts_with("object")) {
+        let (white, floor) = (channel.white.expect("noise"), channel.floor[0].expect("repetitions"));
+        assert!((floor / white - 1.0).abs() < 0.12, "{}: {white:.1e} {floor:.1e}", channel.channel);
+    }
+}
+
+#[test]
 fn the_demonstration_data_have_no_finding() {
     let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo");
     let report = check(&Index::open(&demo).expect("readable"), |_| {});
@@ -185,16 +206,24 @@ fn a_grip_that_is_not_stated_is_named() {
     assert_eq!(found, vec![Cause::MissingGrip], "{text}");
 }
 
+/// All poses so many samples late.
+fn late(dataset: &mut Dataset, samples: i64) {
+    for trial in &mut dataset.trials {
+        let old = trial.samples.clone();
+        for (k, s) in trial.samples.iter_mut().enumerate() {
+            let from = (k as i64 - samples).clamp(0, old.len() as i64 - 1) as usize;
+            (s.gripper, s.object, s.pusher) = (old[from].gripper, old[from].object, old[from].pusher);
+        }
+    }
+}
+
 #[test]
-fn poses_thirty_milliseconds_late_or_early_are_found_within_five() {
-    for samples_late in [7_i64, -7] {
+fn poses_28_ms_late_or_early_are_found_within_five_by_the_pushers_force_or_the_fingers_alone() {
+    for (samples_late, by_pusher) in [(7_i64, true), (-7, true), (7, false), (-7, false)] {
         let shift = |d: &mut Dataset| {
-            for trial in &mut d.trials {
-                let old = trial.samples.clone();
-                for (k, s) in trial.samples.iter_mut().enumerate() {
-                    let from = (k as i64 - samples_late).clamp(0, old.len() as i64 - 1) as usize;
-                    (s.gripper, s.object, s.pusher) = (old[from].gripper, old[from].object, old[from].pusher);
-                }
+            late(d, samples_late);
+            if !by_pusher {
+                samples(d, |s| s.pusher_wrench = None);
             }
         };
         let (found, text) = causes(pushes(), shift);
@@ -205,6 +234,30 @@ fn poses_thirty_milliseconds_late_or_early_are_found_within_five() {
         let ms = ms.unwrap_or_else(|| panic!("not {start}: {text}"));
         assert!((ms - 28.0).abs() <= 5.0 && text.contains(early), "{text}");
     }
+}
+
+#[test]
+fn the_report_says_by_what_the_clocks_were_compared_and_where_they_cannot_be() {
+    let of = |report: &Report, primitive: &str| {
+        report.clocks.iter().find(|c| c.primitive == primitive).cloned().expect("listed")
+    };
+    let report_of = |lateness: i64| {
+        let mut data = everything().clone();
+        late(&mut data, lateness);
+        report(&data)
+    };
+    let clean = report_of(0);
+    let push = of(&clean, "linear_push");
+    assert_eq!(push.compared, Some((Means::PusherContact, 3)));
+    assert!(push.behind_s.is_some_and(|[s, _]| s.abs() < 0.008), "{push:?}");
+    // Nothing tells the clocks of a lift apart, right or wrong: that is said.
+    for report in [clean, report_of(7)] {
+        let lift = of(&report, "lift");
+        assert_eq!((lift.compared, lift.unknown.as_slice()), (None, [(Unknown::NoContact, 3)].as_slice()));
+    }
+    let mut blind = pushes().clone();
+    samples(&mut blind, |s| (s.pusher_wrench, s.finger) = (None, [None; 2]));
+    assert_eq!(of(&report(&blind), "linear_push").unknown, [(Unknown::NoForce, 3)]);
 }
 
 #[test]

@@ -5,4 +5,5 @@ mod diagnose_statistics;
 mod model_against_rig;
 mod model_file;
 mod module_edges;
+mod replay;
 mod score;

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use stickslip_analysis::check::physics::Clocks;
 use stickslip_analysis::check::{self, Balance, Report};
 use stickslip_analysis::evidence::stages::STAGES;
 use stickslip_data::Index;
@@ -32,6 +33,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     holdings(&report, output);
     channel_table(&report, output);
     balance(&report.balance, args.most, output);
+    clocks(&report.clocks, output);
     list("warnings", report.warnings.iter().map(ToString::to_string), args.most, output);
     list("physics errors", report.findings.iter().map(ToString::to_string), args.most, output);
     list("errors", report.errors.iter().cloned(), args.most, output);
@@ -167,6 +169,30 @@ fn balance(balance: &Balance, most: usize, output: &Output) {
         ));
     } else {
         output.text("constant offsets are unknown: no phase before contact with all finger forces measured");
+    }
+}
+
+fn clocks(clocks: &[Clocks], output: &Output) {
+    output.text("\nclocks of poses and forces");
+    for Clocks { primitive, compared, behind_s, scattered, unknown } in clocks {
+        if let (Some((means, trials)), Some([behind_s, half_s])) = (compared, behind_s) {
+            output.text(format_args!(
+                "{primitive}: poses {:.0} ms {} forces, give or take {:.0} ms, by the {} ({trials} trials)",
+                1e3 * behind_s.abs(),
+                if *behind_s < 0.0 { "ahead of" } else { "behind" },
+                1e3 * half_s,
+                means.label()
+            ));
+        }
+        if *scattered > 0 {
+            output.text(format_args!(
+                "{primitive}: not known in {scattered} trials: the object moves in the grasp at no fixed time after the \
+                 contact"
+            ));
+        }
+        for (why, trials) in unknown {
+            output.text(format_args!("{primitive}: not known in {trials} trials: {}", why.label()));
+        }
     }
 }
 

@@ -46,7 +46,7 @@ pub struct Args {
     pub html: Option<PathBuf>,
     /// Write the time series of measurement and models as recorded and as simulated, one row a
     /// sample of each compared trial
-    #[arg(long, value_name = "FILE.csv|FILE.parquet", requires = "models")]
+    #[arg(long, value_name = "FILE.csv|FILE.parquet")]
     pub series: Option<PathBuf>,
     /// Use the measurements as recorded; without it each trial's mean before contact is subtracted
     /// from its forces and torques
@@ -92,7 +92,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     let comparison = result.with_context(|| args.data.display().to_string())?;
     if let Some(path) = &args.series {
-        write_series(&index, &models, &options, path, output)?;
+        let models = comparison.calibrated.as_ref().map_or(&models[..], std::slice::from_ref);
+        write_series(&index, models, &options, path, output)?;
     }
     if let Some(path) = &args.html {
         output.page(path, stickslip_report::compare::page(&comparison))?;

@@ -3,10 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use stickslip_shared::predictor::{Limits, Prediction};
+use stickslip_shared::predictor::{Limits, MAX_SEGMENTS, Prediction};
 
 use stickslip_analysis::model::file::model_or_default;
-use stickslip_analysis::run::replay::{feed, first_difference, hash, replay};
+use stickslip_analysis::run::replay::{
+    self, ReplayError, at_board_rate, feed, first_difference, hash, interpolated_poses,
+};
 use stickslip_analysis::run::series;
 use stickslip_analysis::run::simulate::prepare;
 use stickslip_analysis::run::summary::{Against, Document};
@@ -52,11 +54,27 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let index = crate::data::open(&args.data, output)?;
     let (at, info) = index.find(args.trial.as_deref())?;
-    let trial = index.read_trial(info)?;
     let model = model_or_default(args.model.as_deref())?;
-    let bar = output.spinner("replaying");
+    let bar = output.spinner("reading");
+    let (trial, every) = at_board_rate(index.read_trial(info)?);
+    bar.finish_and_clear();
+    if every > 1 {
+        output.note(every_so_many(&info.trial, every));
+    }
+    if let Some(text) = interpolated_poses(&trial) {
+        output.note(format_args!("trial {}: {text}", info.trial));
+    }
     let feed = feed(&index.description, &trial)?;
-    let replayed = replay(&index.description, &trial, &model, Limits::default(), at)?;
+    if feed.crowded {
+        output.note(format_args!(
+            "trial {}: its motion has more pieces than the {MAX_SEGMENTS} of a plan, unlike ones are joined: what is \
+             unexpected means little. Cut the record into trials of one stroke each",
+            info.trial
+        ));
+    }
+    let bar = output.progress(feed.samples.len() as u64, "replaying");
+    let replayed = replay::run(&feed, &model, Limits::default(), at, |samples| bar.inc(samples as u64))
+        .map_err(|why| ReplayError::Refused { trial: info.trial.clone(), why })?;
     bar.finish_and_clear();
     if let Some(path) = &args.log {
         write_log(path, &feed.scene, &model, &info.trial, &feed.samples, &replayed.predictions)?;
@@ -86,6 +104,13 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         anyhow::ensure!(a.equal, "{}: the log differs from the replay", a.file);
     }
     Ok(())
+}
+
+/// That not all samples of a record are used.
+pub(super) fn every_so_many(trial: &str, every: usize) -> String {
+    format!(
+        "trial {trial}: the predictor takes a sample every 4 ms, as a board does: one in {every} of this record"
+    )
 }
 
 fn write_log(

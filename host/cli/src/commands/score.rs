@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use stickslip_analysis::model::file::model_or_default;
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::document::{Baselines, Document, score};
-use stickslip_report::score::{LEGEND, cells, time_left, utilisation};
+use stickslip_report::score::{LEGEND, cells, shown, time, time_left, utilisation};
 use stickslip_report::terminal::{Output, table};
 
 /// Command line of `stickslip score`.
@@ -71,27 +71,27 @@ fn print(d: &Document, output: &Output) {
             .note(format_args!("{} more trials not scored (--json lists all)", d.passed_over.len() - NAMED));
     }
     output.text(format_args!(
-        "{}: {} trials, {:.2} h scored; sample unusable in {:.2} % of the ticks\n",
+        "{}: {} trials, {} scored; sample unusable in {:.2} % of the ticks\n",
         d.data.display(),
         d.trials,
-        d.hours,
+        time(d.hours),
         d.doubtful_share * 100.0
     ));
-    let mut shown = table([
+    let mut events = table([
         "event",
         "method",
         "events",
         "found",
         "in time",
         "lead 5/50/95 %, ms",
-        "false/h",
-        "near/h",
+        "false",
+        "near",
         "onset error, ms",
     ]);
-    for r in d.rows.iter().filter(|r| r.events > 0) {
-        shown.add_row(cells(r));
+    for r in shown(&d.rows) {
+        events.add_row(cells(r));
     }
-    output.table(&shown);
+    output.table(&events);
     output.text(format_args!("\n{LEGEND}"));
     for c in &d.calibration {
         output.text(format_args!("\n{}", c.method));

@@ -7,8 +7,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use stickslip_shared::predictor::{flags, validity};
 use stickslip_shared::wire::{self, Info, TelemetryReport};
 
+use super::replay::every_so_many;
 use stickslip_analysis::model::file::model_or_default;
-use stickslip_analysis::run::replay::{Feed, feed};
+use stickslip_analysis::run::replay::{Feed, at_board_rate, feed, interpolated_poses};
 use stickslip_device::Device;
 use stickslip_device::log;
 use stickslip_device::package::Package;
@@ -55,10 +56,16 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let reader = crate::data::open(&args.data, output)?;
     let (ordinal, info) = reader.find(args.trial.as_deref())?;
-    let trial = reader.read_trial(info)?;
+    let (trial, every) = at_board_rate(reader.read_trial(info)?);
+    if every > 1 {
+        output.note(every_so_many(&info.trial, every));
+    }
+    if let Some(text) = interpolated_poses(&trial) {
+        output.note(format_args!("trial {}: {text}", info.trial));
+    }
     let model = model_or_default(args.model.as_deref())?;
     let package = {
-        let Feed { scene, plan, samples } = feed(&reader.description, &trial)?;
+        let Feed { scene, plan, samples, .. } = feed(&reader.description, &trial)?;
         Package::new(scene, &model, plan, samples, ordinal)
     };
 

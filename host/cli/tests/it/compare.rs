@@ -210,6 +210,32 @@ fn of_unrepeated_data_only_what_lasts_and_exceeds_the_stated_uncertainty_contrad
 }
 
 /// A model's own figures, in an order that does not depend on them.
+#[test]
+fn sensors_that_state_nothing_have_an_estimated_floor_and_bound_and_never_zero() {
+    let stated = pushes(1, Nuisance::PAPER);
+    let mut silent = stated.clone();
+    silent.description.sensors = Default::default();
+    let options = Options { forces: Forces::AsReturned, ..Options::default() };
+    let of = |data: &Dataset| compare_dataset(data, &[named("true", 0.4)], &options).expect("a comparison");
+    let (known, estimated) = (of(&stated), of(&silent));
+    assert_eq!(estimated.data.noise_floor, Source::SensorNoise);
+    let told = estimated.notes.iter().find(|n| n.contains("taken from the data")).expect("a note");
+    assert!(told.contains("finger.force_noise_n") && told.contains("1 % of the largest reading"), "{told}");
+    assert!(!known.notes.iter().any(|n| n.contains("taken from the data")), "{:?}", known.notes);
+    for row in &known.models[0].errors {
+        let same = estimated.models[0].errors.iter().find(|r| r.place == row.place).expect("the same rows");
+        let (a, b) = (row.noise_floor.expect("a floor"), same.noise_floor.expect("a floor"));
+        // The root mean square over the axes stands for each.
+        assert!((b / a - 1.0).abs() < 0.35, "{:?}: {a} {b}", row.place);
+    }
+    let bound = &estimated.models[0].offsets.channels;
+    let forces = bound.iter().filter(|c| c.unit == "N" && !c.channel.starts_with("pusher"));
+    assert!(
+        forces.clone().count() > 0 && forces.clone().all(|c| (0.1..0.5).contains(&c.stated_bound)),
+        "{bound:?}"
+    );
+}
+
 fn own(c: &stickslip_analysis::compare::document::Comparison, name: &str) -> Vec<(String, bool, f64, f64)> {
     let report = c.models.iter().find(|m| m.name == name).expect("compared");
     let mut rows: Vec<_> = report

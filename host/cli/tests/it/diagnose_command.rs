@@ -282,6 +282,10 @@ fn plots_can_be_had_as_columns() {
     let words = ["compare", &demo, "--trial", trial, "--model", "own.toml", "--model", "own.toml"];
     json(folder.path(), &[&words[..], &["--series", "compare.csv"]].concat());
     assert!(read("compare.csv").starts_with("trial,t_s,measured_object_x_m"));
+    // Without a model it is the one that the comparison calibrates.
+    json(folder.path(), &["compare", &demo, "--trial", trial, "--series", "calibrated.csv"]);
+    let base = read("calibrated.csv");
+    assert!(base.lines().next().is_some_and(|h| h.contains("modelled_pusher_fx_n")), "{}", &base[..200]);
     json(folder.path(), &[&words[..], &["--series", "compare.parquet"]].concat());
     let parquet = std::fs::read(folder.path().join("compare.parquet")).expect("written");
     assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));

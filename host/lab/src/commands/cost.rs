@@ -87,7 +87,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         for (ordinal, info) in reader.trials.iter().enumerate() {
             let trial = reader.read_trial(info).with_context(|| info.trial.clone())?;
             packages.push({
-                let Feed { scene, plan, samples } = feed(&reader.description, &trial)?;
+                let Feed { scene, plan, samples, .. } = feed(&reader.description, &trial)?;
                 Package::new(scene, &model, plan, samples, ordinal)
             });
         }

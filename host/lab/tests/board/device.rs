@@ -27,7 +27,7 @@ fn package() -> Package {
     let index = Index::open(&data()).expect("the demo's data");
     let trial = index.read_trial(&index.trials[0]).expect("its first trial");
     let friction = Friction { finger: 0.4, pusher: 0.25, support: 0.3 };
-    let Feed { scene, plan, samples } = feed(&index.description, &trial).expect("its scene");
+    let Feed { scene, plan, samples, .. } = feed(&index.description, &trial).expect("its scene");
     Package::new(scene, &Model::base(Base::Hard, friction), plan, samples, 0)
 }
 

@@ -6,8 +6,17 @@
 //! proportional, then by slip. However soft the pads, both begin together, so the difference of
 //! the two onsets is the difference of the clocks. It is equal at all speeds: what differs from
 //! trial to trial in proportion to the time of the motion (play of the fingers) is not.
+//!
+//! Without a force sensor in the pusher the fingers show the contact: what both exert together, in
+//! which the grip cancels, is the weight until then. Where nothing is pushed (a lift, a shake) the
+//! force goes with the gripper's acceleration, which its pose shows tens of milliseconds later as a
+//! way that grows like a power of time: no onset tells the clocks apart there.
+//!
+//! Which trials show it, and why others do not, is part of the report: a clock that nobody could
+//! compare is not one that is right.
 
 use nalgebra::{SMatrix, SVector};
+use serde::Serialize;
 use stickslip_data::{Sample, Trial};
 
 use super::breach::{Breach, Cause, quantile};
@@ -28,9 +37,72 @@ const LEAST_S: f64 = 0.01;
 /// (a pivot that is pressed onto its edge first), s.
 const MOST_S: f64 = 0.1;
 
+/// By what the clocks of a trial are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Means {
+    /// The pusher's force, and the object's motion in the grasp.
+    PusherContact,
+    /// The fingers' force, and the object's motion in the grasp.
+    FingerContact,
+}
+
+impl Means {
+    /// In words.
+    #[must_use]
+    pub fn label(self) -> &'static str {
+        match self {
+            Means::PusherContact => "contact with the pusher, by its force",
+            Means::FingerContact => "contact with the pusher, by the fingers' forces",
+        }
+    }
+}
+
+/// Why the clocks of a trial cannot be compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Unknown {
+    /// Nothing is pushed.
+    NoContact,
+    /// Neither pusher nor both fingers.
+    NoForce,
+    /// No gripper, or no object's pose where a contact is to be seen.
+    NoPose,
+    /// No rest at the start, or the force never leaves it.
+    NoForceOnset,
+    /// No rest at the start, or the motion never leaves it.
+    NoMotionOnset,
+    /// Not looked at: the trial breaks other physics.
+    Unsound,
+}
+
+impl Unknown {
+    /// In words.
+    #[must_use]
+    pub fn label(self) -> &'static str {
+        match self {
+            Unknown::NoContact => {
+                "nothing is pushed, and a pose shows the start of a smooth motion later than the forces do. Record one \
+                 push by the same clocks"
+            }
+            Unknown::NoForce => "neither the pusher's force nor both fingers' forces are measured",
+            Unknown::NoPose => "the poses of gripper and object are not measured",
+            Unknown::NoForceOnset => {
+                "the forces do not rise from a rest at the start (0.05 s) beyond their noise"
+            }
+            Unknown::NoMotionOnset => {
+                "the motion does not rise from a rest at the start (0.05 s) beyond its noise"
+            }
+            Unknown::Unsound => "the data break other physics first",
+        }
+    }
+}
+
 /// Onsets in one trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
+    /// By what.
+    pub means: Means,
     /// Onset of the motion less onset of the force: positive where the poses are late, s.
     pub lag_s: f64,
     /// Its standard deviation, s.
@@ -39,21 +111,39 @@ pub struct Clock {
     pub step_s: f64,
 }
 
-/// The two onsets of a trial with a measured pusher force, gripper and object.
-pub fn clock(trial: &Trial) -> Option<Clock> {
-    let force: Vec<(f64, [f64; 6])> = trial
-        .samples
-        .iter()
-        .filter_map(|s| Some((s.t_s, s.pusher_wrench?.force_n)))
-        .filter(|(_, f)| f.iter().all(|f| f.is_finite()))
-        .map(|(t, [x, y, z])| (t, [x, y, z, 0.0, 0.0, 0.0]))
-        .collect();
+/// The two onsets of a trial; `pushed`: something that stands in the way is pushed.
+///
+/// # Errors
+/// Why there are none.
+pub fn clock(trial: &Trial, pushed: bool) -> Result<Clock, Unknown> {
+    let rows = |of: &dyn Fn(&Sample) -> Option<[f64; 3]>| -> Vec<(f64, [f64; 6])> {
+        let row = |s: &Sample| of(s).filter(|f| f.iter().all(|f| f.is_finite())).map(|f| (s.t_s, f));
+        trial.samples.iter().filter_map(row).map(|(t, [x, y, z])| (t, [x, y, z, 0.0, 0.0, 0.0])).collect()
+    };
+    let pusher = rows(&|s| Some(s.pusher_wrench?.force_n));
+    let both = |s: &Sample| -> Option<[f64; 3]> {
+        let (a, b) = (s.finger[0]?.force_n, s.finger[1]?.force_n);
+        Some(std::array::from_fn(|k| a[k] + b[k]))
+    };
+    if !pushed {
+        return Err(Unknown::NoContact);
+    }
+    let (force, means) = match pusher.is_empty() {
+        false => (pusher, Means::PusherContact),
+        true => (rows(&both), Means::FingerContact),
+    };
+    if force.is_empty() {
+        return Err(Unknown::NoForce);
+    }
     let way: Vec<(f64, [f64; 6])> = trial.samples.iter().filter_map(in_gripper).collect();
-    let (force_s, force_sd) = onset(&force, 1)?;
-    let (way_s, way_sd) = onset(&way, 5)?;
+    if way.is_empty() {
+        return Err(Unknown::NoPose);
+    }
+    let (force_s, force_sd) = onset(&force, 1).ok_or(Unknown::NoForceOnset)?;
+    let (way_s, way_sd) = onset(&way, 5).ok_or(Unknown::NoMotionOnset)?;
     let lag_s = way_s - force_s;
-    let step_s = (force.last()?.0 - force.first()?.0) / force.len() as f64;
-    Some(Clock { lag_s, sd_s: force_sd.hypot(way_sd), step_s })
+    let (first_s, last_s) = (force.first().map_or(0.0, |f| f.0), force.last().map_or(0.0, |f| f.0));
+    Ok(Clock { means, lag_s, sd_s: force_sd.hypot(way_sd), step_s: (last_s - first_s) / force.len() as f64 })
 }
 
 /// Time, and the object's place and turn in the gripper, m.
@@ -119,8 +209,51 @@ fn onset(signal: &[(f64, [f64; 6])], over: usize) -> Option<(f64, f64)> {
     Some((0.5 * (low + high), (0.5 * (high - low)).hypot(0.25 * step_s)))
 }
 
-/// The clocks' difference over the data set where it is one number, and not zero.
-pub fn offset(clocks: &[Clock]) -> Option<Breach> {
+/// What the trials of one primitive say of the clocks.
+#[derive(Clone, Debug, Serialize)]
+pub struct Clocks {
+    /// Which.
+    pub primitive: String,
+    /// By what they were compared, and in how many trials.
+    pub compared: Option<(Means, usize)>,
+    /// How far the poses are behind the forces, and the half width of the 95 % interval, s.
+    pub behind_s: Option<[f64; 2]>,
+    /// Trials with both onsets that do not agree on one lag: the object moved in the grasp later.
+    pub scattered: usize,
+    /// Why others could not be compared, and in how many.
+    pub unknown: Vec<(Unknown, usize)>,
+}
+
+/// Counts what is known of the trials of `primitive`, and their lag.
+pub fn clocks(primitive: &str, all: &[Result<Clock, Unknown>]) -> Clocks {
+    let of: Vec<Clock> = all.iter().filter_map(|c| c.ok()).collect();
+    let lag = lag(&of);
+    let mut unknown: Vec<(Unknown, usize)> = Vec::new();
+    for why in all.iter().filter_map(|c| c.err()) {
+        match unknown.iter_mut().find(|(known, _)| *known == why) {
+            Some((_, count)) => *count += 1,
+            None => unknown.push((why, 1)),
+        }
+    }
+    Clocks {
+        primitive: primitive.to_owned(),
+        compared: of.first().zip(lag).map(|(first, lag)| (first.means, lag.trials)),
+        behind_s: lag.map(|lag| [lag.middle_s, 2.0 * lag.error_s]),
+        scattered: of.len() - lag.map_or(0, |lag| lag.trials),
+        unknown,
+    }
+}
+
+/// One number for the difference of the clocks.
+#[derive(Clone, Copy)]
+struct Lag {
+    middle_s: f64,
+    error_s: f64,
+    trials: usize,
+}
+
+/// The clocks' difference over trials of one primitive, where it is one number.
+fn lag(clocks: &[Clock]) -> Option<Lag> {
     let good: Vec<Clock> =
         clocks.iter().copied().filter(|clock| clock.sd_s < LEAST_S && clock.lag_s.abs() < MOST_S).collect();
     // Where most trials have no such onset, the others have theirs by chance.
@@ -137,22 +270,26 @@ pub fn offset(clocks: &[Clock]) -> Option<Breach> {
     // A force that jumps between two samples has its onset there, in all trials alike.
     let error = error.hypot(0.5 * good.iter().map(|clock| clock.step_s).fold(0.0, f64::max));
     let constant = high - low < 0.5 * middle.abs() + LEAST_S / 2.0;
-    if middle.abs() < LEAST_S + 2.0 * error || !constant {
+    constant.then_some(Lag { middle_s: middle, error_s: error, trials: good.len() })
+}
+
+/// The clocks' difference over trials of one primitive where it is one number, and not zero.
+pub fn offset(clocks: &[Clock]) -> Option<Breach> {
+    let Lag { middle_s, error_s, trials } = lag(clocks)?;
+    if middle_s.abs() < LEAST_S + 2.0 * error_s {
         return None;
     }
-    let (late, early) = if middle > 0.0 { ("poses", "forces") } else { ("forces", "poses") };
+    let (late, early) = if middle_s > 0.0 { ("poses", "forces") } else { ("forces", "poses") };
     let text = format!(
-        "the {late} are {:.0} ms behind the {early} (95 % interval {:.0} to {:.0} ms, {} trials): at contact the \
+        "the {late} are {:.0} ms behind the {early} (95 % interval {:.0} to {:.0} ms, {trials} trials): at contact the \
          force rises and the object begins to move in the grasp at one instant. Two clocks, or the delay of the \
          motion capture? shift one of them by that time",
-        1e3 * middle.abs(),
-        1e3 * (middle.abs() - 2.0 * error),
-        1e3 * (middle.abs() + 2.0 * error),
-        good.len(),
+        1e3 * middle_s.abs(),
+        1e3 * (middle_s.abs() - 2.0 * error_s),
+        1e3 * (middle_s.abs() + 2.0 * error_s),
     );
-    Some(Breach {
-        cause: Cause::ClockOffset,
-        columns: "columns t_s, object_*, gripper_*, pusher_f*".to_owned(),
-        text,
-    })
+    let by_pusher = clocks.iter().any(|clock| clock.means == Means::PusherContact);
+    let force = if by_pusher { "pusher_f*" } else { "finger{1,2}_f*" };
+    let columns = format!("columns t_s, object_*, gripper_*, {force}");
+    Some(Breach { cause: Cause::ClockOffset, columns, text })
 }

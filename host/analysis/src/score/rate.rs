@@ -1,0 +1,73 @@
+//! How often something happens, from how often it was seen: a count, the time, and an interval.
+//!
+//! A rate from seconds of data says little, and nothing seen is not a rate of zero. The interval is
+//! the exact one for a Poisson count (F. Garwood, Biometrika 28, 1936): its ends are quantiles of
+//! chi-square with `2 n` and `2 n + 2` degrees of freedom over twice the time.
+
+use serde::Serialize;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Chance that the interval holds the rate, or more.
+pub const CONFIDENCE: f64 = 0.95;
+
+/// A count over a time, and the rates that it allows.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Rate {
+    /// How often it was seen.
+    pub count: usize,
+    /// In this time, h.
+    pub hours: f64,
+    /// Count over time.
+    pub per_hour: f64,
+    /// Rates that have a count so low, or so high, with 2.5 % chance each: a 95 % interval.
+    pub interval_per_hour: [f64; 2],
+}
+
+impl Rate {
+    /// Of `count` in `time_s`; `None` without any time.
+    #[must_use]
+    pub fn of(count: usize, time_s: f64) -> Option<Self> {
+        if !(time_s > 0.0 && time_s.is_finite()) {
+            return None;
+        }
+        let hours = time_s / 3600.0;
+        let tail = 0.5 * (1.0 - CONFIDENCE);
+        let n = count as f64;
+        let chi_square = |freedom: f64, share: f64| {
+            ChiSquared::new(freedom).map_or(f64::NAN, |law| law.inverse_cdf(share))
+        };
+        let low = if count == 0 { 0.0 } else { 0.5 * chi_square(2.0 * n, tail) };
+        let high = 0.5 * chi_square(2.0 * n + 2.0, 1.0 - tail);
+        Some(Rate { count, hours, per_hour: n / hours, interval_per_hour: [low / hours, high / hours] })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use statrs::distribution::{DiscreteCDF, Poisson};
+
+    #[test]
+    fn at_either_end_of_the_interval_the_count_has_two_and_a_half_per_cent_chance() {
+        for count in [0, 1, 2, 7, 40, 300] {
+            let rate = Rate::of(count, 3600.0).expect("an hour");
+            let [low, high] = rate.interval_per_hour;
+            let at_most = Poisson::new(high).expect("a rate").cdf(count as u64);
+            assert!((at_most - 0.025).abs() < 1e-6, "{count}: {at_most}");
+            if count == 0 {
+                assert_eq!(low, 0.0);
+            } else {
+                let at_least = 1.0 - Poisson::new(low).expect("a rate").cdf(count as u64 - 1);
+                assert!((at_least - 0.025).abs() < 1e-6, "{count}: {at_least}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_seen_in_73_s_leaves_up_to_182_an_hour_open_and_no_time_tells_nothing() {
+        let rate = Rate::of(0, 73.0).expect("some time");
+        assert!((rate.interval_per_hour[1] - 181.9).abs() < 0.1, "{rate:?}");
+        assert_eq!(Rate::of(0, 0.0), None);
+        assert_eq!(Rate::of(3, f64::NAN), None);
+    }
+}
