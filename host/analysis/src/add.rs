@@ -1,19 +1,105 @@
 //! A model with more effects, or the one it is, with all its parameters fitted.
 
+use serde::Serialize;
+use stickslip_data::Dataset;
 use stickslip_shared::effects::{Info, MAX_PARAMETERS};
+use stickslip_shared::model::{MAX_EFFECTS, MAX_FORMULAS};
 
 use crate::fit::campaign::Campaign;
-use crate::fit::{self, Fit, Free, Options};
+use crate::fit::{self, Estimate, Fit, FitError, Free, Options};
 use crate::model::candidate::CandidateEffect;
 use crate::model::file::{EffectEntry, ModelFile};
+use crate::progress::Progress;
+
+/// A fitted model.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// With the fitted values and their intervals.
+    #[serde(skip)]
+    pub model: ModelFile,
+    /// One for each parameter that was fitted.
+    pub parameters: Vec<Estimate>,
+    /// What cannot be told apart or seen, in words.
+    pub notes: Vec<String>,
+    /// Of the parameters.
+    pub covariance: Vec<Vec<f64>>,
+}
+
+/// Why an effect cannot be added.
+#[derive(Debug, thiserror::Error)]
+pub enum AddError {
+    /// Part of the model.
+    #[error("the model already has {0}; `stickslip refit` fits its parameters")]
+    InModel(String),
+    /// More than a board has room for.
+    #[error("{0} effects; a model has at most {MAX_EFFECTS}")]
+    Effects(usize),
+    /// More than a board has room for.
+    #[error("{0} formulas; a model has at most {MAX_FORMULAS}")]
+    Formulas(usize),
+    /// Nothing can be fitted.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+}
+
+/// `model` with `effects`, all of it fitted to `data`; the new effects start from a screening of their
+/// settings.
+///
+/// # Errors
+/// See [`AddError`].
+pub fn add(
+    data: &Dataset,
+    model: &ModelFile,
+    effects: &[EffectEntry],
+    progress: &dyn Progress,
+) -> Result<Report, AddError> {
+    let mut with = model.clone();
+    for effect in effects {
+        if with.effects.iter().any(|e| e.name() == effect.name()) {
+            return Err(AddError::InModel(effect.name().to_owned()));
+        }
+        with.effects.push(effect.clone());
+    }
+    let formulas = with.effects.iter().filter(|e: &&EffectEntry| e.formula.is_some()).count();
+    if formulas > MAX_FORMULAS {
+        return Err(AddError::Formulas(formulas));
+    }
+    if with.effects.len() > MAX_EFFECTS {
+        return Err(AddError::Effects(with.effects.len()));
+    }
+    Ok(fitted(data, with, effects.len(), progress)?)
+}
+
+/// `model` with friction and all effects fitted to `data`, from the values that it has.
+///
+/// # Errors
+/// See [`FitError`].
+pub fn refit(data: &Dataset, model: &ModelFile, progress: &dyn Progress) -> Result<Report, FitError> {
+    fitted(data, model.clone(), 0, progress)
+}
+
+fn fitted(
+    data: &Dataset,
+    mut model: ModelFile,
+    new: usize,
+    progress: &dyn Progress,
+) -> Result<Report, FitError> {
+    progress.begin("fitting", new + 1);
+    let old = model.effects.len() - new;
+    let before = ModelFile { effects: model.effects[..old].to_vec(), ..model.clone() }.to_model();
+    let fit = with_effects(&Campaign::new(data, &before), &mut model, new, progress)?;
+    Ok(Report { model, parameters: fit.estimates, notes: fit.notes, covariance: fit.covariance })
+}
 
 /// Fits friction and all effects of `file`, whose last `new` effects start from a screening of
 /// their settings (0: all start from their values); writes values and intervals into it.
-///
-/// # Errors
-/// See [`fit::calibrate`].
-pub fn with_effects(campaign: &Campaign, file: &mut ModelFile, new: usize) -> Result<Fit, fit::FitError> {
-    let old = file.effects.len() - new.min(file.effects.len());
+fn with_effects(
+    campaign: &Campaign,
+    file: &mut ModelFile,
+    new: usize,
+    progress: &dyn Progress,
+) -> Result<Fit, FitError> {
+    let old = file.effects.len() - new;
     let (before, added) = file.effects.split_at(old);
     let model = ModelFile { effects: before.to_vec(), ..file.clone() }.to_model();
     let mut base = fit::base_parameters(campaign);
@@ -30,6 +116,7 @@ pub fn with_effects(campaign: &Campaign, file: &mut ModelFile, new: usize) -> Re
         base.iter().copied().chain(of).collect()
     };
     let mut fitted = fit::calibrate(campaign, &model, &all(old), &Options::default())?;
+    progress.step(1);
     for entry in added {
         let slot = fitted.model.effects.len();
         let Some(candidate) = CandidateEffect::of(entry) else { continue };
@@ -47,6 +134,7 @@ pub fn with_effects(campaign: &Campaign, file: &mut ModelFile, new: usize) -> Re
         if let Some((_, best)) = best {
             fitted = best;
         }
+        progress.step(1);
     }
     for f in kept {
         let (name, value) = (f.name(), f.get(&fitted.model));

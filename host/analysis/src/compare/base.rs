@@ -5,25 +5,25 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::inputs::Data;
+use super::inputs::load;
 use super::models::NamedModel;
-use crate::calibrate::{Share, calibrate, name};
+use crate::calibrate::{Share, name, of_primitive};
 use crate::model::file::default_model;
-use stickslip_data::Trial;
+use stickslip_data::{Index, Trial};
 
 /// Most trials of a primitive that serve it.
 const TRIALS: usize = 12;
 
 /// Calibrates it on trials that are not held out; `notes` receives what they do not determine.
 pub fn calibrated(
-    data: Data,
+    data: &Index,
     groups: &[Vec<usize>],
     held_out: &[bool],
     notes: &mut Vec<String>,
 ) -> NamedModel {
     let mut usable: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for i in groups.iter().filter_map(|g| g.iter().copied().find(|i| !held_out[*i])) {
-        usable.entry(&data.infos[i].primitive).or_default().push(i);
+        usable.entry(&data.trials[i].primitive).or_default().push(i);
     }
     let several = usable.len() > 1;
     let mut out = NamedModel::own("base", "", default_model());
@@ -33,10 +33,10 @@ pub fn calibrated(
         let trials: Vec<(usize, Trial)> = (0..count)
             .into_par_iter()
             .map(|k| places[k * places.len() / count])
-            .filter_map(|i| (data.load)(i).ok().map(|trial| (i, trial)))
+            .filter_map(|i| load(data, i).0.ok().map(|trial| (i, trial)))
             .collect();
         let all = Share { share: 1.0, fewest: count };
-        let found = match calibrate(data.description, primitive, &trials, &default_model(), all) {
+        let found = match of_primitive(&data.description, primitive, &trials, &default_model(), all) {
             Ok(found) => found,
             Err(error) => {
                 notes.push(format!(

@@ -14,7 +14,7 @@ use crate::mujoco::engine::{self, Run};
 use crate::mujoco::{Setting, mjcf::mjcf};
 use stickslip_analysis::channels::{COUNT, Quantity, Signals, quantity};
 use stickslip_analysis::compare::tare::Tare;
-use stickslip_analysis::compare::{Data, Forces, NamedModel, Options, compare};
+use stickslip_analysis::compare::{Forces, NamedModel, Options, compare};
 use stickslip_analysis::evidence::conditions::HeldOut;
 use stickslip_analysis::run::simulate::{Prepared, Simulated, prepare};
 use stickslip_data::{Index, Trial};
@@ -176,9 +176,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             // Recorded signals have no intervals of undetermined forces.
             forces: Forces::AsReturned,
         };
-        let load = |i: usize| index.read_trial(&index.trials[i]).map_err(|e| e.to_string());
-        let data = Data { description: &index.description, infos: &index.trials, load: &load };
-        let comparison = compare(data, &models, &options, &mut |_, _| {}, &|| {})?;
+        let comparison = compare(&index, &models, &options, output)?;
         output.page(path, stickslip_report::compare::page(&comparison))?;
     }
     output.document(&rows)

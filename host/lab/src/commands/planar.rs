@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use serde::Serialize;
 
 use crate::planar::{Push, Summary, evaluate, summaries};
-use stickslip_analysis::calibrate::{Calibration, Share, calibrate};
+use stickslip_analysis::calibrate::{Calibration, Share, of_primitive};
 use stickslip_analysis::model::file::model_or_default;
 use stickslip_data::Trial;
 use stickslip_report::terminal::{Output, table};
@@ -47,7 +47,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         bail!("{}: no trial of primitive planar_push", args.data.display());
     }
     let share = Share { share: args.share, fewest: 3 };
-    let calibration = calibrate(&data.description, "planar_push", &trials, &base, share)
+    let calibration = of_primitive(&data.description, "planar_push", &trials, &base, share)
         .with_context(|| args.data.display().to_string())?;
     let pushes = evaluate(&data.description, &trials, &calibration);
     let summary = summaries(&pushes);
