@@ -18,6 +18,26 @@ pub struct Options {
     pub own: Vec<CandidateEffect>,
 }
 
+impl Options {
+    /// Whether they can be asked of `model`; needs no data.
+    ///
+    /// # Errors
+    /// Not two effects, the same one twice, or one that the model has.
+    pub fn check(&self, model: &ModelFile) -> Result<(), SuggestError> {
+        match self.between.as_slice() {
+            [] => {}
+            [a, b] if a.info.id == b.info.id => return Err(SuggestError::Twice(a.info.id)),
+            [_, _] => {}
+            other => return Err(SuggestError::NotTwo(other.len())),
+        }
+        let in_model = |c: &&CandidateEffect| model.effects.iter().any(|e| e.name() == c.info.id);
+        if let Some(known) = self.between.iter().find(in_model) {
+            return Err(SuggestError::InModel(known.info.id));
+        }
+        Ok(())
+    }
+}
+
 /// Experiments proposed.
 const MOST: usize = 8;
 
@@ -34,10 +54,10 @@ pub struct Report {
 #[derive(Debug, thiserror::Error)]
 pub enum SuggestError {
     /// One or more than two effects are named.
-    #[error("{0} effects are named; name two different effects, or none")]
+    #[error("--between names {0} effect(s); name two different ones, or none")]
     NotTwo(usize),
     /// The same effect twice.
-    #[error("{0} is named twice; name two different effects")]
+    #[error("--between names {0} twice; name two different effects")]
     Twice(&'static str),
     /// Part of the model.
     #[error("the model already has {0}: it cannot be told from another by adding it")]
@@ -62,16 +82,7 @@ pub fn suggest(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Report, SuggestError> {
-    match options.between.as_slice() {
-        [] => {}
-        [a, b] if a.info.id == b.info.id => return Err(SuggestError::Twice(a.info.id)),
-        [_, _] => {}
-        other => return Err(SuggestError::NotTwo(other.len())),
-    }
-    let in_model = |c: &&CandidateEffect| model.effects.iter().any(|e| e.name() == c.info.id);
-    if let Some(known) = options.between.iter().find(in_model) {
-        return Err(SuggestError::InModel(known.info.id));
-    }
+    options.check(model)?;
     progress.begin("fitting", diagnose::steps() as usize);
     let found = diagnose::suggest(data, model, (&options.between, &options.own), MOST, &|| progress.step(1))?;
     let (between, experiments) = found.ok_or(SuggestError::NoCandidates)?;

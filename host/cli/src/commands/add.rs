@@ -8,6 +8,7 @@ use crate::commands::diagnose::proposals;
 use crate::commands::fitted::{file_or_default, give, next_compare};
 use stickslip_analysis::add;
 use stickslip_analysis::model::candidate;
+use stickslip_analysis::model::file::EffectEntry;
 use stickslip_report::terminal::Output;
 
 /// Arguments of `stickslip add`.
@@ -66,7 +67,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let (data, effects) = args.split()?;
     let whole = file_or_default(args.model.as_deref())?;
     let (before, formulas) = proposals(&whole, args.formula.as_deref())?;
-    let new = effects.iter().map(|name| candidate::named(name, &formulas)).collect::<Result<Vec<_>, _>>()?;
+    // With those that the model has: `add` says so of them.
+    let known: Vec<EffectEntry> = formulas.iter().chain(&before.effects).cloned().collect();
+    let new = effects.iter().map(|name| candidate::named(name, &known)).collect::<Result<Vec<_>, _>>()?;
     for formula in whole.effects.iter().filter(|e| e.is_proposal()) {
         if !effects.iter().any(|name| name == formula.name()) {
             output.note(format_args!(
