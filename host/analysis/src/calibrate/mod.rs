@@ -208,6 +208,13 @@ fn best_of(found: &[Calibration]) -> Vec<&Estimate> {
     [Coefficient::Finger, Coefficient::Pusher, Coefficient::Support].into_iter().filter_map(best).collect()
 }
 
+impl Report {
+    /// The narrowest estimate of each coefficient that any primitive determines.
+    pub fn best(&self) -> Vec<&Estimate> {
+        best_of(&self.primitives)
+    }
+}
+
 impl Calibration {
     /// `file` with this friction and its intervals.
     pub fn on(&self, file: &ModelFile) -> ModelFile {
