@@ -14,7 +14,8 @@ pub fn page(d: &Document) -> String {
     let mut body = format!(
         "<h1>stickslip score: {}</h1>\n<div class=\"facts\"><span><b>{}</b> trials</span><span><b>{:.2}</b> h</span><span>object's pose: <b>{}</b></span>\
          <span>not scored: <b>{}</b> trials</span><span>sample not trusted: <b>{:.2} %</b> of the ticks</span></div>\n\
-         <table><tr><th>event<th>method<th>events<th>found<th>in time<th>lead 5/50/95 %, ms<th>false/h<th>near/h<th>onset error, ms</tr>\n",
+         <table><tr><th>event</th><th>method</th><th>events</th><th>found</th><th>in time</th><th>lead 5/50/95 %, ms</th>\
+         <th>false/h</th><th>near/h</th><th>onset error, ms</th></tr>\n",
         escape(&d.data.display().to_string()),
         d.trials,
         d.hours,
@@ -26,7 +27,7 @@ pub fn page(d: &Document) -> String {
         d.doubtful_share * 100.0
     );
     for r in d.rows.iter().filter(|r| r.events > 0) {
-        let row: Vec<String> = cells(r).iter().map(|c| format!("<td>{}", escape(c))).collect();
+        let row: Vec<String> = cells(r).iter().map(|c| format!("<td>{}</td>", escape(c))).collect();
         body += &format!("<tr>{}</tr>\n", row.concat());
     }
     body += &format!("</table>\n<p>{}</p>\n", escape(LEGEND));

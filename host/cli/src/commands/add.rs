@@ -78,7 +78,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             ));
         }
     }
-    let report = add(&crate::data::read(data, output)?, &before, &new, output)?;
+    let report = add(&stickslip_report::data::read(data, output)?, &before, &new, output)?;
     give(&before, &report, &args.out, output)?;
     next_compare(data, args.model.as_deref(), &args.out, output);
     Ok(())

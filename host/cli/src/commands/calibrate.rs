@@ -51,7 +51,7 @@ struct Written<'a> {
 /// Where data or model cannot be read, or no trial can be simulated.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let file = file_or_default(args.model.as_deref())?;
-    let data = crate::data::read(&args.data, output)?;
+    let data = stickslip_report::data::read(&args.data, output)?;
     let options = Options { share: Share::of(args.share), primitive: args.primitive.clone() };
     let report =
         calibrate(&data, &file, &options, output).with_context(|| args.data.display().to_string())?;

@@ -62,7 +62,7 @@ pub struct Args {
 /// # Errors
 /// Where data or a model cannot be read, no trial can be compared, or the page not written.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let index = crate::data::open(&args.data, output)?;
+    let index = stickslip_report::data::open(&args.data, output)?;
     let models = args.models.iter().map(|path| NamedModel::read(path)).collect::<Result<Vec<_>, _>>()?;
     let options = Options {
         trial: args.trial.clone(),

@@ -11,7 +11,7 @@ use stickslip_analysis::diagnose::report::{Report, Verdict};
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::{EffectEntry, ModelFile};
 use stickslip_report::terminal::{Output, command_line, table};
-use stickslip_report::words::short;
+use stickslip_report::words::{interval, short};
 
 /// Arguments of `stickslip diagnose`.
 #[derive(Debug, clap::Args)]
@@ -45,7 +45,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let whole = file_or_default(args.model.as_deref())?;
     let (file, formulas) = proposals(&whole, args.formula.as_deref())?;
     let own: Vec<CandidateEffect> = formulas.iter().filter_map(CandidateEffect::of).collect();
-    let dataset = crate::data::read(&args.data, output)?;
+    let dataset = stickslip_report::data::read(&args.data, output)?;
     let report = diagnose(&dataset, &file, &own, output)?;
     let named = matches!(report.verdict, Verdict::Effect | Verdict::Ambiguous);
     let written = args.out.as_deref().filter(|_| named);
@@ -162,7 +162,7 @@ fn print(report: &Report, output: &Output) {
                 .iter()
                 .map(|(n, v)| {
                     let unit = if v.unit == "1" { "" } else { v.unit };
-                    format!("{n} = {} ({} to {}) {unit}", short(v.value), short(v.low), short(v.high))
+                    format!("{n} = {} ({}) {unit}", short(v.value), interval(v.low, v.high))
                 })
                 .collect();
             t.add_row(vec![

@@ -9,7 +9,7 @@ use comfy_table::{Cell, CellAlignment};
 use stickslip_analysis::add::Report;
 use stickslip_analysis::model::file::{ModelFile, default_model};
 use stickslip_report::terminal::{Output, table};
-use stickslip_report::words::short;
+use stickslip_report::words::{interval, short};
 
 /// The model in the user's file, or the default model where none is named.
 ///
@@ -48,7 +48,7 @@ pub fn give(before: &ModelFile, report: &Report, path: &Path, output: &Output) -
             Cell::new(&e.name),
             right(value_of(before, &e.name).map_or_else(|| "-".into(), short)),
             right(short(e.value)),
-            Cell::new(format!("{} to {}", short(e.low), short(e.high))),
+            Cell::new(interval(e.low, e.high)),
             Cell::new(e.unit),
         ]);
     }

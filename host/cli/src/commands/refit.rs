@@ -30,7 +30,7 @@ pub struct Args {
 /// Where data or model cannot be read, or nothing can be fitted.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let before = ModelFile::read(&args.model)?;
-    let report = refit(&crate::data::read(&args.data, output)?, &before, output)?;
+    let report = refit(&stickslip_report::data::read(&args.data, output)?, &before, output)?;
     give(&before, &report, &args.out, output)?;
     next_compare(&args.data, Some(&args.model), &args.out, output);
     Ok(())

@@ -44,7 +44,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     for (option, value) in [("--ratio", args.ratio), ("--rate", args.rate)] {
         anyhow::ensure!(value > 0.0 && value.is_finite(), "{option} is {value}; give a number above zero");
     }
-    let index = crate::data::open(&args.data, output)?;
+    let index = stickslip_report::data::open(&args.data, output)?;
     let model = model_or_default(args.model.as_deref())?;
     let options = Options { object_pose: args.object_pose, ratio: args.ratio, rate_n_s: args.rate };
     let document = score(&index, &model, &options, output)?;

@@ -43,7 +43,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     let options = Options { between, own: formulas.iter().filter_map(CandidateEffect::of).collect() };
     options.check(&file)?;
-    let report = suggest(&crate::data::read(&args.data, output)?, &file, &options, output)?;
+    let report = suggest(&stickslip_report::data::read(&args.data, output)?, &file, &options, output)?;
     let Report { between, experiments } = &report;
     output.text(format_args!("Between {} and {}:", between[0], between[1]));
     if let Some(best) = experiments.first() {

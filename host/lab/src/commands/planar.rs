@@ -40,7 +40,7 @@ struct Document {
 /// Where the data cannot be read or hold no planar pushes.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let base = model_or_default(args.model.as_deref())?;
-    let data = stickslip_data::read(&args.data)?;
+    let data = stickslip_report::data::read(&args.data, output)?;
     let trials: Vec<(usize, Trial)> =
         data.trials.into_iter().enumerate().filter(|(_, t)| t.info.primitive == "planar_push").collect();
     if trials.is_empty() {

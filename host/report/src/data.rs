@@ -5,7 +5,8 @@ use std::path::Path;
 
 use stickslip_analysis::evidence::sensors;
 use stickslip_data::{Dataset, Index, Trial, TrialInfo, error::join_warnings};
-use stickslip_report::terminal::Output;
+
+use crate::terminal::Output;
 
 /// Opens a data set; lists refused rows of trials.csv, warnings, and sensors about which nothing is
 /// stated.
