@@ -10,22 +10,39 @@
 use crate::predictor::types::{Limits, Sample, validity};
 use crate::real::Real;
 
-/// Equal readings in a row that at least make a sensor stuck.
-const STUCK: u16 = 3;
-/// Equal readings in a row that make any sensor stuck: a second.
-const SURELY_STUCK: u16 = 250;
-/// Chance of a run of equal readings below which it is none: one false alarm in an hour at 250 Hz.
-const CHANCE: f32 = 1e-6;
-/// Changes after which repetition may be a fault.
-const LIVELY: u16 = 16;
-/// Readings after which the older ones count half: 4 s.
-const REMEMBERED: u16 = 1024;
-/// Samples in a row with unequal normal forces.
-const BIASED: u8 = 3;
+/// What was chosen, not derived: value, unit, why, and what happens if it is doubled. For sensors and rates
+/// that differ from 250 Hz.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Params {
+    /// Equal readings in a row that at least make a sensor stuck: two are common. Doubled: a dead sensor
+    /// is believed for 12 ms more.
+    pub stuck: u16,
+    /// Equal readings in a row that make any sensor stuck: a second. Doubled: two.
+    pub surely_stuck: u16,
+    /// Chance of a run of equal readings below which it is none: one false alarm in an hour at 250 Hz.
+    /// Doubled: two.
+    pub chance: f32,
+    /// Changes after which repetition may be a fault: a sensor that was seen to live. Doubled: a sensor
+    /// that dies within its first 128 ms is not found.
+    pub lively: u16,
+    /// Readings after which the older ones count half: 4 s. Doubled: a change of noise is followed
+    /// later.
+    pub remembered: u16,
+    /// Samples in a row with unequal normal forces that make a bias: a wild reading comes alone or in
+    /// pairs. Doubled: a bias is seen 12 ms later.
+    pub biased: u8,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { stuck: 3, surely_stuck: 250, chance: 1e-6, lively: 16, remembered: 1024, biased: 3 }
+    }
+}
 
 /// Memory of the checks.
 #[derive(Clone, Debug)]
 pub struct Health<R: Real> {
+    params: Params,
     last: [[R; 6]; 2],
     repetition: [Repetition; 2],
     unequal: u8,
@@ -34,12 +51,23 @@ pub struct Health<R: Real> {
 
 impl<R: Real> Default for Health<R> {
     fn default() -> Self {
-        let zero = R::zero();
-        Self { last: [[zero; 6]; 2], repetition: [Repetition::default(); 2], unequal: 0, unequal_by_n: zero }
+        Self::new(Params::default())
     }
 }
 
 impl<R: Real> Health<R> {
+    /// Of sensors of which nothing was seen yet.
+    pub fn new(params: Params) -> Self {
+        let zero = R::zero();
+        Self {
+            params,
+            last: [[zero; 6]; 2],
+            repetition: [Repetition::default(); 2],
+            unequal: 0,
+            unequal_by_n: zero,
+        }
+    }
+
     /// Wrenches that can be used (finger 1, 2), and the bits of [`validity`] for the others.
     pub fn check(&mut self, sample: &Sample<R>, limits: &Limits) -> ([Option<[R; 6]>; 2], u32) {
         let mut bits = 0;
@@ -59,7 +87,7 @@ impl<R: Real> Health<R> {
                 bits |= validity::WRENCH;
                 continue;
             }
-            let stuck = repetition.note(w == last);
+            let stuck = repetition.note(w == last, &self.params);
             *last = *w;
             let saturated = w.iter().enumerate().any(|(i, x)| {
                 let most = if i < 3 { range[0] } else { range[1] };
@@ -81,9 +109,9 @@ impl<R: Real> Health<R> {
     /// Whether normal forces that must cancel do not, beyond `allowed_n`; `sum_n` is what is left of them.
     pub fn biased(&mut self, sum_n: R, allowed_n: R) -> bool {
         let beyond = sum_n.abs() > allowed_n;
-        self.unequal = if beyond { self.unequal.saturating_add(1).min(BIASED) } else { 0 };
+        self.unequal = if beyond { self.unequal.saturating_add(1).min(self.params.biased) } else { 0 };
         self.unequal_by_n = sum_n;
-        self.unequal >= BIASED
+        self.unequal >= self.params.biased
     }
 }
 
@@ -101,19 +129,19 @@ struct Repetition {
 
 impl Repetition {
     /// Books a reading; `true` where it is one too many of equal ones.
-    fn note(&mut self, equal: bool) -> bool {
+    fn note(&mut self, equal: bool, params: &Params) -> bool {
         if equal {
             self.equal = self.equal.saturating_add(1);
-            return self.changes >= LIVELY && self.equal >= self.most();
+            return self.changes >= params.lively && self.equal >= self.most(params);
         }
         // A run that was a fault tells nothing of the noise.
-        if self.equal > 0 && (self.changes < LIVELY || self.equal < self.most()) {
+        if self.equal > 0 && (self.changes < params.lively || self.equal < self.most(params)) {
             self.runs = self.runs.saturating_add(1);
             self.repeats = self.repeats.saturating_add(self.equal);
         }
         self.changes = self.changes.saturating_add(1);
         self.equal = 0;
-        if self.changes.saturating_add(self.repeats) >= REMEMBERED {
+        if self.changes.saturating_add(self.repeats) >= params.remembered {
             let Self { changes, runs, repeats, .. } = *self;
             *self =
                 Self { equal: 0, changes: changes / 2, runs: runs.div_ceil(2), repeats: repeats.div_ceil(2) };
@@ -121,19 +149,19 @@ impl Repetition {
         false
     }
 
-    /// Repetitions in a row that chance hardly makes: the least `n` with `p q^(n-1)` below [`CHANCE`], `p`
+    /// Repetitions in a row that chance hardly makes: the least `n` with `p q^(n-1)` below [`Params::chance`], `p`
     /// the share of runs among changes, `q` that of repetitions that another one followed. (A quiet converter
     /// repeats its commonest reading more often than others: `q` is above `p`.)
-    fn most(&self) -> u16 {
+    fn most(&self, params: &Params) -> u16 {
         let share = |of: u16, all: u16| f32::from(of) / f32::from(all.max(1));
         let mut chance = share(self.runs, self.changes.saturating_add(self.runs));
         let again = (self.repeats - self.runs.min(self.repeats)).saturating_add(u16::from(self.runs > 0));
         let again = share(again, self.repeats.saturating_add(1));
         let mut count = 1;
-        while chance > CHANCE && count < SURELY_STUCK {
+        while chance > params.chance && count < params.surely_stuck {
             chance *= again;
             count += 1;
         }
-        count.max(STUCK - 1)
+        count.max(params.stuck.saturating_sub(1))
     }
 }

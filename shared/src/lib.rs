@@ -20,6 +20,7 @@ pub mod formula;
 pub mod gauges;
 pub mod health;
 pub mod lcp;
+mod linear;
 mod look_ahead;
 pub mod model;
 pub mod observer;

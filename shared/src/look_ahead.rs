@@ -1,6 +1,6 @@
 //! The contact model run ahead along the plan, as far as the tick's work allows.
 //!
-//! Mostly the whole horizon is done within one tick. Where its contact problems are dear (a
+//! Mostly the whole horizon is done within one tick. Where its contact problems are expensive (a
 //! slip that begins, a contact that opens), the rest is done in the next ticks from where it
 //! stopped, so that no tick is late; what it foresees is then some ticks old, and its times
 //! are told from now. The work is counted in evaluations of the momentum balance, not in

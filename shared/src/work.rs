@@ -50,14 +50,14 @@ impl Work {
         self.done
     }
 
-    /// `options` for a next step that ends within `most` in all: a dear one does not make the tick
+    /// `options` for a next step that ends within `most` in all: an expensive one does not make the tick
     /// late, but is marked.
     pub fn bounding<R: Real>(&self, options: &SolveBudget<R>, most: u32) -> SolveBudget<R> {
         options.within(most.saturating_sub(self.done.saturating_add(AROUND_WORK)))
     }
 
     /// Whether this tick has room for a step of the look-ahead. One is done in nearly every
-    /// tick, so that it gets on however dear the present is.
+    /// tick, so that it gets on however expensive the present is.
     pub fn room(&self) -> bool {
         self.done < if self.steps_ahead == 0 { MOST_WORK } else { ENOUGH_WORK }
     }

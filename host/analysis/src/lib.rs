@@ -3,8 +3,14 @@
 //!
 //! From the ground up: [`channels`] (the signals that both share), [`model`] (the model file),
 //! [`run`] (a model along a recorded trial), [`evidence`] (conditions, phases, noise, balance),
-//! [`fit`] (least squares on features of all trials), and on top [`mod@check`],
-//! [`mod@calibrate`], [`mod@compare`], [`mod@diagnose`] and [`score`].
+//! [`fit`] (least squares on features of all trials), and on top the analyses.
+//!
+//! An analysis is one function: [`check()`], [`calibrate()`], [`compare()`], [`diagnose()`], [`suggest()`],
+//! [`add()`], [`refit()`], [`score()`]. It takes a data set, a model, its options and a [`Progress`], and
+//! returns a report that serialises, or an error that says what to do. Those that read a data set trial by
+//! trial take an [`Index`](stickslip_data::Index), from a folder or from memory, and say in their report
+//! what of it was refused; those that need all trials at once take a
+//! [`Dataset`](stickslip_data::Dataset). Commands, pages and tests call these.
 
 pub mod add;
 pub mod calibrate;
@@ -15,5 +21,16 @@ pub mod diagnose;
 pub mod evidence;
 pub mod fit;
 pub mod model;
+pub mod progress;
 pub mod run;
 pub mod score;
+pub mod suggest;
+
+pub use add::{add, refit};
+pub use calibrate::calibrate;
+pub use check::check;
+pub use compare::compare;
+pub use diagnose::diagnose;
+pub use progress::Progress;
+pub use score::document::score;
+pub use suggest::suggest;

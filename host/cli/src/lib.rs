@@ -1,4 +1,3 @@
 //! The `stickslip` command: what users run, one module a command.
 
 pub mod commands;
-pub mod data;

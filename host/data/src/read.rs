@@ -7,6 +7,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -15,7 +16,8 @@ use super::table::TableReading;
 use super::trials::{self, TrialRows};
 use super::{Dataset, Description, Trial, TrialInfo, csv_table, description, parquet_table};
 
-/// A data set whose tables are not read yet.
+/// A data set whose trials are read one by one, when they are asked for: from its folder, or from memory
+/// where it was made from a [`Dataset`].
 #[derive(Clone, Debug)]
 pub struct Index {
     /// Its folder.
@@ -28,6 +30,17 @@ pub struct Index {
     pub errors: Vec<DatasetError>,
     /// What is worth knowing.
     pub warnings: Vec<Warning>,
+    /// Its trials, where it does not stand in a folder.
+    in_memory: Option<Arc<[Trial]>>,
+}
+
+impl From<Dataset> for Index {
+    fn from(dataset: Dataset) -> Self {
+        let Dataset { folder, description, trials } = dataset;
+        let infos = trials.iter().map(|trial| trial.info.clone()).collect();
+        let in_memory = Some(trials.into());
+        Index { folder, description, trials: infos, errors: Vec::new(), warnings: Vec::new(), in_memory }
+    }
 }
 
 /// What a lenient reading gave.
@@ -50,6 +63,18 @@ pub struct TrialReading {
     pub error: Option<DatasetError>,
     /// What is worth knowing.
     pub warnings: Vec<Warning>,
+}
+
+impl TrialReading {
+    /// What was lost of the trial, and why; `None`: nothing.
+    #[must_use]
+    pub fn refusal(&self) -> Option<String> {
+        let error = self.error.as_ref()?;
+        Some(match &self.trial {
+            Some(kept) => format!("{error}; the {} rows before are used", kept.samples.len()),
+            None => format!("{error}; the trial is left out"),
+        })
+    }
 }
 
 /// Reads the whole data set in `folder`.
@@ -77,7 +102,7 @@ pub fn read(folder: &Path) -> Result<Dataset, DatasetError> {
 /// # Errors
 /// Without a readable dataset.toml and header of trials.csv nothing can be kept.
 pub fn read_lenient(folder: &Path) -> Result<Reading, DatasetError> {
-    let Index { folder, description, trials, mut errors, mut warnings } = Index::open(folder)?;
+    let Index { folder, description, trials, mut errors, mut warnings, .. } = Index::open(folder)?;
     let readings: Vec<_> =
         trials.into_par_iter().map(|info| read_table(&folder, info, Keep::GoodRows)).collect();
     let mut kept = Vec::with_capacity(readings.len());
@@ -114,7 +139,7 @@ impl Index {
             let text = "the data set lists no trials".to_owned();
             warnings.push(Warning { file, files: 1, text });
         }
-        Ok(Index { folder: folder.to_owned(), description, trials, errors, warnings })
+        Ok(Index { folder: folder.to_owned(), description, trials, errors, warnings, in_memory: None })
     }
 
     /// The trial named `id`, or the first, and its place among the trials (wear goes with it).
@@ -135,7 +160,7 @@ impl Index {
     /// # Errors
     /// The first refusal in its table.
     pub fn read_trial(&self, info: &TrialInfo) -> Result<Trial, DatasetError> {
-        let reading = read_table(&self.folder, info.clone(), Keep::Whole);
+        let reading = self.reading(info, Keep::Whole);
         match (reading.error, reading.trial) {
             (Some(error), _) => Err(error),
             (None, Some(trial)) => Ok(trial),
@@ -147,7 +172,21 @@ impl Index {
     /// Reads what is good of one trial.
     #[must_use]
     pub fn read_trial_lenient(&self, info: &TrialInfo) -> TrialReading {
-        read_table(&self.folder, info.clone(), Keep::GoodRows)
+        self.reading(info, Keep::GoodRows)
+    }
+
+    fn reading(&self, info: &TrialInfo, keep: Keep) -> TrialReading {
+        match &self.in_memory {
+            None => read_table(&self.folder, info.clone(), keep),
+            Some(trials) => match trials.iter().find(|trial| trial.info.trial == info.trial) {
+                Some(trial) => TrialReading { trial: Some(trial.clone()), ..TrialReading::default() },
+                None => {
+                    let problem = Problem::NoSuchTrial(info.trial.clone());
+                    let error = Some(DatasetError::of_file(&self.folder, problem));
+                    TrialReading { error, ..TrialReading::default() }
+                }
+            },
+        }
     }
 }
 

@@ -4,7 +4,7 @@
 //!
 //! `cargo run --release -p stickslip-lab --example calibration_coverage [SEEDS [SHARE [PRIMITIVE [FIRST]]]]`
 
-use stickslip_analysis::calibrate::{Coefficient, Share, calibrate, name};
+use stickslip_analysis::calibrate::{Coefficient, Share, name, of_primitive};
 use stickslip_analysis::model::file::default_model;
 use stickslip_rig::plan::{PlanName, conditions, trials};
 use stickslip_rig::{self, Nuisance, Reality, STEP_S, Setup, objects};
@@ -45,7 +45,7 @@ fn main() -> anyhow::Result<()> {
                 })
                 .collect::<anyhow::Result<Vec<_>>>()?;
             let found =
-                calibrate(&setup.description, primitive, &recorded, &default_model(), Share::of(share))?;
+                of_primitive(&setup.description, primitive, &recorded, &default_model(), Share::of(share))?;
             for e in &found.estimates {
                 let truth = match e.coefficient {
                     Coefficient::Finger => truth.0,

@@ -6,7 +6,7 @@ use plotters::style::RGBColor;
 
 use crate::html::{escape, heat, page};
 use crate::plot::{Bar, Chart, Line, MEASURED, MODELS};
-use crate::words::short;
+use crate::words::{interval, short};
 use stickslip_analysis::channels::channel_words;
 use stickslip_analysis::diagnose::RELEVANT;
 use stickslip_analysis::diagnose::report::{CandidateReport, Place, Report, Verdict};
@@ -195,11 +195,10 @@ fn card(c: &CandidateReport, class: &str, role: &str) -> String {
     for p in c.info.parameters {
         let Some(v) = c.parameters.get(p.name) else { continue };
         out += &format!(
-            "<tr><td class=\"left\">{}</td><td><b>{}</b></td><td>{} to {}</td><td>{}</td><td>{}</td><td class=\"text\">{}</td></tr>\n",
+            "<tr><td class=\"left\">{}</td><td><b>{}</b></td><td>{}</td><td>{}</td><td>{}</td><td class=\"text\">{}</td></tr>\n",
             escape(p.name),
             short(v.value),
-            short(v.low),
-            short(v.high),
+            interval(v.low, v.high),
             escape(p.unit),
             short(p.typical),
             escape(p.what)
@@ -245,8 +244,7 @@ fn tried(report: &Report) -> String {
             .parameters
             .iter()
             .map(|(n, v)| {
-                let [value, low, high] = [v.value, v.low, v.high].map(short);
-                format!("{} = {value} ({low} to {high}) {}", escape(n), escape(v.unit))
+                format!("{} = {} ({}) {}", escape(n), short(v.value), interval(v.low, v.high), escape(v.unit))
             })
             .collect();
         out += &format!(
@@ -320,11 +318,10 @@ fn parameters(report: &Report) -> String {
     );
     for (name, v) in &report.parameters {
         out += &format!(
-            "<tr><td>{}</td><td>{}</td><td>{} to {}</td><td>{}</td></tr>\n",
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
             escape(name),
             short(v.value),
-            short(v.low),
-            short(v.high),
+            interval(v.low, v.high),
             escape(v.unit)
         );
     }

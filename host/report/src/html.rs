@@ -31,9 +31,9 @@ pub fn tabs(name: &str, panes: &[(String, String)]) -> String {
     }
     let mut out = String::from("<div class=\"tabs\">\n");
     for (k, (label, _)) in panes.iter().enumerate() {
-        let checked = if k == 0 { " checked" } else { "" };
+        let checked = if k == 0 { " checked=\"checked\"" } else { "" };
         out += &format!(
-            "<input type=\"radio\" name=\"{name}\" id=\"{name}-{k}\"{checked}><label for=\"{name}-{k}\">{}</label>\n",
+            "<input type=\"radio\" name=\"{name}\" id=\"{name}-{k}\"{checked}/><label for=\"{name}-{k}\">{}</label>\n",
             escape(label)
         );
     }

@@ -4,6 +4,7 @@
 //! reader's light or dark setting.
 
 pub mod compare;
+pub mod data;
 pub mod diagnose;
 pub mod html;
 pub mod overlay;

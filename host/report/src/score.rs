@@ -15,7 +15,8 @@ pub fn page(d: &Document) -> String {
     let mut body = format!(
         "<h1>stickslip score: {}</h1>\n<div class=\"facts\"><span><b>{}</b> trials</span><span><b>{}</b></span><span>object's pose: <b>{}</b></span>\
          <span>not scored: <b>{}</b> trials</span><span>sample not trusted: <b>{:.2} %</b> of the ticks</span></div>\n\
-         <div class=\"scroll\"><table><tr><th>event<th class=\"left\">method<th>events<th>found<th>in time<th>lead<br>5/50/95 %, ms<th>false<th>near<th>onset<br>error, ms</tr>\n",
+         <div class=\"scroll\"><table><tr><th>event</th><th class=\"left\">method</th><th>events</th><th>found</th><th>in time</th><th>lead<br/>5/50/95 %, ms</th>\
+         <th>false</th><th>near</th><th>onset<br/>error, ms</th></tr>\n",
         escape(&d.data.display().to_string()),
         d.trials,
         time(d.hours),
@@ -29,8 +30,8 @@ pub fn page(d: &Document) -> String {
     for r in shown(&d.rows) {
         // The interval on a line of its own: the table fits the page.
         let cell = |(k, c): (usize, &String)| {
-            let text = escape(c).replace(" (", "<br>(").replace(" an hour)", "/h)");
-            format!("<td{}>{text}", if k < 2 { " class=\"left\"" } else { "" })
+            let text = escape(c).replace(" (", "<br/>(").replace(" an hour)", "/h)");
+            format!("<td{}>{text}</td>", if k < 2 { " class=\"left\"" } else { "" })
         };
         let row: Vec<String> = cells(r).iter().enumerate().map(cell).collect();
         body += &format!("<tr>{}</tr>\n", row.concat());

@@ -16,6 +16,7 @@ use anyhow::Context;
 use comfy_table::{ContentArrangement, Table, presets};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
+use stickslip_analysis::Progress;
 
 /// For whom is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,13 +34,36 @@ pub struct Output {
     schema: Option<String>,
     document_printed: AtomicBool,
     refused: Mutex<BTreeSet<String>>,
+    /// Of the computation that is under way.
+    bar: Mutex<Option<ProgressBar>>,
+}
+
+/// A bar on stderr for each stage; gone as soon as something is printed.
+impl Progress for Output {
+    fn begin(&self, stage: &'static str, steps: usize) {
+        self.finish_bar();
+        let new = self.progress(steps as u64, stage);
+        *self.bar.lock().unwrap_or_else(PoisonError::into_inner) = Some(new);
+    }
+
+    fn step(&self, steps: usize) {
+        if let Some(bar) = self.bar.lock().unwrap_or_else(PoisonError::into_inner).as_ref() {
+            bar.inc(steps as u64);
+        }
+    }
 }
 
 impl Output {
     /// Prints in `style`.
     #[must_use]
     pub fn new(style: Style) -> Self {
-        Output { style, schema: None, document_printed: AtomicBool::new(false), refused: Mutex::default() }
+        Output {
+            style,
+            schema: None,
+            document_printed: AtomicBool::new(false),
+            refused: Mutex::default(),
+            bar: Mutex::default(),
+        }
     }
 
     /// The same for the program and command `name`: its documents say `"schema": "<name>/1"`
@@ -58,6 +82,7 @@ impl Output {
     /// A line of text for people; nothing with `--json`.
     pub fn text(&self, text: impl Display) {
         if self.style == Style::Human {
+            self.finish_bar();
             print_line(&mut io::stdout().lock(), text);
         }
     }
@@ -72,6 +97,7 @@ impl Output {
 
     /// A remark on stderr in both styles: it is no part of the result.
     pub fn note(&self, text: impl Display) {
+        self.finish_bar();
         print_line(&mut io::stderr().lock(), format_args!("note: {text}"));
     }
 
@@ -80,6 +106,7 @@ impl Output {
     pub fn refused(&self, what: impl Display) {
         let text = what.to_string();
         if self.refused.lock().unwrap_or_else(PoisonError::into_inner).insert(text.clone()) {
+            self.finish_bar();
             print_line(&mut io::stderr().lock(), format_args!("refused: {text}"));
         }
     }
@@ -137,6 +164,7 @@ impl Output {
     /// Prints `error: ...` with its causes on stderr; with `--json` also as the document,
     /// where the command printed none.
     pub fn error(&self, error: &anyhow::Error) {
+        self.finish_bar();
         print_line(&mut io::stderr().lock(), format_args!("error: {}", chain(error).join(": ")));
         if self.style == Style::Json && !self.document_printed.load(Ordering::Relaxed) {
             let document = serde_json::json!({ "error": chain(error) });
@@ -160,6 +188,12 @@ impl Output {
                 self.error(error);
                 ExitCode::FAILURE
             }
+        }
+    }
+
+    fn finish_bar(&self) {
+        if let Some(bar) = self.bar.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            bar.finish_and_clear();
         }
     }
 

@@ -32,19 +32,18 @@
 //! Certificate: forces obey the contact law by construction, so the only error is that of
 //! the momentum balance; it is returned in newtons with every solution.
 
-mod linear;
 mod newton;
 mod params;
 mod patch;
 mod point;
 
+use crate::linear::Vec7;
 use crate::real::{Real, sqrt};
 pub use crate::solve::{
     Answer, Before, Bodies, ContactPoint, DOF, MAX_POINTS, Solution, SolveBudget, SolveStatus, Solved,
 };
 pub(crate) use crate::solve::{FACTORS_WORK, FIXED_POINTS, USUAL_POINTS};
 use heapless::Vec;
-use linear::Vec7;
 pub use newton::Kept;
 use newton::Problem;
 pub use params::ConeParams;

@@ -1,10 +1,10 @@
 //! The iteration: semismooth Newton on the momentum balance, its line search, and the Tresca fixed
 //! point where the descent stalls. See [`super`] for the method.
 
-use super::linear::{Factors, Vec7};
 use super::params::ConeParams;
 use super::patch::{Bound, Patch, add_jacobian, curvature, find_kinks, subtract_forces};
 use super::point::{Local, modes};
+use crate::linear::{Factors, Vec7};
 use crate::real::{Real, abs, clamp, max};
 use crate::solve::{DOF, MAX_POINTS, SolveBudget, SolveStatus};
 use heapless::Vec;
@@ -27,7 +27,7 @@ impl<R: Real> Residual<R> {
 /// Factors of an earlier solve: while the points do the same, they serve again.
 #[derive(Clone, Copy, Debug)]
 pub struct Kept<R> {
-    factors: Factors<R>,
+    factors: Factors<R, DOF>,
     /// Of what the points did when they were made.
     modes: u32,
     /// Zero: there are none.

@@ -9,8 +9,8 @@
 //! Angular velocities are multiplied and lengths divided by the radius of gyration: all
 //! numbers of the balance are then newtons and metres a second.
 
-use super::linear::{Mat7, Vec7};
 use super::point::{Friction, Local};
+use crate::linear::{Mat7, Vec7};
 use crate::real::{Real, Vec3, abs, max};
 use crate::solve::ContactPoint;
 

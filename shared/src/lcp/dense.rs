@@ -16,9 +16,7 @@
 //! The pivots work on a dictionary (basic variables as functions of the nonbasic ones), which
 //! holds the inverse of the basis in its slack columns: ties are broken by these, exactly.
 //!
-//! One file, although above 600 lines: pivots, proof and correction work in place on one dictionary.
-//!
-//! Above 600 lines: one method with its safeguards, which share the tableau.
+//! Above 600 lines: pivots, proof and correction work in place on one dictionary.
 
 use super::{Defect, Outcome, Path, Report, SolveStatus, residual, tolerance};
 use crate::real::{Real, abs, max, min, sqrt};

@@ -14,7 +14,6 @@ pub mod dense;
 pub mod factors;
 pub mod fallback;
 pub mod residual;
-mod small;
 
 use crate::real::Real;
 pub use crate::solve::{Defect, SolveStatus};

@@ -12,6 +12,9 @@ mod intervals;
 mod problem;
 mod windows;
 
+use std::borrow::Borrow;
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 use serde::Serialize;
 use stickslip_shared::model::Model;
@@ -19,8 +22,10 @@ use thiserror::Error;
 
 use crate::channels::{COUNT, Quantity, quantity};
 use crate::evidence::conditions::condition_of;
+use crate::model::file::ModelFile;
+use crate::progress::Progress;
 use crate::run::simulate::SceneError;
-use stickslip_data::{Description, Trial, TrialInfo};
+use stickslip_data::{Dataset, Description, Trial, TrialInfo};
 
 pub use determined::{Remark, Slid, name};
 pub use problem::{Coefficient, Estimate};
@@ -64,12 +69,33 @@ pub struct QuantityError {
     pub signal: f64,
 }
 
+/// What is calibrated from.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Trials that friction is found from; the rest validate.
+    pub share: Share,
+    /// Only trials of this primitive.
+    pub primitive: Option<String>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { share: Share::of(0.1), primitive: None }
+    }
+}
+
 /// Why nothing can be calibrated.
 #[derive(Debug, Error)]
 pub enum CalibrateError {
+    /// Nothing is listed.
+    #[error("the data set has no trials")]
+    Empty,
+    /// No trial of the wanted primitive.
+    #[error("no trial of primitive {0}")]
+    NoSuchPrimitive(String),
     /// The first trial's reason.
-    #[error("no trial can be simulated: {0}")]
-    Scene(SceneError),
+    #[error("primitive {0}: no trial can be simulated: {1}")]
+    Scene(String, SceneError),
     /// Nothing to learn from.
     #[error("primitive {0}: no trial has any prescribed motion to learn from")]
     NothingMoves(String),
@@ -122,23 +148,110 @@ pub fn pick<C: PartialEq>(conditions: &[C], share: Share) -> Vec<usize> {
     taken
 }
 
+/// Calibrations of a data set.
+#[derive(Clone, Debug, Serialize)]
+#[serde(transparent)]
+pub struct Report {
+    /// One for each primitive, in the order of their names.
+    pub primitives: Vec<Calibration>,
+    /// The model with the best determined friction of all.
+    #[serde(skip)]
+    pub model: ModelFile,
+}
+
+/// Calibrates the friction of `model` on each primitive of `data`; a step of `progress` is one.
+///
+/// # Errors
+/// Where there is no trial, or none of a primitive can be simulated; the first reason is given.
+pub fn calibrate(
+    data: &Dataset,
+    model: &ModelFile,
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<Report, CalibrateError> {
+    let mut primitives: BTreeMap<&str, Vec<(usize, &Trial)>> = BTreeMap::new();
+    for (at, trial) in data.trials.iter().enumerate() {
+        if options.primitive.as_ref().is_none_or(|p| *p == trial.info.primitive) {
+            primitives.entry(&trial.info.primitive).or_default().push((at, trial));
+        }
+    }
+    if primitives.is_empty() {
+        return Err(options.primitive.clone().map_or(CalibrateError::Empty, CalibrateError::NoSuchPrimitive));
+    }
+    progress.begin("calibrating", primitives.len());
+    let base = model.to_model();
+    let mut found = Vec::new();
+    for (primitive, trials) in primitives {
+        found.push(of_primitive(&data.description, primitive, &trials, &base, options.share)?);
+        progress.step(1);
+    }
+    let best = best_of(&found);
+    let mut with_best = base;
+    for e in &best {
+        *e.coefficient.of(&mut with_best) = e.value;
+    }
+    let model = with_friction(model, &with_best, &best);
+    Ok(Report { primitives: found, model })
+}
+
+/// The narrowest estimate of each coefficient that any of them determines.
+fn best_of(found: &[Calibration]) -> Vec<&Estimate> {
+    let width = |e: &Estimate| match (e.low, e.high) {
+        (Some(low), Some(high)) => high - low,
+        _ => f64::INFINITY,
+    };
+    let best = |coefficient| {
+        let all = found.iter().flat_map(|c| &c.estimates);
+        let of_it = all.filter(|e| e.coefficient == coefficient && e.determined);
+        of_it.min_by(|a, b| width(a).total_cmp(&width(b)))
+    };
+    [Coefficient::Finger, Coefficient::Pusher, Coefficient::Support].into_iter().filter_map(best).collect()
+}
+
+impl Report {
+    /// The narrowest estimate of each coefficient that any primitive determines.
+    pub fn best(&self) -> Vec<&Estimate> {
+        best_of(&self.primitives)
+    }
+}
+
+impl Calibration {
+    /// `file` with this friction and its intervals.
+    pub fn on(&self, file: &ModelFile) -> ModelFile {
+        with_friction(file, &self.model, &self.estimates.iter().collect::<Vec<_>>())
+    }
+}
+
+/// `file` with the values of `model` and the intervals of `estimates`.
+fn with_friction(file: &ModelFile, model: &Model<f64>, estimates: &[&Estimate]) -> ModelFile {
+    let mut file = file.clone();
+    file.friction_intervals.clear();
+    for e in estimates {
+        if let (Some(low), Some(high)) = (e.low, e.high) {
+            file.friction_intervals.insert(name(e.coefficient).into(), [low, high]);
+        }
+    }
+    file.set_values(model);
+    file
+}
+
 /// Calibrates `base` on the `share` of `trials` (all of one primitive; with their places in
 /// the data set) and validates on the rest.
 ///
 /// # Errors
 /// Where no trial can be simulated; the first reason is given.
-pub fn calibrate(
+pub fn of_primitive<T: Borrow<Trial> + Sync>(
     description: &Description,
     primitive: &str,
-    trials: &[(usize, Trial)],
+    trials: &[(usize, T)],
     base: &Model<f64>,
     share: Share,
 ) -> Result<Calibration, CalibrateError> {
-    let infos: Vec<&TrialInfo> = trials.iter().map(|(_, trial)| &trial.info).collect();
+    let infos: Vec<&TrialInfo> = trials.iter().map(|(_, trial)| &trial.borrow().info).collect();
     let ready: Vec<Result<Windowed, SceneError>> = trials
         .par_iter()
         .zip(condition_of(&infos))
-        .map(|((at, trial), condition)| Windowed::new(description, trial, *at, condition))
+        .map(|((at, trial), condition)| Windowed::new(description, trial.borrow(), *at, condition))
         .collect();
     let mut remarks = Vec::new();
     let mut good = Vec::new();
@@ -146,7 +259,7 @@ pub fn calibrate(
     for (windowed, (_, trial)) in ready.into_iter().zip(trials) {
         match windowed {
             Ok(windowed) if windowed.measured.is_empty() => {
-                remarks.push(Remark::NothingMoves(trial.info.trial.clone()));
+                remarks.push(Remark::NothingMoves(trial.borrow().info.trial.clone()));
             }
             Ok(windowed) => good.push(windowed),
             Err(error) => {
@@ -157,7 +270,7 @@ pub fn calibrate(
     }
     if good.is_empty() {
         return Err(match first_error {
-            Some(error) => CalibrateError::Scene(error),
+            Some(error) => CalibrateError::Scene(primitive.to_owned(), error),
             None => CalibrateError::NothingMoves(primitive.to_owned()),
         });
     }

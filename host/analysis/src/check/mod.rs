@@ -15,6 +15,7 @@ use crate::evidence::conditions::conditions;
 use crate::evidence::noise::{Course, Pool, white_noise};
 use crate::evidence::sensors;
 use crate::evidence::stages::{STAGES, Stages, stages};
+use crate::progress::Progress;
 use nalgebra::{UnitQuaternion, Vector3};
 use physics::{Breach, Cause, Clocks, Finding, TrialPhysics};
 use stickslip_data::{Description, Index, Pose, Sample, Trial, TrialInfo, Warning, error::join_warnings};
@@ -179,14 +180,16 @@ struct GroupFacts {
     warnings: Vec<Warning>,
 }
 
-/// Reads every trial of `index` and reports; `tick` is called after each group with its size.
-pub fn check(index: &Index, tick: impl Fn(u64) + Sync) -> Report {
+/// Reads every trial of `index` and reports; a step of `progress` is a trial.
+#[must_use]
+pub fn check(index: &Index, progress: &dyn Progress) -> Report {
+    progress.begin("checking trials", index.trials.len());
     let groups = conditions(&index.trials);
     let facts: Vec<GroupFacts> = groups
         .par_iter()
         .map(|group| {
             let facts = group_facts(index, group);
-            tick(group.len() as u64);
+            progress.step(group.len());
             facts
         })
         .collect();

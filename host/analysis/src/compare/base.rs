@@ -6,12 +6,12 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::inputs::Data;
+use super::inputs::load;
 use super::models::NamedModel;
-use crate::calibrate::{Share, calibrate, name};
+use crate::calibrate::{Share, name, of_primitive};
 use crate::evidence::sensors::{sensors_or_estimated, unstated};
 use crate::model::file::default_model;
-use stickslip_data::{Description, Trial};
+use stickslip_data::{Description, Index, Trial};
 
 /// Most trials of a primitive that serve it.
 const TRIALS: usize = 12;
@@ -19,14 +19,14 @@ const TRIALS: usize = 12;
 /// The description with what its `[sensors]` do not state taken from at most twelve trials, as
 /// [`crate::evidence::sensors`] does it for every command; `notes` receives what was taken. No sensor
 /// is perfect: with a floor of zero every model would fail.
-pub fn with_sensors(data: Data, notes: &mut Vec<String>) -> Description {
-    if unstated(data.description).is_empty() {
+pub fn with_sensors(data: &Index, notes: &mut Vec<String>) -> Description {
+    if unstated(&data.description).is_empty() {
         return data.description.clone();
     }
-    let count = data.infos.len().min(TRIALS);
+    let count = data.trials.len().min(TRIALS);
     let trials: Vec<Trial> =
-        (0..count).into_par_iter().filter_map(|k| (data.load)(k * data.infos.len() / count).ok()).collect();
-    let used = sensors_or_estimated(data.description, trials.iter());
+        (0..count).into_par_iter().filter_map(|k| load(data, k * data.trials.len() / count).0.ok()).collect();
+    let used = sensors_or_estimated(&data.description, trials.iter());
     if !used.taken.is_empty() {
         notes.push(format!("[sensors] leaves open what was taken from the data: {}.", used.taken.join("; ")));
     }
@@ -35,14 +35,14 @@ pub fn with_sensors(data: Data, notes: &mut Vec<String>) -> Description {
 
 /// Calibrates it on trials that are not held out; `notes` receives what they do not determine.
 pub fn calibrated(
-    data: Data,
+    data: &Index,
     groups: &[Vec<usize>],
     held_out: &[bool],
     notes: &mut Vec<String>,
 ) -> NamedModel {
     let mut usable: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for i in groups.iter().filter_map(|g| g.iter().copied().find(|i| !held_out[*i])) {
-        usable.entry(&data.infos[i].primitive).or_default().push(i);
+        usable.entry(&data.trials[i].primitive).or_default().push(i);
     }
     let several = usable.len() > 1;
     let mut out = NamedModel::own("base", "", default_model());
@@ -52,10 +52,10 @@ pub fn calibrated(
         let trials: Vec<(usize, Trial)> = (0..count)
             .into_par_iter()
             .map(|k| places[k * places.len() / count])
-            .filter_map(|i| (data.load)(i).ok().map(|trial| (i, trial)))
+            .filter_map(|i| load(data, i).0.ok().map(|trial| (i, trial)))
             .collect();
         let all = Share { share: 1.0, fewest: count };
-        let found = match calibrate(data.description, primitive, &trials, &default_model(), all) {
+        let found = match of_primitive(&data.description, primitive, &trials, &default_model(), all) {
             Ok(found) => found,
             Err(error) => {
                 notes.push(format!(

@@ -39,6 +39,9 @@ pub struct Comparison {
     pub tallies: Vec<Tally>,
     /// Trials that could not be compared.
     pub skipped: Vec<Skipped>,
+    /// What could not be read of the data set, and why; the rest was compared.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub refused: Vec<String>,
     /// For the page.
     #[serde(skip)]
     pub traces: Vec<Trace>,

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::tare::Tare;
 use crate::evidence::conditions::HeldOut;
-use stickslip_data::{Description, Trial, TrialInfo};
+use stickslip_data::{Index, Trial};
 
 /// Family-wise chance of a false alarm.
 pub const SIGNIFICANCE: f64 = 0.01;
@@ -45,15 +45,11 @@ pub enum Forces {
     AsReturned,
 }
 
-/// A data set whose trials are read one by one, so that it need not fit memory.
-#[derive(Clone, Copy)]
-pub struct Data<'a> {
-    /// dataset.toml.
-    pub description: &'a Description,
-    /// trials.csv.
-    pub infos: &'a [TrialInfo],
-    /// Reads the trial at this place of `infos`.
-    pub load: &'a (dyn Fn(usize) -> Result<Trial, String> + Sync),
+/// What is good of trial `i`, and what of it was refused.
+pub fn load(data: &Index, i: usize) -> (Result<Trial, String>, Option<String>) {
+    let reading = data.read_trial_lenient(&data.trials[i]);
+    let refused = reading.refusal();
+    (reading.trial.ok_or_else(|| "it cannot be read".to_owned()), refused)
 }
 
 /// What to compare.

@@ -30,35 +30,17 @@ use rayon::prelude::*;
 use crate::channels::Signals;
 use crate::evidence::conditions::HeldOut;
 use crate::evidence::phases::{Phases, split};
+use crate::progress::Progress;
 use crate::run::simulate::{Simulated, prepare};
 use document::{Comparison, DataSummary, ErrorRow, ModelReport, SCHEMA, Skipped};
 use noise::Source;
 use rows::Part;
-use stickslip_data::{Dataset, TrialInfo};
+use stickslip_data::{Index, TrialInfo};
 use trial::TrialErrors;
 
-pub use inputs::{CompareError, Data, Forces, Options, SIGNIFICANCE};
+use inputs::load;
+pub use inputs::{CompareError, Forces, Options, SIGNIFICANCE};
 pub use models::NamedModel;
-
-/// Compares a data set that is in memory; see [`compare`].
-///
-/// # Errors
-/// As [`compare`].
-pub fn compare_dataset(
-    data: &Dataset,
-    models: &[NamedModel],
-    options: &Options,
-) -> Result<Comparison, CompareError> {
-    let infos: Vec<TrialInfo> = data.trials.iter().map(|t| t.info.clone()).collect();
-    let load = |i: usize| Ok(data.trials[i].clone());
-    compare(
-        Data { description: &data.description, infos: &infos, load: &load },
-        models,
-        options,
-        &mut |_, _| {},
-        &|| {},
-    )
-}
 
 /// Trials that were compared, with the errors of each model.
 struct Compared {
@@ -69,21 +51,22 @@ struct Compared {
     /// The last model's within the tolerance and the phases of the first; empty for one model.
     paired: Vec<TrialErrors>,
     skipped: Vec<Skipped>,
+    /// What could not be read.
+    refused: Vec<String>,
 }
 
 /// Compares `models` with the data. Without a model the base model is calibrated quickly.
-/// `begin` is called with the name and length of each stage, `tick` when a step of it is done.
+/// A step of `progress` is a trial.
 ///
 /// # Errors
 /// A trial that is not there, nothing to hold out, no trial that can be simulated.
 pub fn compare(
-    data: Data,
+    data: &Index,
     models: &[NamedModel],
     options: &Options,
-    begin: &mut dyn FnMut(&'static str, usize),
-    tick: &(dyn Fn() + Sync),
+    progress: &dyn Progress,
 ) -> Result<Comparison, CompareError> {
-    let infos = data.infos;
+    let infos = data.trials.as_slice();
     if infos.is_empty() {
         return Err(CompareError::Empty);
     }
@@ -91,19 +74,20 @@ pub fn compare(
     let groups = crate::evidence::conditions::conditions(infos);
     let condition_of = crate::evidence::conditions::condition_of(infos);
     let mut notes = Vec::new();
-    let description = base::with_sensors(data, &mut notes);
-    let data = Data { description: &description, ..data };
-    let noise = noise::sensor_noise(data.description);
+    let mut with_sensors = data.clone();
+    with_sensors.description = base::with_sensors(data, &mut notes);
+    let data = &with_sensors;
+    let noise = noise::sensor_noise(&data.description);
     let mut calibrated = None;
     if models.is_empty() {
-        begin("calibrating", 1);
+        progress.begin("calibrating", 1);
         calibrated = Some(base::calibrated(data, &groups, &held_out, &mut notes));
-        tick();
+        progress.step(1);
     }
     let models = calibrated.as_ref().map_or(models, std::slice::from_ref);
     let chosen = chosen_trials(options, infos, &groups, &condition_of, &held_out)?;
-    begin("comparing", chosen.loaded.len());
-    let compared = simulate_all(data, &chosen.loaded, models, options.forces, &noise, tick);
+    progress.begin("comparing", chosen.loaded.len());
+    let compared = simulate_all(data, &chosen.loaded, models, options.forces, &noise, progress);
     let reported: Vec<bool> = compared.places.iter().map(|i| chosen.reported.contains(i)).collect();
     if !reported.iter().any(|r| *r) {
         let why = compared.skipped.first().map_or("no trial is left", |s| s.reason.as_str());
@@ -121,7 +105,7 @@ pub fn compare(
     };
     // Takes the offsets out; returns them, and what was taken out of each trial.
     let tared = |errors: &mut [TrialErrors]| {
-        let found = tare::offsets(&errors.iter().collect::<Vec<_>>(), data.description, options.tare);
+        let found = tare::offsets(&errors.iter().collect::<Vec<_>>(), &data.description, options.tare);
         for (e, tare) in errors.iter_mut().zip(&found.1) {
             e.shift(tare);
         }
@@ -216,6 +200,7 @@ pub fn compare(
         changes,
         tallies,
         skipped: compared.skipped,
+        refused: compared.refused,
         traces,
         calibrated,
     })
@@ -254,22 +239,23 @@ fn chosen_trials(
 }
 
 fn simulate_all(
-    data: Data,
+    data: &Index,
     loaded: &[usize],
     models: &[NamedModel],
     forces: Forces,
     noise: &Signals,
-    tick: &(dyn Fn() + Sync),
+    progress: &dyn Progress,
 ) -> Compared {
     type One = (Vec<TrialErrors>, Option<TrialErrors>);
-    let results: Vec<(usize, Result<One, String>)> = loaded
+    let results: Vec<(usize, Result<One, String>, Option<String>)> = loaded
         .par_iter()
         .map(|&i| {
+            let (trial, refused) = load(data, i);
             let one = || -> Result<One, String> {
-                let trial = (data.load)(i)?;
-                let prepared = prepare(data.description, &trial, i).map_err(|e| e.to_string())?;
+                let trial = trial?;
+                let prepared = prepare(&data.description, &trial, i).map_err(|e| e.to_string())?;
                 drop(trial);
-                let info = &data.infos[i];
+                let info = &data.trials[i];
                 let bare = |simulated: &Simulated, phases| {
                     TrialErrors::of(&prepared, simulated, phases, &Vec::new())
                 };
@@ -314,8 +300,8 @@ fn simulate_all(
                 Ok((errors, paired))
             };
             let result = one();
-            tick();
-            (i, result)
+            progress.step(1);
+            (i, result, refused)
         })
         .collect();
     let mut out = Compared {
@@ -323,8 +309,10 @@ fn simulate_all(
         errors: vec![Vec::new(); models.len()],
         paired: Vec::new(),
         skipped: Vec::new(),
+        refused: data.errors.iter().map(ToString::to_string).collect(),
     };
-    for (i, result) in results {
+    for (i, result, refused) in results {
+        out.refused.extend(refused);
         match result {
             Ok((errors, paired)) => {
                 out.places.push(i);
@@ -333,7 +321,7 @@ fn simulate_all(
                     all.push(e);
                 }
             }
-            Err(reason) => out.skipped.push(Skipped { trial: data.infos[i].trial.clone(), reason }),
+            Err(reason) => out.skipped.push(Skipped { trial: data.trials[i].trial.clone(), reason }),
         }
     }
     out

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::document::{Trace, TrialRow};
-use super::inputs::Data;
+use super::inputs::load;
 use super::models::NamedModel;
 use super::noise::Floor;
 use super::rows;
@@ -12,6 +12,7 @@ use crate::evidence::conditions::VARIABLES;
 use crate::evidence::force_bands::{Band, bands};
 use crate::evidence::phases::{PHASES, Phases};
 use crate::run::simulate::{Prepared, prepare};
+use stickslip_data::Index;
 use stickslip_shared::model::Model;
 
 /// Samples at which the intervals of undetermined forces are found.
@@ -20,7 +21,7 @@ const DRAWN_BANDS: usize = 48;
 /// Signals of the worst and the median trial (or of the one chosen), simulated once more.
 #[allow(clippy::too_many_arguments)]
 pub fn traces(
-    data: Data,
+    data: &Index,
     places: &[usize],
     phases: &[Phases],
     trials: &rows::Trials,
@@ -31,7 +32,7 @@ pub fn traces(
     single: bool,
 ) -> Vec<Trace> {
     let at =
-        |row: &TrialRow| places.iter().position(|i| data.infos[*i].trial == row.trial).unwrap_or_default();
+        |row: &TrialRow| places.iter().position(|i| data.trials[*i].trial == row.trial).unwrap_or_default();
     let mut ranked: Vec<&TrialRow> = rows.iter().filter(|r| r.multiples.is_some()).collect();
     if ranked.is_empty() {
         ranked = rows.iter().collect();
@@ -51,16 +52,16 @@ pub fn traces(
         .filter_map(|(row, role)| {
             let k = at(row);
             let i = places[k];
-            let trial = (data.load)(i).ok()?;
-            let prepared = prepare(data.description, &trial, i).ok()?;
+            let trial = load(data, i).0.ok()?;
+            let prepared = prepare(&data.description, &trial, i).ok()?;
             let modelled = models
                 .iter()
-                .map(|m| m.simulate(&data.infos[i], &prepared).map(|s| s.signals))
+                .map(|m| m.simulate(&data.trials[i], &prepared).map(|s| s.signals))
                 .collect::<Result<_, _>>()
                 .ok()?;
             let rigid = models.last().filter(|m| m.is_rigid());
             let force_bands =
-                rigid.map_or_else(Vec::new, |m| drawn_bands(&prepared, m.of(&data.infos[i].primitive)));
+                rigid.map_or_else(Vec::new, |m| drawn_bands(&prepared, m.of(&data.trials[i].primitive)));
             let mut measured = prepared.measured;
             for row in &mut measured {
                 for (x, tare) in row.iter_mut().zip(&tares[k]) {
@@ -73,7 +74,7 @@ pub fn traces(
                     PHASES.map(|p| floors.get(&(primitive.to_owned(), c, p)).map_or(f64::NAN, |f| f.rms))
                 })
                 .collect();
-            let info = &data.infos[i];
+            let info = &data.trials[i];
             let levels = VARIABLES.iter().filter_map(|v| {
                 let (name, unit) = v.label().split_once(", ").unwrap_or((v.label(), ""));
                 v.level(info).map(|l| format!("{name} {l} {unit}").trim_end().to_owned())

@@ -26,6 +26,7 @@ use crate::fit::campaign::Campaign;
 use crate::fit::problem::Problem;
 use crate::fit::{self, FitError, Free, Solution};
 use crate::model::candidate::{self, CandidateEffect, Described};
+use crate::progress::Progress;
 use misfit::{Misfit, Place};
 use report::{Report, Verdict};
 use select::{Candidate, Held, Search, candidates, explained, hold_out, paired, search_again, total};
@@ -150,8 +151,10 @@ pub fn diagnose(
     dataset: &Dataset,
     model: impl Into<Described>,
     own: &[CandidateEffect],
-    tick: Tick,
+    progress: &dyn Progress,
 ) -> Result<Report, FitError> {
+    progress.begin("diagnosing", steps() as usize);
+    let tick: Tick = &|| progress.step(1);
     let begun = Instant::now();
     let model = model.into();
     let campaign = campaign_of(dataset, &model.model)?;

@@ -10,6 +10,7 @@ use stickslip_shared::predictor::Limits;
 use super::calibration::{Calibration, Stated};
 use super::figures::{Class, Row, rows};
 use super::{Judged, Method, ObjectPose, ScoreError, Scored, judge};
+use crate::progress::Progress;
 
 /// The JSON document `stickslip-score/1`.
 #[derive(Clone, Debug, Serialize)]
@@ -22,6 +23,9 @@ pub struct Document {
     pub trials: usize,
     /// Trials passed over: name, why.
     pub passed_over: Vec<(String, String)>,
+    /// What could not be read of the data set, and why; the rest was scored.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub refused: Vec<String>,
     /// What is worth knowing of the tables.
     pub warnings: Vec<String>,
     /// Time scored, h.
@@ -36,26 +40,34 @@ pub struct Document {
     pub calibration: Vec<Calibration>,
 }
 
-/// Thresholds that a predictor has to beat.
+/// What is scored, and against what.
 #[derive(Clone, Copy, Debug)]
-pub struct Baselines {
-    /// Tangential over normal force at which a finger is said to slip.
+pub struct Options {
+    /// How often the predictor is given the object's measured pose.
+    pub object_pose: ObjectPose,
+    /// Baseline: tangential over normal force at which a finger is said to slip.
     pub ratio: f64,
-    /// Rate of the tangential force at which a finger is said to slip, N/s.
+    /// Baseline: rate of the tangential force at which a finger is said to slip, N/s.
     pub rate_n_s: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { object_pose: ObjectPose::Every, ratio: 0.3, rate_n_s: 20.0 }
+    }
 }
 
 /// Scores the predictor with `model`, the same without its effects, and the baselines.
 ///
 /// # Errors
-/// A trial that the predictor refuses, or no trial that can be scored.
+/// Where no trial can be scored.
 pub fn score(
     index: &Index,
     model: &Model<f64>,
-    pose: ObjectPose,
-    baselines: Baselines,
-    progress: impl Fn() + Sync,
+    options: &Options,
+    progress: &dyn Progress,
 ) -> Result<Document, ScoreError> {
+    let pose = options.object_pose;
     let mut methods =
         vec![Method::Predictor { name: "stickslip".into(), model: Box::new(model.clone()), pose }];
     if !model.effects.is_empty() {
@@ -65,11 +77,13 @@ pub fn score(
         let name = "without added effects".into();
         methods.push(Method::Predictor { name, model: Box::new(plain), pose });
     }
-    methods.extend([Method::Ratio(baselines.ratio), Method::Rate(baselines.rate_n_s)]);
-    let Scored { judged, passed_over, warnings } = judge(index, &methods, Limits::default(), progress)?;
+    methods.extend([Method::Ratio(options.ratio), Method::Rate(options.rate_n_s)]);
+    let Scored { judged, passed_over, refused, warnings } =
+        judge(index, &methods, Limits::default(), progress);
     if judged.is_empty() {
-        let why = passed_over.first().map_or("the data set lists no trials", |(_, why)| *why);
-        return Err(ScoreError::Nothing(why));
+        let passed = passed_over.first().map(|(_, why)| (*why).to_owned());
+        let why = passed.or(refused.into_iter().next());
+        return Err(ScoreError::Nothing(why.unwrap_or_else(|| "the data set lists no trials".into())));
     }
     let names: Vec<String> = methods.iter().map(Method::name).collect();
     let ticks: usize = judged.iter().map(|j| j.alarms[0].ticks).sum();
@@ -95,6 +109,7 @@ pub fn score(
         data: index.folder.clone(),
         trials: judged.len(),
         passed_over: passed_over.into_iter().map(|(trial, why)| (trial, why.to_owned())).collect(),
+        refused,
         warnings: warnings.iter().map(ToString::to_string).collect(),
         hours: judged.iter().map(|j: &Judged| j.truth.until_s).sum::<f64>() / 3600.0,
         object_pose: pose,

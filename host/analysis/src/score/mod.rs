@@ -15,11 +15,12 @@ use rayon::prelude::*;
 use stickslip_shared::model::Model;
 use stickslip_shared::predictor::{Limits, Prediction, Predictor, flags};
 
-use crate::run::replay::{Feed, at_board_rate, feed, intent_of, interpolated_poses};
-use crate::run::simulate::scene;
+use crate::progress::Progress;
+use crate::run::replay::{Feed, ReplayError, at_board_rate, feed, intent_of, interpolated_poses};
+use crate::run::simulate::{SceneError, scene};
 use alarms::{Episode, episodes};
 use calibration::Stated;
-use stickslip_data::{DatasetError, Description, Index, Trial, TrialInfo, Warning, error::join_warnings};
+use stickslip_data::{Description, Index, Trial, TrialInfo, Warning, error::join_warnings};
 use truth::{Kind, Truth};
 
 /// Lead that a drop is to be warned with.
@@ -123,6 +124,8 @@ pub struct Scored {
     pub judged: Vec<Judged>,
     /// The others: name, and why they are passed over.
     pub passed_over: Vec<(String, &'static str)>,
+    /// What could not be read of the data set, and why.
+    pub refused: Vec<String>,
     /// What is worth knowing of the tables, equal remarks joined.
     pub warnings: Vec<Warning>,
 }
@@ -130,66 +133,59 @@ pub struct Scored {
 /// Why a data set cannot be scored.
 #[derive(Debug, thiserror::Error)]
 pub enum ScoreError {
-    /// Reading a table.
-    #[error(transparent)]
-    Data(#[from] DatasetError),
-    /// Scene or model.
-    #[error(transparent)]
-    Replay(#[from] crate::run::replay::ReplayError),
-    /// Scene.
-    #[error(transparent)]
-    Scene(#[from] crate::run::simulate::SceneError),
-    /// No trial was left.
+    /// No trial was left; the first reason.
     #[error("no trial can be scored: {0}")]
-    Nothing(&'static str),
+    Nothing(String),
 }
 
-/// Scores every trial that grasps something and shows where the object is. `done` is called after
-/// each.
-///
-/// # Errors
-/// A refused row of trials.csv, a trial that cannot be read, or a model that the predictor refuses.
-pub fn judge(
-    index: &Index,
-    methods: &[Method],
-    limits: Limits,
-    done: impl Fn() + Sync,
-) -> Result<Scored, ScoreError> {
-    if let Some(error) = index.errors.first() {
-        return Err(error.clone().into());
-    }
-    let judged: Vec<(Result<Judged, &'static str>, Vec<Warning>)> = index
+/// Why a trial is refused.
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
+enum Refused {
+    Replay(#[from] ReplayError),
+    Scene(#[from] SceneError),
+}
+
+/// Scores every trial that grasps something and shows where the object is; what cannot be read is
+/// listed in the result. A step of `progress` is a trial.
+pub fn judge(index: &Index, methods: &[Method], limits: Limits, progress: &dyn Progress) -> Scored {
+    type One = (Option<Result<Judged, &'static str>>, Option<String>, Vec<Warning>);
+    progress.begin("scoring", index.trials.len());
+    let judged: Vec<One> = index
         .trials
         .par_iter()
         .enumerate()
         .map(|(ordinal, info)| {
             let reading = index.read_trial_lenient(info);
-            if let Some(error) = reading.error {
-                return Err(error.into());
-            }
+            let refusal = reading.refusal();
             let mut warnings = reading.warnings;
             if let Some(text) = reading.trial.as_ref().and_then(interpolated_poses) {
                 warnings.push(Warning { file: index.folder.join(&info.file), files: 1, text });
             }
-            let judged = match reading.trial.map(|trial| at_board_rate(trial).0) {
-                Some(trial) => judge_trial(&index.description, &trial, ordinal, methods, limits)?,
-                None => Err("no samples"),
+            let trial = reading.trial.map(|trial| at_board_rate(trial).0);
+            let of = |trial| judge_trial(&index.description, trial, ordinal, methods, limits);
+            let (judged, refusal) = match trial.as_ref().map(of).transpose() {
+                Ok(judged) => (judged, refusal),
+                Err(why) => (None, Some(why.to_string())),
             };
-            done();
-            Ok((judged, warnings))
+            progress.step(1);
+            (judged, refusal, warnings)
         })
-        .collect::<Result<_, ScoreError>>()?;
-    let mut scored = Scored::default();
+        .collect();
+    let refused = index.errors.iter().map(ToString::to_string).collect();
+    let mut scored = Scored { refused, ..Scored::default() };
     let mut warnings = index.warnings.clone();
-    for ((judged, more), info) in judged.into_iter().zip(&index.trials) {
+    for ((judged, refusal, more), info) in judged.into_iter().zip(&index.trials) {
         warnings.extend(more);
+        scored.refused.extend(refusal);
         match judged {
-            Ok(judged) => scored.judged.push(judged),
-            Err(why) => scored.passed_over.push((info.trial.clone(), why)),
+            Some(Ok(judged)) => scored.judged.push(judged),
+            Some(Err(why)) => scored.passed_over.push((info.trial.clone(), why)),
+            None => {}
         }
     }
     scored.warnings = join_warnings(warnings);
-    Ok(scored)
+    scored
 }
 
 fn judge_trial(
@@ -198,7 +194,7 @@ fn judge_trial(
     ordinal: usize,
     methods: &[Method],
     limits: Limits,
-) -> Result<Result<Judged, &'static str>, ScoreError> {
+) -> Result<Result<Judged, &'static str>, Refused> {
     let info: &TrialInfo = &trial.info;
     let rig = scene(description, trial)?;
     if rig.fingers.is_none() {
@@ -235,7 +231,7 @@ fn judge_trial(
                 Ok(threshold(&t_s, rate, &truth))
             }
         })
-        .collect::<Result<Vec<_>, ScoreError>>()?;
+        .collect::<Result<Vec<_>, Refused>>()?;
     let holds = intent_of(&info.primitive) == stickslip_shared::predictor::Intent::Hold;
     Ok(Ok(Judged { trial: info.trial.clone(), holds, truth, alarms }))
 }
@@ -253,9 +249,9 @@ fn predict(
     ordinal: usize,
     pose: ObjectPose,
     trial: &str,
-) -> Result<Vec<Prediction>, ScoreError> {
+) -> Result<Vec<Prediction>, Refused> {
     let mut predictor = Predictor::new(feed.scene.clone(), model.cast(), limits)
-        .map_err(|why| crate::run::replay::ReplayError::Refused { trial: trial.to_owned(), why })?;
+        .map_err(|why| ReplayError::Refused { trial: trial.to_owned(), why })?;
     predictor.set_plan(feed.plan.clone());
     predictor.set_trial(ordinal as f32);
     let mut started = false;

@@ -58,7 +58,7 @@ fn everything() -> &'static Dataset {
 fn report(dataset: &Dataset) -> Report {
     let folder = tempfile::tempdir().expect("folder");
     write(dataset, folder.path()).expect("written");
-    check(&Index::open(folder.path()).expect("readable"), |_| {})
+    check(&Index::open(folder.path()).expect("readable"), &())
 }
 
 /// Causes found after `change` was made to the pushes, with the text.
@@ -120,7 +120,7 @@ fn repetitions_that_differ_by_noise_alone_have_a_floor_of_that_noise() {
 #[test]
 fn the_demonstration_data_have_no_finding() {
     let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo");
-    let report = check(&Index::open(&demo).expect("readable"), |_| {});
+    let report = check(&Index::open(&demo).expect("readable"), &());
     assert_eq!(report.findings, vec![], "{:?}", report.findings);
 }
 

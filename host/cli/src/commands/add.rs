@@ -3,14 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{bail, ensure};
-use stickslip_shared::model::{MAX_EFFECTS, MAX_FORMULAS};
 
-use crate::commands::diagnose::{proposals, read_data};
+use crate::commands::diagnose::proposals;
 use crate::commands::fitted::{file_or_default, give, next_compare};
-use stickslip_analysis::add::with_effects;
-use stickslip_analysis::fit::campaign::Campaign;
+use stickslip_analysis::add;
 use stickslip_analysis::model::candidate;
-use stickslip_analysis::model::file::{EffectEntry, ModelFile};
+use stickslip_analysis::model::file::EffectEntry;
 use stickslip_report::terminal::Output;
 
 /// Arguments of `stickslip add`.
@@ -68,15 +66,10 @@ impl Args {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let (data, effects) = args.split()?;
     let whole = file_or_default(args.model.as_deref())?;
-    let (mut file, formulas) = proposals(&whole, args.formula.as_deref())?;
-    let before = file.clone();
-    for name in effects {
-        if file.effects.iter().any(|e| e.name() == name) {
-            bail!("the model already has {name}; `stickslip refit` fits its parameters");
-        }
-        file.effects.push(candidate::named(name, &formulas)?);
-    }
-    fits(&file)?;
+    let (before, formulas) = proposals(&whole, args.formula.as_deref())?;
+    // With those that the model has: `add` says so of them.
+    let known: Vec<EffectEntry> = formulas.iter().chain(&before.effects).cloned().collect();
+    let new = effects.iter().map(|name| candidate::named(name, &known)).collect::<Result<Vec<_>, _>>()?;
     for formula in whole.effects.iter().filter(|e| e.is_proposal()) {
         if !effects.iter().any(|name| name == formula.name()) {
             output.note(format_args!(
@@ -85,20 +78,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             ));
         }
     }
-    let dataset = read_data(data, output)?;
-    let bar = output.spinner("fitting");
-    let fit = with_effects(&Campaign::new(&dataset, &before.to_model()), &mut file, effects.len())?;
-    bar.finish_and_clear();
-    give((&before, &file, &fit), &args.out, output)?;
+    let report = add(&stickslip_report::data::read(data, output)?, &before, &new, output)?;
+    give(&before, &report, &args.out, output)?;
     next_compare(data, args.model.as_deref(), &args.out, output);
-    Ok(())
-}
-
-/// What the board has room for.
-fn fits(file: &ModelFile) -> anyhow::Result<()> {
-    let formulas = file.effects.iter().filter(|e: &&EffectEntry| e.formula.is_some()).count();
-    ensure!(formulas <= MAX_FORMULAS, "{formulas} formulas; a model has at most {MAX_FORMULAS}");
-    let count = file.effects.len();
-    ensure!(count <= MAX_EFFECTS, "{count} effects; a model has at most {MAX_EFFECTS}");
     Ok(())
 }

@@ -1,16 +1,13 @@
 //! `stickslip calibrate DATA`: friction from a small share of the trials, validated on the rest.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use serde::Serialize;
-use stickslip_shared::model::Model;
 
-use stickslip_analysis::calibrate::{Calibration, Coefficient, Estimate, Share, calibrate};
+use crate::commands::fitted::{file_or_default, write};
+use stickslip_analysis::calibrate::{Calibration, Options, Share, calibrate, name};
 use stickslip_analysis::channels;
-use stickslip_analysis::model::file::{ModelFile, default_model};
-use stickslip_data::Trial;
 use stickslip_report::terminal::{Output, table};
 
 /// Arguments of `stickslip calibrate`.
@@ -42,9 +39,9 @@ fn share(text: &str) -> Result<f64, String> {
 }
 
 #[derive(Serialize)]
-struct Written {
+struct Written<'a> {
     #[serde(flatten)]
-    calibration: Calibration,
+    calibration: &'a Calibration,
     file: Option<String>,
 }
 
@@ -53,50 +50,25 @@ struct Written {
 /// # Errors
 /// Where data or model cannot be read, or no trial can be simulated.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let mut file = match &args.model {
-        Some(path) => ModelFile::read(path)?,
-        None => ModelFile::new(default_model().base, default_model().friction),
-    };
-    let base = file.to_model();
-    let data = crate::data::read(&args.data, output)?;
-    let mut primitives: BTreeMap<String, Vec<(usize, Trial)>> = BTreeMap::new();
-    for (at, trial) in data.trials.into_iter().enumerate() {
-        if args.primitive.as_ref().is_none_or(|p| *p == trial.info.primitive) {
-            primitives.entry(trial.info.primitive.clone()).or_default().push((at, trial));
-        }
-    }
-    if primitives.is_empty() {
-        match &args.primitive {
-            Some(p) => bail!("{}: no trial of primitive {p}", args.data.display()),
-            None => bail!("{}: no trials", args.data.display()),
-        }
-    }
-    let several = primitives.len() > 1;
+    let file = file_or_default(args.model.as_deref())?;
+    let data = stickslip_report::data::read(&args.data, output)?;
+    let options = Options { share: Share::of(args.share), primitive: args.primitive.clone() };
+    let report =
+        calibrate(&data, &file, &options, output).with_context(|| args.data.display().to_string())?;
+    let several = report.primitives.len() > 1;
     let mut documents = Vec::new();
-    for (primitive, trials) in &primitives {
-        let calibration = calibrate(&data.description, primitive, trials, &base, Share::of(args.share))
-            .with_context(|| format!("{}: {primitive}", args.data.display()))?;
+    for calibration in &report.primitives {
         // The file first: a closed pipe ends the text, not the work.
-        let path = args.out.as_ref().map(|out| named(out, primitive, several));
+        let path = args.out.as_ref().map(|out| named(out, &calibration.primitive, several));
         if let Some(path) = &path {
-            file.set_values(&calibration.model);
-            file.friction_intervals.clear();
-            for e in &calibration.estimates {
-                if let (Some(low), Some(high)) = (e.low, e.high) {
-                    file.friction_intervals
-                        .insert(stickslip_analysis::calibrate::name(e.coefficient).into(), [low, high]);
-                }
-            }
-            std::fs::write(path, file.write()).with_context(|| format!("cannot write {}", path.display()))?;
-            output.note(format_args!("model of {primitive} written to {}", path.display()));
+            write(&calibration.on(&file), path)?;
+            output.note(format_args!("model of {} written to {}", calibration.primitive, path.display()));
         }
-        print(&calibration, output);
+        print(calibration, output);
         documents.push(Written { calibration, file: path.map(|f| f.display().to_string()) });
     }
     if let Some(path) = args.out.as_ref().filter(|_| several) {
-        let estimates: Vec<&Estimate> = documents.iter().flat_map(|d| &d.calibration.estimates).collect();
-        best_of(&mut file, &base, &estimates);
-        std::fs::write(path, file.write()).with_context(|| format!("cannot write {}", path.display()))?;
+        write(&report.model, path)?;
         output.note(format_args!(
             "model with the best determined friction of all written to {}",
             path.display()
@@ -108,26 +80,6 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         None => output.next(["calibrate", &data, "--out", "model.toml"]),
     }
     output.document(&documents)
-}
-
-/// `file` with the narrowest estimate of each coefficient; `base` where none is determined.
-fn best_of(file: &mut ModelFile, base: &Model<f64>, estimates: &[&Estimate]) {
-    let mut model = base.clone();
-    file.friction_intervals.clear();
-    let width = |e: &Estimate| match (e.low, e.high) {
-        (Some(low), Some(high)) => high - low,
-        _ => f64::INFINITY,
-    };
-    for coefficient in [Coefficient::Finger, Coefficient::Pusher, Coefficient::Support] {
-        let of_it = estimates.iter().filter(|e| e.coefficient == coefficient && e.determined);
-        let Some(best) = of_it.min_by(|a, b| width(a).total_cmp(&width(b))) else { continue };
-        *coefficient.of(&mut model) = best.value;
-        if let (Some(low), Some(high)) = (best.low, best.high) {
-            file.friction_intervals
-                .insert(stickslip_analysis::calibrate::name(coefficient).into(), [low, high]);
-        }
-    }
-    file.set_values(&model);
 }
 
 fn named(out: &Path, primitive: &str, several: bool) -> PathBuf {
@@ -152,12 +104,7 @@ fn print(c: &Calibration, output: &Output) {
         let range = format!("{} to {}", bound(e.low), bound(e.high));
         let (value, known) =
             if e.determined { (format!("{:.3}", e.value), "yes") } else { ("-".into(), "no: range only") };
-        friction.add_row([
-            stickslip_analysis::calibrate::name(e.coefficient).into(),
-            value,
-            range,
-            known.to_string(),
-        ]);
+        friction.add_row([name(e.coefficient).into(), value, range, known.to_string()]);
     }
     output.table(&friction);
     let mut errors = table(["quantity", "unit", "signal", "before", "calibration", "held out"]);

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use stickslip_analysis::check::physics::Clocks;
-use stickslip_analysis::check::{self, Balance, Report};
+use stickslip_analysis::check::{self, Balance, Report, check};
 use stickslip_analysis::evidence::stages::STAGES;
 use stickslip_data::Index;
 use stickslip_report::terminal::{Output, table};
@@ -27,9 +27,7 @@ pub struct Args {
 /// them and no error.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let index = Index::open(&args.data)?;
-    let bar = output.progress(index.trials.len() as u64, "checking trials");
-    let report = check::check(&index, |trials| bar.inc(trials));
-    bar.finish_and_clear();
+    let report = check(&index, output);
     holdings(&report, output);
     channel_table(&report, output);
     balance(&report.balance, args.most, output);

@@ -1,7 +1,6 @@
 //! `stickslip compare DATA`: where model and measurement differ, and by how much.
 
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 
 use anyhow::Context;
 use comfy_table::{Cell, CellAlignment};
@@ -12,7 +11,7 @@ use stickslip_analysis::compare::noise::Source;
 use stickslip_analysis::compare::rows::many_primitives;
 use stickslip_analysis::compare::tare::Tare;
 use stickslip_analysis::compare::verdict::{place_words, scale};
-use stickslip_analysis::compare::{Data, Forces, NamedModel, Options, compare};
+use stickslip_analysis::compare::{Forces, NamedModel, Options, compare};
 use stickslip_analysis::evidence::conditions::HeldOut;
 use stickslip_analysis::evidence::phases::PHASES;
 use stickslip_analysis::run::series;
@@ -63,7 +62,7 @@ pub struct Args {
 /// # Errors
 /// Where data or a model cannot be read, no trial can be compared, or the page not written.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let index = crate::data::open(&args.data, output)?;
+    let index = stickslip_report::data::open(&args.data, output)?;
     let models = args.models.iter().map(|path| NamedModel::read(path)).collect::<Result<Vec<_>, _>>()?;
     let options = Options {
         trial: args.trial.clone(),
@@ -71,26 +70,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         tare: if args.no_tare { Tare::None } else { Tare::BeforeContact },
         forces: if args.no_force_bands { Forces::AsReturned } else { Forces::OutsideBand },
     };
-    let load = |i: usize| {
-        crate::data::trial(&index, &index.trials[i], output).ok_or_else(|| "it cannot be read".to_owned())
-    };
-    let bar = Mutex::new(None::<indicatif::ProgressBar>);
-    let held = || bar.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let result = compare(
-        Data { description: &index.description, infos: &index.trials, load: &load },
-        &models,
-        &options,
-        &mut |what, length| *held() = Some(output.progress(length as u64, what)),
-        &|| {
-            if let Some(bar) = held().as_ref() {
-                bar.inc(1);
-            }
-        },
-    );
-    if let Some(bar) = held().take() {
-        bar.finish_and_clear();
-    }
-    let comparison = result.with_context(|| args.data.display().to_string())?;
+    let comparison =
+        compare(&index, &models, &options, output).with_context(|| args.data.display().to_string())?;
+    comparison.refused.iter().for_each(|refused| output.refused(refused));
     if let Some(path) = &args.series {
         let models = comparison.calibrated.as_ref().map_or(&models[..], std::slice::from_ref);
         write_series(&index, models, &options, path, output)?;

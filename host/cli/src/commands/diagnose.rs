@@ -6,13 +6,12 @@ use comfy_table::{Cell, CellAlignment};
 
 use crate::commands::fitted::{file_or_default, write};
 use stickslip_analysis::channels::channel_words;
+use stickslip_analysis::diagnose;
 use stickslip_analysis::diagnose::report::{Report, Verdict};
-use stickslip_analysis::diagnose::{diagnose, steps};
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::{EffectEntry, ModelFile};
-use stickslip_data::Dataset;
 use stickslip_report::terminal::{Output, command_line, table};
-use stickslip_report::words::short;
+use stickslip_report::words::{interval, short};
 
 /// Arguments of `stickslip diagnose`.
 #[derive(Debug, clap::Args)]
@@ -46,10 +45,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let whole = file_or_default(args.model.as_deref())?;
     let (file, formulas) = proposals(&whole, args.formula.as_deref())?;
     let own: Vec<CandidateEffect> = formulas.iter().filter_map(CandidateEffect::of).collect();
-    let dataset = read_data(&args.data, output)?;
-    let bar = output.progress(steps(), "diagnosing");
-    let report = diagnose(&dataset, &file, &own, &|| bar.inc(1))?;
-    bar.finish_and_clear();
+    let dataset = stickslip_report::data::read(&args.data, output)?;
+    let report = diagnose(&dataset, &file, &own, output)?;
     let named = matches!(report.verdict, Verdict::Effect | Verdict::Ambiguous);
     let written = args.out.as_deref().filter(|_| named);
     if let Some(path) = written {
@@ -139,14 +136,6 @@ fn next(args: &Args, report: &Report, written: Option<&Path>) -> Vec<String> {
     }
 }
 
-/// All trials of a data set that can be read, see [`crate::data::read`].
-///
-/// # Errors
-/// Where the data set cannot be opened.
-pub fn read_data(folder: &std::path::Path, output: &Output) -> anyhow::Result<Dataset> {
-    crate::data::read(folder, output)
-}
-
 fn print(report: &Report, output: &Output) {
     output.text(&report.summary);
     if let Some(would_tell) = &report.would_tell {
@@ -173,7 +162,7 @@ fn print(report: &Report, output: &Output) {
                 .iter()
                 .map(|(n, v)| {
                     let unit = if v.unit == "1" { "" } else { v.unit };
-                    format!("{n} = {} ({} to {}) {unit}", short(v.value), short(v.low), short(v.high))
+                    format!("{n} = {} ({}) {unit}", short(v.value), interval(v.low, v.high))
                 })
                 .collect();
             t.add_row(vec![

@@ -6,10 +6,10 @@ use std::path::Path;
 use anyhow::Context;
 use comfy_table::{Cell, CellAlignment};
 
-use stickslip_analysis::fit::Fit;
+use stickslip_analysis::add::Report;
 use stickslip_analysis::model::file::{ModelFile, default_model};
 use stickslip_report::terminal::{Output, table};
-use stickslip_report::words::short;
+use stickslip_report::words::{interval, short};
 
 /// The model in the user's file, or the default model where none is named.
 ///
@@ -20,6 +20,13 @@ pub fn file_or_default(path: Option<&Path>) -> anyhow::Result<ModelFile> {
     Ok(path.map_or_else(|| Ok(ModelFile::new(default.base, default.friction)), ModelFile::read)?)
 }
 
+#[derive(serde::Serialize)]
+struct Written<'a> {
+    model: &'a Path,
+    #[serde(flatten)]
+    report: &'a Report,
+}
+
 /// Writes the model.
 ///
 /// # Errors
@@ -28,35 +35,29 @@ pub fn write(file: &ModelFile, path: &Path) -> anyhow::Result<()> {
     std::fs::write(path, file.write()).with_context(|| format!("{}: cannot be written", path.display()))
 }
 
-/// Writes `file`, which `fit` gave, to `path`, and prints it against `before`.
+/// Writes the fitted model to `path`, and prints it against `before`.
 ///
 /// # Errors
 /// Where the file cannot be written.
-pub fn give(
-    (before, file, fit): (&ModelFile, &ModelFile, &Fit),
-    path: &Path,
-    output: &Output,
-) -> anyhow::Result<()> {
-    write(file, path)?;
+pub fn give(before: &ModelFile, report: &Report, path: &Path, output: &Output) -> anyhow::Result<()> {
+    write(&report.model, path)?;
     let mut t = table(["parameter", "before", "value", "95 % interval", "unit"]);
-    for e in &fit.estimates {
+    for e in &report.parameters {
         let right = |s: String| Cell::new(s).set_alignment(CellAlignment::Right);
         t.add_row(vec![
             Cell::new(&e.name),
             right(value_of(before, &e.name).map_or_else(|| "-".into(), short)),
             right(short(e.value)),
-            Cell::new(format!("{} to {}", short(e.low), short(e.high))),
+            Cell::new(interval(e.low, e.high)),
             Cell::new(e.unit),
         ]);
     }
     output.table(&t);
-    for note in &fit.notes {
+    for note in &report.notes {
         output.text(format_args!("note: {note}"));
     }
     output.text(format_args!("written to {}", path.display()));
-    output.document(&serde_json::json!({
-        "model": path, "parameters": fit.estimates, "notes": fit.notes, "covariance": fit.covariance,
-    }))
+    output.document(&Written { model: path, report })
 }
 
 /// Value of the parameter `name` (`effect.parameter` or `friction.coefficient`), where `file` has it.

@@ -2,11 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::commands::diagnose::read_data;
 use crate::commands::fitted::{give, next_compare};
-use stickslip_analysis::add::with_effects;
-use stickslip_analysis::fit::campaign::Campaign;
 use stickslip_analysis::model::file::ModelFile;
+use stickslip_analysis::refit;
 use stickslip_report::terminal::Output;
 
 /// Arguments of `stickslip refit`.
@@ -32,12 +30,8 @@ pub struct Args {
 /// Where data or model cannot be read, or nothing can be fitted.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let before = ModelFile::read(&args.model)?;
-    let dataset = read_data(&args.data, output)?;
-    let bar = output.spinner("fitting");
-    let mut file = before.clone();
-    let fit = with_effects(&Campaign::new(&dataset, &before.to_model()), &mut file, 0)?;
-    bar.finish_and_clear();
-    give((&before, &file, &fit), &args.out, output)?;
+    let report = refit(&stickslip_report::data::read(&args.data, output)?, &before, output)?;
+    give(&before, &report, &args.out, output)?;
     next_compare(&args.data, Some(&args.model), &args.out, output);
     Ok(())
 }

@@ -52,7 +52,7 @@ pub struct Args {
 /// # Errors
 /// Where data, model or log cannot be read, or the log differs from the replay.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let index = crate::data::open(&args.data, output)?;
+    let index = stickslip_report::data::open(&args.data, output)?;
     let (at, info) = index.find(args.trial.as_deref())?;
     let model = model_or_default(args.model.as_deref())?;
     let bar = output.spinner("reading");

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use stickslip_analysis::model::file::model_or_default;
+use stickslip_analysis::score;
 use stickslip_analysis::score::ObjectPose;
-use stickslip_analysis::score::document::{Baselines, Document, score};
+use stickslip_analysis::score::document::{Document, Options};
 use stickslip_report::score::{LEGEND, cells, shown, time, time_left, utilisation};
 use stickslip_report::terminal::{Output, table};
 
@@ -43,12 +44,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     for (option, value) in [("--ratio", args.ratio), ("--rate", args.rate)] {
         anyhow::ensure!(value > 0.0 && value.is_finite(), "{option} is {value}; give a number above zero");
     }
-    let index = crate::data::open(&args.data, output)?;
+    let index = stickslip_report::data::open(&args.data, output)?;
     let model = model_or_default(args.model.as_deref())?;
-    let bar = output.progress(index.trials.len() as u64, "scoring");
-    let baselines = Baselines { ratio: args.ratio, rate_n_s: args.rate };
-    let document = score(&index, &model, args.object_pose, baselines, || bar.inc(1))?;
-    bar.finish_and_clear();
+    let options = Options { object_pose: args.object_pose, ratio: args.ratio, rate_n_s: args.rate };
+    let document = score(&index, &model, &options, output)?;
+    document.refused.iter().for_each(|refused| output.refused(refused));
     if let Some(path) = &args.html {
         output.page(path, stickslip_report::score::page(&document))?;
     }

@@ -54,7 +54,7 @@ pub struct Args {
 /// Where data or model cannot be read, the device is not there, refuses, falls silent or
 /// is cut off, or its predictions differ from this host's.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let reader = crate::data::open(&args.data, output)?;
+    let reader = stickslip_report::data::open(&args.data, output)?;
     let (ordinal, info) = reader.find(args.trial.as_deref())?;
     let (trial, every) = at_board_rate(reader.read_trial(info)?);
     if every > 1 {

@@ -2,15 +2,14 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
 use comfy_table::{Cell, CellAlignment};
 
-use crate::commands::diagnose::{proposals, read_data};
+use crate::commands::diagnose::proposals;
 use crate::commands::fitted::file_or_default;
 use stickslip_analysis::channels::channel_words;
 use stickslip_analysis::compare::verdict::readable;
-use stickslip_analysis::diagnose::{steps, suggest};
 use stickslip_analysis::model::candidate::{self, CandidateEffect};
+use stickslip_analysis::suggest::{Options, Report, suggest};
 use stickslip_report::terminal::{Output, table};
 
 /// Arguments of `stickslip suggest`.
@@ -36,40 +35,22 @@ pub struct Args {
 /// # Errors
 /// Where data or model cannot be read, an effect is not known, or there are no two candidates.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    if !matches!(args.between.len(), 0 | 2) {
-        bail!("--between must be given twice, once for each effect");
-    }
     let whole = file_or_default(args.model.as_deref())?;
     let (file, formulas) = proposals(&whole, args.formula.as_deref())?;
     let mut between = Vec::new();
     for name in &args.between {
-        let entry = candidate::named(name, &formulas)?;
-        if file.effects.iter().any(|e| e.name() == name) {
-            bail!("the model already has {name}: it cannot be told from another by adding it");
-        }
-        between.extend(CandidateEffect::of(&entry));
+        between.extend(CandidateEffect::of(&candidate::named(name, &formulas)?));
     }
-    if let [a, b] = between.as_slice()
-        && a.info.id == b.info.id
-    {
-        bail!("--between names {} twice; name two different effects", a.info.id);
-    }
-    let own: Vec<CandidateEffect> = formulas.iter().filter_map(CandidateEffect::of).collect();
-    let dataset = read_data(&args.data, output)?;
-    let bar = output.progress(steps(), "fitting");
-    let found = suggest(&dataset, &file, (&between, &own), 8, &|| bar.inc(1))?;
-    bar.finish_and_clear();
-    let Some((pair, experiments)) = found else {
-        bail!(
-            "there are no two candidates to separate: fewer than two effects change these data by more than noise"
-        );
-    };
-    output.text(format_args!("Between {} and {}:", pair[0], pair[1]));
+    let options = Options { between, own: formulas.iter().filter_map(CandidateEffect::of).collect() };
+    options.check(&file)?;
+    let report = suggest(&stickslip_report::data::read(&args.data, output)?, &file, &options, output)?;
+    let Report { between, experiments } = &report;
+    output.text(format_args!("Between {} and {}:", between[0], between[1]));
     if let Some(best) = experiments.first() {
         output.text(&best.summary);
     }
     let mut t = table(["like trial", "grip N", "channel", "phase", "difference", "sd", "runs"]);
-    for e in &experiments {
+    for e in experiments {
         let right = |s: String| Cell::new(s).set_alignment(CellAlignment::Right);
         t.add_row(vec![
             Cell::new(&e.like_trial),
@@ -90,5 +71,5 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     output.text("\nOnce these runs are in the data set:");
     output.next(next);
-    output.document(&serde_json::json!({ "between": pair, "experiments": experiments }))
+    output.document(&report)
 }

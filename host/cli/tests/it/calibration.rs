@@ -1,6 +1,6 @@
 //! Calibration and force bands on small data sets of the rig, whose truth is known.
 
-use stickslip_analysis::calibrate::{Coefficient, Remark, Share, calibrate};
+use stickslip_analysis::calibrate::{Coefficient, Remark, Share, of_primitive};
 use stickslip_analysis::evidence::force_bands::bands;
 use stickslip_analysis::model::file::ModelFile;
 use stickslip_analysis::model::file::default_model;
@@ -27,7 +27,7 @@ fn calibration_finds_the_finger_friction_of_the_rig_within_its_interval_or_two_p
     let setup = setup(0.45, 0.25);
     let trials = pushes(&setup);
     let result =
-        calibrate(&setup.description, "linear_push", &trials, &default_model(), Share::of(0.5)).unwrap();
+        of_primitive(&setup.description, "linear_push", &trials, &default_model(), Share::of(0.5)).unwrap();
     let finger = result.estimates.iter().find(|e| e.coefficient == Coefficient::Finger).unwrap();
     assert!(finger.determined);
     assert!((finger.value / 0.45 - 1.0).abs() < 0.02, "{finger:?}");
@@ -42,7 +42,7 @@ fn where_nothing_slides_friction_is_only_bounded_and_that_is_said() {
         t.samples.truncate(60);
     }
     let result =
-        calibrate(&setup.description, "linear_push", &trials, &default_model(), Share::of(0.5)).unwrap();
+        of_primitive(&setup.description, "linear_push", &trials, &default_model(), Share::of(0.5)).unwrap();
     assert!(result.remarks.iter().any(|r| matches!(r, Remark::NothingSlides { .. })), "{:?}", result.remarks);
     assert!(result.estimates.iter().all(|e| !e.determined), "{:?}", result.estimates);
 }
@@ -118,8 +118,8 @@ fn motion_capture_from_60_hz_on_gives_the_friction_that_the_full_rate_gives() {
     let setup = Setup { description, reality, step_s: STEP_S };
     let trials = pushes(&setup);
     let friction = |trials: &[(usize, Trial)]| {
-        let found =
-            calibrate(&setup.description, "linear_push", trials, &default_model(), Share::of(1.0)).unwrap();
+        let found = of_primitive(&setup.description, "linear_push", trials, &default_model(), Share::of(1.0))
+            .unwrap();
         let finger = found.estimates.iter().find(|e| e.coefficient == Coefficient::Finger).cloned();
         let finger = finger.unwrap();
         assert!(finger.determined, "{finger:?}, {:?}", found.remarks);

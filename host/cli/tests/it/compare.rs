@@ -6,7 +6,7 @@ use stickslip_analysis::compare::document::Fate;
 use stickslip_analysis::compare::noise::Source;
 use stickslip_analysis::compare::tare::Tare;
 use stickslip_analysis::compare::trial::Cell;
-use stickslip_analysis::compare::{Forces, NamedModel, Options, compare_dataset, noise::sensor_noise};
+use stickslip_analysis::compare::{Forces, NamedModel, Options, compare, noise::sensor_noise};
 use stickslip_analysis::evidence::conditions::{HeldOut, conditions};
 use stickslip_analysis::evidence::phases::{Evidence, PHASES, Phase, split};
 use stickslip_analysis::evidence::statistics::{holm, lack_of_fit, regression};
@@ -127,7 +127,7 @@ fn a_push_is_split_where_contact_and_sliding_begin() {
 fn the_true_friction_agrees_better_than_a_wrong_one_and_the_failures_are_gone() {
     let data = pushes(3, Nuisance::PAPER);
     let models = [named("wrong", 0.3), named("right", 0.4)];
-    let c = compare_dataset(&data, &models, &Options::default()).expect("compared");
+    let c = compare(&data.clone().into(), &models, &Options::default(), &()).expect("compared");
     let row = |model: usize| {
         let rows = &c.models[model].errors;
         rows.iter()
@@ -147,7 +147,7 @@ fn the_true_friction_agrees_better_than_a_wrong_one_and_the_failures_are_gone() 
 #[test]
 fn without_a_model_friction_is_calibrated_to_what_the_rig_has() {
     let data = pushes(1, Nuisance { friction_run: 0.0, ..Nuisance::PAPER });
-    let c = compare_dataset(&data, &[], &Options::default()).expect("compared");
+    let c = compare(&data.clone().into(), &[], &Options::default(), &()).expect("compared");
     let friction = &c.models[0].friction;
     assert!((friction["finger"] - 0.4).abs() < 0.02, "{friction:?}");
     assert!(c.models[0].origin.contains("calibrated"), "{}", c.models[0].origin);
@@ -159,7 +159,7 @@ fn one_noise_floor_serves_all_models_whatever_their_order() {
     let (wrong, right) = (named("wrong", 0.3), named("right", 0.4));
     let floors = |models: &[NamedModel]| {
         let options = Options { forces: Forces::AsReturned, ..Options::default() };
-        let c = compare_dataset(&data, models, &options).expect("compared");
+        let c = compare(&data.clone().into(), models, &options, &()).expect("compared");
         let of = |m: usize| {
             let mut rows = c.models[m].errors.clone();
             rows.sort_by(|a, b| a.place.cmp(&b.place));
@@ -176,7 +176,7 @@ fn one_noise_floor_serves_all_models_whatever_their_order() {
 #[test]
 fn without_repetitions_the_report_says_that_fit_cannot_be_tested() {
     let data = pushes(1, Nuisance::PAPER);
-    let c = compare_dataset(&data, &[named("m", 0.4)], &Options::default()).expect("compared");
+    let c = compare(&data.clone().into(), &[named("m", 0.4)], &Options::default(), &()).expect("compared");
     assert_eq!(c.data.noise_floor, Source::SensorNoise);
     assert!(c.models[0].errors.iter().all(|r| r.lack_of_fit.is_none() && !r.fails));
     assert!(c.notes.iter().any(|n| n.contains("cannot be tested")), "{:?}", c.notes);
@@ -195,7 +195,9 @@ fn of_unrepeated_data_only_what_lasts_and_exceeds_the_stated_uncertainty_contrad
             w.force_n[0] -= 30.0;
         }
     }
-    let of = |finger| compare_dataset(&data, &[named("m", finger)], &Options::default()).expect("compared");
+    let of = |finger| {
+        compare(&data.clone().into(), &[named("m", finger)], &Options::default(), &()).expect("compared")
+    };
     let (right, wrong) = (of(0.4), of(0.3));
     assert!(right.summary.contains("Nothing in these unrepeated trials contradicts"), "{}", right.summary);
     // 4 to 7 N in the push, where the sensor may be off by 0.75 N.
@@ -216,7 +218,9 @@ fn sensors_that_state_nothing_have_an_estimated_floor_and_bound_and_never_zero()
     let mut silent = stated.clone();
     silent.description.sensors = Default::default();
     let options = Options { forces: Forces::AsReturned, ..Options::default() };
-    let of = |data: &Dataset| compare_dataset(data, &[named("true", 0.4)], &options).expect("a comparison");
+    let of = |data: &Dataset| {
+        compare(&data.clone().into(), &[named("true", 0.4)], &options, &()).expect("a comparison")
+    };
     let (known, estimated) = (of(&stated), of(&silent));
     assert_eq!(estimated.data.noise_floor, Source::SensorNoise);
     let told = estimated.notes.iter().find(|n| n.contains("taken from the data")).expect("a note");
@@ -258,7 +262,7 @@ fn a_models_failures_do_not_depend_on_what_stands_beside_it() {
     let (base, other) = (named("base", 0.3), named("other", 0.42));
     let of = |models: &[&NamedModel]| {
         let models: Vec<NamedModel> = models.iter().map(|m| (*m).clone()).collect();
-        own(&compare_dataset(&data, &models, &Options::default()).expect("compared"), "base")
+        own(&compare(&data.clone().into(), &models, &Options::default(), &()).expect("compared"), "base")
     };
     let alone = of(&[&base]);
     assert!(alone.iter().any(|r| r.1), "the wrong model fails somewhere");
@@ -274,7 +278,8 @@ fn a_model_that_leaves_more_open_gains_nothing_by_it() {
     // Nothing in the pushes moves along the plate: its friction only widens what sticking leaves open.
     let mut loose = named("loose", 0.3);
     loose.model.friction.pusher = 0.7;
-    let c = compare_dataset(&data, &[base.clone(), loose.clone()], &Options::default()).expect("compared");
+    let c = compare(&data.clone().into(), &[base.clone(), loose.clone()], &Options::default(), &())
+        .expect("compared");
     let open = |m: usize| c.models[m].open_force_n.expect("rigid");
     assert!(open(1) > 1.1 * open(0), "{} and {}: the width is part of the score", open(1), open(0));
     let tally = &c.tallies[0];
@@ -284,7 +289,7 @@ fn a_model_that_leaves_more_open_gains_nothing_by_it() {
     // Without any tolerance the counts are there too.
     assert!(!c.tallies[1].within_tolerance && c.summary.contains("Without any tolerance"), "{}", c.summary);
     let raw = Options { forces: Forces::AsReturned, ..Options::default() };
-    let raw = compare_dataset(&data, &[base, loose], &raw).expect("compared");
+    let raw = compare(&data.clone().into(), &[base, loose], &raw, &()).expect("compared");
     let counts = |t: &stickslip_analysis::compare::document::Tally| [t.failures, t.removed, t.new];
     assert_eq!(counts(&raw.tallies[0]), counts(&c.tallies[1]), "the same both ways");
 }
@@ -292,8 +297,9 @@ fn a_model_that_leaves_more_open_gains_nothing_by_it() {
 #[test]
 fn a_failure_that_grows_is_called_larger() {
     let data = pushes(3, Nuisance::PAPER);
-    let c = compare_dataset(&data, &[named("wrong", 0.3), named("worse", 0.22)], &Options::default())
-        .expect("compared");
+    let c =
+        compare(&data.clone().into(), &[named("wrong", 0.3), named("worse", 0.22)], &Options::default(), &())
+            .expect("compared");
     let push = c
         .changes
         .iter()
@@ -306,7 +312,8 @@ fn a_failure_that_grows_is_called_larger() {
 #[test]
 fn the_residual_keeps_its_noise_where_the_error_is_within_the_tolerance() {
     let data = pushes(4, Nuisance::PAPER);
-    let c = compare_dataset(&data, &[named("right", 0.4)], &Options::default()).expect("compared");
+    let c =
+        compare(&data.clone().into(), &[named("right", 0.4)], &Options::default(), &()).expect("compared");
     let row = c.models[0]
         .errors
         .iter()
@@ -332,7 +339,7 @@ fn a_tare_takes_a_sensor_offset_out_but_not_a_wrong_grip() {
             two.force_n[1] += 1.0;
         }
     }
-    let c = compare_dataset(&data, &[named("m", 0.4)], &Options::default()).expect("compared");
+    let c = compare(&data.clone().into(), &[named("m", 0.4)], &Options::default(), &()).expect("compared");
     let rows = &c.models[0].errors;
     let row = |channel: &str, phase: Phase| {
         rows.iter().find(|r| r.place.channel == channel && r.place.phase == phase).expect("a row")
@@ -346,7 +353,7 @@ fn a_tare_takes_a_sensor_offset_out_but_not_a_wrong_grip() {
     assert!((grip.mean_n - 1.0).abs() < 0.05 && !grip.taken_out);
 
     let raw = Options { tare: Tare::None, ..Options::default() };
-    let c = compare_dataset(&data, &[named("m", 0.4)], &raw).expect("compared");
+    let c = compare(&data.clone().into(), &[named("m", 0.4)], &raw, &()).expect("compared");
     let pusher = c.models[0].errors.iter().find(|r| r.place == pusher.place).expect("a row");
     assert!((pusher.residual.mean + 0.5).abs() < 0.05);
 }
@@ -382,7 +389,7 @@ fn held_out_conditions_are_whole_and_spread() {
 #[test]
 fn the_json_document_keeps_its_keys() {
     let data = pushes(2, Nuisance::PAPER);
-    let c = compare_dataset(&data, &[named("m", 0.4)], &Options::default()).expect("compared");
+    let c = compare(&data.clone().into(), &[named("m", 0.4)], &Options::default(), &()).expect("compared");
     let json = serde_json::to_value(&c).expect("JSON");
     assert_eq!(json["schema"], "stickslip-compare/2");
     let keys = |v: &serde_json::Value| -> Vec<String> {
@@ -418,8 +425,8 @@ fn the_json_document_keeps_its_keys() {
 #[test]
 fn the_page_holds_its_figures_and_needs_nothing_from_elsewhere() {
     let data = pushes(2, Nuisance::PAPER);
-    let c =
-        compare_dataset(&data, &[named("a", 0.3), named("b", 0.4)], &Options::default()).expect("compared");
+    let c = compare(&data.clone().into(), &[named("a", 0.3), named("b", 0.4)], &Options::default(), &())
+        .expect("compared");
     let page = stickslip_report::compare::page(&c);
     // Both overlaid trials show every measured channel.
     assert!(page.matches("<svg").count() >= 2 * COUNT, "{}", page.matches("<svg").count());

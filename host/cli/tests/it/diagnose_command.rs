@@ -12,6 +12,8 @@ use stickslip_rig::plan::{PlanName, conditions};
 use stickslip_rig::{Nuisance, Reality, STEP_S, Setup, simulate};
 use tempfile::TempDir;
 
+use crate::pages::check;
+
 const SEED: u64 = 11;
 const OWN: &str = r#"format = "stickslip-model/1"
 base = "hard"
@@ -131,7 +133,7 @@ fn a_diagnosis_writes_the_named_model_and_a_page_and_says_what_comes_next() {
     // It is a model as every command reads it.
     json(folder, &["calibrate", ".", "--model", "named.toml"]);
     let page = std::fs::read_to_string(folder.join("page.html")).expect("written");
-    check_page(&page);
+    assert!(check("diagnose", &page) > 5, "a heat map");
     let first = page.split("<h2>").next().expect("a first screen");
     assert!(first.contains("the grip that acts is below the commanded one"), "plain words");
     assert!(first.contains("<svg") && first.contains(next), "a picture and the next command");
@@ -157,7 +159,7 @@ fn three_conditions_are_inconclusive_whoever_asks_and_nothing_is_written() {
     assert!(report["would_tell"].as_str().is_some_and(|r| r.contains("run 1 more condition")), "{report}");
     assert!(!folder.path().join("better.toml").exists());
     let page = std::fs::read_to_string(folder.path().join("page.html")).expect("written");
-    check_page(&page);
+    assert!(check("diagnose", &page) > 5, "a heat map");
     assert!(page.contains("What would tell"));
 }
 
@@ -291,44 +293,4 @@ fn plots_can_be_had_as_columns() {
     assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
     let ending = refused(folder.path(), &["replay", &demo, "--series", "replay.txt"]);
     assert!(ending.contains(".csv or .parquet"), "{ending}");
-}
-
-/// The page's body is well-formed, and every style is made of properties with values a browser takes.
-fn check_page(page: &str) {
-    let body = page.split_once("<main>").and_then(|(_, rest)| rest.split_once("</main>")).expect("a body").0;
-    let xml = format!("<main>{body}</main>");
-    let document = roxmltree::Document::parse(&xml).unwrap_or_else(|e| {
-        let line = xml.lines().nth(e.pos().row as usize - 1).unwrap_or_default();
-        panic!("{e}: {line}")
-    });
-    let mut coloured = 0;
-    for node in document.descendants() {
-        for declaration in node.attribute("style").into_iter().flat_map(|s| s.split(';')) {
-            let (property, value) = declaration.split_once(':').expect("property: value");
-            assert!(!value.contains(':'), "{declaration}");
-            if property.ends_with("background") || property.ends_with("color") {
-                coloured += 1;
-                assert!(is_colour(value), "{declaration}");
-            }
-        }
-        for attribute in ["fill", "stroke"] {
-            if let Some(value) = node.attribute(attribute) {
-                assert!(value == "none" || is_colour(value), "{attribute}={value}");
-            }
-        }
-    }
-    assert!(coloured > 5, "a heat map");
-}
-
-/// `#rgb`, `#rrggbb` or `rgb(r g b/alpha)`.
-fn is_colour(value: &str) -> bool {
-    if let Some(hex) = value.strip_prefix('#') {
-        return matches!(hex.len(), 3 | 6) && hex.chars().all(|c| c.is_ascii_hexdigit());
-    }
-    let Some(inside) = value.strip_prefix("rgb(").and_then(|v| v.strip_suffix(')')) else { return false };
-    let (rgb, alpha) = inside.split_once('/').unwrap_or((inside, "1"));
-    let parts: Vec<&str> = rgb.split(' ').collect();
-    parts.len() == 3
-        && parts.iter().all(|p| p.parse::<u8>().is_ok())
-        && alpha.parse::<f64>().is_ok_and(|a| (0.0..=1.0).contains(&a))
 }

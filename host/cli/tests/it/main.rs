@@ -3,10 +3,12 @@
 mod balance;
 mod bench_bad_input;
 mod calibration;
+mod common;
 mod compare;
 mod diagnose_command;
 mod docs_links;
 mod lcp_command;
 mod one_number;
+mod pages;
 mod readme;
 mod refused;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use stickslip_analysis::channels::NAMES;
-use stickslip_analysis::compare::{NamedModel, Options, compare_dataset};
+use stickslip_analysis::compare::{NamedModel, Options, compare};
 use stickslip_analysis::model::file::default_model;
 use stickslip_analysis::run::simulate::prepare;
 use stickslip_report::overlay::picture;
@@ -67,8 +67,8 @@ fn the_picture_is_that_of_todays_comparison() {
     let dataset = stickslip_data::read(&repository().join("data/demo")).expect("data/demo");
     let models = [NamedModel::own("base", "default", default_model())];
     let trial = Some("linear_push-obj4-g20-v10-s0-r1".to_owned());
-    let comparison =
-        compare_dataset(&dataset, &models, &Options { trial, ..Options::default() }).expect("compared");
+    let comparison = compare(&dataset.clone().into(), &models, &Options { trial, ..Options::default() }, &())
+        .expect("compared");
     let trace = comparison.traces.first().expect("a trial is drawn");
     let channels: Vec<usize> = ["pusher_fx_n", "finger1_fx_n", "object_x_m", "object_z_m"]
         .iter()

@@ -55,6 +55,10 @@ fn a_cut_trial_is_listed_and_the_exit_code_is_1_in_every_command() {
         assert!(both.contains("cut.csv, line"), "{arguments:?}: {both}");
     }
     assert!(out.exists(), "the rest was used");
+    let said = stickslip().args(["score", "--json"]).arg(&data).assert().code(1);
+    let document: serde_json::Value = serde_json::from_slice(&said.get_output().stdout).expect("a document");
+    assert_eq!(document["trials"], 2, "the rest was scored");
+    assert_eq!(document["refused"].as_array().map(Vec::len), Some(1), "{}", document["refused"]);
 }
 
 #[test]

@@ -28,7 +28,7 @@ pub fn run(
     let of_data = seed.wrapping_mul(1_000_003).wrapping_add(number as u64);
     let dataset = data(&key, &list, of_data).map_err(|e| anyhow!(e))?;
     let model = default_model();
-    let report = diagnose(&dataset, &model, own, &|| ())?;
+    let report = diagnose(&dataset, &model, own, &())?;
     let mut each_alone = Vec::new();
     if key.class == Class::Two {
         for effect in &key.effects {

@@ -12,8 +12,9 @@ use serde::Serialize;
 use stickslip_shared::cone::SolveStatus;
 use stickslip_shared::model::Model;
 
+use stickslip_analysis::model::file::model_or_default;
 use stickslip_analysis::run::simulate::prepare;
-use stickslip_data::Index;
+use stickslip_report::data;
 use stickslip_report::terminal::{Output, table};
 
 /// Arguments of `stickslip-lab grid`.
@@ -97,14 +98,8 @@ struct One {
 /// # Errors
 /// Where data or model cannot be read, or no trial can be run.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let index = Index::open(&args.data)?;
-    for error in &index.errors {
-        output.note(error);
-    }
-    let model = match &args.model {
-        Some(path) => stickslip_analysis::model::file::ModelFile::read(path)?.to_model(),
-        None => stickslip_analysis::model::file::default_model(),
-    };
+    let index = data::open(&args.data, output)?;
+    let model = model_or_default(args.model.as_deref())?;
     let mut pool = rayon::ThreadPoolBuilder::new();
     if let Some(threads) = args.threads {
         pool = pool.num_threads(threads.max(1));
@@ -119,9 +114,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             .enumerate()
             .map(|(at, info)| {
                 let started = ThreadTime::now();
-                let reading = index.read_trial_lenient(info);
-                let unread = || reading.error.map_or_else(|| "not readable".into(), |e| e.to_string());
-                let trial = reading.trial.ok_or_else(unread)?;
+                let trial = data::trial(&index, info, output).ok_or("it cannot be read")?;
                 let read = ThreadTime::now();
                 let prepared = prepare(&index.description, &trial, at).map_err(|e| e.to_string())?;
                 let ready = ThreadTime::now();

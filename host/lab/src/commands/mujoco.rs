@@ -14,10 +14,11 @@ use crate::mujoco::engine::{self, Run};
 use crate::mujoco::{Setting, mjcf::mjcf};
 use stickslip_analysis::channels::{COUNT, Quantity, Signals, quantity};
 use stickslip_analysis::compare::tare::Tare;
-use stickslip_analysis::compare::{Data, Forces, NamedModel, Options, compare};
+use stickslip_analysis::compare::{Forces, NamedModel, Options, compare};
 use stickslip_analysis::evidence::conditions::HeldOut;
+use stickslip_analysis::model::file::model_or_default;
 use stickslip_analysis::run::simulate::{Prepared, Simulated, prepare};
-use stickslip_data::{Index, Trial};
+use stickslip_report::data;
 use stickslip_report::terminal::{Output, table};
 
 /// Arguments of `stickslip-lab mujoco`.
@@ -85,14 +86,8 @@ struct Loaded {
 /// # Errors
 /// Where data or model cannot be read, no trial can be exported, or the engine is not there.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let index = Index::open(&args.data)?;
-    for error in &index.errors {
-        output.note(error);
-    }
-    let mut base = match &args.model {
-        Some(path) => stickslip_analysis::model::file::ModelFile::read(path)?.to_model(),
-        None => stickslip_analysis::model::file::default_model(),
-    };
+    let index = data::open(&args.data, output)?;
+    let mut base = model_or_default(args.model.as_deref())?;
     if !base.effects.is_empty() {
         output.note("MuJoCo uses the model's friction only; effects act in the stickslip model alone");
     }
@@ -112,7 +107,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         if !args.trials.is_empty() && !args.trials.contains(&info.trial) {
             continue;
         }
-        let trial: Trial = index.read_trial(info)?;
+        let Some(trial) = data::trial(&index, info, output) else { continue };
         let prepared = prepare(&index.description, &trial, at)?;
         match mjcf(&prepared, &base.friction, Setting::Tuned) {
             Ok(_) => {
@@ -176,9 +171,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             // Recorded signals have no intervals of undetermined forces.
             forces: Forces::AsReturned,
         };
-        let load = |i: usize| index.read_trial(&index.trials[i]).map_err(|e| e.to_string());
-        let data = Data { description: &index.description, infos: &index.trials, load: &load };
-        let comparison = compare(data, &models, &options, &mut |_, _| {}, &|| {})?;
+        let comparison = compare(&index, &models, &options, output)?;
         output.page(path, stickslip_report::compare::page(&comparison))?;
     }
     output.document(&rows)

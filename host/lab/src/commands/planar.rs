@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use serde::Serialize;
 
 use crate::planar::{Push, Summary, evaluate, summaries};
-use stickslip_analysis::calibrate::{Calibration, Share, calibrate};
+use stickslip_analysis::calibrate::{Calibration, Share, of_primitive};
 use stickslip_analysis::model::file::model_or_default;
 use stickslip_data::Trial;
 use stickslip_report::terminal::{Output, table};
@@ -40,14 +40,14 @@ struct Document {
 /// Where the data cannot be read or hold no planar pushes.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let base = model_or_default(args.model.as_deref())?;
-    let data = stickslip_data::read(&args.data)?;
+    let data = stickslip_report::data::read(&args.data, output)?;
     let trials: Vec<(usize, Trial)> =
         data.trials.into_iter().enumerate().filter(|(_, t)| t.info.primitive == "planar_push").collect();
     if trials.is_empty() {
         bail!("{}: no trial of primitive planar_push", args.data.display());
     }
     let share = Share { share: args.share, fewest: 3 };
-    let calibration = calibrate(&data.description, "planar_push", &trials, &base, share)
+    let calibration = of_primitive(&data.description, "planar_push", &trials, &base, share)
         .with_context(|| args.data.display().to_string())?;
     let pushes = evaluate(&data.description, &trials, &calibration);
     let summary = summaries(&pushes);

@@ -22,7 +22,7 @@ pub struct Args {
 /// # Errors
 /// Where the data cannot be read, or hold no record of position and force.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let data = stickslip_data::read(&args.data)?;
+    let data = stickslip_report::data::read(&args.data, output)?;
     let Some(trial) = data.trials.first() else { bail!("{}: no trials", args.data.display()) };
     let study = study(trial).with_context(|| {
         let name = &trial.info.trial;

@@ -30,7 +30,7 @@ fn made(hidden: &str, conditions: usize, keep: impl Fn(usize) -> bool) -> Datase
 }
 
 fn found(dataset: &Dataset) -> Report {
-    diagnose(dataset, &default_model(), &[], &|| ()).unwrap()
+    diagnose(dataset, &default_model(), &[], &()).unwrap()
 }
 
 fn says(report: &Report, what: &str) {
@@ -41,7 +41,7 @@ fn says(report: &Report, what: &str) {
 fn an_empty_data_set_is_refused_with_its_reason() {
     let mut dataset = made("", 1, |run| run == 1);
     dataset.trials.clear();
-    let error = diagnose(&dataset, &default_model(), &[], &|| ()).unwrap_err().to_string();
+    let error = diagnose(&dataset, &default_model(), &[], &()).unwrap_err().to_string();
     assert!(error.contains("no trial"), "{error}");
 }
 
@@ -165,7 +165,7 @@ fn forces_that_do_not_balance_are_never_nothing_missing() {
 fn a_model_that_has_the_effect_lacks_nothing_and_its_parameters_are_fitted() {
     let mut model = default_model();
     let _ = model.effects.push(Effect::typical("grip_force_loss").unwrap());
-    let report = diagnose(&made("grip_force_loss=0.3", 8, |_| true), &model, &[], &|| ()).unwrap();
+    let report = diagnose(&made("grip_force_loss=0.3", 8, |_| true), &model, &[], &()).unwrap();
     assert_eq!(report.verdict, Verdict::NothingMissing, "{}", report.summary);
     says(&report, "already has grip_force_loss");
     let fraction = report.parameters["grip_force_loss.fraction"].value;
@@ -190,7 +190,7 @@ parameters = { a = { value = 0.1, low = 0, high = 0.6, unit = "1" } }
 "#;
     let (model, own) = ModelFile::parse(text, "model.toml").unwrap().without_proposals();
     let own: Vec<CandidateEffect> = own.iter().filter_map(CandidateEffect::of).collect();
-    let report = diagnose(&made("grip_force_loss=0.3", 8, |_| true), &model, &own, &|| ()).unwrap();
+    let report = diagnose(&made("grip_force_loss=0.3", 8, |_| true), &model, &own, &()).unwrap();
     let candidate = report.candidates.iter().find(|c| c.id == "weak_jaw").expect("refitted");
     assert!((candidate.parameters["a"].value - 0.3).abs() < 0.03, "{:?}", candidate.parameters);
     assert!(candidate.explained > 0.9, "{}", report.summary);

@@ -1,5 +1,7 @@
 //! Tests of the crate from outside, in one program: it links once.
 
+#[path = "../../../cli/tests/it/common.rs"]
+mod common;
 mod diagnose_inputs;
 mod hostile_input;
 mod house;

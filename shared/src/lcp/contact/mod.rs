@@ -18,8 +18,8 @@ mod path;
 
 use super::factors::{Factors, Impulses};
 use super::residual::Residual;
-use super::small::Factorisation;
 use super::{Outcome, Path, Report, SolveStatus, residual, tolerance};
+use crate::linear::Factors as Lu;
 use crate::real::{Real, abs, max, min, sqrt};
 use law::{Mode, Normal, Track, add_scaled};
 use path::{End, follow};
@@ -170,7 +170,7 @@ fn contradictory<R: Real, const ND: usize>(tracks: &[Track<R, ND>]) -> bool {
     for (r, row) in gram.iter_mut().enumerate() {
         row[r] += R::of(64.0) * R::EPSILON;
     }
-    let factors = Factorisation::of(&gram);
+    let factors = Lu::of(&gram);
     // Weights of the unit normals are `weight * length`; a round takes off what `push` would undo.
     let mut push = [zero; ND];
     for round in 0..=PROOF_ROUNDS {

@@ -8,7 +8,7 @@
 //! `ND` instead of `6 nc` unknowns; from the modes of the last problem it repairs them.
 
 use super::law::{Mode, Track, add_scaled, dot};
-use crate::lcp::small::Factorisation;
+use crate::linear::Factors as Lu;
 use crate::real::{Real, max};
 
 /// How a path ended.
@@ -26,7 +26,7 @@ pub(super) enum End {
 
 /// Solves `(I + G'K G) x = b` in the present modes.
 #[inline]
-pub(super) fn factor<R: Real, const ND: usize>(tracks: &[Track<R, ND>]) -> Factorisation<R, ND> {
+pub(super) fn factor<R: Real, const ND: usize>(tracks: &[Track<R, ND>]) -> Lu<R, ND> {
     let mut matrix = [[R::zero(); ND]; ND];
     for k in 0..ND {
         matrix[k][k] = R::one();
@@ -34,7 +34,7 @@ pub(super) fn factor<R: Real, const ND: usize>(tracks: &[Track<R, ND>]) -> Facto
     for track in tracks {
         track.add_to(&mut matrix);
     }
-    Factorisation::of(&matrix)
+    Lu::of(&matrix)
 }
 
 #[inline]
@@ -68,7 +68,7 @@ pub(super) fn follow<R: Real, const ND: usize>(
         }
     }
     let open = tracks.iter().all(|track| track.mode == Mode::Open);
-    let factors = if open { Factorisation::identity() } else { factor(tracks) };
+    let factors = if open { Lu::identity() } else { factor(tracks) };
     let mut dy = factors.solve(&force);
     update_rates(tracks, &dy);
     let mut t = zero;

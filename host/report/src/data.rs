@@ -5,7 +5,8 @@ use std::path::Path;
 
 use stickslip_analysis::evidence::sensors;
 use stickslip_data::{Dataset, Index, Trial, TrialInfo, error::join_warnings};
-use stickslip_report::terminal::Output;
+
+use crate::terminal::Output;
 
 /// Opens a data set; lists refused rows of trials.csv, warnings, and sensors about which nothing is
 /// stated.
@@ -30,13 +31,8 @@ pub fn open(folder: &Path, output: &Output) -> anyhow::Result<Index> {
 #[must_use]
 pub fn trial(index: &Index, info: &TrialInfo, output: &Output) -> Option<Trial> {
     let reading = index.read_trial_lenient(info);
-    if let Some(error) = reading.error {
-        match &reading.trial {
-            Some(kept) => {
-                output.refused(format_args!("{error}; the {} rows before are used", kept.samples.len()))
-            }
-            None => output.refused(format_args!("{error}; the trial is left out")),
-        }
+    if let Some(refusal) = reading.refusal() {
+        output.refused(refusal);
     }
     reading.trial
 }

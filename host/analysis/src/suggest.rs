@@ -1,0 +1,90 @@
+//! The experiment that would tell two effects apart.
+
+use serde::Serialize;
+use stickslip_data::Dataset;
+
+use crate::diagnose::{self, experiment::Experiment};
+use crate::fit::FitError;
+use crate::model::candidate::CandidateEffect;
+use crate::model::file::ModelFile;
+use crate::progress::Progress;
+
+/// Between what.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// The two effects to separate; empty: the two that explain the data best.
+    pub between: Vec<CandidateEffect>,
+    /// Effects of the user that may be among the best two, beside the listed ones.
+    pub own: Vec<CandidateEffect>,
+}
+
+impl Options {
+    /// Whether they can be asked of `model`; needs no data.
+    ///
+    /// # Errors
+    /// Not two effects, the same one twice, or one that the model has.
+    pub fn check(&self, model: &ModelFile) -> Result<(), SuggestError> {
+        match self.between.as_slice() {
+            [] => {}
+            [a, b] if a.info.id == b.info.id => return Err(SuggestError::Twice(a.info.id)),
+            [_, _] => {}
+            other => return Err(SuggestError::NotTwo(other.len())),
+        }
+        let in_model = |c: &&CandidateEffect| model.effects.iter().any(|e| e.name() == c.info.id);
+        if let Some(known) = self.between.iter().find(in_model) {
+            return Err(SuggestError::InModel(known.info.id));
+        }
+        Ok(())
+    }
+}
+
+/// Experiments proposed.
+const MOST: usize = 8;
+
+/// Two effects and the experiments that separate them.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Ids of the effects.
+    pub between: [&'static str; 2],
+    /// Best first.
+    pub experiments: Vec<Experiment>,
+}
+
+/// Why nothing can be suggested.
+#[derive(Debug, thiserror::Error)]
+pub enum SuggestError {
+    /// One or more than two effects are named.
+    #[error("--between names {0} effect(s); name two different ones, or none")]
+    NotTwo(usize),
+    /// The same effect twice.
+    #[error("--between names {0} twice; name two different effects")]
+    Twice(&'static str),
+    /// Part of the model.
+    #[error("the model already has {0}: it cannot be told from another by adding it")]
+    InModel(&'static str),
+    /// Nothing changes the data.
+    #[error(
+        "there are no two candidates to separate: fewer than two effects change these data by more than noise"
+    )]
+    NoCandidates,
+    /// No trial can be simulated.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+}
+
+/// Fits two effects to `data` and finds where their predictions differ most.
+///
+/// # Errors
+/// See [`SuggestError`].
+pub fn suggest(
+    data: &Dataset,
+    model: &ModelFile,
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<Report, SuggestError> {
+    options.check(model)?;
+    progress.begin("fitting", diagnose::steps() as usize);
+    let found = diagnose::suggest(data, model, (&options.between, &options.own), MOST, &|| progress.step(1))?;
+    let (between, experiments) = found.ok_or(SuggestError::NoCandidates)?;
+    Ok(Report { between, experiments })
+}

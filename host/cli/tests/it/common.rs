@@ -1,0 +1,23 @@
+//! What tests of commands share, those of `stickslip-lab` too: a recorded push, edited; pages read as a browser
+//! would.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use tempfile::TempDir;
+
+/// A copy of one recorded push of the demonstration with its description, edited. The folder lives as
+/// long as the first.
+pub fn push(edit: impl Fn(String) -> String) -> (TempDir, PathBuf) {
+    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo");
+    let folder = tempfile::tempdir().expect("a folder");
+    let data = folder.path().join("push");
+    fs::create_dir_all(data.join("trials")).expect("a folder");
+    let read = |name: &str| fs::read_to_string(demo.join(name)).expect("the demo data");
+    fs::write(data.join("dataset.toml"), edit(read("dataset.toml"))).expect("written");
+    let trials: Vec<String> = read("trials.csv").lines().take(2).map(str::to_owned).collect();
+    fs::write(data.join("trials.csv"), trials.join("\n") + "\n").expect("written");
+    let name = "trials/linear_push-obj4-g20-v10-s0-r1.csv";
+    fs::copy(demo.join(name), data.join(name)).expect("copied");
+    (folder, data)
+}

@@ -1,0 +1,75 @@
+//! Every command that writes a page: the page is whole, and needs nothing from elsewhere.
+
+use assert_cmd::Command;
+use clap::CommandFactory;
+use stickslip_cli::commands::Cli;
+
+use crate::common::push;
+
+#[test]
+fn every_command_with_a_page_writes_one_that_is_whole_and_needs_no_network() {
+    let (folder, data) = push(|text| text);
+    let mut commands = 0;
+    let command = Cli::command();
+    for sub in command.get_subcommands().filter(|s| s.get_arguments().any(|a| a.get_id() == "html")) {
+        let name = sub.get_name();
+        let path = folder.path().join(format!("{name}.html"));
+        let mut run = Command::cargo_bin("stickslip").expect("the binary");
+        run.arg(name).arg(&data).arg("--html").arg(&path).assert().success();
+        let page = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
+        check(name, &page);
+        commands += 1;
+    }
+    assert!(commands >= 4, "compare, diagnose, replay and score, not {commands}");
+}
+
+/// The page's body is well-formed, has a heading, no number that is none, and every style is made of
+/// properties with values that a browser takes. Number of cells with a colour of their own.
+pub fn check(name: &str, page: &str) -> usize {
+    for outside in ["http:", "https:", "src=", "@import", "url("] {
+        let own = page.replace("http://www.w3.org/2000/svg", "");
+        assert!(!own.contains(outside), "{name}: {outside}");
+    }
+    let body = page.split_once("<main>").and_then(|(_, rest)| rest.split_once("</main>")).expect("a body").0;
+    let xml = format!("<main>{body}</main>");
+    let document = roxmltree::Document::parse(&xml).unwrap_or_else(|e| {
+        let line = xml.lines().nth(e.pos().row as usize - 1).unwrap_or_default();
+        panic!("{name}: {e}: {line}")
+    });
+    assert!(
+        document.descendants().any(|n| n.has_tag_name("h1") || n.has_tag_name("h2")),
+        "{name}: a heading"
+    );
+    let mut coloured = 0;
+    for node in document.descendants() {
+        let text = node.text().unwrap_or_default();
+        assert!(!text.split(|c: char| !c.is_alphanumeric()).any(|w| w == "NaN"), "{name}: {text}");
+        for declaration in node.attribute("style").into_iter().flat_map(|s| s.split(';')) {
+            let (property, value) = declaration.split_once(':').expect("property: value");
+            assert!(!value.contains(':'), "{name}: {declaration}");
+            if property.ends_with("background") || property.ends_with("color") {
+                coloured += 1;
+                assert!(is_colour(value), "{name}: {declaration}");
+            }
+        }
+        for attribute in ["fill", "stroke"] {
+            if let Some(value) = node.attribute(attribute) {
+                assert!(value == "none" || is_colour(value), "{name}: {attribute}={value}");
+            }
+        }
+    }
+    coloured
+}
+
+/// `#rgb`, `#rrggbb`, `rgb(r g b/alpha)` or `rgb(r,g,b)`.
+fn is_colour(value: &str) -> bool {
+    if let Some(hex) = value.strip_prefix('#') {
+        return matches!(hex.len(), 3 | 6) && hex.chars().all(|c| c.is_ascii_hexdigit());
+    }
+    let Some(inside) = value.strip_prefix("rgb(").and_then(|v| v.strip_suffix(')')) else { return false };
+    let (rgb, alpha) = inside.split_once('/').unwrap_or((inside, "1"));
+    let parts: Vec<&str> = rgb.split([' ', ',']).collect();
+    parts.len() == 3
+        && parts.iter().all(|p| p.parse::<u8>().is_ok())
+        && alpha.parse::<f64>().is_ok_and(|a| (0.0..=1.0).contains(&a))
+}
