@@ -9,6 +9,7 @@ pub mod calibration;
 pub mod document;
 pub mod figures;
 pub mod truth;
+pub mod warnings;
 
 use rayon::prelude::*;
 use stickslip_shared::model::Model;
