@@ -8,7 +8,9 @@
 //! size), each sample counted up to a bound, so that one wild sample proves nothing. How
 //! sure it must be depends on what the forces say ([`Forces`]): pads that carry a load near
 //! the limit may slip, those far below it hardly do. Slip ends when the point has come to
-//! rest; the anchor is then set anew.
+//! rest; the anchor is then set anew. What the load shears elastically out of the pads ([`shear`](super::shear))
+//! is no departure. Slow noise and vibration show in the means of eight samples: their variance beyond that of
+//! white noise is added. Poses may come more rarely than samples.
 
 use super::shear::{Load, Shear};
 use crate::real::{Real, Vec3, clamp, max, min, norm, sqrt};
@@ -38,9 +40,6 @@ const BLOCK_MOST: f64 = 9.0;
 const REST_M_S: f64 = 3e-3;
 const REST_SAMPLES: u8 = 8;
 
-/// Share of the doubt about pads and clock that is left where the load is about the limit: slip is as likely there.
-/// Doubled: sudden slips are seen 1 % less often within 20 ms.
-const LIMIT_DOUBT: f64 = 0.0;
 /// Poses that are farther apart than this are none: a camera of 25 Hz.
 const BLIND_S: f64 = 0.045;
 
@@ -85,6 +84,7 @@ pub struct Motion<R: Real> {
     excess: [R; 2],
     block: Vec3<R>,
     count: u8,
+    blocks: u8,
     /// Since the last pose, s.
     blind_s: R,
 }
@@ -110,8 +110,12 @@ impl<R: Real> Point<R> {
     fn departed(&self, noise: &[[R; 2]; 2], shear: &Shear<R>, forces: Forces) -> bool {
         let (sigmas, lag_m) = forces.bar();
         let (mut sum, mut count) = (Vec3::zeros(), R::zero());
-        let doubted = R::of(if forces == Forces::Hold { 1.0 } else { LIMIT_DOUBT });
-        let skew_m = shear.skew_m().map(|m| m * doubted);
+        // About the limit slip is as likely as what pads and clock may be besides what was learnt.
+        let (mut unknown, mut skew_m) = ([R::zero(); 3], [R::zero(); 2]);
+        if forces == Forces::Hold {
+            unknown = shear.unknown();
+            skew_m = shear.skew_m(&unknown);
+        }
         let bar = |k: usize, n: R| {
             let spread = sqrt(noise[0][k] * n + noise[1][k] * n * n);
             spread * R::of(sigmas) + (R::of(lag_m[k]) + skew_m[k]) * n
@@ -120,7 +124,7 @@ impl<R: Real> Point<R> {
         let counted = bars(R::of(2.0)).map(|b| b * R::of(COUNTED_SHARE));
         self.raw.iter().zip(&shear.recent).any(|(raw, load)| {
             let d: Vec3<R> = raw - self.anchor;
-            let d = shear.beyond(&d, load, doubted);
+            let d = shear.beyond(&d, load, &unknown);
             let size = sqrt(d.x * d.x + d.z * d.z);
             let share = if size > counted[0] { counted[0] / size } else { R::one() };
             sum += Vec3::new(d.x * share, clamp(d.y, -counted[1], counted[1]), d.z * share);
@@ -157,6 +161,7 @@ impl<R: Real> Default for Motion<R> {
             excess: [R::zero(); 2],
             block: Vec3::zeros(),
             count: 0,
+            blocks: 0,
             blind_s: R::zero(),
         }
     }
@@ -286,11 +291,14 @@ impl<R: Real> Motion<R> {
         }
         let n = R::of(WINDOW as f64);
         let mean = self.block / n;
+        self.blocks = self.blocks.saturating_add(1);
+        // The first count the same.
+        let share = max(R::of(BLOCK_SHARE), R::one() / R::of(f64::from(self.blocks)));
         let squares = [(mean.x * mean.x + mean.z * mean.z) * R::of(0.5), mean.y * mean.y];
         for ((excess, white), square) in self.excess.iter_mut().zip(&self.variance).zip(squares) {
             let white = *white / n;
             let most = (*excess + white) * R::of(BLOCK_MOST);
-            *excess = max(*excess + (min(square, most) - white - *excess) * R::of(BLOCK_SHARE), R::zero());
+            *excess = max(*excess + (min(square, most) - white - *excess) * share, R::zero());
         }
         (self.block, self.count) = (Vec3::zeros(), 0);
     }

@@ -65,7 +65,7 @@ pub struct Plateau<R: Real> {
     /// Variance of the mean about the level: noise that is not white shows there.
     spread: R,
     last_mean: R,
-    age: u8,
+    since_mean: u8,
 }
 
 /// What one sample is held against.
@@ -108,7 +108,7 @@ impl<R: Real> Default for Plateau<R> {
             ceiling: None,
             spread: zero,
             last_mean: zero,
-            age: 0,
+            since_mean: 0,
         }
     }
 }
@@ -148,10 +148,11 @@ impl<R: Real> Plateau<R> {
     /// Variance of the mean of five samples, by what consecutive ones differ: noise that is not white shows there,
     /// a ramp does not.
     fn note_mean(&mut self, s: &Bars<R>) {
-        self.age = self.age.wrapping_add(1);
-        if (self.age as usize) % FLAT != 0 || (self.count as usize) < FLAT {
+        self.since_mean += 1;
+        if (self.since_mean as usize) < FLAT {
             return;
         }
+        self.since_mean = 0;
         let [a, b, c, d, e] = self.recent;
         let mean = (a + b + c + d + e) * R::of(0.2);
         let change = mean - self.last_mean;

@@ -11,9 +11,9 @@ use crate::real::{Real, max, min, sqrt};
 /// Blocks of the fit.
 const BLOCKS: usize = 6;
 /// Samples in a block: 20 ms at 250 Hz.
-pub(super) const SHORT: u8 = 5;
+pub const SHORT: u8 = 5;
 /// The same for slow ramps: 0.1 s.
-pub(super) const LONG: u8 = 25;
+pub const LONG: u8 = 25;
 /// Standard deviations that prove a slope: by chance once in some hundred hours.
 const PROVEN_SIGMAS: f64 = 5.0;
 /// Standard deviations by which the slope may be less than it seems.
