@@ -1,6 +1,6 @@
-//! `stickslip-lab warnings DATA... --key KEY`: warnings judged by what a simulator knows of slip and drop.
+//! `stickslip-lab warnings DATA...`: warnings judged by what a simulator knows of slip and drop.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use rayon::prelude::*;
@@ -19,14 +19,14 @@ use stickslip_shared::predictor::{Limits, Plan, Predictor, flags};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
   stickslip-second-rig draw --family grasp-soft --seed 7 --out data/soft
-  stickslip-lab warnings data/soft --key data/soft.key.json --pose start")]
+  stickslip-lab warnings data/soft --pose start")]
 pub struct Args {
     /// Folders of the data sets (each holds dataset.toml)
     #[arg(required = true)]
     pub data: Vec<PathBuf>,
-    /// What is true of every trial
+    /// What is true of every trial [default: DATA.key.json, else key.json beside DATA]
     #[arg(long, value_name = "FILE")]
-    pub key: PathBuf,
+    pub key: Option<PathBuf>,
     /// Model that is told [default: model.toml in DATA or beside it, else hard contact]
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
@@ -55,12 +55,9 @@ struct Method {
 /// # Errors
 /// Where the key, the model or the data cannot be read.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let text = std::fs::read(&args.key).with_context(|| format!("{}: cannot be read", args.key.display()))?;
-    let key: Key = serde_json::from_slice(&text)
-        .with_context(|| format!("{}: not a key of simulated grasps", args.key.display()))?;
     let mut sums = [Figures::default(), Figures::default()];
     for folder in &args.data {
-        for pair in judge_set(args, folder, &key)? {
+        for pair in judge_set(args, folder)? {
             sums.iter_mut().zip(&pair).for_each(|(sum, figures)| sum.join(figures));
         }
     }
@@ -110,8 +107,21 @@ fn rate(r: &Rate) -> String {
     format!("{} in {:.2} h, {:.0} ({low:.0} to {high:.0})", r.count, r.hours, r.per_hour())
 }
 
+/// The key beside a data set.
+fn key_of(folder: &Path) -> PathBuf {
+    let mut name = folder.as_os_str().to_owned();
+    name.push(".key.json");
+    let own = PathBuf::from(name);
+    if own.exists() { own } else { folder.join("../key.json") }
+}
+
 /// Figures of the predictor and of the threshold in each trial.
-fn judge_set(args: &Args, folder: &std::path::Path, key: &Key) -> anyhow::Result<Vec<[Figures; 2]>> {
+fn judge_set(args: &Args, folder: &Path) -> anyhow::Result<Vec<[Figures; 2]>> {
+    let path = args.key.clone().unwrap_or_else(|| key_of(folder));
+    let text =
+        std::fs::read(&path).with_context(|| format!("{}: cannot be read; state --key", path.display()))?;
+    let key: Key = serde_json::from_slice(&text)
+        .with_context(|| format!("{}: not a key of simulated grasps", path.display()))?;
     let index = Index::open(folder)?;
     let beside = [folder.join("model.toml"), folder.join("../model.toml")];
     let told = args.model.as_ref().or_else(|| beside.iter().find(|p| p.exists()));
@@ -124,7 +134,7 @@ fn judge_set(args: &Args, folder: &std::path::Path, key: &Key) -> anyhow::Result
             let truth = key
                 .trials
                 .get(&info.trial)
-                .with_context(|| format!("{}: no entry for trial '{}'", args.key.display(), info.trial))?;
+                .with_context(|| format!("{}: no entry for trial '{}'", path.display(), info.trial))?;
             let trial = index.read_trial(info)?;
             let mut feed = feed(&index.description, &trial)?;
             let first = trial.samples.iter().find_map(|s| s.grip_cmd_n).or(info.grip_n).unwrap_or(0.0);
