@@ -151,7 +151,8 @@ impl<R: Real> Shear<R> {
         let change = now.force_n - last.force_n;
         let square = (change.x * change.x + change.z * change.z) * R::of(0.25);
         self.variance += (min(square, self.variance * R::of(9.0)) - self.variance) * R::of(0.01);
-        super::shift_in(&mut self.recent, now);
+        let mut newer = now;
+        self.recent.iter_mut().for_each(|c| core::mem::swap(c, &mut newer));
         let was = self.smooth.force_n;
         self.smooth.towards(&now, R::of(0.4));
         self.rate_n_s = norm(&(self.smooth.force_n - was)) / dt_s;
