@@ -43,7 +43,9 @@ use crate::observer::motion::Moved;
 use crate::observer::{Observed, Observer, Seen};
 use crate::real::{Real, Rotation, Vec3, max, min, norm, sqrt};
 use crate::step::{Drive, State, StepSummary, Workspace};
-use crate::track::{PathFilter, Pose, Poses, Settling, between_pads, drive_between, seat, support_pose};
+use crate::track::{
+    Acceleration, PathFilter, Pose, Poses, Settling, between_pads, drive_between, seat, support_pose,
+};
 use crate::work::{TICK_WORK, Work};
 use decide::{Alarms, Evidence, decide, sooner};
 use sag::{Sag, planned_slide, slipped, unintended_down};
@@ -144,6 +146,9 @@ struct Tracked<R: Real> {
     settling_s: R,
     gripper: PathFilter<R>,
     pusher: Option<PathFilter<R>>,
+    /// By the gripper's measured pose; for how long what it explains still matters, s.
+    acceleration: Acceleration<R>,
+    gaining_s: R,
 }
 
 impl<R: Real> Tracked<R> {
@@ -337,6 +342,8 @@ impl<R: Real> Predictor<R> {
             settling_s: R::zero(),
             gripper: PathFilter::new(poses.carrier),
             pusher: poses.pusher.map(PathFilter::new),
+            acceleration: Acceleration::new(poses.carrier.position_m),
+            gaining_s: R::zero(),
         });
         Some(())
     }
@@ -724,6 +731,14 @@ impl<R: Real> Core<R> {
         if soon {
             tracked.settling_s = max(tracked.settling_s, drive.dt_s);
         }
+        tracked.gaining_s -= drive.dt_s;
+        if let Some(gripper) = &sample.gripper {
+            let noise_m2 = tracked.gripper.noise_m2();
+            if tracked.acceleration.gains(gripper.position_m, noise_m2, drive.dt_s) {
+                tracked.gaining_s = R::of(f64::from(self.params.inertia_s));
+            }
+        }
+        let gains = tracked.gaining_s > R::zero();
         let up = -drive.carrier.inverse_transform_vector(&Vec3::from(self.scene.gravity_m_s2));
         let bears = |w: &[[R; 6]; 2]| {
             let sum = |i: usize| w[0][i] + w[1][i];
@@ -739,9 +754,12 @@ impl<R: Real> Core<R> {
             wrenches: &wrenches,
             grip_n: sample.grip_cmd_n,
             points_m,
+            gripper_m_s: drive
+                .carrier
+                .inverse_transform_vector(&tracked.acceleration.velocity_m_s(drive.dt_s)),
             arm_m: self.torsion_arm_m,
             bearing_n,
-            steered: tracked.settling_s > R::zero(),
+            steered: gains || tracked.settling_s > R::zero(),
             accelerates: soon
                 || tracked.settling_s > R::of(f64::from(self.params.settling_s - self.params.gaining_s)),
             effects,
@@ -890,7 +908,11 @@ impl<R: Real> Core<R> {
     /// The model carries the load that is measured.
     fn agrees(&self, p: &Prediction, observed: &Observed<R>, ratio: R) -> bool {
         let used = (ratio / max(observed.limit, R::of(1e-6))).to_f64() as f32;
-        p.finger.iter().all(|f| (f.model_utilisation - used).abs() < self.params.share_apart)
+        let apart = match observed.moved {
+            Some(_) => self.params.share_apart,
+            None => self.params.unseen_apart,
+        };
+        p.finger.iter().all(|f| (f.model_utilisation - used).abs() < apart)
     }
 
     /// Time until the pads are off the object, if it goes on as it moves now: `d = v t + a t^2 / 2`.

@@ -231,6 +231,11 @@ impl<R: Real> PathFilter<R> {
         }
     }
 
+    /// Noise of the path on an axis, m^2.
+    pub fn noise_m2(&self) -> R {
+        self.noise_m2
+    }
+
     /// The path's pose at a new sample. `planned`: velocity (m/s) and angular velocity
     /// (rad/s), world axes, where the plan tells.
     pub fn follow(&mut self, raw: &Pose<R>, dt_s: R, planned: Option<(Vec3<R>, Vec3<R>)>) -> Pose<R> {
@@ -270,6 +275,57 @@ impl<R: Real> PathFilter<R> {
             rotation: turned(&ahead.rotation, &(turn * R::of(alpha))),
         };
         self.pose
+    }
+}
+
+/// Samples in each of three blocks whose means' second difference is the acceleration.
+const BLOCK: usize = 4;
+/// Acceleration that is no noise: m/s2, and standard deviations.
+const GAINS_M_S2: f64 = 0.4;
+const GAINS_SIGMAS: f64 = 5.0;
+
+/// The gripper's acceleration by its own measured pose: it explains load as inertia, with and without
+/// a plan. `a = (p1 - 2 p2 + p3) / T^2` of three blocks' means, `T` a block's time; noise
+/// `sigma sqrt(6 / n) / T^2`, delay 1.5 blocks (24 ms at 250 Hz).
+#[derive(Clone, Debug)]
+pub struct Acceleration<R: Real> {
+    /// The newest first.
+    raw: [Vec3<R>; 3 * BLOCK],
+    seen: u8,
+}
+
+impl<R: Real> Acceleration<R> {
+    /// Begins at rest.
+    pub fn new(first: Vec3<R>) -> Self {
+        Self { raw: [first; 3 * BLOCK], seen: 0 }
+    }
+
+    /// Velocity over the last four samples, world axes.
+    pub fn velocity_m_s(&self, dt_s: R) -> Vec3<R> {
+        let [a, b, ..] = self.raw;
+        (a - b) / dt_s
+    }
+
+    /// One sample; `noise_m2`: variance on an axis. Whether the gripper gains or loses speed.
+    pub fn gains(&mut self, raw: Vec3<R>, noise_m2: R, dt_s: R) -> bool {
+        let mut newer = raw;
+        for place in &mut self.raw {
+            core::mem::swap(place, &mut newer);
+        }
+        self.seen = self.seen.saturating_add(1);
+        if (self.seen as usize) < 3 * BLOCK {
+            return false;
+        }
+        let n = R::of(BLOCK as f64);
+        let block_s = dt_s * n;
+        let mut second = Vec3::zeros();
+        for (i, p) in self.raw.iter().enumerate() {
+            let weight = if i / BLOCK == 1 { -2.0 } else { 1.0 };
+            second += (p - raw) * R::of(weight);
+        }
+        let square = block_s * block_s * n;
+        let sigma = sqrt(max(noise_m2, R::zero()) * R::of(6.0) * n);
+        norm(&second) > R::of(GAINS_M_S2) * square + sigma * R::of(GAINS_SIGMAS)
     }
 }
 

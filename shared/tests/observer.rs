@@ -4,7 +4,8 @@ use stickslip_shared::observer::bearing::Bearing;
 use stickslip_shared::observer::friction::{Friction, Use};
 use stickslip_shared::observer::motion::{Forces, Motion};
 use stickslip_shared::observer::plateau::{Bars, Plateau};
-use stickslip_shared::observer::trend::Trend;
+use stickslip_shared::observer::shear::Load;
+use stickslip_shared::observer::trend::{SHORT, Trend};
 use stickslip_shared::real::Vec3;
 
 const DT: f32 = 0.004;
@@ -27,7 +28,7 @@ impl Noise {
 
 /// Ticks at which a trend with noise 0.005 is proven while `value` runs.
 fn proven(ticks: u32, value: impl Fn(f32) -> f32) -> Vec<u32> {
-    let (mut trend, mut noise) = (Trend::new(2.5e-5f32), Noise(7));
+    let (mut trend, mut noise) = (Trend::new(2.5e-5f32, SHORT), Noise(7));
     (0..ticks)
         .filter(|tick| {
             trend.push(value(*tick as f32 * DT) + 0.005 * noise.next(), DT);
@@ -46,7 +47,7 @@ fn a_steady_rise_is_proven_within_160_ms_with_its_value_and_a_slope_no_steeper_t
     let value = |t: f32| 0.2 + 0.3 * (t - 1.0).max(0.0);
     let first = *proven(400, value).first().expect("proven");
     assert!((250..=290).contains(&first), "proven at tick {first}");
-    let (mut trend, mut noise) = (Trend::new(2.5e-5f32), Noise(3));
+    let (mut trend, mut noise) = (Trend::new(2.5e-5f32, SHORT), Noise(3));
     for tick in 0..400 {
         trend.push(value(tick as f32 * DT) + 0.005 * noise.next(), DT);
     }
@@ -69,13 +70,49 @@ fn steps_and_knocks_prove_no_slope() {
     }
 }
 
+/// First tick of slip of an object of 4 N that is lifted off a table within 0.1 s, on pads that give way by
+/// 60 um a newton; from 1.2 s on it moves by `path(t)` besides. A pose in every `every`-th sample.
+fn slipping_in_a_lift(ticks: u32, every: u32, path: impl Fn(f32) -> f32) -> Option<u32> {
+    let (mut motion, mut noise) = (Motion::default(), Noise(5));
+    (0..ticks).find(|tick| {
+        let t = *tick as f32 * DT;
+        let borne_n = 4.0 * ((t - 1.0) / 0.1).clamp(0.0, 1.0);
+        let load = Load {
+            force_n: Vec3::new(0.02 * noise.next(), 0.0, -borne_n + 0.02 * noise.next()),
+            normal_n: 20.0,
+            gripper_m_s: Vec3::zeros(),
+        };
+        let z = -6e-5 * borne_n - path((t - 1.2).max(0.0));
+        let p = Vec3::new(4e-5 * noise.next(), 3e-6 * noise.next(), z + 4e-5 * noise.next());
+        let moved = match tick % every {
+            0 => Some(motion.follow(&[p, p], Some(&load), Forces::Hold, DT)),
+            _ => motion.wait(DT),
+        };
+        moved.is_some_and(|m| m.slip_s > 0.0)
+    })
+}
+
+#[test]
+fn pads_that_give_way_under_the_load_of_a_lift_do_not_slip() {
+    assert_eq!(slipping_in_a_lift(5000, 1, |_| 0.0), None);
+    assert_eq!(slipping_in_a_lift(5000, 4, |_| 0.0), None);
+}
+
+#[test]
+fn what_slides_under_a_constant_load_is_seen_with_poses_at_60_hz_too() {
+    for (every, latest) in [(1, 308), (2, 312), (4, 320)] {
+        let tick = slipping_in_a_lift(400, every, |t| t * t).expect("slips");
+        assert!((301..=latest).contains(&tick), "a pose in {every} samples: tick {tick}");
+    }
+}
+
 /// First tick of slip as an object moves along Z by `path(t)`, pose noise 42 um on an axis.
 fn slipping(ticks: u32, path: impl Fn(f32) -> f32) -> Option<u32> {
     let (mut motion, mut noise) = (Motion::default(), Noise(11));
     (0..ticks).find(|tick| {
         let mut around = |x: f32, sigma: f32| x + sigma * noise.next();
         let p = Vec3::new(around(0.0, 42e-6), around(0.0, 3e-6), around(path(*tick as f32 * DT), 42e-6));
-        motion.follow(&[p, p], Forces::Hold, DT).slip_s > 0.0
+        motion.follow(&[p, p], None, Forces::Hold, DT).slip_s > 0.0
     })
 }
 

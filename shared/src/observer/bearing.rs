@@ -20,8 +20,12 @@ const WEIGHT_SHARE: f64 = 0.15;
 const BORNE_S: f64 = 0.3;
 const NOISE_S: f64 = 0.2;
 const NOISE: f64 = 0.03;
+/// The same of noise that has just begun.
+const SUDDEN_S: f64 = 0.04;
 /// A sample counts up to so many standard deviations in mean and noise: a knock is neither.
 const COUNTED_SIGMAS: f64 = 2.5;
+/// A sample counts up to so many in the deficit: three of them are a fall.
+const FALLS_SIGMAS: f64 = 5.0;
 /// Less than this bears nothing, N.
 const LEAST_N: f64 = 0.2;
 
@@ -34,6 +38,9 @@ pub struct Bearing<R: Real> {
     /// Mean of the force that bears the object, over the model's; variance of a sample.
     mean: R,
     variance: R,
+    /// Of the last differences, and the last share: noise that has just begun counts at once.
+    sudden: R,
+    last: R,
     deficit: R,
     suspect: bool,
     fallen: u8,
@@ -44,7 +51,16 @@ pub struct Bearing<R: Real> {
 impl<R: Real> Default for Bearing<R> {
     fn default() -> Self {
         let variance = R::of(NOISE * NOISE);
-        Self { mean: R::zero(), variance, deficit: R::zero(), suspect: false, fallen: 0, age: 0 }
+        Self {
+            mean: R::zero(),
+            variance,
+            sudden: variance,
+            last: R::zero(),
+            deficit: R::zero(),
+            suspect: false,
+            fallen: 0,
+            age: 0,
+        }
     }
 }
 
@@ -62,14 +78,20 @@ impl<R: Real> Bearing<R> {
             return 0;
         };
         let share = measured / model;
-        let sigma = max(sqrt(self.variance), R::of(1e-3));
+        let change = share - self.last;
+        self.last = share;
+        // A fall is a few large differences, noise many.
+        let square = min(change * change * R::of(0.5), self.sudden * R::of(4.0));
+        self.sudden += (square - self.sudden) * min(dt_s / R::of(SUDDEN_S), R::one());
+        let sigma = max(sqrt(max(self.variance, self.sudden)), R::of(1e-3));
         let allowed = max(R::of(ALLOWED_SHARE) / sigma, R::of(ALLOWED_SIGMAS));
         let enough = R::of(CHANCE * 0.5) / allowed;
         let right = (self.mean - R::one()).abs() < R::of(WEIGHT_SHARE);
         if self.fallen >= FALLEN_SAMPLES {
             *self = Self { variance: self.variance, ..Self::default() };
         } else if right && !steered {
-            let gain = (min(self.mean, R::one()) - share) / sigma - allowed;
+            let most = R::of(FALLS_SIGMAS);
+            let gain = clamp((min(self.mean, R::one()) - share) / sigma, -most, most) - allowed;
             self.deficit = clamp(self.deficit + gain, R::zero(), enough * R::of(2.0));
         } else {
             self.deficit = R::zero();

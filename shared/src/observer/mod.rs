@@ -17,6 +17,7 @@ pub mod bearing;
 pub mod friction;
 pub mod motion;
 pub mod plateau;
+pub mod shear;
 pub mod trend;
 
 use crate::real::{Real, Vec3, clamp, max, min, norm, sqrt};
@@ -24,6 +25,7 @@ use bearing::Bearing;
 use friction::{Friction, Use};
 use motion::{Forces, Motion, Moved};
 use plateau::{Bars, Plateau};
+use shear::Load;
 use trend::Trend;
 
 /// Samples of the tare: 0.13 s at 250 Hz.
@@ -41,6 +43,16 @@ const AT_LIMIT_SHARE: f64 = 0.9;
 const FALLING_SAMPLES: u8 = 15;
 /// Below this share of the limit a trend is no threat yet, and mostly that of a lift-off.
 const THREAT_SHARE: f64 = 0.5;
+/// A trend that reaches the limit within this is a threat, s; it has ended where the ratio is below
+/// this share of what it was then.
+const THREAT_S: f64 = 0.25;
+const ENDED_SHARE: f64 = 0.97;
+/// The slowest jaw has followed a step of its command after this, s.
+const SETTLED_S: f64 = 1.0;
+/// A commanded fall shorter than this is a re-grasp, s: it is judged by its level, not by its slope.
+const REGRASP_S: f64 = 0.12;
+/// A grip command that falls is extrapolated by this share of the time for which it has fallen.
+const GOES_ON: f64 = 1.0;
 /// First guess of the ratio's noise, standard deviation.
 const NOISE: f64 = 0.005;
 
@@ -54,9 +66,11 @@ pub struct Observer<R: Real> {
     trend: Trend<R>,
     ratio: Option<R>,
     plateau: Plateau<R>,
-    grip_n: R,
-    grip_trend_n_s: R,
-    falling: u8,
+    /// Of slow ramps.
+    ramp: Trend<R>,
+    /// Ratio at which a trend's warning was raised that has not ended.
+    threat: Option<R>,
+    grip: Grip<R>,
     bearing: Bearing<R>,
 }
 
@@ -69,6 +83,8 @@ pub struct Seen<'a, R: Real> {
     pub grip_n: R,
     /// Material points of the object under the fingers: X, turn at the arm, Z, m.
     pub points_m: Option<[Vec3<R>; 2]>,
+    /// Velocity of the gripper, its axes, m/s.
+    pub gripper_m_s: Vec3<R>,
     /// Arm of torsion; 0: none.
     pub arm_m: R,
     /// Force that bears the object against gravity: measured, and by the model, N.
@@ -118,12 +134,12 @@ impl<R: Real> Observer<R> {
             tared: 0,
             friction,
             motion: Motion::default(),
-            trend: Trend::new(R::of(NOISE * NOISE)),
+            trend: Trend::new(R::of(NOISE * NOISE), trend::SHORT),
+            ramp: Trend::new(R::of(NOISE * NOISE), trend::LONG),
+            threat: None,
+            grip: Grip::default(),
             ratio: None,
             plateau: Plateau::default(),
-            grip_n: zero,
-            grip_trend_n_s: zero,
-            falling: 0,
             bearing: Bearing::default(),
         }
     }
@@ -190,7 +206,6 @@ impl<R: Real> Observer<R> {
             least_limit: self.friction.least() * effects,
             ..Observed::default()
         };
-        self.follow_grip(s.grip_n, s.dt_s);
         for (r, w) in seen.finger.iter_mut().zip(s.wrenches) {
             *r = w.as_ref().and_then(|w| ratio(&[w], s.arm_m));
         }
@@ -199,6 +214,11 @@ impl<R: Real> Observer<R> {
             [Some(w), None] | [None, Some(w)] => ratio(&[w], s.arm_m),
             [None, None] => None,
         };
+        let load = match s.wrenches {
+            [Some(a), Some(b)] => Some(load(a, b, s.arm_m, s.gripper_m_s)),
+            _ => None,
+        };
+        self.grip.follow(s.grip_n, load.map(|l| l.normal_n), s.dt_s);
         // Before the tare a constant error may look like any load.
         let now = both.filter(|_| self.tared >= TARE_SAMPLES);
         let bears = s.bearing_n.filter(|_| now.is_some());
@@ -225,27 +245,27 @@ impl<R: Real> Observer<R> {
             Some(points) => {
                 // A load that has been held is none that it slips under.
                 let bar = max(likely * R::of(AT_LIMIT_SHARE), proven + noise * R::of(2.0));
-                let forces = if falling {
+                let forces = if falling || clipped > 0 {
                     Forces::Fall
                 } else if now.is_some_and(|r| r > bar) || self.bearing.suspect() {
                     Forces::AtLimit
                 } else {
                     Forces::Hold
                 };
-                Some(self.motion.follow(points, forces, s.dt_s))
+                Some(self.motion.follow(points, load.as_ref(), forces, s.dt_s))
             }
-            None => {
-                self.motion.forget();
-                None
-            }
+            None => self.motion.wait(s.dt_s),
         };
         let Some(now) = now else { return seen };
         let smooth = self.ratio.map_or(now, |r| r + (now - r) * R::of(SMOOTHING));
         self.ratio = Some(smooth);
         if s.steered {
             self.trend.forget();
+            self.ramp.forget();
+            self.threat = None;
         } else {
             self.trend.push(now, s.dt_s);
+            self.ramp.push(now, s.dt_s);
         }
         // Only where nobody sees what the object does.
         if let (Some(ceiling), true) = (self.plateau.ceiling(), seen.moved.is_none()) {
@@ -258,7 +278,7 @@ impl<R: Real> Observer<R> {
             noise: self.trend.noise() * R::of(0.42),
             slip_s: seen.moved.map(|m| m.slip_s),
             speed_m_s: seen.moved.map_or_else(R::zero, fastest),
-            grip_holds: self.falling == 0,
+            grip_holds: self.grip.falling == 0,
             steered: s.steered,
         };
         self.friction.learn(&usage, s.dt_s);
@@ -267,37 +287,120 @@ impl<R: Real> Observer<R> {
         seen.ratio = Some(smooth);
         let over = clipped.max(fallen);
         seen.over_s = R::of(f64::from(over)) * s.dt_s;
-        seen.limit_in_s = self.time_left(smooth, seen.least_limit);
+        seen.limit_in_s = self.time_left(smooth, seen.least_limit, self.friction.likely() * effects);
         seen
     }
 
-    fn follow_grip(&mut self, grip_n: R, dt_s: R) {
-        if self.grip_n > R::zero() {
-            let rate = (grip_n - self.grip_n) / dt_s;
-            self.grip_trend_n_s += (rate - self.grip_trend_n_s) * R::of(0.15);
-            let falls = rate < R::of(-0.05);
-            self.falling = if falls { self.falling.saturating_add(1).min(FALLING_SAMPLES) } else { 0 };
-        }
-        self.grip_n = grip_n;
-    }
-
     /// Time until the ratio reaches `limit` by a proven trend.
-    fn time_left(&self, ratio: R, limit: R) -> Option<R> {
+    fn time_left(&mut self, ratio: R, limit: R, likely: R) -> Option<R> {
         if !(ratio > limit * R::of(THREAT_SHARE)) {
+            self.threat = None;
+            return None;
+        }
+        // The level of a command is known the moment it is given: no trend leads past it.
+        if self.grip.comes_to(ratio).is_some_and(|end| end < max(limit, likely)) {
+            self.threat = None;
             return None;
         }
         let mut left: Option<R> = None;
-        let mut sooner = |t: R| left = Some(left.map_or(t, |l| min(l, t)));
-        if let Some(line) = self.trend.proven()
-            && line.slope_s > R::zero()
-        {
-            sooner(max((limit - line.value) / line.slope_s, R::zero()));
+        let earlier = |left: Option<R>, t: R| Some(left.map_or(t, |l| min(l, t)));
+        for line in [self.trend.proven(), self.ramp.proven()].into_iter().flatten() {
+            if line.slope_s > R::zero() {
+                left = earlier(left, max((limit - line.value) / line.slope_s, R::zero()));
+            }
         }
-        if self.falling >= FALLING_SAMPLES && self.grip_trend_n_s < R::zero() {
-            let lasts = self.grip_n / -self.grip_trend_n_s;
-            sooner(max(lasts * (R::one() - ratio / limit), R::zero()));
+        if let Some(t) = left {
+            if t < R::of(THREAT_S) && self.threat.is_none() {
+                self.threat = Some(ratio);
+            }
+        } else if let Some(at) = self.threat {
+            // What was announced and goes on, however slowly, is not withdrawn.
+            if self.ramp.persists() && ratio > at * R::of(ENDED_SHARE) {
+                left = Some(R::of(THREAT_S));
+            } else {
+                self.threat = None;
+            }
+        }
+        if let Some(t) = self.grip.runs_out(ratio, limit) {
+            left = earlier(left, t);
         }
         left
+    }
+}
+
+/// The grip command, and the normal force that it leads to.
+#[derive(Clone, Debug)]
+struct Grip<R: Real> {
+    command_n: R,
+    trend_n_s: R,
+    falling: u8,
+    falls_s: R,
+    /// Since the command last fell, and since it last changed, s.
+    fell_s: R,
+    changed_s: R,
+    /// Normal force now, and over the command where that has settled.
+    normal_n: R,
+    gain: R,
+}
+
+impl<R: Real> Default for Grip<R> {
+    fn default() -> Self {
+        let (zero, long) = (R::zero(), R::of(10.0));
+        Self {
+            command_n: zero,
+            trend_n_s: zero,
+            falling: 0,
+            falls_s: zero,
+            fell_s: long,
+            changed_s: long,
+            normal_n: zero,
+            // Two fingers.
+            gain: R::of(2.0),
+        }
+    }
+}
+
+impl<R: Real> Grip<R> {
+    fn follow(&mut self, command_n: R, normal_n: Option<R>, dt_s: R) {
+        self.fell_s += dt_s;
+        self.changed_s += dt_s;
+        if self.command_n > R::zero() {
+            let rate = (command_n - self.command_n) / dt_s;
+            self.trend_n_s += (rate - self.trend_n_s) * R::of(0.15);
+            let falls = rate < R::of(-0.05);
+            self.falling = if falls { self.falling.saturating_add(1).min(FALLING_SAMPLES) } else { 0 };
+            self.falls_s = if falls { self.falls_s + dt_s } else { R::zero() };
+            if falls {
+                self.fell_s = R::zero();
+            }
+            if rate.abs() > R::of(0.05) {
+                self.changed_s = R::zero();
+            }
+        }
+        self.command_n = command_n;
+        let Some(normal_n) = normal_n else { return };
+        self.normal_n += (normal_n - self.normal_n) * R::of(SMOOTHING);
+        if self.changed_s > R::of(SETTLED_S) && command_n > R::of(0.05) {
+            let gain = self.normal_n / command_n;
+            let share = min(dt_s / R::of(SETTLED_S), R::one());
+            self.gain += (gain - self.gain) * share;
+        }
+    }
+
+    /// The ratio that the command leads to, while the normal force is still on its way down to it.
+    fn comes_to(&self, ratio: R) -> Option<R> {
+        let on_its_way = self.falls_s < R::of(REGRASP_S) && self.fell_s < R::of(SETTLED_S);
+        let settled_n = self.gain * self.command_n;
+        (on_its_way && settled_n > R::of(0.02)).then(|| ratio * max(self.normal_n / settled_n, R::one()))
+    }
+
+    /// Time until a grip command that falls steadily is too little.
+    fn runs_out(&self, ratio: R, limit: R) -> Option<R> {
+        let falls = self.falls_s >= R::of(REGRASP_S) && self.trend_n_s < R::zero();
+        let lasts = self.command_n / -min(self.trend_n_s, R::of(-1e-6));
+        let left_s = max(lasts * (R::one() - ratio / limit), R::zero());
+        // A fall that has lasted for so long may last as long again: a re-grasp ends sooner.
+        (falls && left_s < self.falls_s * R::of(GOES_ON)).then_some(left_s)
     }
 }
 
@@ -316,6 +419,17 @@ fn ratio<R: Real>(wrenches: &[&[R; 6]], arm_m: R) -> Option<R> {
     let torsion = if arm_m > R::zero() { turn / arm_m } else { R::zero() };
     let needed = sqrt(x * x + z * z + torsion * torsion) / normal;
     needed.finite().then_some(min(needed, R::of(100.0)))
+}
+
+/// Load of both fingers.
+fn load<R: Real>(a: &[R; 6], b: &[R; 6], arm_m: R, gripper_m_s: Vec3<R>) -> Load<R> {
+    let torsion = if arm_m > R::zero() { (a[4] + b[4]) / arm_m } else { R::zero() };
+    Load {
+        // What the object exerts on the pads: it moves along with it.
+        force_n: -Vec3::new(a[0] + b[0], torsion, a[2] + b[2]),
+        normal_n: a[1].abs() + b[1].abs(),
+        gripper_m_s,
+    }
 }
 
 /// Puts `newest` first and drops the last.

@@ -8,8 +8,11 @@
 //! size), each sample counted up to a bound, so that one wild sample proves nothing. How
 //! sure it must be depends on what the forces say ([`Forces`]): pads that carry a load near
 //! the limit may slip, those far below it hardly do. Slip ends when the point has come to
-//! rest; the anchor is then set anew.
+//! rest; the anchor is then set anew. What the load shears elastically out of the pads ([`shear`](super::shear))
+//! is no departure. Slow noise and vibration show in the means of eight samples: their variance beyond that of
+//! white noise is added. Poses may come more rarely than samples.
 
+use super::shear::{Load, Shear};
 use crate::real::{Real, Vec3, clamp, max, min, norm, sqrt};
 
 /// Gains of the filter: its noise is 0.57 of the samples'.
@@ -28,9 +31,17 @@ const COUNTED_SHARE: f64 = 0.6;
 const NOISE_M: f64 = 5e-5;
 /// Samples after which gains are what they are; before, each sample counts the same.
 const WARM: u8 = 50;
+/// Most departure that winds the creep up, in standard deviations: a move is none.
+const CREEP_SIGMAS: f64 = 3.0;
+/// Share with which a block's mean enters their variance, and how much more than that it may be.
+const BLOCK_SHARE: f64 = 0.05;
+const BLOCK_MOST: f64 = 9.0;
 /// Slower than this for some samples is rest.
 const REST_M_S: f64 = 3e-3;
 const REST_SAMPLES: u8 = 8;
+
+/// Poses that are farther apart than this are none: a camera of 25 Hz.
+const BLIND_S: f64 = 0.045;
 
 /// What the forces say of slip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,9 +59,9 @@ impl Forces {
     /// a creep besides, along the face and of the turn, m.
     fn bar(self) -> (f64, [f64; 2]) {
         match self {
-            // By chance once in some hundred hours.
-            Forces::Hold => (5.5, [4e-5, 4e-5]),
-            // By chance once in some minutes at the limit, where a grasp rarely is.
+            // By chance once in two hours: exp(h^2 / 2) means, of which two in a sample are independent.
+            Forces::Hold => (5.5, [2e-5, 3e-5]),
+            // The same, but for what the anchor lags: at the limit, where a grasp rarely is.
             Forces::AtLimit => (4.7, [5e-6, 1.5e-5]),
             Forces::Fall => (3.5, [0.0, 0.0]),
         }
@@ -68,6 +79,14 @@ pub struct Motion<R: Real> {
     age: u8,
     acceleration_m_s2: R,
     speed_m_s: R,
+    shear: Shear<R>,
+    /// Variance of a block's mean beyond that of white noise, along the face and of the turn.
+    excess: [R; 2],
+    block: Vec3<R>,
+    count: u8,
+    blocks: u8,
+    /// Since the last pose, s.
+    blind_s: R,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -88,14 +107,24 @@ impl<R: Real> Point<R> {
 
     /// The last samples lie away from the anchor; `sigma_m` of one sample along the face, and
     /// of the turn.
-    fn departed(&self, sigma_m: [R; 2], forces: Forces) -> bool {
+    fn departed(&self, noise: &[[R; 2]; 2], shear: &Shear<R>, forces: Forces) -> bool {
         let (sigmas, lag_m) = forces.bar();
         let (mut sum, mut count) = (Vec3::zeros(), R::zero());
-        let bar = |sigma: R, lag: f64, n: R| sigma * R::of(sigmas) * sqrt(n) + R::of(lag) * n;
-        let bars = |n: R| [bar(sigma_m[0], lag_m[0], n), bar(sigma_m[1], lag_m[1], n)];
+        // About the limit slip is as likely as what pads and clock may be besides what was learnt.
+        let (mut unknown, mut skew_m) = ([R::zero(); 3], [R::zero(); 2]);
+        if forces == Forces::Hold {
+            unknown = shear.unknown();
+            skew_m = shear.skew_m(&unknown);
+        }
+        let bar = |k: usize, n: R| {
+            let spread = sqrt(noise[0][k] * n + noise[1][k] * n * n);
+            spread * R::of(sigmas) + (R::of(lag_m[k]) + skew_m[k]) * n
+        };
+        let bars = |n: R| [bar(0, n), bar(1, n)];
         let counted = bars(R::of(2.0)).map(|b| b * R::of(COUNTED_SHARE));
-        self.raw.iter().any(|raw| {
+        self.raw.iter().zip(&shear.recent).any(|(raw, load)| {
             let d: Vec3<R> = raw - self.anchor;
+            let d = shear.beyond(&d, load, &unknown);
             let size = sqrt(d.x * d.x + d.z * d.z);
             let share = if size > counted[0] { counted[0] / size } else { R::one() };
             sum += Vec3::new(d.x * share, clamp(d.y, -counted[1], counted[1]), d.z * share);
@@ -128,6 +157,12 @@ impl<R: Real> Default for Motion<R> {
             age: 0,
             acceleration_m_s2: R::zero(),
             speed_m_s: R::zero(),
+            shear: Shear::default(),
+            excess: [R::zero(); 2],
+            block: Vec3::zeros(),
+            count: 0,
+            blocks: 0,
+            blind_s: R::zero(),
         }
     }
 }
@@ -135,17 +170,44 @@ impl<R: Real> Default for Motion<R> {
 impl<R: Real> Motion<R> {
     /// Nothing is known of the points any more.
     pub fn forget(&mut self) {
-        *self = Self { variance: self.variance, ..Self::default() };
+        *self = Self { variance: self.variance, shear: self.shear.kept(), ..Self::default() };
     }
 
-    /// The points at one sample.
-    pub fn follow(&mut self, raw: &[Vec3<R>; 2], forces: Forces, dt_s: R) -> Moved<R> {
+    /// A sample without a pose, as cameras slower than the sampling leave them: what was seen last holds for a
+    /// while; then nothing is known any more.
+    pub fn wait(&mut self, dt_s: R) -> Option<Moved<R>> {
+        let points = self.points?;
+        self.blind_s += dt_s;
+        if self.blind_s > R::of(BLIND_S) {
+            self.forget();
+            return None;
+        }
+        if self.slip_s > R::zero() {
+            self.slip_s += dt_s;
+        }
+        Some(self.moved(points.map(|p| p.velocity)))
+    }
+
+    /// The points at one sample, and the load that they carry.
+    pub fn follow(
+        &mut self,
+        raw: &[Vec3<R>; 2],
+        load: Option<&Load<R>>,
+        forces: Forces,
+        dt_s: R,
+    ) -> Moved<R> {
+        // Since the last pose.
+        let (sample_s, dt_s) = (dt_s, dt_s + self.blind_s);
+        self.blind_s = R::zero();
         let Some(mut points) = self.points else {
             self.points = Some(raw.map(Point::resting));
+            self.shear.begin(load);
             return self.moved([Vec3::zeros(); 2]);
         };
         let noise = self.variance.map(|v| sqrt(v) * R::of(FILTERED));
         let sigma_m = self.variance.map(|v| sqrt(v));
+        self.shear.push(load, dt_s);
+        let spread = [self.variance, self.excess];
         self.age = self.age.saturating_add(1).min(WARM);
         let first = R::one() / (R::of(f64::from(self.age)) + R::one());
         let slipping = self.slip_s > R::zero();
@@ -170,15 +232,32 @@ impl<R: Real> Motion<R> {
             p.at = ahead + miss * R::of(ALPHA);
             p.velocity += miss * (R::of(BETA) / dt_s);
             let away = p.at - p.anchor;
-            begins |= self.age > 8 && !slipping && p.departed(sigma_m, forces);
+            begins |= self.age > 8 && !slipping && p.departed(&spread, &self.shear, forces);
             fastest = max(fastest, norm(&p.velocity));
             if !slipping {
                 let follow = max(min(R::of(FOLLOW_S) * dt_s, R::one()), first);
                 p.anchor += away * follow + p.creep * dt_s;
                 let most = R::of(CREEP_M_S);
-                let creeping = if self.age == WARM { away } else { Vec3::zeros() };
+                let left = away - self.shear.explained();
+                let bound = [sigma_m[0], sigma_m[1], sigma_m[0]].map(|s| s * R::of(CREEP_SIGMAS));
+                let left = Vec3::new(
+                    clamp(left.x, -bound[0], bound[0]),
+                    clamp(left.y, -bound[1], bound[1]),
+                    clamp(left.z, -bound[2], bound[2]),
+                );
+                let creeping = if self.age == WARM { left } else { Vec3::zeros() };
                 p.creep = (p.creep + creeping * (R::of(CREEP_S2) * dt_s)).map(|v| clamp(v, -most, most));
             }
+        }
+        if !slipping {
+            let four = |p: &Point<R>| (p.raw[0] + p.raw[1] + p.raw[2] + p.raw[3]) * R::of(0.25) - p.anchor;
+            self.shear.bound(&((four(&points[0]) + four(&points[1])) * R::of(0.5)), &sigma_m);
+            let away = (raw[0] - points[0].anchor + raw[1] - points[1].anchor) * R::of(0.5);
+            if forces == Forces::Hold && !begins {
+                self.shear.learn(&away);
+            }
+            self.note_block(&(away - self.shear.explained_now()));
+            self.shear.follow(max(min(R::of(FOLLOW_S) * dt_s, R::one()), first));
         }
         let gain = (fastest - self.speed_m_s) / dt_s;
         self.speed_m_s = fastest;
@@ -191,14 +270,37 @@ impl<R: Real> Motion<R> {
                 p.anchor = p.at;
                 p.creep = Vec3::zeros();
             }
+            self.shear.rest();
+            (self.block, self.count) = (Vec3::zeros(), 0);
         } else if slipping || begins {
             if !slipping {
                 self.still = 0;
             }
-            self.slip_s += dt_s;
+            self.slip_s += sample_s;
         }
         self.points = Some(points);
         self.moved(points.map(|p| p.velocity))
+    }
+
+    /// What is left of the departure, for the variance of blocks.
+    fn note_block(&mut self, left: &Vec3<R>) {
+        self.block += left;
+        self.count += 1;
+        if (self.count as usize) < WINDOW {
+            return;
+        }
+        let n = R::of(WINDOW as f64);
+        let mean = self.block / n;
+        self.blocks = self.blocks.saturating_add(1);
+        // The first count the same.
+        let share = max(R::of(BLOCK_SHARE), R::one() / R::of(f64::from(self.blocks)));
+        let squares = [(mean.x * mean.x + mean.z * mean.z) * R::of(0.5), mean.y * mean.y];
+        for ((excess, white), square) in self.excess.iter_mut().zip(&self.variance).zip(squares) {
+            let white = *white / n;
+            let most = (*excess + white) * R::of(BLOCK_MOST);
+            *excess = max(*excess + (min(square, most) - white - *excess) * share, R::zero());
+        }
+        (self.block, self.count) = (Vec3::zeros(), 0);
     }
 
     fn moved(&self, velocity_m_s: [Vec3<R>; 2]) -> Moved<R> {

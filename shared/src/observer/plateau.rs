@@ -14,7 +14,7 @@
 //! A short jump that is flat wherever it lies was clipped, most likely: where it ends within
 //! a tenth of a second, its height is a ceiling of friction to be learnt from.
 
-use crate::real::{Real, max, min};
+use crate::real::{Real, max, min, sqrt};
 
 /// Samples that must be flat.
 const FLAT: usize = 5;
@@ -24,6 +24,8 @@ const FLAT_SIGMAS: f64 = 2.0;
 /// A jump is at least this share of the ratio, and so many standard deviations.
 const JUMP_SHARE: f64 = 0.1;
 const JUMP_SIGMAS: f64 = 8.0;
+/// A flat load is over its bar by so many deviations of such means.
+const MEANS_SIGMAS: f64 = 2.0;
 /// A plateau that follows a jump begins within so many samples of it.
 const AFTER_JUMP: u8 = 15;
 /// A peak so far above the plateau, as a share of it and in standard deviations, was carried.
@@ -31,7 +33,7 @@ const CARRIED_SHARE: f64 = 0.02;
 const CARRIED_SIGMAS: f64 = 2.5;
 /// The load that went higher has gone where the ratio falls below this share of its peak.
 const GONE_SHARE: f64 = 0.8;
-/// The plateau ends where the ratio falls below this share of it, less two standard deviations.
+/// The plateau ends where the mean falls below this share of it, less two of its standard deviations.
 const ENDED_SHARE: f64 = 0.95;
 
 /// A knock that was clipped lasts so many samples at least (one that was not is narrower at half
@@ -60,6 +62,10 @@ pub struct Plateau<R: Real> {
     base: R,
     /// Height of a knock that has just ended.
     ceiling: Option<R>,
+    /// Variance of the mean about the level: noise that is not white shows there.
+    spread: R,
+    last_mean: R,
+    since_mean: u8,
 }
 
 /// What one sample is held against.
@@ -100,6 +106,9 @@ impl<R: Real> Default for Plateau<R> {
             lasting: 0,
             base: zero,
             ceiling: None,
+            spread: zero,
+            last_mean: zero,
+            since_mean: 0,
         }
     }
 }
@@ -112,16 +121,14 @@ impl<R: Real> Plateau<R> {
         self.follow(s);
         let flat = self.flat(s);
         self.knock(s, flat);
-        let slack = s.noise * R::of(2.0);
-        let lasts = s.now > self.at * R::of(ENDED_SHARE) - slack && s.held < self.at * R::of(ENDED_SHARE);
+        let lasts = s.now > self.at * R::of(ENDED_SHARE) - s.noise * R::of(2.0)
+            && s.held < self.at * R::of(ENDED_SHARE);
+        self.note_mean(s);
         if self.clipped > 0 && lasts {
             self.clipped = self.clipped.saturating_add(1);
         } else {
             self.clipped = match flat {
-                Some((mean, jumped))
-                    if !self.carried_more(mean, s)
-                        && mean > if jumped && !s.accelerates { min(s.jumped, s.risen) } else { s.risen } =>
-                {
+                Some((mean, jumped)) if !self.carried_more(mean, s) && self.beyond(mean, jumped, s) => {
                     self.at = mean;
                     FLAT as u8
                 }
@@ -129,6 +136,29 @@ impl<R: Real> Plateau<R> {
             };
         }
         self.clipped
+    }
+
+    /// The flat load is over its bar: by more than the noise of its mean makes once in hours.
+    fn beyond(&self, mean: R, jumped: bool, s: &Bars<R>) -> bool {
+        let bar = if jumped && !s.accelerates { min(s.jumped, s.risen) } else { s.risen };
+        let sigma = sqrt(self.spread);
+        mean > bar + sigma * R::of(MEANS_SIGMAS)
+    }
+
+    /// Variance of the mean of five samples, by what consecutive ones differ: noise that is not white shows there,
+    /// a ramp does not.
+    fn note_mean(&mut self, s: &Bars<R>) {
+        self.since_mean += 1;
+        if (self.since_mean as usize) < FLAT {
+            return;
+        }
+        self.since_mean = 0;
+        let [a, b, c, d, e] = self.recent;
+        let mean = (a + b + c + d + e) * R::of(0.2);
+        let change = mean - self.last_mean;
+        self.last_mean = mean;
+        let most = max(self.spread, s.noise * s.noise * R::of(0.2)) * R::of(4.0);
+        self.spread += (min(change * change * R::of(0.5), most) - self.spread) * R::of(0.05);
     }
 
     /// Height at which a knock was clipped that has ended with this sample.

@@ -6,18 +6,23 @@
 //! knock) has means far off any line: the middle of a step reaches 3.7 standard deviations,
 //! a knock less. A slope is proven at five, where both halves of the time show it.
 
-use crate::real::{Real, max, sqrt};
+use crate::real::{Real, max, min, sqrt};
 
 /// Blocks of the fit.
 const BLOCKS: usize = 6;
 /// Samples in a block: 20 ms at 250 Hz.
-const PER_BLOCK: u8 = 5;
+pub const SHORT: u8 = 5;
+/// The same for slow ramps: 0.1 s.
+pub const LONG: u8 = 25;
 /// Standard deviations that prove a slope: by chance once in some hundred hours.
 const PROVEN_SIGMAS: f64 = 5.0;
 /// Standard deviations by which the slope may be less than it seems.
 const CAUTION_SIGMAS: f64 = 2.0;
 /// Share of the slope that each half must show alone.
 const HALF_SHARE: f64 = 0.6;
+/// The same for the sway of slopes, and how much more than it one difference counts.
+const SWAY_SHARE: f64 = 0.02;
+const SWAY_MOST: f64 = 6.0;
 /// Share with which a block's noise enters the mean noise.
 const NOISE_SHARE: f64 = 0.05;
 
@@ -35,6 +40,12 @@ pub struct Trend<R: Real> {
     now_s: R,
     variance: R,
     line: Option<Line<R>>,
+    per_block: u8,
+    persists: bool,
+    /// Slopes of the last fits, the newest first, and how much they differ a window apart: square of the deviation.
+    slopes: [R; BLOCKS + 1],
+    sway: R,
+    fits: u8,
 }
 
 /// What the last blocks show.
@@ -48,7 +59,7 @@ pub struct Line<R: Real> {
 
 impl<R: Real> Trend<R> {
     /// Knows nothing; `variance` is a first guess of the samples' noise.
-    pub fn new(variance: R) -> Self {
+    pub fn new(variance: R, per_block: u8) -> Self {
         let zero = R::zero();
         Self {
             means: [[zero; 2]; BLOCKS],
@@ -60,6 +71,11 @@ impl<R: Real> Trend<R> {
             now_s: zero,
             variance,
             line: None,
+            per_block,
+            persists: false,
+            slopes: [zero; BLOCKS + 1],
+            sway: zero,
+            fits: 0,
         }
     }
 
@@ -70,7 +86,7 @@ impl<R: Real> Trend<R> {
 
     /// Begins anew: what was seen belongs to another state of affairs.
     pub fn forget(&mut self) {
-        *self = Self::new(self.variance);
+        *self = Self { sway: self.sway, ..Self::new(self.variance, self.per_block) };
     }
 
     /// One sample, `dt_s` after the last.
@@ -83,10 +99,10 @@ impl<R: Real> Trend<R> {
         self.sum += x;
         self.squares += x * x;
         self.count += 1;
-        if self.count < PER_BLOCK {
+        if self.count < self.per_block {
             return;
         }
-        let n = R::of(f64::from(PER_BLOCK));
+        let n = R::of(f64::from(self.per_block));
         let mean = self.sum / n;
         let spread = max(self.squares - self.sum * mean, R::zero()) / (n - R::one());
         // A jump within the block is not noise.
@@ -103,7 +119,7 @@ impl<R: Real> Trend<R> {
         self.now_s = R::zero();
         self.full = (self.full + 1).min(BLOCKS);
         (self.sum, self.squares, self.count) = (R::zero(), R::zero(), 0);
-        self.line = if self.full == BLOCKS { self.fit() } else { None };
+        (self.line, self.persists) = if self.full == BLOCKS { self.fit() } else { (None, false) };
     }
 
     /// The line, where its slope is proven.
@@ -111,7 +127,12 @@ impl<R: Real> Trend<R> {
         self.line
     }
 
-    fn fit(&self) -> Option<Line<R>> {
+    /// A rise that was proven has not ended: two standard deviations of it are left.
+    pub fn persists(&self) -> bool {
+        self.persists
+    }
+
+    fn fit(&mut self) -> (Option<Line<R>>, bool) {
         let n = R::of(BLOCKS as f64);
         let (mut mean, mut middle) = (R::zero(), R::zero());
         for [x, t] in &self.means {
@@ -128,14 +149,27 @@ impl<R: Real> Trend<R> {
             xx += x * x;
         }
         if !(tt > R::zero()) {
-            return None;
+            return (None, false);
         }
         let slope = tx / tt;
         let off = max(xx - slope * tx, R::zero()) / (n - R::of(2.0));
-        let noise = self.variance / R::of(f64::from(PER_BLOCK));
-        let sigma = sqrt(max(off, noise) / tt);
+        let noise = self.variance / R::of(f64::from(self.per_block));
+        let white = max(off, noise) / tt;
+        let mut newer = slope;
+        for place in &mut self.slopes {
+            core::mem::swap(place, &mut newer);
+        }
+        self.fits = self.fits.saturating_add(1);
+        if self.fits as usize > BLOCKS {
+            let [now, .., then] = self.slopes;
+            let square = (now - then) * (now - then) * R::of(0.5);
+            let most = max(self.sway, white) * R::of(SWAY_MOST);
+            self.sway += (min(square, most) - self.sway) * R::of(SWAY_SHARE);
+        }
+        let sigma = sqrt(max(white, self.sway));
+        let persists = slope > sigma * R::of(CAUTION_SIGMAS);
         if !(slope.abs() > sigma * R::of(PROVEN_SIGMAS)) {
-            return None;
+            return (None, persists);
         }
         let half = |from: usize| {
             let (a, b) = (self.means.get(from), self.means.get(from + BLOCKS / 2 - 1));
@@ -145,11 +179,11 @@ impl<R: Real> Trend<R> {
             })
         };
         if !half(0) || !half(BLOCKS / 2) {
-            return None;
+            return (None, persists);
         }
         let caution = sigma * R::of(CAUTION_SIGMAS);
         let slope_s = if slope > R::zero() { slope - caution } else { slope + caution };
         // The newest block's middle lies half a block back.
-        Some(Line { value: mean - slope * middle, slope_s })
+        (Some(Line { value: mean - slope * middle, slope_s }), persists)
     }
 }

@@ -152,7 +152,8 @@ fn held(e: &Evidence, alarms: &mut Alarms, limits: &Limits, params: &Params) -> 
     alarms.foreseen = counted(alarms.foreseen, foresees);
     let within = |most_s: f32| e.limit_in_s.filter(|t| *t <= most_s);
     let (mut ahead, mut drop) = (within(limits.slip_warning_s), within(limits.drop_warning_s));
-    if alarms.foreseen >= params.foreseen_samples {
+    let enough = if e.slips.is_some() { params.foreseen_samples } else { params.unseen_samples };
+    if alarms.foreseen >= enough {
         ahead = sooner(ahead, e.slip.iter().filter_map(|s| s.in_s()).reduce(f32::min));
         drop = sooner(drop, e.drop_in_s);
     }

@@ -32,6 +32,9 @@ pub struct Params {
     /// Model and measured share of the friction limit agree within this. Doubled: slip that the model
     /// alone foresees is believed more often.
     pub share_apart: f32,
+    /// The same where nobody sees the object: only the model can tell of its slip before it slides. Doubled: any
+    /// load passes for the model's.
+    pub unseen_apart: f32,
     /// The fingers' normal forces may differ by so much, N, ...
     pub unbalanced_n: f32,
     /// ... and this share of the grip: what a lateral load or a misaligned sensor makes of it.
@@ -47,6 +50,9 @@ pub struct Params {
     pub plan_late_s: f32,
     /// Of `settling_s`, the time in which the gripper may still gain or lose speed, s.
     pub gaining_s: f32,
+    /// The gripper's measured acceleration explains changes of the load for so long, s: three blocks of
+    /// poses, and a jaw's ringing. Doubled: trends are seen 60 ms later after each move.
+    pub inertia_s: f32,
 
     // Warnings.
     /// A warning stays up for so long after its cause was last seen, s: one episode, one alarm.
@@ -69,6 +75,8 @@ pub struct Params {
     /// Slip and sag that the model alone foresees must be foreseen in so many samples in a row: a
     /// look-ahead may be older than a change of the motion. Doubled: 20 ms less lead.
     pub foreseen_samples: u8,
+    /// The same of slip where nobody sees the object. Doubled: 12 ms less lead.
+    pub unseen_samples: u8,
 }
 
 impl Default for Params {
@@ -83,11 +91,13 @@ impl Default for Params {
             load_apart_share: 0.3,
             load_apart_n: 0.5,
             share_apart: 0.1,
+            unseen_apart: 0.3,
             unbalanced_n: 1.0,
             unbalanced_share: 0.15,
             settling_s: 0.1,
             plan_late_s: 0.04,
             gaining_s: 0.04,
+            inertia_s: 0.06,
             held_s: 0.15,
             lasting_s: 0.03,
             extrapolated: 4.0,
@@ -95,6 +105,7 @@ impl Default for Params {
             leaving_m_s: 0.01,
             next_slip: 1.25,
             foreseen_samples: 5,
+            unseen_samples: 3,
         }
     }
 }

@@ -10,6 +10,7 @@ pub mod document;
 pub mod figures;
 pub mod rate;
 pub mod truth;
+pub mod warnings;
 
 use rayon::prelude::*;
 use stickslip_shared::model::Model;

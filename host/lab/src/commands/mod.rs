@@ -9,6 +9,7 @@ pub mod mujoco;
 pub mod planar;
 pub mod precision;
 pub mod tribometer;
+pub mod warnings;
 
 use std::process::ExitCode;
 
@@ -46,6 +47,8 @@ enum Command {
     Hunt(hunt::Args),
     /// Compare single and double precision of the time step, on recorded and random trials
     Precision(precision::Args),
+    /// Judge slip and drop warnings by the key of simulated grasps
+    Warnings(warnings::Args),
 }
 
 impl Command {
@@ -60,6 +63,7 @@ impl Command {
             Command::Cost(args) => cost::run(args, output),
             Command::Hunt(args) => hunt::run(args, output),
             Command::Precision(args) => precision::run(args, output),
+            Command::Warnings(args) => warnings::run(args, output),
         }
     }
 }
