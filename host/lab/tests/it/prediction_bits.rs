@@ -62,15 +62,15 @@ fn predictions_of_the_worst_runs_are_these_bits() {
 }
 
 const DEMO: [(&str, u32); 9] = [
-    ("linear_push-obj4-g20-v10-s0-r1", 0x03d81c97),
-    ("pivot-obj4-g20-w10-o15-r1", 0x6fcc6176),
-    ("roll-obj1-g3-v15-r1", 0xb2f7635b),
-    ("linear_push-obj4-g20-v10-s0-r2", 0x5d9ae42f),
-    ("pivot-obj4-g20-w10-o15-r2", 0xc38ec579),
-    ("roll-obj1-g3-v15-r2", 0xa606d048),
-    ("linear_push-obj4-g20-v10-s0-r3", 0x0a56bf4d),
-    ("pivot-obj4-g20-w10-o15-r3", 0xb722efd2),
-    ("roll-obj1-g3-v15-r3", 0x8995b467),
+    ("linear_push-obj4-g20-v10-s0-r1", 0x5783544b),
+    ("pivot-obj4-g20-w10-o15-r1", 0x72684035),
+    ("roll-obj1-g3-v15-r1", 0x682cb2f3),
+    ("linear_push-obj4-g20-v10-s0-r2", 0xb221820f),
+    ("pivot-obj4-g20-w10-o15-r2", 0x477bf507),
+    ("roll-obj1-g3-v15-r2", 0x00c87e1b),
+    ("linear_push-obj4-g20-v10-s0-r3", 0xb5521292),
+    ("pivot-obj4-g20-w10-o15-r3", 0xd4792e3b),
+    ("roll-obj1-g3-v15-r3", 0x8db18812),
 ];
 const WORST: [(&str, u32); 12] = [
     ("step-force-1", 0x83c5241a),
