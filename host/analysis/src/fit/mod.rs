@@ -10,6 +10,7 @@ pub mod features;
 pub mod free;
 pub mod gls;
 pub mod intervals;
+pub mod loading;
 pub mod noise;
 pub mod phases;
 pub mod problem;

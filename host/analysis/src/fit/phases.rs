@@ -77,6 +77,12 @@ impl Phase {
     }
 }
 
+/// Lengths of the onset's bins along the path of a trial, m.
+pub fn onset_lengths(prepared: &Prepared) -> [f64; 4] {
+    let scale = (0.3 * prepared.drive_path() / ONSET_EDGES_M[3]).clamp(1e-3, 1.0);
+    std::array::from_fn(|k| scale * (ONSET_EDGES_M[k] - if k > 0 { ONSET_EDGES_M[k - 1] } else { 0.0 }))
+}
+
 /// Bin of each sample (`None` for samples at the seams), and the samples among which the
 /// onset's peak is looked for. `simulated` says when the contact with the pusher begins.
 pub fn bins(prepared: &Prepared, simulated: &Simulated) -> (Vec<Option<u8>>, std::ops::Range<usize>) {

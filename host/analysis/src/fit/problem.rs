@@ -13,6 +13,7 @@ use crate::fit::campaign::Campaign;
 use crate::fit::features::{self, FEATURES, Features};
 use crate::fit::free::Free;
 use crate::fit::gls::{self, Gram, OFFSETS, Prior, Whitener};
+use crate::fit::loading;
 use crate::fit::noise::{self, Noise};
 use crate::fit::phases::{BINS, PEAK, Phase};
 use stickslip_data::Sensors;
@@ -149,10 +150,11 @@ impl<'a> Problem<'a> {
                 let sd = (noise.friction[k].powi(2) / runs + noise::CONDITION_FRICTION.powi(2)).sqrt();
                 common.push(sensitivity[k][g].iter().map(|x| x * sd).collect());
             }
+            let lags = loading::lags(first, &fine[group.runs[0]]);
             let one: Features = (0..FEATURES)
                 .map(|f| {
                     let mut v = floor2[f] + noise.spread[f].powi(2);
-                    v += noise.directions.iter().map(|d| d[f] * d[f]).sum::<f64>();
+                    v += noise.directions.iter().chain(&lags).map(|d| d[f] * d[f]).sum::<f64>();
                     for k in 0..3 {
                         let x = sensitivity[k][g][f] * noise.friction[k];
                         v += if x.is_finite() { x * x } else { 0.0 };
@@ -160,6 +162,7 @@ impl<'a> Problem<'a> {
                     v.sqrt()
                 })
                 .collect();
+            common.extend(lags);
             let active: Vec<usize> = (0..FEATURES).filter(|f| mean[*f].is_finite()).collect();
             whiteners.push(Whitener::new(active, &variance, &common));
             targets.push(mean.iter().zip(&coarse[g]).map(|(m, c)| m + c).collect());
