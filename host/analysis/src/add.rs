@@ -141,7 +141,8 @@ fn settle(
     file: &ModelFile,
     joint: &Joint,
 ) -> Result<(Model<f64>, Vec<calibrate::Estimate>), FitError> {
-    let effects: Vec<Free> = joint.free.iter().copied().filter(|f| f.coefficient().is_none()).collect();
+    let fitted = |f: &Free| f.coefficient().is_none() && !joint.unseen.contains(f);
+    let effects: Vec<Free> = joint.free.iter().copied().filter(fitted).collect();
     let mut model = joint.model.clone();
     let mut start = file.clone();
     let mut round = 0;
@@ -172,6 +173,7 @@ struct Joint {
     estimates: Vec<Estimate>,
     covariance: Vec<Vec<f64>>,
     notes: Vec<String>,
+    unseen: Vec<Free>,
 }
 
 /// Fits friction and all effects of `file`, whose last `new` effects start from a screening of
@@ -226,6 +228,6 @@ fn with_effects(
         ));
     }
     let free = all(fitted.model.effects.len());
-    let Fit { model, estimates, covariance, notes, .. } = fitted;
-    Ok(Joint { model, free, estimates, covariance, notes })
+    let Fit { model, estimates, covariance, notes, unseen, .. } = fitted;
+    Ok(Joint { model, free, estimates, covariance, notes, unseen })
 }

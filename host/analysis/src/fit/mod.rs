@@ -70,6 +70,8 @@ pub struct Fit {
     pub covariance: Vec<Vec<f64>>,
     /// What cannot be told apart or seen, in words.
     pub notes: Vec<String>,
+    /// Parameters that the data do not show: they stay where they were.
+    pub unseen: Vec<Free>,
     /// Loss before and after.
     pub loss: (f64, f64),
     /// Held-out loss of each group at the solution.
@@ -103,6 +105,7 @@ pub fn calibrate(
     let (solution, seen, kept) = keep_unseen(&problem, solution, model, free, options.iterations);
     let mut fit = summary(&problem, solution, before, &seen, options);
     restore(&mut fit, free, &seen, kept);
+    fit.unseen = free.iter().copied().filter(|f| !seen.contains(f)).collect();
     Ok(fit)
 }
 
@@ -208,6 +211,7 @@ pub fn summary(problem: &Problem, solution: Solution, before: f64, free: &[Free]
         estimates,
         covariance: (0..free.len()).map(|i| (0..free.len()).map(|j| covariance[(i, j)]).collect()).collect(),
         notes,
+        unseen: Vec::new(),
         loss: (before, solution.loss.1),
         held_out,
         iterations: solution.iterations,

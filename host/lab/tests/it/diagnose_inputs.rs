@@ -156,7 +156,7 @@ fn contacts_that_load_over_a_tenth_of_a_millimetre_are_no_missing_effect() {
     let length_m = 6e-5;
     for trial in &mut dataset.trials {
         let x: Vec<f64> = trial.samples.iter().map(|s| s.gripper.map_or(0.0, |g| g.position_m[0])).collect();
-        let mut before = trial.samples[0].clone();
+        let mut before = trial.samples[0];
         for (i, sample) in trial.samples.iter_mut().enumerate().skip(1) {
             let moved_m = (x[i] - x[i - 1]).abs();
             let share = if moved_m < 1e-6 { 1.0 } else { moved_m / (moved_m + length_m) };
@@ -170,7 +170,7 @@ fn contacts_that_load_over_a_tenth_of_a_millimetre_are_no_missing_effect() {
                     towards(&mut to.torque_nm, &from.torque_nm);
                 }
             }
-            before = sample.clone();
+            before = *sample;
         }
     }
     let report = found(&dataset);
