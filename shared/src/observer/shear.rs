@@ -5,7 +5,7 @@
 //! part by `tau v` in every move. Both are learnt on-line by Bayesian least squares from what lies far below
 //! the friction limit; priors are soft fingertips and a quarter of a sample. A compliance is never negative,
 //! so what may be elastic is a line from the anchor along the load: slip is the distance from it
-//! ([`Shear::beyond`]). An object that slides while its load falls moves the other way and is seen at once.
+//! (`Shear::beyond`). An object that slides while its load falls moves the other way and is seen at once.
 //! Where a load has been borne and the object has moved less, the pads are no softer. Pads that stiffen with
 //! their normal force give way when it falls under the same load.
 
