@@ -70,7 +70,7 @@ const ADEQUATE_ERROR: f64 = 1.3;
 /// [`FAR`] of them: something else stands behind it.
 const POOR_ERROR: f64 = 1.75;
 const FAR: f64 = 8.0;
-/// An effect that explains this share is likely beforehand: it needs less evidence that this is no chance.
+/// An effect that explains this share is named whatever is left; the report says what is.
 const CERTAIN: f64 = 0.95;
 /// Pads give way: a small compliance is likely beforehand and needs less evidence.
 const LIKELY: f64 = 0.05;
@@ -511,7 +511,7 @@ fn choose(
     let adequate = chosen.last().is_some_and(|c| {
         let misfit = &c.held.misfit;
         let near = misfit.error <= ADEQUATE_ERROR * misfit.perfect_model && !misfit.exceeds(UNEXPLAINED);
-        settled || near || (share >= ADEQUATE_SHARE && !poor(misfit))
+        settled || near || share >= CERTAIN || (share >= ADEQUATE_SHARE && !poor(misfit))
     });
     let explains = adequate && share >= needed;
     // How pads give way is no missing effect: what counts is what they leave.
