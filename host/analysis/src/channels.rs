@@ -109,6 +109,21 @@ pub fn pose(p: &stickslip_data::Pose) -> Pose<f64> {
     }
 }
 
+/// Mean pose; `None` of nothing. The rotation is the mean of rotation vectors about the first.
+pub fn mean_pose(poses: impl Iterator<Item = Pose<f64>>) -> Option<Pose<f64>> {
+    let (mut position_m, mut turn, mut count, mut first) = (Vector3::zeros(), Vector3::zeros(), 0.0, None);
+    for p in poses {
+        let first = first.get_or_insert(p.rotation);
+        position_m += p.position_m;
+        turn += (p.rotation * first.inverse()).scaled_axis();
+        count += 1.0;
+    }
+    first.map(|f| Pose {
+        position_m: position_m / count,
+        rotation: UnitQuaternion::from_scaled_axis(turn / count) * f,
+    })
+}
+
 /// Object channels from its pose in the carrier frame and its rotation at the start.
 pub fn object_channels(local: &Pose<f64>, start: &UnitQuaternion<f64>) -> [f64; 6] {
     let turn = (local.rotation * start.inverse()).scaled_axis();

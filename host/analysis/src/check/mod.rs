@@ -16,7 +16,6 @@ use crate::evidence::noise::{Course, Pool, white_noise};
 use crate::evidence::sensors;
 use crate::evidence::stages::{STAGES, Stages, stages};
 use crate::progress::Progress;
-use nalgebra::{UnitQuaternion, Vector3};
 use physics::{Breach, Cause, Clocks, Finding, TrialPhysics};
 use stickslip_data::{Description, Index, Pose, Sample, Trial, TrialInfo, Warning, error::join_warnings};
 use stickslip_shared::track::Pose as Placed;
@@ -314,17 +313,8 @@ fn signals(trial: &Trial) -> Vec<Signals> {
 fn first_pose(trial: &Trial, of: fn(&Sample) -> Option<Pose>) -> Option<Placed<f64>> {
     const FIRST_S: f64 = 0.05;
     let known = || trial.samples.iter().filter_map(|s| Some((s.t_s, channels::pose(&of(s)?))));
-    let (start_s, first) = known().next()?;
-    let (mut way, mut turn, mut count) = (Vector3::zeros(), Vector3::zeros(), 0.0);
-    for (_, pose) in known().take_while(|(t_s, _)| t_s - start_s <= FIRST_S) {
-        way += pose.position_m - first.position_m;
-        turn += (pose.rotation * first.rotation.inverse()).scaled_axis();
-        count += 1.0;
-    }
-    Some(Placed {
-        position_m: first.position_m + way / count,
-        rotation: UnitQuaternion::from_scaled_axis(turn / count) * first.rotation,
-    })
+    let (start_s, _) = known().next()?;
+    channels::mean_pose(known().take_while(|(t_s, _)| t_s - start_s <= FIRST_S).map(|(_, pose)| pose))
 }
 
 fn trial_facts(index: &Index, trial: &Trial, stages: &Stages, signals: &[Signals]) -> TrialFacts {

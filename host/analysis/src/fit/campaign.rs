@@ -176,10 +176,15 @@ impl Campaign {
     }
 }
 
+/// Mean time between samples, s.
+pub fn period_s(t_s: &[f64]) -> f64 {
+    let length = t_s.last().unwrap_or(&0.0) - t_s.first().unwrap_or(&0.0);
+    length / (t_s.len().max(2) - 1) as f64
+}
+
 /// Samples stepped over in one coarse step.
 fn stride(t_s: &[f64]) -> usize {
-    let length = t_s.last().unwrap_or(&0.0) - t_s.first().unwrap_or(&0.0);
-    let period = length / (t_s.len().max(2) - 1) as f64;
+    let period = period_s(t_s);
     let longest = if period > 0.0 { (COARSE_S / period) as usize } else { 1 };
     (t_s.len() / COARSE_STEPS).min(longest).clamp(1, 8)
 }

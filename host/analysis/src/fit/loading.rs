@@ -6,7 +6,7 @@
 //! a floor: a lag that decays along the path is ordinary, a level that stays is a finding.
 
 use crate::channels::{COUNT, Quantity};
-use crate::fit::campaign::Run;
+use crate::fit::campaign::{Run, period_s};
 use crate::fit::features::{FEATURES, Features, quantity};
 use crate::fit::phases::{BINS, PEAK, onset_lengths};
 
@@ -22,8 +22,6 @@ const FIRST: usize = 6;
 
 /// One direction of one standard deviation for each channel of force and torque; `modelled` features of the run.
 pub fn lags(run: &Run, modelled: &Features) -> Vec<Features> {
-    let t = &run.prepared.t_s;
-    let period = (t.last().unwrap_or(&0.0) - t.first().unwrap_or(&0.0)) / (t.len().max(2) - 1) as f64;
     let fastest = run.prepared.drive_speed().into_iter().fold(0.0, f64::max);
     let lengths = onset_lengths(&run.prepared);
     // From the rest before to the beginning of the sliding path.
@@ -35,7 +33,7 @@ pub fn lags(run: &Run, modelled: &Features) -> Vec<Features> {
         .filter(|c| quantity(c * BINS) == Quantity::Force)
         .map(|c| jump(c).abs())
         .fold(0.0, f64::max);
-    let length = (period * fastest).hypot(largest / STIFFNESS_N_M);
+    let length = (period_s(&run.prepared.t_s) * fastest).hypot(largest / STIFFNESS_N_M);
     (FIRST..COUNT)
         .map(|channel| {
             let mut d = vec![0.0; FEATURES];

@@ -77,9 +77,14 @@ impl Phase {
     }
 }
 
+/// Factor on the onset's edges: it is at most 30 % of the path.
+fn onset_scale(path_m: f64) -> f64 {
+    (0.3 * path_m / ONSET_EDGES_M[3]).min(1.0)
+}
+
 /// Lengths of the onset's bins along the path of a trial, m.
 pub fn onset_lengths(prepared: &Prepared) -> [f64; 4] {
-    let scale = (0.3 * prepared.drive_path() / ONSET_EDGES_M[3]).clamp(1e-3, 1.0);
+    let scale = onset_scale(prepared.drive_path()).max(1e-3);
     std::array::from_fn(|k| scale * (ONSET_EDGES_M[k] - if k > 0 { ONSET_EDGES_M[k - 1] } else { 0.0 }))
 }
 
@@ -103,7 +108,7 @@ pub fn bins(prepared: &Prepared, simulated: &Simulated) -> (Vec<Option<u8>>, std
     let free = prepared.scene.pusher.is_some() && start > 0 && !touches(start - 1);
     let onset = if free { (start..=end).find(|i| touches(*i)).unwrap_or(start) } else { start };
     let length = path[n - 1] - path[onset];
-    let scale = (0.3 * length / ONSET_EDGES_M[3]).min(1.0);
+    let scale = onset_scale(length);
     let rest = (length - scale * ONSET_EDGES_M[3]).max(1e-9);
     let mut last_pause: Option<usize> = None;
     let of: Vec<Option<u8>> = (0..n)

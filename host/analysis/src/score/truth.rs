@@ -10,12 +10,12 @@
 //! that still lags the last slip would date the next before its cause. What moves slower than
 //! about [`SLIPPED_M`] in 0.2 s, a creeping pad, is no slip; it shows as sag.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use stickslip_shared::model::{FingerContact, Scene};
 use stickslip_shared::predictor::{Intent, Limits};
 use stickslip_shared::track::Pose;
 
-use crate::channels;
+use crate::channels::{self, mean_pose};
 use crate::run::replay::intent_of;
 use stickslip_data::Trial;
 
@@ -172,7 +172,7 @@ fn smoothed(trial: &Trial) -> Vec<Option<Pose<f64>>> {
             raw[i]?;
             let from = i.saturating_sub(HALF_WINDOW);
             let near = raw.get(from..(i + HALF_WINDOW + 1).min(raw.len()))?;
-            mean_of(near.iter().flatten())
+            mean_pose(near.iter().flatten().copied())
         })
         .collect()
 }
@@ -332,8 +332,8 @@ const START: usize = 10;
 fn meant(trial: &Trial, down: &Vector3<f64>) -> Option<Vector3<f64>> {
     let grippers: Vec<Pose<f64>> =
         trial.samples.iter().filter_map(|s| s.gripper.as_ref()).map(channels::pose).collect();
-    let first = mean_of(grippers.iter().take(START))?;
-    let last = mean_of(grippers.iter().rev().take(START))?;
+    let first = mean_pose(grippers.iter().take(START).copied())?;
+    let last = mean_pose(grippers.iter().rev().take(START).copied())?;
     let way = last.position_m - first.position_m;
     let Some(slope) = trial.info.slope_rad else { return way.try_normalize(SLIPPED_M) };
     let heading = (way - down * way.dot(down)).try_normalize(SLIPPED_M)?;
@@ -355,7 +355,7 @@ fn moved(
 ) -> Option<f64> {
     let down = Vector3::from(scene.gravity_m_s2).try_normalize(1e-3)?;
     let meant = if intent == Intent::Slide { meant(trial, &down) } else { None };
-    let start = mean_of(motion.iter().flatten().take(START))?;
+    let start = mean_pose(motion.iter().flatten().take(START).copied())?;
     let mut sag = Sag::default();
     motion.iter().zip(t).zip(&trial.samples).take_while(|((_, t), _)| **t <= until_s).find_map(
         |((pose, t), sample)| {
@@ -396,21 +396,6 @@ impl Sag {
         }
         sag
     }
-}
-
-/// Mean pose; `None` of nothing.
-fn mean_of<'a>(poses: impl Iterator<Item = &'a Pose<f64>>) -> Option<Pose<f64>> {
-    let (mut position_m, mut turn, mut count, mut first) = (Vector3::zeros(), Vector3::zeros(), 0.0, None);
-    for p in poses {
-        let first = first.get_or_insert(p.rotation);
-        position_m += p.position_m;
-        turn += (p.rotation * first.inverse()).scaled_axis();
-        count += 1.0;
-    }
-    first.map(|f| Pose {
-        position_m: position_m / count,
-        rotation: UnitQuaternion::from_scaled_axis(turn / count) * f,
-    })
 }
 
 /// Smoothed ratio of tangential load (force and torsion at the arm) to normal force of both

@@ -11,9 +11,10 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{Beta, ContinuousCDF, Gamma};
+use statrs::distribution::{Beta, ContinuousCDF};
 
 use super::alarms::Episode;
+use super::rate::{CONFIDENCE, Rate};
 
 /// Gross slip from which an episode of the key is judged, m.
 pub const SLIPPED_M: f64 = 3e-4;
@@ -23,8 +24,6 @@ pub const PARTIAL_M: f64 = 1.2e-4;
 const ANNOUNCED_S: f64 = 0.5;
 /// A drop that follows its slip by this can be warned of that long ahead, s.
 pub const DROP_AHEAD_S: f64 = 0.36;
-/// Confidence of the intervals.
-const CONFIDENCE: f64 = 0.95;
 
 /// What is true of a trial.
 #[derive(Clone, Debug, Deserialize)]
@@ -124,30 +123,22 @@ impl Share {
 
 /// Events in some time.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
-pub struct Rate {
+pub struct Events {
     /// How many.
     pub count: usize,
     /// In how long.
     pub hours: f64,
 }
 
-impl Rate {
+impl Events {
     fn join(&mut self, other: &Self) {
         self.count += other.count;
         self.hours += other.hours;
     }
 
-    /// An hour.
-    pub fn per_hour(&self) -> f64 {
-        self.count as f64 / self.hours
-    }
-
-    /// Poisson interval of the rate, an hour.
-    pub fn interval(&self) -> [f64; 2] {
-        let (k, tail) = (self.count as f64, 0.5 * (1.0 - CONFIDENCE));
-        let quantile = |shape: f64, p: f64| Gamma::new(shape, 1.0).map_or(f64::NAN, |d| d.inverse_cdf(p));
-        let low = if self.count == 0 { 0.0 } else { quantile(k, tail) };
-        [low / self.hours, quantile(k + 1.0, 1.0 - tail) / self.hours]
+    /// Rate and its interval; `None` without any time.
+    pub fn rate(&self) -> Option<Rate> {
+        Rate::of(self.count, self.hours * 3600.0)
     }
 }
 
@@ -169,9 +160,9 @@ pub struct Figures {
     /// Drops whose slip began 360 ms before: warned that long ahead.
     pub drops_ahead: Share,
     /// False slip alarms by scenario.
-    pub false_slip: BTreeMap<String, Rate>,
+    pub false_slip: BTreeMap<String, Events>,
     /// False drop alarms: no drop follows within 0.5 s of the alarm's end, and none came.
-    pub false_drop: Rate,
+    pub false_drop: Events,
 }
 
 impl Figures {
@@ -191,8 +182,8 @@ impl Figures {
     }
 
     /// False slip alarms of all scenarios together.
-    pub fn all_false(&self) -> Rate {
-        self.false_slip.values().fold(Rate::default(), |mut sum, rate| {
+    pub fn all_false(&self) -> Events {
+        self.false_slip.values().fold(Events::default(), |mut sum, rate| {
             sum.join(rate);
             sum
         })
@@ -242,9 +233,9 @@ pub fn judge(key: &TrialKey, slip: &[Episode], drop: &[Episode], until_s: f64) -
     let wrong = slip.iter().filter(|a| {
         !key.reasons().any(|(from, to)| a.from_s <= to + ANNOUNCED_S && a.to_s + ANNOUNCED_S >= from)
     });
-    figures.false_slip.insert(key.scenario.clone(), Rate { count: wrong.count(), hours });
+    figures.false_slip.insert(key.scenario.clone(), Events { count: wrong.count(), hours });
     let wrong = drop.iter().filter(|a| !key.drop.is_some_and(|d| a.to_s + ANNOUNCED_S >= d));
-    figures.false_drop = Rate { count: wrong.count(), hours };
+    figures.false_drop = Events { count: wrong.count(), hours };
     figures
 }
 
@@ -282,7 +273,7 @@ mod tests {
         // Clopper and Pearson 1934; Garwood 1936.
         let [low, high] = Share { found: 9, of: 10 }.interval().unwrap();
         assert!((low - 0.5550).abs() < 1e-3 && (high - 0.9975).abs() < 1e-3);
-        let [low, high] = Rate { count: 3, hours: 1.0 }.interval();
+        let [low, high] = Events { count: 3, hours: 1.0 }.rate().unwrap().interval_per_hour;
         assert!((low - 0.6187).abs() < 1e-3 && (high - 8.7673).abs() < 1e-3);
     }
 }

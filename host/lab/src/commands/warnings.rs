@@ -10,7 +10,7 @@ use stickslip_analysis::model::file::model_or_default;
 use stickslip_analysis::run::replay::feed;
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::alarms::{Episode, episodes};
-use stickslip_analysis::score::warnings::{Figures, Key, Rate, Share, judge, until_s};
+use stickslip_analysis::score::warnings::{Events, Figures, Key, Share, judge, until_s};
 use stickslip_data::Index;
 use stickslip_report::terminal::{Output, table};
 use stickslip_shared::predictor::{Limits, Plan, Predictor, flags};
@@ -102,9 +102,14 @@ fn share(s: &Share) -> String {
     )
 }
 
-fn rate(r: &Rate) -> String {
-    let [low, high] = r.interval();
-    format!("{} in {:.2} h, {:.0} ({low:.0} to {high:.0})", r.count, r.hours, r.per_hour())
+fn rate(events: &Events) -> String {
+    events.rate().map_or_else(
+        || "-".into(),
+        |r| {
+            let [low, high] = r.interval_per_hour;
+            format!("{} in {:.2} h, {:.0} ({low:.0} to {high:.0})", r.count, r.hours, r.per_hour)
+        },
+    )
 }
 
 /// The key beside a data set.
