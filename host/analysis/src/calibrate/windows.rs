@@ -16,6 +16,7 @@ use std::ops::Range;
 use stickslip_shared::model::Model;
 
 use crate::channels::{COUNT, Quantity, Signals, quantity};
+use crate::evidence::{contact, offsets};
 use crate::run::simulate::{Prepared, SceneError, prepare};
 use stickslip_data::{Description, Trial};
 
@@ -23,8 +24,6 @@ use stickslip_data::{Description, Trial};
 const WINDOWS: usize = 12;
 /// Samples that the model steps over at once: forces are those of a quasi-static push.
 const STRIDE: usize = 3;
-/// Fewest samples at rest from which offsets are taken.
-const REST: usize = 20;
 /// Signals that a fit sees: the object's six, the wrench of both fingers, the pusher's.
 pub const SEEN: usize = 18;
 /// One row of them.
@@ -92,8 +91,8 @@ impl Windowed {
             w.end = prepared.t_s.len();
         }
         let measured = windows.iter().map(|w| mean(&prepared.measured[w.clone()])).collect();
-        // The last samples at rest may see the onset through the smoothing of the motion.
-        let rest = 0..first.saturating_sub(REST / 2);
+        let contact = contact::measured(&prepared.t_s, &prepared.measured).flatten();
+        let rest = contact::clear_of(&prepared.t_s, contact.unwrap_or(first));
         let drifted = prepared.drifted();
         Ok(Self { trial: trial.info.trial.clone(), condition, prepared, drifted, measured, windows, rest })
     }
@@ -164,32 +163,25 @@ fn mean(rows: &[Signals]) -> Signals {
     std::array::from_fn(|c| if count[c] > 0.0 { sum[c] / count[c] } else { f64::NAN })
 }
 
-/// Median over the trials of what each wrench channel shows at rest beyond the model. Of the
+/// Constant errors of the wrench channels beyond the model at rest ([`crate::evidence::offsets`]). Of the
 /// fingers only the sum's offset is known (see the module), half of it is each one's; a
 /// single measured finger and a pusher that touches at rest bear an unknown load and are
 /// left alone. The second is whether any trial has a rest before its motion.
 pub fn tare(trials: &[&Windowed], model: &Model<f64>) -> ([f64; COUNT], bool) {
-    let mut found: Vec<Vec<f64>> = vec![Vec::new(); COUNT];
-    for w in trials.iter().filter(|w| w.rest.len() >= REST) {
-        let simulated = w.prepared.simulate_every(model, w.rest.len());
-        let (Some(m), Some(n)) = (simulated.signals.first(), simulated.normal_n.first()) else { continue };
-        let measured = mean(&w.prepared.measured[w.rest.clone()]);
-        let beyond = |c: usize| measured[c] - m[c];
-        for c in 6..12 {
-            let half = 0.5 * (beyond(c) + beyond(c + 6));
-            if half.is_finite() {
-                found[c].push(half);
-                found[c + 6].push(half);
-            }
+    let of_trial = |w: &&Windowed| -> Option<Signals> {
+        let simulated = w.prepared.simulate_every(model, w.rest.len().max(1));
+        let (expected, normal_n) = (simulated.signals.first()?, simulated.normal_n.first()?);
+        let mut offset =
+            offsets::of_samples(w.prepared.measured[w.rest.clone()].iter().map(|m| (m, expected)));
+        for (k, sum) in offsets::fingers_sum(&offset).into_iter().enumerate() {
+            (offset[6 + k], offset[12 + k]) = (0.5 * sum, 0.5 * sum);
         }
-        for c in (18..COUNT).filter(|c| n[2] == 0.0 && beyond(*c).is_finite()) {
-            found[c].push(beyond(c));
+        if normal_n[2] != 0.0 {
+            offset[18..].fill(f64::NAN);
         }
-    }
-    let mut offsets = [0.0; COUNT];
-    for (o, values) in offsets.iter_mut().zip(&mut found) {
-        values.sort_by(f64::total_cmp);
-        *o = values.get(values.len() / 2).copied().unwrap_or(0.0);
-    }
-    (offsets, found.iter().skip(6).any(|values| !values.is_empty()))
+        Some(offset)
+    };
+    let found: Vec<Signals> = trials.iter().filter_map(of_trial).collect();
+    let offsets = offsets::over_trials(&found);
+    (offsets.map(|o| if o.is_finite() { o } else { 0.0 }), offsets.iter().any(|o| o.is_finite()))
 }

@@ -10,11 +10,13 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::channels::{self, COUNT, NAMES, Signals};
-use crate::evidence::balance::{self, NotChecked, StageBalance, Tare};
+use crate::evidence::balance::{self, NotChecked, StageBalance};
 use crate::evidence::conditions::conditions;
 use crate::evidence::noise::{Course, Pool, white_noise};
+use crate::evidence::offsets::{self, AtRest};
 use crate::evidence::sensors;
-use crate::evidence::stages::{STAGES, Stages, stages};
+use crate::evidence::stages::{STAGES, Stage, Stages, stages};
+use crate::evidence::statistics::median;
 use crate::progress::Progress;
 use physics::{Breach, Cause, Clocks, Finding, TrialPhysics};
 use stickslip_data::{Description, Index, Pose, Sample, Trial, TrialInfo, Warning, error::join_warnings};
@@ -157,7 +159,7 @@ struct TrialFacts {
     gaps: usize,
     longest_gap_s: f64,
     balance: Result<Vec<StageBalance>, NotChecked>,
-    tare: Option<Tare>,
+    offsets: Option<AtRest>,
 }
 
 /// Scatter of repetitions of each channel and stage.
@@ -289,7 +291,12 @@ fn group_facts(index: &Index, group: &[usize]) -> GroupFacts {
     for (channel, pools) in facts.floor.0.iter_mut().enumerate() {
         for (stage, pool) in STAGES.into_iter().zip(pools) {
             let run = |(facts, (stages, signals)): (&TrialFacts, &(Stages, Vec<Signals>))| {
-                let rows = signals.get(stages.range(stage)).unwrap_or_default();
+                // Clear of the contact, as in a comparison with a model.
+                let range = match stage {
+                    Stage::BeforeContact => stages.rest(),
+                    _ => stages.range(stage),
+                };
+                let rows = signals.get(range).unwrap_or_default();
                 let values: Vec<f64> = rows.iter().map(|row| row[channel]).collect();
                 (Course::of(&values), facts.white[channel].unwrap_or(0.0))
             };
@@ -320,7 +327,7 @@ fn first_pose(trial: &Trial, of: fn(&Sample) -> Option<Pose>) -> Option<Placed<f
 fn trial_facts(index: &Index, trial: &Trial, stages: &Stages, signals: &[Signals]) -> TrialFacts {
     let used = sensors::sensors_or_estimated(&index.description, std::iter::once(trial));
     let description = Description { sensors: used.sensors, ..index.description.clone() };
-    let mut steps: Vec<f64> = trial
+    let steps: Vec<f64> = trial
         .samples
         .windows(2)
         .filter_map(|pair| match pair {
@@ -333,7 +340,6 @@ fn trial_facts(index: &Index, trial: &Trial, stages: &Stages, signals: &[Signals
         .iter()
         .filter(|step| **step > gap_s)
         .fold((0, 0.0), |(count, longest), step| (count + 1, f64::max(longest, *step)));
-    steps.sort_by(f64::total_cmp);
     let balance = balance::balance(&description, trial, stages);
     let mass_kg = description.objects.iter().find(|o| o.id == trial.info.object).map_or(0.0, |o| o.mass_kg);
     TrialFacts {
@@ -344,11 +350,11 @@ fn trial_facts(index: &Index, trial: &Trial, stages: &Stages, signals: &[Signals
         samples: trial.samples.len(),
         measured: std::array::from_fn(|channel| signals.iter().filter(|row| !row[channel].is_nan()).count()),
         white: std::array::from_fn(|channel| white_noise(signals.iter().map(|row| row[channel]))),
-        median_step_s: steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN),
+        median_step_s: median(steps).unwrap_or(f64::NAN),
         gaps,
         longest_gap_s,
         balance,
-        tare: balance::tare(&description, trial, stages),
+        offsets: offsets::at_rest(&description, trial, stages),
     }
 }
 
@@ -388,10 +394,9 @@ fn imbalance(trials: &[TrialFacts], balance: &Balance, known: &[Finding]) -> Opt
         (weight_sq > 0.0 && across.sqrt() <= worst.bound_n + 3.0 * worst.standard_error_n)
             .then_some(1.0 - share)
     });
-    let mut carried: Vec<f64> = carried.collect();
-    carried.sort_by(f64::total_cmp);
-    let likely = match carried.get(carried.len() / 2) {
-        Some(multiple) if 2 * carried.len() > balance.failing && *multiple > 0.0 => format!(
+    let carried: Vec<f64> = carried.collect();
+    let likely = match median(carried.iter().copied()) {
+        Some(multiple) if 2 * carried.len() > balance.failing && multiple > 0.0 => format!(
             "what is left over is along gravity: a wrong mass (the forces carry {multiple:.2} times mass_kg), a \
              vertical force that is not measured (cable, table), or a sensor's offset"
         ),
@@ -458,12 +463,10 @@ fn channel_table(trials: &[TrialFacts], floor: &Floors, samples: usize) -> Vec<C
     (0..COUNT)
         .map(|channel| {
             let measured: usize = trials.iter().map(|trial| trial.measured[channel]).sum();
-            let mut white: Vec<f64> = trials.iter().filter_map(|trial| trial.white[channel]).collect();
-            white.sort_by(f64::total_cmp);
             Channel {
                 channel: NAMES[channel],
                 measured: measured as f64 / samples.max(1) as f64,
-                white: white.get(white.len() / 2).copied(),
+                white: median(trials.iter().filter_map(|trial| trial.white[channel])),
                 floor: std::array::from_fn(|stage| floor.0[channel][stage].floor()),
             }
         })
@@ -507,12 +510,12 @@ fn balance_table(trials: &[TrialFacts]) -> Balance {
             });
         }
     }
-    let tares: Vec<Tare> = trials.iter().filter_map(|trial| trial.tare).collect();
-    table.tare = moments(tares.iter().map(|tare| tare.fingers_sum_n)).map(|(mean, scatter)| TareSummary {
-        trials: tares.len(),
+    let found: Vec<AtRest> = trials.iter().filter_map(|trial| trial.offsets).collect();
+    table.tare = moments(found.iter().map(|of| of.fingers_sum_n)).map(|(mean, scatter)| TareSummary {
+        trials: found.len(),
         fingers_sum_n: mean,
         fingers_scatter_n: scatter,
-        pusher_n: moments(tares.iter().filter_map(|tare| tare.pusher_n)).map(|(mean, _)| mean),
+        pusher_n: moments(found.iter().filter_map(|of| of.pusher_n)).map(|(mean, _)| mean),
     });
     table
 }

@@ -13,8 +13,9 @@ use super::noise::Source;
 use super::tare::Offsets;
 use crate::channels::Signals;
 use crate::evidence::conditions::Variable;
+use crate::evidence::contact::Evidence;
 use crate::evidence::force_bands::Band;
-use crate::evidence::phases::{Evidence, Phase, Phases};
+use crate::evidence::phases::{Phase, Phases};
 
 /// Name of the document's format.
 pub const SCHEMA: &str = "stickslip-compare/2";

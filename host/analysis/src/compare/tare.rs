@@ -1,8 +1,8 @@
 //! Constant sensor offsets, and what may be called one.
 //!
 //! Before contact the model says what a true sensor would show. The mean of measured minus
-//! modelled there is taken as that trial's offset of a force or torque channel and
-//! subtracted. What of its mean over the data set is more than the uncertainty that
+//! modelled there ([`crate::evidence::offsets`]) is taken as that trial's offset of a force or torque
+//! channel and subtracted. What of its mean over the data set is more than the uncertainty that
 //! `dataset.toml` states (a tenth more, the noise, and for the fingers how they share the
 //! object's weight) is no offset and stays: a pressure that is not centred, a wrong mass.
 //!

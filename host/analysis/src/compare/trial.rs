@@ -5,17 +5,12 @@
 //! value. Sums are kept rather than samples, so that a constant sensor offset found later from
 //! the whole data set can still be taken out exactly.
 
-use crate::channels::{COUNT, Quantity, Signals, quantity};
+use crate::channels::{COUNT, Signals};
+use crate::evidence::contact::clear_of;
 use crate::evidence::noise::{Course, FEWEST_SAMPLES, white_noise};
+use crate::evidence::offsets;
 use crate::evidence::phases::{PHASES, Phase, Phases};
 use crate::run::simulate::{Prepared, Simulated};
-
-/// Fewer samples than this before contact give no tare.
-const FEWEST_TARE_SAMPLES: u32 = 5;
-/// The last samples before contact count for no phase, s: in the model the touch comes earlier or
-/// later by the time in which the drive crosses the noise of the poses (0.03 mm at some mm/s),
-/// and one sample of it is newtons.
-const SEAM_S: f64 = 0.04;
 
 /// How far below and above the model's value each channel may be without being an error, SI;
 /// NaN: any deviation counts.
@@ -125,14 +120,15 @@ impl TrialErrors {
         let mut residual = vec![Cell::EMPTY; size];
         let (mut courses, mut measured) = (Vec::with_capacity(size), Vec::with_capacity(size));
         let mut errors = Vec::new();
-        let (mut offset, mut rest) = ([f64::NAN; COUNT], [f64::NAN; COUNT]);
+        let mut rest = [f64::NAN; COUNT];
+        let before = clear_of(t, phases.range(Phase::BeforeContact).end);
+        let offset = offsets::of_samples(
+            prepared.measured[before.clone()].iter().zip(&simulated.signals[before.clone()]),
+        );
         let nearest = nearest(tolerance, t.len());
         for channel in 0..COUNT {
             for phase in PHASES {
-                let mut range = phases.range(phase);
-                if phase == Phase::BeforeContact {
-                    range.end = before_seam(t, range.end);
-                }
+                let range = if phase == Phase::BeforeContact { before.clone() } else { phases.range(phase) };
                 let cell = channel * PHASES.len() + phase as usize;
                 errors.clear();
                 errors.extend(
@@ -153,11 +149,7 @@ impl TrialErrors {
                     }
                 }
                 beyond[cell] = Cell::of(&errors);
-                if phase == Phase::BeforeContact
-                    && residual[cell].samples >= FEWEST_TARE_SAMPLES
-                    && matches!(quantity(channel), Quantity::Force | Quantity::Torque)
-                {
-                    offset[channel] = -residual[cell].bias();
+                if phase == Phase::BeforeContact && offset[channel].is_finite() {
                     rest[channel] = measured[cell].mean;
                 }
             }
@@ -214,12 +206,6 @@ impl TrialErrors {
             self.courses[range].iter_mut().for_each(|c| c.shift(*offset));
         }
     }
-}
-
-/// End of the samples before contact that are clear of it; at least half of them stay.
-fn before_seam(t_s: &[f64], contact: usize) -> usize {
-    let Some(at) = t_s.get(contact) else { return contact };
-    t_s[..contact].partition_point(|t| *t < at - SEAM_S).max(contact.div_ceil(2))
 }
 
 /// Place of the nearest slack for each of `count` samples.

@@ -5,7 +5,7 @@
 //! The bound on the sum is what the sensors may be off by a constant, per axis: the
 //! uncertainty of both fingers and of the pusher added up; beyond it and three standard errors
 //! the balance fails. A constant offset of the sensors explains a failure that stays the same
-//! in their axes: [`tare`].
+//! in their axes: [`crate::evidence::offsets`].
 
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
@@ -135,94 +135,16 @@ pub fn balance(
     if balances.is_empty() { Err(NotChecked::NothingSlow) } else { Ok(balances) }
 }
 
-/// Constant sensor offsets, as found before contact.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Tare {
-    /// Offset of the sum of both fingers' forces, gripper axes: the balance against the weight
-    /// determines only the sum.
-    pub fingers_sum_n: [f64; 3],
-    /// Pusher force before it touches, world axes; `None` where it is not measured.
-    pub pusher_n: Option<[f64; 3]>,
-    /// Pusher torque before it touches.
-    pub pusher_nm: Option<[f64; 3]>,
-    /// Samples behind it.
-    pub samples: usize,
-}
-
-/// Offsets from the phase before contact: there the fingers carry the weight alone, and the
-/// pusher nothing. `None` where the trial has no such phase (nothing measured before contact,
-/// contact not found, an object that stands on a table).
-#[must_use]
-pub fn tare(description: &Description, trial: &Trial, stages: &Stages) -> Option<Tare> {
-    let primitive = &trial.info.primitive;
-    let unmeasured = description.pushers.contains_key(primitive) && !pusher_measured(trial);
-    if unmeasured || description.supports.contains_key(primitive) {
-        return None;
-    }
-    stages.contact?;
-    let weight = weight_n(description, trial);
-    let slow = slow(&trial.samples, mass_kg(description, trial), weight.norm());
-    let range = stages.range(Stage::BeforeContact);
-    let still: Vec<&Sample> = range
-        .filter(|at| slow.get(*at).copied().unwrap_or(false))
-        .filter_map(|at| trial.samples.get(at))
-        .filter(|sample| fingers_n(sample).is_some())
-        .collect();
-    if still.len() < 5 {
-        return None;
-    }
-    let count = still.len() as f64;
-    let sum = still
-        .iter()
-        .filter_map(|sample| {
-            let gripper = gripper(sample)?;
-            Some(gripper.inverse() * (fingers_n(sample)? + weight))
-        })
-        .sum::<Vector3<f64>>();
-    let mean = |values: Vec<[f64; 3]>| {
-        let total = values.iter().map(|value| Vector3::from(*value)).sum::<Vector3<f64>>();
-        let mean = total / values.len() as f64;
-        (!values.is_empty() && mean.iter().all(|value| value.is_finite())).then(|| mean.into())
-    };
-    let wrenches = || still.iter().filter_map(|sample| sample.pusher_wrench);
-    Some(Tare {
-        fingers_sum_n: (sum / count).into(),
-        pusher_n: mean(wrenches().map(|wrench| wrench.force_n).collect()),
-        pusher_nm: mean(wrenches().map(|wrench| wrench.torque_nm).collect()),
-        samples: still.len(),
-    })
-}
-
-/// Takes offsets off a trial. The fingers' sum is shared equally between them: the least
-/// correction that explains it.
-pub fn remove_offsets(trial: &mut Trial, tare: &Tare) {
-    for sample in &mut trial.samples {
-        for finger in sample.finger.iter_mut().flatten() {
-            subtract(&mut finger.force_n, &tare.fingers_sum_n.map(|sum| sum / 2.0));
-        }
-        if let Some(wrench) = &mut sample.pusher_wrench {
-            subtract(&mut wrench.force_n, &tare.pusher_n.unwrap_or_default());
-            subtract(&mut wrench.torque_nm, &tare.pusher_nm.unwrap_or_default());
-        }
-    }
-}
-
-fn subtract(values: &mut [f64; 3], offsets: &[f64; 3]) {
-    for (value, offset) in values.iter_mut().zip(offsets) {
-        *value -= offset;
-    }
-}
-
-fn mass_kg(description: &Description, trial: &Trial) -> f64 {
+pub(super) fn mass_kg(description: &Description, trial: &Trial) -> f64 {
     let object = description.objects.iter().find(|object| object.id == trial.info.object);
     object.map_or(0.0, |object| object.mass_kg)
 }
 
-fn weight_n(description: &Description, trial: &Trial) -> Vector3<f64> {
+pub(super) fn weight_n(description: &Description, trial: &Trial) -> Vector3<f64> {
     Vector3::from(description.gravity_m_s2) * mass_kg(description, trial)
 }
 
-fn gripper(sample: &Sample) -> Option<UnitQuaternion<f64>> {
+pub(super) fn gripper(sample: &Sample) -> Option<UnitQuaternion<f64>> {
     sample.gripper.as_ref().map(|gripper| crate::channels::pose(gripper).rotation)
 }
 
@@ -238,13 +160,13 @@ fn pusher_n(sample: &Sample) -> Option<Vector3<f64>> {
     force.iter().all(|component| component.is_finite()).then_some(force)
 }
 
-fn pusher_measured(trial: &Trial) -> bool {
+pub(super) fn pusher_measured(trial: &Trial) -> bool {
     trial.samples.iter().any(|sample| pusher_n(sample).is_some())
 }
 
 /// Samples about which the inertia of the object (of the gripper where the object is not
 /// measured) is small. Near the ends the window is cut: the nearest whole one decides.
-fn slow(samples: &[Sample], mass_kg: f64, weight_n: f64) -> Vec<bool> {
+pub(super) fn slow(samples: &[Sample], mass_kg: f64, weight_n: f64) -> Vec<bool> {
     let limit_n = (SLOW_SHARE * weight_n).max(SLOW_LEAST_N);
     let known: Vec<Option<bool>> =
         (0..samples.len()).map(|at| acceleration_m_s2(samples, at).map(|a| mass_kg * a <= limit_n)).collect();

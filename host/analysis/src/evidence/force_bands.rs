@@ -10,7 +10,9 @@
 //! - the net wrench on the object and the jaw's grip are those of the step.
 //!
 //! This is a linear programme (solved by the crate `microlp`). A sticking point's cone is
-//! circumscribed by 16 half planes, which widens its bound by at most 2 %. The solution
+//! circumscribed by a pyramid of 16 faces, which widens its bound by at most 2 %. Its forces are
+//! what the pyramid's edges span with weights that are not negative, so that the only rows of the
+//! programme are those of the balance. The solution
 //! that the simulation returns, the one of least elastic energy, lies inside. A measured
 //! force inside the band is no error of the model.
 //!
@@ -30,7 +32,7 @@ use crate::run::simulate::Prepared;
 /// of the simulation. NaN where the model has no such channel.
 pub type Band = [(f64, f64); COUNT];
 
-/// Half planes around a sticking point's cone.
+/// Faces of the pyramid around a sticking point's cone.
 const FACETS: usize = 16;
 /// Slip speed below which a point sticks, m/s.
 const STICKS_M_S: f64 = 2e-5;
@@ -42,19 +44,12 @@ const LEVER_M: f64 = 0.02;
 /// One contact point of the programme.
 struct Point {
     body: Body,
-    /// Force on the object per unit of each unknown, carrier axes, and what the unknowns are.
-    unknowns: Unknowns,
+    /// Forces on the object that span those it may exert, each for 1 N of normal force, carrier axes:
+    /// a sliding point has one, a sticking one the edges of its pyramid.
+    edges: Vec<Vector3<f64>>,
     lever_m: Vector3<f64>,
     /// From the point about which its body's wrench is reported.
     arm_m: Vector3<f64>,
-    normal: Vector3<f64>,
-}
-
-enum Unknowns {
-    /// Normal force; friction follows it along this direction (carrier axes, times mu).
-    Slides(Vector3<f64>),
-    /// Normal force and two tangential ones, with mu.
-    Sticks([Vector3<f64>; 2], f64),
 }
 
 /// The bands at the samples `at` (rising), from a simulation of `model`. A sample whose
@@ -170,23 +165,30 @@ fn points(state: &State<f64, SLOTS>, step: &StepOutput<f64, SLOTS>, drive: &Driv
             let mu = 0.5 * (law.mu[0] + law.mu[1]);
             let bound = (f[0] + law.adhesion_n) * mu;
             let at_limit = f[0] <= 1e-9 || f[1].hypot(f[2]) > 0.999 * bound;
-            let unknowns = if speed > STICKS_M_S && at_limit {
+            let normal = c.axes[0];
+            let edges = if speed > STICKS_M_S && at_limit {
                 // A loaded point has its direction from the solution, an unloaded one from
                 // its slip.
                 let friction = match f[0] > 1e-6 {
                     true => (c.axes[1] * f[1] + c.axes[2] * f[2]) / f[0],
                     false => (c.axes[1] * along[0] + c.axes[2] * along[1]) * (-mu / speed),
                 };
-                Unknowns::Slides(friction)
+                vec![normal + friction]
             } else {
-                Unknowns::Sticks([c.axes[1], c.axes[2]], mu)
+                // The corners of the polygon around the circle of radius mu.
+                let part = std::f64::consts::TAU / FACETS as f64;
+                let corner = |k: usize| {
+                    let (sin, cos) = ((k as f64 + 0.5) * part).sin_cos();
+                    normal + (c.axes[1] * cos + c.axes[2] * sin) * (mu / (0.5 * part).cos())
+                };
+                (0..FACETS).map(corner).collect()
             };
             let arm_m = match c.body {
                 Body::Pusher => at - drive.pusher.map_or(at, |p| p.reference_m),
                 Body::Finger1 | Body::Finger2 => Vector3::new(at.x, 0.0, at.z),
                 Body::Support => Vector3::zeros(),
             };
-            Point { body: c.body, unknowns, lever_m: c.lever_m, arm_m, normal: c.axes[0] }
+            Point { body: c.body, edges, lever_m: c.lever_m, arm_m }
         })
         .collect()
 }
@@ -199,28 +201,11 @@ fn extreme(
     weigh: &dyn Fn(&Point, &Vector3<f64>) -> f64,
 ) -> Option<f64> {
     let mut problem = Problem::new(direction);
-    let any = (f64::NEG_INFINITY, f64::INFINITY);
-    // Each variable with the force that a unit of it exerts.
-    let mut all: Vec<(Variable, Vector3<f64>, usize, bool)> = Vec::new();
-    for (i, p) in points.iter().enumerate() {
-        match &p.unknowns {
-            Unknowns::Slides(friction) => {
-                let force = p.normal + friction;
-                all.push((problem.add_var(weigh(p, &force), (0.0, f64::INFINITY)), force, i, true));
-            }
-            Unknowns::Sticks(axes, mu) => {
-                let n = problem.add_var(weigh(p, &p.normal), (0.0, f64::INFINITY));
-                all.push((n, p.normal, i, true));
-                let t = axes.map(|a| {
-                    let v = problem.add_var(weigh(p, &a), any);
-                    all.push((v, a, i, false));
-                    v
-                });
-                for k in 0..FACETS {
-                    let (s, c) = (k as f64 / FACETS as f64 * std::f64::consts::TAU).sin_cos();
-                    problem.add_constraint([(t[0], c), (t[1], s), (n, -mu)], ComparisonOp::Le, 0.0);
-                }
-            }
+    // Each unknown with the force that a unit of it exerts.
+    let mut all: Vec<(Variable, &Vector3<f64>, &Point)> = Vec::new();
+    for p in points {
+        for edge in &p.edges {
+            all.push((problem.add_var(weigh(p, edge), (0.0, f64::INFINITY)), edge, p));
         }
     }
     // The balance: net force, net moment, sum of the fingers' normal forces.
@@ -238,19 +223,16 @@ fn extreme(
     }
     let gripped = points.iter().any(|p| matches!(p.body, Body::Finger1 | Body::Finger2));
     for (row, total) in total.iter().enumerate().take(if gripped { 7 } else { 6 }) {
-        let coefficient = |(_, force, i, normal): &(Variable, Vector3<f64>, usize, bool)| {
-            let p = &points[*i];
-            match row {
-                0..=2 => force[row],
-                3..=5 => p.lever_m.cross(force)[row - 3] / LEVER_M,
-                _ => f64::from(u8::from(*normal && matches!(p.body, Body::Finger1 | Body::Finger2))),
-            }
+        let coefficient = |(_, force, p): &(Variable, &Vector3<f64>, &Point)| match row {
+            0..=2 => force[row],
+            3..=5 => p.lever_m.cross(force)[row - 3] / LEVER_M,
+            _ => f64::from(u8::from(matches!(p.body, Body::Finger1 | Body::Finger2))),
         };
-        let line: Vec<(Variable, f64)> =
+        let mut line: Vec<(Variable, f64)> =
             all.iter().map(|x| (x.0, coefficient(x))).filter(|(_, c)| c.abs() > 1e-12).collect();
         // A micronewton of slack: the step's own balance is no better.
-        problem.add_constraint(line.clone(), ComparisonOp::Le, total + 1e-6);
-        problem.add_constraint(line, ComparisonOp::Ge, total - 1e-6);
+        line.push((problem.add_var(0.0, (-1e-6, 1e-6)), 1.0));
+        problem.add_constraint(line, ComparisonOp::Eq, *total);
     }
     let solution = problem.solve().ok()?.into_solution().ok()?;
     Some(solution.objective()).filter(|x| x.is_finite())

@@ -1,10 +1,12 @@
 //! What measurements show, each notion once: conditions and repetitions, stages and phases of a
-//! trial, noise, balance of the forces, tolerances of a rigid model.
+//! trial, contact, sensor offsets, noise, balance of the forces, tolerances of a rigid model.
 
 pub mod balance;
 pub mod conditions;
+pub mod contact;
 pub mod force_bands;
 pub mod noise;
+pub mod offsets;
 pub mod phases;
 pub mod sensors;
 pub mod stages;

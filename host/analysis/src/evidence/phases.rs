@@ -3,10 +3,9 @@
 //! The rule, with `sigma` the noise of the signal at hand (stated in dataset.toml, or found
 //! from the differences of neighbouring samples where that is larger):
 //!
-//! - contact: the pusher's force, averaged over 20 ms, has left its mean of the first 50 ms
-//!   by more than 5 sigma and by more than 2 % of its largest change. Without a pusher
-//!   sensor (roll): the model's pusher touches and gripper or pusher have started to move.
-//!   Without a pusher (lift): the gripper starts to move.
+//! - contact: by the measured forces ([`crate::evidence::contact`]). Where none is measured, or they
+//!   change nowhere: the model's pusher touches and gripper or pusher have started to move; without
+//!   a pusher (lift) the gripper starts to move.
 //! - motion: the object, averaged over 20 ms, has left its start in the grasp by more than
 //!   6 sigma, in position or in rotation, and goes further. Without measured poses: by the
 //!   model's.
@@ -21,9 +20,10 @@
 use std::ops::Range;
 
 use serde::Serialize;
-use stickslip_shared::track::Poses;
 
 use crate::channels::{COUNT, Signals};
+use crate::evidence::contact::{self, Evidence};
+use crate::evidence::stages::{around, moving};
 use crate::run::simulate::{Prepared, Simulated};
 
 /// Part of a trial.
@@ -70,20 +70,6 @@ impl Phase {
     }
 }
 
-/// What a boundary was found from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Evidence {
-    /// Measured pusher force or measured motion of the object.
-    Measured,
-    /// The model's.
-    Model,
-    /// Motion of the gripper.
-    Drive,
-    /// It did not happen.
-    Never,
-}
-
 /// The phases of one trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Phases {
@@ -114,50 +100,32 @@ impl Phases {
 }
 
 const AVERAGE_S: f64 = 0.02;
-const BASELINE_S: f64 = 0.05;
 const SPEED_S: f64 = 0.08;
 
 /// Phases of a trial; `noise` is the standard deviation of each channel, zero where not stated.
 pub fn split(prepared: &Prepared, simulated: &Simulated, noise: &Signals) -> Phases {
     let n = prepared.t_s.len();
-    let moving = drive_moves(&prepared.t_s, prepared.poses());
+    let moving = moving(&prepared.t_s, prepared.poses());
     let begin = moving.iter().position(|m| *m).unwrap_or(n);
     let end = moving.iter().rposition(|m| *m).map_or(n, |last| last + 1);
-    let (contact_at, contact) = find_contact(prepared, simulated, noise, begin);
+    let (contact_at, contact) = find_contact(prepared, simulated, begin);
     let (motion_at, motion) = find_motion(prepared, simulated, noise, end);
     let (onset, sliding) = motion_at.unwrap_or((n, n));
     Phases { starts: Phases::ordered(contact_at, onset, sliding, end, n), contact, motion }
 }
 
-fn find_contact(
-    prepared: &Prepared,
-    simulated: &Simulated,
-    noise: &Signals,
-    begin: usize,
-) -> (usize, Evidence) {
+fn find_contact(prepared: &Prepared, simulated: &Simulated, begin: usize) -> (usize, Evidence) {
     let n = prepared.t_s.len();
-    let by_model = simulated.normal_n.iter().position(|f| f[2] > 0.0);
+    let measured = contact::measured(&prepared.t_s, &prepared.measured);
+    if let Some(Some(at)) = measured {
+        return (at, Evidence::Measured);
+    }
     if prepared.scene.pusher.is_none() {
-        let evidence = if begin < n { Evidence::Drive } else { Evidence::Never };
-        return (begin, evidence);
+        return (begin, if begin < n { Evidence::Drive } else { Evidence::Never });
     }
-    if coverage(&prepared.measured, 18..21) < 0.5 {
-        return match by_model {
-            // Before anything moves a touch loads nothing.
-            Some(at) => (at.max(begin), Evidence::Model),
-            None => (n, Evidence::Never),
-        };
-    }
-    let force = smooth(&prepared.t_s, &prepared.measured, 18..21, AVERAGE_S);
-    let base = mean_until(&prepared.t_s, &prepared.measured, 18..21, BASELINE_S);
-    let change: Vec<f64> = force.iter().map(|f| distance(f, &base)).collect();
-    let largest = change.iter().copied().filter(|c| c.is_finite()).fold(0.0, f64::max);
-    let sigma = white_noise(&prepared.measured, 18..21).max(noise[18]);
-    let threshold = (5.0 * sigma).max(0.02 * largest);
-    match change.iter().position(|c| *c > threshold) {
-        Some(at) if threshold > 0.0 => (at, Evidence::Measured),
-        // Already in contact when the recording began: the force never changes.
-        _ if by_model.is_some_and(|at| at <= 1) => (begin, Evidence::Model),
+    match simulated.normal_n.iter().position(|f| f[2] > 0.0) {
+        // A force that never changes: already in contact when the recording began.
+        Some(at) if measured.is_none() || at <= 1 => (at.max(begin), Evidence::Model),
         _ => (n, Evidence::Never),
     }
 }
@@ -218,35 +186,6 @@ fn find_motion(
     (Some((onset, sliding)), evidence)
 }
 
-/// Where gripper or pusher move faster than a quarter of their largest speed.
-fn drive_moves(t_s: &[f64], poses: &[Poses<f64>]) -> Vec<bool> {
-    // A rotation moves the object's ends, 50 mm away.
-    const ARM_M: f64 = 0.05;
-    let mut speed = vec![0.0; poses.len()];
-    for (i, v) in speed.iter_mut().enumerate() {
-        let (a, b) = around(t_s, i, SPEED_S / 2.0);
-        let dt = t_s[b] - t_s[a];
-        if !(dt > 0.0) {
-            continue;
-        }
-        let path = |from: &stickslip_shared::track::Pose<f64>, to: &stickslip_shared::track::Pose<f64>| {
-            (to.position_m - from.position_m).norm() + ARM_M * to.rotation.angle_to(&from.rotation)
-        };
-        let carrier = path(&poses[a].carrier, &poses[b].carrier);
-        let pusher = poses[a].pusher.zip(poses[b].pusher).map_or(0.0, |(from, to)| path(&from, &to));
-        *v = carrier.max(pusher) / dt;
-    }
-    let largest = speed.iter().copied().fold(0.0, f64::max);
-    speed.iter().map(|v| *v > 0.25 * largest && largest > 1e-5).collect()
-}
-
-/// Samples within `half_s` of sample `i`.
-fn around(t_s: &[f64], i: usize, half_s: f64) -> (usize, usize) {
-    let from = t_s[..i].partition_point(|t| *t < t_s[i] - half_s);
-    let to = i + t_s[i..].partition_point(|t| *t <= t_s[i] + half_s) - 1;
-    (from, to)
-}
-
 /// Share of samples in which all of `range` was measured.
 fn coverage(signals: &[Signals], range: Range<usize>) -> f64 {
     let full = signals.iter().filter(|s| s[range.clone()].iter().all(|x| x.is_finite())).count();
@@ -261,12 +200,6 @@ fn smooth(t_s: &[f64], signals: &[Signals], range: Range<usize>, width_s: f64) -
             mean(&signals[a..=b], range.clone())
         })
         .collect()
-}
-
-fn mean_until(t_s: &[f64], signals: &[Signals], range: Range<usize>, until_s: f64) -> [f64; 3] {
-    let start = t_s.first().copied().unwrap_or(0.0);
-    let count = t_s.partition_point(|t| *t <= start + until_s);
-    mean(&signals[..count], range)
 }
 
 fn mean(signals: &[Signals], range: Range<usize>) -> [f64; 3] {

@@ -12,6 +12,7 @@ use stickslip_data::{Description, Sample, Sensors, Trial, Wrench, WrenchSensor};
 
 use crate::channels;
 use crate::evidence::noise::white_noise;
+use crate::evidence::statistics::median;
 
 /// Uncertainty of a sensor about which nothing is stated, over its largest reading.
 pub const SHARE_OF_LARGEST: f64 = 0.01;
@@ -232,10 +233,4 @@ fn white(trial: &Trial, of: &dyn Fn(&Sample) -> Option<[f64; 3]>) -> Option<f64>
 
 fn size(x: [f64; 3]) -> f64 {
     x.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }

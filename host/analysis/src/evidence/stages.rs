@@ -1,20 +1,20 @@
 //! Before contact, pushed, end: a trial's stages from its measurements alone, without a model.
 //!
-//! Contact: the pusher's force (where there is no pusher sensor, the fingers' forces), averaged
-//! over five samples, has left its mean of the first 50 ms by more than five standard deviations
-//! and by more than 2 % of its largest change. End: after the last sample at which gripper or
-//! pusher move faster than a quarter of their largest speed.
+//! Contact: [`crate::evidence::contact`]. End: after the last sample at which gripper or pusher move
+//! faster than a quarter of their largest speed.
 
 use std::ops::Range;
 
-use crate::evidence::noise::white_noise;
+use nalgebra::UnitQuaternion;
 use stickslip_data::{Pose, Sample, Trial};
+use stickslip_shared::track::{Pose as Placed, Poses};
 
-const BASELINE_S: f64 = 0.05;
-const AVERAGE: usize = 5;
-const SIGMAS: f64 = 5.0;
-const SHARE: f64 = 0.02;
-const SPEED_WINDOW_S: f64 = 0.04;
+use crate::channels::{self, Signals};
+use crate::evidence::contact;
+use crate::run::motion::{denoised, interpolated};
+
+/// Speeds are taken over this time.
+const SPEED_S: f64 = 0.08;
 
 /// Part of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -52,6 +52,7 @@ pub struct Stages {
     /// First sample after the motion; the number of samples where it never stops.
     pub end: usize,
     samples: usize,
+    rest: usize,
 }
 
 impl Stages {
@@ -67,6 +68,12 @@ impl Stages {
         }
     }
 
+    /// Samples before contact that are clear of it; none where it is not found.
+    #[must_use]
+    pub fn rest(&self) -> Range<usize> {
+        0..self.rest
+    }
+
     /// Stage of a sample, as its place in [`STAGES`].
     #[must_use]
     pub fn of(&self, sample: usize) -> usize {
@@ -77,90 +84,57 @@ impl Stages {
 /// Finds the stages of `trial`.
 #[must_use]
 pub fn stages(trial: &Trial) -> Stages {
-    let samples = &trial.samples;
-    let pusher = |sample: &Sample| {
-        let force = sample.pusher_wrench.map_or([f64::NAN; 3], |wrench| wrench.force_n);
-        force.to_vec()
-    };
-    let fingers = |sample: &Sample| {
-        let force = |finger: usize| sample.finger[finger].map_or([f64::NAN; 3], |wrench| wrench.force_n);
-        [force(0), force(1)].concat()
-    };
-    let measured = |forces: &[Vec<f64>]| {
-        forces.iter().filter(|force| force.iter().any(|f| !f.is_nan())).count() * 2 > forces.len()
-    };
-    let by_pusher: Vec<_> = samples.iter().map(pusher).collect();
-    let forces = if measured(&by_pusher) { by_pusher } else { samples.iter().map(fingers).collect() };
-    Stages { contact: contact(samples, &forces), end: end(samples), samples: samples.len() }
+    let t_s: Vec<f64> = trial.samples.iter().map(|s| s.t_s).collect();
+    let (origin, start) = (Placed::identity(), UnitQuaternion::identity());
+    // Forces do not depend on where poses are counted from.
+    let signals: Vec<Signals> =
+        trial.samples.iter().map(|s| channels::measured(s, &origin, &start)).collect();
+    let moving = moving(&t_s, &drive(trial, &t_s));
+    let end = moving.iter().rposition(|m| *m).map_or(t_s.len(), |last| last + 1);
+    let contact = contact::measured(&t_s, &signals).flatten();
+    let rest = contact.map_or(0, |at| contact::clear_of(&t_s, at).end);
+    Stages { contact, end, samples: t_s.len(), rest }
 }
 
-fn contact(samples: &[Sample], forces: &[Vec<f64>]) -> Option<usize> {
-    let start_s = samples.first()?.t_s;
-    let early = samples.iter().take_while(|sample| sample.t_s - start_s <= BASELINE_S).count();
-    let channels = forces.first()?.len();
-    let mut change = vec![0.0; forces.len()];
-    let mut variance = 0.0;
-    for channel in 0..channels {
-        let values: Vec<f64> = forces.iter().filter_map(|force| force.get(channel)).copied().collect();
-        let first = values.get(..early).unwrap_or_default();
-        let base = mean(first);
-        let sigma = white_noise(values.iter().copied()).unwrap_or(0.0);
-        if base.is_nan() {
-            continue;
-        }
-        variance += sigma * sigma;
-        for (at, change) in change.iter_mut().enumerate() {
-            let around = values.get(at..(at + AVERAGE).min(values.len())).unwrap_or_default();
-            let away = mean(around) - base;
-            if !away.is_nan() {
-                *change += away * away;
-            }
-        }
-    }
-    let largest = change.iter().copied().fold(0.0, f64::max).sqrt();
-    let threshold = (SIGMAS * (variance / AVERAGE as f64).sqrt()).max(SHARE * largest);
-    let at = change.iter().position(|change| change.sqrt() > threshold)?;
-    // The window looks ahead: the change is at its far end when it first shows.
-    Some((at + AVERAGE - 1).min(forces.len()))
+/// Gripper and pusher of a trial without the noise of their measurement; what is not measured rests.
+fn drive(trial: &Trial, t_s: &[f64]) -> Vec<Poses<f64>> {
+    let track = |of: fn(&Sample) -> Option<Pose>| {
+        let known: Vec<_> = trial.samples.iter().map(|s| of(s).as_ref().map(channels::pose)).collect();
+        interpolated(t_s, &known).map(|poses| denoised(t_s, &poses))
+    };
+    let (gripper, pusher) = (track(|s| s.gripper), track(|s| s.pusher));
+    let at = |track: &Option<Vec<Placed<f64>>>, i: usize| track.as_ref().and_then(|t| t.get(i)).copied();
+    let poses = |(i, t_s): (usize, &f64)| Poses {
+        t_s: *t_s,
+        carrier: at(&gripper, i).unwrap_or_else(Placed::identity),
+        pusher: at(&pusher, i),
+        support: None,
+    };
+    t_s.iter().enumerate().map(poses).collect()
 }
 
-fn end(samples: &[Sample]) -> usize {
-    let speeds: Vec<f64> = (0..samples.len()).map(|at| speed(samples, at)).collect();
-    let fastest = speeds.iter().copied().fold(0.0, f64::max);
-    let last = speeds.iter().rposition(|speed| *speed > 0.25 * fastest);
-    last.map_or(samples.len(), |last| last + 1)
-}
-
-/// Speed of gripper and pusher about a sample, rotation counted at an arm of 50 mm.
-fn speed(samples: &[Sample], at: usize) -> f64 {
+/// Where gripper or pusher move faster than a quarter of their largest speed.
+#[must_use]
+pub fn moving(t_s: &[f64], poses: &[Poses<f64>]) -> Vec<bool> {
+    // A rotation moves the object's ends, 50 mm away.
     const ARM_M: f64 = 0.05;
-    let Some(here) = samples.get(at) else { return 0.0 };
-    let half_s = SPEED_WINDOW_S / 2.0;
-    let from = samples
-        .get(..at)
-        .and_then(|before| before.iter().rev().take_while(|sample| here.t_s - sample.t_s <= half_s).last());
-    let to = samples
-        .get(at..)
-        .and_then(|after| after.iter().take_while(|sample| sample.t_s - here.t_s <= half_s).last());
-    let (from, to) = (from.unwrap_or(here), to.unwrap_or(here));
-    let path = |from: Option<Pose>, to: Option<Pose>| match (from, to) {
-        (Some(from), Some(to)) => {
-            let (from, to) = (crate::channels::pose(&from), crate::channels::pose(&to));
-            (to.position_m - from.position_m).norm() + ARM_M * to.rotation.angle_to(&from.rotation)
-        }
-        _ => 0.0,
+    let path = |from: &Placed<f64>, to: &Placed<f64>| {
+        (to.position_m - from.position_m).norm() + ARM_M * to.rotation.angle_to(&from.rotation)
     };
-    let elapsed_s = to.t_s - from.t_s;
-    if elapsed_s <= 0.0 {
-        return 0.0;
-    }
-    (path(from.gripper, to.gripper) + path(from.pusher, to.pusher)) / elapsed_s
+    let speed = |i: usize| {
+        let (a, b) = around(t_s, i, SPEED_S / 2.0);
+        let (from, to, elapsed_s) = (poses.get(a)?, poses.get(b)?, t_s.get(b)? - t_s.get(a)?);
+        let pusher = from.pusher.zip(to.pusher).map_or(0.0, |(from, to)| path(&from, &to));
+        (elapsed_s > 0.0).then(|| path(&from.carrier, &to.carrier).max(pusher) / elapsed_s)
+    };
+    let speeds: Vec<f64> = (0..t_s.len()).map(|i| speed(i).unwrap_or(0.0)).collect();
+    let largest = speeds.iter().copied().fold(0.0, f64::max);
+    speeds.iter().map(|v| *v > 0.25 * largest && largest > 1e-5).collect()
 }
 
-fn mean(values: &[f64]) -> f64 {
-    let (sum, count) = values
-        .iter()
-        .filter(|value| !value.is_nan())
-        .fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-    sum / count
+/// First and last of the samples within `half_s` of sample `i`.
+pub(super) fn around(t_s: &[f64], i: usize, half_s: f64) -> (usize, usize) {
+    let from = t_s[..i].partition_point(|t| *t < t_s[i] - half_s);
+    let to = (i + t_s[i..].partition_point(|t| *t <= t_s[i] + half_s)).saturating_sub(1).max(i);
+    (from, to)
 }

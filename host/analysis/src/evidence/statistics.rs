@@ -114,3 +114,24 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
     }
     out
 }
+
+/// The value below which `share` of them lie; `None` of none.
+#[must_use]
+pub fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let at = (share * values.len() as f64) as usize;
+    values.get(at.min(values.len().saturating_sub(1))).copied()
+}
+
+/// The middle one of them; `None` of none.
+#[must_use]
+pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    quantile(values.into_iter().collect(), 0.5)
+}
+
+/// 5, 50 and 95 % of sorted values.
+#[must_use]
+pub fn quantiles(sorted: &[f64]) -> Option<[f64; 3]> {
+    let last = sorted.len().checked_sub(1)?;
+    Some([0.05, 0.5, 0.95].map(|q| sorted[(q * last as f64).round() as usize]))
+}

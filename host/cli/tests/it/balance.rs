@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use assert_cmd::Command;
 use nalgebra::{UnitQuaternion, Vector3};
-use stickslip_analysis::evidence::balance::{NotChecked, balance, remove_offsets, tare};
+use stickslip_analysis::evidence::balance::{NotChecked, balance};
+use stickslip_analysis::evidence::offsets::at_rest;
 use stickslip_analysis::evidence::stages::{Stage, stages};
 use stickslip_data::{
     ContactSpec, Dataset, Description, FORMAT, ObjectSpec, Pose, Sample, Sensors, Trial, TrialInfo, Wrench,
@@ -100,18 +101,21 @@ fn measured_forces_of_a_slow_push_balance_before_and_after_contact() {
 }
 
 #[test]
-fn an_offset_beyond_the_sensors_uncertainty_is_a_sensor_problem_and_the_tare_finds_it() {
+fn an_offset_beyond_the_sensors_uncertainty_is_a_sensor_problem_and_the_rest_before_contact_shows_it() {
     let offset_n = [2.0, -0.5, 0.3];
     let mut trial = trial(offset_n, 1);
     let stages = stages(&trial);
     let failing = balance(&description(), &trial, &stages).expect("measured");
     assert!(failing.iter().all(|balance| balance.fails()), "{failing:?}");
-    let tare = tare(&description(), &trial, &stages).expect("there is a phase before contact");
-    for (found, true_offset) in tare.fingers_sum_n.iter().zip(offset_n) {
-        assert!((found - true_offset).abs() < 0.01, "{tare:?}");
+    let found = at_rest(&description(), &trial, &stages).expect("there is a phase before contact");
+    for (sum, true_offset) in found.fingers_sum_n.iter().zip(offset_n) {
+        assert!((sum - true_offset).abs() < 0.01, "{found:?}");
     }
-    assert!(tare.pusher_n.expect("measured").iter().all(|force| force.abs() < 0.005), "{tare:?}");
-    remove_offsets(&mut trial, &tare);
+    assert!(found.pusher_n.expect("measured").iter().all(|force| force.abs() < 0.005), "{found:?}");
+    for sample in &mut trial.samples {
+        let force = &mut sample.finger[0].as_mut().expect("measured").force_n;
+        force.iter_mut().zip(found.fingers_sum_n).for_each(|(f, sum)| *f -= sum);
+    }
     let balanced = balance(&description(), &trial, &stages).expect("measured");
     assert!(balanced.iter().all(|balance| !balance.fails()), "{balanced:?}");
 }
@@ -124,7 +128,7 @@ fn what_is_not_measured_is_not_balanced() {
     let mut trial = trial([0.0; 3], 1);
     let found = stages(&trial);
     assert_eq!(balance(&on_table, &trial, &found), Err(NotChecked::SupportNotMeasured));
-    assert_eq!(tare(&on_table, &trial, &found), None);
+    assert_eq!(at_rest(&on_table, &trial, &found), None);
     for sample in &mut trial.samples {
         sample.finger[1] = None;
     }
@@ -188,7 +192,7 @@ fn a_missing_data_set_and_wrong_usage_are_told_apart_by_the_exit_code() {
 }
 
 #[test]
-fn true_forces_of_the_rig_balance_and_its_hidden_sensor_errors_are_what_the_tare_finds() {
+fn true_forces_of_the_rig_balance_and_its_hidden_sensor_errors_are_what_the_rest_before_contact_shows() {
     use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Setup, objects, run};
     let description = objects::bench("balance");
     for primitive in [Primitive::LinearPush, Primitive::Pivot] {
@@ -207,7 +211,7 @@ fn true_forces_of_the_rig_balance_and_its_hidden_sensor_errors_are_what_the_tare
     let setup = Setup { description: description.clone(), reality, step_s: STEP_S };
     let trial = run(&setup, &condition, 1, 3).expect("suits the rig").trial;
     let found = stages(&trial);
-    let tare = tare(&description, &trial, &found).expect("there is a phase before contact");
+    let tare = at_rest(&description, &trial, &found).expect("there is a phase before contact");
     for axis in 0..3 {
         let sum = finger1[axis] + finger2[axis];
         assert!((tare.fingers_sum_n[axis] - sum).abs() < 0.03, "axis {axis}: {tare:?}, true {sum}");

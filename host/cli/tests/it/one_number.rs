@@ -1,16 +1,44 @@
 //! Commands that speak of the same thing print the same number.
 
+use std::sync::OnceLock;
+
 use stickslip_analysis::calibrate::{Share, of_primitive};
+use stickslip_analysis::channels::NAMES;
+use stickslip_analysis::check::Report;
+use stickslip_analysis::compare::document::Comparison;
 use stickslip_analysis::compare::tare::Tare;
 use stickslip_analysis::compare::{NamedModel, Options, compare};
 use stickslip_analysis::evidence::conditions::{condition_of, conditions};
 use stickslip_analysis::evidence::phases::Phase;
+use stickslip_analysis::evidence::stages::stages;
 use stickslip_analysis::fit::campaign::Campaign;
+use stickslip_analysis::fit::phases::bins;
 use stickslip_analysis::model::file::{EffectEntry, ModelFile, default_model};
 use stickslip_analysis::{add, calibrate, check, refit};
 use stickslip_data::{Dataset, Index, Trial, TrialInfo, write};
 use stickslip_rig::objects::{bench, trimmed};
 use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Setup, simulate};
+
+/// Pushes, and what `check` and `compare` say of them.
+struct Made {
+    data: Dataset,
+    report: Report,
+    compared: Comparison,
+}
+
+fn made() -> &'static Made {
+    static MADE: OnceLock<Made> = OnceLock::new();
+    MADE.get_or_init(|| {
+        let data = pushes();
+        let folder = tempfile::tempdir().expect("a folder");
+        write(&data, folder.path()).expect("written");
+        let report = check(&Index::open(folder.path()).expect("read"), &());
+        let options = Options { tare: Tare::None, ..Options::default() };
+        let model = NamedModel::own("m", "test", default_model());
+        let compared = compare(&data.clone().into(), &[model], &options, &()).expect("compared");
+        Made { data, report, compared }
+    })
+}
 
 /// Pushes at two grips with two sets of pads (a column that the format does not name), three runs
 /// each, and a remark that differs in every trial.
@@ -38,20 +66,14 @@ fn pushes() -> Dataset {
 
 #[test]
 fn conditions_and_repetitions_are_the_same_in_every_command() {
-    let data = pushes();
+    let Made { data, report, compared } = made();
     let infos: Vec<TrialInfo> = data.trials.iter().map(|t| t.info.clone()).collect();
     // Pads are a condition, a remark is none.
     assert_eq!(conditions(&infos).iter().map(Vec::len).collect::<Vec<_>>(), [3, 3, 3, 3]);
 
-    let folder = tempfile::tempdir().expect("a folder");
-    write(&data, folder.path()).expect("written");
-    let report = check(&Index::open(folder.path()).expect("read"), &());
     assert_eq!((report.repeated_groups, report.repeated_trials), (4, 12));
-
-    let model = NamedModel::own("m", "test", default_model());
-    let compared = compare(&data.clone().into(), &[model], &Options::default(), &()).expect("compared");
     assert_eq!((compared.data.conditions, compared.data.repeated_conditions), (4, 4));
-    let campaign = Campaign::new(&data, &default_model());
+    let campaign = Campaign::new(data, &default_model());
     assert_eq!((campaign.conditions, campaign.repeated()), (4, 12));
     let of: Vec<usize> = compared.models[0].trials.iter().map(|t| t.condition).collect();
     assert_eq!(of, condition_of(&infos));
@@ -72,30 +94,66 @@ fn conditions_and_repetitions_are_the_same_in_every_command() {
 }
 
 #[test]
-fn the_noise_floor_of_forces_before_contact_is_the_same_in_check_and_compare() {
-    let data = pushes();
-    let folder = tempfile::tempdir().expect("a folder");
-    write(&data, folder.path()).expect("written");
-    let report = check(&Index::open(folder.path()).expect("read"), &());
-    let options = Options { tare: Tare::None, ..Options::default() };
-    let model = NamedModel::own("m", "test", default_model());
-    let compared = compare(&data.clone().into(), &[model], &options, &()).expect("compared");
+fn noise_floor_contact_and_sensor_offsets_are_the_same_in_check_calibrate_compare_and_diagnose() {
+    let Made { data, report, compared } = made();
+    let of_model = &compared.models[0];
     let mut seen = 0;
-    let rows = compared.models[0].errors.iter().filter(|r| r.place.phase == Phase::BeforeContact);
-    // Rotations differ: `check` counts them from one noisy sample, `compare` from the mean of the rest.
+    let rows = of_model.errors.iter().filter(|r| r.place.phase == Phase::BeforeContact);
+    // Rotations differ: `check` counts them from the mean of 50 ms, `compare` from that of all the rest.
     for row in rows.filter(|r| r.unit.starts_with('N')) {
         let channel = report.channels.iter().find(|c| c.channel == row.place.channel).expect("the channel");
         let (Some(one), Some(other)) = (channel.floor[0], row.noise_floor) else { continue };
         seen += 1;
-        // Contact is found by two averages of the same force: some samples more or less.
-        assert!((one / other - 1.0).abs() < 0.05, "{}: {one} and {other}", row.place.channel);
+        assert!((one / other - 1.0).abs() < 1e-9, "{}: {one} and {other}", row.place.channel);
     }
     assert!(seen == 18, "{seen} channels");
+
+    let campaign = Campaign::new(data, &default_model());
+    for ((trial, row), run) in data.trials.iter().zip(&of_model.trials).zip(&campaign.runs) {
+        let contact = stages(trial).contact.expect("found");
+        let in_check_and_diagnose_s = trial.samples[contact].t_s;
+        let in_compare_s = row.phases["before_contact"][1];
+        assert_eq!(in_check_and_diagnose_s, in_compare_s, "{}", trial.info.trial);
+        // Features begin at the model's touch, up to three samples from the measured one.
+        let simulated = run.prepared.simulate_every(&default_model(), 2);
+        let first = bins(&run.prepared, &simulated).0.iter().position(|b| b.is_some_and(|b| b > 0));
+        let model_s = trial.samples[first.expect("touches")].t_s;
+        assert!((model_s - in_compare_s).abs() < 0.0125, "{model_s} and {in_compare_s}");
+    }
+
+    let calibrated = calibrate(
+        data,
+        &ModelFile::new(default_model().base, default_model().friction),
+        &calibrate::Options { share: Share::of(1.0), primitive: None },
+        &(),
+    )
+    .expect("calibrated");
+    let in_calibrate = calibrated.primitives[0].offsets;
+    let in_check = report.balance.tare.as_ref().expect("a rest before contact");
+    let in_compare = |k: usize| {
+        let channel = of_model.offsets.channels.iter().find(|c| c.channel == NAMES[k]);
+        channel.map_or(f64::NAN, |c| c.mean)
+    };
+    // Friction of the run and the mean or the median of twelve trials: their errors scatter by 0.01 N.
+    for axis in 0..3 {
+        let sums = [
+            in_check.fingers_sum_n[axis],
+            in_compare(6 + axis) + in_compare(12 + axis),
+            in_calibrate[6 + axis] + in_calibrate[12 + axis],
+        ];
+        let pushers =
+            [in_check.pusher_n.expect("measured")[axis], in_compare(18 + axis), in_calibrate[18 + axis]];
+        for found in [sums, pushers] {
+            assert!(found.iter().all(|x| (x - found[0]).abs() < 0.01), "axis {axis}: {found:?}");
+        }
+    }
 }
 
 #[test]
 fn friction_of_add_and_refit_is_that_of_calibrate_on_the_new_model() {
-    let data = pushes();
+    let mut data = made().data.clone();
+    // One set of pads will do: six pushes.
+    data.trials.truncate(6);
     let calibrated =
         |file: &ModelFile| calibrate(&data, file, &Default::default(), &()).expect("calibrated").model;
     let base = calibrated(&ModelFile::new(default_model().base, default_model().friction));

@@ -53,13 +53,6 @@ pub(super) fn values(trial: &Trial, of: impl Fn(&Sample) -> Option<f64>) -> Vec<
     trial.samples.iter().filter_map(of).filter(|value| value.is_finite()).collect()
 }
 
-/// The value below which `share` of them lie; `None` of none.
-pub(super) fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let at = (share * values.len() as f64) as usize;
-    values.get(at.min(values.len().saturating_sub(1))).copied()
-}
-
 pub(super) fn norm(values: [f64; 3]) -> f64 {
     values.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

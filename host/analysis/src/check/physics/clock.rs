@@ -19,9 +19,10 @@ use nalgebra::{SMatrix, SVector};
 use serde::Serialize;
 use stickslip_data::{Sample, Trial};
 
-use super::breach::{Breach, Cause, quantile};
+use super::breach::{Breach, Cause};
 use crate::channels;
 use crate::evidence::noise::white_noise;
+use crate::evidence::statistics::quantile;
 
 /// The rest at the start that gives the baseline, s.
 const BASELINE_S: f64 = 0.05;

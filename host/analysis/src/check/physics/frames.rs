@@ -8,10 +8,11 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use stickslip_data::{Description, Pose, Sample, Trial};
 
-use super::breach::{Breach, Cause, quantile, short};
+use super::breach::{Breach, Cause, short};
 use crate::channels;
 use crate::evidence::balance::balance;
 use crate::evidence::stages::Stages;
+use crate::evidence::statistics::quantile;
 
 /// A body within this angle of a half turn about Z would not be turned at all in the other order.
 const HALF_TURN_RAD: f64 = 0.1;

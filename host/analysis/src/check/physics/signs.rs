@@ -3,10 +3,11 @@
 use nalgebra::Vector3;
 use stickslip_data::{Description, Sample, Trial};
 
-use super::breach::{Breach, Cause, norm, quantile, short, values};
+use super::breach::{Breach, Cause, norm, short, values};
 use crate::channels;
 use crate::evidence::balance::{NotChecked, StageBalance};
 use crate::evidence::stages::Stage;
+use crate::evidence::statistics::quantile;
 
 type Balances = Result<Vec<StageBalance>, NotChecked>;
 

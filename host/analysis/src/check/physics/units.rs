@@ -2,8 +2,9 @@
 
 use stickslip_data::{ContactSpec, Description, ObjectSpec, Pose, Sample, Trial};
 
-use super::breach::{Breach, Cause, norm, quantile, short, values};
+use super::breach::{Breach, Cause, norm, short, values};
 use crate::channels;
+use crate::evidence::statistics::quantile;
 
 /// The densest element has 22,600 kg/m^3, the lightest foams some.
 const DENSITY_KG_M3: [f64; 2] = [1.0, 23_000.0];
