@@ -3,16 +3,16 @@
 //! Trials become features (`features`, `phases`), repetitions give the noise (`noise`), a
 //! generalised least squares problem is built around the model (`problem`, `gls`), effects
 //! are screened and refitted (`screen`, `select`), and the verdict follows from held-out
-//! conditions (here). `docs/diagnose.md` has the statistics.
-//!
-//! Above 600 lines: the search and its verdict share one state of fits and candidates.
+//! conditions (`verdict`). `docs/diagnose.md` has the statistics.
 
 pub mod experiment;
+pub mod findings;
 pub mod misfit;
 pub mod report;
 pub mod select;
 pub mod structure;
 pub mod swing;
+pub mod verdict;
 
 use std::time::Instant;
 
@@ -27,25 +27,20 @@ use crate::fit::problem::Problem;
 use crate::fit::{self, FitError, Free, Solution};
 use crate::model::candidate::{self, CandidateEffect, Described};
 use crate::progress::Progress;
-use misfit::{Misfit, Place};
-use report::{Report, Verdict};
+use findings::Findings;
+use misfit::Misfit;
+use report::Report;
 use select::{Candidate, Held, Search, candidates, explained, hold_out, paired, search_again, total};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use stickslip_data::Dataset;
-use swing::Swing;
+use verdict::{CERTAIN, EXPLAINS, EXPLAINS_RELEVANT, Left, Signs, Verdict};
+
+pub use verdict::{FEWEST_CONDITIONS, RELEVANT};
 
 /// Family-wise probability of naming an effect where there is none; what explains enough on conditions that
 /// it was not fitted to needs no correction for the number of effects (few conditions give no smaller
 /// probabilities).
 pub const FALSE_ALARM: f64 = 0.01;
-/// Systematic misfit of a channel in a phase beyond this many run spreads is worth a name.
-pub const RELEVANT: f64 = 2.5;
-/// Systematic misfit that no effect explains is reported beyond this many run spreads.
-const UNEXPLAINED: f64 = 4.0;
-/// Least share of the excess misfit that one effect must explain.
-const EXPLAINS: f64 = 0.8;
-/// Least share that several effects must explain together.
-const EXPLAIN_TOGETHER: f64 = 0.8;
 /// A further effect must explain this share of what the others leave.
 const EXPLAINS_FURTHER: f64 = 0.5;
 /// Candidates whose held-out losses differ by less than this many standard errors are equal.
@@ -62,20 +57,8 @@ const SAME_LOSS: f64 = 1.1;
 const LARGEST_SET: usize = 3;
 /// Smaller changes of friction over a data set are no drift, in units of [`RELEVANT`].
 const LEAST_DRIFT: f64 = 0.01;
-/// Beyond this share a fit counts as adequate whatever error is left.
-const ADEQUATE_SHARE: f64 = 0.85;
-/// Otherwise the error after may be this many run spreads.
-const ADEQUATE_ERROR: f64 = 1.3;
-/// ... but never when the error is beyond this many run spreads and a place misses by
-/// [`FAR`] of them: something else stands behind it.
-const POOR_ERROR: f64 = 1.75;
-const FAR: f64 = 8.0;
-/// An effect that explains this share is named whatever is left; the report says what is.
-const CERTAIN: f64 = 0.95;
 /// Pads give way: a small compliance is likely beforehand and needs less evidence.
 const LIKELY: f64 = 0.05;
-/// Share of the excess that is enough where nothing relevant is left.
-const EXPLAINS_RELEVANT: f64 = 0.6;
 /// A model that explains this share of the excess is worth building the problem anew around.
 const NEAR: f64 = 0.5;
 /// Strengths of two effects that are correlated more than this are not two findings.
@@ -90,50 +73,8 @@ const SEARCHED_FURTHER: usize = 3;
 const MOST_EFFECTS: usize = 3;
 /// Effects refitted at each stage.
 const SURVIVORS: usize = 8;
-/// Fewest conditions for a verdict.
-pub const FEWEST_CONDITIONS: usize = 4;
-
 /// A step of the diagnosis was done; for progress bars.
 pub type Tick<'a> = &'a (dyn Fn() + Sync);
-
-/// Everything that a diagnosis found; [`report::Report`] is its public form.
-#[derive(Debug)]
-pub struct Findings {
-    /// Base model, refitted.
-    pub base: Held,
-    /// Candidates of the first stage.
-    pub first: Vec<Candidate>,
-    /// Chosen effects in the order in which they were chosen.
-    pub chosen: Vec<Candidate>,
-    /// All of it fitted together (with how the pads give way, where that shows).
-    pub last: Option<Held>,
-    /// Sets that explain the data as well.
-    pub equal: Vec<Vec<&'static str>>,
-    /// Effects that change nothing in these data.
-    pub invisible: Vec<&'static str>,
-    /// What swings while the object slides, and not in the model.
-    pub swing: Option<Swing>,
-    /// Where nothing explains the data: the model around which to go through them once more.
-    pub again: Option<Model<f64>>,
-    /// What came out.
-    pub verdict: Verdict,
-    /// Why nothing can be concluded, where that came out.
-    pub doubt: Option<Doubt>,
-    /// Model with the chosen effects (the base model where none is chosen).
-    pub model: Model<f64>,
-}
-
-/// Why neither an effect nor its absence can be concluded.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Doubt {
-    /// Fewer than [`FEWEST_CONDITIONS`].
-    FewConditions,
-    /// A misfit that is worth a name ([`RELEVANT`]) but not large enough to say that something
-    /// unknown is missing (`UNEXPLAINED`), and no effect explains it.
-    Small(Place),
-    /// A misfit that mostly one condition shows: it may be the model's way of contact there.
-    OneCondition(Place),
-}
 
 /// Steps that [`diagnose`] reports to its `tick` at most.
 pub fn steps() -> u64 {
@@ -363,45 +304,22 @@ fn find(
             choice = choose(problem, start, &first, trials, &mut stages, (pass, Search::Thorough), tick);
         }
     }
-    let Choice { chosen, equal, left, mut verdict, .. } = choice;
+    let Choice { chosen, equal, left, verdict, .. } = choice;
     let equal = sets(drift.as_ref(), &chosen, &equal, |c| small_compliance(problem, c));
-    if verdict == Verdict::Effect && !equal.is_empty() {
-        verdict = Verdict::Ambiguous;
-    }
-    if drift.is_some() && chosen.is_empty() {
-        verdict = Verdict::Effect;
-    }
+    let only_drift = drift.is_some() && chosen.is_empty();
     let chosen: Vec<Candidate> = drift.into_iter().chain(chosen).collect();
     let model = chosen.last().map_or(&base, |c| &c.held).solution.model.clone();
     let last = chosen.last().map(|c| c.held.clone());
     let swing = swing::missed(problem.campaign, &model);
-    let judged = left.as_ref().unwrap_or(&base.misfit);
-    let mut doubt = None;
-    if verdict == Verdict::NothingMissing {
-        doubt = doubt_of(problem, judged);
-        verdict = match doubt {
-            Some(Doubt::FewConditions) => Verdict::Inconclusive,
-            // What swings is beyond doubt.
-            _ if swing.is_some() => Verdict::Unexplained,
-            Some(_) => Verdict::Inconclusive,
-            None => verdict,
-        };
-        doubt = doubt.filter(|_| verdict == Verdict::Inconclusive);
-    }
+    let signs = Signs {
+        equal: !equal.is_empty(),
+        only_drift,
+        swings: swing.is_some(),
+        conditions: problem.campaign.conditions,
+    };
+    let (verdict, doubt) = verdict::verdict(verdict, &signs, left.as_ref().unwrap_or(&base.misfit));
     let chosen: Vec<Candidate> = chosen.into_iter().filter(|c| !small_compliance(problem, c)).collect();
     Findings { base, first, chosen, last, equal, invisible, swing, again, verdict, doubt, model }
-}
-
-/// Why a model that lacks nothing worth a name may still lack something: `misfit` is what it leaves.
-fn doubt_of(problem: &Problem, misfit: &Misfit) -> Option<Doubt> {
-    if problem.campaign.conditions < FEWEST_CONDITIONS {
-        return Some(Doubt::FewConditions);
-    }
-    let relevant = || misfit.places.iter().filter(|p| p.size > RELEVANT);
-    match relevant().find(|p| p.at_least > 1.0) {
-        Some(place) => Some(Doubt::Small(*place)),
-        None => relevant().next().map(|place| Doubt::OneCondition(*place)),
-    }
 }
 
 /// What is taken from the candidates.
@@ -502,31 +420,16 @@ fn choose(
         }
     }
     let share = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
-    let settled = chosen.last().is_some_and(|c| !c.held.misfit.exceeds(RELEVANT));
-    let needed = match (settled, named(&chosen) > 1) {
-        (true, _) => EXPLAINS_RELEVANT,
-        (false, true) => EXPLAIN_TOGETHER,
-        (false, false) => EXPLAINS,
-    };
-    let adequate = chosen.last().is_some_and(|c| {
-        let misfit = &c.held.misfit;
-        let near = misfit.error <= ADEQUATE_ERROR * misfit.perfect_model && !misfit.exceeds(UNEXPLAINED);
-        settled || near || share >= CERTAIN || (share >= ADEQUATE_SHARE && !poor(misfit))
-    });
-    let explains = adequate && share >= needed;
+    let explains = chosen.last().is_some_and(|c| verdict::explains(share, &Left::of(&c.held.misfit)));
     // How pads give way is no missing effect: what counts is what they leave.
     let judged = chosen.last().filter(|_| named(&chosen) == 0).map_or(start, |c| &c.held);
     let only_pads = !chosen.is_empty() && named(&chosen) == 0;
     let nothing = Choice { left: only_pads.then(|| judged.misfit.clone()), ..Choice::nothing() };
-    let beyond = judged.misfit.exceeds(UNEXPLAINED);
-    if explains {
-        let effect = Choice { chosen, equal, verdict: Verdict::Effect, ..Choice::nothing() };
-        return if only_pads { nothing } else { effect };
+    match verdict::of_search(explains, named(&chosen), &Left::of(&judged.misfit)) {
+        verdict @ Verdict::Effect => Choice { chosen, equal, verdict, ..Choice::nothing() },
+        verdict @ Verdict::Unexplained => Choice { verdict, near, ..Choice::nothing() },
+        _ => nothing,
     }
-    if beyond {
-        return Choice { verdict: Verdict::Unexplained, near, ..Choice::nothing() };
-    }
-    nothing
 }
 
 /// Whether a fit of several effects plays one against another, or pulls one as far as it goes: what they
@@ -552,7 +455,7 @@ fn entangled(problem: &Problem, held: &Held) -> bool {
 
 /// Whether something else stands behind what a fit leaves, however much it explains.
 fn poor(misfit: &Misfit) -> bool {
-    misfit.error > POOR_ERROR * misfit.perfect_model && misfit.exceeds(FAR)
+    Left::of(misfit).poor()
 }
 
 /// Takes out effects that those chosen after them made needless: fitted without one, the others

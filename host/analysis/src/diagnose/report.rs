@@ -8,32 +8,19 @@ use serde::Serialize;
 use stickslip_shared::effects::Info;
 
 use crate::channels::channel_words;
+use crate::diagnose::findings::Findings;
 use crate::diagnose::misfit::{self, Misfit};
 use crate::diagnose::select::{Candidate, Held, explained};
 use crate::diagnose::structure::{self, Structure};
 use crate::diagnose::swing::Swing;
-use crate::diagnose::{Doubt, FEWEST_CONDITIONS, Findings, RELEVANT, UNEXPLAINED};
+use crate::diagnose::verdict::{self, Doubt, FEWEST_CONDITIONS, RELEVANT, UNEXPLAINED};
 use crate::evidence::balance::StageBalance;
 use crate::fit::features::channel_name;
 use crate::fit::problem::Problem;
 use crate::fit::{self, Free, Options};
 use crate::model::candidate::Described;
 
-/// What came out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// The model agrees with the data within the run spread.
-    NothingMissing,
-    /// The named effects are missing.
-    Effect,
-    /// One of several effects is missing; these data do not tell which.
-    Ambiguous,
-    /// Something is missing that none of the effects explains.
-    Unexplained,
-    /// These data do not tell whether something is missing; the report says why, and what would tell.
-    Inconclusive,
-}
+pub use crate::diagnose::verdict::Verdict;
 
 /// A fitted parameter with its 95 % interval.
 #[derive(Clone, Debug, Serialize)]
@@ -242,9 +229,9 @@ impl Report {
             worst.stage.label(),
             worst.bound_n
         );
-        let open = matches!(self.verdict, Verdict::NothingMissing | Verdict::Inconclusive);
-        if open && self.conditions >= FEWEST_CONDITIONS {
-            self.verdict = Verdict::Unexplained;
+        let verdict = verdict::unbalanced(self.verdict, self.conditions);
+        if verdict != self.verdict {
+            self.verdict = verdict;
             (self.reason, self.would_tell) = (None, None);
             self.summary = format!("Something is missing: {text}.");
         } else {

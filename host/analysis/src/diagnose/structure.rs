@@ -4,6 +4,7 @@
 use serde::Serialize;
 
 use crate::diagnose::select::Held;
+use crate::diagnose::verdict::RELEVANT;
 use crate::fit::campaign::{Campaign, Run};
 use crate::fit::features::channel_name;
 use crate::fit::phases::{BINS, Phase};
@@ -35,7 +36,7 @@ pub fn describe(problem: &Problem, held: &Held) -> Vec<Structure> {
     held.misfit
         .places
         .iter()
-        .filter(|p| p.size > crate::diagnose::RELEVANT && p.at_least > 1.0)
+        .filter(|p| p.size > RELEVANT && p.at_least > 1.0)
         .take(PLACES)
         .map(|p| Structure {
             channel: channel_name(p.channel),

@@ -7,6 +7,11 @@
 
 use super::truth::Event;
 
+/// Validity bits under which no alarm can be believed or expected.
+pub const UNTRUSTED: u32 = stickslip_shared::predictor::validity::SAMPLE
+    | stickslip_shared::predictor::validity::WAITING
+    | stickslip_shared::predictor::validity::WRENCH;
+
 /// Pauses that are bridged.
 const BRIDGED_S: f64 = 0.2;
 /// An alarm later than this has missed the event.

@@ -10,8 +10,9 @@
 use serde::Serialize;
 use stickslip_shared::predictor::{Intent, Limits, Plan, Prediction};
 
-use super::figures::quantiles;
-use super::truth::{Cause, Kind, Truth};
+use super::alarms::UNTRUSTED;
+use super::truth::{Cause, Event, Kind, Truth};
+use crate::evidence::statistics::quantiles;
 use crate::run::replay::Feed;
 
 /// Width of the bins of utilisation; the last holds what is above.
@@ -74,8 +75,8 @@ impl Stated {
         let mut stated = Self::default();
         let slips = || truth.events.iter().filter(|e| e.kind == Kind::Slip && !e.intended);
         for (t, p) in t_s.iter().zip(predictions).take_while(|(t, _)| **t <= truth.until_s) {
-            let slipping = |e: &&super::truth::Event| (e.onset_s..=e.end_s + SOON_S).contains(t);
-            if !holds(&feed.plan, *t) || p.validity & super::UNTRUSTED != 0 || slips().any(|e| slipping(&e)) {
+            let slipping = |e: &&Event| (e.onset_s..=e.end_s + SOON_S).contains(t);
+            if !holds(&feed.plan, *t) || p.validity & UNTRUSTED != 0 || slips().any(|e| slipping(&e)) {
                 continue;
             }
             let used = p

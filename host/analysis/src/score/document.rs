@@ -9,7 +9,7 @@ use stickslip_shared::predictor::Limits;
 
 use super::calibration::{Calibration, Stated};
 use super::figures::{Class, Row, rows};
-use super::{Judged, Method, ObjectPose, ScoreError, Scored, judge};
+use super::judge::{Judged, Method, ObjectPose, ScoreError, Scored, judge};
 use crate::progress::Progress;
 
 /// The JSON document `stickslip-score/1`.

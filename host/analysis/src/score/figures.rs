@@ -3,9 +3,10 @@
 use serde::Serialize;
 
 use super::alarms::{leads, unmet};
+use super::judge::Judged;
 use super::rate::Rate;
-use super::truth::{Cause, Event, Kind};
-use super::{DROP_AHEAD_S, Judged, SLIP_AHEAD_S, SUDDEN_WITHIN_S};
+use super::truth::{Cause, DROP_AHEAD_S, Event, Kind, SLIP_AHEAD_S, SUDDEN_WITHIN_S};
+use crate::evidence::statistics::quantiles;
 
 /// Which events a row is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -181,10 +182,4 @@ fn row(judged: &[Judged], class: Class, m: usize, method: &str) -> Row {
         row.near_alarm_rate = Rate::of(nearly, watched_s);
     }
     row
-}
-
-/// 5, 50 and 95 % of sorted values.
-pub(super) fn quantiles(sorted: &[f64]) -> Option<[f64; 3]> {
-    let last = sorted.len().checked_sub(1)?;
-    Some([0.05, 0.5, 0.95].map(|q| sorted[(q * last as f64).round() as usize]))
 }

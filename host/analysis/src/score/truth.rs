@@ -19,6 +19,12 @@ use crate::channels::{self, mean_pose};
 use crate::run::replay::intent_of;
 use stickslip_data::Trial;
 
+/// Lead that a drop is to be warned with.
+pub const DROP_AHEAD_S: f64 = 0.36;
+/// Lead that a slip whose cause builds up is to be warned with.
+pub const SLIP_AHEAD_S: f64 = 0.1;
+/// A sudden slip is to be flagged this long after its onset at the latest.
+pub const SUDDEN_WITHIN_S: f64 = 0.02;
 /// Departure from the anchor that counts as slip.
 pub const SLIPPED_M: f64 = 3e-4;
 /// Departure that is motion beyond doubt: six standard deviations of the smoothed pose.
@@ -143,9 +149,9 @@ pub fn find(scene: &Scene<f64>, trial: &Trial, limits: &Limits) -> Truth {
         let slip =
             truth.events.iter().filter(|e| e.kind == Kind::Slip).map(|e| (e.onset_s, e.cause)).next_back();
         let foreseen = slip.is_some_and(|(at, why)| {
-            onset_s - at >= super::DROP_AHEAD_S
+            onset_s - at >= DROP_AHEAD_S
                 || why == Cause::BuildsUp
-                    && cause_at(&t, &truth.ratio, at, onset_s - super::DROP_AHEAD_S) == Cause::BuildsUp
+                    && cause_at(&t, &truth.ratio, at, onset_s - DROP_AHEAD_S) == Cause::BuildsUp
         });
         let cause = if foreseen { Cause::BuildsUp } else { Cause::Sudden };
         let intended = false;

@@ -1,7 +1,9 @@
 //! Tests of the crate from outside, in one program: it links once.
 
 mod check_physics;
+mod contact;
 mod diagnose_statistics;
+mod diagnose_verdict;
 mod model_against_rig;
 mod model_file;
 mod module_edges;

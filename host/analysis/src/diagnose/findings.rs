@@ -1,0 +1,34 @@
+//! What the search of a diagnosis found, before it is put into words.
+
+use stickslip_shared::model::Model;
+
+use crate::diagnose::select::{Candidate, Held};
+use crate::diagnose::swing::Swing;
+use crate::diagnose::verdict::{Doubt, Verdict};
+
+/// Everything that a diagnosis found; [`crate::diagnose::report::Report`] is its public form.
+#[derive(Debug)]
+pub struct Findings {
+    /// Base model, refitted.
+    pub base: Held,
+    /// Candidates of the first stage.
+    pub first: Vec<Candidate>,
+    /// Chosen effects in the order in which they were chosen.
+    pub chosen: Vec<Candidate>,
+    /// All of it fitted together (with the compliance of the pads, where that shows).
+    pub last: Option<Held>,
+    /// Sets that explain the data as well.
+    pub equal: Vec<Vec<&'static str>>,
+    /// Effects that change nothing in these data.
+    pub invisible: Vec<&'static str>,
+    /// What swings while the object slides, and not in the model.
+    pub swing: Option<Swing>,
+    /// Where nothing explains the data: the model around which to go through them once more.
+    pub again: Option<Model<f64>>,
+    /// What came out.
+    pub verdict: Verdict,
+    /// Why nothing can be concluded, where that came out.
+    pub doubt: Option<Doubt>,
+    /// Model with the chosen effects (the base model where none is chosen).
+    pub model: Model<f64>,
+}

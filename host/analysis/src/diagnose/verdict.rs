@@ -1,0 +1,161 @@
+//! The verdict of a diagnosis: a function of a few numbers that the search found, and of nothing else.
+
+use serde::Serialize;
+
+use crate::diagnose::misfit::{Misfit, Place};
+
+/// Systematic misfit of a channel in a phase beyond this many run spreads is worth a name.
+pub const RELEVANT: f64 = 2.5;
+/// Systematic misfit that no effect explains is reported beyond this many run spreads.
+pub const UNEXPLAINED: f64 = 4.0;
+/// Least share of the excess misfit that effects must explain.
+pub const EXPLAINS: f64 = 0.8;
+/// Share of the excess that is enough where nothing relevant is left.
+pub const EXPLAINS_RELEVANT: f64 = 0.6;
+/// An effect that explains this share is named whatever is left; the report says what is.
+pub const CERTAIN: f64 = 0.95;
+/// Beyond this share a fit counts as adequate whatever error is left.
+const ADEQUATE_SHARE: f64 = 0.85;
+/// Otherwise the error after may be this many run spreads.
+const ADEQUATE_ERROR: f64 = 1.3;
+/// ... but never when the error is beyond this many run spreads and a place misses by
+/// [`FAR`] of them: something else stands behind it.
+const POOR_ERROR: f64 = 1.75;
+const FAR: f64 = 8.0;
+/// Fewest conditions for a verdict.
+pub const FEWEST_CONDITIONS: usize = 4;
+
+/// What came out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The model agrees with the data within the run spread.
+    NothingMissing,
+    /// The named effects are missing.
+    Effect,
+    /// One of several effects is missing; these data do not tell which.
+    Ambiguous,
+    /// Something is missing that none of the effects explains.
+    Unexplained,
+    /// These data do not tell whether something is missing; the report says why, and what would tell.
+    Inconclusive,
+}
+
+/// Why neither an effect nor its absence can be concluded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Doubt {
+    /// Fewer than [`FEWEST_CONDITIONS`].
+    FewConditions,
+    /// A misfit that is worth a name ([`RELEVANT`]) but not large enough to say that something
+    /// unknown is missing ([`UNEXPLAINED`]), and no effect explains it.
+    Small(Place),
+    /// A misfit that mostly one condition shows: it may be the model's way of contact there.
+    OneCondition(Place),
+}
+
+/// What a model leaves of the data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Left {
+    /// Root mean square error over that of a perfect model.
+    pub error: f64,
+    /// Largest systematic misfit of a channel in a phase that is beyond chance, in run spreads.
+    pub worst: f64,
+}
+
+impl Left {
+    /// Of a misfit.
+    #[must_use]
+    pub fn of(misfit: &Misfit) -> Self {
+        let beyond_chance = misfit.places.iter().filter(|p| p.at_least > 1.0);
+        let worst = beyond_chance.map(|p| p.size).fold(0.0, f64::max);
+        Self { error: misfit.error / misfit.perfect_model, worst }
+    }
+
+    /// Is nothing left that is worth a name?
+    #[must_use]
+    pub fn settled(&self) -> bool {
+        self.worst <= RELEVANT
+    }
+
+    /// Does something else stand behind what is left, however much was explained?
+    #[must_use]
+    pub fn poor(&self) -> bool {
+        self.error > POOR_ERROR && self.worst > FAR
+    }
+}
+
+/// Whether effects that together explain `share` of the excess misfit and leave `left` explain the data.
+#[must_use]
+pub fn explains(share: f64, left: &Left) -> bool {
+    let near = left.error <= ADEQUATE_ERROR && left.worst <= UNEXPLAINED;
+    let adequate = left.settled() || near || share >= CERTAIN || (share >= ADEQUATE_SHARE && !left.poor());
+    adequate && share >= if left.settled() { EXPLAINS_RELEVANT } else { EXPLAINS }
+}
+
+/// Verdict on a search for effects: whether those it chose `explain` the data, how many of them are
+/// `named` (not so the compliance that any pad has), and what is left without those that are.
+#[must_use]
+pub fn of_search(explain: bool, named: usize, left: &Left) -> Verdict {
+    match explain {
+        true if named > 0 => Verdict::Effect,
+        false if left.worst > UNEXPLAINED => Verdict::Unexplained,
+        _ => Verdict::NothingMissing,
+    }
+}
+
+/// What else has a say.
+#[derive(Clone, Copy, Debug)]
+pub struct Signs {
+    /// Other effects explain the data as well.
+    pub equal: bool,
+    /// Friction drifts with the order of trials, and no other effect was chosen.
+    pub only_drift: bool,
+    /// Forces swing while the object slides, and not in the model.
+    pub swings: bool,
+    /// Different conditions.
+    pub conditions: usize,
+}
+
+/// The verdict, and where nothing can be concluded why: `search` as [`of_search`] has it, `misfit` what the
+/// model leaves.
+#[must_use]
+pub fn verdict(search: Verdict, signs: &Signs, misfit: &Misfit) -> (Verdict, Option<Doubt>) {
+    let verdict = match search {
+        _ if signs.only_drift => Verdict::Effect,
+        Verdict::Effect if signs.equal => Verdict::Ambiguous,
+        other => other,
+    };
+    if verdict != Verdict::NothingMissing {
+        return (verdict, None);
+    }
+    match doubt(signs.conditions, misfit) {
+        Some(Doubt::FewConditions) => (Verdict::Inconclusive, Some(Doubt::FewConditions)),
+        // What swings is beyond doubt.
+        _ if signs.swings => (Verdict::Unexplained, None),
+        Some(doubt) => (Verdict::Inconclusive, Some(doubt)),
+        None => (verdict, None),
+    }
+}
+
+/// The verdict where most trials' measured forces do not balance: something is missing whatever the model shows.
+#[must_use]
+pub fn unbalanced(verdict: Verdict, conditions: usize) -> Verdict {
+    match verdict {
+        Verdict::NothingMissing | Verdict::Inconclusive if conditions >= FEWEST_CONDITIONS => {
+            Verdict::Unexplained
+        }
+        other => other,
+    }
+}
+
+/// Why a model that lacks nothing worth a name may still lack something: `misfit` is what it leaves.
+fn doubt(conditions: usize, misfit: &Misfit) -> Option<Doubt> {
+    if conditions < FEWEST_CONDITIONS {
+        return Some(Doubt::FewConditions);
+    }
+    let relevant = || misfit.places.iter().filter(|p| p.size > RELEVANT);
+    match relevant().find(|p| p.at_least > 1.0) {
+        Some(place) => Some(Doubt::Small(*place)),
+        None => relevant().next().map(|place| Doubt::OneCondition(*place)),
+    }
+}

@@ -1,0 +1,105 @@
+//! The verdict as a function of a few numbers, row by row.
+
+use stickslip_analysis::diagnose::misfit::{Misfit, Place};
+use stickslip_analysis::diagnose::verdict::{
+    Doubt, Left, Signs, Verdict, explains, of_search, unbalanced, verdict,
+};
+use stickslip_analysis::fit::phases::Phase;
+
+/// A place off by `size` run spreads; `at_least`: by all conditions but the worst.
+fn place(size: f64, at_least: f64) -> Place {
+    Place { channel: 6, phase: Phase::Sliding, size, at_least, run: 0 }
+}
+
+fn misfit(places: &[Place]) -> Misfit {
+    Misfit { error: 1.0, perfect_model: 1.0, systematic: Vec::new(), excess: 0.0, places: places.to_vec() }
+}
+
+#[test]
+fn effects_explain_the_data_by_share_and_by_what_they_leave() {
+    // Share of the excess, error over that of a perfect model, worst misfit in run spreads.
+    for (share, error, worst, enough, why) in [
+        (0.59, 1.0, 1.0, false, "little explained, nothing relevant left"),
+        (0.61, 1.0, 2.5, true, "more than 0.6 where nothing relevant is left"),
+        (0.61, 1.0, 2.6, false, "not where something relevant is left"),
+        (0.81, 1.3, 4.0, true, "0.8 and an error near that of a perfect model"),
+        (0.81, 1.31, 4.0, false, "0.8 and more error than that"),
+        (0.81, 1.3, 4.1, false, "0.8 and a clear misfit"),
+        (0.86, 2.0, 8.0, true, "0.85 and no misfit beyond 8 run spreads"),
+        (0.86, 1.7, 20.0, true, "0.85 and no error beyond 1.75 of a perfect model's"),
+        (0.86, 1.8, 8.1, false, "0.85 and both: something else stands behind it"),
+        (0.95, 9.0, 90.0, true, "0.95 whatever is left"),
+    ] {
+        assert_eq!(explains(share, &Left { error, worst }), enough, "{why}");
+    }
+}
+
+#[test]
+fn a_search_ends_in_effects_in_something_unknown_or_in_nothing() {
+    let left = |worst| Left { error: 1.0, worst };
+    for (explain, named, worst, expected) in [
+        (true, 1, 0.5, Verdict::Effect),
+        (true, 2, 9.0, Verdict::Effect),
+        // The compliance that any pad has is no missing effect.
+        (true, 0, 9.0, Verdict::NothingMissing),
+        (false, 0, 4.1, Verdict::Unexplained),
+        (false, 2, 4.1, Verdict::Unexplained),
+        (false, 0, 4.0, Verdict::NothingMissing),
+    ] {
+        assert_eq!(of_search(explain, named, &left(worst)), expected, "{explain} {named} {worst}");
+    }
+    // What one condition alone shows is no systematic misfit.
+    assert_eq!(Left::of(&misfit(&[place(9.0, 0.9), place(3.0, 1.1)])).worst, 3.0);
+}
+
+#[test]
+fn doubts_and_signs_beside_the_search_decide_in_this_order() {
+    use Verdict::{Ambiguous, Effect, Inconclusive, NothingMissing, Unexplained};
+    let quiet = Signs { equal: false, only_drift: false, swings: false, conditions: 6 };
+    let small = place(3.0, 1.1);
+    let one = place(3.0, 0.9);
+    for (search, signs, places, expected, doubt) in [
+        (NothingMissing, quiet, vec![place(2.4, 2.4)], NothingMissing, None),
+        (NothingMissing, quiet, vec![small], Inconclusive, Some(Doubt::Small(small))),
+        (NothingMissing, quiet, vec![one], Inconclusive, Some(Doubt::OneCondition(one))),
+        // What more than one condition shows is said, though another place is larger.
+        (NothingMissing, quiet, vec![place(3.5, 0.9), small], Inconclusive, Some(Doubt::Small(small))),
+        (
+            NothingMissing,
+            Signs { conditions: 3, ..quiet },
+            vec![small],
+            Inconclusive,
+            Some(Doubt::FewConditions),
+        ),
+        (NothingMissing, Signs { swings: true, ..quiet }, vec![], Unexplained, None),
+        (NothingMissing, Signs { swings: true, ..quiet }, vec![small], Unexplained, None),
+        (
+            NothingMissing,
+            Signs { swings: true, conditions: 3, ..quiet },
+            vec![],
+            Inconclusive,
+            Some(Doubt::FewConditions),
+        ),
+        (Effect, quiet, vec![small], Effect, None),
+        (Effect, Signs { equal: true, ..quiet }, vec![], Ambiguous, None),
+        (NothingMissing, Signs { only_drift: true, ..quiet }, vec![small], Effect, None),
+        (Unexplained, Signs { only_drift: true, ..quiet }, vec![], Effect, None),
+        (Unexplained, Signs { equal: true, ..quiet }, vec![], Unexplained, None),
+    ] {
+        assert_eq!(verdict(search, &signs, &misfit(&places)), (expected, doubt), "{search:?} {signs:?}");
+    }
+}
+
+#[test]
+fn forces_that_do_not_balance_leave_no_verdict_that_nothing_is_missing() {
+    for (before, conditions, after) in [
+        (Verdict::NothingMissing, 4, Verdict::Unexplained),
+        (Verdict::Inconclusive, 4, Verdict::Unexplained),
+        (Verdict::Inconclusive, 3, Verdict::Inconclusive),
+        (Verdict::Effect, 9, Verdict::Effect),
+        (Verdict::Ambiguous, 9, Verdict::Ambiguous),
+        (Verdict::Unexplained, 9, Verdict::Unexplained),
+    ] {
+        assert_eq!(unbalanced(before, conditions), after, "{before:?} {conditions}");
+    }
+}
