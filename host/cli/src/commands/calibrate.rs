@@ -19,11 +19,11 @@ pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,
     /// Model to start from; its contact law and effects do not change [default: hard contact, no effects]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
     /// File of the calibrated model; with several primitives one more file for each, its
     /// name before the extension, and in this one the best determined friction of all
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE.toml")]
     pub out: Option<PathBuf>,
     /// Share of the trials that friction is fitted to, at least eight trials; the rest validate
     #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = share)]

@@ -105,28 +105,3 @@ pub fn main() -> ExitCode {
     let output = Output::new(style).of(&format!("stickslip-{}", matches.subcommand_name().unwrap_or("")));
     output.exit_code(&cli.command.run(&output))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::Cli;
-    use clap::CommandFactory;
-
-    #[test]
-    fn the_command_line_is_consistent_and_every_command_shows_an_example() {
-        fn visit(command: &clap::Command) {
-            let leaf = command
-                .get_subcommands()
-                .filter(|sub| sub.get_name() != "help")
-                .inspect(|sub| visit(sub))
-                .count()
-                == 0;
-            if leaf {
-                let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
-                assert!(help.contains("Example"), "no example: {}", command.get_name());
-            }
-        }
-        let command = Cli::command();
-        command.clone().debug_assert();
-        visit(&command);
-    }
-}

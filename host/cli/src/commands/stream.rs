@@ -30,7 +30,7 @@ The board takes one sample every 4 ms by its own clock. QEMU's clock counts inst
 million a second, and is synchronised with this machine's. Exit code 1 where the board and the predictor
 on this host differ in a single bit, or the board did not process every sample.")]
 pub struct Args {
-    /// Folder of the data set
+    /// Folder of the data set (holds dataset.toml)
     #[arg(value_name = "DATA")]
     pub data: PathBuf,
     /// Trial to stream [default: the first]

@@ -21,3 +21,17 @@ pub fn push(edit: impl Fn(String) -> String) -> (TempDir, PathBuf) {
     fs::copy(demo.join(name), data.join(name)).expect("copied");
     (folder, data)
 }
+
+/// A command line that clap finds consistent and in which every command shows an example.
+pub fn is_consistent(command: clap::Command) {
+    fn visit(command: &clap::Command) {
+        let below = || command.get_subcommands().filter(|sub| sub.get_name() != "help");
+        below().for_each(visit);
+        if below().count() == 0 {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            assert!(help.contains("Example"), "no example: {}", command.get_name());
+        }
+    }
+    command.clone().debug_assert();
+    visit(&command);
+}

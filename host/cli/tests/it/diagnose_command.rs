@@ -12,9 +12,12 @@ use stickslip_rig::plan::{PlanName, conditions};
 use stickslip_rig::{Nuisance, Reality, STEP_S, Setup, simulate};
 use tempfile::TempDir;
 
+use crate::common::push;
 use crate::pages::check;
 
 const SEED: u64 = 11;
+/// A push of the demonstration.
+const TRIAL: &str = "linear_push-obj4-g20-v10-s0-r1";
 const OWN: &str = r#"format = "stickslip-model/1"
 base = "hard"
 [friction]
@@ -108,11 +111,11 @@ fn a_formula_is_added_refitted_calibrated_compared_and_separated_like_an_effect(
 
 #[test]
 fn data_come_first_and_the_old_option_is_understood() {
-    let folder = weak_grip();
-    let old = json(folder, &["add", "grip_force_loss", "--fit", ".", "--out", "old.toml"]);
-    let new = json(folder, &["add", ".", "grip_force_loss", "--out", "new.toml"]);
+    let (_kept, folder) = push(|description| description);
+    let old = json(&folder, &["add", "grip_force_loss", "--fit", ".", "--out", "old.toml"]);
+    let new = json(&folder, &["add", ".", "grip_force_loss", "--out", "new.toml"]);
     assert_eq!(old["parameters"], new["parameters"]);
-    let wrong = refused(folder, &["add", "grip_force_loss", "--out", "x.toml"]);
+    let wrong = refused(&folder, &["add", "grip_force_loss", "--out", "x.toml"]);
     assert!(wrong.contains("the data set comes first"), "{wrong}");
 }
 
@@ -218,26 +221,22 @@ fn effects_page_has_the_words_of_the_effects() {
 
 #[test]
 fn under_each_result_stands_the_command_that_comes_next() {
-    let folder = weak_grip();
+    let (_kept, folder) = push(|description| description);
+    std::fs::write(folder.join("own.toml"), OWN).expect("written");
+    let trial = ["compare", ".", "--trial", TRIAL, "--model", "own.toml"];
     for (words, next) in [
         (["check", "."].as_slice(), "calibrate . --out model.toml"),
         (&["calibrate", ".", "--out", "model x.toml"], "diagnose . --model 'model x.toml'"),
-        (&["compare", ".", "--trial", &trial(folder), "--model", "own.toml"], "diagnose . --model own.toml"),
+        (&trial, "diagnose . --model own.toml"),
         (
             &["add", ".", "weak_jaw", "--model", "own.toml", "--out", "n.toml"],
             "compare . --model own.toml --model n.toml",
         ),
     ] {
-        let output = stickslip().current_dir(folder).args(words).output().expect("run");
+        let output = stickslip().current_dir(&folder).args(words).output().expect("run");
         let text = String::from_utf8(output.stdout).expect("text");
         assert!(text.ends_with(&format!("\nNext:\n  stickslip {next}\n")), "{words:?}: {text}");
     }
-}
-
-/// The first trial of a data set.
-fn trial(folder: &Path) -> String {
-    let trials = std::fs::read_to_string(folder.join("trials.csv")).expect("read");
-    trials.lines().nth(1).and_then(|l| l.split(',').next()).expect("a trial").to_owned()
 }
 
 #[test]
@@ -254,7 +253,7 @@ fn plots_can_be_had_as_columns() {
     let model = folder.path().join("own.toml");
     std::fs::write(&model, OWN).expect("written");
     let demo = demo().display().to_string();
-    let trial = "linear_push-obj4-g20-v10-s0-r1";
+    let trial = TRIAL;
     json(folder.path(), &["replay", &demo, "--trial", trial, "--series", "replay.csv"]);
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect("written");
     let csv = read("replay.csv");
@@ -288,8 +287,8 @@ fn plots_can_be_had_as_columns() {
     json(folder.path(), &["compare", &demo, "--trial", trial, "--series", "calibrated.csv"]);
     let base = read("calibrated.csv");
     assert!(base.lines().next().is_some_and(|h| h.contains("modelled_pusher_fx_n")), "{}", &base[..200]);
-    json(folder.path(), &[&words[..], &["--series", "compare.parquet"]].concat());
-    let parquet = std::fs::read(folder.path().join("compare.parquet")).expect("written");
+    json(folder.path(), &["replay", &demo, "--trial", trial, "--series", "replay.parquet"]);
+    let parquet = std::fs::read(folder.path().join("replay.parquet")).expect("written");
     assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
     let ending = refused(folder.path(), &["replay", &demo, "--series", "replay.txt"]);
     assert!(ending.contains(".csv or .parquet"), "{ending}");

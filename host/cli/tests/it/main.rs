@@ -3,6 +3,7 @@
 mod balance;
 mod bench_bad_input;
 mod calibration;
+mod command_line;
 mod common;
 mod compare;
 mod diagnose_command;

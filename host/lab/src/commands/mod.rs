@@ -78,18 +78,3 @@ pub fn main() -> ExitCode {
     let output = Output::new(style).of(&format!("stickslip-lab-{}", matches.subcommand_name().unwrap_or("")));
     output.exit_code(&cli.command.run(&output))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::Cli;
-    use clap::CommandFactory as _;
-
-    #[test]
-    fn the_command_line_is_consistent_and_every_command_shows_an_example() {
-        for command in Cli::command().get_subcommands() {
-            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
-            assert!(help.contains("Example"), "no example: {}", command.get_name());
-        }
-        Cli::command().debug_assert();
-    }
-}

@@ -79,6 +79,34 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
+/// Targets that `cargo test` does not build as a test save minutes; a test inside would not run.
+#[test]
+fn no_unit_test_is_in_a_target_that_is_not_built_as_a_test() {
+    for (path, _) in ALLOWED {
+        let folder = repository().join(path);
+        let manifest: toml::Table =
+            std::fs::read_to_string(folder.join("Cargo.toml")).expect("a manifest").parse().expect("TOML");
+        let untested =
+            |target: &toml::Value| target.get("test").and_then(toml::Value::as_bool) == Some(false);
+        let bins = manifest.get("bin").and_then(toml::Value::as_array).into_iter().flatten();
+        let bins: Vec<PathBuf> = bins
+            .filter(|bin| untested(bin))
+            .filter_map(|bin| Some(folder.join(bin.get("path")?.as_str()?)))
+            .collect();
+        let mut files = Vec::new();
+        sources(&folder.join("src"), &mut files);
+        let in_lib = |file: &PathBuf| {
+            let rest = file.strip_prefix(folder.join("src")).unwrap_or(file);
+            rest != Path::new("main.rs") && !rest.starts_with("bin")
+        };
+        let lib = manifest.get("lib").is_some_and(untested);
+        for file in files.iter().filter(|file| (lib && in_lib(file)) || bins.contains(file)) {
+            let text = std::fs::read_to_string(file).expect("a source");
+            assert!(!text.contains("#[test]"), "{} has a test that never runs", file.display());
+        }
+    }
+}
+
 #[test]
 fn a_file_above_600_lines_says_why_at_its_head() {
     let mut files = Vec::new();

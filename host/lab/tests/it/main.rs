@@ -1,5 +1,6 @@
 //! Tests of the crate from outside, in one program: it links once.
 
+mod command_line;
 #[path = "../../../cli/tests/it/common.rs"]
 mod common;
 mod diagnose_inputs;
@@ -9,4 +10,5 @@ mod lab_bad_input;
 mod lcp_solvers;
 mod mujoco_export;
 mod prediction_bits;
+mod search;
 mod worst_cases;

@@ -1,0 +1,321 @@
+//! Each effect against a case whose answer is known in closed form.
+
+use crate::scenes::*;
+use stickslip_shared::effects::{Effect, Law, MEMORY};
+use stickslip_shared::model::{FingerContact, Friction};
+
+const N: f64 = 20.0;
+const MU: f64 = 0.4;
+
+fn close(a: f64, b: f64, share: f64) {
+    assert!((a - b).abs() <= share * b.abs().max(1e-3), "{a} is not {b} within {share}");
+}
+
+/// The same with an object so light that its inertia does not show at first contact.
+fn light_push(speed_m_s: f64) -> Run<f64> {
+    let mut run = pure_push(speed_m_s);
+    let object = &mut run.scene.object;
+    object.mass_kg *= 1e-3;
+    object.inertia_kg_m2 = object.inertia_kg_m2.map(|row| row.map(|x| x * 1e-3));
+    run
+}
+
+/// Push force at the end of a slide without weight.
+fn push_force(run: &Run<f64>) -> f64 {
+    run.play().last().reading.pusher[0]
+}
+
+#[test]
+fn the_pure_push_needs_twice_mu_n() {
+    close(push_force(&pure_push::<f64>(0.01)), 2.0 * MU * N, 1e-6);
+}
+
+#[test]
+fn static_friction_shows_a_peak_of_the_excess_before_sliding() {
+    let record = light_push(0.05).with("static_friction", &[0.2, 0.002]).play();
+    close(record.peak(0), 2.0 * MU * N * 1.2, 1e-3);
+    close(record.last().reading.pusher[0], 2.0 * MU * N, 1e-3);
+}
+
+#[test]
+fn viscous_friction_adds_viscosity_times_speed() {
+    for v in [0.005, 0.02] {
+        let force = push_force(&pure_push::<f64>(v).with("viscous_friction", &[2.0, 0.0]));
+        close(force, 2.0 * N * (MU + 2.0 * v), 1e-4);
+    }
+}
+
+#[test]
+fn dwell_strengthening_raises_the_peak_with_the_logarithm_of_rest() {
+    // The gap of half a millimetre lasts 0.1 s at 5 mm/s and 0.025 s at 20 mm/s.
+    for (v, rest) in [(0.005, 0.1), (0.02, 0.025)] {
+        let peak = light_push(v).with("dwell_strengthening", &[0.2, 0.05]).play().peak(0);
+        let expected = 2.0 * MU * N * (1.0 + 0.2 * (1.0_f64 + rest / 0.05).ln());
+        // Rest counts in steps of 4 ms.
+        close(peak, expected, 0.02);
+    }
+}
+
+#[test]
+fn load_dependent_friction_is_a_power_of_the_load() {
+    for grip in [10.0, 20.0, 40.0] {
+        let mut run = pure_push::<f64>(0.01).with("load_dependent_friction", &[0.3]);
+        run.drive.grip_n = grip;
+        close(push_force(&run), 2.0 * MU * grip * (grip / 20.0_f64).powf(-0.3), 1e-4);
+    }
+}
+
+#[test]
+fn anisotropic_friction_pushes_with_the_root_of_the_ratio_along_x() {
+    let force = push_force(&pure_push::<f64>(0.01).with("anisotropic_friction", &[1.44]));
+    close(force, 2.0 * MU * N * 1.2, 1e-4);
+}
+
+#[test]
+fn finger_friction_mismatch_splits_the_push_unevenly_and_keeps_its_sum() {
+    let record = pure_push::<f64>(0.01).with("finger_friction_mismatch", &[0.2]).play();
+    let [a, b] = record.last().reading.finger.map(|w| w[0]);
+    close(a / b, 1.2 / 0.8, 0.01);
+    close(-(a + b), 2.0 * MU * N, 0.01);
+}
+
+#[test]
+fn wear_drift_changes_friction_in_proportion_to_the_trial() {
+    let mut run = pure_push::<f64>(0.01).with("wear_drift", &[-0.001]);
+    run.drive.trial = 150.0;
+    close(push_force(&run), 2.0 * MU * N * 0.85, 1e-4);
+}
+
+#[test]
+fn contact_compliance_sags_by_weight_over_two_springs_and_closes_by_the_grip() {
+    let run = hold::<f64>().with("contact_compliance", &[1e-4, 1e-5]);
+    let state = run.play().state;
+    close(-state.position_m.z, 0.2005 * 9.81 / 2.0 * (1e-4 + 1e-7), 1e-3);
+    close(-state.jaw_m, N * (1e-5 + 1e-7), 1e-3);
+}
+
+fn torsion(fingers: FingerContact<f64>, change_m: f64) -> f64 {
+    spin(fingers).with("torsional_friction", &[change_m]).play().outputs[0].reading.finger[0][4].abs()
+}
+
+#[test]
+fn torsional_friction_is_mu_n_times_the_changed_radius() {
+    let disc = FingerContact::Disc { diameter_m: 0.02 };
+    for change in [-0.002, 0.0, 0.003] {
+        close(torsion(disc, change), MU * N * (0.02 / 3.0 + change), 1e-3);
+    }
+}
+
+#[test]
+fn torsional_friction_gives_a_point_contact_torsion() {
+    assert!(torsion(FingerContact::Point, 0.0) < 1e-9);
+    close(torsion(FingerContact::Point, 0.004), MU * N * 0.004, 1e-3);
+}
+
+#[test]
+fn pressure_offset_shows_the_grip_times_the_offset_as_torques() {
+    let mut run = hold::<f64>().with("pressure_offset", &[0.002, 0.001]);
+    run.scene.gravity_m_s2 = [0.0; 3];
+    // Finger 1 presses towards -Y: (dx, 0, dz) x (0, -N, 0) = (dz N, 0, -dx N).
+    let w = run.play().last().reading.finger[0];
+    close(w[3], 0.001 * N, 1e-3);
+    close(w[5], -0.002 * N, 1e-3);
+}
+
+#[test]
+fn face_tilt_helps_the_slide_as_a_wedge_does() {
+    let slope = 0.05_f64;
+    let force = push_force(&pure_push::<f64>(0.01).with("face_tilt", &[slope, 0.0]));
+    // The grip acts along the face's normal: pads that swivel with the face.
+    let (s, c) = slope.sin_cos();
+    close(force, 2.0 * N * (MU * c - s), 1e-3);
+}
+
+#[test]
+fn face_tilt_changes_friction_in_proportion_to_the_place_on_the_object() {
+    let record = pure_push::<f64>(0.01).with("face_tilt", &[0.0, 10.0]).play();
+    // The pads' place on the object is minus the object's place in the gripper.
+    let x = -record.state.position_m.x;
+    close(record.last().reading.pusher[0], 2.0 * MU * N * (1.0 + 10.0 * x), 2e-3);
+}
+
+#[test]
+fn face_tilt_raises_the_grip_in_proportion_to_the_way_along_the_object() {
+    let record = pure_push::<f64>(0.01).with("face_tilt", &[0.0, 0.0, 500.0]).play();
+    let x = -record.state.position_m.x;
+    close(record.last().normal_n[0], N + 500.0 * x, 2e-3);
+}
+
+#[test]
+fn a_jaw_that_gives_way_late_presses_harder_in_proportion_to_the_speed_of_opening() {
+    let record = pure_push::<f64>(0.01).with("face_tilt", &[0.0, 0.0, 500.0, 0.1]).play();
+    let x = -record.state.position_m.x;
+    // The object slides towards +X of the gripper, the pads towards -X of the object.
+    close(record.last().normal_n[0], N + 500.0 * (x - 0.1 * 0.01), 2e-3);
+}
+
+#[test]
+fn face_waviness_lets_the_grip_follow_the_height() {
+    let (wavelength, phase, grip) = (0.008, 0.3, 2.0);
+    let record = pure_push::<f64>(0.01).with("face_waviness", &[0.0, wavelength, phase, grip]).play();
+    let angle = |x: f64| std::f64::consts::TAU * x / wavelength + phase;
+    let x = -record.state.position_m.x;
+    close(record.last().normal_n[0], N + grip * (angle(0.0).cos() - angle(x).cos()), 1e-2);
+}
+
+#[test]
+fn face_waviness_follows_the_sine_of_the_place() {
+    let (a, wavelength, phase) = (0.1, 0.008, 0.3);
+    let record = pure_push::<f64>(0.01).with("face_waviness", &[a, wavelength, phase]).play();
+    // Friction of a step goes by the place at its beginning.
+    let x = -(record.state.position_m.x - 0.01 * 0.004);
+    let factor = 1.0 + a * (std::f64::consts::TAU * x / wavelength + phase).sin();
+    close(record.last().reading.pusher[0], 2.0 * MU * N * factor, 2e-3);
+}
+
+#[test]
+fn plate_tilt_turns_the_frictionless_push_by_its_angles() {
+    let record = pure_push::<f64>(0.01).with("plate_tilt", &[0.01, 0.02]).play();
+    let f = record.last().reading.pusher;
+    close(f[1] / f[0], 0.02, 1e-3);
+    close(-f[2] / f[0], 0.01, 1e-3);
+}
+
+#[test]
+fn adhesion_adds_to_the_load_of_the_friction_bound() {
+    close(push_force(&pure_push::<f64>(0.01).with("adhesion", &[3.0])), 2.0 * MU * (N + 3.0), 1e-4);
+}
+
+#[test]
+fn grip_force_loss_presses_with_what_is_left() {
+    let record = hold::<f64>().with("grip_force_loss", &[0.1, 1.5]).play();
+    close(record.last().normal_n[0], N * 0.9 - 1.5, 1e-6);
+}
+
+#[test]
+fn grip_force_lag_settles_at_the_drop_in_steady_sliding() {
+    let record = pure_push::<f64>(0.01).with("grip_force_lag", &[0.12, 0.05]).play();
+    close(record.last().normal_n[0], N * (1.0 - 0.12 * 0.01 / 0.011), 1e-3);
+}
+
+#[test]
+fn a_sharp_grip_force_lag_drops_all_above_its_knee_and_nothing_below() {
+    let pressed = |knee_m_s: f64| {
+        let with = [0.12, 0.05, knee_m_s, 8.0];
+        pure_push::<f64>(0.01).with("grip_force_lag", &with).play().last().normal_n[0]
+    };
+    close(pressed(0.005), N * (1.0 - 0.12 * 256.0 / 257.0), 1e-3);
+    close(pressed(0.01), N * (1.0 - 0.12 / 2.0), 1e-3);
+    assert!(pressed(0.05) > 0.999 * N);
+}
+
+#[test]
+fn mass_error_shows_as_weight_and_its_offset_as_moment() {
+    let w = hold::<f64>().with("mass_error", &[0.25, 0.004]).play().last().reading.finger;
+    let weight = 0.2005 * 1.25 * 9.81;
+    close(w[0][2] + w[1][2], weight, 1e-3);
+    // Weight at +x turns about +Y; the fingers answer with the opposite moment.
+    close(-(w[0][4] + w[1][4]), 0.004 * weight, 0.01);
+}
+
+#[test]
+fn gravity_tilt_pulls_sideways_with_the_sine_of_the_angle() {
+    let w = hold::<f64>().with("gravity_tilt", &[0.0, 0.05]).play().last().reading.finger;
+    close(w[0][0] + w[1][0], 0.2005 * 9.81 * 0.05_f64.atan().sin(), 1e-3);
+}
+
+#[test]
+fn rolling_resistance_slows_a_free_cylinder_by_two_thirds_of_g_arm_over_radius() {
+    let run = roll::<f64>();
+    let free = run.play().state.absolute_m_s.y;
+    let slowed = run.clone().with("rolling_resistance", &[0.0005]).play().state.absolute_m_s.y;
+    let time = run.steps as f64 * 0.004;
+    // 15 N mm would build up over 1.15 degrees: a few steps at 10 rad/s.
+    close(free - slowed, 2.0 / 3.0 * 9.81 * 0.0005 / 0.02 * time, 0.02);
+}
+
+#[test]
+fn sensor_bias_adds_its_constants_to_its_channels_only() {
+    let plain = push::<f64>(0.01).play();
+    let run = push::<f64>(0.01).with("sensor_bias", &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]).play();
+    let (a, b) = (&run.last().reading, &plain.last().reading);
+    for (k, (x, z)) in [(0.1, 0.2), (0.3, 0.4)].into_iter().enumerate() {
+        for (c, add) in [x, 0.0, z, 0.0, 0.0, 0.0].into_iter().enumerate() {
+            assert!((a.finger[k][c] - b.finger[k][c] - add).abs() < 1e-12);
+        }
+    }
+    assert!((a.pusher[0] - b.pusher[0] - 0.5).abs() < 1e-12);
+    assert!((a.pusher[2] - b.pusher[2] - 0.6).abs() < 1e-12);
+}
+
+#[test]
+fn sensor_gain_scales_fingers_and_pusher() {
+    let plain = push::<f64>(0.01).play();
+    let run = push::<f64>(0.01).with("sensor_gain", &[0.05, 0.02, -0.1]).play();
+    close(run.last().reading.finger[0][1], 1.05 * plain.last().reading.finger[0][1], 1e-12);
+    close(run.last().reading.finger[1][1], 1.02 * plain.last().reading.finger[1][1], 1e-12);
+    close(run.last().reading.pusher[0], 0.9 * plain.last().reading.pusher[0], 1e-12);
+}
+
+#[test]
+fn sensor_misalignment_turns_the_push_into_the_channels_across() {
+    let plain = pure_push::<f64>(0.01).play().last().reading.pusher;
+    let turned = pure_push::<f64>(0.01).with("sensor_misalignment", &[0.0, 0.0, 0.03, 0.02]).play();
+    let w = turned.last().reading.pusher;
+    // About Y: x goes to -z; about Z: x goes to y.
+    close(w[2] - plain[2], -0.03 * plain[0], 1e-6);
+    close(w[1] - plain[1], 0.02 * plain[0], 1e-6);
+}
+
+#[test]
+fn a_finger_sensor_turned_about_gripper_z_shows_a_share_of_the_grip_along_the_slide() {
+    let mut run = hold::<f64>();
+    run.scene.gravity_m_s2 = [0.0; 3];
+    let plain = run.play().last().reading.finger;
+    let turned = run.with("sensor_misalignment", &[0.0, 0.0, 0.0, 0.0, 0.03, -0.02]).play();
+    for ((w, plain), angle) in turned.last().reading.finger.iter().zip(plain).zip([0.03, -0.02]) {
+        close(plain[1].abs(), N, 1e-6);
+        close(w[0] - plain[0], -angle * plain[1], 1e-6);
+    }
+}
+
+#[test]
+fn sensor_crosstalk_leaks_its_share_of_the_grip_on_each_finger() {
+    let mut run = hold::<f64>().with("sensor_crosstalk", &[0.02, 0.03, -0.01, 0.01, 0.0005]);
+    run.scene.gravity_m_s2 = [0.0; 3];
+    let shown = run.play().last().reading.finger;
+    for (w, to_x, to_z) in [(shown[0], 0.02, -0.01), (shown[1], 0.03, 0.01)] {
+        close(w[0], to_x * N, 1e-3);
+        close(w[2], to_z * N, 1e-3);
+        close(w[4], 0.0005 * N, 1e-3);
+    }
+}
+
+#[test]
+fn mocap_latency_trails_by_speed_times_latency() {
+    // Before contact the object moves with the gripper, at -50 mm/s.
+    let mut run = pure_push::<f64>(0.05).with("mocap_latency", &[0.02]);
+    run.steps = 1;
+    close(run.play().last().reading.position_m.x, 0.05 * 0.02, 1e-6);
+}
+
+#[test]
+fn grip_force_lag_follows_a_step_of_the_command_with_its_time_constant() {
+    let mut run = hold::<f64>();
+    run.model.friction = Friction { finger: 0.4, pusher: 0.25, support: 0.3 };
+    let effect = Effect::<f64> { code: 16, parameters: [0.0, 0.1, 0.0, 0.0, 0.0, 0.0] };
+    let law: &dyn Law<f64> = stickslip_shared::effects::law(effect.code).unwrap();
+    // A context from the definition of the scene: at rest.
+    let context = at_rest_context(0.001);
+    let mut memory = [0.0; MEMORY];
+    let mut grip = 20.0;
+    law.grip(&effect.parameters, &context, &mut memory, &mut grip);
+    assert_eq!(grip, 20.0);
+    let mut last = 0.0;
+    for _ in 0..100 {
+        last = 30.0;
+        law.grip(&effect.parameters, &context, &mut memory, &mut last);
+    }
+    // One time constant after the step: 1 - 1/e of it is done.
+    close(last, 30.0 - 10.0 * (-1.0_f64).exp(), 0.005);
+}

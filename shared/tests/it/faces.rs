@@ -1,0 +1,150 @@
+//! Contacts that come, go and change the face: whose memory is whose.
+
+use crate::common::{at, hard, obj4, turn};
+use nalgebra::UnitQuaternion;
+use stickslip_shared::contact::{Body, SLOTS};
+use stickslip_shared::model::{FingerContact, PusherContact, Scene, SupportContact};
+use stickslip_shared::real::{Rotation, Vec3};
+use stickslip_shared::step::{Drive, Moving, State, step, support_under};
+
+type S = State<f64, SLOTS>;
+
+fn fixed(position_m: Vec3<f64>, rotation: Rotation<f64>) -> Moving<f64> {
+    Moving {
+        position_m,
+        rotation,
+        velocity_m_s: Vec3::zeros(),
+        angular_rad_s: Vec3::zeros(),
+        reference_m: position_m,
+    }
+}
+
+fn drive(dt_s: f64, grip_n: f64) -> Drive<f64> {
+    Drive {
+        dt_s,
+        carrier: UnitQuaternion::identity(),
+        carrier_m_s: Vec3::zeros(),
+        carrier_rad_s: Vec3::zeros(),
+        pusher: None,
+        support: None,
+        grip_n,
+        trial: 0.0,
+    }
+}
+
+fn scene(fingers: bool, pusher: Option<PusherContact<f64>>) -> Scene<f64> {
+    Scene {
+        gravity_m_s2: [0.0, 0.0, -9.81],
+        object: obj4(),
+        fingers: fingers.then_some(FingerContact::Disc { diameter_m: 0.02 }),
+        pusher,
+        support: None,
+    }
+}
+
+#[test]
+fn a_pad_point_that_leaves_the_face_keeps_neither_load_nor_spring() {
+    let (scene, model, drive) = (scene(true, None), hard(0.4, 0.3, 0.3), drive(0.004, 20.0));
+    let mut state: S = State::held(&scene, &model, &drive, Vec3::zeros(), UnitQuaternion::identity());
+    for _ in 0..20 {
+        step(&scene, &model, &mut state, &drive);
+    }
+    let pad = Body::Finger1.slots();
+    assert!(state.slots[pad.clone()].iter().all(|s| s.load_n > 0.5), "all six points bear");
+    // The object now ends at the middle of the pads: half of their points are off it.
+    state.position_m.x = -0.05;
+    let out = step(&scene, &model, &mut state, &drive);
+    let on: Vec<usize> = out.contacts.iter().map(|c| c.slot).collect();
+    let off: Vec<usize> = pad.filter(|k| !on.contains(k)).collect();
+    assert!((1..6).contains(&off.len()), "{off:?}");
+    for k in off {
+        assert_eq!(state.slots[k].load_n, 0.0, "slot {k}");
+        assert_eq!(state.slots[k].spring_m, [0.0; 2], "slot {k}");
+    }
+}
+
+#[test]
+fn a_corner_keeps_its_memory_when_the_nearest_face_changes_and_others_begin_anew() {
+    let scene = scene(false, Some(PusherContact::Plane));
+    let model = hard(0.4, 0.3, 0.3);
+    // A prism on its edge over a plane below: tilted a little less, then a little more than 45 degrees.
+    let above = turn([0.0, 1.0, 0.0], -std::f64::consts::FRAC_PI_2);
+    let tilted = |degrees: f64| turn([1.0, 0.0, 0.0], degrees.to_radians());
+    let mut drive = drive(0.004, 0.0);
+    let depth = 0.0125 * 2f64.sqrt();
+    drive.pusher = Some(fixed(at(0.0, 0.0, -depth + 1e-6), above));
+    let mut state: S = State::held(&scene, &model, &drive, Vec3::zeros(), tilted(44.9));
+    for _ in 0..3 {
+        step(&scene, &model, &mut state, &drive);
+        state.rotation = tilted(44.9);
+        state.position_m = Vec3::zeros();
+    }
+    let marked = |state: &S, out: &stickslip_shared::step::StepOutput<f64, SLOTS>| {
+        let near = out.contacts.iter().filter(|c| c.body == Body::Pusher && state.slots[c.slot].load_n > 0.0);
+        near.map(|c| (c.slot, c.object_m)).collect::<Vec<_>>()
+    };
+    let out = step(&scene, &model, &mut state.clone(), &drive);
+    let edge = marked(&state, &out);
+    assert_eq!(edge.len(), 2, "the two ends of the edge bear: {edge:?}");
+    for (k, (slot, _)) in edge.iter().enumerate() {
+        state.slots[*slot].slip_m = 0.01 * (k + 1) as f64;
+    }
+    state.rotation = tilted(45.1);
+    state.position_m = Vec3::zeros();
+    let out = step(&scene, &model, &mut state, &drive);
+    for c in out.contacts.iter().filter(|c| c.body == Body::Pusher) {
+        let before = edge.iter().position(|(_, p)| (p - c.object_m).norm() < 1e-9);
+        let slip_m = state.slots[c.slot].slip_m;
+        match before {
+            Some(k) => assert!((slip_m - 0.01 * (k + 1) as f64).abs() < 1e-3, "corner {k}: {slip_m}"),
+            None => assert!(slip_m < 1e-3, "slot {} belongs to another corner now: {slip_m}", c.slot),
+        }
+    }
+    assert_eq!(marked(&state, &out).len(), 2);
+}
+
+#[test]
+fn a_fast_approach_is_not_missed_in_steps_of_20_ms() {
+    // 0.5 m/s over 20 ms is 10 mm: from 9 mm away the rod reaches the object within the step.
+    let mut scene = scene(false, Some(PusherContact::Point { tip_radius_m: 0.005 }));
+    scene.support = Some(SupportContact::Patch);
+    let model = hard(0.4, 0.3, 0.3);
+    let mut drive = drive(0.02, 0.0);
+    drive.support = Some(support_under(&scene, &Vec3::zeros(), &UnitQuaternion::identity(), &Vec3::z()));
+    let start = at(-0.05 - 0.005 - 0.009, 0.0, 0.0);
+    drive.pusher =
+        Some(Moving { velocity_m_s: at(0.5, 0.0, 0.0), ..fixed(start, UnitQuaternion::identity()) });
+    let mut state: S = State::held(&scene, &model, &drive, Vec3::zeros(), UnitQuaternion::identity());
+    let out = step(&scene, &model, &mut state, &drive);
+    assert!(out.normal_n[2] > 0.0, "the pusher's force: {:?}", out.normal_n);
+    // Non-penetration at the end of the step: the tip has come 1 mm beyond where the face was.
+    assert!((state.position_m.x - 0.001).abs() < 1e-4, "{}", state.position_m.x);
+}
+
+#[test]
+fn an_answer_far_from_solved_leaves_the_state_and_says_so() {
+    use stickslip_shared::solve::{SolveBudget, SolveStatus};
+    use stickslip_shared::step::{Workspace, step_in};
+    let mut scene = scene(true, Some(PusherContact::Plane));
+    scene.support = None;
+    let model = hard(0.4, 0.3, 0.3);
+    let mut drive = drive(0.004, 20.0);
+    // A plane that strikes at 20 mm/s, and a solver that may not iterate.
+    let struck = fixed(at(-0.05, 0.0, 0.0), UnitQuaternion::identity());
+    drive.pusher = Some(Moving { velocity_m_s: at(0.02, 0.0, 0.0), ..struck });
+    let mut state: S = State::held(&scene, &model, &drive, Vec3::zeros(), UnitQuaternion::identity());
+    let before = state.clone();
+    let hurried = SolveBudget { max_iterations: 1, max_evaluations: 1, ..SolveBudget::present() };
+    let out = step_in(&scene, &model, &mut state, &drive, &hurried, &mut Workspace::new());
+    assert_ne!(out.status, SolveStatus::Solved);
+    assert!(out.residual_n > 10.0, "{} N", out.residual_n);
+    assert!(!out.followed);
+    assert_eq!(
+        (state.position_m, state.velocity, state.slots),
+        (before.position_m, before.velocity, before.slots)
+    );
+    // A study of the solver may follow it.
+    let all = SolveBudget { follows_unsolved: true, ..hurried };
+    assert!(step_in(&scene, &model, &mut state, &drive, &all, &mut Workspace::new()).followed);
+    assert!(state.time_s > before.time_s);
+}

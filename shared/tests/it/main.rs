@@ -1,0 +1,42 @@
+//! Tests of the crate from outside, in one program: it links once.
+
+mod bad_input;
+mod checksum;
+mod common;
+mod cone;
+mod decide;
+mod effect_template;
+mod effects_analytic;
+mod effects_neutral_and_typical;
+mod faces;
+mod formula;
+mod free_motion;
+mod gauges;
+mod lift;
+mod linear_push;
+mod model_package;
+mod no_solution;
+mod observer;
+mod patches;
+mod pivot;
+mod planar_push;
+mod prediction;
+mod roll;
+mod sag;
+mod scenes;
+mod seated;
+mod selftest;
+mod soft;
+mod swap;
+
+// What the template of an effect calls `crate::contact`, `crate::real` and `crate::effects`.
+pub use stickslip_shared::{contact, real};
+
+/// The template and what it calls `super`.
+#[path = "../../../docs"]
+pub mod effects {
+    pub use stickslip_shared::effects::*;
+
+    #[allow(missing_docs)]
+    pub mod effect_template;
+}

@@ -1,0 +1,81 @@
+//! A gripped cylinder rolled over a platform.
+//!
+//! The gripper moves along its Y axis above the platform. Rolling, the object slips against
+//! both fingertips. The platform's drag `F` acts on the object; finger 1 carries
+//! `N + F/2` and finger 2 `N - F/2` or the reverse: their difference is `F`, their mean the
+//! grip.
+
+use crate::common::*;
+use stickslip_shared::cone::SolveStatus;
+use stickslip_shared::model::*;
+
+const RADIUS_M: f64 = 0.0125;
+
+/// Moves along +Y at `speed` on a platform that the cylinder rests on.
+fn roll(platform_mu: f64, finger_mu: f64, grip_n: f64, seconds: f64, each: impl FnMut(&Seen<'_, f64>)) {
+    let up = turn([0.0, 1.0, 0.0], -core::f64::consts::FRAC_PI_2);
+    let play = Play {
+        scene: gripped(obj1(), Some(PusherContact::Plane)),
+        model: hard(finger_mu, 0.0, platform_mu),
+        gripper: &|t| pose(at(0.0, 0.010 * t, 0.0), turn([1.0, 0.0, 0.0], 0.0)),
+        pusher: Some(&|_| pose(at(0.0, 0.0, -RADIUS_M), up)),
+        object: pose(at(0.0, 0.0, 0.0), turn([1.0, 0.0, 0.0], 0.0)),
+        grip_n,
+        seconds,
+    };
+    play.run(each);
+}
+
+#[test]
+fn with_a_sticky_platform_the_cylinder_rolls_without_slip() {
+    let mut last = 0.0;
+    roll(10.0, 0.1, 3.0, 1.0, |s| {
+        let q = s.world.rotation.scaled_axis();
+        assert!(s.imbalance_n.norm() < 1e-6);
+        last = q.x;
+    });
+    // Rolling along +Y turns about -X by distance over radius.
+    assert!((last + 0.010 / RADIUS_M).abs() < 0.02, "{last}");
+}
+
+#[test]
+fn the_fingers_share_the_platform_drag_as_plus_and_minus_half() {
+    for grip_n in [3.0, 5.0] {
+        roll(10.0, 0.1, grip_n, 0.8, |s| {
+            if s.t_s < 0.2 {
+                return;
+            }
+            let drag = s.out.reading.pusher[1];
+            assert!(drag < 0.0, "the platform drags against the motion: {drag}");
+            let (f1, f2) = (-s.out.reading.finger[0][1], s.out.reading.finger[1][1]);
+            // The finger behind (finger 2, pushing along +Y) bears more.
+            assert!((f2 - (grip_n - 0.5 * drag)).abs() < 0.02 * grip_n, "{f2} {drag}");
+            assert!((f1 - (grip_n + 0.5 * drag)).abs() < 0.02 * grip_n, "{f1} {drag}");
+        });
+    }
+}
+
+#[test]
+fn rolling_needs_platform_friction_above_what_the_fingers_friction_asks() {
+    // Both fingers rub with mu (N +- F/2) at the radius R, the platform drags with F at R:
+    // F = 2 mu N. The fingers' friction differs by mu F, which presses the object down, so
+    // the platform must bear 2 mu N with the normal force weight + 2 mu^2 N.
+    let (mu, grip_n) = (0.4, 3.0);
+    let asked = 2.0 * mu * grip_n / (0.158 * G + 2.0 * mu * mu * grip_n);
+    let rotation = |platform| {
+        let (mut angle, mut unsolved) = (0.0, 0);
+        roll(platform, mu, grip_n, 0.8, |s| {
+            unsolved += u32::from(s.out.status != SolveStatus::Solved);
+            angle = -s.world.rotation.scaled_axis().x;
+        });
+        // At the threshold rolling and sliding both solve the step: the iteration may end
+        // undecided, and says so.
+        assert!(unsolved <= 2, "platform {platform}: {unsolved} of 200 steps unsolved");
+        angle
+    };
+    for (platform, rolls) in [(0.3, false), (0.97 * asked, false), (1.03 * asked, true), (2.5, true)] {
+        let angle = rotation(platform);
+        let share = angle / (0.008 / RADIUS_M);
+        assert!(if rolls { share > 0.98 } else { share < 0.02 }, "mu {platform} of {asked}: {share}");
+    }
+}
