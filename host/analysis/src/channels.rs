@@ -7,6 +7,7 @@
 //! grasped, the frame in which the object lay at the start.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use stickslip_data::columns::COLUMNS;
 use stickslip_shared::track::Pose;
 
 /// Number of channels.
@@ -40,33 +41,20 @@ impl Quantity {
     }
 }
 
-/// Names in the order of [`Signals`].
-pub const NAMES: [&str; COUNT] = [
-    "object_x_m",
-    "object_y_m",
-    "object_z_m",
-    "object_rx_rad",
-    "object_ry_rad",
-    "object_rz_rad",
-    "finger1_fx_n",
-    "finger1_fy_n",
-    "finger1_fz_n",
-    "finger1_tx_nm",
-    "finger1_ty_nm",
-    "finger1_tz_nm",
-    "finger2_fx_n",
-    "finger2_fy_n",
-    "finger2_fz_n",
-    "finger2_tx_nm",
-    "finger2_ty_nm",
-    "finger2_tz_nm",
-    "pusher_fx_n",
-    "pusher_fy_n",
-    "pusher_fz_n",
-    "pusher_tx_nm",
-    "pusher_ty_nm",
-    "pusher_tz_nm",
-];
+/// Names in the order of [`Signals`]: the object in the grasp, then the wrenches as the columns of the
+/// format name them.
+pub const NAMES: [&str; COUNT] = {
+    let mut names = [""; COUNT];
+    let object =
+        ["object_x_m", "object_y_m", "object_z_m", "object_rx_rad", "object_ry_rad", "object_rz_rad"];
+    let first = COLUMNS.len() - (COUNT - object.len());
+    let mut k = 0;
+    while k < COUNT {
+        names[k] = if k < object.len() { object[k] } else { COLUMNS[first + k - object.len()] };
+        k += 1;
+    }
+    names
+};
 
 /// What channel `index` measures.
 pub fn quantity(index: usize) -> Quantity {

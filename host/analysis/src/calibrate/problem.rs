@@ -9,6 +9,7 @@ use stickslip_shared::model::Model;
 
 use super::windows::{SEEN, Seen, Windowed, resolution};
 use crate::channels::COUNT;
+use crate::evidence::statistics::median;
 
 /// Which coefficient.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -101,10 +102,8 @@ impl Problem<'_> {
     pub fn weigh(&mut self) {
         let squares: Vec<Seen> = self.residuals_at(&self.at).iter().map(|r| mean_squares(r)).collect();
         let usual: Seen = std::array::from_fn(|k| {
-            let mut known: Vec<f64> = squares.iter().map(|s| s[k]).filter(|s| s.is_finite()).collect();
-            known.sort_by(f64::total_cmp);
-            let median = known.get(known.len() / 2).copied().unwrap_or(0.0);
-            median.max(resolution(k).powi(2))
+            let known = squares.iter().map(|s| s[k]).filter(|s| s.is_finite());
+            median(known).unwrap_or(0.0).max(resolution(k).powi(2))
         });
         let weight =
             |s: &Seen| std::array::from_fn(|k| 1.0 / (usual[k] * (1.0 + s[k].max(0.0) / (FAR * usual[k]))));

@@ -57,7 +57,7 @@ const SAME_LOSS: f64 = 1.1;
 const LARGEST_SET: usize = 3;
 /// Smaller changes of friction over a data set are no drift, in units of [`RELEVANT`].
 const LEAST_DRIFT: f64 = 0.01;
-/// Pads give way: a small compliance is likely beforehand and needs less evidence.
+/// Real pads are compliant: a small compliance is likely beforehand and needs less evidence.
 const LIKELY: f64 = 0.05;
 /// A model that explains this share of the excess is worth building the problem anew around.
 const NEAR: f64 = 0.5;
@@ -330,7 +330,7 @@ struct Choice {
     equal: Vec<Vec<&'static str>>,
     /// Where nothing explains the data: the best model met, if it explains much of them.
     near: Option<Model<f64>>,
-    /// What is left where no more than how the pads give way was found.
+    /// What is left where no more than the compliance of the pads was found.
     left: Option<Misfit>,
     verdict: Verdict,
 }
@@ -421,7 +421,7 @@ fn choose(
     }
     let share = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
     let explains = chosen.last().is_some_and(|c| verdict::explains(share, &Left::of(&c.held.misfit)));
-    // How pads give way is no missing effect: what counts is what they leave.
+    // The compliance of real pads is no missing effect: what counts is what it leaves.
     let judged = chosen.last().filter(|_| named(&chosen) == 0).map_or(start, |c| &c.held);
     let only_pads = !chosen.is_empty() && named(&chosen) == 0;
     let nothing = Choice { left: only_pads.then(|| judged.misfit.clone()), ..Choice::nothing() };
@@ -491,7 +491,7 @@ fn drop_needless(
     }
 }
 
-/// Whether this is no more than how real pads give way: part of the floor, not an effect.
+/// Whether this is no more than the compliance of real pads: within the tolerance, not an effect.
 /// It stays in the model beside the others, so that nothing else has to stand in for it.
 fn small_compliance(problem: &Problem, candidate: &Candidate) -> bool {
     let Role::Compliance { normal_m } = candidate.info.role else { return false };

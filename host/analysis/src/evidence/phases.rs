@@ -24,6 +24,7 @@ use serde::Serialize;
 use crate::channels::{COUNT, Signals};
 use crate::evidence::contact::{self, Evidence};
 use crate::evidence::stages::{around, moving};
+use crate::evidence::statistics::median;
 use crate::run::simulate::{Prepared, Simulated};
 
 /// Part of a trial.
@@ -174,13 +175,12 @@ fn find_motion(
             path / (t[b] - t[a])
         })
         .collect();
-    let mut after: Vec<f64> = speed[at..end.max(at)].iter().copied().filter(|v| v.is_finite()).collect();
-    after.sort_by(f64::total_cmp);
-    let median = after.get(after.len() / 2).copied().unwrap_or(0.0);
+    let after = speed[at..end.max(at)].iter().copied().filter(|v| v.is_finite());
+    let usual = median(after).unwrap_or(0.0);
     let sliding = (at..t.len())
         .find(|&i| {
             let since = t[i] - t[at];
-            since > 0.3 || (since >= 0.02 && speed[i] >= 0.8 * median)
+            since > 0.3 || (since >= 0.02 && speed[i] >= 0.8 * usual)
         })
         .unwrap_or(t.len());
     (Some((onset, sliding)), evidence)

@@ -5,7 +5,7 @@ use stickslip_analysis::diagnose::report::{Report, Verdict};
 use stickslip_analysis::diagnose::{base_misfit, diagnose};
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::{ModelFile, default_model};
-use stickslip_data::{Dataset, Sample};
+use stickslip_data::{Dataset, Sample, read, write};
 use stickslip_lab::blind::generate::{Class, Key, Plan, Wanted, data, draw};
 use stickslip_rig::Condition;
 use stickslip_shared::effects::Effect;
@@ -29,8 +29,16 @@ fn made(hidden: &str, conditions: usize, keep: impl Fn(usize) -> bool) -> Datase
     data(&key, &list, 7).unwrap()
 }
 
+/// The same data, written to files and read again.
+fn filed(dataset: &Dataset) -> Dataset {
+    let folder = tempfile::tempdir().unwrap();
+    write(dataset, folder.path()).unwrap();
+    read(folder.path()).unwrap()
+}
+
+/// From file to verdict.
 fn found(dataset: &Dataset) -> Report {
-    diagnose(dataset, &default_model(), &[], &()).unwrap()
+    diagnose(&filed(dataset), &default_model(), &[], &()).unwrap()
 }
 
 fn says(report: &Report, what: &str) {
@@ -222,11 +230,14 @@ parameters = { a = { value = 0.1, low = 0, high = 0.6, unit = "1" } }
     let candidate = report.candidates.iter().find(|c| c.id == "weak_jaw").expect("refitted");
     assert!((candidate.parameters["a"].value - 0.3).abs() < 0.03, "{:?}", candidate.parameters);
     assert!(candidate.explained > 0.9, "{}", report.summary);
+    // The formula is the law of an effect of the list: no data separate the two.
+    assert_eq!(report.verdict, Verdict::Ambiguous, "{}", report.summary);
 }
 
 #[test]
 fn friction_that_drifts_with_the_order_of_trials_is_named_wear() {
     let report = found(&made("wear_drift=-0.3", 8, |_| true));
+    assert_eq!(report.verdict, Verdict::Effect, "{}", report.summary);
     assert_eq!(report.effects, ["wear_drift"], "{}", report.summary);
     assert!(report.error.after < 0.8 * report.error.before, "{:?}", report.error);
 }
