@@ -5,8 +5,6 @@ SHELL := /bin/bash
 
 TARGET := thumbv7em-none-eabihf
 BOARD_BUILD := --target $(TARGET) --profile firmware
-# A check needs no profile of its own: macros and build scripts are then those of the host's.
-BOARD_CHECK := --target $(TARGET)
 # Programs that only QEMU runs link faster: the same code, optimised crate by crate. The bits are the same.
 QEMU_BUILD := --target $(TARGET) --profile qemu
 OUT := target/$(TARGET)/firmware
@@ -38,12 +36,12 @@ test-full: test lint-boards studies soak-short ## And what takes longer: before 
 lint: ## Formatting, clippy and documentation without warnings
 	cargo fmt --all --check
 	cargo clippy --all-targets -- -D warnings
-	cargo clippy -p stickslip-firmware --features nucleo-g474re $(BOARD_CHECK) -- -D warnings
+	cargo clippy -p stickslip-firmware --features nucleo-g474re $(BOARD_BUILD) -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 
 lint-boards: ## Clippy for the other board and the tests on boards
-	cargo clippy -p stickslip-firmware --features mps2-an386 $(BOARD_CHECK) -- -D warnings
-	cargo clippy -p stickslip-hil-tests --tests --features nucleo-g474re $(BOARD_CHECK) -- -D warnings
+	cargo clippy -p stickslip-firmware --features mps2-an386 $(BOARD_BUILD) -- -D warnings
+	cargo clippy -p stickslip-hil-tests --tests --features nucleo-g474re $(BOARD_BUILD) -- -D warnings
 	cargo clippy -p stickslip-lab --features probe --test hil -- -D warnings
 
 test-host: ## Tests of shared and host
