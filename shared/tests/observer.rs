@@ -135,6 +135,43 @@ fn an_object_that_gains_speed_is_seen_to_slip_within_28_ms_of_its_first_motion()
     }
 }
 
+/// Slips that are told, a rest, while a push of 0.3 s at 20 mm/s is followed by `rest_s` of rest, over and over;
+/// `sigma_m` of a pose, `forces` as the pads carry what they slid with.
+fn told_at_rest(pushes: u32, rest_s: f32, sigma_m: f32, forces: Forces, seed: u32) -> (u32, u32) {
+    let (mut motion, mut noise) = (Motion::default(), Noise(seed));
+    let (mut seen, mut false_slips) = (0, 0);
+    let cycle = (75 + (rest_s / DT) as u32).max(76);
+    let mut place_m = 0.0;
+    let mut slipped = false;
+    for tick in 0..250 + pushes * cycle {
+        let at = tick.checked_sub(250).map(|t| t % cycle);
+        let pushed = at.is_some_and(|at| at < 75);
+        place_m += if pushed { 0.02 * DT } else { 0.0 };
+        let mut around = |x: f32| x + sigma_m * noise.next();
+        let p = Vec3::new(around(place_m), around(0.0) * 0.1, around(0.0));
+        let slips = motion.follow(&[p, p], None, forces, DT).slip_s > 0.0;
+        seen += u32::from(at == Some(74) && slips);
+        // Rest is told after some samples.
+        false_slips += u32::from(slips && !slipped && at.is_none_or(|at| at > 80));
+        slipped = slips;
+    }
+    (seen, false_slips)
+}
+
+#[test]
+fn an_object_that_has_come_to_rest_slips_by_noise_no_oftener_than_the_bar_says() {
+    for (sigma_m, forces, seed) in [
+        (1e-5, Forces::Hold, 1),
+        (3e-5, Forces::AtLimit, 2),
+        (3e-5, Forces::Hold, 3),
+        (1e-4, Forces::AtLimit, 4),
+    ] {
+        let (seen, false_slips) = told_at_rest(1000, 0.3, sigma_m, forces, seed);
+        assert_eq!(seen, 1000, "{sigma_m} m, {forces:?}: pushes seen");
+        assert_eq!(false_slips, 0, "{sigma_m} m, {forces:?}: slips by noise in 300 s of rest");
+    }
+}
+
 fn held(needed: f32, slip_s: Option<f32>) -> Use<f32> {
     Use { needed, noise: 0.002, slip_s, speed_m_s: 0.05, grip_holds: true, steered: false }
 }
@@ -228,6 +265,34 @@ fn a_load_that_first_went_higher_is_held() {
         _ => 0.36,
     };
     assert_eq!(clipped(400, load).0, Vec::<u32>::new());
+}
+
+#[test]
+fn a_load_that_stays_where_the_object_has_come_to_rest_is_held_until_it_slides_again() {
+    let (mut plateau, mut noise) = (Plateau::default(), Noise(9));
+    let mut clipped = |told: fn(&mut Plateau<f32>)| {
+        told(&mut plateau);
+        (0..250)
+            .filter(|_| {
+                let now = 0.46 + 0.007 * noise.next();
+                let bars = Bars {
+                    now,
+                    level: 0.46,
+                    noise: 0.007,
+                    held: 0.0,
+                    steered: false,
+                    accelerates: false,
+                    risen: 0.4,
+                    jumped: 0.34,
+                    sliding: 1.0,
+                };
+                plateau.clipped(&bars) > 0
+            })
+            .count()
+    };
+    assert!(clipped(|p| p.slides()) > 200, "beyond the friction there is");
+    assert_eq!(clipped(|p| p.bears(0.46)), 0, "what bears the object at rest");
+    assert!(clipped(|p| p.slides()) > 200, "it has slid under it again");
 }
 
 #[test]

@@ -66,6 +66,8 @@ pub struct Observer<R: Real> {
     trend: Trend<R>,
     ratio: Option<R>,
     plateau: Plateau<R>,
+    /// The object slipped at the last sample, by its pose.
+    slid: bool,
     /// Of slow ramps.
     ramp: Trend<R>,
     /// Ratio at which a trend's warning was raised that has not ended.
@@ -140,6 +142,7 @@ impl<R: Real> Observer<R> {
             grip: Grip::default(),
             ratio: None,
             plateau: Plateau::default(),
+            slid: false,
             bearing: Bearing::default(),
         }
     }
@@ -282,6 +285,14 @@ impl<R: Real> Observer<R> {
             steered: s.steered,
         };
         self.friction.learn(&usage, s.dt_s);
+        // Pads on which it has come to rest bear what they bear now, however near the limit.
+        let slides = seen.moved.is_some_and(|m| m.slip_s > R::zero());
+        if slides {
+            self.plateau.slides();
+        } else if self.slid && seen.moved.is_some() {
+            self.plateau.bears(smooth);
+        }
+        self.slid = slides;
         seen.limit = self.friction.estimate() * effects;
         seen.least_limit = self.friction.least() * effects;
         seen.ratio = Some(smooth);

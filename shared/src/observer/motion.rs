@@ -8,17 +8,19 @@
 //! size), each sample counted up to a bound, so that one wild sample proves nothing. How
 //! sure it must be depends on what the forces say ([`Forces`]): pads that carry a load near
 //! the limit may slip, those far below it hardly do. Slip ends when the point has come to
-//! rest; the anchor is then set anew. What the load shears elastically out of the pads ([`shear`](super::shear))
+//! rest; the anchor is then set anew, from few samples: its own variance is added to that of the mean, and it
+//! follows as a mean of all samples since would, until its gain is the slow one. What the load shears elastically out of the pads ([`shear`](super::shear))
 //! is no departure. Slow noise and vibration show in the means of eight samples: their variance beyond that of
 //! white noise is added. Poses may come more rarely than samples.
 
 use super::shear::{Load, Shear};
 use crate::real::{Real, Vec3, clamp, max, min, norm, sqrt};
 
-/// Gains of the filter: its noise is 0.57 of the samples'.
+/// Gains of the filter: its noise is 0.57 of the samples', as that of a mean of three.
 const ALPHA: f64 = 0.4;
 const BETA: f64 = 0.08;
 const FILTERED: f64 = 0.57;
+const FILTERED_SAMPLES: u8 = 3;
 /// Gains of the anchor (1/s, 1/s²) and the fastest creep that it takes along.
 const FOLLOW_S: f64 = 5.0;
 const CREEP_S2: f64 = 5.0;
@@ -77,6 +79,9 @@ pub struct Motion<R: Real> {
     slip_s: R,
     still: u8,
     age: u8,
+    /// Samples that the anchor is the mean of, up to [`WARM`], and its variance over that of a sample.
+    anchored: u8,
+    anchor_share: R,
     acceleration_m_s2: R,
     speed_m_s: R,
     shear: Shear<R>,
@@ -155,6 +160,8 @@ impl<R: Real> Default for Motion<R> {
             slip_s: R::zero(),
             still: 0,
             age: 0,
+            anchored: 0,
+            anchor_share: R::one(),
             acceleration_m_s2: R::zero(),
             speed_m_s: R::zero(),
             shear: Shear::default(),
@@ -207,10 +214,14 @@ impl<R: Real> Motion<R> {
         let noise = self.variance.map(|v| sqrt(v) * R::of(FILTERED));
         let sigma_m = self.variance.map(|v| sqrt(v));
         self.shear.push(load, dt_s);
-        let spread = [self.variance, self.excess];
+        let [along, turn] = self.variance.map(|v| v * self.anchor_share);
+        let spread = [self.variance, [self.excess[0] + along, self.excess[1] + turn]];
         self.age = self.age.saturating_add(1).min(WARM);
         let first = R::one() / (R::of(f64::from(self.age)) + R::one());
         let slipping = self.slip_s > R::zero();
+        self.anchored = self.anchored.saturating_add(1).min(WARM);
+        let mean = R::one() / (R::of(f64::from(self.anchored)) + R::one());
+        let follow = max(min(R::of(FOLLOW_S) * dt_s, R::one()), mean);
         let mut begins = false;
         let mut fastest = R::zero();
         for (p, raw) in points.iter_mut().zip(raw) {
@@ -235,7 +246,6 @@ impl<R: Real> Motion<R> {
             begins |= self.age > 8 && !slipping && p.departed(&spread, &self.shear, forces);
             fastest = max(fastest, norm(&p.velocity));
             if !slipping {
-                let follow = max(min(R::of(FOLLOW_S) * dt_s, R::one()), first);
                 p.anchor += away * follow + p.creep * dt_s;
                 let most = R::of(CREEP_M_S);
                 let left = away - self.shear.explained();
@@ -245,7 +255,7 @@ impl<R: Real> Motion<R> {
                     clamp(left.y, -bound[1], bound[1]),
                     clamp(left.z, -bound[2], bound[2]),
                 );
-                let creeping = if self.age == WARM { left } else { Vec3::zeros() };
+                let creeping = if self.anchored == WARM { left } else { Vec3::zeros() };
                 p.creep = (p.creep + creeping * (R::of(CREEP_S2) * dt_s)).map(|v| clamp(v, -most, most));
             }
         }
@@ -257,7 +267,9 @@ impl<R: Real> Motion<R> {
                 self.shear.learn(&away);
             }
             self.note_block(&(away - self.shear.explained_now()));
-            self.shear.follow(max(min(R::of(FOLLOW_S) * dt_s, R::one()), first));
+            self.shear.follow(follow);
+            let kept = R::one() - follow;
+            self.anchor_share = kept * kept * self.anchor_share + follow * follow;
         }
         let gain = (fastest - self.speed_m_s) / dt_s;
         self.speed_m_s = fastest;
@@ -271,6 +283,7 @@ impl<R: Real> Motion<R> {
                 p.creep = Vec3::zeros();
             }
             self.shear.rest();
+            (self.anchored, self.anchor_share) = (FILTERED_SAMPLES, R::of(FILTERED * FILTERED));
             (self.block, self.count) = (Vec3::zeros(), 0);
         } else if slipping || begins {
             if !slipping {
@@ -296,7 +309,8 @@ impl<R: Real> Motion<R> {
         let share = max(R::of(BLOCK_SHARE), R::one() / R::of(f64::from(self.blocks)));
         let squares = [(mean.x * mean.x + mean.z * mean.z) * R::of(0.5), mean.y * mean.y];
         for ((excess, white), square) in self.excess.iter_mut().zip(&self.variance).zip(squares) {
-            let white = *white / n;
+            // Of the mean and of the anchor that it is counted from.
+            let white = *white / n + *white * self.anchor_share;
             let most = (*excess + white) * R::of(BLOCK_MOST);
             *excess = max(*excess + (min(square, most) - white - *excess) * share, R::zero());
         }

@@ -8,6 +8,7 @@
 //! slip; where it rose slowly, it must have reached the friction there is. A load that has
 //! been held for long is a load. So is one that first went higher: what the pads carried a
 //! moment ago without sliding they carry still (but for the break-away that the model knows).
+//! So is one under which the object has come to rest, as a push leaves it.
 //! While the gripper gains speed, a held load is more than the weight by the acceleration; one
 //! that stays as high when the gain ends is clipped, so the least likely friction waits for that.
 //!
@@ -66,6 +67,8 @@ pub struct Plateau<R: Real> {
     spread: R,
     last_mean: R,
     since_mean: u8,
+    /// Under this the object has come to rest, and it has not fallen much since; zero: none.
+    borne: R,
 }
 
 /// What one sample is held against.
@@ -109,6 +112,7 @@ impl<R: Real> Default for Plateau<R> {
             spread: zero,
             last_mean: zero,
             since_mean: 0,
+            borne: zero,
         }
     }
 }
@@ -121,8 +125,11 @@ impl<R: Real> Plateau<R> {
         self.follow(s);
         let flat = self.flat(s);
         self.knock(s, flat);
+        if s.now < self.borne * R::of(GONE_SHARE) {
+            self.borne = R::zero();
+        }
         let lasts = s.now > self.at * R::of(ENDED_SHARE) - s.noise * R::of(2.0)
-            && s.held < self.at * R::of(ENDED_SHARE);
+            && max(s.held, self.borne) < self.at * R::of(ENDED_SHARE);
         self.note_mean(s);
         if self.clipped > 0 && lasts {
             self.clipped = self.clipped.saturating_add(1);
@@ -138,9 +145,21 @@ impl<R: Real> Plateau<R> {
         self.clipped
     }
 
+    /// The object has come to rest under a load.
+    pub fn bears(&mut self, ratio: R) {
+        self.borne = ratio;
+    }
+
+    /// It slides by its pose.
+    pub fn slides(&mut self) {
+        self.borne = R::zero();
+    }
+
     /// The flat load is over its bar: by more than the noise of its mean makes once in hours.
     fn beyond(&self, mean: R, jumped: bool, s: &Bars<R>) -> bool {
         let bar = if jumped && !s.accelerates { min(s.jumped, s.risen) } else { s.risen };
+        let borne = self.borne * R::of(1.0 + CARRIED_SHARE) + s.noise * R::of(CARRIED_SIGMAS);
+        let bar = if self.borne > R::zero() { max(bar, borne) } else { bar };
         let sigma = sqrt(self.spread);
         mean > bar + sigma * R::of(MEANS_SIGMAS)
     }
