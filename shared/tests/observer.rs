@@ -5,7 +5,7 @@ use stickslip_shared::observer::friction::{Friction, Use};
 use stickslip_shared::observer::motion::{Forces, Motion};
 use stickslip_shared::observer::plateau::{Bars, Plateau};
 use stickslip_shared::observer::shear::Load;
-use stickslip_shared::observer::trend::{SHORT, Trend};
+use stickslip_shared::observer::trend::{Trend, TrendParams};
 use stickslip_shared::real::Vec3;
 
 const DT: f32 = 0.004;
@@ -28,7 +28,7 @@ impl Noise {
 
 /// Ticks at which a trend with noise 0.005 is proven while `value` runs.
 fn proven(ticks: u32, value: impl Fn(f32) -> f32) -> Vec<u32> {
-    let (mut trend, mut noise) = (Trend::new(2.5e-5f32, SHORT), Noise(7));
+    let (mut trend, mut noise) = (Trend::new(2.5e-5f32, TrendParams::default()), Noise(7));
     (0..ticks)
         .filter(|tick| {
             trend.push(value(*tick as f32 * DT) + 0.005 * noise.next(), DT);
@@ -47,7 +47,7 @@ fn a_steady_rise_is_proven_within_160_ms_with_its_value_and_a_slope_no_steeper_t
     let value = |t: f32| 0.2 + 0.3 * (t - 1.0).max(0.0);
     let first = *proven(400, value).first().expect("proven");
     assert!((250..=290).contains(&first), "proven at tick {first}");
-    let (mut trend, mut noise) = (Trend::new(2.5e-5f32, SHORT), Noise(3));
+    let (mut trend, mut noise) = (Trend::new(2.5e-5f32, TrendParams::default()), Noise(3));
     for tick in 0..400 {
         trend.push(value(tick as f32 * DT) + 0.005 * noise.next(), DT);
     }
