@@ -3,7 +3,7 @@
 use stickslip_shared::observer::bearing::Bearing;
 use stickslip_shared::observer::friction::{Friction, Use};
 use stickslip_shared::observer::motion::{Forces, Motion};
-use stickslip_shared::observer::plateau::{Bars, Plateau};
+use stickslip_shared::observer::plateau::{Bars, Plateau, PlateauParams};
 use stickslip_shared::observer::shear::Load;
 use stickslip_shared::observer::trend::{Trend, TrendParams};
 use stickslip_shared::real::Vec3;
@@ -339,4 +339,66 @@ fn fingers_that_bear_a_tenth_less_are_told_within_40_ms_and_noise_is_not_in_an_h
     assert_eq!(falls(HOUR, |_| 1.0), None);
     // A weight that is not what was told proves nothing.
     assert_eq!(falls(1000, |t| if t < 2.0 { 1.4 } else { 1.2 }), None);
+}
+
+/// Noise of unit variance through a low-pass, of which 0.6 is left a sample later.
+struct Slow(Noise, f32);
+
+impl Slow {
+    fn next(&mut self) -> f32 {
+        self.1 = 0.6 * self.1 + 0.8 * self.0.next();
+        self.1
+    }
+}
+
+#[test]
+fn a_light_object_under_broadband_force_noise_is_not_told_to_fall_once_the_noise_is_learnt() {
+    let (mut bearing, mut noise) = (Bearing::default(), Slow(Noise(3), 0.0));
+    // 70 g, 0.3 N of noise.
+    let falls: Vec<u32> = (0..HOUR / 4)
+        .filter(|_| bearing.falls(Some([0.7 + 0.3 * noise.next(), 0.7]), false, DT) == 1)
+        .filter(|tick| *tick > 250)
+        .collect();
+    assert!(falls.is_empty(), "at ticks {falls:?}");
+}
+
+/// How often broadband noise of 0.07 on a load of 0.41 is taken for a clipped load in a quarter of an hour; the bar is 0.5.
+fn clipped_by_broadband_noise(params: PlateauParams<f32>) -> u32 {
+    let (mut plateau, mut noise) = (Plateau::new(params), Slow(Noise(4), 0.0));
+    let mut level = 0.41;
+    let mut clipped = 0;
+    for _ in 0..HOUR / 4 {
+        let now: f32 = 0.41 + 0.07 * noise.next();
+        level += (now - level) * DT / 0.5;
+        let samples = plateau.clipped(&Bars {
+            now,
+            level,
+            noise: 0.05,
+            held: 0.0,
+            steered: false,
+            accelerates: false,
+            risen: 0.5,
+            jumped: 0.5,
+            sliding: 1.0,
+        });
+        clipped += u32::from(samples == 5);
+    }
+    clipped
+}
+
+#[test]
+fn broadband_noise_that_reaches_over_the_bar_is_a_clipped_load_a_third_as_often_by_its_level() {
+    let without = PlateauParams { level_sigmas: 0.0, ..PlateauParams::default() };
+    let (without, with) =
+        (clipped_by_broadband_noise(without), clipped_by_broadband_noise(PlateauParams::default()));
+    assert!(with * 3 <= without, "{with} in place of {without}");
+}
+
+#[test]
+fn a_flat_top_far_below_the_told_friction_was_held() {
+    for (top, believed) in [(0.52, true), (0.33, false)] {
+        let mut friction = Friction::new(0.62f32);
+        friction.cap(top);
+        assert_eq!(friction.estimate() < 0.6, believed, "{top}: {}", friction.estimate());
+    }
 }

@@ -2,10 +2,15 @@
 //!
 //! The force that bears the object, over what the model expects, is held against its own
 //! slow mean by a cumulative sum (Page 1954): `S = max(0, S + (mean - share) / sigma - k)`,
-//! an alarm at `S > h`. Deficits below a twentieth of the weight never add up. It is told
+//! an alarm at `S > h`. Noise that is not white sums to more than its samples show: `sigma` is that of block
+//! means, times the root of a block's length (the long-run standard deviation), where that is more; by the
+//! differences of consecutive blocks, in which a deficit that grows hardly shows. Deficits below a twentieth of the weight never add up. It is told
 //! only where the told weight has proven right, and while the planned motion stays.
 
 use crate::real::{Real, clamp, max, min, sqrt};
+
+/// Samples in a block: 32 ms at 250 Hz, longer than the correlation of filtered noise.
+const BLOCK: u8 = 8;
 
 /// What was chosen in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +44,8 @@ pub struct BearingParams<R: Real> {
     pub falls_sigmas: R,
     /// Less than this bears nothing, N: ten times the noise of a sensor. Doubled: objects of 20 to 40 g are not followed.
     pub least_n: R,
+    /// Share with which a block enters the long-run variance: 0.6 s at 250 Hz. Doubled: known, and forgotten, in half of it.
+    pub block_share: R,
     /// Share of the alarm's bar from which the object may be falling. Doubled: the pose is believed later.
     pub suspect_share: R,
 }
@@ -58,6 +65,7 @@ impl<R: Real> Default for BearingParams<R> {
             counted_sigmas: R::of(2.5),
             falls_sigmas: R::of(5.0),
             least_n: R::of(0.2),
+            block_share: R::of(0.05),
             suspect_share: R::of(0.4),
         }
     }
@@ -75,6 +83,12 @@ pub struct Bearing<R: Real> {
     last: R,
     deficit: R,
     suspect: bool,
+    /// Sum of the present block, samples in it, blocks so far, and the variance of a block's mean times its length.
+    block: R,
+    count: u8,
+    blocks: u8,
+    last_block: R,
+    long_run: R,
     fallen: u8,
     /// Samples so far: the first count more.
     age: u8,
@@ -98,6 +112,11 @@ impl<R: Real> Bearing<R> {
             last: R::zero(),
             deficit: R::zero(),
             suspect: false,
+            block: R::zero(),
+            count: 0,
+            blocks: 0,
+            last_block: R::zero(),
+            long_run: R::zero(),
             fallen: 0,
             age: 0,
         }
@@ -112,7 +131,12 @@ impl<R: Real> Bearing<R> {
     /// samples it has been falling; zero where it is borne.
     pub fn falls(&mut self, bearing_n: Option<[R; 2]>, steered: bool, dt_s: R) -> u8 {
         let Some([measured, model]) = bearing_n.filter(|[_, model]| *model > self.params.least_n) else {
-            *self = Self { variance: self.variance, ..Self::new(self.params) };
+            *self = Self {
+                variance: self.variance,
+                long_run: self.long_run,
+                blocks: self.blocks,
+                ..Self::new(self.params)
+            };
             return 0;
         };
         let share = measured / model;
@@ -121,12 +145,17 @@ impl<R: Real> Bearing<R> {
         // A fall is a few large differences, noise many.
         let square = min(change * change * R::of(0.5), self.sudden * R::of(4.0));
         self.sudden += (square - self.sudden) * min(dt_s / self.params.sudden_s, R::one());
-        let sigma = max(sqrt(max(self.variance, self.sudden)), R::of(1e-3));
+        let sigma = max(sqrt(max(max(self.variance, self.sudden), self.long_run)), R::of(1e-3));
         let allowed = max(self.params.allowed_share / sigma, self.params.allowed_sigmas);
         let enough = self.params.chance * R::of(0.5) / allowed;
         let right = (self.mean - R::one()).abs() < self.params.weight_share;
         if self.fallen >= self.params.fallen_samples {
-            *self = Self { variance: self.variance, ..Self::new(self.params) };
+            *self = Self {
+                variance: self.variance,
+                long_run: self.long_run,
+                blocks: self.blocks,
+                ..Self::new(self.params)
+            };
         } else if right && !steered {
             let most = self.params.falls_sigmas;
             let gain = clamp((min(self.mean, R::one()) - share) / sigma, -most, most) - allowed;
@@ -151,7 +180,24 @@ impl<R: Real> Bearing<R> {
         if right {
             let slow = min(dt_s / self.params.noise_s, R::one()) * R::of(0.1);
             self.variance += (counted * counted - self.variance) * slow;
+            self.note_block(counted);
         }
         0
+    }
+
+    /// The long-run variance, by the differences of blocks.
+    fn note_block(&mut self, away: R) {
+        self.block += away;
+        self.count += 1;
+        if self.count < BLOCK {
+            return;
+        }
+        self.blocks = self.blocks.saturating_add(1);
+        // The first count the same.
+        let share = max(self.params.block_share, R::one() / R::of(f64::from(self.blocks)));
+        let change = self.block - self.last_block;
+        let square = change * change * R::of(0.5 / f64::from(BLOCK));
+        self.long_run += (square - self.long_run) * share;
+        (self.last_block, self.block, self.count) = (self.block, R::zero(), 0);
     }
 }

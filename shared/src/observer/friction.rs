@@ -162,10 +162,11 @@ impl<R: Real> Friction<R> {
         self.level
     }
 
-    /// Loads have been clipped at `needed`: there is no more than that.
+    /// Loads have been clipped at `needed`: there is no more than that. A flat top below the least friction there may be
+    /// was held: far more loads happen to be flat than there is so much less friction.
     pub fn cap(&mut self, needed: R) {
         let bound = max(needed, self.told * self.params.least_share);
-        if bound < self.estimate {
+        if bound < self.estimate && needed > self.least() {
             self.estimate = max(bound, self.proven);
             self.learnt = true;
         }

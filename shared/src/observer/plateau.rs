@@ -35,6 +35,10 @@ pub struct PlateauParams<R: Real> {
     pub jump_sigmas: R,
     /// A flat load is over its bar by so many deviations of such means. Doubled: slips without a pose are seen later.
     pub means_sigmas: R,
+    /// And so many above the slow mean of the load, where that is below the bar: by chance some 30 times an hour where
+    /// the bar lies 1.6 of them above the load. Doubled: slips without a pose under a noise of
+    /// a tenth of the load are not seen.
+    pub level_sigmas: R,
     /// A plateau that follows a jump begins within so many samples of it: 60 ms. Doubled: ramps after a jump count as jumps.
     pub after_jump: u8,
     /// A peak so far above the plateau, as a share of it, was carried. Doubled: friction that falls by so much with speed hides no slip.
@@ -62,6 +66,7 @@ impl<R: Real> Default for PlateauParams<R> {
             jump_share: R::of(0.1),
             jump_sigmas: R::of(8.0),
             means_sigmas: R::of(2.0),
+            level_sigmas: R::of(4.5),
             after_jump: 15,
             carried_share: R::of(0.02),
             carried_sigmas: R::of(2.5),
@@ -200,7 +205,9 @@ impl<R: Real> Plateau<R> {
             self.borne * (R::one() + self.params.carried_share) + s.noise * self.params.carried_sigmas;
         let bar = if self.borne > R::zero() { max(bar, borne) } else { bar };
         let sigma = sqrt(self.spread);
-        mean > bar + sigma * self.params.means_sigmas
+        // The load that stays is over the bar, or what is over it is no noise of that load.
+        let departs = s.level > bar || mean - s.level > sigma * self.params.level_sigmas;
+        departs && mean > bar + sigma * self.params.means_sigmas
     }
 
     /// Variance of the mean of five samples, by what consecutive ones differ: noise that is not white shows there,
