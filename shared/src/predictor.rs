@@ -36,11 +36,11 @@ pub use validate::{Limit, ModelError, validate, validate_limits};
 use crate::cone::{Kept, SolveBudget, SolveStatus};
 use crate::contact::{Body, SLOTS};
 use crate::effect::MEMORY;
-use crate::health::Health;
+use crate::health::{self, Health};
 use crate::look_ahead::{Ahead, Course, Foreseen, LONGEST_STEP_S};
 use crate::model::{FingerContact, MAX_EFFECTS, Model, Scene, Shape};
 use crate::observer::motion::Moved;
-use crate::observer::{Observed, Observer, Seen};
+use crate::observer::{self, Observed, Observer, Seen};
 use crate::real::{Real, Rotation, Vec3, max, min, norm, sqrt};
 use crate::step::{Drive, State, StepSummary, Workspace};
 use crate::track::{
@@ -207,6 +207,20 @@ impl<R: Real> Predictor<R> {
     #[must_use]
     pub fn with_params(mut self, params: Params) -> Self {
         self.core.params = params;
+        self
+    }
+
+    /// The same with another tuning of the observer than the default: before the first sample.
+    #[must_use]
+    pub fn with_observer(mut self, params: observer::Params<R>) -> Self {
+        self.core.observer = Observer::with(self.core.model.friction.finger, params);
+        self
+    }
+
+    /// The same with another tuning of the checks of the sensors than the default: before the first sample.
+    #[must_use]
+    pub fn with_health(mut self, params: health::Params) -> Self {
+        self.core.health = Health::new(params);
         self
     }
 

@@ -119,7 +119,8 @@ fn figure(caption: &str, chart: &Chart) -> String {
 }
 
 /// What the table's columns mean.
-pub const LEGEND: &str = "found: an alarm was up at onset or began at most 0.1 s later; in time: slip that builds up 100 ms ahead, sudden or \
+pub const LEGEND: &str = "found: an alarm was up at onset or began at most 0.1 s later; in time: slip that builds up (the required friction \
+     rose steadily over 0.2 s or more of the last second) 100 ms ahead, sudden or \
      intended slip at most 20 ms after its onset, sag and rotation and drop before they happen, a foreseeable drop \
      360 ms ahead; lead: onset minus the alarm's beginning, negative where it is late; false: alarms \
      without an event of the kind (slip: in trials that are meant to hold); near: alarms with a smaller event (a motion short of a slip; for sag, a slip; for a \

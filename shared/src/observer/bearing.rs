@@ -2,39 +2,79 @@
 //!
 //! The force that bears the object, over what the model expects, is held against its own
 //! slow mean by a cumulative sum (Page 1954): `S = max(0, S + (mean - share) / sigma - k)`,
-//! an alarm at `S > h`. Deficits below a twentieth of the weight never add up. It is told
+//! an alarm at `S > h`. Noise that is not white sums to more than its samples show: `sigma` is that of block
+//! means, times the root of a block's length (the long-run standard deviation), where that is more; by the
+//! differences of consecutive blocks, in which a deficit that grows hardly shows. Deficits below a twentieth of the weight never add up. It is told
 //! only where the told weight has proven right, and while the planned motion stays.
 
 use crate::real::{Real, clamp, max, min, sqrt};
 
-/// Deficit that is none, as a share of the weight, and in standard deviations.
-const ALLOWED_SHARE: f64 = 0.05;
-const ALLOWED_SIGMAS: f64 = 0.9;
-/// By chance once in a hundred hours, `exp(2 k h) / (2 k^2)` samples apart (Siegmund 1985).
-const CHANCE: f64 = 19.0;
-/// After so many samples it does not fall but rests elsewhere, or has been dropped.
-const FALLEN_SAMPLES: u8 = 100;
-/// The told weight is right if it is borne for a while within this share.
-const WEIGHT_SHARE: f64 = 0.15;
-/// Time constants of the mean and of the noise; first guess of the noise.
-const BORNE_S: f64 = 0.3;
-const NOISE_S: f64 = 0.2;
-const NOISE: f64 = 0.03;
-/// The same of noise that has just begun.
-const SUDDEN_S: f64 = 0.04;
-/// A sample counts up to so many standard deviations in mean and noise: a knock is neither.
-const COUNTED_SIGMAS: f64 = 2.5;
-/// A sample counts up to so many in the deficit: three of them are a fall.
-const FALLS_SIGMAS: f64 = 5.0;
-/// Less than this bears nothing, N.
-const LEAST_N: f64 = 0.2;
+/// Samples in a block: 32 ms at 250 Hz, longer than the correlation of filtered noise.
+const BLOCK: u8 = 8;
 
-/// Share of the alarm's bar from which the object may be falling.
-const SUSPECT_SHARE: f64 = 0.4;
+/// What was chosen in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BearingParams<R: Real> {
+    /// Deficit that is none, as a share of the weight: pads that settle and poses that turn. Doubled: falls that
+    /// lose less than a tenth of the weight are not told.
+    pub allowed_share: R,
+    /// The same in standard deviations: half of the least deficit to be found soonest. Doubled: small deficits
+    /// are told later.
+    pub allowed_sigmas: R,
+    /// By chance once in a hundred hours, `exp(2 k h) / (2 k^2)` samples apart (Siegmund 1985): `2 k h`.
+    /// Doubled: falls are told twice as late, by chance never.
+    pub chance: R,
+    /// After so many samples it does not fall but rests elsewhere, or has been dropped: 0.4 s, in which it falls
+    /// by 0.8 m. Doubled: the alarm stands that much longer.
+    pub fallen_samples: u8,
+    /// The told weight is right if it is borne for a while within this share. Doubled: objects that rest on
+    /// something pass for held.
+    pub weight_share: R,
+    /// Time constant of the mean, s. Doubled: a new load is known that much later.
+    pub borne_s: R,
+    /// Time constant of the noise, s, of which a tenth counts. Doubled: a change of noise is known later.
+    pub noise_s: R,
+    /// First guess of the noise, share of the weight. Doubled: falls in the first second are told later.
+    pub noise: R,
+    /// Time constant of noise that has just begun, s. Doubled: a knock of 40 ms passes for a fall.
+    pub sudden_s: R,
+    /// A sample counts up to so many standard deviations in mean and noise: a knock is neither. Doubled: it is both.
+    pub counted_sigmas: R,
+    /// A sample counts up to so many in the deficit: three of them are a fall. Doubled: two are.
+    pub falls_sigmas: R,
+    /// Less than this bears nothing, N: ten times the noise of a sensor. Doubled: objects of 20 to 40 g are not followed.
+    pub least_n: R,
+    /// Share with which a block enters the long-run variance: 0.6 s at 250 Hz. Doubled: known, and forgotten, in half of it.
+    pub block_share: R,
+    /// Share of the alarm's bar from which the object may be falling. Doubled: the pose is believed later.
+    pub suspect_share: R,
+}
+
+impl<R: Real> Default for BearingParams<R> {
+    fn default() -> Self {
+        Self {
+            allowed_share: R::of(0.05),
+            allowed_sigmas: R::of(0.9),
+            chance: R::of(19.0),
+            fallen_samples: 100,
+            weight_share: R::of(0.15),
+            borne_s: R::of(0.3),
+            noise_s: R::of(0.2),
+            noise: R::of(0.03),
+            sudden_s: R::of(0.04),
+            counted_sigmas: R::of(2.5),
+            falls_sigmas: R::of(5.0),
+            least_n: R::of(0.2),
+            block_share: R::of(0.05),
+            suspect_share: R::of(0.4),
+        }
+    }
+}
 
 /// State.
 #[derive(Clone, Debug)]
 pub struct Bearing<R: Real> {
+    params: BearingParams<R>,
     /// Mean of the force that bears the object, over the model's; variance of a sample.
     mean: R,
     variance: R,
@@ -43,6 +83,12 @@ pub struct Bearing<R: Real> {
     last: R,
     deficit: R,
     suspect: bool,
+    /// Sum of the present block, samples in it, blocks so far, and the variance of a block's mean times its length.
+    block: R,
+    count: u8,
+    blocks: u8,
+    last_block: R,
+    long_run: R,
     fallen: u8,
     /// Samples so far: the first count more.
     age: u8,
@@ -50,21 +96,32 @@ pub struct Bearing<R: Real> {
 
 impl<R: Real> Default for Bearing<R> {
     fn default() -> Self {
-        let variance = R::of(NOISE * NOISE);
+        Self::new(BearingParams::default())
+    }
+}
+
+impl<R: Real> Bearing<R> {
+    /// Nothing was borne yet.
+    pub fn new(params: BearingParams<R>) -> Self {
+        let variance = params.noise * params.noise;
         Self {
+            params,
             mean: R::zero(),
             variance,
             sudden: variance,
             last: R::zero(),
             deficit: R::zero(),
             suspect: false,
+            block: R::zero(),
+            count: 0,
+            blocks: 0,
+            last_block: R::zero(),
+            long_run: R::zero(),
             fallen: 0,
             age: 0,
         }
     }
-}
 
-impl<R: Real> Bearing<R> {
     /// The object may be falling.
     pub fn suspect(&self) -> bool {
         self.suspect
@@ -73,8 +130,13 @@ impl<R: Real> Bearing<R> {
     /// One sample: the force that bears the object, measured and by the model, N. For how many
     /// samples it has been falling; zero where it is borne.
     pub fn falls(&mut self, bearing_n: Option<[R; 2]>, steered: bool, dt_s: R) -> u8 {
-        let Some([measured, model]) = bearing_n.filter(|[_, model]| *model > R::of(LEAST_N)) else {
-            *self = Self { variance: self.variance, ..Self::default() };
+        let Some([measured, model]) = bearing_n.filter(|[_, model]| *model > self.params.least_n) else {
+            *self = Self {
+                variance: self.variance,
+                long_run: self.long_run,
+                blocks: self.blocks,
+                ..Self::new(self.params)
+            };
             return 0;
         };
         let share = measured / model;
@@ -82,21 +144,26 @@ impl<R: Real> Bearing<R> {
         self.last = share;
         // A fall is a few large differences, noise many.
         let square = min(change * change * R::of(0.5), self.sudden * R::of(4.0));
-        self.sudden += (square - self.sudden) * min(dt_s / R::of(SUDDEN_S), R::one());
-        let sigma = max(sqrt(max(self.variance, self.sudden)), R::of(1e-3));
-        let allowed = max(R::of(ALLOWED_SHARE) / sigma, R::of(ALLOWED_SIGMAS));
-        let enough = R::of(CHANCE * 0.5) / allowed;
-        let right = (self.mean - R::one()).abs() < R::of(WEIGHT_SHARE);
-        if self.fallen >= FALLEN_SAMPLES {
-            *self = Self { variance: self.variance, ..Self::default() };
+        self.sudden += (square - self.sudden) * min(dt_s / self.params.sudden_s, R::one());
+        let sigma = max(sqrt(max(max(self.variance, self.sudden), self.long_run)), R::of(1e-3));
+        let allowed = max(self.params.allowed_share / sigma, self.params.allowed_sigmas);
+        let enough = self.params.chance * R::of(0.5) / allowed;
+        let right = (self.mean - R::one()).abs() < self.params.weight_share;
+        if self.fallen >= self.params.fallen_samples {
+            *self = Self {
+                variance: self.variance,
+                long_run: self.long_run,
+                blocks: self.blocks,
+                ..Self::new(self.params)
+            };
         } else if right && !steered {
-            let most = R::of(FALLS_SIGMAS);
+            let most = self.params.falls_sigmas;
             let gain = clamp((min(self.mean, R::one()) - share) / sigma, -most, most) - allowed;
             self.deficit = clamp(self.deficit + gain, R::zero(), enough * R::of(2.0));
         } else {
             self.deficit = R::zero();
         }
-        self.suspect = self.deficit > enough * R::of(SUSPECT_SHARE);
+        self.suspect = self.deficit > enough * self.params.suspect_share;
         if self.deficit > enough {
             self.fallen = self.fallen.saturating_add(1);
             return self.fallen;
@@ -107,13 +174,30 @@ impl<R: Real> Bearing<R> {
         let counted = if self.age < u8::MAX && !right {
             share - self.mean
         } else {
-            clamp(share - self.mean, -sigma * R::of(COUNTED_SIGMAS), sigma * R::of(COUNTED_SIGMAS))
+            clamp(share - self.mean, -sigma * self.params.counted_sigmas, sigma * self.params.counted_sigmas)
         };
-        self.mean += counted * max(min(dt_s / R::of(BORNE_S), R::one()), first);
+        self.mean += counted * max(min(dt_s / self.params.borne_s, R::one()), first);
         if right {
-            let slow = min(dt_s / R::of(NOISE_S), R::one()) * R::of(0.1);
+            let slow = min(dt_s / self.params.noise_s, R::one()) * R::of(0.1);
             self.variance += (counted * counted - self.variance) * slow;
+            self.note_block(counted);
         }
         0
+    }
+
+    /// The long-run variance, by the differences of blocks.
+    fn note_block(&mut self, away: R) {
+        self.block += away;
+        self.count += 1;
+        if self.count < BLOCK {
+            return;
+        }
+        self.blocks = self.blocks.saturating_add(1);
+        // The first count the same.
+        let share = max(self.params.block_share, R::one() / R::of(f64::from(self.blocks)));
+        let change = self.block - self.last_block;
+        let square = change * change * R::of(0.5 / f64::from(BLOCK));
+        self.long_run += (square - self.long_run) * share;
+        (self.last_block, self.block, self.count) = (self.block, R::zero(), 0);
     }
 }

@@ -15,50 +15,29 @@
 
 pub mod bearing;
 pub mod friction;
+pub mod grip;
 pub mod motion;
+pub mod params;
 pub mod plateau;
 pub mod shear;
 pub mod trend;
+mod window;
+
+pub use params::Params;
 
 use crate::real::{Real, Vec3, clamp, max, min, norm, sqrt};
 use bearing::Bearing;
 use friction::{Friction, Use};
+use grip::Grip;
 use motion::{Forces, Motion, Moved};
 use plateau::{Bars, Plateau};
 use shear::Load;
 use trend::Trend;
 
-/// Samples of the tare: 0.13 s at 250 Hz.
-const TARE_SAMPLES: u8 = 32;
-/// Largest constant error that is taken off.
-const TARE_N: f64 = 0.4;
-const TARE_NM: f64 = 0.005;
-/// Smoothing of the ratio that is shown.
-const SMOOTHING: f64 = 0.3;
-/// Share of the estimated limit that counts as slip there.
-const SLIPPING_SHARE: f64 = 0.98;
-/// Share of the least limit from which less motion is slip.
-const AT_LIMIT_SHARE: f64 = 0.9;
-/// Samples in which a falling grip command becomes a trend.
-const FALLING_SAMPLES: u8 = 15;
-/// Below this share of the limit a trend is no threat yet, and mostly that of a lift-off.
-const THREAT_SHARE: f64 = 0.5;
-/// A trend that reaches the limit within this is a threat, s; it has ended where the ratio is below
-/// this share of what it was then.
-const THREAT_S: f64 = 0.25;
-const ENDED_SHARE: f64 = 0.97;
-/// The slowest jaw has followed a step of its command after this, s.
-const SETTLED_S: f64 = 1.0;
-/// A commanded fall shorter than this is a re-grasp, s: it is judged by its level, not by its slope.
-const REGRASP_S: f64 = 0.12;
-/// A grip command that falls is extrapolated by this share of the time for which it has fallen.
-const GOES_ON: f64 = 1.0;
-/// First guess of the ratio's noise, standard deviation.
-const NOISE: f64 = 0.005;
-
 /// State of the observer.
 #[derive(Clone, Debug)]
 pub struct Observer<R: Real> {
+    params: Params<R>,
     bias: [[R; 6]; 2],
     tared: u8,
     friction: Friction<R>,
@@ -66,6 +45,8 @@ pub struct Observer<R: Real> {
     trend: Trend<R>,
     ratio: Option<R>,
     plateau: Plateau<R>,
+    /// The object slipped at the last sample, by its pose.
+    slid: bool,
     /// Of slow ramps.
     ramp: Trend<R>,
     /// Ratio at which a trend's warning was raised that has not ended.
@@ -124,23 +105,31 @@ pub struct Observed<R: Real> {
 impl<R: Real> Observer<R> {
     /// Knows what the model says: the fingers' friction coefficient.
     pub fn new(friction: R) -> Self {
-        Self::with(Friction::new(friction))
+        Self::with(friction, Params::default())
     }
 
-    fn with(friction: Friction<R>) -> Self {
+    /// The same with other tuning than the default.
+    pub fn with(friction: R, params: Params<R>) -> Self {
+        Self::of(Friction::with(friction, params.friction), params)
+    }
+
+    fn of(friction: Friction<R>, params: Params<R>) -> Self {
         let zero = R::zero();
+        let variance = params.noise * params.noise;
         Self {
+            params,
             bias: [[zero; 6]; 2],
             tared: 0,
             friction,
-            motion: Motion::default(),
-            trend: Trend::new(R::of(NOISE * NOISE), trend::SHORT),
-            ramp: Trend::new(R::of(NOISE * NOISE), trend::LONG),
+            motion: Motion::new(params.motion, params.shear),
+            trend: Trend::new(variance, params.trend),
+            ramp: Trend::new(variance, params.ramp),
             threat: None,
-            grip: Grip::default(),
+            grip: Grip::new(params.grip),
             ratio: None,
-            plateau: Plateau::default(),
-            bearing: Bearing::default(),
+            plateau: Plateau::new(params.plateau),
+            slid: false,
+            bearing: Bearing::new(params.bearing),
         }
     }
 
@@ -161,14 +150,14 @@ impl<R: Real> Observer<R> {
 
     /// Keeps the friction learnt, forgets the grasp.
     pub fn restarted(&self) -> Self {
-        Self::with(self.friction.regrasped())
+        Self::of(self.friction.regrasped(), self.params)
     }
 
     /// Learns the constant error of the sensors while the rig rests: what `measured` shows
     /// beyond the model's `expected`. `true`: more than a constant error may be.
     pub fn tare(&mut self, measured: &[Option<[R; 6]>; 2], expected: &[[R; 6]; 2], at_rest: bool) -> bool {
-        if self.tared >= TARE_SAMPLES || !at_rest {
-            self.tared = TARE_SAMPLES;
+        if self.tared >= self.params.tare_samples || !at_rest {
+            self.tared = self.params.tare_samples;
             return false;
         }
         self.tared += 1;
@@ -177,7 +166,7 @@ impl<R: Real> Observer<R> {
         for ((bias, w), e) in self.bias.iter_mut().zip(measured).zip(expected) {
             let Some(w) = w else { continue };
             for (i, ((b, x), e)) in bias.iter_mut().zip(w).zip(e).enumerate() {
-                let bound = R::of(if i < 3 { TARE_N } else { TARE_NM });
+                let bound = if i < 3 { self.params.tare_n } else { self.params.tare_nm };
                 let error = *x - *e;
                 // Noise may exceed the bound; three times the bound is no constant error.
                 beyond |= error.abs() > bound * R::of(3.0);
@@ -220,7 +209,7 @@ impl<R: Real> Observer<R> {
         };
         self.grip.follow(s.grip_n, load.map(|l| l.normal_n), s.dt_s);
         // Before the tare a constant error may look like any load.
-        let now = both.filter(|_| self.tared >= TARE_SAMPLES);
+        let now = both.filter(|_| self.tared >= self.params.tare_samples);
         let bears = s.bearing_n.filter(|_| now.is_some());
         let fallen = self.bearing.falls(bears, s.steered, s.dt_s);
         let falling = fallen > 0;
@@ -236,7 +225,7 @@ impl<R: Real> Observer<R> {
                 held: proven,
                 steered: s.steered,
                 accelerates: s.accelerates,
-                risen: max(seen.limit * R::of(SLIPPING_SHARE) - noise, held),
+                risen: max(seen.limit * self.params.slipping_share - noise, held),
                 jumped: max(likely * min(s.sliding, R::one()), held),
                 sliding: s.sliding,
             })
@@ -244,7 +233,7 @@ impl<R: Real> Observer<R> {
         seen.moved = match &s.points_m {
             Some(points) => {
                 // A load that has been held is none that it slips under.
-                let bar = max(likely * R::of(AT_LIMIT_SHARE), proven + noise * R::of(2.0));
+                let bar = max(likely * self.params.at_limit_share, proven + noise * R::of(2.0));
                 let forces = if falling || clipped > 0 {
                     Forces::Fall
                 } else if now.is_some_and(|r| r > bar) || self.bearing.suspect() {
@@ -257,7 +246,7 @@ impl<R: Real> Observer<R> {
             None => self.motion.wait(s.dt_s),
         };
         let Some(now) = now else { return seen };
-        let smooth = self.ratio.map_or(now, |r| r + (now - r) * R::of(SMOOTHING));
+        let smooth = self.ratio.map_or(now, |r| r + (now - r) * self.params.smoothing);
         self.ratio = Some(smooth);
         if s.steered {
             self.trend.forget();
@@ -278,10 +267,18 @@ impl<R: Real> Observer<R> {
             noise: self.trend.noise() * R::of(0.42),
             slip_s: seen.moved.map(|m| m.slip_s),
             speed_m_s: seen.moved.map_or_else(R::zero, fastest),
-            grip_holds: self.grip.falling == 0,
+            grip_holds: self.grip.holds(),
             steered: s.steered,
         };
         self.friction.learn(&usage, s.dt_s);
+        // Pads on which it has come to rest bear what they bear now, however near the limit.
+        let slides = seen.moved.is_some_and(|m| m.slip_s > R::zero());
+        if slides {
+            self.plateau.slides();
+        } else if self.slid && seen.moved.is_some() {
+            self.plateau.bears(smooth);
+        }
+        self.slid = slides;
         seen.limit = self.friction.estimate() * effects;
         seen.least_limit = self.friction.least() * effects;
         seen.ratio = Some(smooth);
@@ -293,7 +290,7 @@ impl<R: Real> Observer<R> {
 
     /// Time until the ratio reaches `limit` by a proven trend.
     fn time_left(&mut self, ratio: R, limit: R, likely: R) -> Option<R> {
-        if !(ratio > limit * R::of(THREAT_SHARE)) {
+        if !(ratio > limit * self.params.threat_share) {
             self.threat = None;
             return None;
         }
@@ -310,13 +307,13 @@ impl<R: Real> Observer<R> {
             }
         }
         if let Some(t) = left {
-            if t < R::of(THREAT_S) && self.threat.is_none() {
+            if t < self.params.threat_s && self.threat.is_none() {
                 self.threat = Some(ratio);
             }
         } else if let Some(at) = self.threat {
             // What was announced and goes on, however slowly, is not withdrawn.
-            if self.ramp.persists() && ratio > at * R::of(ENDED_SHARE) {
-                left = Some(R::of(THREAT_S));
+            if self.ramp.persists() && ratio > at * self.params.ended_share {
+                left = Some(self.params.threat_s);
             } else {
                 self.threat = None;
             }
@@ -325,82 +322,6 @@ impl<R: Real> Observer<R> {
             left = earlier(left, t);
         }
         left
-    }
-}
-
-/// The grip command, and the normal force that it leads to.
-#[derive(Clone, Debug)]
-struct Grip<R: Real> {
-    command_n: R,
-    trend_n_s: R,
-    falling: u8,
-    falls_s: R,
-    /// Since the command last fell, and since it last changed, s.
-    fell_s: R,
-    changed_s: R,
-    /// Normal force now, and over the command where that has settled.
-    normal_n: R,
-    gain: R,
-}
-
-impl<R: Real> Default for Grip<R> {
-    fn default() -> Self {
-        let (zero, long) = (R::zero(), R::of(10.0));
-        Self {
-            command_n: zero,
-            trend_n_s: zero,
-            falling: 0,
-            falls_s: zero,
-            fell_s: long,
-            changed_s: long,
-            normal_n: zero,
-            // Two fingers.
-            gain: R::of(2.0),
-        }
-    }
-}
-
-impl<R: Real> Grip<R> {
-    fn follow(&mut self, command_n: R, normal_n: Option<R>, dt_s: R) {
-        self.fell_s += dt_s;
-        self.changed_s += dt_s;
-        if self.command_n > R::zero() {
-            let rate = (command_n - self.command_n) / dt_s;
-            self.trend_n_s += (rate - self.trend_n_s) * R::of(0.15);
-            let falls = rate < R::of(-0.05);
-            self.falling = if falls { self.falling.saturating_add(1).min(FALLING_SAMPLES) } else { 0 };
-            self.falls_s = if falls { self.falls_s + dt_s } else { R::zero() };
-            if falls {
-                self.fell_s = R::zero();
-            }
-            if rate.abs() > R::of(0.05) {
-                self.changed_s = R::zero();
-            }
-        }
-        self.command_n = command_n;
-        let Some(normal_n) = normal_n else { return };
-        self.normal_n += (normal_n - self.normal_n) * R::of(SMOOTHING);
-        if self.changed_s > R::of(SETTLED_S) && command_n > R::of(0.05) {
-            let gain = self.normal_n / command_n;
-            let share = min(dt_s / R::of(SETTLED_S), R::one());
-            self.gain += (gain - self.gain) * share;
-        }
-    }
-
-    /// The ratio that the command leads to, while the normal force is still on its way down to it.
-    fn comes_to(&self, ratio: R) -> Option<R> {
-        let on_its_way = self.falls_s < R::of(REGRASP_S) && self.fell_s < R::of(SETTLED_S);
-        let settled_n = self.gain * self.command_n;
-        (on_its_way && settled_n > R::of(0.02)).then(|| ratio * max(self.normal_n / settled_n, R::one()))
-    }
-
-    /// Time until a grip command that falls steadily is too little.
-    fn runs_out(&self, ratio: R, limit: R) -> Option<R> {
-        let falls = self.falls_s >= R::of(REGRASP_S) && self.trend_n_s < R::zero();
-        let lasts = self.command_n / -min(self.trend_n_s, R::of(-1e-6));
-        let left_s = max(lasts * (R::one() - ratio / limit), R::zero());
-        // A fall that has lasted for so long may last as long again: a re-grasp ends sooner.
-        (falls && left_s < self.falls_s * R::of(GOES_ON)).then_some(left_s)
     }
 }
 
@@ -430,10 +351,4 @@ fn load<R: Real>(a: &[R; 6], b: &[R; 6], arm_m: R, gripper_m_s: Vec3<R>) -> Load
         normal_n: a[1].abs() + b[1].abs(),
         gripper_m_s,
     }
-}
-
-/// Puts `newest` first and drops the last.
-// By swaps: `rotate_right` alone would bring 1.5 KB of `memmove`.
-fn shift_in<T>(list: &mut [T], mut newest: T) {
-    list.iter_mut().for_each(|item| core::mem::swap(item, &mut newest));
 }

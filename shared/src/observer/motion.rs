@@ -8,40 +8,24 @@
 //! size), each sample counted up to a bound, so that one wild sample proves nothing. How
 //! sure it must be depends on what the forces say ([`Forces`]): pads that carry a load near
 //! the limit may slip, those far below it hardly do. Slip ends when the point has come to
-//! rest; the anchor is then set anew. What the load shears elastically out of the pads ([`shear`](super::shear))
+//! rest; the anchor is then set anew, from few samples: its own variance is added to that of the mean, and it
+//! follows as a mean of all samples since would, until its gain is the slow one. What the load shears elastically out of the pads ([`shear`](super::shear))
 //! is no departure. Slow noise and vibration show in the means of eight samples: their variance beyond that of
 //! white noise is added. Poses may come more rarely than samples.
 
-use super::shear::{Load, Shear};
+use super::shear::{Load, Shear, ShearParams};
+use super::window::shift_in;
 use crate::real::{Real, Vec3, clamp, max, min, norm, sqrt};
 
-/// Gains of the filter: its noise is 0.57 of the samples'.
+/// Gains of the filter: its noise is 0.57 of the samples', as that of a mean of three.
 const ALPHA: f64 = 0.4;
 const BETA: f64 = 0.08;
 const FILTERED: f64 = 0.57;
-/// Gains of the anchor (1/s, 1/s²) and the fastest creep that it takes along.
-const FOLLOW_S: f64 = 5.0;
-const CREEP_S2: f64 = 5.0;
-const CREEP_M_S: f64 = 1e-3;
+const FILTERED_SAMPLES: u8 = 3;
 /// Most samples in a mean.
 const WINDOW: usize = 8;
-/// A sample counts up to this share of what two must sum to: one alone proves nothing.
-const COUNTED_SHARE: f64 = 0.6;
-/// First guess of the noise of the pose in the grasp, one axis.
-const NOISE_M: f64 = 5e-5;
 /// Samples after which gains are what they are; before, each sample counts the same.
 const WARM: u8 = 50;
-/// Most departure that winds the creep up, in standard deviations: a move is none.
-const CREEP_SIGMAS: f64 = 3.0;
-/// Share with which a block's mean enters their variance, and how much more than that it may be.
-const BLOCK_SHARE: f64 = 0.05;
-const BLOCK_MOST: f64 = 9.0;
-/// Slower than this for some samples is rest.
-const REST_M_S: f64 = 3e-3;
-const REST_SAMPLES: u8 = 8;
-
-/// Poses that are farther apart than this are none: a camera of 25 Hz.
-const BLIND_S: f64 = 0.045;
 
 /// What the forces say of slip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,16 +38,76 @@ pub enum Forces {
     Fall,
 }
 
-impl Forces {
-    /// Departure that is slip: standard deviations of a mean, and what the anchor may lag behind
-    /// a creep besides, along the face and of the turn, m.
-    fn bar(self) -> (f64, [f64; 2]) {
-        match self {
-            // By chance once in two hours: exp(h^2 / 2) means, of which two in a sample are independent.
-            Forces::Hold => (5.5, [2e-5, 3e-5]),
-            // The same, but for what the anchor lags: at the limit, where a grasp rarely is.
-            Forces::AtLimit => (4.7, [5e-6, 1.5e-5]),
-            Forces::Fall => (3.5, [0.0, 0.0]),
+/// Departure that is slip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bar<R: Real> {
+    /// Standard deviations of a mean.
+    pub sigmas: R,
+    /// What the anchor may lag behind a creep besides, along the face and of the turn, m.
+    pub lag_m: [R; 2],
+}
+
+/// What was chosen in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionParams<R: Real> {
+    /// Gain of the anchor, 1/s. Doubled: slow slides are lost in it twice as soon, slow shear of pads twice as well.
+    pub follow_s: R,
+    /// Gain of its drift, 1/s^2. Doubled: a creep is taken along sooner, and slow slides too.
+    pub creep_s2: R,
+    /// Fastest creep that is taken along, m/s. Doubled: slides of 2 mm/s are none.
+    pub creep_m_s: R,
+    /// A sample counts up to this share of what two must sum to: one alone proves nothing. Above 1, one wild sample is slip.
+    pub counted_share: R,
+    /// First guess of the noise of the pose in the grasp on an axis, m. Doubled: slips in the first tenth of a second are seen later.
+    pub noise_m: R,
+    /// Most departure that winds the creep up, in standard deviations: a move is none. Doubled: moves wind it up.
+    pub creep_sigmas: R,
+    /// Share with which a block's mean enters their variance: 0.6 s at 250 Hz. Doubled: vibration is learnt, and forgotten, in half of it.
+    pub block_share: R,
+    /// How much more than the variance so far one block counts. Doubled: a slip that begins counts as vibration.
+    pub block_most: R,
+    /// Slower than this for some samples is rest, m/s: the noise of the filtered velocity. Doubled: slides of 5 mm/s are told in pieces.
+    pub rest_m_s: R,
+    /// For so many samples: 32 ms. Doubled: a slip is said to end that much later.
+    pub rest_samples: u8,
+    /// Poses that are farther apart than this are none, s: a camera of 25 Hz. Doubled: an object that is no longer seen passes for held for 90 ms.
+    pub blind_s: R,
+    /// Far below the limit: by chance once in two hours, exp(h^2 / 2) means, of which two in a sample are independent. Sigmas
+    /// doubled: sudden slips are seen twice as late.
+    pub hold: Bar<R>,
+    /// The same, but for what the anchor lags: at the limit, where a grasp rarely is.
+    pub at_limit: Bar<R>,
+    /// The forces have told of slip already: by chance once in a second of it.
+    pub fall: Bar<R>,
+}
+
+impl<R: Real> Default for MotionParams<R> {
+    fn default() -> Self {
+        Self {
+            follow_s: R::of(5.0),
+            creep_s2: R::of(5.0),
+            creep_m_s: R::of(1e-3),
+            counted_share: R::of(0.6),
+            noise_m: R::of(5e-5),
+            creep_sigmas: R::of(3.0),
+            block_share: R::of(0.05),
+            block_most: R::of(9.0),
+            rest_m_s: R::of(3e-3),
+            rest_samples: 8,
+            blind_s: R::of(0.045),
+            hold: Bar { sigmas: R::of(5.5), lag_m: [R::of(2e-5), R::of(3e-5)] },
+            at_limit: Bar { sigmas: R::of(4.7), lag_m: [R::of(5e-6), R::of(1.5e-5)] },
+            fall: Bar { sigmas: R::of(3.5), lag_m: [R::of(0.0), R::of(0.0)] },
+        }
+    }
+}
+
+impl<R: Real> MotionParams<R> {
+    fn bar(&self, forces: Forces) -> &Bar<R> {
+        match forces {
+            Forces::Hold => &self.hold,
+            Forces::AtLimit => &self.at_limit,
+            Forces::Fall => &self.fall,
         }
     }
 }
@@ -71,12 +115,16 @@ impl Forces {
 /// State.
 #[derive(Clone, Debug)]
 pub struct Motion<R: Real> {
+    params: MotionParams<R>,
     points: Option<[Point<R>; 2]>,
     /// Noise of a sample, along X and Z, and of the turn at the arm.
     variance: [R; 2],
     slip_s: R,
     still: u8,
     age: u8,
+    /// Samples that the anchor is the mean of, up to [`WARM`], and its variance over that of a sample.
+    anchored: u8,
+    anchor_share: R,
     acceleration_m_s2: R,
     speed_m_s: R,
     shear: Shear<R>,
@@ -107,8 +155,14 @@ impl<R: Real> Point<R> {
 
     /// The last samples lie away from the anchor; `sigma_m` of one sample along the face, and
     /// of the turn.
-    fn departed(&self, noise: &[[R; 2]; 2], shear: &Shear<R>, forces: Forces) -> bool {
-        let (sigmas, lag_m) = forces.bar();
+    fn departed(
+        &self,
+        noise: &[[R; 2]; 2],
+        shear: &Shear<R>,
+        forces: Forces,
+        params: &MotionParams<R>,
+    ) -> bool {
+        let Bar { sigmas, lag_m } = *params.bar(forces);
         let (mut sum, mut count) = (Vec3::zeros(), R::zero());
         // About the limit slip is as likely as what pads and clock may be besides what was learnt.
         let (mut unknown, mut skew_m) = ([R::zero(); 3], [R::zero(); 2]);
@@ -118,10 +172,10 @@ impl<R: Real> Point<R> {
         }
         let bar = |k: usize, n: R| {
             let spread = sqrt(noise[0][k] * n + noise[1][k] * n * n);
-            spread * R::of(sigmas) + (R::of(lag_m[k]) + skew_m[k]) * n
+            spread * sigmas + (lag_m[k] + skew_m[k]) * n
         };
         let bars = |n: R| [bar(0, n), bar(1, n)];
-        let counted = bars(R::of(2.0)).map(|b| b * R::of(COUNTED_SHARE));
+        let counted = bars(R::of(2.0)).map(|b| b * params.counted_share);
         self.raw.iter().zip(&shear.recent).any(|(raw, load)| {
             let d: Vec3<R> = raw - self.anchor;
             let d = shear.beyond(&d, load, &unknown);
@@ -149,15 +203,29 @@ pub struct Moved<R: Real> {
 
 impl<R: Real> Default for Motion<R> {
     fn default() -> Self {
+        Self::new(MotionParams::default(), ShearParams::default())
+    }
+}
+
+impl<R: Real> Motion<R> {
+    /// Nothing was seen yet.
+    pub fn new(params: MotionParams<R>, shear: ShearParams<R>) -> Self {
+        Self::of(params, Shear::new(shear))
+    }
+
+    fn of(params: MotionParams<R>, shear: Shear<R>) -> Self {
         Self {
+            params,
             points: None,
-            variance: [R::of(NOISE_M * NOISE_M); 2],
+            variance: [params.noise_m * params.noise_m; 2],
             slip_s: R::zero(),
             still: 0,
             age: 0,
+            anchored: 0,
+            anchor_share: R::one(),
             acceleration_m_s2: R::zero(),
             speed_m_s: R::zero(),
-            shear: Shear::default(),
+            shear,
             excess: [R::zero(); 2],
             block: Vec3::zeros(),
             count: 0,
@@ -165,12 +233,11 @@ impl<R: Real> Default for Motion<R> {
             blind_s: R::zero(),
         }
     }
-}
 
-impl<R: Real> Motion<R> {
     /// Nothing is known of the points any more.
     pub fn forget(&mut self) {
-        *self = Self { variance: self.variance, shear: self.shear.kept(), ..Self::default() };
+        let shear = self.shear.kept();
+        *self = Self { variance: self.variance, ..Self::of(self.params, shear) };
     }
 
     /// A sample without a pose, as cameras slower than the sampling leave them: what was seen last holds for a
@@ -178,7 +245,7 @@ impl<R: Real> Motion<R> {
     pub fn wait(&mut self, dt_s: R) -> Option<Moved<R>> {
         let points = self.points?;
         self.blind_s += dt_s;
-        if self.blind_s > R::of(BLIND_S) {
+        if self.blind_s > self.params.blind_s {
             self.forget();
             return None;
         }
@@ -207,15 +274,19 @@ impl<R: Real> Motion<R> {
         let noise = self.variance.map(|v| sqrt(v) * R::of(FILTERED));
         let sigma_m = self.variance.map(|v| sqrt(v));
         self.shear.push(load, dt_s);
-        let spread = [self.variance, self.excess];
+        let [along, turn] = self.variance.map(|v| v * self.anchor_share);
+        let spread = [self.variance, [self.excess[0] + along, self.excess[1] + turn]];
         self.age = self.age.saturating_add(1).min(WARM);
         let first = R::one() / (R::of(f64::from(self.age)) + R::one());
         let slipping = self.slip_s > R::zero();
+        self.anchored = self.anchored.saturating_add(1).min(WARM);
+        let mean = R::one() / (R::of(f64::from(self.anchored)) + R::one());
+        let follow = max(min(self.params.follow_s * dt_s, R::one()), mean);
         let mut begins = false;
         let mut fastest = R::zero();
         for (p, raw) in points.iter_mut().zip(raw) {
             let change = raw - p.raw[0];
-            super::shift_in(&mut p.raw, *raw);
+            shift_in(&mut p.raw, *raw);
             if !slipping {
                 // Each the difference of two samples; X and Z together are two.
                 let squares = [
@@ -232,21 +303,20 @@ impl<R: Real> Motion<R> {
             p.at = ahead + miss * R::of(ALPHA);
             p.velocity += miss * (R::of(BETA) / dt_s);
             let away = p.at - p.anchor;
-            begins |= self.age > 8 && !slipping && p.departed(&spread, &self.shear, forces);
+            begins |= self.age > 8 && !slipping && p.departed(&spread, &self.shear, forces, &self.params);
             fastest = max(fastest, norm(&p.velocity));
             if !slipping {
-                let follow = max(min(R::of(FOLLOW_S) * dt_s, R::one()), first);
                 p.anchor += away * follow + p.creep * dt_s;
-                let most = R::of(CREEP_M_S);
+                let most = self.params.creep_m_s;
                 let left = away - self.shear.explained();
-                let bound = [sigma_m[0], sigma_m[1], sigma_m[0]].map(|s| s * R::of(CREEP_SIGMAS));
+                let bound = [sigma_m[0], sigma_m[1], sigma_m[0]].map(|s| s * self.params.creep_sigmas);
                 let left = Vec3::new(
                     clamp(left.x, -bound[0], bound[0]),
                     clamp(left.y, -bound[1], bound[1]),
                     clamp(left.z, -bound[2], bound[2]),
                 );
-                let creeping = if self.age == WARM { left } else { Vec3::zeros() };
-                p.creep = (p.creep + creeping * (R::of(CREEP_S2) * dt_s)).map(|v| clamp(v, -most, most));
+                let creeping = if self.anchored == WARM { left } else { Vec3::zeros() };
+                p.creep = (p.creep + creeping * (self.params.creep_s2 * dt_s)).map(|v| clamp(v, -most, most));
             }
         }
         if !slipping {
@@ -257,20 +327,23 @@ impl<R: Real> Motion<R> {
                 self.shear.learn(&away);
             }
             self.note_block(&(away - self.shear.explained_now()));
-            self.shear.follow(max(min(R::of(FOLLOW_S) * dt_s, R::one()), first));
+            self.shear.follow(follow);
+            let kept = R::one() - follow;
+            self.anchor_share = kept * kept * self.anchor_share + follow * follow;
         }
         let gain = (fastest - self.speed_m_s) / dt_s;
         self.speed_m_s = fastest;
         self.acceleration_m_s2 += (gain - self.acceleration_m_s2) * R::of(0.3);
-        let resting = fastest < max(R::of(REST_M_S), noise[0] * R::of(0.7) / dt_s);
+        let resting = fastest < max(self.params.rest_m_s, noise[0] * R::of(0.7) / dt_s);
         self.still = if resting { self.still.saturating_add(1) } else { 0 };
-        if slipping && self.still >= REST_SAMPLES {
+        if slipping && self.still >= self.params.rest_samples {
             self.slip_s = R::zero();
             for p in &mut points {
                 p.anchor = p.at;
                 p.creep = Vec3::zeros();
             }
             self.shear.rest();
+            (self.anchored, self.anchor_share) = (FILTERED_SAMPLES, R::of(FILTERED * FILTERED));
             (self.block, self.count) = (Vec3::zeros(), 0);
         } else if slipping || begins {
             if !slipping {
@@ -293,11 +366,12 @@ impl<R: Real> Motion<R> {
         let mean = self.block / n;
         self.blocks = self.blocks.saturating_add(1);
         // The first count the same.
-        let share = max(R::of(BLOCK_SHARE), R::one() / R::of(f64::from(self.blocks)));
+        let share = max(self.params.block_share, R::one() / R::of(f64::from(self.blocks)));
         let squares = [(mean.x * mean.x + mean.z * mean.z) * R::of(0.5), mean.y * mean.y];
         for ((excess, white), square) in self.excess.iter_mut().zip(&self.variance).zip(squares) {
-            let white = *white / n;
-            let most = (*excess + white) * R::of(BLOCK_MOST);
+            // Of the mean and of the anchor that it is counted from.
+            let white = *white / n + *white * self.anchor_share;
+            let most = (*excess + white) * self.params.block_most;
             *excess = max(*excess + (min(square, most) - white - *excess) * share, R::zero());
         }
         (self.block, self.count) = (Vec3::zeros(), 0);

@@ -8,43 +8,81 @@
 //! slip; where it rose slowly, it must have reached the friction there is. A load that has
 //! been held for long is a load. So is one that first went higher: what the pads carried a
 //! moment ago without sliding they carry still (but for the break-away that the model knows).
+//! So is one under which the object has come to rest, as a push leaves it.
 //! While the gripper gains speed, a held load is more than the weight by the acceleration; one
 //! that stays as high when the gain ends is clipped, so the least likely friction waits for that.
 //!
 //! A short jump that is flat wherever it lies was clipped, most likely: where it ends within
 //! a tenth of a second, its height is a ceiling of friction to be learnt from.
 
+use super::window::shift_in;
 use crate::real::{Real, max, min, sqrt};
 
 /// Samples that must be flat.
 const FLAT: usize = 5;
-/// Slope and curvature over the window, as a share of the jump and in standard deviations.
-const FLAT_SHARE: f64 = 0.12;
-const FLAT_SIGMAS: f64 = 2.0;
-/// A jump is at least this share of the ratio, and so many standard deviations.
-const JUMP_SHARE: f64 = 0.1;
-const JUMP_SIGMAS: f64 = 8.0;
-/// A flat load is over its bar by so many deviations of such means.
-const MEANS_SIGMAS: f64 = 2.0;
-/// A plateau that follows a jump begins within so many samples of it.
-const AFTER_JUMP: u8 = 15;
-/// A peak so far above the plateau, as a share of it and in standard deviations, was carried.
-const CARRIED_SHARE: f64 = 0.02;
-const CARRIED_SIGMAS: f64 = 2.5;
-/// The load that went higher has gone where the ratio falls below this share of its peak.
-const GONE_SHARE: f64 = 0.8;
-/// The plateau ends where the mean falls below this share of it, less two of its standard deviations.
-const ENDED_SHARE: f64 = 0.95;
 
-/// A knock that was clipped lasts so many samples at least (one that was not is narrower at half
-/// its height than at its foot) and at most, and adds so much to the load.
-const LEAST_KNOCK: u8 = 9;
-const KNOCK: u8 = 25;
-const KNOCK_SHARE: f64 = 0.15;
+/// What was chosen in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlateauParams<R: Real> {
+    /// Slope and curvature of a flat load over the window, as a share of the jump. Doubled: peaks of knocks pass
+    /// for clipped.
+    pub flat_share: R,
+    /// The same in standard deviations. Doubled: under noise, slow ramps pass for flat.
+    pub flat_sigmas: R,
+    /// A jump is at least this share of the ratio. Doubled: clipped loads of less than a fifth more wait for the told friction.
+    pub jump_share: R,
+    /// And so many standard deviations. Doubled: the same under noise.
+    pub jump_sigmas: R,
+    /// A flat load is over its bar by so many deviations of such means. Doubled: slips without a pose are seen later.
+    pub means_sigmas: R,
+    /// And so many above the slow mean of the load, where that is below the bar: by chance some 30 times an hour where
+    /// the bar lies 1.6 of them above the load. Doubled: slips without a pose under a noise of
+    /// a tenth of the load are not seen.
+    pub level_sigmas: R,
+    /// A plateau that follows a jump begins within so many samples of it: 60 ms. Doubled: ramps after a jump count as jumps.
+    pub after_jump: u8,
+    /// A peak so far above the plateau, as a share of it, was carried. Doubled: friction that falls by so much with speed hides no slip.
+    pub carried_share: R,
+    /// The same in standard deviations. Doubled: the same under noise.
+    pub carried_sigmas: R,
+    /// The load that went higher has gone where the ratio falls below this share of its peak. Above 1, every sample forgets it.
+    pub gone_share: R,
+    /// The plateau ends where the mean falls below this share of it, less two of its standard deviations. Above 1, it never lasts.
+    pub ended_share: R,
+    /// A knock that was clipped lasts so many samples at least: one that was not is narrower at half its height than at its
+    /// foot. Doubled: knocks of less than 72 ms teach nothing.
+    pub least_knock: u8,
+    /// And at most. Doubled: steps of the load of up to 0.2 s teach a ceiling.
+    pub longest_knock: u8,
+    /// It adds so much to the load. Doubled: smaller ones teach nothing.
+    pub knock_share: R,
+}
+
+impl<R: Real> Default for PlateauParams<R> {
+    fn default() -> Self {
+        Self {
+            flat_share: R::of(0.12),
+            flat_sigmas: R::of(2.0),
+            jump_share: R::of(0.1),
+            jump_sigmas: R::of(8.0),
+            means_sigmas: R::of(2.0),
+            level_sigmas: R::of(4.5),
+            after_jump: 15,
+            carried_share: R::of(0.02),
+            carried_sigmas: R::of(2.5),
+            gone_share: R::of(0.8),
+            ended_share: R::of(0.95),
+            least_knock: 9,
+            longest_knock: 25,
+            knock_share: R::of(0.15),
+        }
+    }
+}
 
 /// State.
 #[derive(Clone, Debug)]
 pub struct Plateau<R: Real> {
+    params: PlateauParams<R>,
     /// Ratios, the newest first; how many there are.
     recent: [R; FLAT],
     count: u8,
@@ -66,6 +104,8 @@ pub struct Plateau<R: Real> {
     spread: R,
     last_mean: R,
     since_mean: u8,
+    /// Under this the object has come to rest, and it has not fallen much since; zero: none.
+    borne: R,
 }
 
 /// What one sample is held against.
@@ -93,8 +133,16 @@ pub struct Bars<R: Real> {
 
 impl<R: Real> Default for Plateau<R> {
     fn default() -> Self {
+        Self::new(PlateauParams::default())
+    }
+}
+
+impl<R: Real> Plateau<R> {
+    /// No load yet.
+    pub fn new(params: PlateauParams<R>) -> Self {
         let zero = R::zero();
         Self {
+            params,
             recent: [zero; FLAT],
             count: 0,
             since_jump: u8::MAX,
@@ -109,20 +157,22 @@ impl<R: Real> Default for Plateau<R> {
             spread: zero,
             last_mean: zero,
             since_mean: 0,
+            borne: zero,
         }
     }
-}
 
-impl<R: Real> Plateau<R> {
     /// Takes one sample; for how many samples the load has been clipped, zero where it is not.
     pub fn clipped(&mut self, s: &Bars<R>) -> u8 {
-        super::shift_in(&mut self.recent, s.now);
+        shift_in(&mut self.recent, s.now);
         self.count = self.count.saturating_add(1).min(FLAT as u8);
         self.follow(s);
         let flat = self.flat(s);
         self.knock(s, flat);
-        let lasts = s.now > self.at * R::of(ENDED_SHARE) - s.noise * R::of(2.0)
-            && s.held < self.at * R::of(ENDED_SHARE);
+        if s.now < self.borne * self.params.gone_share {
+            self.borne = R::zero();
+        }
+        let lasts = s.now > self.at * self.params.ended_share - s.noise * R::of(2.0)
+            && max(s.held, self.borne) < self.at * self.params.ended_share;
         self.note_mean(s);
         if self.clipped > 0 && lasts {
             self.clipped = self.clipped.saturating_add(1);
@@ -138,11 +188,26 @@ impl<R: Real> Plateau<R> {
         self.clipped
     }
 
+    /// The object has come to rest under a load.
+    pub fn bears(&mut self, ratio: R) {
+        self.borne = ratio;
+    }
+
+    /// It slides by its pose.
+    pub fn slides(&mut self) {
+        self.borne = R::zero();
+    }
+
     /// The flat load is over its bar: by more than the noise of its mean makes once in hours.
     fn beyond(&self, mean: R, jumped: bool, s: &Bars<R>) -> bool {
         let bar = if jumped && !s.accelerates { min(s.jumped, s.risen) } else { s.risen };
+        let borne =
+            self.borne * (R::one() + self.params.carried_share) + s.noise * self.params.carried_sigmas;
+        let bar = if self.borne > R::zero() { max(bar, borne) } else { bar };
         let sigma = sqrt(self.spread);
-        mean > bar + sigma * R::of(MEANS_SIGMAS)
+        // The load that stays is over the bar, or what is over it is no noise of that load.
+        let departs = s.level > bar || mean - s.level > sigma * self.params.level_sigmas;
+        departs && mean > bar + sigma * self.params.means_sigmas
     }
 
     /// Variance of the mean of five samples, by what consecutive ones differ: noise that is not white shows there,
@@ -173,20 +238,22 @@ impl<R: Real> Plateau<R> {
         }
         let [now, .., last] = self.recent;
         let jump = now - last;
-        if self.count as usize == FLAT && jump > max(now * R::of(JUMP_SHARE), s.noise * R::of(JUMP_SIGMAS)) {
-            if self.since_jump > AFTER_JUMP {
+        if self.count as usize == FLAT
+            && jump > max(now * self.params.jump_share, s.noise * self.params.jump_sigmas)
+        {
+            if self.since_jump > self.params.after_jump {
                 self.before = last;
             }
             self.since_jump = FLAT as u8 - 1;
         }
-        let gone = now < self.peak * R::of(GONE_SHARE);
+        let gone = now < self.peak * self.params.gone_share;
         self.peak = if gone { now } else { max(self.peak, now) };
     }
 
     /// The present load was more than `mean`, by more than noise and break-away explain.
     fn carried_more(&self, mean: R, s: &Bars<R>) -> bool {
-        let share = R::of(1.0 + CARRIED_SHARE) / min(max(s.sliding, R::of(0.1)), R::one());
-        self.peak > mean * share + s.noise * R::of(CARRIED_SIGMAS)
+        let share = (R::one() + self.params.carried_share) / min(max(s.sliding, R::of(0.1)), R::one());
+        self.peak > mean * share + s.noise * self.params.carried_sigmas
     }
 
     fn knock(&mut self, s: &Bars<R>, flat: Option<(R, bool)>) {
@@ -197,7 +264,7 @@ impl<R: Real> Plateau<R> {
         }
         if self.lasting == 0 {
             if let Some((mean, true)) = flat
-                && mean > self.before * R::of(1.0 + KNOCK_SHARE)
+                && mean > self.before * (R::one() + self.params.knock_share)
                 && !self.carried_more(mean, s)
             {
                 (self.top, self.base, self.lasting) = (mean, self.before, FLAT as u8);
@@ -206,12 +273,20 @@ impl<R: Real> Plateau<R> {
         }
         self.lasting = self.lasting.saturating_add(1);
         let height = self.top - self.base;
-        if s.now > self.top + max(height * R::of(0.5), s.noise * R::of(4.0)) || self.lasting > KNOCK {
+        if s.now > self.top + max(height * R::of(0.5), s.noise * R::of(4.0))
+            || self.lasting > self.params.longest_knock
+        {
             // It went on rising, or it stays: no knock.
             self.lasting =
-                if self.lasting > KNOCK && s.now > self.base + height * R::of(0.5) { KNOCK } else { 0 };
+                if self.lasting > self.params.longest_knock && s.now > self.base + height * R::of(0.5) {
+                    self.params.longest_knock
+                } else {
+                    0
+                };
         } else if s.now < self.base + height * R::of(0.5) {
-            self.ceiling = (LEAST_KNOCK..KNOCK).contains(&self.lasting).then_some(self.top);
+            self.ceiling = (self.params.least_knock..self.params.longest_knock)
+                .contains(&self.lasting)
+                .then_some(self.top);
             self.lasting = 0;
         }
     }
@@ -221,10 +296,10 @@ impl<R: Real> Plateau<R> {
         let [a, b, c, d, e] = self.recent;
         let mean = (a + b + c + d + e) * R::of(0.2);
         let jump = mean - s.level;
-        let jumped = self.since_jump < AFTER_JUMP;
+        let jumped = self.since_jump < self.params.after_jump;
         let slope = ((a + b) - (d + e)).abs() * R::of(0.5);
         let bend = ((b + c + d) * R::of(1.0 / 3.0) - (a + e) * R::of(0.5)).abs();
-        let bound = max(jump.abs() * R::of(FLAT_SHARE), s.noise * R::of(FLAT_SIGMAS));
+        let bound = max(jump.abs() * self.params.flat_share, s.noise * self.params.flat_sigmas);
         (self.count as usize == FLAT && slope < bound && bend < bound).then_some((mean, jumped))
     }
 }

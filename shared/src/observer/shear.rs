@@ -11,34 +11,63 @@
 
 use crate::real::{Real, Vec3, clamp, max, min, norm, sqrt};
 
-/// Compliance of both pads together that may be, m/N: of two pads of 5 N/mm.
-/// Doubled: slips in the first lift are seen some 10 ms later.
-const SOFTEST_M_N: f64 = 1e-4;
-/// Time by which the poses of gripper and object may be apart, standard deviation, s.
-/// Doubled: sudden slips in the first move are seen some 5 ms later.
-const APART_S: f64 = 1.0e-3;
-/// Doubt that counts, in standard deviations of the posterior. Doubled: as twice both priors.
-const DOUBT_SIGMAS: f64 = 1.5;
-/// Share by which a pad's shear is not linear: partial slip of the rim below two thirds of the limit.
-const NONLINEAR: f64 = 0.3;
-/// The load and the pose may be measured so far apart in time, s: half the longest mean of a force sensor, and
-/// a third of a sample. Doubled: a tenth fewer false alarms in knocks, 1 % fewer sudden slips within 20 ms.
-const SKEW_S: f64 = 0.003;
-/// Loads below so many standard deviations of the noise teach nothing.
-const TAUGHT_SIGMAS: f64 = 5.0;
-/// Velocities below this teach nothing, m/s.
-const TAUGHT_M_S: f64 = 0.02;
-/// Share by which the time apart is not constant.
-const LATE_SHARE: f64 = 0.15;
-/// What was learnt fades by this share with each sample that teaches.
-const FADE: f64 = 0.002;
-/// Of the mean of four samples, to bound the compliance; and by how much of itself the bound widens in a sample.
-const BOUND_SIGMAS: f64 = 1.5;
-const BOUND_FADE: f64 = 1e-4;
-/// Samples of a move whose errors are alike: so much less they say of the time apart.
-const ALIKE: f64 = 25.0;
 /// Samples that are kept.
 pub(super) const KEPT: usize = 8;
+
+/// What was chosen in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShearParams<R: Real> {
+    /// Compliance of both pads together that may be, m/N: of two pads of 5 N/mm.
+    /// Doubled: slips in the first lift are seen some 10 ms later.
+    pub softest_m_n: R,
+    /// Time by which the poses of gripper and object may be apart, standard deviation, s: a quarter of a sample.
+    /// Doubled: sudden slips in the first move are seen some 5 ms later.
+    pub apart_s: R,
+    /// Doubt that counts, in standard deviations of the posterior. Doubled: as twice both priors.
+    pub doubt_sigmas: R,
+    /// Share by which a pad's shear is not linear: partial slip of the rim below two thirds of the limit.
+    /// Doubled: slips are told from softening that much later.
+    pub nonlinear: R,
+    /// The load and the pose may be measured so far apart in time, s: half the longest mean of a force sensor, and
+    /// a third of a sample. Doubled: a tenth fewer false alarms in knocks, 1 % fewer sudden slips within 20 ms.
+    pub skew_s: R,
+    /// Loads below so many standard deviations of the noise teach nothing. Doubled: light objects teach little.
+    pub taught_sigmas: R,
+    /// Velocities below this teach nothing, m/s: the noise of the gripper's. Doubled: slow moves do not tell the clock.
+    pub taught_m_s: R,
+    /// Share by which the time apart is not constant. Doubled: sudden slips in fast moves of late poses are seen later.
+    pub late_share: R,
+    /// What was learnt fades by this share with each sample that teaches: 2 s. Doubled: pads that warm up are followed in 1 s.
+    pub fade: R,
+    /// Samples of a move whose errors are alike: so much less they say of the time apart. Doubled: two moves are needed.
+    pub alike: R,
+    /// Of the mean of four samples, to bound the compliance. Doubled: the bound is wider by the noise.
+    pub bound_sigmas: R,
+    /// By how much of itself the bound widens in a sample: by half in 20 s. Doubled: in 10 s.
+    pub bound_fade: R,
+    /// Noise of a pose in the grasp, m, against which the priors weigh. Doubled: pads are learnt from four times the samples.
+    pub noise_m: R,
+}
+
+impl<R: Real> Default for ShearParams<R> {
+    fn default() -> Self {
+        Self {
+            softest_m_n: R::of(1e-4),
+            apart_s: R::of(1.0e-3),
+            doubt_sigmas: R::of(1.5),
+            nonlinear: R::of(0.3),
+            skew_s: R::of(0.003),
+            taught_sigmas: R::of(5.0),
+            taught_m_s: R::of(0.02),
+            late_share: R::of(0.15),
+            fade: R::of(0.002),
+            alike: R::of(25.0),
+            bound_sigmas: R::of(1.5),
+            bound_fade: R::of(1e-4),
+            noise_m: R::of(5e-5),
+        }
+    }
+}
 
 /// Load of both fingers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,6 +114,9 @@ struct Sums<R: Real> {
 /// State.
 #[derive(Clone, Debug)]
 pub struct Shear<R: Real> {
+    params: ShearParams<R>,
+    /// Pose noise against the priors: what the sums must outweigh, N^2 and (m/s)^2.
+    ridge: [R; 2],
     /// The newest first.
     pub(super) recent: [Cause<R>; KEPT],
     /// Slow means.
@@ -102,8 +134,21 @@ pub struct Shear<R: Real> {
 
 impl<R: Real> Default for Shear<R> {
     fn default() -> Self {
+        Self::new(ShearParams::default())
+    }
+}
+
+impl<R: Real> Shear<R> {
+    /// Of pads and a clock of which nothing is known but the priors.
+    pub fn new(params: ShearParams<R>) -> Self {
         let zero = R::zero();
+        let of_prior = |prior: R| {
+            let ratio = params.noise_m / prior;
+            ratio * ratio
+        };
         Self {
+            params,
+            ridge: [of_prior(params.softest_m_n), params.alike * of_prior(params.apart_s)],
             recent: [Cause::none(); KEPT],
             mean: Cause::none(),
             normal_n: [zero; 2],
@@ -112,18 +157,10 @@ impl<R: Real> Default for Shear<R> {
             variance: R::of(1e-3),
             rate_n_s: zero,
             smooth: Cause::none(),
-            bound_m_n: [R::of(SOFTEST_M_N * DOUBT_SIGMAS); 2],
+            bound_m_n: [params.softest_m_n * params.doubt_sigmas; 2],
         }
     }
-}
 
-/// Pose noise against the priors: what the sums must outweigh, N^2 and (m/s)^2.
-const RIDGE: [f64; 2] =
-    [NOISE_M * NOISE_M / (SOFTEST_M_N * SOFTEST_M_N), ALIKE * NOISE_M * NOISE_M / (APART_S * APART_S)];
-/// Noise of a pose in the grasp.
-const NOISE_M: f64 = 5e-5;
-
-impl<R: Real> Shear<R> {
     /// The pads stay, the grasp is another.
     pub fn kept(&self) -> Self {
         Self {
@@ -131,7 +168,7 @@ impl<R: Real> Shear<R> {
             answer: self.answer,
             variance: self.variance,
             bound_m_n: self.bound_m_n,
-            ..Self::default()
+            ..Self::new(self.params)
         }
     }
 
@@ -180,7 +217,7 @@ impl<R: Real> Shear<R> {
     pub fn bound(&mut self, away: &Vec3<R>, sigma_m: &[R; 2]) {
         let Cause { force_n: f, velocity_m_s: v } = self.smooth.from(&self.mean);
         let size = sqrt(f.x * f.x + f.z * f.z);
-        let late = R::of(APART_S) * sqrt(v.x * v.x + v.z * v.z);
+        let late = self.params.apart_s * sqrt(v.x * v.x + v.z * v.z);
         let (mut least, mut turn) = (size, f.y.abs());
         for cause in &self.recent {
             let g = cause.from(&self.mean).force_n;
@@ -195,10 +232,13 @@ impl<R: Real> Shear<R> {
         for ((bound, load), (moved, sigma)) in
             self.bound_m_n.iter_mut().zip([least, turn]).zip(moved.into_iter().zip(sigma_m))
         {
-            *bound = min(*bound + *bound * R::of(BOUND_FADE), R::of(SOFTEST_M_N * DOUBT_SIGMAS));
-            if load > noise * R::of(TAUGHT_SIGMAS) {
-                let most = max(moved, R::zero()) + *sigma * R::of(BOUND_SIGMAS) + late;
-                *bound = min(*bound, most / load * R::of(1.0 + NONLINEAR));
+            *bound = min(
+                *bound + *bound * self.params.bound_fade,
+                self.params.softest_m_n * self.params.doubt_sigmas,
+            );
+            if load > noise * self.params.taught_sigmas {
+                let most = max(moved, R::zero()) + *sigma * self.params.bound_sigmas + late;
+                *bound = min(*bound, most / load * (R::one() + self.params.nonlinear));
             }
         }
     }
@@ -208,8 +248,8 @@ impl<R: Real> Shear<R> {
         let [now, ..] = self.recent;
         let Cause { force_n: f, velocity_m_s: v } = now.from(&self.mean);
         let along = |a: &Vec3<R>, b: &Vec3<R>| a.x * b.x + a.z * b.z;
-        let loaded = along(&f, &f) > self.variance * R::of(TAUGHT_SIGMAS * TAUGHT_SIGMAS);
-        if !loaded && !(along(&v, &v) > R::of(TAUGHT_M_S * TAUGHT_M_S)) {
+        let loaded = along(&f, &f) > self.variance * self.params.taught_sigmas * self.params.taught_sigmas;
+        if !loaded && !(along(&v, &v) > self.params.taught_m_s * self.params.taught_m_s) {
             return;
         }
         let new = Sums {
@@ -217,7 +257,7 @@ impl<R: Real> Shear<R> {
             product: [along(&f, away), along(&v, away)],
             turn: [f.y * f.y, f.y * away.y],
         };
-        let add = |sum: &mut R, x: R| *sum += x - *sum * R::of(FADE);
+        let add = |sum: &mut R, x: R| *sum += x - *sum * self.params.fade;
         let s = &mut self.sums;
         s.square.iter_mut().zip(new.square).for_each(|(sum, x)| add(sum, x));
         s.product.iter_mut().zip(new.product).for_each(|(sum, x)| add(sum, x));
@@ -225,12 +265,12 @@ impl<R: Real> Shear<R> {
         let (a, b, c) = self.normal_equations();
         let [fp, vp] = self.sums.product;
         let determinant = a * c - b * b;
-        let most = R::of(DOUBT_SIGMAS);
+        let most = self.params.doubt_sigmas;
         let compliance = (c * fp - b * vp) / determinant;
         let apart_s = (a * vp - b * fp) / determinant;
-        let turn = self.sums.turn[1] / (self.sums.turn[0] + R::of(RIDGE[0]));
-        let softest = R::of(SOFTEST_M_N) * most;
-        let late = R::of(APART_S) * most;
+        let turn = self.sums.turn[1] / (self.sums.turn[0] + self.ridge[0]);
+        let softest = self.params.softest_m_n * most;
+        let late = self.params.apart_s * most;
         self.answer = [
             clamp(compliance, R::zero(), softest),
             clamp(turn, R::zero(), softest),
@@ -240,7 +280,7 @@ impl<R: Real> Shear<R> {
 
     fn normal_equations(&self) -> (R, R, R) {
         let [ff, fv, vv] = self.sums.square;
-        (ff + R::of(RIDGE[0]), fv, vv + R::of(RIDGE[1]))
+        (ff + self.ridge[0], fv, vv + self.ridge[1])
     }
 
     /// Departure that a load and a velocity explain, m.
@@ -270,14 +310,14 @@ impl<R: Real> Shear<R> {
         let [along_unknown, turn_unknown, apart_unknown_s] = *unknown;
         let mut left = departure - self.explains(cause);
         let [most, most_turn] = self.bound_m_n;
-        let soft = clamp(most - along, R::zero(), along * R::of(NONLINEAR) + along_unknown);
+        let soft = clamp(most - along, R::zero(), along * self.params.nonlinear + along_unknown);
         inside(&mut left, &away.force_n, min(along, soft), soft);
         inside(&mut left, &away.velocity_m_s, apart_unknown_s, apart_unknown_s);
         let [now, mean] = self.normal_n;
         let eased =
             if now > R::of(0.02) { min(max(mean - now, R::zero()) / now, R::one()) } else { R::zero() };
         inside(&mut left, &cause.force_n, R::zero(), along * eased);
-        let soft = clamp(most_turn - turn, R::zero(), turn * R::of(NONLINEAR) + turn_unknown);
+        let soft = clamp(most_turn - turn, R::zero(), turn * self.params.nonlinear + turn_unknown);
         let f = away.force_n.y;
         let (a, b) = (-f * min(turn, soft), f * soft + cause.force_n.y * turn * eased);
         let y = left.y;
@@ -289,12 +329,12 @@ impl<R: Real> Shear<R> {
     pub(super) fn unknown(&self) -> [R; 3] {
         let (a, b, c) = self.normal_equations();
         let determinant = a * c - b * b;
-        let many = R::of(NOISE_M * DOUBT_SIGMAS);
+        let many = self.params.noise_m * self.params.doubt_sigmas;
         let root = |x: R| sqrt(max(x, R::zero()));
         [
             many * root(c / determinant),
-            many / root(self.sums.turn[0] + R::of(RIDGE[0])),
-            many * root(R::of(ALIKE) * a / determinant) + self.answer[2].abs() * R::of(LATE_SHARE),
+            many / root(self.sums.turn[0] + self.ridge[0]),
+            many * root(self.params.alike * a / determinant) + self.answer[2].abs() * self.params.late_share,
         ]
     }
 
@@ -302,7 +342,7 @@ impl<R: Real> Shear<R> {
     pub(super) fn skew_m(&self, unknown: &[R; 3]) -> [R; 2] {
         let [along, turn, _] = self.answer;
         let [along_unknown, turn_unknown, _] = *unknown;
-        let skew = self.rate_n_s * R::of(SKEW_S);
+        let skew = self.rate_n_s * self.params.skew_s;
         let [most, most_turn] = self.bound_m_n;
         [min(along + along_unknown, most) * skew, min(turn + turn_unknown, most_turn) * skew]
     }

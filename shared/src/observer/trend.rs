@@ -10,21 +10,51 @@ use crate::real::{Real, max, min, sqrt};
 
 /// Blocks of the fit.
 const BLOCKS: usize = 6;
-/// Samples in a block: 20 ms at 250 Hz.
+
+/// Samples in a block of a short trend, and of one of slow ramps: 20 ms and 0.1 s at 250 Hz.
 pub const SHORT: u8 = 5;
-/// The same for slow ramps: 0.1 s.
+/// See [`SHORT`].
 pub const LONG: u8 = 25;
-/// Standard deviations that prove a slope: by chance once in some hundred hours.
-const PROVEN_SIGMAS: f64 = 5.0;
-/// Standard deviations by which the slope may be less than it seems.
-const CAUTION_SIGMAS: f64 = 2.0;
-/// Share of the slope that each half must show alone.
-const HALF_SHARE: f64 = 0.6;
-/// The same for the sway of slopes, and how much more than it one difference counts.
-const SWAY_SHARE: f64 = 0.02;
-const SWAY_MOST: f64 = 6.0;
-/// Share with which a block's noise enters the mean noise.
-const NOISE_SHARE: f64 = 0.05;
+
+/// What was chosen in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrendParams<R: Real> {
+    /// Samples in a block: 20 ms at 250 Hz, half the shortest load of a hand-over. Doubled: slopes are
+    /// proven twice as late, and slopes of a third of the size.
+    pub per_block: u8,
+    /// Standard deviations that prove a slope: by chance once in some hundred hours. Doubled: ramps are
+    /// proven at the limit only.
+    pub proven_sigmas: R,
+    /// Standard deviations by which the slope may be less than it seems. Doubled: warnings of a barely
+    /// proven slope come at half the lead.
+    pub caution_sigmas: R,
+    /// Share of the slope that each half must show alone: a step shows it in one. Doubled: only what
+    /// accelerates is proven.
+    pub half_share: R,
+    /// Share with which the difference of two slopes enters their sway: a second of fits. Doubled: a sway is
+    /// known, and forgotten, in half of it.
+    pub sway_share: R,
+    /// How much more than the sway so far one difference counts. Doubled: one ramp makes the next one
+    /// harder to prove.
+    pub sway_most: R,
+    /// Share with which a block's noise enters the mean noise. Doubled: changes of noise are followed in
+    /// 0.2 s.
+    pub noise_share: R,
+}
+
+impl<R: Real> Default for TrendParams<R> {
+    fn default() -> Self {
+        Self {
+            per_block: SHORT,
+            proven_sigmas: R::of(5.0),
+            caution_sigmas: R::of(2.0),
+            half_share: R::of(0.6),
+            sway_share: R::of(0.02),
+            sway_most: R::of(6.0),
+            noise_share: R::of(0.05),
+        }
+    }
+}
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -40,7 +70,7 @@ pub struct Trend<R: Real> {
     now_s: R,
     variance: R,
     line: Option<Line<R>>,
-    per_block: u8,
+    params: TrendParams<R>,
     persists: bool,
     /// Slopes of the last fits, the newest first, and how much they differ a window apart: square of the deviation.
     slopes: [R; BLOCKS + 1],
@@ -59,7 +89,7 @@ pub struct Line<R: Real> {
 
 impl<R: Real> Trend<R> {
     /// Knows nothing; `variance` is a first guess of the samples' noise.
-    pub fn new(variance: R, per_block: u8) -> Self {
+    pub fn new(variance: R, params: TrendParams<R>) -> Self {
         let zero = R::zero();
         Self {
             means: [[zero; 2]; BLOCKS],
@@ -71,7 +101,7 @@ impl<R: Real> Trend<R> {
             now_s: zero,
             variance,
             line: None,
-            per_block,
+            params,
             persists: false,
             slopes: [zero; BLOCKS + 1],
             sway: zero,
@@ -86,7 +116,7 @@ impl<R: Real> Trend<R> {
 
     /// Begins anew: what was seen belongs to another state of affairs.
     pub fn forget(&mut self) {
-        *self = Self { sway: self.sway, ..Self::new(self.variance, self.per_block) };
+        *self = Self { sway: self.sway, ..Self::new(self.variance, self.params) };
     }
 
     /// One sample, `dt_s` after the last.
@@ -99,15 +129,15 @@ impl<R: Real> Trend<R> {
         self.sum += x;
         self.squares += x * x;
         self.count += 1;
-        if self.count < self.per_block {
+        if self.count < self.params.per_block {
             return;
         }
-        let n = R::of(f64::from(self.per_block));
+        let n = R::of(f64::from(self.params.per_block));
         let mean = self.sum / n;
         let spread = max(self.squares - self.sum * mean, R::zero()) / (n - R::one());
         // A jump within the block is not noise.
         let spread = if spread > self.variance * R::of(9.0) { self.variance * R::of(9.0) } else { spread };
-        self.variance += (spread - self.variance) * R::of(NOISE_SHARE);
+        self.variance += (spread - self.variance) * self.params.noise_share;
         // Times count from now, so that they stay small.
         let mut newer = [mean + self.first, R::zero()];
         for place in self.means.iter_mut().rev() {
@@ -153,7 +183,7 @@ impl<R: Real> Trend<R> {
         }
         let slope = tx / tt;
         let off = max(xx - slope * tx, R::zero()) / (n - R::of(2.0));
-        let noise = self.variance / R::of(f64::from(self.per_block));
+        let noise = self.variance / R::of(f64::from(self.params.per_block));
         let white = max(off, noise) / tt;
         let mut newer = slope;
         for place in &mut self.slopes {
@@ -163,25 +193,25 @@ impl<R: Real> Trend<R> {
         if self.fits as usize > BLOCKS {
             let [now, .., then] = self.slopes;
             let square = (now - then) * (now - then) * R::of(0.5);
-            let most = max(self.sway, white) * R::of(SWAY_MOST);
-            self.sway += (min(square, most) - self.sway) * R::of(SWAY_SHARE);
+            let most = max(self.sway, white) * self.params.sway_most;
+            self.sway += (min(square, most) - self.sway) * self.params.sway_share;
         }
         let sigma = sqrt(max(white, self.sway));
-        let persists = slope > sigma * R::of(CAUTION_SIGMAS);
-        if !(slope.abs() > sigma * R::of(PROVEN_SIGMAS)) {
+        let persists = slope > sigma * self.params.caution_sigmas;
+        if !(slope.abs() > sigma * self.params.proven_sigmas) {
             return (None, persists);
         }
         let half = |from: usize| {
             let (a, b) = (self.means.get(from), self.means.get(from + BLOCKS / 2 - 1));
             a.zip(b).is_some_and(|(a, b)| {
-                let run = (b[1] - a[1]) * slope * R::of(HALF_SHARE);
+                let run = (b[1] - a[1]) * slope * self.params.half_share;
                 (b[0] - a[0]) * slope.signum() >= run.abs()
             })
         };
         if !half(0) || !half(BLOCKS / 2) {
             return (None, persists);
         }
-        let caution = sigma * R::of(CAUTION_SIGMAS);
+        let caution = sigma * self.params.caution_sigmas;
         let slope_s = if slope > R::zero() { slope - caution } else { slope + caution };
         // The newest block's middle lies half a block back.
         (Some(Line { value: mean - slope * middle, slope_s }), persists)

@@ -3,9 +3,9 @@
 use stickslip_shared::observer::bearing::Bearing;
 use stickslip_shared::observer::friction::{Friction, Use};
 use stickslip_shared::observer::motion::{Forces, Motion};
-use stickslip_shared::observer::plateau::{Bars, Plateau};
+use stickslip_shared::observer::plateau::{Bars, Plateau, PlateauParams};
 use stickslip_shared::observer::shear::Load;
-use stickslip_shared::observer::trend::{SHORT, Trend};
+use stickslip_shared::observer::trend::{Trend, TrendParams};
 use stickslip_shared::real::Vec3;
 
 const DT: f32 = 0.004;
@@ -28,7 +28,7 @@ impl Noise {
 
 /// Ticks at which a trend with noise 0.005 is proven while `value` runs.
 fn proven(ticks: u32, value: impl Fn(f32) -> f32) -> Vec<u32> {
-    let (mut trend, mut noise) = (Trend::new(2.5e-5f32, SHORT), Noise(7));
+    let (mut trend, mut noise) = (Trend::new(2.5e-5f32, TrendParams::default()), Noise(7));
     (0..ticks)
         .filter(|tick| {
             trend.push(value(*tick as f32 * DT) + 0.005 * noise.next(), DT);
@@ -47,7 +47,7 @@ fn a_steady_rise_is_proven_within_160_ms_with_its_value_and_a_slope_no_steeper_t
     let value = |t: f32| 0.2 + 0.3 * (t - 1.0).max(0.0);
     let first = *proven(400, value).first().expect("proven");
     assert!((250..=290).contains(&first), "proven at tick {first}");
-    let (mut trend, mut noise) = (Trend::new(2.5e-5f32, SHORT), Noise(3));
+    let (mut trend, mut noise) = (Trend::new(2.5e-5f32, TrendParams::default()), Noise(3));
     for tick in 0..400 {
         trend.push(value(tick as f32 * DT) + 0.005 * noise.next(), DT);
     }
@@ -132,6 +132,43 @@ fn an_object_that_gains_speed_is_seen_to_slip_within_28_ms_of_its_first_motion()
         let path = |t: f32| 0.5 * gain_m_s2 * (t - 1.0).max(0.0).powi(2);
         let tick = slipping(400, path).expect("slips");
         assert!((250..=257).contains(&tick), "{gain_m_s2} m/s2: tick {tick}");
+    }
+}
+
+/// Slips that are told, a rest, while a push of 0.3 s at 20 mm/s is followed by `rest_s` of rest, over and over;
+/// `sigma_m` of a pose, `forces` as the pads carry what they slid with.
+fn told_at_rest(pushes: u32, rest_s: f32, sigma_m: f32, forces: Forces, seed: u32) -> (u32, u32) {
+    let (mut motion, mut noise) = (Motion::default(), Noise(seed));
+    let (mut seen, mut false_slips) = (0, 0);
+    let cycle = (75 + (rest_s / DT) as u32).max(76);
+    let mut place_m = 0.0;
+    let mut slipped = false;
+    for tick in 0..250 + pushes * cycle {
+        let at = tick.checked_sub(250).map(|t| t % cycle);
+        let pushed = at.is_some_and(|at| at < 75);
+        place_m += if pushed { 0.02 * DT } else { 0.0 };
+        let mut around = |x: f32| x + sigma_m * noise.next();
+        let p = Vec3::new(around(place_m), around(0.0) * 0.1, around(0.0));
+        let slips = motion.follow(&[p, p], None, forces, DT).slip_s > 0.0;
+        seen += u32::from(at == Some(74) && slips);
+        // Rest is told after some samples.
+        false_slips += u32::from(slips && !slipped && at.is_none_or(|at| at > 80));
+        slipped = slips;
+    }
+    (seen, false_slips)
+}
+
+#[test]
+fn an_object_that_has_come_to_rest_slips_by_noise_no_oftener_than_the_bar_says() {
+    for (sigma_m, forces, seed) in [
+        (1e-5, Forces::Hold, 1),
+        (3e-5, Forces::AtLimit, 2),
+        (3e-5, Forces::Hold, 3),
+        (1e-4, Forces::AtLimit, 4),
+    ] {
+        let (seen, false_slips) = told_at_rest(1000, 0.3, sigma_m, forces, seed);
+        assert_eq!(seen, 1000, "{sigma_m} m, {forces:?}: pushes seen");
+        assert_eq!(false_slips, 0, "{sigma_m} m, {forces:?}: slips by noise in 300 s of rest");
     }
 }
 
@@ -231,6 +268,34 @@ fn a_load_that_first_went_higher_is_held() {
 }
 
 #[test]
+fn a_load_that_stays_where_the_object_has_come_to_rest_is_held_until_it_slides_again() {
+    let (mut plateau, mut noise) = (Plateau::default(), Noise(9));
+    let mut clipped = |told: fn(&mut Plateau<f32>)| {
+        told(&mut plateau);
+        (0..250)
+            .filter(|_| {
+                let now = 0.46 + 0.007 * noise.next();
+                let bars = Bars {
+                    now,
+                    level: 0.46,
+                    noise: 0.007,
+                    held: 0.0,
+                    steered: false,
+                    accelerates: false,
+                    risen: 0.4,
+                    jumped: 0.34,
+                    sliding: 1.0,
+                };
+                plateau.clipped(&bars) > 0
+            })
+            .count()
+    };
+    assert!(clipped(|p| p.slides()) > 200, "beyond the friction there is");
+    assert_eq!(clipped(|p| p.bears(0.46)), 0, "what bears the object at rest");
+    assert!(clipped(|p| p.slides()) > 200, "it has slid under it again");
+}
+
+#[test]
 fn a_load_that_falls_as_the_gripper_stops_gaining_speed_is_held_and_one_that_stays_is_clipped() {
     // A gain of 1.5 m/s2 for 40 ms.
     let held = |t: f32| match t {
@@ -274,4 +339,66 @@ fn fingers_that_bear_a_tenth_less_are_told_within_40_ms_and_noise_is_not_in_an_h
     assert_eq!(falls(HOUR, |_| 1.0), None);
     // A weight that is not what was told proves nothing.
     assert_eq!(falls(1000, |t| if t < 2.0 { 1.4 } else { 1.2 }), None);
+}
+
+/// Noise of unit variance through a low-pass, of which 0.6 is left a sample later.
+struct Slow(Noise, f32);
+
+impl Slow {
+    fn next(&mut self) -> f32 {
+        self.1 = 0.6 * self.1 + 0.8 * self.0.next();
+        self.1
+    }
+}
+
+#[test]
+fn a_light_object_under_broadband_force_noise_is_not_told_to_fall_once_the_noise_is_learnt() {
+    let (mut bearing, mut noise) = (Bearing::default(), Slow(Noise(3), 0.0));
+    // 70 g, 0.3 N of noise.
+    let falls: Vec<u32> = (0..HOUR / 4)
+        .filter(|_| bearing.falls(Some([0.7 + 0.3 * noise.next(), 0.7]), false, DT) == 1)
+        .filter(|tick| *tick > 250)
+        .collect();
+    assert!(falls.is_empty(), "at ticks {falls:?}");
+}
+
+/// How often broadband noise of 0.07 on a load of 0.41 is taken for a clipped load in a quarter of an hour; the bar is 0.5.
+fn clipped_by_broadband_noise(params: PlateauParams<f32>) -> u32 {
+    let (mut plateau, mut noise) = (Plateau::new(params), Slow(Noise(4), 0.0));
+    let mut level = 0.41;
+    let mut clipped = 0;
+    for _ in 0..HOUR / 4 {
+        let now: f32 = 0.41 + 0.07 * noise.next();
+        level += (now - level) * DT / 0.5;
+        let samples = plateau.clipped(&Bars {
+            now,
+            level,
+            noise: 0.05,
+            held: 0.0,
+            steered: false,
+            accelerates: false,
+            risen: 0.5,
+            jumped: 0.5,
+            sliding: 1.0,
+        });
+        clipped += u32::from(samples == 5);
+    }
+    clipped
+}
+
+#[test]
+fn broadband_noise_that_reaches_over_the_bar_is_a_clipped_load_a_third_as_often_by_its_level() {
+    let without = PlateauParams { level_sigmas: 0.0, ..PlateauParams::default() };
+    let (without, with) =
+        (clipped_by_broadband_noise(without), clipped_by_broadband_noise(PlateauParams::default()));
+    assert!(with * 3 <= without, "{with} in place of {without}");
+}
+
+#[test]
+fn a_flat_top_far_below_the_told_friction_was_held() {
+    for (top, believed) in [(0.52, true), (0.33, false)] {
+        let mut friction = Friction::new(0.62f32);
+        friction.cap(top);
+        assert_eq!(friction.estimate() < 0.6, believed, "{top}: {}", friction.estimate());
+    }
 }

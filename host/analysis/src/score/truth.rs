@@ -10,6 +10,8 @@
 //! that still lags the last slip would date the next before its cause. What moves slower than
 //! about [`SLIPPED_M`] in 0.2 s, a creeping pad, is no slip; it shows as sag.
 
+pub use super::cause::Cause;
+use super::cause::cause;
 use nalgebra::Vector3;
 use stickslip_shared::model::{FingerContact, Scene};
 use stickslip_shared::predictor::{Intent, Limits};
@@ -44,10 +46,6 @@ const ANCHOR_S: f64 = 0.2;
 const RESTED: usize = 10;
 /// Smoothing of the pose: this many samples to either side.
 const HALF_WINDOW: usize = 2;
-/// A cause builds up over this time or it is sudden.
-pub const BUILD_UP_S: f64 = 0.1;
-/// The ratio at which it slips is looked for so long after onset.
-const SETTLED_S: f64 = 0.04;
 /// Samples over which forces are averaged.
 const FORCE_WINDOW: usize = 10;
 
@@ -61,18 +59,6 @@ pub enum Kind {
     Moved,
     /// The grasp is lost: the patches leave the face, or the fingers no longer press.
     Drop,
-}
-
-/// How the cause of an event showed in the measured forces beforehand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Cause {
-    /// The ratio of tangential to normal force was between half and 97 % of its value at
-    /// onset a tenth of a second before, and a quarter of the rise came in the first half of
-    /// that time: there was something to see.
-    BuildsUp,
-    /// It came within that time, or did not show in the forces at all (friction fell).
-    Sudden,
 }
 
 /// One event.
@@ -136,12 +122,12 @@ pub fn find(scene: &Scene<f64>, trial: &Trial, limits: &Limits) -> Truth {
     truth.near = near.into_iter().map(|(from, to, _)| (from, to)).chain(steps).filter(apart).collect();
     truth.near.sort_by(|a, b| a.0.total_cmp(&b.0));
     for (onset_s, end_s, finger_s) in slips {
-        let cause = cause(&t, &truth.ratio, onset_s, BUILD_UP_S);
+        let cause = cause(&t, &truth.ratio, onset_s, super::SLIP_AHEAD_S);
         let intended = intent != Intent::Hold;
         truth.events.push(Event { kind: Kind::Slip, onset_s, end_s, intended, cause, finger_s });
     }
     if let Some(onset_s) = moved(scene, intent, trial, &t, &motion, limits, truth.until_s) {
-        let (end_s, cause) = (truth.until_s, cause(&t, &truth.ratio, onset_s, BUILD_UP_S));
+        let (end_s, cause) = (truth.until_s, cause(&t, &truth.ratio, onset_s, super::SLIP_AHEAD_S));
         let event = Event { kind: Kind::Moved, onset_s, end_s, intended: false, cause, finger_s: [None; 2] };
         truth.events.push(event);
     }
@@ -151,7 +137,7 @@ pub fn find(scene: &Scene<f64>, trial: &Trial, limits: &Limits) -> Truth {
         let foreseen = slip.is_some_and(|(at, why)| {
             onset_s - at >= DROP_AHEAD_S
                 || why == Cause::BuildsUp
-                    && cause_at(&t, &truth.ratio, at, onset_s - DROP_AHEAD_S) == Cause::BuildsUp
+                    && cause(&t, &truth.ratio, at, at - (onset_s - DROP_AHEAD_S)) == Cause::BuildsUp
         });
         let cause = if foreseen { Cause::BuildsUp } else { Cause::Sudden };
         let intended = false;
@@ -439,26 +425,6 @@ fn forces(trial: &Trial, arm_m: f64) -> (Vec<f64>, Vec<f64>) {
         })
         .collect();
     (ratio, tangential)
-}
-
-fn cause(t: &[f64], ratio: &[f64], onset_s: f64, before_s: f64) -> Cause {
-    cause_at(t, ratio, onset_s, onset_s - before_s)
-}
-
-/// Whether the cause of what began at `onset_s` showed at `seen_s`.
-fn cause_at(t: &[f64], ratio: &[f64], onset_s: f64, seen_s: f64) -> Cause {
-    let at = |s: f64| {
-        let i = t.partition_point(|t| *t <= s).saturating_sub(1);
-        ratio.get(i).copied().unwrap_or(f64::NAN)
-    };
-    let from = t.partition_point(|t| *t < onset_s);
-    let to = t.partition_point(|t| *t <= onset_s + SETTLED_S);
-    // What it slips at: the highest ratio about the onset (a lift-off is still rising there).
-    let last = ratio.get(from..to).unwrap_or(&[]).iter().fold(at(onset_s), |a, b| a.max(*b));
-    let (first, half) = (at(seen_s), at(0.5 * (seen_s + onset_s)));
-    let share = first / last;
-    let steadily = half - first > 0.25 * (last - first);
-    if seen_s > 0.0 && (0.5..0.97).contains(&share) && steadily { Cause::BuildsUp } else { Cause::Sudden }
 }
 
 #[cfg(test)]

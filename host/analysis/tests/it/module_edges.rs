@@ -9,11 +9,6 @@ use std::path::{Path, PathBuf};
 type Module = Vec<String>;
 type Graph = BTreeMap<Module, BTreeSet<Module>>;
 
-/// Cycles that are still there; the test fails as well where one of them is gone, so that this list
-/// only gets shorter.
-const STILL_THERE: [(&str, &[&str]); 1] =
-    [("shared", &["observer", "observer::motion", "observer::plateau"])];
-
 fn sources(folder: &Path, out: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a source folder").map(|e| e.expect("an entry").path()) {
         match entry.is_dir() {
@@ -169,14 +164,7 @@ fn no_crate_has_an_import_cycle_between_its_files() {
     for (name, folder) in &crates {
         found.extend(cycles(&graph(folder)).into_iter().map(|c| (name.clone(), c)));
     }
-    let known: BTreeSet<(String, Vec<String>)> = STILL_THERE
-        .iter()
-        .map(|(name, files)| ((*name).to_owned(), files.iter().map(|f| (*f).to_owned()).collect()))
-        .collect();
-    let new: Vec<_> = found.difference(&known).collect();
-    assert!(new.is_empty(), "import cycles between files: {new:#?}");
-    let gone: Vec<_> = known.difference(&found).collect();
-    assert!(gone.is_empty(), "no cycle any more, take it off the list: {gone:#?}");
+    assert!(found.is_empty(), "import cycles between files: {found:#?}");
 }
 
 /// Folders of analysis from the ground up; those at one height may import each other as long as no

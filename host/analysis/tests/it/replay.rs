@@ -3,8 +3,8 @@
 use stickslip_analysis::model::file::default_model;
 use stickslip_analysis::run::replay::{at_board_rate, feed, first_difference, interpolated_poses, run};
 use stickslip_data::{Description, Pose, Sample, Trial, Wrench};
-use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Setup, objects};
-use stickslip_shared::predictor::{Limits, MAX_SEGMENTS, Prediction};
+use stickslip_rig::{Condition, HiddenEffect, Kind, Nuisance, Primitive, Reality, STEP_S, Setup, objects};
+use stickslip_shared::predictor::{Limits, MAX_SEGMENTS, Prediction, flags};
 
 fn push() -> (Description, Trial) {
     let description = objects::bench("replay");
@@ -101,4 +101,51 @@ fn a_record_of_an_hour_has_a_plan_of_the_segments_that_fit_and_says_that_some_we
     assert_eq!(plan.segments.len(), MAX_SEGMENTS);
     let whole_s: f32 = plan.segments.iter().map(|s| s.duration_s).sum();
     assert!((whole_s - 3600.0).abs() < 0.1, "{whole_s}");
+}
+
+/// A push's last second in which the gripper rests: from 0.1 s after it has come within noise of its last place.
+fn at_rest(trial: &Trial) -> f64 {
+    let place = |s: &Sample| s.gripper.map(|g| nalgebra::Vector3::from(g.position_m));
+    let last = trial.samples.iter().rev().take(20).filter_map(place);
+    let (sum, count) = last.fold((nalgebra::Vector3::zeros(), 0.0), |(sum, n), p| (sum + p, n + 1.0));
+    let moves = |s: &&Sample| place(s).is_some_and(|p| (p - sum / count).norm() > 3e-4);
+    trial.samples.iter().rev().find(moves).map_or(0.0, |s| s.t_s) + 0.1
+}
+
+#[test]
+fn pads_that_rest_after_a_push_slip_no_more_though_the_load_stays_at_the_limit() {
+    let mut rested_s = 0.0;
+    for seed in 21..25 {
+        for (object, hidden) in [("obj3", None), ("obj4", Some(Kind::FingerFrictionMismatch)), ("obj5", None)]
+        {
+            let description = objects::bench("rest");
+            let mut reality = Reality::draw(&description, Nuisance::PAPER, seed);
+            reality
+                .effects
+                .extend(hidden.map(|kind| HiddenEffect { kind, strength: kind.typical_strength() }));
+            let setup = Setup { description, reality, step_s: STEP_S };
+            for (grip_n, speed_m_s) in [(20.0, 0.02), (35.0, 0.02)] {
+                let condition =
+                    Condition { grip_n, speed_m_s, ..Condition::new(Primitive::LinearPush, object) };
+                let trial = stickslip_rig::run(&setup, &condition, 1, seed).expect("the rig runs").trial;
+                let rests_s = at_rest(&trial);
+                let said = predictions(&setup.description, &trial);
+                assert!(
+                    said.iter().any(|p| p.flags & flags::SLIP_1 != 0),
+                    "{object}, seed {seed}: a push slips"
+                );
+                for (sample, p) in trial.samples.iter().zip(&said).filter(|(s, _)| s.t_s > rests_s) {
+                    let raised = p.flags & (flags::SLIP_1 | flags::SLIP_2 | flags::UNEXPECTED);
+                    assert_eq!(
+                        raised,
+                        0,
+                        "{object}, seed {seed}, {grip_n} N, at {} s of rest",
+                        sample.t_s - rests_s
+                    );
+                }
+                rested_s += trial.samples.last().map_or(0.0, |s| s.t_s - rests_s);
+            }
+        }
+    }
+    assert!(rested_s > 3.0, "{rested_s} s of rest");
 }
