@@ -202,6 +202,7 @@ fn problem(record: &ProblemRecord) -> Factors<f32, CONTACTS, FREEDOMS> {
             normal: *normal,
             tangents: *tangents,
             compliance: *compliance,
+            tangential_compliance: 0.0,
             friction: *friction,
             separation: *separation,
             slip: [*first, *second],

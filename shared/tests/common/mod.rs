@@ -43,6 +43,24 @@ pub fn hard<R: Real>(finger: f64, pusher: f64, support: f64) -> Model<R> {
     Model::base(Base::Hard, friction)
 }
 
+/// The hard model, whose friction enters the step as said.
+pub fn hard_by<R: Real>(formulation: Formulation, finger: f64, pusher: f64, support: f64) -> Model<R> {
+    Model { formulation, ..hard(finger, pusher, support) }
+}
+
+/// Makes two tests of each function: with the exact cone, and with friction pyramids.
+#[macro_export]
+macro_rules! on_both_formulations {
+    ($($test:ident),* $(,)?) => {
+        mod cone {
+            $(#[test] fn $test() { super::$test(stickslip_shared::model::Formulation::Cone) })*
+        }
+        mod lcp {
+            $(#[test] fn $test() { super::$test(stickslip_shared::model::Formulation::Lcp) })*
+        }
+    };
+}
+
 pub fn at<R: Real>(x: f64, y: f64, z: f64) -> Vec3<R> {
     Vec3::new(R::of(x), R::of(y), R::of(z))
 }
