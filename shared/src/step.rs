@@ -14,6 +14,7 @@ mod solver;
 
 use crate::contact::{self, Body, Contact, Contacts, is_finger};
 use crate::effects::{self, Environment, FrictionLaw, Loads, Reading, Slip, StepContext};
+use crate::lcp::step::Past;
 use crate::model::{Model, PusherContact, Scene};
 use crate::probe::{self, Part};
 use crate::real::{Real, Vec3, max};
@@ -339,7 +340,7 @@ pub fn step_from<R: Real, const NC: usize>(
         } else {
             Before::Stuck { load_n }
         };
-        work.solver.add(&point, before);
+        work.solver.add(&point, Past { before, spring_m: slot.spring_m });
         if let Ok([to, from]) = work.contacts.get_disjoint_mut([kept, i]) {
             core::mem::swap(to, from);
         }

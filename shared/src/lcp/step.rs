@@ -29,15 +29,18 @@
 //! Certificate: at the velocity found, forces obey the law of the pyramid by construction, so
 //! the only error is that of the momentum balance in newtons, as for the cone.
 
-use super::contact::law::{Mode, Track, add_scaled};
+use super::contact::law::{Mode, Track, add_scaled, dot};
 use super::contact::path::{End, Equations, follow};
-use super::contact::polygon::Polygon;
-use crate::linear::{Mat7, Vec7};
+use super::contact::polygon::{Polygon, along};
+use crate::linear::{Factors, Mat7, Vec7};
 use crate::real::{Real, Vec3, abs, max, sqrt};
 use crate::solve::{
     Answer, Before, Bodies, ContactPoint, DOF, MAX_POINTS, Solution, SolveBudget, SolveStatus, Solved,
 };
 use heapless::Vec;
+
+/// Turns of a pyramid below this are not made, rad: a hundredth of a degree changes nothing that is measured.
+const LEAST_TURN: f64 = 2e-4;
 
 /// How a point's pyramid is turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,6 +66,9 @@ pub struct PyramidParams<R: Real> {
     pub paths: u8,
     /// 3: steps with the same equations that take out what rounding left. Doubled: no change.
     pub polish_steps: u8,
+    /// 4: most times that pyramids are turned to the slip found and the problem solved again; mostly none or one. Halved: slip that turns fast
+    /// is followed with chatter.
+    pub turns: u8,
     /// 32: roundings of the largest velocity times the stiffness that the tolerance allows for, as for the
     /// cone. Doubled: rigid contacts count as solved with twice the leftover that `f32` cannot avoid.
     pub roundings: R,
@@ -78,17 +84,27 @@ impl<R: Real> Default for PyramidParams<R> {
             circumscribed: false,
             paths: 4,
             polish_steps: 3,
+            turns: 4,
             roundings: R::of(32.0),
             min_friction_ratio: R::of(0.01),
         }
     }
 }
 
+/// What a point did in the step before.
+#[derive(Clone, Copy, Debug)]
+pub struct Past<R> {
+    /// Open, stuck, slid.
+    pub before: Before<R>,
+    /// Its tangential spring, m: friction acts against it.
+    pub spring_m: [R; 2],
+}
+
 /// A point, and what turns the pyramid's impulses into forces along its tangents.
 #[derive(Clone, Copy, Debug)]
 struct Point<R: Real> {
     given: ContactPoint<R>,
-    before: Option<Before<R>>,
+    past: Option<Past<R>>,
     /// Factors of the tangents: friction coefficients, or one where there is no friction.
     factor: [R; 2],
     /// Direction of the first corner, in tangents so scaled.
@@ -98,6 +114,12 @@ struct Point<R: Real> {
 }
 
 impl<R: Real> Point<R> {
+    /// The direction of the friction of a point that slid, along the scaled tangents.
+    fn held(&self) -> Option<[R; 2]> {
+        let Past { before: Before::Slid { .. }, spring_m } = self.past? else { return None };
+        unit([0, 1].map(|k| -spring_m[k] * self.factor[k]))
+    }
+
     /// A vector along the pyramid's axes, along the scaled tangents.
     fn turned_back(&self, [x, y]: [R; 2]) -> [R; 2] {
         let [c, s] = self.first;
@@ -196,19 +218,19 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         self.lost = false;
     }
 
-    /// Adds a point, which did `before` in the step before; `None`: not known.
-    pub fn add(&mut self, point: &ContactPoint<R>, before: Option<Before<R>>) {
+    /// Adds a point; `past`: what it did in the step before, where that is known.
+    pub fn add(&mut self, point: &ContactPoint<R>, past: Option<Past<R>>) {
         let (zero, one) = (R::zero(), R::one());
         let [k1, k2] = [point.stiffness_n_s_m[1], point.stiffness_n_s_m[2]];
         let c = point.viscous_n_s_m;
         let viscous = if c > zero { c / (max(k1, k2) + c) } else { zero };
-        let point = Point { given: *point, before, factor: [one; 2], first: [one, zero], viscous };
+        let point = Point { given: *point, past, factor: [one; 2], first: [one, zero], viscous };
         self.lost |= self.points.push(point).is_err();
     }
 
     /// The points that were added, with what they did before.
     pub fn points(&self) -> impl Iterator<Item = (&ContactPoint<R>, Option<Before<R>>)> {
-        self.points.iter().map(|p| (&p.given, p.before))
+        self.points.iter().map(|p| (&p.given, p.past.map(|past| past.before)))
     }
 
     /// Every point's answer to the velocity found, in the order in which they were added; none where the
@@ -263,7 +285,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         let inertial = inertia.mass;
         self.add_dampers(&mut inertia.mass);
         let mut equations = Equations::new(&polygon, Some(&inertia.mass));
-        let first = if self.points.iter().any(|p| p.before.is_some()) { Start::Before } else { Start::Guess };
+        let first = if self.points.iter().any(|p| p.past.is_some()) { Start::Before } else { Start::Guess };
         for start in [first, Start::Guess, Start::Open] {
             let mut velocity = if start == Start::Open { inertia.free } else { guess };
             let mut at = self.start(&polygon, &inertial, &inertia, &velocity, start);
@@ -283,24 +305,11 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
                 if end != End::Arrived {
                     break;
                 }
-                for _ in 0..=params.polish_steps {
-                    let same;
-                    (at, same) = self.evaluate(&polygon, &inertial, &inertia, &velocity);
-                    solved.evaluations += 1;
-                    let tolerance_n =
-                        budget.tolerance * at.scale_n + at.rounding_n * params.roundings * R::EPSILON;
-                    solved.residual_n = at.residual_n();
-                    if solved.residual_n <= tolerance_n {
-                        solved.status = SolveStatus::Solved;
-                        solved.velocity = scaled(&velocity, scale);
-                        self.answer(&polygon);
-                        return solved;
-                    }
-                    if !same || solved.evaluations >= budget.max_evaluations {
-                        break;
-                    }
-                    add_scaled(&mut velocity, -R::one(), &equations.solve(&at.rest));
+                if self.polish(&mut equations, &inertial, &inertia, &mut velocity, &budget, params, &mut solved) {
+                    self.finish(&mut equations, &inertial, &inertia, velocity, scale, &budget, params, &mut solved);
+                    return solved;
                 }
+                at = self.balance(&inertial, &inertia, &velocity);
                 for track in &mut self.tracks {
                     track.offset = [R::zero(); 3];
                 }
@@ -309,10 +318,152 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         solved
     }
 
+    /// Steps with the equations at hand while every point does what they are for; whether that solves it.
+    #[allow(clippy::too_many_arguments)]
+    fn polish(
+        &mut self,
+        equations: &mut Equations<'_, R, DOF>,
+        inertial: &Mat7<R>,
+        inertia: &Inertia<R>,
+        velocity: &mut Vec7<R>,
+        budget: &SolveBudget<R>,
+        params: &PyramidParams<R>,
+        solved: &mut Solved<R>,
+    ) -> bool {
+        for _ in 0..=params.polish_steps {
+            let (at, same) = self.evaluate(equations.polygon, inertial, inertia, velocity);
+            solved.evaluations += 1;
+            let tolerance_n = budget.tolerance * at.scale_n + at.rounding_n * params.roundings * R::EPSILON;
+            solved.residual_n = at.residual_n();
+            if solved.residual_n <= tolerance_n {
+                return true;
+            }
+            if !same || solved.evaluations >= budget.max_evaluations {
+                return false;
+            }
+            add_scaled(velocity, -R::one(), &equations.solve(&at.rest));
+        }
+        false
+    }
+
+    /// Takes the solution at `velocity`, or the one with pyramids turned to the slip that it has.
+    #[allow(clippy::too_many_arguments)]
+    fn finish(
+        &mut self,
+        equations: &mut Equations<'_, R, DOF>,
+        inertial: &Mat7<R>,
+        inertia: &Inertia<R>,
+        velocity: Vec7<R>,
+        scale: R,
+        budget: &SolveBudget<R>,
+        params: &PyramidParams<R>,
+        solved: &mut Solved<R>,
+    ) {
+        let scaled = |v: &Vec7<R>| [v[0], v[1], v[2], v[3] * scale, v[4] * scale, v[5] * scale, v[6]];
+        let mut velocity = velocity;
+        self.answer(equations.polygon);
+        solved.status = SolveStatus::Solved;
+        solved.velocity = scaled(&velocity);
+        let mut best_n = self.misfit_n();
+        let mut residual_n = solved.residual_n;
+        for _ in 0..params.turns {
+            if params.first_edge != FirstEdge::Slip || !self.turn(equations, &mut velocity) {
+                break;
+            }
+            let mut good = self.polish(equations, inertial, inertia, &mut velocity, budget, params, solved);
+            let left = budget.max_evaluations.saturating_sub(solved.evaluations);
+            if !good && left > 0 && solved.iterations < budget.max_iterations {
+                let at = self.balance(inertial, inertia, &velocity);
+                for track in &mut self.tracks {
+                    track.offset = [R::zero(); 3];
+                }
+                solved.iterations += 1;
+                let (end, kinks) = follow(equations, &mut self.tracks, &mut velocity, &at.rest, left);
+                solved.evaluations = solved.evaluations.saturating_add(kinks);
+                good = end == End::Arrived
+                    && self.polish(equations, inertial, inertia, &mut velocity, budget, params, solved);
+            }
+            if !good {
+                break;
+            }
+            let misfit_n = self.misfit_n();
+            if misfit_n < best_n {
+                best_n = misfit_n;
+                residual_n = solved.residual_n;
+                self.answer(equations.polygon);
+                solved.velocity = scaled(&velocity);
+            }
+        }
+        solved.residual_n = residual_n;
+    }
+
+    /// Friction that does not act against the slip: of every point that slides times the squared sine of the angle
+    /// between them.
+    fn misfit_n(&self) -> R {
+        self.tracks.iter().filter(|t| matches!(t.mode, Mode::Corner(_) | Mode::Edge(_))).fold(R::zero(), |sum, t| {
+            let friction_n = t.impulse[0] * t.friction;
+            let share = Slide::of(t).map_or(R::one(), |slide| {
+                let square = slide.across_m_s * slide.across_m_s;
+                square / (square + slide.along_m_s * slide.along_m_s)
+            });
+            sum + friction_n * share
+        })
+    }
+
+    /// Turns the pyramids of the points that slide to their slip, and `velocity` to what it then is about; `false`
+    /// where all point along it already.
+    ///
+    /// A corner whose normal cone holds the slip gives the same friction whatever the slip's direction
+    /// in it. Friction that turns also turns the slip: one Newton step on "friction against the slip", which is
+    /// the cone's law, finds for all points at once where the two agree.
+    fn turn(&mut self, equations: &Equations<'_, R, DOF>, velocity: &mut Vec7<R>) -> bool {
+        let mut matrix = equations.matrix;
+        let mut force = [R::zero(); DOF];
+        let mut changed = false;
+        for track in &self.tracks {
+            let Some(slide) = Slide::of(track) else { continue };
+            changed |= abs(slide.across_m_s) > slide.along_m_s * R::of(LEAST_TURN);
+            let row = slide.row(track);
+            let stiffness = slide.friction_n / slide.along_m_s;
+            let elastic = match track.mode {
+                // It becomes a corner, whose friction does not grow along the edge.
+                Mode::Edge(k) => {
+                    let share = along(equations.polygon.along(k), slide.across);
+                    track.tangent_gain * share * share
+                }
+                _ => R::zero(),
+            };
+            for (to, x) in matrix.iter_mut().zip(&row) {
+                add_scaled(to, *x * (stiffness - elastic), &row);
+            }
+            add_scaled(&mut force, stiffness * slide.across_m_s, &row);
+        }
+        if !changed {
+            return false;
+        }
+        let change = Factors::of(&matrix).solve(&force);
+        add_scaled(velocity, R::one(), &change);
+        for (p, track) in self.points.iter_mut().zip(&mut self.tracks) {
+            let Some(slide) = Slide::of(track) else { continue };
+            let across_m_s = slide.across_m_s - dot(&slide.row(track), &change);
+            let [a1, a2] = slide.across;
+            let (x, y) = (slide.along_m_s, across_m_s);
+            let Some([c, s]) = unit([a2 * x + a1 * y, a2 * y - a1 * x]) else { continue };
+            p.first = p.turned_back([c, s]);
+            let [_, first, second] = &mut track.rows;
+            for (x, y) in first.iter_mut().zip(second) {
+                (*x, *y) = (c * *x + s * *y, c * *y - s * *x);
+            }
+            let [_, x, y] = &mut track.constant;
+            (*x, *y) = (c * *x + s * *y, c * *y - s * *x);
+        }
+        true
+    }
+
     /// Rows, constants and compliances of every point; its pyramid is turned as friction acts at `v`.
     fn load(&mut self, polygon: &Polygon<R>, scale: R, v: &Vec7<R>, params: &PyramidParams<R>) {
         let (zero, one) = (R::zero(), R::one());
-        let (linear, turning) = (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]));
+        let (linear, angular) = (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]));
         let wider = if params.circumscribed { one / polygon.apothem } else { one };
         self.tracks.clear();
         for p in &mut self.points {
@@ -324,7 +475,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
             let least = larger * params.min_friction_ratio;
             p.factor = if rubs { g.mu.map(|mu| max(mu, least)) } else { [one; 2] };
             let arm = g.lever_m * scale;
-            let at = linear + turning.cross(&arm);
+            let at = linear + angular.cross(&arm);
             let [n, t1, t2] = &g.axes;
             let [m1, m2] = p.factor;
             // The unbounded friction there, in tangents that are scaled by the coefficients.
@@ -332,8 +483,8 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
             p.first = match params.first_edge {
                 FirstEdge::Fixed(direction) => direction,
                 FirstEdge::Slip => {
-                    let size = sqrt(force[0] * force[0] + force[1] * force[1]);
-                    if size > R::of(1e-9) { force.map(|f| f / size) } else { [one, zero] }
+                    let now = unit(force).unwrap_or([one, zero]);
+                    p.held().filter(|held| held[0] * now[0] + held[1] * now[1] > zero).unwrap_or(now)
                 }
             };
             let [c, s] = p.first;
@@ -519,6 +670,47 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     }
 }
 
+/// A point that slides, in the axes of its pyramid.
+struct Slide<R> {
+    friction_n: R,
+    /// Direction across its friction.
+    across: [R; 2],
+    /// Its slip, turned round, along the friction and across it.
+    along_m_s: R,
+    across_m_s: R,
+}
+
+impl<R: Real> Slide<R> {
+    /// `None` for a point that does not slide, or not against its friction.
+    fn of(track: &Track<R, DOF>) -> Option<Self> {
+        if !matches!(track.mode, Mode::Corner(_) | Mode::Edge(_)) {
+            return None;
+        }
+        let [_, f1, f2] = track.impulse;
+        let friction_n = sqrt(f1 * f1 + f2 * f2);
+        let [h1, h2] = unit([f1, f2])?;
+        let slip = [-track.speed[1], -track.speed[2]];
+        let along_m_s = along([h1, h2], slip);
+        let across = [-h2, h1];
+        (along_m_s > R::zero()).then(|| Self { friction_n, across, along_m_s, across_m_s: along(across, slip) })
+    }
+
+    /// Velocity along `across`, as a row.
+    fn row(&self, track: &Track<R, DOF>) -> [R; DOF] {
+        let mut row = [R::zero(); DOF];
+        add_scaled(&mut row, self.across[0], &track.rows[1]);
+        add_scaled(&mut row, self.across[1], &track.rows[2]);
+        row
+    }
+}
+
+/// The direction of `v`; `None` where it has none.
+#[inline(always)]
+fn unit<R: Real>(v: [R; 2]) -> Option<[R; 2]> {
+    let size = sqrt(v[0] * v[0] + v[1] * v[1]);
+    (size > R::of(1e-18)).then(|| v.map(|x| x / size))
+}
+
 /// Damping of the share of viscous friction that nothing bounds, along the scaled tangents, N s/m.
 #[inline(always)]
 fn damping<R: Real>(p: &Point<R>, track: &Track<R, DOF>) -> R {
@@ -533,7 +725,7 @@ fn damping<R: Real>(p: &Point<R>, track: &Track<R, DOF>) -> R {
 #[inline]
 fn expect<R: Real>(p: &Point<R>, track: &mut Track<R, DOF>, polygon: &Polygon<R>) {
     let zero = R::zero();
-    let Some(before) = p.before else { return };
+    let Some(Past { before, .. }) = p.past else { return };
     let touches = track.trial[0] > zero;
     let (load_n, slid) = match before {
         Before::Open => {

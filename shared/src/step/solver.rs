@@ -1,10 +1,10 @@
 //! The contact problem of a step, solved as the model asks: with the exact cone or with friction pyramids.
 
 use crate::cone;
-use crate::lcp::step::{PyramidParams, Workspace as Pyramids};
+use crate::lcp::step::{Past, PyramidParams, Workspace as Pyramids};
 use crate::model::Formulation;
 use crate::real::Real;
-use crate::solve::{Answer, Before, Bodies, ContactPoint, DOF, SolveBudget, SolveStatus, Solved};
+use crate::solve::{Answer, Bodies, ContactPoint, DOF, SolveBudget, SolveStatus, Solved};
 
 /// Which formulation the forces of a step come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,16 +40,16 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
         self.pyramids.forget();
     }
 
-    /// Adds a point, which did `before` in the step before.
+    /// Adds a point, and what it did in the step before.
     #[inline(always)]
-    pub fn add(&mut self, point: &ContactPoint<R>, before: Before<R>) {
+    pub fn add(&mut self, point: &ContactPoint<R>, past: Past<R>) {
         // The capacities are that of the contacts: these cannot fail.
         match self.formulation {
             Formulation::Cone => {
                 self.cone.add(point);
-                self.cone.expect(before);
+                self.cone.expect(past.before);
             }
-            Formulation::Lcp => self.pyramids.add(point, Some(before)),
+            Formulation::Lcp => self.pyramids.add(point, Some(past)),
         }
     }
 

@@ -31,37 +31,38 @@ pub(in crate::lcp) struct Equations<'a, R, const ND: usize> {
     pub polygon: &'a Polygon<R>,
     /// `M`; `None`: one for every degree of freedom.
     pub mass: Option<&'a [[R; ND]; ND]>,
-    /// `(M + G'K G)^-1` as factors, and, after a kink, as it is.
+    /// `M + G'K G`.
+    pub matrix: [[R; ND]; ND],
+    /// Its inverse as factors, and, after a kink, as it is.
     factors: Lu<R, ND>,
     inverse: Option<[[R; ND]; ND]>,
 }
 
 impl<'a, R: Real, const ND: usize> Equations<'a, R, ND> {
     pub(in crate::lcp) fn new(polygon: &'a Polygon<R>, mass: Option<&'a [[R; ND]; ND]>) -> Self {
-        Self { polygon, mass, factors: Lu::none(), inverse: None }
+        Self { polygon, mass, matrix: [[R::zero(); ND]; ND], factors: Lu::none(), inverse: None }
     }
 
     /// Takes them up in the modes of `tracks`.
     fn begin(&mut self, tracks: &[Track<R, ND>]) {
         self.inverse = None;
-        if self.mass.is_none() && tracks.iter().all(|track| track.mode == Mode::Open) {
-            self.factors = Lu::identity();
-            return;
-        }
-        let matrix = self.factors.matrix();
-        *matrix = match self.mass {
+        self.matrix = match self.mass {
             Some(mass) => *mass,
             None => [[R::zero(); ND]; ND],
         };
         if self.mass.is_none() {
             for k in 0..ND {
-                matrix[k][k] = R::one();
+                self.matrix[k][k] = R::one();
+            }
+            if tracks.iter().all(|track| track.mode == Mode::Open) {
+                self.factors = Lu::identity();
+                return;
             }
         }
         for track in tracks {
-            track.add_to(self.polygon, matrix);
+            track.add_to(self.polygon, &mut self.matrix);
         }
-        self.factors.factorise();
+        self.factors = Lu::of(&self.matrix);
     }
 
     /// Solves them.
@@ -163,6 +164,7 @@ pub(in crate::lcp) fn follow<R: Real, const ND: usize>(
         add_scaled(&mut dy, -kink.phi * reciprocal, &w);
         for k in 0..ND {
             add_scaled(&mut inverse[k], -w[k] * reciprocal, &c);
+            add_scaled(&mut equations.matrix[k], kink.a[k], &kink.b);
         }
         if ratio < zero {
             direction = -direction;
