@@ -14,7 +14,14 @@ use stickslip_shared::real::Vec3;
 
 const WEIGHT_N: f64 = 0.2005 * G;
 
-fn raise(by: Formulation, mu: f64, grip_n: f64, acceleration: f64, seconds: f64, each: impl FnMut(&Seen<'_, f64>)) {
+fn raise(
+    by: Formulation,
+    mu: f64,
+    grip_n: f64,
+    acceleration: f64,
+    seconds: f64,
+    each: impl FnMut(&Seen<'_, f64>),
+) {
     let play = Play {
         scene: gripped(obj4(), None),
         model: hard_by(by, mu, 0.0, 0.0),

@@ -73,8 +73,9 @@ fn the_sag_is_that_of_the_exact_cone(by: Formulation) {
 }
 
 fn a_tighter_grip_sags_less(by: Formulation) {
-    let sag =
-        |grip_n| -linear_push::<f64>(hard_by(by, 0.15, 0.25, 0.0), grip_n, 0.010, 0.0, 1.5, |_| {}).position_m.z;
+    let sag = |grip_n| {
+        -linear_push::<f64>(hard_by(by, 0.15, 0.25, 0.0), grip_n, 0.010, 0.0, 1.5, |_| {}).position_m.z
+    };
     let sags = [20.0, 22.0, 25.0, 27.0, 30.0, 35.0].map(sag);
     assert!(sags.windows(2).all(|w| w[1] <= w[0] + 1e-9), "{sags:?}");
 }

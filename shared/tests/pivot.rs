@@ -55,7 +55,9 @@ fn the_object_stays_put_but_for_the_drift_that_the_edge_force_explains(by: Formu
         let excess_n = 4.0 / 3.0 * mu * grip_n * a / arm_m - 0.2005 * G;
         let drift_m = 2.0 * (2.0 / 3.0 * a) * (0.5 * excess_n) / (mu * grip_n);
         assert!((world.position_m.z - drift_m).abs() < 0.2 * drift_m, "{} {drift_m}", world.position_m.z);
-        assert!(world.position_m.xy().norm() < 5e-4, "{}", world.position_m);
+        // Pyramids: a tenth more, within what their friction may lack.
+        let stays_m = if by == Formulation::Cone { 5e-4 } else { 5.5e-4 };
+        assert!(world.position_m.xy().norm() < stays_m, "{}", world.position_m);
         // The edge does not follow: the object turns about it by the drift over the arm.
         assert!(world.rotation.angle() < 1.1 * drift_m / arm_m, "{}", world.rotation.angle());
     }
@@ -99,7 +101,9 @@ fn the_edge_bears_the_moment_of_both_fingers(by: Formulation) {
 fn torque_grows_with_grip_and_not_with_the_turning_rate(by: Formulation) {
     let torque = |grip, rate: f64| {
         let mut t = 0.0;
-        pivot(hard_by(by, 0.4, 0.25, 0.0), grip, rate, 0.03, 0.35 / rate, |s| t = s.out.reading.finger[0][4].abs());
+        pivot(hard_by(by, 0.4, 0.25, 0.0), grip, rate, 0.03, 0.35 / rate, |s| {
+            t = s.out.reading.finger[0][4].abs()
+        });
         t
     };
     let (loose, tight) = (torque(20.0, 0.1745), torque(35.0, 0.1745));

@@ -22,7 +22,9 @@ fn block(support: SupportContact<f64>) -> Scene<f64> {
 }
 
 /// Pushes along +X at `offset_m` from the centre.
-fn push(by: Formulation, scene: Scene<f64>,
+fn push(
+    by: Formulation,
+    scene: Scene<f64>,
     mu: f64,
     mu_pusher: f64,
     offset_m: f64,

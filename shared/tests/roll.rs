@@ -14,7 +14,14 @@ use stickslip_shared::model::*;
 const RADIUS_M: f64 = 0.0125;
 
 /// Moves along +Y at `speed` on a platform that the cylinder rests on.
-fn roll(by: Formulation, platform_mu: f64, finger_mu: f64, grip_n: f64, seconds: f64, each: impl FnMut(&Seen<'_, f64>)) {
+fn roll(
+    by: Formulation,
+    platform_mu: f64,
+    finger_mu: f64,
+    grip_n: f64,
+    seconds: f64,
+    each: impl FnMut(&Seen<'_, f64>),
+) {
     let up = turn([0.0, 1.0, 0.0], -core::f64::consts::FRAC_PI_2);
     let play = Play {
         scene: gripped(obj1(), Some(PusherContact::Plane)),

@@ -55,7 +55,14 @@ impl<R: Real, const ND: usize> Contact<R, ND> {
         }
         let acts = acts.iter().fold(false, |any, x| any | x);
         let mut probe = zeros.iter().fold(R::zero(), |sum, x| sum + *x);
-        for x in [self.compliance, self.tangential_compliance, self.friction, self.separation, self.slip[0], self.slip[1]] {
+        for x in [
+            self.compliance,
+            self.tangential_compliance,
+            self.friction,
+            self.separation,
+            self.slip[0],
+            self.slip[1],
+        ] {
             probe += x * R::zero();
         }
         if probe != R::zero() {

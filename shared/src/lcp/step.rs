@@ -242,8 +242,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
 
     /// Solves for the velocity at the end of the step, from `guess` (the last step's).
     ///
-    /// A number that is not finite, or out of its range, is not told from any other failure: what comes is not
-    /// `Solved`. Never panics; `iterations` counts factorisations, `evaluations` balances and kinks, which cost
+    /// A number out of its range is `BadInput`; what is not finite is never `Solved`. Never panics; `iterations` counts factorisations, `evaluations` balances and kinks, which cost
     /// about as much as an evaluation of the cone's balance; both are bounded by `budget`.
     pub fn solve(
         &mut self,
@@ -266,7 +265,11 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         let radius = sqrt((i[0][0] + i[1][1] + i[2][2]) / (R::of(3.0) * bodies.mass_kg));
         let scale = R::one() / radius;
         let good = rate > R::zero() && radius > R::zero() && bodies.jaw_mass_kg > R::zero();
-        if !good || self.lost || self.points.len() > MAX_POINTS {
+        if !(good && self.points.iter().all(|p| in_range(&p.given))) {
+            solved.status = SolveStatus::BadInput;
+            return solved;
+        }
+        if self.lost || self.points.len() > MAX_POINTS {
             return solved;
         }
         let scaled = |v: &Vec7<R>, by: R| [v[0], v[1], v[2], v[3] * by, v[4] * by, v[5] * by, v[6]];
@@ -299,14 +302,30 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
                 }
                 solved.iterations += 1;
                 let limit = most.min(left);
-                let (end, kinks) =
-                    follow(&mut equations, &mut self.tracks, &mut velocity, &at.rest, limit);
+                let (end, kinks) = follow(&mut equations, &mut self.tracks, &mut velocity, &at.rest, limit);
                 solved.evaluations = solved.evaluations.saturating_add(kinks);
                 if end != End::Arrived {
                     break;
                 }
-                if self.polish(&mut equations, &inertial, &inertia, &mut velocity, &budget, params, &mut solved) {
-                    self.finish(&mut equations, &inertial, &inertia, velocity, scale, &budget, params, &mut solved);
+                if self.polish(
+                    &mut equations,
+                    &inertial,
+                    &inertia,
+                    &mut velocity,
+                    &budget,
+                    params,
+                    &mut solved,
+                ) {
+                    self.finish(
+                        &mut equations,
+                        &inertial,
+                        &inertia,
+                        velocity,
+                        scale,
+                        &budget,
+                        params,
+                        &mut solved,
+                    );
                     return solved;
                 }
                 at = self.balance(&inertial, &inertia, &velocity);
@@ -400,14 +419,17 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     /// Friction that does not act against the slip: of every point that slides times the squared sine of the angle
     /// between them.
     fn misfit_n(&self) -> R {
-        self.tracks.iter().filter(|t| matches!(t.mode, Mode::Corner(_) | Mode::Edge(_))).fold(R::zero(), |sum, t| {
-            let friction_n = t.impulse[0] * t.friction;
-            let share = Slide::of(t).map_or(R::one(), |slide| {
-                let square = slide.across_m_s * slide.across_m_s;
-                square / (square + slide.along_m_s * slide.along_m_s)
-            });
-            sum + friction_n * share
-        })
+        self.tracks.iter().filter(|t| matches!(t.mode, Mode::Corner(_) | Mode::Edge(_))).fold(
+            R::zero(),
+            |sum, t| {
+                let friction_n = t.impulse[0] * t.friction;
+                let share = Slide::of(t).map_or(R::one(), |slide| {
+                    let square = slide.across_m_s * slide.across_m_s;
+                    square / (square + slide.along_m_s * slide.along_m_s)
+                });
+                sum + friction_n * share
+            },
+        )
     }
 
     /// Turns the pyramids of the points that slide to their slip, and `velocity` to what it then is about; `false`
@@ -496,11 +518,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
                 [axis.x, axis.y, axis.z, moment.x, moment.y, moment.z, jaw]
             };
             track.rows = [row(n, g.jaw), row(&along[0], zero), row(&along[1], zero)];
-            track.constant = [
-                b0 - g.adhesion_n / kn,
-                m1 * c * b1 + m2 * s * b2,
-                m2 * c * b2 - m1 * s * b1,
-            ];
+            track.constant = [b0 - g.adhesion_n / kn, m1 * c * b1 + m2 * s * b2, m2 * c * b2 - m1 * s * b1];
             track.friction = if rubs { rest * wider } else { zero };
             track.normal_gain = kn;
             track.tangent_gain = k1 / (m1 * m1) * rest;
@@ -601,7 +619,8 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
                 Start::Before => expect(p, track, polygon),
                 Start::Open => {
                     // Different for each, so that no two close together.
-                    share = if share + golden < R::one() { share + golden } else { share + golden - R::one() };
+                    share =
+                        if share + golden < R::one() { share + golden } else { share + golden - R::one() };
                     let opened = approach * (R::of(1.01) + R::of(0.1) * share);
                     track.trial[0] = -track.normal_gain * (track.speed[0] + opened);
                 }
@@ -692,7 +711,12 @@ impl<R: Real> Slide<R> {
         let slip = [-track.speed[1], -track.speed[2]];
         let along_m_s = along([h1, h2], slip);
         let across = [-h2, h1];
-        (along_m_s > R::zero()).then(|| Self { friction_n, across, along_m_s, across_m_s: along(across, slip) })
+        (along_m_s > R::zero()).then(|| Self {
+            friction_n,
+            across,
+            along_m_s,
+            across_m_s: along(across, slip),
+        })
     }
 
     /// Velocity along `across`, as a row.
@@ -709,6 +733,14 @@ impl<R: Real> Slide<R> {
 fn unit<R: Real>(v: [R; 2]) -> Option<[R; 2]> {
     let size = sqrt(v[0] * v[0] + v[1] * v[1]);
     (size > R::of(1e-18)).then(|| v.map(|x| x / size))
+}
+
+/// Whether the numbers of the law may be; a NaN is none of these.
+fn in_range<R: Real>(p: &ContactPoint<R>) -> bool {
+    let zero = R::zero();
+    let [k0, k1, k2] = p.stiffness_n_s_m;
+    let springs = k0 > zero && k1 > zero && k2 > zero;
+    springs && p.mu[0] >= zero && p.mu[1] >= zero && p.adhesion_n >= zero && p.viscous_n_s_m >= zero
 }
 
 /// Damping of the share of viscous friction that nothing bounds, along the scaled tangents, N s/m.

@@ -311,11 +311,7 @@ fn open<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], start: u32) {
 }
 
 /// Start from the impulses, speeds and modes at hand, which become the known ones.
-fn anchor<R: Real, const ND: usize>(
-    polygon: &Polygon<R>,
-    tracks: &mut [Track<R, ND>],
-    y: &mut [R; ND],
-) {
+fn anchor<R: Real, const ND: usize>(polygon: &Polygon<R>, tracks: &mut [Track<R, ND>], y: &mut [R; ND]) {
     *y = [R::zero(); ND];
     for track in tracks.iter() {
         for k in 0..3 {
