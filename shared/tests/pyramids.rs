@@ -67,7 +67,11 @@ fn four_fixed_edges_give_the_velocity_of_lemkes_method_on_the_same_problem() {
         for k in 0..7 {
             let theirs = bodies.free[k] + impulses.velocity_change[k];
             let size = if (3..6).contains(&k) { 1e-5 } else { 1e-6 };
-            assert!((ours.velocity[k] - theirs).abs() < size, "case {case} {k}: {} {theirs}", ours.velocity[k]);
+            assert!(
+                (ours.velocity[k] - theirs).abs() < size,
+                "case {case} {k}: {} {theirs}",
+                ours.velocity[k]
+            );
         }
     }
 }
@@ -84,8 +88,7 @@ fn the_contact_solver_solves_problems_with_tangential_compliance_as_lemkes_metho
         assert!(problem.write_dense(&mut m, &mut q));
         let mut theirs = Impulses::none();
         theirs.read_unknowns(dense.solve(&m, &q).solved().expect("solved"), &problem);
-        let mut solver =
-            Box::new(stickslip_shared::lcp::contact::ContactSolver::<f64, CAPACITY, 7>::new());
+        let mut solver = Box::new(stickslip_shared::lcp::contact::ContactSolver::<f64, CAPACITY, 7>::new());
         let ours = solver.solve(&problem).solved().expect("the contact solver solves it");
         let mut z = vec![0.0; n];
         ours.write_unknowns(&mut z);

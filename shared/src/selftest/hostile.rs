@@ -8,6 +8,7 @@ use crate::cone::{self, Bodies, ContactPoint, SolveBudget, SolveStatus};
 use crate::lcp::contact::ContactSolver;
 use crate::lcp::dense::Dense;
 use crate::lcp::factors::{Contact, Factors, Impulses};
+use crate::lcp::step::{self, PyramidParams};
 use crate::lcp::{Path, Report};
 use crate::predictor::HASH_START;
 use crate::real::{Real, Vec3, sqrt};
@@ -198,13 +199,16 @@ fn widened(points: &Points, bodies: &Bodies<f32>) -> (Vec<ContactPoint<f64>, CON
 
 fn solve_step<R: Real>(points: &Vec<ContactPoint<R>, CONTACTS>, bodies: &Bodies<R>, out: &mut Answers) {
     for options in [SolveBudget::present(), SolveBudget::look_ahead()] {
-        let s = cone::solve(points, bodies, &[R::zero(); cone::DOF], &options);
-        out.count(s.status == SolveStatus::Solved, s.status == SolveStatus::BadInput);
-        out.take(s.status as u32);
-        out.take(s.iterations);
-        out.take(s.evaluations);
-        for x in s.velocity.iter().chain(s.force_n.iter().flatten()).chain([&s.residual_n]) {
-            out.number(*x);
+        let guess = [R::zero(); cone::DOF];
+        let pyramids = step::solve(points, bodies, &guess, &options, &PyramidParams::default());
+        for s in [cone::solve(points, bodies, &guess, &options), pyramids] {
+            out.count(s.status == SolveStatus::Solved, s.status == SolveStatus::BadInput);
+            out.take(s.status as u32);
+            out.take(s.iterations);
+            out.take(s.evaluations);
+            for x in s.velocity.iter().chain(s.force_n.iter().flatten()).chain([&s.residual_n]) {
+                out.number(*x);
+            }
         }
     }
 }

@@ -124,7 +124,10 @@ pub fn push(mu: f64, friction: FrictionShape) -> Row {
             let (sin, cos) = turned_deg.to_radians().sin_cos();
             let first_edge = FirstEdge::Fixed([cos, sin]);
             let edges = edges as u8;
-            (Formulation::Lcp, PyramidParams { edges, first_edge, circumscribed: outside, ..Default::default() })
+            (
+                Formulation::Lcp,
+                PyramidParams { edges, first_edge, circumscribed: outside, ..Default::default() },
+            )
         }
         FrictionShape::Following { edges } => {
             (Formulation::Lcp, PyramidParams { edges: edges as u8, ..Default::default() })
