@@ -4,7 +4,8 @@ use stickslip_analysis::model::file::default_model;
 use stickslip_analysis::run::replay::{at_board_rate, feed, first_difference, interpolated_poses, run};
 use stickslip_data::{Description, Pose, Sample, Trial, Wrench};
 use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Setup, objects};
-use stickslip_shared::predictor::{Limits, MAX_SEGMENTS, Prediction};
+use stickslip_shared::model::{Formulation, Model};
+use stickslip_shared::predictor::{Limits, MAX_SEGMENTS, Prediction, validity};
 
 fn push() -> (Description, Trial) {
     let description = objects::bench("replay");
@@ -101,4 +102,21 @@ fn a_record_of_an_hour_has_a_plan_of_the_segments_that_fit_and_says_that_some_we
     assert_eq!(plan.segments.len(), MAX_SEGMENTS);
     let whole_s: f32 = plan.segments.iter().map(|s| s.duration_s).sum();
     assert!((whole_s - 3600.0).abs() < 0.1, "{whole_s}");
+}
+
+#[test]
+fn pyramids_and_cone_predict_the_same_push() {
+    let (description, trial) = push();
+    let feed = feed(&description, &trial).expect("a scene");
+    let replayed = |formulation| {
+        let model = Model { formulation, ..default_model() };
+        run(&feed, &model, Limits::default(), 0, |_| ()).expect("accepted")
+    };
+    let (cone, lcp) = (replayed(Formulation::Cone), replayed(Formulation::Lcp));
+    assert_ne!(cone.hash, lcp.hash, "the pyramids are not those of the file");
+    let instead = lcp.predictions.iter().filter(|p| p.validity & validity::CONE_INSTEAD != 0).count();
+    assert!(50 * instead <= lcp.predictions.len(), "{instead} of {} ticks", lcp.predictions.len());
+    assert!(cone.predictions.iter().all(|p| p.validity & validity::CONE_INSTEAD == 0));
+    let same = cone.predictions.iter().zip(&lcp.predictions).filter(|(a, b)| a.flags == b.flags).count();
+    assert!(100 * same >= 97 * cone.predictions.len(), "{same} of {} ticks", cone.predictions.len());
 }
