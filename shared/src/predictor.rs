@@ -391,6 +391,8 @@ impl<R: Real> Predictor<R> {
     }
 
     /// Settles the object for a tick; `false` where it has nothing to settle.
+    // Its workspace is the largest thing of a tick: it must not lie beside that of `follow` in one frame.
+    #[inline(never)]
     fn settle(&mut self) -> bool {
         let Some(Tracked { state, settling, .. }) = &mut self.tracked else { return false };
         let Some(going) = settling else { return false };

@@ -55,8 +55,10 @@ pub enum FirstEdge<R> {
 /// Friction pyramids, and how their problem is solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PyramidParams<R: Real> {
-    /// 8: edges, 4, 8 or 16. Friction is at least `cos(pi / edges)` of the cone's (0.924 for 8), slip is found to
-    /// `pi / edges`. Doubled: 0.981, and up to twice the kinks on the path.
+    /// 8: edges, 4, 8 or 16. Friction across the load of a point that sticks is at least `cos(pi / edges)` of the
+    /// cone's (0.924 for 8); along the load, and of a point that slides, it is the cone's. Doubled: 0.981, and up to twice
+    /// the kinks on the path. Halved: 0.707, a third of the kinks, and a disc that spins under a small force is off by
+    /// a fifth.
     pub edges: u8,
     /// How they are turned.
     pub first_edge: FirstEdge<R>,

@@ -6,6 +6,10 @@ use crate::model::Formulation;
 use crate::real::Real;
 use crate::solve::{Answer, Bodies, ContactPoint, DOF, SolveBudget, SolveStatus, Solved};
 
+/// What a unit of work of the pyramids costs, in the cone's: `make cost` counts 5,000 instructions for a kink or an
+/// evaluation and 20,000 for a factorisation with what belongs to it.
+const PYRAMIDS_COST: u32 = 2;
+
 /// Which formulation the forces of a step come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SolvedBy {
@@ -64,7 +68,11 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
         if self.formulation == Formulation::Cone {
             return (self.cone.solve(bodies, guess, budget), SolvedBy::Cone);
         }
-        let first = self.pyramids.solve(bodies, guess, &budget.within(budget.work() / 2), params);
+        // Half of the work at most: the cone may have to be solved in their place.
+        let bounded = budget.within(budget.work() / 2 / PYRAMIDS_COST);
+        let mut first = self.pyramids.solve(bodies, guess, &bounded, params);
+        first.iterations = first.iterations.saturating_mul(PYRAMIDS_COST);
+        first.evaluations = first.evaluations.saturating_mul(PYRAMIDS_COST);
         if first.status == SolveStatus::Solved {
             return (first, SolvedBy::Pyramids);
         }

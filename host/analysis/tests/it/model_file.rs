@@ -49,7 +49,9 @@ fn what_is_read_is_written_and_read_again_unchanged() {
 #[test]
 fn the_formulation_is_the_cone_unless_the_file_says_otherwise() {
     assert_eq!(ModelFile::parse(GOOD, "m").unwrap().to_model().formulation, Formulation::Cone);
-    for (base, soft) in [("hard", ""), ("soft", "[soft]\nnormal_n_m = 2e5\ntangential_n_m = 1e5\ndamping_s = 0.0\n")] {
+    for (base, soft) in
+        [("hard", ""), ("soft", "[soft]\nnormal_n_m = 2e5\ntangential_n_m = 1e5\ndamping_s = 0.0\n")]
+    {
         let text = format!(
             "format = 'stickslip-model/1'\nbase = '{base}'\nformulation = 'lcp'\n{soft}[friction]\nfinger = 0.4\npusher = 0.2\nsupport = 0.3\n"
         );
