@@ -3,22 +3,27 @@
 use std::path::PathBuf;
 use std::{env, fs};
 
+use stickslip_shared::model::Formulation;
 use stickslip_shared::selftest::{self, hostile};
 
-/// Seed, ticks, horizon: without look-ahead, and with it.
-const RUNS: [(u32, u32, f32); 2] = [(1, 100_000, 0.0), (2, 3_000, 0.1)];
+/// Formulation, seed, ticks, horizon: without look-ahead, with it, and with friction pyramids.
+const RUNS: [(Formulation, u32, u32, f32); 3] = [
+    (Formulation::Cone, 1, 100_000, 0.0),
+    (Formulation::Cone, 2, 3_000, 0.1),
+    (Formulation::Lcp, 2, 3_000, 0.1),
+];
 
 /// Seed and rounds of the hostile problems.
 const HOSTILE: (u32, u32) = (3, 400);
 
 fn main() {
-    let mut text = String::from("/// Seed, ticks, horizon and what the host got.\n");
-    text += "pub const REFERENCE: [(u32, u32, f32, Digest); 2] = [\n";
+    let mut text = String::from("/// Formulation, seed, ticks, horizon and what the host got.\n");
+    text += "pub const REFERENCE: [(Formulation, u32, u32, f32, Digest); 3] = [\n";
     let mut lines = String::new();
-    for (seed, ticks, horizon) in RUNS {
-        let digest = selftest::run(seed, ticks, horizon);
-        lines += &format!("predictor {seed} {ticks} {horizon:?} {digest:?}\n");
-        text += &format!("({seed}, {ticks}, {horizon:?}, {digest:?}),\n");
+    for (by, seed, ticks, horizon) in RUNS {
+        let digest = selftest::run(by, seed, ticks, horizon);
+        lines += &format!("predictor {by:?} {seed} {ticks} {horizon:?} {digest:?}\n");
+        text += &format!("(Formulation::{by:?}, {seed}, {ticks}, {horizon:?}, {digest:?}),\n");
     }
     text += "];\n";
     let (seed, rounds) = HOSTILE;

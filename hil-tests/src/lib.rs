@@ -2,6 +2,7 @@
 //! the same source.
 #![no_std]
 
+use stickslip_shared::model::Formulation;
 use stickslip_shared::selftest::Digest;
 use stickslip_shared::selftest::hostile::Answers;
 

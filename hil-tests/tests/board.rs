@@ -14,14 +14,20 @@ mod tests {
 
     #[test]
     fn predictor_gives_the_bits_of_the_host_without_look_ahead() {
-        let [(seed, ticks, horizon_s, host), _] = REFERENCE;
-        assert_eq!(selftest::run(seed, ticks, horizon_s), host);
+        let [(by, seed, ticks, horizon_s, host), ..] = REFERENCE;
+        assert_eq!(selftest::run(by, seed, ticks, horizon_s), host);
     }
 
     #[test]
     fn predictor_gives_the_bits_of_the_host_with_look_ahead() {
-        let [_, (seed, ticks, horizon_s, host)] = REFERENCE;
-        assert_eq!(selftest::run(seed, ticks, horizon_s), host);
+        let [_, (by, seed, ticks, horizon_s, host), _] = REFERENCE;
+        assert_eq!(selftest::run(by, seed, ticks, horizon_s), host);
+    }
+
+    #[test]
+    fn friction_pyramids_in_the_tick_give_the_bits_of_the_host() {
+        let [_, _, (by, seed, ticks, horizon_s, host)] = REFERENCE;
+        assert_eq!(selftest::run(by, seed, ticks, horizon_s), host);
     }
 
     #[test]

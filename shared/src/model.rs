@@ -156,6 +156,17 @@ pub enum Base<R: Real> {
     },
 }
 
+/// How the friction of a contact point enters the step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Formulation {
+    /// Coulomb's cone itself, by a semismooth Newton method ([`crate::cone`]).
+    #[default]
+    Cone,
+    /// A friction pyramid, by a linear complementarity problem (Stewart and Trinkle 1996,
+    /// [`crate::lcp::step`]). What is not solved within its part of the budget is solved with the cone.
+    Lcp,
+}
+
 impl<R: Real> Base<R> {
     /// Soft contact of a hard plastic fingertip with a thin layer of hard rubber, the
     /// paper's: 20 N press it in by 0.1 mm; across, a rubber layer is about half as stiff
@@ -175,6 +186,8 @@ impl<R: Real> Base<R> {
 pub struct Model<R: Real> {
     /// The base contact law.
     pub base: Base<R>,
+    /// How friction enters the step; independent of base and effects.
+    pub formulation: Formulation,
     /// Friction coefficients of the base model.
     pub friction: Friction<R>,
     /// Effects on top of the base, applied in this order.
@@ -186,7 +199,8 @@ pub struct Model<R: Real> {
 impl<R: Real> Model<R> {
     /// The base contact law alone.
     pub fn base(base: Base<R>, friction: Friction<R>) -> Self {
-        Self { base, friction, effects: Vec::new(), formulas: Vec::new() }
+        let formulation = Formulation::default();
+        Self { base, formulation, friction, effects: Vec::new(), formulas: Vec::new() }
     }
 }
 
@@ -254,6 +268,7 @@ impl<R: Real> Model<R> {
         };
         Model {
             base,
+            formulation: self.formulation,
             friction,
             effects: self
                 .effects

@@ -42,7 +42,7 @@ use crate::model::{FingerContact, MAX_EFFECTS, Model, Scene, Shape};
 use crate::observer::motion::Moved;
 use crate::observer::{self, Observed, Observer, Seen};
 use crate::real::{Real, Rotation, Vec3, max, min, norm, sqrt};
-use crate::step::{Drive, State, StepSummary, Workspace};
+use crate::step::{Drive, SolvedBy, State, StepSummary, Workspace};
 use crate::track::{
     Acceleration, PathFilter, Pose, Poses, Settling, between_pads, drive_between, seat, support_pose,
 };
@@ -405,6 +405,8 @@ impl<R: Real> Predictor<R> {
     }
 
     /// Settles the object for a tick; `false` where it has nothing to settle.
+    // Its workspace is the largest thing of a tick: it must not lie beside that of `follow` in one frame.
+    #[inline(never)]
     fn settle(&mut self) -> bool {
         let Some(Tracked { state, settling, .. }) = &mut self.tracked else { return false };
         let Some(going) = settling else { return false };
@@ -593,6 +595,9 @@ impl<R: Real> Core<R> {
         }
         if worst.status != SolveStatus::Solved {
             doubt |= validity::SOLVER;
+        }
+        if worst.cone_instead {
+            doubt |= validity::CONE_INSTEAD;
         }
         if doubt & validity::UNRELIABLE != 0 {
             p.flags |= flags::UNSURE;
@@ -1195,6 +1200,8 @@ struct Worst<R> {
     work: Work,
     /// A step from sample to sample has moved the state.
     moved: bool,
+    /// A step asked for pyramids and was solved with the cone.
+    cone_instead: bool,
 }
 
 impl<R: Real> Default for Worst<R> {
@@ -1205,6 +1212,7 @@ impl<R: Real> Default for Worst<R> {
             iterations: 0,
             work: Work::default(),
             moved: false,
+            cone_instead: false,
         }
     }
 }
@@ -1213,6 +1221,7 @@ impl<R: Real> Worst<R> {
     /// A step of the look-ahead: its status goes with what it foresees.
     fn count(&mut self, out: &StepSummary<R>) {
         self.work.add(out);
+        self.cone_instead |= out.solved_by == SolvedBy::ConeInstead;
         self.iterations = self.iterations.saturating_add(out.iterations.min(10_000) as u16);
     }
 

@@ -8,7 +8,7 @@ pub mod hostile;
 
 use crate::effects::{Effect, MAX_PARAMETERS, REGISTRY};
 use crate::model::{
-    Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
+    Base, FingerContact, Formulation, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
 };
 use crate::predictor::{HASH_START, Intent, Limits, Plan, Predictor, Sample, Segment, validity};
 use crate::real::Vec3;
@@ -31,6 +31,8 @@ pub struct Digest {
     pub ticks: u32,
     /// Ticks whose validity word marks a solve.
     pub marked: u32,
+    /// Ticks in which a step asked for pyramids and was solved with the cone.
+    pub cone_instead: u32,
     /// Ticks during which a finger slipped.
     pub slipping: u32,
 }
@@ -203,11 +205,13 @@ fn scenario(draw: &mut Draw) -> Scenario {
 /// Runs one trial through `tick`; `false` where scene or model is refused.
 fn run_trial(
     draw: &mut Draw,
+    formulation: Formulation,
     ticks: u32,
     horizon_s: f32,
     tick: &mut impl FnMut(&mut Predictor<f32>, &Sample<f32>),
 ) -> bool {
-    let s = scenario(draw);
+    let mut s = scenario(draw);
+    s.model.formulation = formulation;
     let limits = Limits { horizon_s, ..Limits::default() };
     let Ok(mut predictor) = Predictor::new(s.scene.clone(), s.model.clone(), limits) else {
         return false;
@@ -257,11 +261,18 @@ fn run_trial(
 }
 
 /// The trials of [`run`], each tick made by `tick`.
-pub fn each(seed: u32, ticks: u32, horizon_s: f32, mut tick: impl FnMut(&mut Predictor<f32>, &Sample<f32>)) {
-    trials(seed, ticks, horizon_s, &mut tick, |_| {});
+pub fn each(
+    formulation: Formulation,
+    seed: u32,
+    ticks: u32,
+    horizon_s: f32,
+    mut tick: impl FnMut(&mut Predictor<f32>, &Sample<f32>),
+) {
+    trials(formulation, seed, ticks, horizon_s, &mut tick, |_| {});
 }
 
 fn trials(
+    formulation: Formulation,
     seed: u32,
     ticks: u32,
     horizon_s: f32,
@@ -272,7 +283,7 @@ fn trials(
     let mut done = 0;
     while done < ticks {
         let more = (ticks - done).min(TRIAL_TICKS);
-        if !run_trial(&mut draw, more, horizon_s, tick) {
+        if !run_trial(&mut draw, formulation, more, horizon_s, tick) {
             refused(more);
         }
         done += more;
@@ -280,7 +291,7 @@ fn trials(
 }
 
 /// Runs `ticks` ticks of varied trials; `horizon_s` 0 switches the look-ahead off.
-pub fn run(seed: u32, ticks: u32, horizon_s: f32) -> Digest {
+pub fn run(formulation: Formulation, seed: u32, ticks: u32, horizon_s: f32) -> Digest {
     let digest = core::cell::Cell::new(Digest { hash: HASH_START, ..Digest::default() });
     let mut tick = |predictor: &mut Predictor<f32>, sample: &Sample<f32>| {
         let p = predictor.tick(sample);
@@ -288,10 +299,11 @@ pub fn run(seed: u32, ticks: u32, horizon_s: f32) -> Digest {
         d.hash = p.hash(d.hash);
         d.ticks += 1;
         d.marked += u32::from(p.validity & validity::SOLVER != 0);
+        d.cone_instead += u32::from(p.validity & validity::CONE_INSTEAD != 0);
         d.slipping += u32::from(p.finger[0].slip_speed_m_s > 0.0);
         digest.set(d);
     };
-    trials(seed, ticks, horizon_s, &mut tick, |ticks| {
+    trials(formulation, seed, ticks, horizon_s, &mut tick, |ticks| {
         // A refused model is part of the result as well.
         let mut d = digest.get();
         d.hash = (d.hash ^ 0xdead).wrapping_mul(0x0100_0193);

@@ -114,7 +114,7 @@ pub struct Answer<R> {
     pub adhesion_n: R,
 }
 
-/// Result of [`crate::cone::solve`]. `velocity` and `force_n` are worth their `status` and `residual_n`.
+/// Result of [`crate::cone::solve`] and of [`crate::lcp::step::solve`]. `velocity` and `force_n` are worth their `status` and `residual_n`.
 #[derive(Clone, Debug)]
 pub struct Solution<R: Real, const NC: usize> {
     /// m/s, rad/s, m/s at the end of the step.
@@ -144,6 +144,13 @@ pub struct Solved<R> {
     pub iterations: u32,
     /// Evaluations of the momentum balance.
     pub evaluations: u32,
+}
+
+impl<R> Solved<R> {
+    /// Work of the solve, in evaluations.
+    pub(crate) fn work(&self) -> u32 {
+        self.iterations.saturating_mul(FACTORS_WORK).saturating_add(self.evaluations)
+    }
 }
 
 /// Bounds of [`SolveBudget::present`].

@@ -1,7 +1,8 @@
 //! The time step: state and drive in, next state and forces out.
 //!
 //! Semi-implicit: contact geometry at the beginning of the step, contact forces and
-//! velocity at its end (`cone`), then the pose moves with the new velocity. The velocity
+//! velocity at its end (`cone`, or `lcp` as the
+//! model asks), then the pose moves with the new velocity. The velocity
 //! that is solved for is that relative to the carrier (the gripper), in carrier axes, so
 //! that a stuck object has velocity zero exactly, also in `f32`.
 
@@ -9,9 +10,11 @@ mod gather;
 mod output;
 mod owners;
 mod params;
+mod solver;
 
 use crate::contact::{self, Body, Contact, Contacts, is_finger};
 use crate::effects::{self, Environment, FrictionLaw, Loads, Reading, Slip, StepContext};
+use crate::lcp::step::Past;
 use crate::model::{Model, PusherContact, Scene};
 use crate::probe::{self, Part};
 use crate::real::{Real, Vec3, max};
@@ -23,6 +26,7 @@ use gather::gather;
 pub use output::{FormulaFault, StepOutput, StepSummary, Workspace};
 use owners::keep_owners;
 pub use params::{JAW_MASS_KG, StepParams};
+pub use solver::SolvedBy;
 
 fn effect_hooks<'a, R: Real>(
     model: &'a Model<R>,
@@ -267,7 +271,7 @@ pub fn step_from<R: Real, const NC: usize>(
         dt_s: dt,
         free: [v_free.x, v_free.y, v_free.z, w_free.x, w_free.y, w_free.z, jaw_free],
     };
-    work.cone.begin(&bodies);
+    work.solver.begin(model.formulation, &bodies);
     let mut kept = 0;
     // Slots of the points that are handed to the solver.
     let mut near: u64 = 0;
@@ -328,16 +332,15 @@ pub fn step_from<R: Real, const NC: usize>(
             adhesion_n: law.adhesion_n,
             viscous_n_s_m: law.viscosity_s_m * max(slot.load_n, zero),
         };
-        // The capacities are that of the contacts: these cannot fail.
-        work.cone.add(&point);
         let load_n = slot.load_n;
-        work.cone.expect(if !(load_n > zero) {
+        let before = if !(load_n > zero) {
             Before::Open
         } else if slot.speed_m_s > zero {
             Before::Slid { load_n }
         } else {
             Before::Stuck { load_n }
-        });
+        };
+        work.solver.add(&point, Past { before, spring_m: slot.spring_m });
         if let Ok([to, from]) = work.contacts.get_disjoint_mut([kept, i]) {
             core::mem::swap(to, from);
         }
@@ -348,10 +351,11 @@ pub fn step_from<R: Real, const NC: usize>(
     let part = probe::span(Part::Cone);
     let hooks = (work.contacts.len() * model.effects.len()) as u16;
     let options = options.beside(u32::from(hooks) / 2);
-    let solution = work.cone.solve(&bodies, guess, &options);
+    let (solution, solved_by) = work.solver.solve(&bodies, guess, &options, &work.params.pyramid);
     drop(part);
     let mut output = StepSummary {
         status: solution.status,
+        solved_by,
         followed: false,
         formula_fault: None,
         residual_n: solution.residual_n,
@@ -375,21 +379,21 @@ pub fn step_from<R: Real, const NC: usize>(
         output.formula_fault = formula_fault(model, &context, state, &work.contacts, &patch_load);
         return output;
     }
-    for (answer, c) in work.cone.answers().zip(&work.contacts) {
+    for (answer, c) in work.solver.answers().zip(&work.contacts) {
         if let Some(sum) = output.normal_n.get_mut(c.body.index()) {
             *sum += answer.force_n[0];
         }
     }
     if output.normal_n.iter().any(|n| *n > work.params.max_force_n) {
         output.status = SolveStatus::Contradiction;
-        work.cone.forget();
+        work.solver.forget();
         return output;
     }
     let most_n = output.normal_n.iter().fold(zero, |most, n| max(*n, most));
     let credible_n = work.params.unsolved_n + work.params.unsolved_share * most_n;
     let solved = solution.status == SolveStatus::Solved || solution.residual_n <= credible_n;
     if !(solved || options.follows_unsolved) {
-        work.cone.forget();
+        work.solver.forget();
         return output;
     }
     output.followed = true;

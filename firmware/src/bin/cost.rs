@@ -22,6 +22,7 @@ use stickslip_firmware::board::current::{self as board, timer};
 use stickslip_shared::lcp::SolveStatus;
 use stickslip_shared::lcp::contact::ContactSolver;
 use stickslip_shared::lcp::factors::{Contact, Factors};
+use stickslip_shared::model::Formulation;
 use stickslip_shared::predictor::{HASH_START, Plan, Prediction, Predictor};
 use stickslip_shared::probe::{self, Edge, Part};
 use stickslip_shared::selftest;
@@ -33,9 +34,9 @@ const INPUT: usize = 0x2100_0000;
 const INPUT_BYTES: usize = 16 << 20;
 const MAGIC: u32 = 0x5354_4331;
 
-/// Trials that follow; seed, ticks and horizon (s) of the self-test; contact problems that follow
-/// the trials, in pairs.
-type Head = (u32, u32, u32, f32, u32);
+/// Trials that follow; formulation, seed, ticks and horizon (s) of the self-test; contact problems that
+/// follow the trials, in pairs.
+type Head = (u32, Formulation, u32, u32, f32, u32);
 /// Contacts and degrees of freedom of the contact problems.
 const CONTACTS: usize = 16;
 const FREEDOMS: usize = 8;
@@ -202,6 +203,7 @@ fn problem(record: &ProblemRecord) -> Factors<f32, CONTACTS, FREEDOMS> {
             normal: *normal,
             tangents: *tangents,
             compliance: *compliance,
+            tangential_compliance: 0.0,
             friction: *friction,
             separation: *separation,
             slip: [*first, *second],
@@ -272,7 +274,7 @@ fn main() -> ! {
 
 fn run() -> Option<()> {
     let mut input = input()?;
-    let (trials, seed, ticks, horizon_s, pairs): Head = input.next()?;
+    let (trials, formulation, seed, ticks, horizon_s, pairs): Head = input.next()?;
     let mut hash = HASH_START;
     for k in 0..trials {
         let ((scene, model, limits), plan, ordinal, count): Trial = input.next()?;
@@ -293,7 +295,7 @@ fn run() -> Option<()> {
     }
     if ticks > 0 {
         print(format_args!("selftest"));
-        selftest::each(seed, ticks, horizon_s, |predictor, sample| {
+        selftest::each(formulation, seed, ticks, horizon_s, |predictor, sample| {
             tick(|| predictor.tick(sample), &mut hash)
         });
     }

@@ -10,6 +10,7 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, bail, ensure};
 use serde::Serialize;
+use stickslip_shared::model::Formulation;
 use stickslip_shared::wire::Sample;
 
 use stickslip_device::package::Package;
@@ -21,8 +22,8 @@ const MAGIC: u32 = 0x5354_4331;
 /// A tick's share of a 168 MHz Cortex-M4F: 4 ms at 125 million instructions a second.
 pub const TICK_INSTRUCTIONS: f64 = 500_000.0;
 
-/// Seed, ticks and horizon (s) of the self-test.
-pub type SelfTest = (u32, u32, f32);
+/// Formulation, seed, ticks and horizon (s) of the self-test.
+pub type SelfTest = (Formulation, u32, u32, f32);
 
 /// One time step, instructions.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -106,9 +107,9 @@ pub struct Counts {
 /// What the board shall run, as it reads it.
 fn input(trials: &[Package], selftest: SelfTest, pairs: &[[Factors; 2]]) -> anyhow::Result<Vec<u8>> {
     let number = u32::try_from(trials.len()).context("too many trials")?;
-    let (seed, ticks, horizon_s) = selftest;
+    let (formulation, seed, ticks, horizon_s) = selftest;
     let problems = u32::try_from(pairs.len()).context("too many problems")?;
-    let mut records = postcard::to_stdvec(&(number, seed, ticks, horizon_s, problems))?;
+    let mut records = postcard::to_stdvec(&(number, formulation, seed, ticks, horizon_s, problems))?;
     for trial in trials {
         let count = u32::try_from(trial.samples.len()).context("too many samples")?;
         records.extend(postcard::to_stdvec(&(&trial.model, &trial.plan, trial.ordinal, count))?);

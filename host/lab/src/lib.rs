@@ -4,6 +4,7 @@ pub mod blind;
 pub mod commands;
 pub mod cost;
 pub mod findings;
+pub mod formulations;
 pub mod hunt;
 pub mod mujoco;
 pub mod planar;

@@ -15,6 +15,7 @@ use std::time::Instant;
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use object::{Object, ObjectSection, ObjectSymbol};
+use stickslip_shared::model::Formulation;
 use stickslip_shared::selftest::{self, hostile};
 
 /// A test that takes longer hangs: emulation is slow, not endless.
@@ -45,9 +46,10 @@ fn same_bits(elf: &Path) -> Result<(), Failed> {
     for line in text.lines() {
         let words: Vec<&str> = line.split(' ').collect();
         let own = match words.as_slice() {
-            ["predictor", seed, ticks, horizon, ..] => {
-                let digest = selftest::run(seed.parse()?, ticks.parse()?, horizon.parse()?);
-                format!("predictor {seed} {ticks} {horizon} {digest:?}")
+            ["predictor", by, seed, ticks, horizon, ..] => {
+                let formulation = if *by == "Lcp" { Formulation::Lcp } else { Formulation::Cone };
+                let digest = selftest::run(formulation, seed.parse()?, ticks.parse()?, horizon.parse()?);
+                format!("predictor {by} {seed} {ticks} {horizon} {digest:?}")
             }
             ["hostile", seed, rounds, ..] => {
                 format!("hostile {seed} {rounds} {:?}", hostile::run(seed.parse()?, rounds.parse()?))
@@ -59,7 +61,7 @@ fn same_bits(elf: &Path) -> Result<(), Failed> {
         }
         compared += 1;
     }
-    if compared < 3 {
+    if compared < 4 {
         return Err(format!("{} compares nothing", path.display()).into());
     }
     Ok(())

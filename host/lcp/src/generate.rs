@@ -427,6 +427,7 @@ pub fn to_problem<const NC: usize, const ND: usize>(p: &Factors) -> Option<Probl
             normal: row(i),
             tangents: [row(tangent), row(tangent + 1)],
             compliance: p.compliance[i],
+            tangential_compliance: 0.0,
             friction: p.friction[i],
             separation: p.constant[i],
             slip: [p.constant[tangent], p.constant[tangent + 1]],

@@ -5,7 +5,8 @@
 //!
 //! `M = [[W_nn + diag(c), W_nt, 0], [W_tn, W_tt, E], [diag(mu), -E', 0]]`
 //!
-//! where the tangents are `t1, t2, -t1, -t2` of each contact, and the unknowns are
+//! where the tangents are `t1, t2, -t1, -t2` of each contact (a tangential compliance adds to the diagonal
+//! of `W_tt`, and with the other sign where opposite tangents meet), and the unknowns are
 //! `z = [normal impulse (nc) | tangential impulse (4 nc) | slip speed bound (nc)]` in newton
 //! seconds and metres a second (Stewart and Trinkle 1996 with a pyramid of four edges).
 
@@ -22,6 +23,8 @@ pub struct Contact<R, const ND: usize> {
     pub tangents: [[R; ND]; 2],
     /// Normal compliance, m/s per newton second; 0 is rigid.
     pub compliance: R,
+    /// Compliance along both tangents likewise; 0 is rigid.
+    pub tangential_compliance: R,
     /// Coefficient of friction, 0 to 10.
     pub friction: R,
     /// Speed of separation without impulses, m/s.
@@ -52,14 +55,21 @@ impl<R: Real, const ND: usize> Contact<R, ND> {
         }
         let acts = acts.iter().fold(false, |any, x| any | x);
         let mut probe = zeros.iter().fold(R::zero(), |sum, x| sum + *x);
-        for x in [self.compliance, self.friction, self.separation, self.slip[0], self.slip[1]] {
+        for x in [
+            self.compliance,
+            self.tangential_compliance,
+            self.friction,
+            self.separation,
+            self.slip[0],
+            self.slip[1],
+        ] {
             probe += x * R::zero();
         }
         if probe != R::zero() {
             Some(Defect::NotFinite)
         } else if !(self.friction >= R::zero() && self.friction <= R::of(10.0)) {
             Some(Defect::Friction)
-        } else if self.compliance < R::zero() {
+        } else if self.compliance < R::zero() || self.tangential_compliance < R::zero() {
             Some(Defect::Compliance)
         } else if !acts {
             Some(Defect::Direction)
@@ -133,8 +143,13 @@ impl<R: Real, const NC: usize, const ND: usize> Factors<R, NC, ND> {
             let same = i >= count && (i - count) / 4 == j - tangents_end;
             if same { R::one() } else { R::zero() }
         } else {
-            let extra = match self.contacts.get(i) {
-                Some(contact) if i == j => contact.compliance,
+            let tangent = |i: usize| i.checked_sub(count).map(|k| (k / 4, k % 4));
+            let extra = match (tangent(i), tangent(j)) {
+                (None, None) if i == j => self.contacts.get(i).map_or(R::zero(), |c| c.compliance),
+                (Some((a, s)), Some((b, t))) if a == b && s % 2 == t % 2 => {
+                    let c = self.contacts.get(a).map_or(R::zero(), |c| c.tangential_compliance);
+                    if s == t { c } else { -c }
+                }
                 _ => R::zero(),
             };
             self.delassus(i, j) + extra

@@ -14,6 +14,7 @@ pub mod dense;
 pub mod factors;
 pub mod fallback;
 pub mod residual;
+pub mod step;
 
 use crate::real::Real;
 pub use crate::solve::{Defect, SolveStatus};

@@ -249,6 +249,9 @@ pub mod validity {
     pub const NO_FORESIGHT: u32 = 1 << 15;
     /// The object's measured pose is far from the model's; it is not used until it stays there.
     pub const POSE: u32 = 1 << 16;
+    /// The model asks for friction pyramids, and a step was not solved with them within its part of the
+    /// work: it was solved with the exact cone. No doubt of the flags.
+    pub const CONE_INSTEAD: u32 = 1 << 17;
 
     /// Doubts under which the flags cannot be relied on.
     pub const UNRELIABLE: u32 = SOLVER

@@ -8,6 +8,7 @@ use crate::cone::{self, Bodies, ContactPoint, SolveBudget, SolveStatus};
 use crate::lcp::contact::ContactSolver;
 use crate::lcp::dense::Dense;
 use crate::lcp::factors::{Contact, Factors, Impulses};
+use crate::lcp::step::{self, PyramidParams};
 use crate::lcp::{Path, Report};
 use crate::predictor::HASH_START;
 use crate::real::{Real, Vec3, sqrt};
@@ -198,13 +199,16 @@ fn widened(points: &Points, bodies: &Bodies<f32>) -> (Vec<ContactPoint<f64>, CON
 
 fn solve_step<R: Real>(points: &Vec<ContactPoint<R>, CONTACTS>, bodies: &Bodies<R>, out: &mut Answers) {
     for options in [SolveBudget::present(), SolveBudget::look_ahead()] {
-        let s = cone::solve(points, bodies, &[R::zero(); cone::DOF], &options);
-        out.count(s.status == SolveStatus::Solved, s.status == SolveStatus::BadInput);
-        out.take(s.status as u32);
-        out.take(s.iterations);
-        out.take(s.evaluations);
-        for x in s.velocity.iter().chain(s.force_n.iter().flatten()).chain([&s.residual_n]) {
-            out.number(*x);
+        let guess = [R::zero(); cone::DOF];
+        let pyramids = step::solve(points, bodies, &guess, &options, &PyramidParams::default());
+        for s in [cone::solve(points, bodies, &guess, &options), pyramids] {
+            out.count(s.status == SolveStatus::Solved, s.status == SolveStatus::BadInput);
+            out.take(s.status as u32);
+            out.take(s.iterations);
+            out.take(s.evaluations);
+            for x in s.velocity.iter().chain(s.force_n.iter().flatten()).chain([&s.residual_n]) {
+                out.number(*x);
+            }
         }
     }
 }
@@ -230,6 +234,7 @@ fn factors(draw: &mut Draw) -> Factors<f32, CONTACTS, FREEDOMS> {
             normal: row(&axes[0]),
             tangents: [row(&axes[1]), row(&axes[2])],
             compliance: if crushed || draw.below(2) == 0 { 0.0 } else { draw.within(1e-3, 1.0) },
+            tangential_compliance: if draw.below(2) == 0 { 0.0 } else { draw.within(1e-3, 1.0) },
             friction: draw.within(0.0, 1.0),
             separation: if crushed { -0.1 } else { draw.within(-0.1, 0.05) },
             slip: [draw.within(-0.1, 0.1), draw.within(-0.1, 0.1)],
@@ -259,6 +264,7 @@ fn widened_factors(p: &Factors<f32, CONTACTS, FREEDOMS>) -> Factors<f64, CONTACT
         normal: c.normal.map(f64::from),
         tangents: c.tangents.map(|t| t.map(f64::from)),
         compliance: f64::from(c.compliance),
+        tangential_compliance: f64::from(c.tangential_compliance),
         friction: f64::from(c.friction),
         separation: f64::from(c.separation),
         slip: c.slip.map(f64::from),

@@ -1,7 +1,8 @@
 //! What a step produces, and the working memory that it needs.
 
 use super::params::StepParams;
-use crate::cone::{self, ConeParams, Kept};
+use super::solver::{SolvedBy, Solver};
+use crate::cone::{ConeParams, Kept};
 use crate::contact::Contacts;
 use crate::effects::formula::Fault;
 use crate::effects::{FrictionLaw, Reading};
@@ -23,6 +24,8 @@ pub struct FormulaFault {
 pub struct StepSummary<R: Real> {
     /// How far the rest can be trusted.
     pub status: SolveStatus,
+    /// Which formulation the forces come from.
+    pub solved_by: SolvedBy,
     /// Whether the state has moved; if not, nothing else here was reached.
     pub followed: bool,
     /// The formula behind a [`SolveStatus::BadInput`], if it is one.
@@ -56,34 +59,34 @@ pub struct StepSummary<R: Real> {
 pub struct Workspace<R: Real, const NC: usize> {
     /// Contact points handed to the solver.
     pub contacts: Contacts<R, NC>,
-    pub(super) cone: cone::Workspace<R, NC>,
+    pub(super) solver: Solver<R, NC>,
     pub(super) params: StepParams<R>,
 }
 
 impl<R: Real, const NC: usize> Workspace<R, NC> {
     /// Factors of the last solve, with which the next begins.
     pub fn kept(&mut self) -> &mut Kept<R> {
-        &mut self.cone.kept
+        &mut self.solver.cone.kept
     }
 
     /// Empty.
     // Built in place: it is larger than all else in a tick.
     #[inline(always)]
     pub fn new() -> Self {
-        Self { contacts: Vec::new(), cone: cone::Workspace::new(), params: StepParams::default() }
+        Self { contacts: Vec::new(), solver: Solver::new(), params: StepParams::default() }
     }
 
     /// Empty, with other constants of step and solver.
     pub fn with(params: StepParams<R>, solver: ConeParams<R>) -> Self {
-        let mut cone = cone::Workspace::new();
-        cone.params = solver;
-        Self { contacts: Vec::new(), cone, params }
+        let mut own = Self { params, ..Self::new() };
+        own.solver.cone.params = solver;
+        own
     }
 
     /// What each contact point answered; none after a step that has not moved.
     #[inline(always)]
     pub fn answers(&self) -> impl Iterator<Item = Answer<R>> {
-        self.cone.answers()
+        self.solver.answers()
     }
 }
 

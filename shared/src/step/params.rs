@@ -1,6 +1,7 @@
 //! Constants of the time step.
 
 use crate::contact::ContactParams;
+use crate::lcp::step::PyramidParams;
 use crate::real::Real;
 
 /// Inertia of the jaw's opening motion, kg.
@@ -11,6 +12,8 @@ pub const JAW_MASS_KG: f64 = 0.3;
 pub struct StepParams<R: Real> {
     /// Where bodies touch.
     pub contact: ContactParams<R>,
+    /// Friction pyramids, where the model asks for them.
+    pub pyramid: PyramidParams<R>,
     /// 0.3 kg: inertia of the jaw's opening motion, of the size of a small gripper's finger and drive. It
     /// only matters while the jaw accelerates. Doubled: the jaw closes on a shrinking object half as fast.
     pub jaw_mass_kg: R,
@@ -50,6 +53,7 @@ impl<R: Real> Default for StepParams<R> {
     fn default() -> Self {
         Self {
             contact: ContactParams::default(),
+            pyramid: PyramidParams::default(),
             jaw_mass_kg: R::of(JAW_MASS_KG),
             near_m: R::of(1.0e-3),
             max_force_n: R::of(2.0e3),

@@ -21,6 +21,7 @@ mod patches;
 mod pivot;
 mod planar_push;
 mod prediction;
+mod pyramids;
 mod roll;
 mod sag;
 mod scenes;

@@ -25,6 +25,7 @@ fn crushed<R: Real>(wall_inverse_mass: f64, compliance: f64) -> Factors<R, 8, 8>
                 row(0.0, 0.0, 1.0, [at, side * 0.02, 0.0], 0.0),
             ],
             compliance: r(compliance),
+            tangential_compliance: R::zero(),
             friction: r(0.4),
             separation: r(-0.1),
             slip: [r(0.01), r(-0.02)],

@@ -6,6 +6,7 @@
 //! axis, the rest.
 
 use crate::common::*;
+use crate::on_both_formulations;
 use stickslip_shared::model::*;
 use stickslip_shared::real::Vec3;
 use stickslip_shared::step::State;
@@ -34,31 +35,38 @@ fn pivot(
     play.run(each)
 }
 
-#[test]
-fn the_object_stays_put_but_for_the_drift_that_the_edge_force_explains() {
+on_both_formulations! {
+    the_object_stays_put_but_for_the_drift_that_the_edge_force_explains,
+    each_finger_bears_the_torsional_friction_of_a_uniform_disc,
+    the_edge_bears_the_moment_of_both_fingers,
+    torque_grows_with_grip_and_not_with_the_turning_rate,
+}
+
+fn the_object_stays_put_but_for_the_drift_that_the_edge_force_explains(by: Formulation) {
     // The edge carries the moment of both fingers, 4/3 mu N a, over its arm; what that
     // exceeds the weight by loads the fingers. A ring of radius r that spins under a small
     // force f drifts by 2 r f / (mu N) for each radian.
     let (mu, grip_n, a) = (0.4, 20.0, 0.01);
     for (rate, arm_m) in [(0.0436, 0.03), (0.1745, 0.03), (0.349, 0.03), (0.1745, 0.045)] {
         let mut last = None;
-        pivot(hard(mu, 0.25, 0.0), grip_n, rate, arm_m, 1.0 / rate, |s| last = Some(s.world));
+        pivot(hard_by(by, mu, 0.25, 0.0), grip_n, rate, arm_m, 1.0 / rate, |s| last = Some(s.world));
         let world = last.unwrap();
         let excess_n = 4.0 / 3.0 * mu * grip_n * a / arm_m - 0.2005 * G;
         let drift_m = 2.0 * (2.0 / 3.0 * a) * (0.5 * excess_n) / (mu * grip_n);
         assert!((world.position_m.z - drift_m).abs() < 0.2 * drift_m, "{} {drift_m}", world.position_m.z);
-        assert!(world.position_m.xy().norm() < 5e-4, "{}", world.position_m);
+        // Pyramids: a tenth more, within what their friction may lack.
+        let stays_m = if by == Formulation::Cone { 5e-4 } else { 5.5e-4 };
+        assert!(world.position_m.xy().norm() < stays_m, "{}", world.position_m);
         // The edge does not follow: the object turns about it by the drift over the arm.
         assert!(world.rotation.angle() < 1.1 * drift_m / arm_m, "{}", world.rotation.angle());
     }
 }
 
-#[test]
-fn each_finger_bears_the_torsional_friction_of_a_uniform_disc() {
+fn each_finger_bears_the_torsional_friction_of_a_uniform_disc(by: Formulation) {
     for (mu, grip_n) in [(0.35, 20.0), (0.5, 35.0)] {
         let expected = 2.0 / 3.0 * mu * grip_n * 0.01;
         let mut seen = 0;
-        pivot(hard(mu, 0.25, 0.0), grip_n, 0.1745, 0.03, 2.0, |s| {
+        pivot(hard_by(by, mu, 0.25, 0.0), grip_n, 0.1745, 0.03, 2.0, |s| {
             if s.t_s < 0.5 {
                 return;
             }
@@ -73,10 +81,9 @@ fn each_finger_bears_the_torsional_friction_of_a_uniform_disc() {
     }
 }
 
-#[test]
-fn the_edge_bears_the_moment_of_both_fingers() {
+fn the_edge_bears_the_moment_of_both_fingers(by: Formulation) {
     for arm_m in [0.02, 0.03, 0.045] {
-        pivot(hard(0.4, 0.25, 0.0), 20.0, 0.1745, arm_m, 1.5, |s| {
+        pivot(hard_by(by, 0.4, 0.25, 0.0), 20.0, 0.1745, arm_m, 1.5, |s| {
             if s.t_s < 0.3 {
                 return;
             }
@@ -90,11 +97,12 @@ fn the_edge_bears_the_moment_of_both_fingers() {
     }
 }
 
-#[test]
-fn torque_grows_with_grip_and_not_with_the_turning_rate() {
+fn torque_grows_with_grip_and_not_with_the_turning_rate(by: Formulation) {
     let torque = |grip, rate: f64| {
         let mut t = 0.0;
-        pivot(hard(0.4, 0.25, 0.0), grip, rate, 0.03, 0.35 / rate, |s| t = s.out.reading.finger[0][4].abs());
+        pivot(hard_by(by, 0.4, 0.25, 0.0), grip, rate, 0.03, 0.35 / rate, |s| {
+            t = s.out.reading.finger[0][4].abs()
+        });
         t
     };
     let (loose, tight) = (torque(20.0, 0.1745), torque(35.0, 0.1745));

@@ -1,6 +1,7 @@
 //! Pushing an object over a table with a point.
 
 use crate::common::*;
+use crate::on_both_formulations;
 use nalgebra::UnitQuaternion;
 use stickslip_shared::model::*;
 use stickslip_shared::real::Vec3;
@@ -21,6 +22,7 @@ fn block(support: SupportContact<f64>) -> Scene<f64> {
 
 /// Pushes along +X at `offset_m` from the centre.
 fn push(
+    by: Formulation,
     scene: Scene<f64>,
     mu: f64,
     mu_pusher: f64,
@@ -30,7 +32,7 @@ fn push(
 ) {
     let play = Play {
         scene,
-        model: hard(0.0, mu_pusher, mu),
+        model: hard_by(by, 0.0, mu_pusher, mu),
         gripper: &|_| pose(Vec3::zeros(), UnitQuaternion::identity()),
         pusher: Some(&|t| pose(at(-0.0551 + 0.02 * t, offset_m, 0.0), UnitQuaternion::identity())),
         object: pose(at(0.0, 0.0, 0.01), UnitQuaternion::identity()),
@@ -46,11 +48,16 @@ fn three_feet() -> SupportContact<f64> {
     )
 }
 
-#[test]
-fn a_central_push_takes_mu_times_weight_and_goes_straight() {
+on_both_formulations! {
+    a_central_push_takes_mu_times_weight_and_goes_straight,
+    three_feet_bear_the_loads_of_statics,
+    an_eccentric_push_turns_the_object_by_the_limit_surface,
+}
+
+fn a_central_push_takes_mu_times_weight_and_goes_straight(by: Formulation) {
     for support in [SupportContact::Patch, three_feet()] {
         let mut last = (0.0, 0.0, 0.0);
-        push(block(support), 0.25, 0.2, 0.0, 1.0, |s| {
+        push(by, block(support), 0.25, 0.2, 0.0, 1.0, |s| {
             assert!(s.imbalance_n.norm() < 1e-6, "{}", s.imbalance_n);
             last = (s.out.reading.pusher[0], s.world.position_m.y, s.world.rotation.angle());
         });
@@ -60,10 +67,9 @@ fn a_central_push_takes_mu_times_weight_and_goes_straight() {
     }
 }
 
-#[test]
-fn three_feet_bear_the_loads_of_statics() {
+fn three_feet_bear_the_loads_of_statics(by: Formulation) {
     let mut loads = Vec::new();
-    push(block(three_feet()), 0.25, 0.2, 0.0, 0.004, |s| {
+    push(by, block(three_feet()), 0.25, 0.2, 0.0, 0.004, |s| {
         loads = s
             .out
             .contacts
@@ -80,8 +86,7 @@ fn three_feet_bear_the_loads_of_statics() {
     }
 }
 
-#[test]
-fn an_eccentric_push_turns_the_object_by_the_limit_surface() {
+fn an_eccentric_push_turns_the_object_by_the_limit_surface(by: Formulation) {
     // Quasi-static oracle: with frictionless pusher the force is along its normal, F x, at
     // the offset y; the object's twist is the one whose friction balances it. Friction of
     // the feet at twist (vx, vy, w): sum mu N_i v_i/|v_i|, solved by brute-force search.
@@ -116,7 +121,7 @@ fn an_eccentric_push_turns_the_object_by_the_limit_surface() {
         }
     }
     let mut early = (0.0, 0.0, 0.0);
-    push(block(three_feet()), 0.25, 0.0, offset, 0.04, |s| {
+    push(by, block(three_feet()), 0.25, 0.0, offset, 0.04, |s| {
         let v = s.state.velocity;
         early = (s.out.reading.pusher[0], v[5], v[1]);
     });

@@ -29,12 +29,7 @@ fn scene() -> Scene<f32> {
 }
 
 fn model() -> Model<f32> {
-    Model {
-        base: Base::Hard,
-        friction: Friction { finger: MU, pusher: 0.25, support: 0.3 },
-        effects: Default::default(),
-        formulas: Default::default(),
-    }
+    Model::base(Base::Hard, Friction { finger: MU, pusher: 0.25, support: 0.3 })
 }
 
 /// A held object: grip and load over time, white sensor noise as in the paper's sensors.

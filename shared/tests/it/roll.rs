@@ -6,17 +6,25 @@
 //! grip.
 
 use crate::common::*;
+use crate::on_both_formulations;
 use stickslip_shared::cone::SolveStatus;
 use stickslip_shared::model::*;
 
 const RADIUS_M: f64 = 0.0125;
 
 /// Moves along +Y at `speed` on a platform that the cylinder rests on.
-fn roll(platform_mu: f64, finger_mu: f64, grip_n: f64, seconds: f64, each: impl FnMut(&Seen<'_, f64>)) {
+fn roll(
+    by: Formulation,
+    platform_mu: f64,
+    finger_mu: f64,
+    grip_n: f64,
+    seconds: f64,
+    each: impl FnMut(&Seen<'_, f64>),
+) {
     let up = turn([0.0, 1.0, 0.0], -core::f64::consts::FRAC_PI_2);
     let play = Play {
         scene: gripped(obj1(), Some(PusherContact::Plane)),
-        model: hard(finger_mu, 0.0, platform_mu),
+        model: hard_by(by, finger_mu, 0.0, platform_mu),
         gripper: &|t| pose(at(0.0, 0.010 * t, 0.0), turn([1.0, 0.0, 0.0], 0.0)),
         pusher: Some(&|_| pose(at(0.0, 0.0, -RADIUS_M), up)),
         object: pose(at(0.0, 0.0, 0.0), turn([1.0, 0.0, 0.0], 0.0)),
@@ -26,10 +34,15 @@ fn roll(platform_mu: f64, finger_mu: f64, grip_n: f64, seconds: f64, each: impl 
     play.run(each);
 }
 
-#[test]
-fn with_a_sticky_platform_the_cylinder_rolls_without_slip() {
+on_both_formulations! {
+    with_a_sticky_platform_the_cylinder_rolls_without_slip,
+    the_fingers_share_the_platform_drag_as_plus_and_minus_half,
+    rolling_needs_platform_friction_above_what_the_fingers_friction_asks,
+}
+
+fn with_a_sticky_platform_the_cylinder_rolls_without_slip(by: Formulation) {
     let mut last = 0.0;
-    roll(10.0, 0.1, 3.0, 1.0, |s| {
+    roll(by, 10.0, 0.1, 3.0, 1.0, |s| {
         let q = s.world.rotation.scaled_axis();
         assert!(s.imbalance_n.norm() < 1e-6);
         last = q.x;
@@ -38,10 +51,9 @@ fn with_a_sticky_platform_the_cylinder_rolls_without_slip() {
     assert!((last + 0.010 / RADIUS_M).abs() < 0.02, "{last}");
 }
 
-#[test]
-fn the_fingers_share_the_platform_drag_as_plus_and_minus_half() {
+fn the_fingers_share_the_platform_drag_as_plus_and_minus_half(by: Formulation) {
     for grip_n in [3.0, 5.0] {
-        roll(10.0, 0.1, grip_n, 0.8, |s| {
+        roll(by, 10.0, 0.1, grip_n, 0.8, |s| {
             if s.t_s < 0.2 {
                 return;
             }
@@ -55,8 +67,7 @@ fn the_fingers_share_the_platform_drag_as_plus_and_minus_half() {
     }
 }
 
-#[test]
-fn rolling_needs_platform_friction_above_what_the_fingers_friction_asks() {
+fn rolling_needs_platform_friction_above_what_the_fingers_friction_asks(by: Formulation) {
     // Both fingers rub with mu (N +- F/2) at the radius R, the platform drags with F at R:
     // F = 2 mu N. The fingers' friction differs by mu F, which presses the object down, so
     // the platform must bear 2 mu N with the normal force weight + 2 mu^2 N.
@@ -64,7 +75,7 @@ fn rolling_needs_platform_friction_above_what_the_fingers_friction_asks() {
     let asked = 2.0 * mu * grip_n / (0.158 * G + 2.0 * mu * mu * grip_n);
     let rotation = |platform| {
         let (mut angle, mut unsolved) = (0.0, 0);
-        roll(platform, mu, grip_n, 0.8, |s| {
+        roll(by, platform, mu, grip_n, 0.8, |s| {
             unsolved += u32::from(s.out.status != SolveStatus::Solved);
             angle = -s.world.rotation.scaled_axis().x;
         });
@@ -73,9 +84,16 @@ fn rolling_needs_platform_friction_above_what_the_fingers_friction_asks() {
         assert!(unsolved <= 2, "platform {platform}: {unsolved} of 200 steps unsolved");
         angle
     };
-    for (platform, rolls) in [(0.3, false), (0.97 * asked, false), (1.03 * asked, true), (2.5, true)] {
+    // Held at rest, three equal springs share the weight, platform and two fingers. Sliding on from there is a
+    // solution too until finger 1, which bears (T + F) / 2 of its weight's share T and of the drag F at the normal
+    // force N - F / 2, gives way. The path of the pyramids stays with it, as compliant pads do;
+    // the cone's iteration finds rolling as soon as there is any, or (at 1.2 to 1.6) is undecided.
+    let weight_n = 0.158 * G;
+    let stuck = (2.0 * mu * grip_n - 2.0 / 3.0 * weight_n) / ((1.0 + mu) * weight_n / 3.0);
+    let enough = if by == Formulation::Cone { asked } else { stuck };
+    for (platform, rolls) in [(0.3, false), (0.97 * asked, false), (1.03 * enough, true), (2.5, true)] {
         let angle = rotation(platform);
         let share = angle / (0.008 / RADIUS_M);
-        assert!(if rolls { share > 0.98 } else { share < 0.02 }, "mu {platform} of {asked}: {share}");
+        assert!(if rolls { share > 0.98 } else { share < 0.02 }, "mu {platform} of {enough}: {share}");
     }
 }

@@ -83,7 +83,8 @@ impl Campaign {
             .map(|(i, trial)| {
                 let prepared = prepare(&dataset.description, trial, i)?;
                 let stride = stride(&prepared.t_s);
-                let bare = Model::base(start.base, start.friction);
+                let base = Model::base(start.base, start.friction);
+                let bare = Model { formulation: start.formulation, ..base };
                 let first = prepared.simulate_every(&bare, stride.min(2));
                 let bins = Bins::new(&prepared, phases::bins(&prepared, &first));
                 let measured = bins.measured(&prepared);

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 use stickslip_shared::effects::{self, Effect, MAX_PARAMETERS, formula};
-use stickslip_shared::model::{Base, Friction, MAX_EFFECTS, MAX_FORMULAS, Model};
+use stickslip_shared::model::{Base, Formulation, Friction, MAX_EFFECTS, MAX_FORMULAS, Model};
 use toml::{Spanned, Value};
 
 /// The one format there is.
@@ -39,6 +39,8 @@ pub fn default_model() -> Model<f64> {
 pub struct ModelFile {
     /// Base contact law.
     pub base: Base<f64>,
+    /// How friction enters the step.
+    pub formulation: Formulation,
     /// Coefficients.
     pub friction: Friction<f64>,
     /// Of `finger`, `pusher`, `support`, where known.
@@ -71,6 +73,7 @@ fn place(line: usize, column: usize) -> String {
 struct Raw {
     format: Spanned<String>,
     base: Option<Spanned<String>>,
+    formulation: Option<Spanned<String>>,
     soft: Option<Spanned<RawSoft>>,
     friction: Spanned<RawFriction>,
     #[serde(default)]
@@ -98,7 +101,8 @@ struct RawFriction {
 impl ModelFile {
     /// A model without effects.
     pub fn new(base: Base<f64>, friction: Friction<f64>) -> Self {
-        Self { base, friction, friction_intervals: Intervals::new(), effects: Vec::new() }
+        let formulation = Formulation::default();
+        Self { base, formulation, friction, friction_intervals: Intervals::new(), effects: Vec::new() }
     }
 
     /// Reads and checks the file.
@@ -163,6 +167,7 @@ impl ModelFile {
                 support: *f.support.get_ref(),
             },
         );
+        file.formulation = formulation(&raw)?;
         check_intervals(&f.intervals, ["finger", "pusher", "support"].into_iter())
             .map_err(|m| (raw.friction.span(), m))?;
         file.friction_intervals = f.intervals.clone();
@@ -184,7 +189,7 @@ impl ModelFile {
 
     /// What the predictor runs.
     pub fn to_model(&self) -> Model<f64> {
-        let mut model = Model::base(self.base, self.friction);
+        let mut model = Model { formulation: self.formulation, ..Model::base(self.base, self.friction) };
         for e in self.effects.iter().take(MAX_EFFECTS) {
             let mut parameters = [0.0; MAX_PARAMETERS];
             for (to, v) in parameters.iter_mut().zip(&e.values) {
@@ -226,9 +231,10 @@ impl ModelFile {
         file
     }
 
-    /// Takes over base, friction and effect parameters of a fitted model of the same effects.
+    /// Takes over base, formulation, friction and effect parameters of a fitted model of the same effects.
     pub fn set_values(&mut self, model: &Model<f64>) {
         self.base = model.base;
+        self.formulation = model.formulation;
         self.friction = model.friction;
         for (entry, effect) in self.effects.iter_mut().zip(&model.effects) {
             for (to, v) in entry.values.iter_mut().zip(&effect.parameters) {
@@ -262,12 +268,19 @@ impl ModelFile {
     pub fn write(&self) -> String {
         let mut s = format!("format = {}\n", quoted(FORMAT));
         // Writing to a String cannot fail.
+        s.push_str(match self.base {
+            Base::Hard => "base = \"hard\"\n",
+            Base::Soft { .. } => "base = \"soft\"\n",
+        });
+        if self.formulation == Formulation::Lcp {
+            s.push_str("formulation = \"lcp\"\n");
+        }
         match self.base {
-            Base::Hard => s.push_str("base = \"hard\"\n"),
+            Base::Hard => {}
             Base::Soft { normal_n_m, tangential_n_m, damping_s } => {
                 let _ = writeln!(
                     s,
-                    "base = \"soft\"\n\n[soft]\nnormal_n_m = {normal_n_m:?}\ntangential_n_m = {tangential_n_m:?}\ndamping_s = {damping_s:?}"
+                    "\n[soft]\nnormal_n_m = {normal_n_m:?}\ntangential_n_m = {tangential_n_m:?}\ndamping_s = {damping_s:?}"
                 );
             }
         }
@@ -304,6 +317,18 @@ fn locate(text: &str, file: &str, (span, message): Fault) -> ModelFileError {
     let line = before.matches('\n').count() + 1;
     let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
     ModelFileError { file: file.into(), line, column, message }
+}
+
+fn formulation(raw: &Raw) -> Result<Formulation, Fault> {
+    let Some(name) = &raw.formulation else { return Ok(Formulation::default()) };
+    match name.get_ref().as_str() {
+        "cone" => Ok(Formulation::Cone),
+        "lcp" => Ok(Formulation::Lcp),
+        other => {
+            let message = format!("formulation '{other}' is not known; it is \"cone\" or \"lcp\"");
+            Err((name.span(), message))
+        }
+    }
 }
 
 fn base(raw: &Raw) -> Result<Base<f64>, Fault> {

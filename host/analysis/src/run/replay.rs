@@ -421,7 +421,7 @@ pub const FLAGS: [&str; 10] = [
 ];
 
 /// Names of the bits of [`Prediction::validity`], in order.
-pub const VALIDITY: [&str; 14] = [
+pub const VALIDITY: [&str; 18] = [
     "doubt: solver",
     "doubt: model restarted at the measurement",
     "doubt: unusable sample",
@@ -436,6 +436,10 @@ pub const VALIDITY: [&str; 14] = [
     "doubt: wrench saturated",
     "doubt: wrench biased",
     "doubt: model and measurement disagree",
+    "doubt: a step of the look-ahead not solved",
+    "doubt: nothing foreseen yet",
+    "doubt: object's pose far from the model's",
+    "solved with the cone in place of pyramids",
 ];
 
 /// One stretch of time in which a bit is set.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use stickslip_shared::predictor::{Intent, Plan, Prediction, Slip};
+use stickslip_shared::predictor::{Intent, Plan, Prediction, Slip, validity};
 
 use super::replay::{Difference, FLAGS, Replayed, Span, VALIDITY, spans};
 
@@ -56,6 +56,8 @@ pub struct Summary {
 pub struct Solver {
     /// By name of the status.
     pub ticks: BTreeMap<&'static str, usize>,
+    /// Share of the ticks in which a step asked for friction pyramids and was solved with the cone.
+    pub cone_instead_share: f64,
     /// Largest momentum error, N.
     pub worst_residual_n: f32,
     /// Newton steps, mean over the ticks.
@@ -148,8 +150,10 @@ fn solver(predictions: &[Prediction]) -> Solver {
         *ticks.entry(p.solver_status.name()).or_insert(0) += 1;
     }
     let sum: f64 = predictions.iter().map(|p| f64::from(p.solver_iterations)).sum();
+    let instead = predictions.iter().filter(|p| p.validity & validity::CONE_INSTEAD != 0).count();
     Solver {
         ticks,
+        cone_instead_share: instead as f64 / predictions.len().max(1) as f64,
         worst_residual_n: predictions.iter().map(|p| p.solver_residual_n).fold(0.0, f32::max),
         mean_iterations: sum / predictions.len().max(1) as f64,
         most_iterations: predictions.iter().map(|p| p.solver_iterations).max().unwrap_or(0),

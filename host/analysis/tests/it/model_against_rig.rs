@@ -15,12 +15,7 @@ fn disagreement(primitive: Primitive, object: &str, mu: f64, mu_below: f64, grip
     condition.grip_n = grip_n;
     let outcome = run(&setup, &condition, 1, 7).expect("the rig runs");
     let prepared = prepare(&description, &outcome.trial, 0).expect("the trial is complete");
-    let model = Model {
-        base: Base::Hard,
-        friction: Friction { finger: mu, pusher: 0.25, support: mu_below },
-        effects: heapless::Vec::new(),
-        formulas: heapless::Vec::new(),
-    };
+    let model = Model::base(Base::Hard, Friction { finger: mu, pusher: 0.25, support: mu_below });
     let modelled = prepared.simulate(&model);
     assert_eq!(modelled.unsolved, 0);
     let mut worst = [0.0f64; 4];

@@ -5,6 +5,7 @@ use stickslip_analysis::model::expression::parse;
 use stickslip_analysis::model::file::{EffectEntry, ModelFile};
 use stickslip_shared::effects::formula::{Fault, Program, Variable};
 use stickslip_shared::effects::{Effect, REGISTRY};
+use stickslip_shared::model::Formulation;
 
 const GOOD: &str = r#"format = "stickslip-model/1"
 base = "hard"
@@ -43,6 +44,24 @@ fn what_is_read_is_written_and_read_again_unchanged() {
     assert_eq!(model.formulas[0].bodies, 0b11);
     assert_eq!(model.effects[1].parameters[..2], [0.1, 0.002]);
     assert_eq!(model.cast::<f32>().cast::<f64>().friction.finger, f64::from(0.4_f32));
+}
+
+#[test]
+fn the_formulation_is_the_cone_unless_the_file_says_otherwise() {
+    assert_eq!(ModelFile::parse(GOOD, "m").unwrap().to_model().formulation, Formulation::Cone);
+    for (base, soft) in
+        [("hard", ""), ("soft", "[soft]\nnormal_n_m = 2e5\ntangential_n_m = 1e5\ndamping_s = 0.0\n")]
+    {
+        let text = format!(
+            "format = 'stickslip-model/1'\nbase = '{base}'\nformulation = 'lcp'\n{soft}[friction]\nfinger = 0.4\npusher = 0.2\nsupport = 0.3\n"
+        );
+        let file = ModelFile::parse(&text, "m").unwrap();
+        assert_eq!(file.to_model().formulation, Formulation::Lcp);
+        assert_eq!(ModelFile::parse(&file.write(), "again").unwrap(), file, "{}", file.write());
+        assert_eq!(ModelFile::of_model(&file.to_model(), &[]), file);
+        let error = ModelFile::parse(&text.replacen("lcp", "pyramid", 1), "m").unwrap_err().to_string();
+        assert!(error.starts_with("m:3:15:") && error.contains("\"cone\" or \"lcp\""), "{error}");
+    }
 }
 
 #[test]

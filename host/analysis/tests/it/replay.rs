@@ -4,7 +4,8 @@ use stickslip_analysis::model::file::default_model;
 use stickslip_analysis::run::replay::{at_board_rate, feed, first_difference, interpolated_poses, run};
 use stickslip_data::{Description, Pose, Sample, Trial, Wrench};
 use stickslip_rig::{Condition, HiddenEffect, Kind, Nuisance, Primitive, Reality, STEP_S, Setup, objects};
-use stickslip_shared::predictor::{Limits, MAX_SEGMENTS, Prediction, flags};
+use stickslip_shared::model::{Formulation, Model};
+use stickslip_shared::predictor::{Limits, MAX_SEGMENTS, Prediction, flags, validity};
 
 fn push() -> (Description, Trial) {
     let description = objects::bench("replay");
@@ -148,4 +149,21 @@ fn pads_that_rest_after_a_push_slip_no_more_though_the_load_stays_at_the_limit()
         }
     }
     assert!(rested_s > 3.0, "{rested_s} s of rest");
+}
+
+#[test]
+fn pyramids_and_cone_predict_the_same_push() {
+    let (description, trial) = push();
+    let feed = feed(&description, &trial).expect("a scene");
+    let replayed = |formulation| {
+        let model = Model { formulation, ..default_model() };
+        run(&feed, &model, Limits::default(), 0, |_| ()).expect("accepted")
+    };
+    let (cone, lcp) = (replayed(Formulation::Cone), replayed(Formulation::Lcp));
+    assert_ne!(cone.hash, lcp.hash, "the pyramids are not those of the file");
+    let instead = lcp.predictions.iter().filter(|p| p.validity & validity::CONE_INSTEAD != 0).count();
+    assert!(50 * instead <= lcp.predictions.len(), "{instead} of {} ticks", lcp.predictions.len());
+    assert!(cone.predictions.iter().all(|p| p.validity & validity::CONE_INSTEAD == 0));
+    let same = cone.predictions.iter().zip(&lcp.predictions).filter(|(a, b)| a.flags == b.flags).count();
+    assert!(100 * same >= 97 * cone.predictions.len(), "{same} of {} ticks", cone.predictions.len());
 }

@@ -175,6 +175,12 @@ fn print(d: &Document, output: &Output) {
         d.solver.mean_iterations,
         d.solver.most_iterations
     ));
+    if d.solver.cone_instead_share > 0.0 {
+        output.text(format_args!(
+            "pyramids not solved within their work, cone in their place: {:.1} % of the ticks",
+            100.0 * d.solver.cone_instead_share
+        ));
+    }
     let mut shown = table(["flag", "rises, s", "falls, s", "ticks"]);
     for s in d.flags.iter().chain(&d.doubts).take(40) {
         let falls = s.falls_s.map_or_else(|| "-".to_owned(), |t| format!("{t:.3}"));

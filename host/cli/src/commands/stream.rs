@@ -240,6 +240,7 @@ fn doubt_names(bits: u32) -> String {
             (validity::SATURATED, "wrench at the end of its range"),
             (validity::BIASED, "constant error of the wrench"),
             (validity::MODEL, "model and measurement disagree"),
+            (validity::CONE_INSTEAD, "cone in place of pyramids"),
         ],
     )
 }

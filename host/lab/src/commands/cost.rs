@@ -15,6 +15,7 @@ use stickslip_device::qemu::built;
 use stickslip_lcp::files::Factors;
 use stickslip_lcp::generate::{Family, contact_problem, neighbour};
 use stickslip_report::terminal::{Output, table};
+use stickslip_shared::model::Formulation;
 
 /// Command line of `stickslip-lab cost`.
 #[derive(Debug, clap::Args)]
@@ -50,6 +51,8 @@ pub struct Args {
     pub program: Option<PathBuf>,
 }
 
+/// Nothing of the self-test.
+const NO_SELF_TEST: cost::SelfTest = (Formulation::Cone, 0, 0, 0.0);
 /// How far a neighbour is moved, of the sizes of motion in a push.
 const CHANGE: f64 = 1e-4;
 
@@ -93,10 +96,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         }
     }
     let program = args.program.clone().unwrap_or_else(|| built("STICKSLIP_COST", "cost"));
-    let recorded = cost::count(&program, &packages, (0, 0, 0.0), &[])?;
+    let recorded = cost::count(&program, &packages, NO_SELF_TEST, &[])?;
     let varied = match args.selftest {
         0 => Counts::default(),
-        ticks => cost::count(&program, &[], (args.seed, ticks, 0.1), &[])?,
+        ticks => cost::count(&program, &[], (model.formulation, args.seed, ticks, 0.1), &[])?,
     };
     let pairs: Vec<[Factors; 2]> = (0..args.problems)
         .map(|seed| {
@@ -107,7 +110,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         .collect();
     let solved = match pairs.as_slice() {
         [] => Counts::default(),
-        pairs => cost::count(&program, &[], (0, 0, 0.0), pairs)?,
+        pairs => cost::count(&program, &[], NO_SELF_TEST, pairs)?,
     };
     let cases = count_cases(&program, &args.cases)?;
     let (trials, selftest) = (cost::summarise(&recorded), cost::summarise(&varied));
@@ -181,7 +184,7 @@ fn count_cases(program: &Path, files: &[PathBuf]) -> anyhow::Result<Vec<CaseCost
         let bytes = std::fs::read(path).with_context(|| name.clone())?;
         let case: Case = serde_json::from_slice(&bytes).with_context(|| name.clone())?;
         let counts =
-            cost::count(program, &[case.package()], (0, 0, 0.0), &[]).with_context(|| name.clone())?;
+            cost::count(program, &[case.package()], NO_SELF_TEST, &[]).with_context(|| name.clone())?;
         let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
         list.push(CaseCost {
             case: path.file_stem().map_or(name, |s| s.to_string_lossy().into_owned()),

@@ -3,6 +3,7 @@
 pub mod blind;
 pub mod cost;
 pub mod findings;
+pub mod formulations;
 pub mod grid;
 pub mod hunt;
 pub mod mujoco;
@@ -37,6 +38,8 @@ enum Command {
     Tribometer(tribometer::Args),
     /// Check the paper's statements against the rig, the hard and the soft model
     Findings(findings::Args),
+    /// Compare friction pyramids with the exact cone, step by step, on recorded and random trials
+    Formulations(formulations::Args),
     /// Simulate every trial of a data set in parallel and time the steps
     Grid(grid::Args),
     /// Simulate recorded trials in MuJoCo and compare with this model and the measurement
@@ -58,6 +61,7 @@ impl Command {
             Command::Planar(args) => planar::run(args, output),
             Command::Tribometer(args) => tribometer::run(args, output),
             Command::Findings(args) => findings::run(args, output),
+            Command::Formulations(args) => formulations::run(args, output),
             Command::Grid(args) => grid::run(args, output),
             Command::Mujoco(args) => mujoco::run(args, output),
             Command::Cost(args) => cost::run(args, output),

@@ -38,7 +38,7 @@ impl Bench {
     pub fn model(&self, base: Base<f64>) -> Model<f64> {
         // A platform under the object has the support's coefficient.
         let friction = Friction { finger: self.finger, pusher: self.pusher, support: self.pusher };
-        Model { base, friction, effects: heapless::Vec::new(), formulas: heapless::Vec::new() }
+        Model::base(base, friction)
     }
 
     /// Runs rig and models on each condition.

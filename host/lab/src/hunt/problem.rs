@@ -185,6 +185,7 @@ pub fn single(p: &Problem<f64, 16, FREEDOMS>) -> Problem<f32, 16, FREEDOMS> {
         normal: c.normal.map(|x| x as f32),
         tangents: c.tangents.map(|t| t.map(|x| x as f32)),
         compliance: c.compliance as f32,
+        tangential_compliance: c.tangential_compliance as f32,
         friction: c.friction as f32,
         separation: c.separation as f32,
         slip: c.slip.map(|x| x as f32),

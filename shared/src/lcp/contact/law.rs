@@ -3,33 +3,38 @@
 //! With the constants of the row `u = G y + q` (separation and slip in m/s), known impulses
 //! `p0` and small compliances `e`, the trial impulses are
 //!
-//! `n = (e_n n0 - u_n) / (c + e_n)`, `f = f0 - u_t / e_t`
+//! `n = (e_n n0 - u_n) / (c_n + e_n)`, `f = (e_t f0 - u_t) / (c_t + e_t)`
 //!
-//! and the impulses are the projection of the trial: nothing where `n <= 0`, else `n` and the
-//! nearest point to `f` in the diamond `|f1| + |f2| <= mu n`. At `p = p0` this is exactly the
+//! with the compliances `c` of the contact itself, and the impulses are the projection of the trial: nothing
+//! where `n <= 0`, else `n` and the nearest point to `f` in the polygon whose corners are at `mu n`
+//! (four edges: the diamond `|f1| + |f2| <= mu n`). At `p = p0` this is exactly the
 //! complementarity problem; elsewhere it is the problem with `e` added to its diagonal
 //! (proximal point method, Rockafellar 1976). The law is linear in each mode, and two modes
 //! that meet differ by a multiple of the function that vanishes where they meet: a change of
 //! mode changes the equations of motion by a matrix of rank one.
 
+use super::polygon::{Polygon, along};
 use crate::lcp::factors::Contact;
-use crate::real::{Real, abs, max, min};
+use crate::real::{Real, max, min};
 
 /// What a contact does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Mode {
+pub(in crate::lcp) enum Mode {
     /// No impulse.
     Open,
     /// An impulse and no slip.
     Stick,
-    /// Slip; friction with these signs along t1 and t2: one on a vertex of the diamond, both
-    /// on an edge, none without friction.
-    Slide(i8, i8),
+    /// Contact without friction.
+    Free,
+    /// Slip; friction is at this corner of the polygon.
+    Corner(u8),
+    /// Slip; friction is on this edge of the polygon.
+    Edge(u8),
 }
 
 /// What the compliance of a normal is relative to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Normal {
+pub(in crate::lcp) enum Normal {
     /// Its diagonal of `W`: the best conditioned.
     Whole,
     /// What couples it to other contacts. Light fingers make the diagonal far larger than what
@@ -39,19 +44,22 @@ pub(super) enum Normal {
 
 /// A contact during a solve, in units in which every degree of freedom has mass one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Track<R, const ND: usize> {
+pub(in crate::lcp) struct Track<R, const ND: usize> {
     /// Normal, t1, t2.
     pub rows: [[R; ND]; 3],
     /// `q` of the three rows.
     pub constant: [R; 3],
     pub compliance: R,
+    /// The same along the tangents.
+    pub tangential_compliance: R,
     pub friction: R,
     /// Squared lengths of the rows: the diagonal of `W`.
     pub size: [R; 3],
-    /// `e_n`, `1 / (c + e_n)`, `1 / e_t`.
+    /// `e_n`, `1 / (c_n + e_n)`, `1 / (c_t + e_t)`, `e_t / (c_t + e_t)`.
     pub shift: R,
     pub normal_gain: R,
     pub tangent_gain: R,
+    pub tangent_hold: R,
     pub mode: Mode,
     /// The mode that belongs to `impulse`.
     pub settled: Mode,
@@ -62,7 +70,7 @@ pub(super) struct Track<R, const ND: usize> {
     pub rate: [R; 3],
     /// Offset of the constants at the start of that path.
     pub offset: [R; 3],
-    /// Impulses, and separation and slip, of the answer.
+    /// Impulses, and separation and slip (without what the compliance takes of it), of the answer.
     pub impulse: [R; 3],
     pub speed: [R; 3],
     /// Slip speed bound.
@@ -71,7 +79,7 @@ pub(super) struct Track<R, const ND: usize> {
 
 /// A change of mode: `a b'` is added to the equations; `phi` is the rate of the function that
 /// vanishes where the modes meet.
-pub(super) struct Kink<R, const ND: usize> {
+pub(in crate::lcp) struct Kink<R, const ND: usize> {
     pub a: [R; ND],
     pub b: [R; ND],
     pub phi: R,
@@ -79,7 +87,7 @@ pub(super) struct Kink<R, const ND: usize> {
 
 /// Inner product; two sums, so that two lanes can work.
 #[inline(always)]
-pub(super) fn dot<R: Real, const ND: usize>(a: &[R; ND], b: &[R; ND]) -> R {
+pub(in crate::lcp) fn dot<R: Real, const ND: usize>(a: &[R; ND], b: &[R; ND]) -> R {
     let (mut even, mut odd) = (R::zero(), R::zero());
     for k in 0..ND / 2 {
         even += a[2 * k] * b[2 * k];
@@ -93,24 +101,10 @@ pub(super) fn dot<R: Real, const ND: usize>(a: &[R; ND], b: &[R; ND]) -> R {
 
 /// `sum += factor * row`.
 #[inline(always)]
-pub(super) fn add_scaled<R: Real, const ND: usize>(sum: &mut [R; ND], factor: R, row: &[R; ND]) {
+pub(in crate::lcp) fn add_scaled<R: Real, const ND: usize>(sum: &mut [R; ND], factor: R, row: &[R; ND]) {
     for k in 0..ND {
         sum[k] += factor * row[k];
     }
-}
-
-#[inline(always)]
-fn sign<R: Real>(s: i8) -> R {
-    match s {
-        0 => R::zero(),
-        s if s < 0 => -R::one(),
-        _ => R::one(),
-    }
-}
-
-#[inline(always)]
-fn sign_of<R: Real>(x: R) -> i8 {
-    if x < R::zero() { -1 } else { 1 }
 }
 
 impl Mode {
@@ -118,25 +112,27 @@ impl Mode {
     fn rank(self) -> u8 {
         match self {
             Mode::Open => 0,
-            Mode::Slide(s, t) if s != 0 && t != 0 => 2,
-            Mode::Slide(_, _) => 1,
+            Mode::Free | Mode::Corner(_) => 1,
+            Mode::Edge(_) => 2,
             Mode::Stick => 3,
         }
     }
 }
 
 impl<R: Real, const ND: usize> Track<R, ND> {
-    pub(super) fn nothing() -> Self {
+    pub(in crate::lcp) fn nothing() -> Self {
         let zero = [R::zero(); 3];
         Self {
             rows: [[R::zero(); ND]; 3],
             constant: zero,
             compliance: R::zero(),
+            tangential_compliance: R::zero(),
             friction: R::zero(),
             size: zero,
             shift: R::zero(),
             normal_gain: R::one(),
             tangent_gain: R::one(),
+            tangent_hold: R::one(),
             mode: Mode::Open,
             settled: Mode::Open,
             anchor: zero,
@@ -151,7 +147,7 @@ impl<R: Real, const ND: usize> Track<R, ND> {
 
     /// Takes the numbers of a contact; `roots` are the square roots of the inverse masses.
     #[inline]
-    pub(super) fn load(&mut self, contact: &Contact<R, ND>, roots: &[R; ND]) {
+    pub(in crate::lcp) fn load(&mut self, contact: &Contact<R, ND>, roots: &[R; ND]) {
         for k in 0..ND {
             self.rows[0][k] = contact.normal[k] * roots[k];
             self.rows[1][k] = contact.tangents[0][k] * roots[k];
@@ -162,25 +158,29 @@ impl<R: Real, const ND: usize> Track<R, ND> {
         }
         self.constant = [contact.separation, contact.slip[0], contact.slip[1]];
         self.compliance = contact.compliance;
+        self.tangential_compliance = contact.tangential_compliance;
         self.friction = contact.friction;
     }
 
     /// Sets the small compliances to `relative` of the diagonal.
     #[inline]
-    pub(super) fn regularise(&mut self, relative: R, scale: Normal) {
+    pub(in crate::lcp) fn regularise(&mut self, relative: R, scale: Normal) {
         let tangent = (self.size[1] + self.size[2]) * R::of(0.5);
         let coupled = min(self.size[0], tangent * R::of(300.0));
         let normal = if scale == Normal::Coupled && coupled > R::zero() { coupled } else { self.size[0] };
         self.shift = normal * relative;
         let total = self.compliance + self.shift;
         self.normal_gain = if total > R::zero() { R::one() / total } else { R::one() };
-        let total = tangent * relative;
+        let shift = tangent * relative;
+        let total = self.tangential_compliance + shift;
         self.tangent_gain = if total > R::zero() { R::one() / total } else { R::one() };
+        let soft = self.tangential_compliance > R::zero();
+        self.tangent_hold = if soft { shift * self.tangent_gain } else { R::one() };
     }
 
     /// Separation and slip at `y`, without compliance.
     #[inline(always)]
-    pub(super) fn speeds_at(&self, y: &[R; ND]) -> [R; 3] {
+    pub(in crate::lcp) fn speeds_at(&self, y: &[R; ND]) -> [R; 3] {
         [
             dot(&self.rows[0], y) + self.constant[0],
             dot(&self.rows[1], y) + self.constant[1],
@@ -190,71 +190,126 @@ impl<R: Real, const ND: usize> Track<R, ND> {
 
     /// Trial impulses at separation and slip `u`.
     #[inline(always)]
-    pub(super) fn trial_at(&self, u: &[R; 3]) -> [R; 3] {
+    pub(in crate::lcp) fn trial_at(&self, u: &[R; 3]) -> [R; 3] {
         [
             self.normal_gain * (self.shift * self.anchor[0] - u[0]),
-            self.anchor[1] - self.tangent_gain * u[1],
-            self.anchor[2] - self.tangent_gain * u[2],
+            self.tangent_hold * self.anchor[1] - self.tangent_gain * u[1],
+            self.tangent_hold * self.anchor[2] - self.tangent_gain * u[2],
         ]
     }
 
-    /// Separation and slip near `u` at which the mode holds with the impulses `p0` exactly.
+    /// Separation and relative velocity at which the mode holds with the impulses `p0` exactly, near the
+    /// separation and slip (without what the compliance takes of it) `u`.
     #[inline]
-    pub(super) fn consistent(&self, u: &[R; 3]) -> [R; 3] {
+    pub(in crate::lcp) fn consistent(&self, polygon: &Polygon<R>, u: &[R; 3]) -> [R; 3] {
         let zero = R::zero();
-        let [normal, first, second] = *u;
+        let [normal, ..] = *u;
         if self.mode == Mode::Open {
-            return [max(normal, zero), first, second];
+            return [max(normal, zero), u[1], u[2]];
         }
-        let normal = -self.compliance * self.anchor[0];
-        match self.mode {
-            Mode::Slide(0, 0) => [normal, first, second],
-            Mode::Slide(s, 0) => {
-                let first = sign::<R>(s) * min(sign::<R>(s) * first, zero);
-                let bound = abs(first);
-                [normal, first, min(max(second, -bound), bound)]
+        let yielded = [1, 2].map(|k| self.tangential_compliance * self.anchor[k]);
+        let against = [-u[1], -u[2]];
+        let slip = match self.mode {
+            Mode::Corner(k) => {
+                let d = polygon.corner(k);
+                let most = max(along(d, against), zero);
+                let bound = most * polygon.tangent;
+                let across = min(max(along([-d[1], d[0]], against), -bound), bound);
+                [d[0] * most - d[1] * across, d[1] * most + d[0] * across]
             }
-            Mode::Slide(0, t) => {
-                let second = sign::<R>(t) * min(sign::<R>(t) * second, zero);
-                let bound = abs(second);
-                [normal, min(max(first, -bound), bound), second]
+            Mode::Edge(k) => {
+                let e = polygon.normal(k);
+                let most = max(along(e, against), zero);
+                [e[0] * most, e[1] * most]
             }
-            Mode::Slide(s, t) => {
-                let mean = (sign::<R>(s) * first + sign::<R>(t) * second) * R::of(0.5);
-                let mean = min(mean, zero);
-                [normal, sign::<R>(s) * mean, sign::<R>(t) * mean]
-            }
-            _ => [normal, zero, zero],
+            Mode::Free => against,
+            _ => [zero; 2],
+        };
+        [-self.compliance * self.anchor[0], -slip[0] - yielded[0], -slip[1] - yielded[1]]
+    }
+
+    /// The mode that belongs to the trial impulses.
+    pub(in crate::lcp) fn classified(&self, polygon: &Polygon<R>) -> Mode {
+        let [normal, first, second] = self.trial;
+        if !(normal > R::zero()) {
+            return Mode::Open;
+        }
+        if !(self.friction > R::zero()) {
+            return Mode::Free;
+        }
+        let f = [first, second];
+        let limit = self.friction * normal;
+        let inner = limit * polygon.apothem;
+        if along(f, f) <= inner * inner {
+            return Mode::Stick;
+        }
+        // Mostly the first edge has followed the slip.
+        let bound = limit * polygon.half;
+        let beside = |k: u8| {
+            let ahead = along(polygon.along(k), f) + bound;
+            let behind = bound - along(polygon.along(polygon.before(k)), f);
+            (ahead, behind)
+        };
+        let (ahead, behind) = beside(0);
+        if first > R::zero() && ahead <= R::zero() && behind <= R::zero() {
+            return Mode::Corner(0);
+        }
+        let k = polygon.nearest(f);
+        let before = polygon.before(k);
+        if along(polygon.normal(k), f) <= inner && along(polygon.normal(before), f) <= inner {
+            return Mode::Stick;
+        }
+        let (ahead, behind) = beside(k);
+        if ahead > R::zero() {
+            Mode::Edge(k)
+        } else if behind > R::zero() {
+            Mode::Edge(before)
+        } else {
+            Mode::Corner(k)
         }
     }
 
     /// Impulses for the trial in the present mode: a linear map.
     #[inline(always)]
-    pub(super) fn impulse_of(&self, trial: &[R; 3]) -> [R; 3] {
+    pub(in crate::lcp) fn impulse_of(&self, polygon: &Polygon<R>, trial: &[R; 3]) -> [R; 3] {
         let [normal, first, second] = *trial;
-        let (zero, half) = (R::zero(), R::of(0.5));
+        let zero = R::zero();
         let limit = self.friction * normal;
         match self.mode {
             Mode::Open => [zero; 3],
             Mode::Stick => [normal, first, second],
-            Mode::Slide(s, 0) => [normal, limit * sign(s), zero],
-            Mode::Slide(0, t) => [normal, zero, limit * sign(t)],
-            Mode::Slide(s, t) => {
-                let (s, t) = (sign::<R>(s), sign::<R>(t));
-                let across = (first * s - second * t) * half;
-                [normal, s * (across + limit * half), t * (limit * half - across)]
+            Mode::Free => [normal, zero, zero],
+            Mode::Corner(k) => {
+                let d = polygon.corner(k);
+                [normal, limit * d[0], limit * d[1]]
+            }
+            Mode::Edge(k) => {
+                let (e, t) = (polygon.normal(k), polygon.along(k));
+                let (reach, across) = (limit * polygon.apothem, along(t, [first, second]));
+                [normal, e[0] * reach + t[0] * across, e[1] * reach + t[1] * across]
             }
         }
     }
 
+    /// The tangents' rows along a direction between them.
+    #[inline(always)]
+    fn row_along(&self, direction: [R; 2], factor: R) -> [R; ND] {
+        let (a, b) = (direction[0] * factor, direction[1] * factor);
+        let mut row = [R::zero(); ND];
+        for k in 0..ND {
+            row[k] = a * self.rows[1][k] + b * self.rows[2][k];
+        }
+        row
+    }
+
     /// Adds the contact's part of the equations `I + G'K G`.
     #[inline]
-    pub(super) fn add_to(&self, matrix: &mut [[R; ND]; ND]) {
+    pub(in crate::lcp) fn add_to(&self, polygon: &Polygon<R>, matrix: &mut [[R; ND]; ND]) {
         let [normal, first, second] = &self.rows;
-        let half = R::of(0.5);
         let mut force = *normal;
         match self.mode {
             Mode::Open => return,
+            Mode::Free => {}
             Mode::Stick => {
                 for r in 0..ND {
                     let (f, g) = (first[r] * self.tangent_gain, second[r] * self.tangent_gain);
@@ -265,19 +320,18 @@ impl<R: Real, const ND: usize> Track<R, ND> {
                 }
                 return;
             }
-            Mode::Slide(s, 0) => add_scaled(&mut force, self.friction * sign(s), first),
-            Mode::Slide(0, t) => add_scaled(&mut force, self.friction * sign(t), second),
-            Mode::Slide(s, t) => {
-                let (s, t) = (sign::<R>(s), sign::<R>(t));
-                add_scaled(&mut force, self.friction * s * half, first);
-                add_scaled(&mut force, self.friction * t * half, second);
-                let mut along = [R::zero(); ND];
-                for k in 0..ND {
-                    along[k] = s * first[k] - t * second[k];
-                }
-                let gain = self.tangent_gain * half;
+            Mode::Corner(k) => {
+                let d = polygon.corner(k);
+                add_scaled(&mut force, self.friction * d[0], first);
+                add_scaled(&mut force, self.friction * d[1], second);
+            }
+            Mode::Edge(k) => {
+                let (e, reach) = (polygon.normal(k), self.friction * polygon.apothem);
+                add_scaled(&mut force, reach * e[0], first);
+                add_scaled(&mut force, reach * e[1], second);
+                let across = self.row_along(polygon.along(k), R::one());
                 for r in 0..ND {
-                    add_scaled(&mut matrix[r], along[r] * gain, &along);
+                    add_scaled(&mut matrix[r], across[r] * self.tangent_gain, &across);
                 }
             }
         }
@@ -287,99 +341,113 @@ impl<R: Real, const ND: usize> Track<R, ND> {
     }
 
     /// Offers every kink ahead to `offer(value, rate, mode)`: `value >= 0` holds in this mode,
-    /// and the mode changes where it reaches zero. `direction` is the sense along the path.
+    /// and the mode changes where it reaches zero. `direction` is the sense along the path, `within` a
+    /// length of it beyond which no kink matters.
     #[inline(always)]
-    pub(super) fn kinks(&self, direction: R, mut offer: impl FnMut(R, R, Mode)) {
+    pub(in crate::lcp) fn kinks(
+        &self,
+        polygon: &Polygon<R>,
+        direction: R,
+        within: R,
+        mut offer: impl FnMut(R, R, Mode),
+    ) {
         let [n, a, b] = self.trial;
         let (dn, da, db) = (self.rate[0] * direction, self.rate[1] * direction, self.rate[2] * direction);
+        let (f, df) = ([a, b], [da, db]);
         let (limit, dlimit) = (self.friction * n, self.friction * dn);
         match self.mode {
+            // Which one it enters is chosen where it closes.
             Mode::Open => {
-                offer(-n, -dn, Mode::Slide(0, 0));
+                offer(-n, -dn, Mode::Free);
                 return;
             }
+            Mode::Free => {}
             Mode::Stick => {
-                offer(limit - a - b, dlimit - da - db, Mode::Slide(1, 1));
-                offer(limit - a + b, dlimit - da + db, Mode::Slide(1, -1));
-                offer(limit + a - b, dlimit + da - db, Mode::Slide(-1, 1));
-                offer(limit + a + b, dlimit + da + db, Mode::Slide(-1, -1));
+                let (inner, dinner) = (limit * polygon.apothem, dlimit * polygon.apothem);
+                // The cone over the polygon is convex: from within it to within the round cone in it, no
+                // kink is met.
+                let end = [f[0] + within * df[0], f[1] + within * df[1]];
+                let reach = inner + within * dinner;
+                if reach > R::zero() && along(end, end) <= reach * reach {
+                    return;
+                }
+                for k in 0..polygon.edges() {
+                    let e = polygon.normal(k);
+                    offer(inner - along(e, f), dinner - along(e, df), Mode::Edge(k));
+                }
             }
-            Mode::Slide(0, 0) => {}
-            Mode::Slide(s, 0) => {
-                let (over, dover) = (sign::<R>(s) * a - limit, sign::<R>(s) * da - dlimit);
-                offer(over - b, dover - db, Mode::Slide(s, 1));
-                offer(over + b, dover + db, Mode::Slide(s, -1));
+            Mode::Corner(k) => {
+                let (bound, dbound) = (limit * polygon.half, dlimit * polygon.half);
+                let before = polygon.before(k);
+                let (ahead, behind) = (polygon.along(k), polygon.along(before));
+                offer(-along(ahead, f) - bound, -along(ahead, df) - dbound, Mode::Edge(k));
+                offer(along(behind, f) - bound, along(behind, df) - dbound, Mode::Edge(before));
             }
-            Mode::Slide(0, t) => {
-                let (over, dover) = (sign::<R>(t) * b - limit, sign::<R>(t) * db - dlimit);
-                offer(over - a, dover - da, Mode::Slide(1, t));
-                offer(over + a, dover + da, Mode::Slide(-1, t));
-            }
-            Mode::Slide(s, t) => {
-                let (a, b) = (sign::<R>(s) * a, sign::<R>(t) * b);
-                let (da, db) = (sign::<R>(s) * da, sign::<R>(t) * db);
-                offer(a + b - limit, da + db - dlimit, Mode::Stick);
-                offer(limit - a + b, dlimit - da + db, Mode::Slide(s, 0));
-                offer(limit + a - b, dlimit + da - db, Mode::Slide(0, t));
+            Mode::Edge(k) => {
+                let (e, t) = (polygon.normal(k), polygon.along(k));
+                let (bound, dbound) = (limit * polygon.half, dlimit * polygon.half);
+                let (across, dacross) = (along(t, f), along(t, df));
+                let over = along(e, f) - limit * polygon.apothem;
+                offer(over, along(e, df) - dlimit * polygon.apothem, Mode::Stick);
+                offer(bound + across, dbound + dacross, Mode::Corner(k));
+                offer(bound - across, dbound - dacross, Mode::Corner(polygon.after(k)));
             }
         }
         offer(n, dn, Mode::Open);
     }
 
-    /// Which mode a contact enters that closes: it slips along the larger trial.
+    /// Which mode a contact enters that closes: it slips against the trial.
     #[inline]
-    fn closing(&self) -> Mode {
+    fn closing(&self, polygon: &Polygon<R>) -> Mode {
         let [_, first, second] = self.trial;
-        if !(self.friction > R::zero()) {
-            Mode::Slide(0, 0)
-        } else if abs(first) >= abs(second) {
-            Mode::Slide(sign_of(first), 0)
-        } else {
-            Mode::Slide(0, sign_of(second))
-        }
+        if self.friction > R::zero() { Mode::Corner(polygon.nearest([first, second])) } else { Mode::Free }
     }
 
     /// Changes the mode; `None` where the two modes do not meet along a face.
     #[inline]
-    pub(super) fn change(&mut self, target: Mode) -> Option<Kink<R, ND>> {
-        let target = if self.mode == Mode::Open { self.closing() } else { target };
+    pub(in crate::lcp) fn change(&mut self, polygon: &Polygon<R>, target: Mode) -> Option<Kink<R, ND>> {
+        let target = if self.mode == Mode::Open { self.closing(polygon) } else { target };
         let finer = target.rank() > self.mode.rank();
         let (low, high) = if finer { (self.mode, target) } else { (target, self.mode) };
-        let (one, half, two) = (R::one(), R::of(0.5), R::of(2.0));
-        let (mut a, mut b) = ([R::zero(); ND], [R::zero(); ND]);
+        let one = R::one();
         let rate = &self.rate;
-        let phi = match (low, high) {
-            (Mode::Open, Mode::Slide(s, t)) if s == 0 || t == 0 => {
-                b = self.rows[0];
-                a = self.rows[0];
-                add_scaled(&mut a, self.friction * sign(s), &self.rows[1]);
-                add_scaled(&mut a, self.friction * sign(t), &self.rows[2]);
-                for k in 0..ND {
-                    a[k] *= self.normal_gain;
+        let slip_rate = [rate[1], rate[2]];
+        let bound = self.friction * self.normal_gain;
+        // The impulses differ by `a` times a function that vanishes where the modes meet, `b` is minus its
+        // gradient.
+        let (mut a, b, phi) = match (low, high) {
+            (Mode::Open, Mode::Free | Mode::Corner(_)) => {
+                let mut a = self.rows[0];
+                if let Mode::Corner(k) = high {
+                    let d = polygon.corner(k);
+                    add_scaled(&mut a, self.friction * d[0], &self.rows[1]);
+                    add_scaled(&mut a, self.friction * d[1], &self.rows[2]);
                 }
-                -rate[0] / self.normal_gain
+                for x in &mut a {
+                    *x *= self.normal_gain;
+                }
+                (a, self.rows[0], -rate[0] / self.normal_gain)
             }
-            (Mode::Slide(_, other), Mode::Slide(s, t)) => {
-                let side = if other == 0 { one } else { -one };
-                add_scaled(&mut a, half * sign::<R>(s) * side, &self.rows[1]);
-                add_scaled(&mut a, -half * sign::<R>(t) * side, &self.rows[2]);
-                add_scaled(&mut b, self.tangent_gain * two, &a);
-                add_scaled(&mut b, -self.friction * self.normal_gain, &self.rows[0]);
-                let across = sign::<R>(s) * rate[1] - sign::<R>(t) * rate[2];
-                self.friction * rate[0] - side * across
+            (Mode::Corner(c), Mode::Edge(k)) => {
+                let side = if c == k { one } else { -one };
+                let t = polygon.along(k);
+                let mut b = self.row_along(t, self.tangent_gain);
+                add_scaled(&mut b, side * polygon.half * bound, &self.rows[0]);
+                let phi = -along(t, slip_rate) - side * polygon.half * self.friction * rate[0];
+                (self.row_along(t, one), b, phi)
             }
-            (Mode::Slide(s, t), Mode::Stick) => {
-                add_scaled(&mut a, half * sign::<R>(s), &self.rows[1]);
-                add_scaled(&mut a, half * sign::<R>(t), &self.rows[2]);
-                add_scaled(&mut b, self.tangent_gain * two, &a);
-                add_scaled(&mut b, -self.friction * self.normal_gain, &self.rows[0]);
-                self.friction * rate[0] - sign::<R>(s) * rate[1] - sign::<R>(t) * rate[2]
+            (Mode::Edge(k), Mode::Stick) => {
+                let e = polygon.normal(k);
+                let mut b = self.row_along(e, self.tangent_gain);
+                add_scaled(&mut b, -polygon.apothem * bound, &self.rows[0]);
+                let phi = polygon.apothem * self.friction * rate[0] - along(e, slip_rate);
+                (self.row_along(e, one), b, phi)
             }
             _ => return None,
         };
         if !finer {
-            for k in 0..ND {
-                a[k] = -a[k];
+            for x in &mut a {
+                *x = -*x;
             }
         }
         self.mode = target;

@@ -13,8 +13,9 @@
 //! residual of `z` by the rows of that problem, bounded from above at a cost linear in the
 //! contacts (a row's size is at least what its own contact gives to it).
 
-mod law;
-mod path;
+pub(super) mod law;
+pub(super) mod path;
+pub(super) mod polygon;
 
 use super::factors::{Factors, Impulses};
 use super::residual::Residual;
@@ -22,7 +23,8 @@ use super::{Outcome, Path, Report, SolveStatus, residual, tolerance};
 use crate::linear::Factors as Lu;
 use crate::real::{Real, abs, max, min, sqrt};
 use law::{Mode, Normal, Track, add_scaled};
-use path::{End, follow};
+use path::{End, Equations, follow};
+use polygon::Polygon;
 
 /// Rounds in which the compliance is taken out.
 const ROUNDS: u32 = 12;
@@ -35,6 +37,7 @@ pub struct ContactSolver<R, const NC: usize, const ND: usize> {
     tracks: [Track<R, ND>; NC],
     /// Contacts of the last problem where it was solved, else 0: the warm start.
     known: usize,
+    polygon: Polygon<R>,
     answer: Impulses<R, NC, ND>,
 }
 
@@ -62,7 +65,7 @@ fn goal<R: Real>(first_shift: R) -> (R, R) {
 impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
     /// Empty working memory.
     pub fn new() -> Self {
-        Self { tracks: [Track::nothing(); NC], known: 0, answer: Impulses::none() }
+        Self { tracks: [Track::nothing(); NC], known: 0, polygon: Polygon::new(4), answer: Impulses::none() }
     }
 
     /// The answer of the last solve with a report that says what it is worth.
@@ -111,7 +114,7 @@ impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
                 continue;
             }
             let shift = first_shift::<R>() * if start > 2 { R::of(10.0) } else { R::one() };
-            let (end, kinks, residual, y) = attempt(tracks, shift, start);
+            let (end, kinks, residual, y) = attempt(&self.polygon, tracks, shift, start);
             pivots = pivots.saturating_add(kinks);
             limits += u32::from(end == End::Limit);
             if residual < best.residual || !best.residual.finite() {
@@ -198,6 +201,7 @@ fn contradictory<R: Real, const ND: usize>(tracks: &[Track<R, ND>]) -> bool {
 /// One way to the answer: warm (`start` 0) or from open contacts. Returns pivots, the residual and
 /// the velocities that the impulses cause.
 fn attempt<R: Real, const ND: usize>(
+    polygon: &Polygon<R>,
     tracks: &mut [Track<R, ND>],
     first_shift: R,
     start: u32,
@@ -217,21 +221,23 @@ fn attempt<R: Real, const ND: usize>(
         track.regularise(shift, Normal::Whole);
     }
     if start == 0 {
-        anchor(tracks, &mut y);
+        anchor(polygon, tracks, &mut y);
     } else {
         open(tracks, start);
     }
-    let (end, kinks) = follow(tracks, &mut y, first_limit);
+    let mut equations = Equations::new(polygon, None);
+    let balanced = [R::zero(); ND];
+    let (end, kinks) = follow(&mut equations, tracks, &mut y, &balanced, first_limit);
     pivots += kinks;
     if end != End::Arrived {
         // The best there is: the solution for the offsets that are left.
-        let speeds = settle(tracks);
+        let speeds = settle(polygon, tracks);
         return (end, pivots, certify(tracks, &speeds), speeds);
     }
     let (mut residual, mut failed) = (infinite, End::Arrived);
     let mut speeds = y;
     for round in 0..ROUNDS {
-        speeds = settle(tracks);
+        speeds = settle(polygon, tracks);
         let before = residual;
         residual = certify(tracks, &speeds);
         if residual <= aim || round + 1 == ROUNDS {
@@ -252,8 +258,8 @@ fn attempt<R: Real, const ND: usize>(
         for track in tracks.iter_mut() {
             track.regularise(shift, Normal::Coupled);
         }
-        anchor(tracks, &mut y);
-        let (end, kinks) = follow(tracks, &mut y, limit);
+        anchor(polygon, tracks, &mut y);
+        let (end, kinks) = follow(&mut equations, tracks, &mut y, &balanced, limit);
         pivots += 1 + kinks;
         if end != End::Arrived {
             // More compliance takes a shorter step.
@@ -305,7 +311,7 @@ fn open<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], start: u32) {
 }
 
 /// Start from the impulses, speeds and modes at hand, which become the known ones.
-fn anchor<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &mut [R; ND]) {
+fn anchor<R: Real, const ND: usize>(polygon: &Polygon<R>, tracks: &mut [Track<R, ND>], y: &mut [R; ND]) {
     *y = [R::zero(); ND];
     for track in tracks.iter() {
         for k in 0..3 {
@@ -314,7 +320,7 @@ fn anchor<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &mut [R; ND]
     }
     for track in tracks.iter_mut() {
         track.anchor = track.impulse;
-        let wanted = track.consistent(&track.speed);
+        let wanted = track.consistent(polygon, &track.speed);
         let true_speeds = track.speeds_at(y);
         for k in 0..3 {
             track.offset[k] = wanted[k] - true_speeds[k];
@@ -328,10 +334,10 @@ fn anchor<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &mut [R; ND]
 /// The trial has grown by increments from impulses that were known, which keeps digits that
 /// are lost where `y` is inserted into the law: with light fingers `G y` and `q` cancel.
 #[inline]
-fn settle<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>]) -> [R; ND] {
+fn settle<R: Real, const ND: usize>(polygon: &Polygon<R>, tracks: &mut [Track<R, ND>]) -> [R; ND] {
     let mut speeds = [R::zero(); ND];
     for track in tracks.iter_mut() {
-        track.impulse = track.impulse_of(&track.trial);
+        track.impulse = track.impulse_of(polygon, &track.trial);
         for k in 0..3 {
             add_scaled(&mut speeds, track.impulse[k], &track.rows[k]);
         }
@@ -346,6 +352,10 @@ fn certify<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &[R; ND]) -
     for track in tracks.iter_mut() {
         track.speed = track.speeds_at(y);
         let [normal, first, second] = track.impulse;
+        // With what the compliance takes of it.
+        for k in 1..3 {
+            track.speed[k] += track.tangential_compliance * track.impulse[k];
+        }
         track.slip = max(abs(track.speed[1]), abs(track.speed[2]));
         let friction = max(abs(first), abs(second));
         largest = max(max(track.slip, friction), max(normal, largest));

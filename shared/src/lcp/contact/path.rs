@@ -1,19 +1,21 @@
 //! Follows the solution while the constants of the contacts move to their true values.
 //!
 //! With `y` the velocities that the impulses cause (masses scaled to one), the equations are
-//! `y = G'p(G y + q + (1 - t) offset)`. In each combination of modes they are linear, `t` runs
+//! `y = G'p(G y + q + (1 - t) offset)`; in general, with a mass matrix and a balance that is not met at
+//! the start, `M y = G'p(..) + h + (1 - t) r`. In each combination of modes they are linear, `t` runs
 //! until a contact reaches a kink of its law, its mode changes, and the inverse of the
 //! equations is updated by a matrix of rank one. Where the determinant changes sign the path
 //! turns back in `t`, as Lemke's does. From all contacts open this is Lemke's method in
 //! `ND` instead of `6 nc` unknowns; from the modes of the last problem it repairs them.
 
 use super::law::{Mode, Track, add_scaled, dot};
+use super::polygon::Polygon;
 use crate::linear::Factors as Lu;
 use crate::real::{Real, max};
 
 /// How a path ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum End {
+pub(in crate::lcp) enum End {
     /// At the true constants.
     Arrived,
     /// It runs away from them for ever.
@@ -24,17 +26,58 @@ pub(super) enum End {
     Stuck,
 }
 
-/// Solves `(I + G'K G) x = b` in the present modes.
-#[inline]
-pub(super) fn factor<R: Real, const ND: usize>(tracks: &[Track<R, ND>]) -> Lu<R, ND> {
-    let mut matrix = [[R::zero(); ND]; ND];
-    for k in 0..ND {
-        matrix[k][k] = R::one();
+/// What is followed: polygon, masses and the equations in the present modes.
+pub(in crate::lcp) struct Equations<'a, R, const ND: usize> {
+    pub polygon: &'a Polygon<R>,
+    /// `M`; `None`: one for every degree of freedom.
+    pub mass: Option<&'a [[R; ND]; ND]>,
+    /// `M + G'K G`.
+    pub matrix: [[R; ND]; ND],
+    /// Its inverse as factors, and, after a kink, as it is.
+    factors: Lu<R, ND>,
+    inverse: Option<[[R; ND]; ND]>,
+}
+
+impl<'a, R: Real, const ND: usize> Equations<'a, R, ND> {
+    pub(in crate::lcp) fn new(polygon: &'a Polygon<R>, mass: Option<&'a [[R; ND]; ND]>) -> Self {
+        Self { polygon, mass, matrix: [[R::zero(); ND]; ND], factors: Lu::none(), inverse: None }
     }
-    for track in tracks {
-        track.add_to(&mut matrix);
+
+    /// Takes them up in the modes of `tracks`.
+    fn begin(&mut self, tracks: &[Track<R, ND>]) {
+        self.inverse = None;
+        self.matrix = match self.mass {
+            Some(mass) => *mass,
+            None => [[R::zero(); ND]; ND],
+        };
+        if self.mass.is_none() {
+            for k in 0..ND {
+                self.matrix[k][k] = R::one();
+            }
+            if tracks.iter().all(|track| track.mode == Mode::Open) {
+                self.factors = Lu::identity();
+                return;
+            }
+        }
+        for track in tracks {
+            track.add_to(self.polygon, &mut self.matrix);
+        }
+        self.factors = Lu::of(&self.matrix);
     }
-    Lu::of(&matrix)
+
+    /// Solves them.
+    pub(in crate::lcp) fn solve(&self, b: &[R; ND]) -> [R; ND] {
+        match &self.inverse {
+            Some(inverse) => {
+                let mut x = [R::zero(); ND];
+                for (x, row) in x.iter_mut().zip(inverse) {
+                    *x = dot(row, b);
+                }
+                x
+            }
+            None => self.factors.solve(b),
+        }
+    }
 }
 
 #[inline]
@@ -49,27 +92,28 @@ fn update_rates<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], dy: &[R; 
     }
 }
 
-/// From trial impulses that are consistent with the modes, velocities `y` and offsets, to
-/// offsets of zero. Returns the number of kinks crossed.
-pub(super) fn follow<R: Real, const ND: usize>(
+/// From trial impulses that are consistent with the modes, velocities `y`, offsets and the `unbalanced`
+/// rest `M y - G'p - h`, to offsets and a rest of zero. Returns the number of kinks crossed.
+pub(in crate::lcp) fn follow<R: Real, const ND: usize>(
+    equations: &mut Equations<'_, R, ND>,
     tracks: &mut [Track<R, ND>],
     y: &mut [R; ND],
+    unbalanced: &[R; ND],
     limit: u32,
 ) -> (End, u32) {
     let (zero, one) = (R::zero(), R::one());
-    let mut inverse = [[zero; ND]; ND];
-    let mut force = [zero; ND];
+    let polygon = equations.polygon;
+    let mut force = unbalanced.map(|r| -r);
     for track in tracks.iter() {
         let [normal, first, second] = track.offset;
         let trial = [track.normal_gain * normal, track.tangent_gain * first, track.tangent_gain * second];
-        let impulse = track.impulse_of(&trial);
+        let impulse = track.impulse_of(polygon, &trial);
         for k in 0..3 {
             add_scaled(&mut force, impulse[k], &track.rows[k]);
         }
     }
-    let open = tracks.iter().all(|track| track.mode == Mode::Open);
-    let factors = if open { Lu::identity() } else { factor(tracks) };
-    let mut dy = factors.solve(&force);
+    equations.begin(tracks);
+    let mut dy = equations.factors.solve(&force);
     update_rates(tracks, &dy);
     let mut t = zero;
     let mut direction = one;
@@ -78,7 +122,7 @@ pub(super) fn follow<R: Real, const ND: usize>(
         let mut step = if forward { one - t } else { R::of(f32::MAX as f64) };
         let mut hit: Option<(usize, Mode)> = None;
         for (i, track) in tracks.iter().enumerate() {
-            track.kinks(direction, |value, rate, mode| {
+            track.kinks(polygon, direction, step, |value, rate, mode| {
                 if rate < zero {
                     let value = max(value, zero);
                     // Without a division: value / -rate < step.
@@ -101,12 +145,11 @@ pub(super) fn follow<R: Real, const ND: usize>(
         }
         t += signed;
         let Some((i, mode)) = hit else { return (End::Arrived, count) };
-        let Some(kink) = tracks.get_mut(i).and_then(|track| track.change(mode)) else {
+        let Some(kink) = tracks.get_mut(i).and_then(|track| track.change(polygon, mode)) else {
             return (End::Stuck, count);
         };
-        if count == 0 {
-            inverse = factors.inverse();
-        }
+        let factors = &equations.factors;
+        let inverse = equations.inverse.get_or_insert_with(|| factors.inverse());
         let (mut w, mut c) = ([zero; ND], [zero; ND]);
         for k in 0..ND {
             w[k] = dot(&inverse[k], &kink.a);
@@ -121,6 +164,7 @@ pub(super) fn follow<R: Real, const ND: usize>(
         add_scaled(&mut dy, -kink.phi * reciprocal, &w);
         for k in 0..ND {
             add_scaled(&mut inverse[k], -w[k] * reciprocal, &c);
+            add_scaled(&mut equations.matrix[k], kink.a[k], &kink.b);
         }
         if ratio < zero {
             direction = -direction;

@@ -1,6 +1,8 @@
 //! The paper's scenes, driven in world coordinates through `track` as a recorded trial is.
 #![allow(dead_code)]
 
+pub mod grasps;
+
 use nalgebra::{UnitQuaternion, Vector3};
 use stickslip_shared::contact::SLOTS;
 use stickslip_shared::model::*;
@@ -41,6 +43,24 @@ pub fn gripped<R: Real>(object: Object<R>, pusher: Option<PusherContact<R>>) -> 
 pub fn hard<R: Real>(finger: f64, pusher: f64, support: f64) -> Model<R> {
     let friction = Friction { finger: R::of(finger), pusher: R::of(pusher), support: R::of(support) };
     Model::base(Base::Hard, friction)
+}
+
+/// The hard model, whose friction enters the step as said.
+pub fn hard_by<R: Real>(formulation: Formulation, finger: f64, pusher: f64, support: f64) -> Model<R> {
+    Model { formulation, ..hard(finger, pusher, support) }
+}
+
+/// Makes two tests of each function: with the exact cone, and with friction pyramids.
+#[macro_export]
+macro_rules! on_both_formulations {
+    ($($test:ident),* $(,)?) => {
+        mod cone {
+            $(#[test] fn $test() { super::$test(stickslip_shared::model::Formulation::Cone) })*
+        }
+        mod lcp {
+            $(#[test] fn $test() { super::$test(stickslip_shared::model::Formulation::Lcp) })*
+        }
+    };
 }
 
 pub fn at<R: Real>(x: f64, y: f64, z: f64) -> Vec3<R> {

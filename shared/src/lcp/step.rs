@@ -1,0 +1,788 @@
+//! One time step's contact forces as a complementarity problem: the step of Stewart and Trinkle (1996)
+//! with a friction pyramid at each contact point.
+//!
+//! The same points, masses and compliances as in the step with the exact cone ([`crate::cone`]), from
+//! which it differs in the set of friction forces alone: a regular polygon instead of an ellipse.
+//! With `u = J v + b` (normal, two tangents), stiffness `k` and adhesion `a`, unknown normal force
+//! `n` and friction `f`,
+//!
+//! ```text
+//! 0 <= n  complementary to  u_n + (n - a) / k_n >= 0
+//! f in mu n P,  the slip u_t + f / k_t turned against the normal cone of mu n P at f
+//! M (v - v_free) / dt = sum J' (n - a, f)
+//! ```
+//!
+//! is a linear complementarity problem, for the polygon `P` has edges and not an arc. It is solved in the space of
+//! the seven velocities by the path following of [`super::contact`] and with its law of one contact.
+//! The compliances are those of the step, so nothing has to be regularised: one path leads to the answer.
+//!
+//! - **First edge.** A pyramid has its full friction at its corners only, and none across the slip while the slip
+//!   stays in the normal cone of a corner. So the first corner of each point's polygon follows the direction in which
+//!   friction acts at the velocity with which the iteration begins: that of the last step.
+//! - **Anisotropy.** Tangents are multiplied by their coefficients of friction: the ellipse becomes the circle in which
+//!   the polygon is inscribed. The ratio of the coefficients is at least 1/100.
+//! - **Viscosity.** Its share of friction that is not bounded (see the cone) is a damper, which belongs to the masses.
+//!   A point that opens in the step keeps it until the end of the step.
+//! - **Warm start.** The velocity and what each point did in the step before (open, stuck, slid) are an exact solution for
+//!   other constants, from which the path begins. It has no kink where all do the same again.
+//!
+//! Certificate: at the velocity found, forces obey the law of the pyramid by construction, so
+//! the only error is that of the momentum balance in newtons, as for the cone.
+
+use super::contact::law::{Mode, Track, add_scaled, dot};
+use super::contact::path::{End, Equations, follow};
+use super::contact::polygon::{Polygon, along};
+use crate::linear::{Factors, Mat7, Vec7};
+use crate::real::{Real, Vec3, abs, max, sqrt};
+use crate::solve::{
+    Answer, Before, Bodies, ContactPoint, DOF, MAX_POINTS, Solution, SolveBudget, SolveStatus, Solved,
+};
+use heapless::Vec;
+
+/// Turns of a pyramid below this are not made, rad: a hundredth of a degree changes nothing that is measured.
+const LEAST_TURN: f64 = 2e-4;
+
+/// How a point's pyramid is turned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FirstEdge<R> {
+    /// Each point's follows its slip, or, while it sticks, the load.
+    Slip,
+    /// All at this angle from the point's first tangent, given as cosine and sine: for studies of what
+    /// pyramids do.
+    Fixed([R; 2]),
+}
+
+/// Friction pyramids, and how their problem is solved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PyramidParams<R: Real> {
+    /// 8: edges, 4, 8 or 16. Friction across the load of a point that sticks is at least `cos(pi / edges)` of the
+    /// cone's (0.924 for 8); along the load, and of a point that slides, it is the cone's. Doubled: 0.981, and up to twice
+    /// the kinks on the path. Halved: 0.707, a third of the kinks, and a disc that spins under a small force is off by
+    /// a fifth.
+    pub edges: u8,
+    /// How they are turned.
+    pub first_edge: FirstEdge<R>,
+    /// Whether the pyramid's faces touch the cone instead of its edges.
+    pub circumscribed: bool,
+    /// 4: paths followed from one start: the first leads to the answer but for rounding. Doubled: no change.
+    pub paths: u8,
+    /// 3: steps with the same equations that take out what rounding left. Doubled: no change.
+    pub polish_steps: u8,
+    /// 4: most times that pyramids are turned to the slip found and the problem solved again; mostly none or one. Halved: slip that turns fast
+    /// is followed with chatter.
+    pub turns: u8,
+    /// 32: roundings of the largest velocity times the stiffness that the tolerance allows for, as for the
+    /// cone. Doubled: rigid contacts count as solved with twice the leftover that `f32` cannot avoid.
+    pub roundings: R,
+    /// 0.01: least ratio of the coefficients of friction along the two tangents.
+    pub min_friction_ratio: R,
+}
+
+impl<R: Real> Default for PyramidParams<R> {
+    fn default() -> Self {
+        Self {
+            edges: 8,
+            first_edge: FirstEdge::Slip,
+            circumscribed: false,
+            paths: 4,
+            polish_steps: 3,
+            turns: 4,
+            roundings: R::of(32.0),
+            min_friction_ratio: R::of(0.01),
+        }
+    }
+}
+
+/// What a point did in the step before.
+#[derive(Clone, Copy, Debug)]
+pub struct Past<R> {
+    /// Open, stuck, slid.
+    pub before: Before<R>,
+    /// Its tangential spring, m: friction acts against it.
+    pub spring_m: [R; 2],
+}
+
+/// A point, and what turns the pyramid's impulses into forces along its tangents.
+#[derive(Clone, Copy, Debug)]
+struct Point<R: Real> {
+    given: ContactPoint<R>,
+    past: Option<Past<R>>,
+    /// Factors of the tangents: friction coefficients, or one where there is no friction.
+    factor: [R; 2],
+    /// Direction of the first corner, in tangents so scaled.
+    first: [R; 2],
+    /// Share of friction that goes on as if stuck, with a viscosity.
+    viscous: R,
+}
+
+impl<R: Real> Point<R> {
+    /// The direction of the friction of a point that slid, along the scaled tangents.
+    fn held(&self) -> Option<[R; 2]> {
+        let Past { before: Before::Slid { .. }, spring_m } = self.past? else { return None };
+        unit([0, 1].map(|k| -spring_m[k] * self.factor[k]))
+    }
+
+    /// A vector along the pyramid's axes, along the scaled tangents.
+    fn turned_back(&self, [x, y]: [R; 2]) -> [R; 2] {
+        let [c, s] = self.first;
+        [c * x - s * y, s * x + c * y]
+    }
+}
+
+/// Working memory of a solve: points are added one by one, then solved for.
+#[derive(Clone, Debug)]
+pub struct Workspace<R: Real, const NC: usize> {
+    points: Vec<Point<R>, NC>,
+    tracks: Vec<Track<R, DOF>, NC>,
+    answers: Vec<Answer<R>, NC>,
+    lost: bool,
+}
+
+impl<R: Real, const NC: usize> Default for Workspace<R, NC> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Solves the step's contact problem with friction pyramids, starting from the velocity `guess` (the last
+/// step's). Forces are there where it was solved. See [`Workspace::solve`].
+pub fn solve<R: Real, const NC: usize>(
+    points: &Vec<ContactPoint<R>, NC>,
+    bodies: &Bodies<R>,
+    guess: &[R; DOF],
+    budget: &SolveBudget<R>,
+    params: &PyramidParams<R>,
+) -> Solution<R, NC> {
+    let mut work = Workspace::<R, NC>::new();
+    for p in points {
+        work.add(p, None);
+    }
+    let s = work.solve(bodies, guess, budget, params);
+    Solution {
+        velocity: s.velocity,
+        force_n: work.answers().map(|a| a.force_n).collect(),
+        status: s.status,
+        residual_n: s.residual_n,
+        iterations: s.iterations,
+        evaluations: s.evaluations,
+    }
+}
+
+/// A momentum balance: what is left of it, a scale of its terms and what rounding of velocities does to it, N.
+struct Balance<R> {
+    rest: Vec7<R>,
+    scale_n: R,
+    rounding_n: R,
+}
+
+impl<R: Real> Balance<R> {
+    fn residual_n(&self) -> R {
+        let mut most = R::zero();
+        for x in &self.rest {
+            // A NaN must win: it is the worst residual there is.
+            if !(abs(*x) <= most) {
+                most = abs(*x);
+            }
+        }
+        most
+    }
+}
+
+/// The inertial side; angular velocities are multiplied, lengths divided by the radius of gyration.
+struct Inertia<R> {
+    mass: Mat7<R>,
+    free: Vec7<R>,
+    rate: R,
+}
+
+/// Where an attempt begins.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Start {
+    /// Every point does what it did in the step before.
+    Before,
+    /// Every point does what the guessed velocity says.
+    Guess,
+    /// Every point is open.
+    Open,
+}
+
+impl<R: Real, const NC: usize> Workspace<R, NC> {
+    /// Empty.
+    #[inline(always)]
+    pub fn new() -> Self {
+        Self { points: Vec::new(), tracks: Vec::new(), answers: Vec::new(), lost: false }
+    }
+
+    /// Forgets the points, and what they answered.
+    pub fn forget(&mut self) {
+        self.points.clear();
+        self.answers.clear();
+        self.lost = false;
+    }
+
+    /// Adds a point; `past`: what it did in the step before, where that is known.
+    pub fn add(&mut self, point: &ContactPoint<R>, past: Option<Past<R>>) {
+        let (zero, one) = (R::zero(), R::one());
+        let [k1, k2] = [point.stiffness_n_s_m[1], point.stiffness_n_s_m[2]];
+        let c = point.viscous_n_s_m;
+        let viscous = if c > zero { c / (max(k1, k2) + c) } else { zero };
+        let point = Point { given: *point, past, factor: [one; 2], first: [one, zero], viscous };
+        self.lost |= self.points.push(point).is_err();
+    }
+
+    /// The points that were added, with what they did before.
+    pub fn points(&self) -> impl Iterator<Item = (&ContactPoint<R>, Option<Before<R>>)> {
+        self.points.iter().map(|p| (&p.given, p.past.map(|past| past.before)))
+    }
+
+    /// Every point's answer to the velocity found, in the order in which they were added; none where the
+    /// problem was not solved.
+    #[inline(always)]
+    pub fn answers(&self) -> impl Iterator<Item = Answer<R>> {
+        self.answers.iter().copied()
+    }
+
+    /// Solves for the velocity at the end of the step, from `guess` (the last step's).
+    ///
+    /// A number out of its range is `BadInput`; what is not finite is never `Solved`. Never panics; `iterations` counts factorisations, `evaluations` balances and kinks, which cost
+    /// about as much as an evaluation of the cone's balance; both are bounded by `budget`.
+    pub fn solve(
+        &mut self,
+        bodies: &Bodies<R>,
+        guess: &[R; DOF],
+        budget: &SolveBudget<R>,
+        params: &PyramidParams<R>,
+    ) -> Solved<R> {
+        let budget = budget.bounded_for(self.points.len());
+        let mut solved = Solved {
+            velocity: *guess,
+            status: SolveStatus::Numerical,
+            residual_n: R::zero(),
+            iterations: 0,
+            evaluations: 0,
+        };
+        self.answers.clear();
+        let i = &bodies.inertia_kg_m2;
+        let rate = R::one() / bodies.dt_s;
+        let radius = sqrt((i[0][0] + i[1][1] + i[2][2]) / (R::of(3.0) * bodies.mass_kg));
+        let scale = R::one() / radius;
+        let good = rate > R::zero() && radius > R::zero() && bodies.jaw_mass_kg > R::zero();
+        if !(good && self.points.iter().all(|p| in_range(&p.given))) {
+            solved.status = SolveStatus::BadInput;
+            return solved;
+        }
+        if self.lost || self.points.len() > MAX_POINTS {
+            return solved;
+        }
+        let scaled = |v: &Vec7<R>, by: R| [v[0], v[1], v[2], v[3] * by, v[4] * by, v[5] * by, v[6]];
+        let mut mass = [[R::zero(); DOF]; DOF];
+        for r in 0..3 {
+            mass[r][r] = bodies.mass_kg * rate;
+            for c in 0..3 {
+                mass[3 + r][3 + c] = i[r][c] * rate * scale * scale;
+            }
+        }
+        mass[6][6] = bodies.jaw_mass_kg * rate;
+        let mut inertia = Inertia { mass, free: scaled(&bodies.free, radius), rate: bodies.mass_kg * rate };
+        let guess = scaled(guess, radius);
+        let polygon = Polygon::new(params.edges);
+        self.load(&polygon, scale, &guess, params);
+        let inertial = inertia.mass;
+        self.add_dampers(&mut inertia.mass);
+        let mut equations = Equations::new(&polygon, Some(&inertia.mass));
+        let first = if self.points.iter().any(|p| p.past.is_some()) { Start::Before } else { Start::Guess };
+        for start in [first, Start::Guess, Start::Open] {
+            let mut velocity = if start == Start::Open { inertia.free } else { guess };
+            let mut at = self.start(&polygon, &inertial, &inertia, &velocity, start);
+            // A repair that takes longer than a cold start is none.
+            let most = if start == Start::Open { 20 } else { 2 } * self.points.len() as u32 + 10;
+            for _ in 0..params.paths {
+                let left = budget.max_evaluations.saturating_sub(solved.evaluations);
+                if solved.iterations >= budget.max_iterations || left == 0 {
+                    solved.status = SolveStatus::IterationLimit;
+                    return solved;
+                }
+                solved.iterations += 1;
+                let limit = most.min(left);
+                let (end, kinks) = follow(&mut equations, &mut self.tracks, &mut velocity, &at.rest, limit);
+                solved.evaluations = solved.evaluations.saturating_add(kinks);
+                if end != End::Arrived {
+                    break;
+                }
+                if self.polish(
+                    &mut equations,
+                    &inertial,
+                    &inertia,
+                    &mut velocity,
+                    &budget,
+                    params,
+                    &mut solved,
+                ) {
+                    self.finish(
+                        &mut equations,
+                        &inertial,
+                        &inertia,
+                        velocity,
+                        scale,
+                        &budget,
+                        params,
+                        &mut solved,
+                    );
+                    return solved;
+                }
+                at = self.balance(&inertial, &inertia, &velocity);
+                for track in &mut self.tracks {
+                    track.offset = [R::zero(); 3];
+                }
+            }
+        }
+        solved
+    }
+
+    /// Steps with the equations at hand while every point does what they are for; whether that solves it.
+    #[allow(clippy::too_many_arguments)]
+    fn polish(
+        &mut self,
+        equations: &mut Equations<'_, R, DOF>,
+        inertial: &Mat7<R>,
+        inertia: &Inertia<R>,
+        velocity: &mut Vec7<R>,
+        budget: &SolveBudget<R>,
+        params: &PyramidParams<R>,
+        solved: &mut Solved<R>,
+    ) -> bool {
+        for _ in 0..=params.polish_steps {
+            let (at, same) = self.evaluate(equations.polygon, inertial, inertia, velocity);
+            solved.evaluations += 1;
+            let tolerance_n = budget.tolerance * at.scale_n + at.rounding_n * params.roundings * R::EPSILON;
+            solved.residual_n = at.residual_n();
+            if solved.residual_n <= tolerance_n {
+                return true;
+            }
+            if !same || solved.evaluations >= budget.max_evaluations {
+                return false;
+            }
+            add_scaled(velocity, -R::one(), &equations.solve(&at.rest));
+        }
+        false
+    }
+
+    /// Takes the solution at `velocity`, or the one with pyramids turned to the slip that it has.
+    #[allow(clippy::too_many_arguments)]
+    fn finish(
+        &mut self,
+        equations: &mut Equations<'_, R, DOF>,
+        inertial: &Mat7<R>,
+        inertia: &Inertia<R>,
+        velocity: Vec7<R>,
+        scale: R,
+        budget: &SolveBudget<R>,
+        params: &PyramidParams<R>,
+        solved: &mut Solved<R>,
+    ) {
+        let scaled = |v: &Vec7<R>| [v[0], v[1], v[2], v[3] * scale, v[4] * scale, v[5] * scale, v[6]];
+        let mut velocity = velocity;
+        self.answer(equations.polygon);
+        solved.status = SolveStatus::Solved;
+        solved.velocity = scaled(&velocity);
+        let mut best_n = self.misfit_n();
+        let mut residual_n = solved.residual_n;
+        for _ in 0..params.turns {
+            if params.first_edge != FirstEdge::Slip || !self.turn(equations, &mut velocity) {
+                break;
+            }
+            let mut good = self.polish(equations, inertial, inertia, &mut velocity, budget, params, solved);
+            let left = budget.max_evaluations.saturating_sub(solved.evaluations);
+            if !good && left > 0 && solved.iterations < budget.max_iterations {
+                let at = self.balance(inertial, inertia, &velocity);
+                for track in &mut self.tracks {
+                    track.offset = [R::zero(); 3];
+                }
+                solved.iterations += 1;
+                let (end, kinks) = follow(equations, &mut self.tracks, &mut velocity, &at.rest, left);
+                solved.evaluations = solved.evaluations.saturating_add(kinks);
+                good = end == End::Arrived
+                    && self.polish(equations, inertial, inertia, &mut velocity, budget, params, solved);
+            }
+            if !good {
+                break;
+            }
+            let misfit_n = self.misfit_n();
+            if misfit_n < best_n {
+                best_n = misfit_n;
+                residual_n = solved.residual_n;
+                self.answer(equations.polygon);
+                solved.velocity = scaled(&velocity);
+            }
+        }
+        solved.residual_n = residual_n;
+    }
+
+    /// Friction that does not act against the slip: of every point that slides times the squared sine of the angle
+    /// between them.
+    fn misfit_n(&self) -> R {
+        self.tracks.iter().filter(|t| matches!(t.mode, Mode::Corner(_) | Mode::Edge(_))).fold(
+            R::zero(),
+            |sum, t| {
+                let friction_n = t.impulse[0] * t.friction;
+                let share = Slide::of(t).map_or(R::one(), |slide| {
+                    let square = slide.across_m_s * slide.across_m_s;
+                    square / (square + slide.along_m_s * slide.along_m_s)
+                });
+                sum + friction_n * share
+            },
+        )
+    }
+
+    /// Turns the pyramids of the points that slide to their slip, and `velocity` to what it then is about; `false`
+    /// where all point along it already.
+    ///
+    /// A corner whose normal cone holds the slip gives the same friction whatever the slip's direction
+    /// in it. Friction that turns also turns the slip: one Newton step on "friction against the slip", which is
+    /// the cone's law, finds for all points at once where the two agree.
+    fn turn(&mut self, equations: &Equations<'_, R, DOF>, velocity: &mut Vec7<R>) -> bool {
+        let mut matrix = equations.matrix;
+        let mut force = [R::zero(); DOF];
+        let mut changed = false;
+        for track in &self.tracks {
+            let Some(slide) = Slide::of(track) else { continue };
+            changed |= abs(slide.across_m_s) > slide.along_m_s * R::of(LEAST_TURN);
+            let row = slide.row(track);
+            let stiffness = slide.friction_n / slide.along_m_s;
+            let elastic = match track.mode {
+                // It becomes a corner, whose friction does not grow along the edge.
+                Mode::Edge(k) => {
+                    let share = along(equations.polygon.along(k), slide.across);
+                    track.tangent_gain * share * share
+                }
+                _ => R::zero(),
+            };
+            for (to, x) in matrix.iter_mut().zip(&row) {
+                add_scaled(to, *x * (stiffness - elastic), &row);
+            }
+            add_scaled(&mut force, stiffness * slide.across_m_s, &row);
+        }
+        if !changed {
+            return false;
+        }
+        let change = Factors::of(&matrix).solve(&force);
+        add_scaled(velocity, R::one(), &change);
+        for (p, track) in self.points.iter_mut().zip(&mut self.tracks) {
+            let Some(slide) = Slide::of(track) else { continue };
+            let across_m_s = slide.across_m_s - dot(&slide.row(track), &change);
+            let [a1, a2] = slide.across;
+            let (x, y) = (slide.along_m_s, across_m_s);
+            let Some([c, s]) = unit([a2 * x + a1 * y, a2 * y - a1 * x]) else { continue };
+            p.first = p.turned_back([c, s]);
+            let [_, first, second] = &mut track.rows;
+            for (x, y) in first.iter_mut().zip(second) {
+                (*x, *y) = (c * *x + s * *y, c * *y - s * *x);
+            }
+            let [_, x, y] = &mut track.constant;
+            (*x, *y) = (c * *x + s * *y, c * *y - s * *x);
+        }
+        true
+    }
+
+    /// Rows, constants and compliances of every point; its pyramid is turned as friction acts at `v`.
+    fn load(&mut self, polygon: &Polygon<R>, scale: R, v: &Vec7<R>, params: &PyramidParams<R>) {
+        let (zero, one) = (R::zero(), R::one());
+        let (linear, angular) = (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]));
+        let wider = if params.circumscribed { one / polygon.apothem } else { one };
+        self.tracks.clear();
+        for p in &mut self.points {
+            let g = &p.given;
+            let [kn, k1, k2] = g.stiffness_n_s_m;
+            let [b0, b1, b2] = g.bias_m_s;
+            let larger = max(g.mu[0], g.mu[1]);
+            let rubs = larger > zero;
+            let least = larger * params.min_friction_ratio;
+            p.factor = if rubs { g.mu.map(|mu| max(mu, least)) } else { [one; 2] };
+            let arm = g.lever_m * scale;
+            let at = linear + angular.cross(&arm);
+            let [n, t1, t2] = &g.axes;
+            let [m1, m2] = p.factor;
+            // The unbounded friction there, in tangents that are scaled by the coefficients.
+            let force = [-k1 * (t1.dot(&at) + b1) / m1, -k2 * (t2.dot(&at) + b2) / m2];
+            p.first = match params.first_edge {
+                FirstEdge::Fixed(direction) => direction,
+                FirstEdge::Slip => {
+                    let now = unit(force).unwrap_or([one, zero]);
+                    p.held().filter(|held| held[0] * now[0] + held[1] * now[1] > zero).unwrap_or(now)
+                }
+            };
+            let [c, s] = p.first;
+            let along = [t1 * (m1 * c) + t2 * (m2 * s), t2 * (m2 * c) - t1 * (m1 * s)];
+            let rest = one - p.viscous;
+            let mut track = Track::nothing();
+            let row = |axis: &Vec3<R>, jaw: R| {
+                let moment = arm.cross(axis);
+                [axis.x, axis.y, axis.z, moment.x, moment.y, moment.z, jaw]
+            };
+            track.rows = [row(n, g.jaw), row(&along[0], zero), row(&along[1], zero)];
+            track.constant = [b0 - g.adhesion_n / kn, m1 * c * b1 + m2 * s * b2, m2 * c * b2 - m1 * s * b1];
+            track.friction = if rubs { rest * wider } else { zero };
+            track.normal_gain = kn;
+            track.tangent_gain = k1 / (m1 * m1) * rest;
+            // The capacity is that of the points: nothing is refused.
+            let _ = self.tracks.push(track);
+        }
+    }
+
+    /// Adds what viscous friction does whatever the normal force to the masses.
+    fn add_dampers(&self, mass: &mut Mat7<R>) {
+        for (p, track) in self.points.iter().zip(&self.tracks) {
+            let damping = damping(p, track);
+            if !(damping > R::zero()) {
+                continue;
+            }
+            for tangent in [&track.rows[1], &track.rows[2]] {
+                for (to, x) in mass.iter_mut().zip(tangent) {
+                    add_scaled(to, *x * damping, tangent);
+                }
+            }
+        }
+    }
+
+    /// `M (v - v_free) / dt` less the forces of the points, which are `impulse` of their tracks with their speeds.
+    fn balance(&self, inertial: &Mat7<R>, inertia: &Inertia<R>, v: &Vec7<R>) -> Balance<R> {
+        let zero = R::zero();
+        let mut change = *v;
+        let mut rounding_n = zero;
+        for (k, (change, free)) in change.iter_mut().zip(&inertia.free).enumerate() {
+            if k < 3 {
+                rounding_n = max(rounding_n, inertia.rate * (abs(*change) + abs(*free)));
+            }
+            *change -= *free;
+        }
+        // Blocks: the object's velocity, its angular velocity, the jaw.
+        let row = |r: &[R; DOF]| r[3] * change[3] + r[4] * change[4] + r[5] * change[5];
+        let mut rest = [
+            inertial[0][0] * change[0],
+            inertial[1][1] * change[1],
+            inertial[2][2] * change[2],
+            row(&inertial[3]),
+            row(&inertial[4]),
+            row(&inertial[5]),
+            inertial[6][6] * change[6],
+        ];
+        let mut scale_n = R::of(1e-6);
+        for k in [0, 1, 2, 6] {
+            scale_n = max(scale_n, abs(rest[k]));
+        }
+        for (p, track) in self.points.iter().zip(&self.tracks) {
+            let [normal, first, second] = track.impulse;
+            let g = &p.given;
+            if p.viscous > zero {
+                let damping = damping(p, track);
+                add_scaled(&mut rest, damping * track.speed[1], &track.rows[1]);
+                add_scaled(&mut rest, damping * track.speed[2], &track.rows[2]);
+            }
+            let pull = normal - g.adhesion_n;
+            if pull != zero {
+                add_scaled(&mut rest, -pull, &track.rows[0]);
+            }
+            if track.mode == Mode::Open {
+                continue;
+            }
+            add_scaled(&mut rest, -first, &track.rows[1]);
+            add_scaled(&mut rest, -second, &track.rows[2]);
+            scale_n = max(scale_n, normal);
+            rounding_n = max(rounding_n, g.stiffness_n_s_m[0] * abs(g.bias_m_s[0]));
+            if track.mode == Mode::Stick {
+                let stiffness = max(g.stiffness_n_s_m[1], g.stiffness_n_s_m[2]);
+                rounding_n = max(rounding_n, stiffness * (abs(g.bias_m_s[1]) + abs(g.bias_m_s[2])));
+            }
+        }
+        Balance { rest, scale_n, rounding_n }
+    }
+
+    /// Modes, trial impulses and offsets with which the path begins at `v`.
+    fn start(
+        &mut self,
+        polygon: &Polygon<R>,
+        inertial: &Mat7<R>,
+        inertia: &Inertia<R>,
+        v: &Vec7<R>,
+        start: Start,
+    ) -> Balance<R> {
+        let zero = R::zero();
+        let golden = R::of(0.618_033_988_749_894_9);
+        let (mut approach, mut share) = (zero, zero);
+        for track in &mut self.tracks {
+            track.speed = track.speeds_at(v);
+            approach = max(approach, -track.speed[0]);
+        }
+        for (p, track) in self.points.iter().zip(&mut self.tracks) {
+            let natural = track.trial_at(&track.speed);
+            track.trial = natural;
+            match start {
+                Start::Guess => {}
+                Start::Before => expect(p, track, polygon),
+                Start::Open => {
+                    // Different for each, so that no two close together.
+                    share =
+                        if share + golden < R::one() { share + golden } else { share + golden - R::one() };
+                    let opened = approach * (R::of(1.01) + R::of(0.1) * share);
+                    track.trial[0] = -track.normal_gain * (track.speed[0] + opened);
+                }
+            }
+            // The offset that turns the natural trial into the one begun with.
+            for k in 0..3 {
+                let gain = if k == 0 { track.normal_gain } else { track.tangent_gain };
+                let changed = track.trial[k] != natural[k];
+                track.offset[k] = if changed { (natural[k] - track.trial[k]) / gain } else { zero };
+            }
+            track.mode = track.classified(polygon);
+            track.impulse = track.impulse_of(polygon, &track.trial);
+        }
+        self.balance(inertial, inertia, v)
+    }
+
+    /// The balance at `v`, and whether every point does there what it did on the path.
+    fn evaluate(
+        &mut self,
+        polygon: &Polygon<R>,
+        inertial: &Mat7<R>,
+        inertia: &Inertia<R>,
+        v: &Vec7<R>,
+    ) -> (Balance<R>, bool) {
+        let mut same = true;
+        for track in &mut self.tracks {
+            track.speed = track.speeds_at(v);
+            track.trial = track.trial_at(&track.speed);
+            let mode = track.classified(polygon);
+            same &= mode == track.mode;
+            track.mode = mode;
+            track.impulse = track.impulse_of(polygon, &track.trial);
+        }
+        (self.balance(inertial, inertia, v), same)
+    }
+
+    /// Forces along the points' own axes.
+    fn answer(&mut self, polygon: &Polygon<R>) {
+        self.answers.clear();
+        for (p, track) in self.points.iter().zip(&self.tracks) {
+            let (zero, g) = (R::zero(), &p.given);
+            let [normal, first, second] = track.impulse;
+            let slip = p.turned_back([track.speed[1], track.speed[2]]);
+            let damping = damping(p, track);
+            let friction = p.turned_back([first, second]);
+            let total = [0, 1].map(|k| friction[k] - damping * slip[k]);
+            let force = [0, 1].map(|k| if track.friction > zero { total[k] * p.factor[k] } else { zero });
+            // The coefficients that the pyramid has in the direction of the force.
+            let size = sqrt(total[0] * total[0] + total[1] * total[1]);
+            let share = match track.mode {
+                Mode::Corner(_) | Mode::Edge(_) => size / normal,
+                Mode::Stick if size > normal * R::of(1e-6) => {
+                    let bounded = sqrt(first * first + second * second);
+                    polygon.radius([first, second], bounded) * track.friction / (R::one() - p.viscous)
+                }
+                _ => R::one(),
+            };
+            let _ = self.answers.push(Answer {
+                force_n: [normal - g.adhesion_n, force[0], force[1]],
+                biased_slip_m_s: [slip[0] / p.factor[0], slip[1] / p.factor[1]],
+                stiffness_n_s_m: [g.stiffness_n_s_m[1], g.stiffness_n_s_m[2]],
+                mu: g.mu.map(|mu| mu * share),
+                adhesion_n: g.adhesion_n,
+            });
+        }
+    }
+}
+
+/// A point that slides, in the axes of its pyramid.
+struct Slide<R> {
+    friction_n: R,
+    /// Direction across its friction.
+    across: [R; 2],
+    /// Its slip, turned round, along the friction and across it.
+    along_m_s: R,
+    across_m_s: R,
+}
+
+impl<R: Real> Slide<R> {
+    /// `None` for a point that does not slide, or not against its friction.
+    fn of(track: &Track<R, DOF>) -> Option<Self> {
+        if !matches!(track.mode, Mode::Corner(_) | Mode::Edge(_)) {
+            return None;
+        }
+        let [_, f1, f2] = track.impulse;
+        let friction_n = sqrt(f1 * f1 + f2 * f2);
+        let [h1, h2] = unit([f1, f2])?;
+        let slip = [-track.speed[1], -track.speed[2]];
+        let along_m_s = along([h1, h2], slip);
+        let across = [-h2, h1];
+        (along_m_s > R::zero()).then(|| Self {
+            friction_n,
+            across,
+            along_m_s,
+            across_m_s: along(across, slip),
+        })
+    }
+
+    /// Velocity along `across`, as a row.
+    fn row(&self, track: &Track<R, DOF>) -> [R; DOF] {
+        let mut row = [R::zero(); DOF];
+        add_scaled(&mut row, self.across[0], &track.rows[1]);
+        add_scaled(&mut row, self.across[1], &track.rows[2]);
+        row
+    }
+}
+
+/// The direction of `v`; `None` where it has none.
+#[inline(always)]
+fn unit<R: Real>(v: [R; 2]) -> Option<[R; 2]> {
+    let size = sqrt(v[0] * v[0] + v[1] * v[1]);
+    (size > R::of(1e-18)).then(|| v.map(|x| x / size))
+}
+
+/// Whether the numbers of the law may be; a NaN is none of these.
+fn in_range<R: Real>(p: &ContactPoint<R>) -> bool {
+    let zero = R::zero();
+    let [k0, k1, k2] = p.stiffness_n_s_m;
+    let springs = k0 > zero && k1 > zero && k2 > zero;
+    springs && p.mu[0] >= zero && p.mu[1] >= zero && p.adhesion_n >= zero && p.viscous_n_s_m >= zero
+}
+
+/// Damping of the share of viscous friction that nothing bounds, along the scaled tangents, N s/m.
+#[inline(always)]
+fn damping<R: Real>(p: &Point<R>, track: &Track<R, DOF>) -> R {
+    if p.viscous > R::zero() && track.friction > R::zero() {
+        track.tangent_gain * p.viscous / (R::one() - p.viscous)
+    } else {
+        R::zero()
+    }
+}
+
+/// Changes the trial so that the point does what it did before.
+#[inline]
+fn expect<R: Real>(p: &Point<R>, track: &mut Track<R, DOF>, polygon: &Polygon<R>) {
+    let zero = R::zero();
+    let Some(Past { before, .. }) = p.past else { return };
+    let touches = track.trial[0] > zero;
+    let (load_n, slid) = match before {
+        Before::Open => {
+            if touches {
+                track.trial[0] = zero;
+            }
+            return;
+        }
+        Before::Stuck { load_n } => (load_n, false),
+        Before::Slid { load_n } => (load_n, true),
+    };
+    if !touches {
+        track.trial[0] = load_n + p.given.adhesion_n;
+    }
+    let [normal, first, second] = track.trial;
+    let limit = track.friction * normal;
+    let square = first * first + second * second;
+    let inner = limit * polygon.apothem * R::of(0.9);
+    let outer = limit * R::of(1.02);
+    let bound = if slid { outer } else { inner };
+    let other = if slid { square < bound * bound } else { square > bound * bound };
+    if other && square > zero {
+        let share = bound / sqrt(square);
+        track.trial = [normal, first * share, second * share];
+    }
+}
