@@ -7,6 +7,7 @@
 //!
 //! Above 600 lines: the search and its verdict share one state of fits and candidates.
 
+pub mod detection;
 pub mod experiment;
 pub mod misfit;
 pub mod report;
@@ -185,7 +186,15 @@ pub fn diagnose(
         }),
     };
     let experiment = pair.and_then(|[a, b]| experiment::experiments(&problem, a, b, 1).into_iter().next());
+    let named = matches!(findings.verdict, Verdict::Effect | Verdict::Ambiguous);
+    let last = findings.last.as_ref().filter(|_| named).unwrap_or(&findings.base);
+    let mut detection = detection::detection(&problem, last);
+    if findings.verdict == Verdict::Unexplained {
+        // What is missing may hide anything.
+        detection.limits.clear();
+    }
     let mut report = report::report(&problem, findings, &model, begun.elapsed());
+    (report.limits_on_effects, report.classes) = (detection.limits, detection.classes);
     report.weigh(unbalanced(dataset));
     report.suggested_experiment = experiment;
     Ok(report)

@@ -14,11 +14,11 @@ use stickslip_shared::effects::Info;
 use stickslip_shared::model::{MAX_EFFECTS, Model};
 
 use crate::diagnose::misfit::{self, Misfit};
+use crate::fit::engine::FIXED;
 use crate::fit::features::Features;
 use crate::fit::gls::{self, Prior};
 use crate::fit::problem::Problem;
 use crate::fit::screen::{Screened, Start, screen};
-use crate::fit::engine::FIXED;
 use crate::fit::{self, FOLDS, Free, Solution};
 
 /// Longest wave that counts as one where it shows in friction and in force, in paths.

@@ -113,7 +113,8 @@ fn at_edges(
         let (mut told, mut wrong) = (0.0, 0.0);
         for (i, with) in problem.predict(&changed).iter().enumerate() {
             let w = &problem.whiteners[problem.groups[i]];
-            let (did, says) = (w.apply(&difference(with, &predicted[i], 1.0)), w.apply(&columns[k][i]) * step);
+            let (did, says) =
+                (w.apply(&difference(with, &predicted[i], 1.0)), w.apply(&columns[k][i]) * step);
             told += says.norm_squared();
             wrong += (did - says).norm_squared();
         }
@@ -234,5 +235,15 @@ pub fn solve_with(
         grams = problem.grams(&residual, &columns);
     }
     let at_edge = held.unwrap_or_else(|| vec![false; free.len()]);
-    Solution { model, grams, predicted, residual, columns, at_edge, offsets, loss: (start, here), iterations: made }
+    Solution {
+        model,
+        grams,
+        predicted,
+        residual,
+        columns,
+        at_edge,
+        offsets,
+        loss: (start, here),
+        iterations: made,
+    }
 }

@@ -2,6 +2,7 @@
 
 #[path = "../../../cli/tests/it/common.rs"]
 mod common;
+mod diagnose_detection;
 mod diagnose_inputs;
 mod hostile_input;
 mod house;
