@@ -2,6 +2,8 @@
 //! after, the next command; then a card for each effect that is named or nearly so, and the
 //! misfit of every channel in every phase.
 
+use std::collections::BTreeMap;
+
 use plotters::style::RGBColor;
 
 use crate::html::{escape, heat, page};
@@ -9,6 +11,7 @@ use crate::plot::{Bar, Chart, Line, MEASURED, MODELS};
 use crate::words::{interval, short};
 use stickslip_analysis::channels::channel_words;
 use stickslip_analysis::diagnose::RELEVANT;
+use stickslip_analysis::diagnose::detection::UpperLimit;
 use stickslip_analysis::diagnose::report::{CandidateReport, Place, Report, Verdict};
 use stickslip_analysis::diagnose::structure::Structure;
 use stickslip_analysis::fit::phases::Phase;
@@ -56,6 +59,15 @@ pub fn html(report: &Report, name: &str, next: &str) -> String {
     body += &maps(report);
     body += &left(report);
     body += &parameters(report);
+    if !has_after(report) {
+        let rows = limits_on_effects(report).into_iter();
+        let row = |[effect, name, upper, typical]: [String; 4]| {
+            escape(&format!("{effect}: {name} at most {upper} (typical: {typical})"))
+        };
+        body += &list("What may still be there (95 %)", rows.map(row));
+    }
+    let classes = report.classes.iter();
+    body += &list("Effects that these trials cannot tell apart", classes.map(|c| escape(&c.join(", "))));
     body += &list("What cannot be concluded", report.limits.iter().map(|l| escape(l)));
     page(&format!("stickslip diagnose: {name}"), &body)
 }
@@ -100,6 +112,22 @@ pub fn structure_words(s: &Structure) -> String {
 /// Share of the excess error that an effect explains.
 pub fn share(explained: f64) -> String {
     if explained < 0.0 { "none: worse".into() } else { format!("{:.0} %", 100.0 * explained) }
+}
+
+/// How strong each effect may be although it is not named: effect, parameter, upper limit, typical size.
+pub fn limits_on_effects(report: &Report) -> Vec<[String; 4]> {
+    let with_unit = |x: f64, unit: &str| match unit {
+        "1" => short(x),
+        unit => format!("{} {unit}", short(x)),
+    };
+    let each = |(id, strengths): (&&'static str, &BTreeMap<&'static str, UpperLimit>)| {
+        let row = |(name, l): (&&'static str, &UpperLimit)| {
+            let upper = l.upper.map_or("no limit".into(), |x| with_unit(x, l.unit));
+            [(*id).to_owned(), (*name).to_owned(), upper, with_unit(l.plausible, l.unit)]
+        };
+        strengths.iter().map(row).collect::<Vec<_>>()
+    };
+    report.limits_on_effects.iter().flat_map(each).collect()
 }
 
 /// Whether a model with effects stands beside the base model.

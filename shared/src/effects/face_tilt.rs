@@ -10,10 +10,11 @@
 //! and a jaw that does not keep its force presses harder where the object is wider,
 //!
 //! ```text
-//! N = N + grip_gradient (x - x_start + late dx/dt)
+//! N = N + (grip_gradient + N grip_gradient_relative) (x - x_start + late dx/dt)
 //! ```
 //!
-//! (a jaw that takes time to give way lags behind a width that changes), with `x` the object coordinate of the pad's middle: the pads are taken to lie flat on the
+//! (a stiffness of jaw and pads that grows with their load, as that of rubber does, by its first two terms; a
+//! jaw that takes time to give way lags behind a width that changes), with `x` the object coordinate of the pad's middle: the pads are taken to lie flat on the
 //! face and to press along its normal. A slide towards +X then needs the push
 //! `2 N (mu cos - sin)`. A jaw that presses strictly along gripper Y would need
 //! `1 / (cos + mu sin)` times that: 0.4 % less at the typical slope and friction 0.4.
@@ -62,6 +63,7 @@ pub const INFO: Info = Info {
         Parameter::new("late_s", "s", 0.0, 0.0, [0.0, 0.4], "delay of the jaw's motion")
             // The fit finds it.
             .tried_at(&[0.0]),
+        Parameter::new("grip_gradient_1_m", "1/m", 4.0, 0.0, [-60.0, 60.0], "the same, over the grip"),
     ],
 };
 
@@ -85,8 +87,8 @@ impl<R: Real> Law<R> for FaceTilt {
     }
 
     fn grip(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, memory: &mut [R; MEMORY], grip_n: &mut R) {
-        if p[2] != R::zero() {
-            *grip_n += p[2] * opened(pad_x_m(c), p[3], c, memory);
+        if p[2] != R::zero() || p[4] != R::zero() {
+            *grip_n += (p[2] + p[4] * *grip_n) * opened(pad_x_m(c), p[3], c, memory);
         }
     }
 

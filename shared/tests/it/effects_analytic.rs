@@ -147,6 +147,13 @@ fn face_tilt_raises_the_grip_in_proportion_to_the_way_along_the_object() {
 }
 
 #[test]
+fn a_jaw_that_stiffens_with_its_load_raises_the_grip_by_a_share_of_it() {
+    let record = pure_push::<f64>(0.01).with("face_tilt", &[0.0, 0.0, 0.0, 0.0, -18.0]).play();
+    let x = -record.state.position_m.x;
+    close(record.last().normal_n[0], N * (1.0 - 18.0 * x), 2e-3);
+}
+
+#[test]
 fn a_jaw_that_gives_way_late_presses_harder_in_proportion_to_the_speed_of_opening() {
     let record = pure_push::<f64>(0.01).with("face_tilt", &[0.0, 0.0, 500.0, 0.1]).play();
     let x = -record.state.position_m.x;

@@ -5,6 +5,7 @@
 //! are screened and refitted (`screen`, `select`), and the verdict follows from held-out
 //! conditions (`verdict`). `docs/diagnose.md` has the statistics.
 
+pub mod detection;
 pub mod experiment;
 pub mod findings;
 pub mod misfit;
@@ -107,6 +108,7 @@ pub fn diagnose(
         (problem, base, drift) = (around, without, Some(with));
         others.clear();
     }
+    others.push(given(&campaign, &base));
     let mut trials = CandidateEffect::listed();
     trials.extend(own.iter().cloned());
     let mut findings = find(&problem, base, &others, drift, &trials, Pass::First, tick);
@@ -125,7 +127,15 @@ pub fn diagnose(
         }),
     };
     let experiment = pair.and_then(|[a, b]| experiment::experiments(&problem, a, b, 1).into_iter().next());
+    let named = matches!(findings.verdict, Verdict::Effect | Verdict::Ambiguous);
+    let last = findings.last.as_ref().filter(|_| named).unwrap_or(&findings.base);
+    let mut detection = detection::detection(&problem, last);
+    if findings.verdict == Verdict::Unexplained {
+        // What is missing may hide anything.
+        detection.limits.clear();
+    }
     let mut report = report::report(&problem, findings, &model, begun.elapsed());
+    (report.limits_on_effects, report.classes) = (detection.limits, detection.classes);
     report.weigh(unbalanced(dataset));
     report.suggested_experiment = experiment;
     Ok(report)
@@ -211,6 +221,12 @@ fn around<'a>(campaign: &'a Campaign, near: &Model<f64>, base: &Held) -> (Proble
     let solution = fit::solve(&problem, &base.solution.model, &base.free, 5);
     let base = hold_out(&problem, solution, base.free.clone());
     (problem, base)
+}
+
+/// The base model with the friction that was given: a strong effect pulls friction away, and where
+/// it ended the effect need not point to the truth.
+fn given(campaign: &Campaign, base: &Held) -> Model<f64> {
+    Model { friction: campaign.given, ..base.solution.model.clone() }
 }
 
 /// `ways` of contact that are far from `base`, each at its place.
@@ -458,8 +474,8 @@ fn poor(misfit: &Misfit) -> bool {
     Left::of(misfit).poor()
 }
 
-/// Takes out effects that those chosen after them made needless: fitted without one, the others
-/// explain as much.
+/// Takes out effects that the others made needless: fitted without one from where all of them ended, they
+/// explain as much. An effect may have done no more than open the way there.
 fn drop_needless(
     problem: &Problem,
     start: &Held,
@@ -467,7 +483,7 @@ fn drop_needless(
     equal: &mut Vec<Vec<&'static str>>,
 ) {
     let mut k = 0;
-    while chosen.len() > 1 && k + 1 < chosen.len() {
+    while chosen.len() > 1 && k < chosen.len() {
         let last = &chosen[chosen.len() - 1].held;
         let slot = start.solution.model.effects.len() + k;
         let mut model = last.solution.model.clone();
@@ -478,7 +494,12 @@ fn drop_needless(
         let free: Vec<Free> = last.free.iter().filter_map(|f| f.without_slot(slot)).collect();
         let held = hold_out(problem, fit::solve(problem, &model, &free, 8), free);
         let share = |held: &Held| explained(&start.misfit, &held.misfit);
-        if share(&held) > share(last) - SIMPLER && (!poor(&held.misfit) || poor(&last.misfit)) {
+        let needless = match k + 1 == chosen.len() {
+            // What it was taken for, counted anew.
+            true => explained(&held.misfit, &last.misfit) <= EXPLAINS_FURTHER,
+            false => share(&held) > share(last) - SIMPLER && (!poor(&held.misfit) || poor(&last.misfit)),
+        };
+        if needless {
             chosen.remove(k);
             equal.remove(k);
             if let Some(last) = chosen.last_mut() {

@@ -9,6 +9,7 @@ use stickslip_shared::effects::Info;
 
 use crate::channels::channel_words;
 use crate::diagnose::findings::Findings;
+use crate::diagnose::detection::UpperLimit;
 use crate::diagnose::misfit::{self, Misfit};
 use crate::diagnose::select::{Candidate, Held, explained};
 use crate::diagnose::structure::{self, Structure};
@@ -113,6 +114,11 @@ pub struct Report {
     pub places: Vec<Place>,
     /// What cannot be concluded, and why.
     pub limits: Vec<String>,
+    /// For each effect that is not named: how strong it may be all the same. Empty where something is
+    /// missing that nothing explains.
+    pub limits_on_effects: BTreeMap<&'static str, BTreeMap<&'static str, UpperLimit>>,
+    /// Effects that these trials cannot tell apart, whatever they show.
+    pub classes: Vec<Vec<&'static str>>,
     /// Trials, conditions, degrees of freedom of the repetitions.
     pub trials: usize,
     /// Different conditions.
@@ -205,6 +211,8 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         parameters,
         places,
         limits,
+        limits_on_effects: BTreeMap::new(),
+        classes: Vec::new(),
         trials: problem.campaign.runs.len(),
         conditions: problem.campaign.conditions,
         friction_variation: problem.noise.friction,

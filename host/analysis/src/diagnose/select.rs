@@ -14,6 +14,7 @@ use stickslip_shared::effects::Info;
 use stickslip_shared::model::{MAX_EFFECTS, Model};
 
 use crate::diagnose::misfit::{self, Misfit};
+use crate::fit::engine::FIXED;
 use crate::fit::features::Features;
 use crate::fit::gls::{self, Prior};
 use crate::fit::problem::Problem;
@@ -24,8 +25,6 @@ use crate::fit::{self, FOLDS, Free, Solution};
 const LONGEST_WAVE: f64 = 3.0;
 /// A fit whose loss is beyond this many times what its linear model promises did not converge.
 const CONVERGED: f64 = 1.2;
-/// Precision of a parameter that stays where it is.
-const FIXED: f64 = 1e15;
 /// Gauss-Newton steps of a candidate.
 const STEPS: usize = 12;
 
@@ -64,7 +63,7 @@ pub struct Candidate {
 /// Held-out performance of a solution.
 pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held {
     let n = free.len();
-    let prior = problem.priors(&free, 0);
+    let prior = solution.priors(problem, &free, 0);
     let mut folds = gls::fold_solutions(&solution.grams, &prior, FOLDS);
     // Where the fit could not follow the linear model any further, folds must not either.
     let mut fixed = prior.clone();

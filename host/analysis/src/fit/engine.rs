@@ -6,7 +6,7 @@ use stickslip_shared::model::Model;
 
 use crate::fit::features::{FEATURES, Features};
 use crate::fit::free::Free;
-use crate::fit::gls::{self, Gram};
+use crate::fit::gls::{self, Gram, Prior};
 use crate::fit::problem::{Problem, difference};
 
 /// Dampings tried in a step, each ten times the one before: past the edge at which a contact
@@ -26,12 +26,25 @@ pub struct Solution {
     pub residual: Vec<Features>,
     /// Sensitivities of the groups' features, one list for each free parameter.
     pub columns: Vec<Vec<Features>>,
+    /// Free parameters that stand at an edge, where a linear model says nothing of them.
+    pub at_edge: Vec<bool>,
     /// Fitted sensor offsets.
     pub offsets: Vec<f64>,
     /// Loss at the start and here.
     pub loss: (f64, f64),
     /// Iterations made.
     pub iterations: usize,
+}
+
+impl Solution {
+    /// As [`Problem::priors`], with the parameters held that stand at an edge.
+    pub fn priors(&self, problem: &Problem, free: &[Free], more: usize) -> Prior {
+        let mut out = problem.priors(free, more);
+        for (p, _) in out.precision.iter_mut().zip(&self.at_edge).filter(|(_, edge)| **edge) {
+            *p = FIXED;
+        }
+        out
+    }
 }
 
 /// Loss minimised over the offsets, and the offsets.
@@ -80,6 +93,39 @@ pub fn sensitivities(
         .collect()
 }
 
+/// Which of `free` stand at an edge: moved by its share of the step `x` alone, an effect's parameter changes
+/// the (whitened) features otherwise than its column says by more than the column says. A face that lies flat
+/// lifts off one of its ends whichever way it tilts, by as much however little it tilts.
+fn at_edges(
+    problem: &Problem,
+    (model, predicted): (&Model<f64>, &[Features]),
+    free: &[Free],
+    columns: &[Vec<Features>],
+    x: &[f64],
+) -> Vec<bool> {
+    let at_edge = |k: usize| {
+        let mut changed = model.clone();
+        free[k].set(&mut changed, free[k].get(model) + x[k]);
+        let step = free[k].get(&changed) - free[k].get(model);
+        if step == 0.0 || !matches!(free[k], Free::Effect { .. }) {
+            return false;
+        }
+        let (mut told, mut wrong) = (0.0, 0.0);
+        for (i, with) in problem.predict(&changed).iter().enumerate() {
+            let w = &problem.whiteners[problem.groups[i]];
+            let (did, says) =
+                (w.apply(&difference(with, &predicted[i], 1.0)), w.apply(&columns[k][i]) * step);
+            told += says.norm_squared();
+            wrong += (did - says).norm_squared();
+        }
+        wrong > told
+    };
+    (0..free.len()).map(at_edge).collect()
+}
+
+/// Precision of a parameter that stays where it is.
+pub const FIXED: f64 = 1e15;
+
 /// What a fit minimises, at `model`.
 pub fn loss_at(problem: &Problem, model: &Model<f64>, free: &[Free]) -> f64 {
     profile(problem, &problem.residual(&problem.predict(model))).0 + penalty(problem, model, free)
@@ -126,6 +172,7 @@ pub fn solve_with(
     let mut made = 0;
     let mut columns = columns_at(&model, &predicted, old);
     let mut grams = problem.grams(&residual, &columns);
+    let mut held: Option<Vec<bool>> = None;
     for _ in 0..iterations {
         made += 1;
         let n = free.len();
@@ -144,7 +191,7 @@ pub fn solve_with(
                 if let Some(d) = towards.get_mut(k) {
                     *d *= if told && precision > 0.0 { prior.precision[k] / precision } else { 0.0 };
                 }
-                damped.precision[k] = precision;
+                damped.precision[k] = if held.as_ref().is_some_and(|h| h[k]) { FIXED } else { precision };
             }
             let Some(x) = gls::solve_towards(grams.iter().map(|g| (1.0, g)), &damped, &towards) else {
                 break;
@@ -165,7 +212,14 @@ pub fn solve_with(
                 grams = problem.grams(&residual, &columns);
                 break;
             }
-            damping = (damping * 10.0).min(1e3);
+            match held {
+                Some(_) => damping = (damping * 10.0).min(1e3),
+                None => {
+                    let found = at_edges(problem, (&model, &predicted), free, &columns, x.as_slice());
+                    damping = if found.contains(&true) { damping } else { damping * 10.0 };
+                    held = Some(found);
+                }
+            }
         }
         if !accepted {
             if old == 0 {
@@ -180,5 +234,16 @@ pub fn solve_with(
         columns.splice(..old, sensitivities(problem, &model, &predicted, &free[..old]));
         grams = problem.grams(&residual, &columns);
     }
-    Solution { model, grams, predicted, residual, columns, offsets, loss: (start, here), iterations: made }
+    let at_edge = held.unwrap_or_else(|| vec![false; free.len()]);
+    Solution {
+        model,
+        grams,
+        predicted,
+        residual,
+        columns,
+        at_edge,
+        offsets,
+        loss: (start, here),
+        iterations: made,
+    }
 }

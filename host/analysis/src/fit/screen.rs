@@ -138,22 +138,35 @@ fn screen_on(
         starts.push(Start { loss, on, model });
     };
     let mut largest: f64 = 0.0;
-    for setting in settings(info, &shaping) {
+    // Contacts have edges: what an effect does one way tells little of the other. Around the best fit without
+    // it the other way was tried by its fit.
+    let ways: &[f64] = if on == 0 { &[1.0] } else { &[1.0, -1.0] };
+    let each = settings(info, &shaping).into_iter().flat_map(|s| ways.iter().map(move |way| (s, *way)));
+    for (setting, way) in each {
         let mut columns = Vec::new();
         let mut varied = Vec::new();
+        let size_of = |k: usize| {
+            let p = &info.parameters[k];
+            let there = p.neutral + way * (p.typical - p.neutral);
+            (there >= p.low && there <= p.high).then_some(there)
+        };
         for k in &strengths {
+            let Some(there) = size_of(*k) else { continue };
             let mut s = setting;
-            s[*k] = info.parameters[*k].typical;
+            s[*k] = there;
             let mut d = changed(s);
             let mut dead = size(&d) < 1e-2;
             if dead && strengths.len() > 1 {
                 // It may need the others to act.
                 for j in &strengths {
-                    s[*j] = info.parameters[*j].typical;
+                    s[*j] = size_of(*j).unwrap_or(s[*j]);
                 }
-                if size(&changed(s)) >= 1e-2 && columns.is_empty() {
-                    d = changed(s);
-                    dead = false;
+                if columns.is_empty() {
+                    let together = changed(s);
+                    if size(&together) >= 1e-2 {
+                        d = together;
+                        dead = false;
+                    }
                 }
             }
             largest = largest.max(size(&d));
@@ -170,21 +183,23 @@ fn screen_on(
         let known = base_free.len();
         let (together, x) = loss_with(problem, base, base_free, &columns);
         let mut joint = setting;
+        let strength = |k: usize, s: &[f64; MAX_PARAMETERS], a: f64| {
+            let p = &info.parameters[k];
+            (p.neutral + a * (s[k] - p.neutral)).clamp(p.low, p.high)
+        };
         for ((k, s), a) in varied.iter().zip(&x[known..]) {
-            let p = &info.parameters[*k];
             for j in &strengths {
                 if j != k && !varied.iter().any(|(v, _)| v == j) {
                     joint[*j] = s[*j];
                 }
             }
-            joint[*k] = (p.neutral + a * (p.typical - p.neutral)).clamp(p.low, p.high);
+            joint[*k] = strength(*k, s, *a);
         }
         start(together, joint, &x);
         for ((k, s), (l, x)) in varied.iter().zip(&single) {
             if varied.len() > 1 {
-                let p = &info.parameters[*k];
                 let mut one = *s;
-                one[*k] = (p.neutral + x[known] * (p.typical - p.neutral)).clamp(p.low, p.high);
+                one[*k] = strength(*k, s, x[known]);
                 start(*l, one, x);
             }
         }

@@ -14,7 +14,7 @@ use crate::fit::screen::{Start, screen};
 use crate::model::candidate::CandidateEffect;
 
 /// Friction that differs by this factor may be another way of contact.
-const FAR: f64 = 1.5;
+const FAR: f64 = 1.2;
 /// Friction coefficients tried before a fit: fingers, then pusher (rubber platforms grip hard).
 const TRIED: [&[f64]; 3] = [&[0.15, 0.4, 0.8], &[0.1, 0.25, 0.7, 2.5], &[0.15, 0.3, 0.6, 2.5]];
 

@@ -189,6 +189,17 @@ fn print(report: &Report, output: &Output) {
     for u in &report.unexplained {
         output.text(format_args!("left: {}", stickslip_report::diagnose::structure_words(u)));
     }
+    if matches!(report.verdict, Verdict::NothingMissing | Verdict::Inconclusive) {
+        let mut t = table(["effect", "strength", "at most", "typical"]);
+        for [effect, name, upper, typical] in stickslip_report::diagnose::limits_on_effects(report) {
+            t.add_row(vec![Cell::new(effect), Cell::new(name), right(upper), right(typical)]);
+        }
+        output.text("\nWhat may still be there (95 %):");
+        output.table(&t);
+    }
+    for class in &report.classes {
+        output.text(format_args!("these trials cannot tell apart: {}", class.join(", ")));
+    }
     for limit in &report.limits {
         output.text(format_args!("limit: {limit}"));
     }

@@ -1,0 +1,246 @@
+//! What the data could have shown: how strong an effect that was not found may be, and which effects this
+//! plan cannot tell apart.
+//!
+//! Each strength of each effect is switched on alone, at its typical size, on the model that came out. What
+//! its change of the features leaves once friction, what was fitted and constant sensor errors have made up
+//! for what they can is its column. From the columns follow, without fitting any effect,
+//! - limits: the strength `a` that the residuals ask for, and 1.96 of its standard errors (over conditions,
+//!   or by the noise, whichever is larger); at least the strength at which some channel would miss by
+//!   [`RELEVANT`] run spreads in a phase, because what is weaker is not called an effect;
+//! - classes: effects one of whose columns lies within 15 degrees of the space that the other's columns span
+//!   (principal angles, Bjorck and Golub 1973).
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, SymmetricEigen};
+use rayon::prelude::*;
+use serde::Serialize;
+use stickslip_shared::effects::{Info, MAX_PARAMETERS};
+
+use crate::diagnose::RELEVANT;
+use crate::diagnose::select::Held;
+use crate::fit::features::Features;
+use crate::fit::phases::{BINS, Phase};
+use crate::fit::problem::{Problem, difference};
+use crate::fit::{clustered_covariance, gls};
+use crate::model::candidate::CandidateEffect;
+
+/// Quantile of the normal distribution for 95 %, both sides.
+const QUANTILE: f64 = 1.96;
+/// Cosine of the angle (15 degrees) below which two columns are one. Half the angle: fewer classes, and names
+/// that a tenth of the run spread decides.
+const SAME: f64 = 0.966;
+/// Directions of an effect that are weaker than this share of its strongest, squared, are none of its own.
+const WEAK: f64 = 1e-4;
+
+/// What one strength of an effect may be although nothing was found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct UpperLimit {
+    /// Largest absolute difference from its absence, 95 %; none where the data set no limit within
+    /// what is possible.
+    pub upper: Option<f64>,
+    /// Unit.
+    pub unit: &'static str,
+    /// Its typical size, by the effect's source.
+    pub plausible: f64,
+}
+
+/// See the module.
+#[derive(Clone, Debug, Default)]
+pub struct Detection {
+    /// For each effect that is not in the model: its strengths.
+    pub limits: BTreeMap<&'static str, BTreeMap<&'static str, UpperLimit>>,
+    /// Effects that these trials cannot tell apart.
+    pub classes: Vec<Vec<&'static str>>,
+}
+
+/// A strength of an effect, in units of its typical size.
+struct Column {
+    info: &'static Info,
+    parameter: usize,
+    /// Of each group.
+    change: Vec<Features>,
+}
+
+impl Column {
+    /// Typical size.
+    fn unit(&self) -> f64 {
+        let p = &self.info.parameters[self.parameter];
+        (p.typical - p.neutral).abs()
+    }
+
+    /// Largest size that makes sense, in typical sizes.
+    fn most(&self) -> f64 {
+        let p = &self.info.parameters[self.parameter];
+        (p.high - p.neutral).max(p.neutral - p.low) / self.unit()
+    }
+}
+
+/// Limits and classes around a fitted model.
+pub fn detection(problem: &Problem, held: &Held) -> Detection {
+    let columns = columns(problem, held);
+    let limit_of = |c: &Column| limit(problem, held, c);
+    let limits: Vec<Option<f64>> = columns.par_iter().map(limit_of).collect();
+    let mut out = Detection::default();
+    for (c, upper) in columns.iter().zip(&limits) {
+        let p = &c.info.parameters[c.parameter];
+        let upper = upper.map(|a| a * c.unit());
+        let one = UpperLimit { upper, unit: p.unit, plausible: c.unit() };
+        out.limits.entry(c.info.id).or_default().insert(p.name, one);
+    }
+    let visible: Vec<&Column> =
+        columns.iter().zip(&limits).filter(|(_, l)| l.is_some()).map(|x| x.0).collect();
+    out.classes = classes(problem, held, &visible);
+    out
+}
+
+/// Columns of all strengths of all listed effects that the model does not have.
+fn columns(problem: &Problem, held: &Held) -> Vec<Column> {
+    let model = &held.solution.model;
+    let mut out = Vec::new();
+    for effect in CandidateEffect::listed().iter().filter(|e| !e.is_excluded_by(model)) {
+        let info = effect.info;
+        let mut neutral = [0.0; MAX_PARAMETERS];
+        for (x, p) in neutral.iter_mut().zip(info.parameters) {
+            // What has no absence only shapes the effect.
+            *x = if p.typical == p.neutral { p.typical } else { p.neutral };
+        }
+        let strengths = info.parameters.iter().enumerate().filter(|(_, p)| p.typical != p.neutral);
+        for (parameter, p) in strengths {
+            let mut parameters = neutral;
+            parameters[parameter] = p.typical;
+            let with = problem.predict(&effect.on(model, parameters));
+            let change =
+                with.iter().zip(&held.solution.predicted).map(|(w, p)| difference(w, p, 1.0)).collect();
+            out.push(Column { info, parameter, change });
+        }
+    }
+    out
+}
+
+/// Upper limit of one strength, in typical sizes; none where there is none within what is possible.
+fn limit(problem: &Problem, held: &Held, column: &Column) -> Option<f64> {
+    let Held { solution, free, .. } = held;
+    let known = free.len();
+    let smallest = RELEVANT / shown(problem, held, column)?;
+    let all: Vec<Vec<Features>> = solution.columns.iter().cloned().chain([column.change.clone()]).collect();
+    let grams = problem.grams(&solution.residual, &all);
+    let prior = solution.priors(problem, free, 1);
+    let asked = gls::solve(grams.iter().map(|g| (1.0, g)), &prior)?[known];
+    let size = prior.len();
+    let mut a = DMatrix::zeros(size, size);
+    for g in &grams {
+        a += g.matrix.view((0, 0), (size, size));
+    }
+    for (i, p) in prior.precision.iter().enumerate() {
+        a[(i, i)] += p + 1e-12;
+    }
+    let by_noise = a.cholesky()?.inverse()[(known, known)];
+    let over_conditions = clustered_covariance(&grams, &prior, known + 1)[(known, known)];
+    let upper = asked.abs() + QUANTILE * by_noise.max(over_conditions).sqrt();
+    let upper = upper.max(smallest);
+    (upper <= column.most()).then_some(upper)
+}
+
+/// By how many run spreads the worst channel of a phase would miss for one typical size; none where nothing
+/// shows.
+fn shown(problem: &Problem, held: &Held, column: &Column) -> Option<f64> {
+    let Held { solution, free, .. } = held;
+    let grams = problem.grams(&column.change, &solution.columns);
+    let prior = solution.priors(problem, free, 0);
+    let x = gls::solve(grams.iter().map(|g| (1.0, g)), &prior)?;
+    let mut left = problem.without_offsets(&column.change, &x.as_slice()[free.len()..]);
+    let mut places: BTreeMap<(usize, Phase), (f64, f64)> = BTreeMap::new();
+    for (i, (g, row)) in problem.groups.iter().zip(&mut left).enumerate() {
+        for f in &problem.whiteners[*g].active {
+            let made_up: f64 = solution.columns.iter().zip(&x).map(|(c, x)| c[i][*f] * x).sum();
+            let size = (row[*f] - made_up) / problem.single_run[*g][*f];
+            if size.is_finite() {
+                let place = places.entry((*f / BINS, Phase::of(*f % BINS))).or_default();
+                place.0 += size * size;
+                place.1 += 1.0;
+            }
+        }
+    }
+    let largest = places.values().map(|(sum, n)| sum / n).fold(0.0, f64::max).sqrt();
+    (largest > 0.0).then_some(largest)
+}
+
+/// Effects that stand in for each other, all within a class alike.
+fn classes(problem: &Problem, held: &Held, columns: &[&Column]) -> Vec<Vec<&'static str>> {
+    let mut effects: Vec<&'static str> = columns.iter().map(|c| c.info.id).collect();
+    effects.dedup();
+    let Some(products) = products(problem, held, columns) else { return Vec::new() };
+    let bases: Vec<DMatrix<f64>> = effects.iter().map(|id| basis(&products, columns, id)).collect();
+    // Cosine of the angle between one strength and the space of an effect.
+    let within = |k: usize, of: &DMatrix<f64>| {
+        (of.transpose() * products.column(k)).norm() / products[(k, k)].max(f64::MIN_POSITIVE).sqrt()
+    };
+    let closest = |a: usize, b: usize| {
+        let own = (0..columns.len()).filter(|k| columns[*k].info.id == effects[a]);
+        own.map(|k| within(k, &bases[b])).fold(0.0, f64::max)
+    };
+    let mut alike = Vec::new();
+    for a in 0..effects.len() {
+        for b in 0..a {
+            let cosine = closest(a, b).max(closest(b, a));
+            if cosine > SAME {
+                alike.push((cosine, a, b));
+            }
+        }
+    }
+    alike.sort_by(|x, y| y.0.total_cmp(&x.0));
+    let same = |a: usize, b: usize| alike.iter().any(|(_, x, y)| (*x, *y) == (a.max(b), a.min(b)));
+    let mut class: Vec<Vec<usize>> = (0..effects.len()).map(|e| vec![e]).collect();
+    for (_, a, b) in &alike {
+        let place = |e: &usize| class.iter().position(|c| c.contains(e));
+        let (Some(i), Some(j)) = (place(a), place(b)) else { continue };
+        if i != j && class[i].iter().all(|x| class[j].iter().all(|y| same(*x, *y))) {
+            let moved = class.remove(i.max(j));
+            class[i.min(j)].extend(moved);
+        }
+    }
+    class.retain(|c| c.len() > 1);
+    class.iter().map(|c| c.iter().map(|e| effects[*e]).collect()).collect()
+}
+
+/// Inner products of whitened columns, less what friction, what was fitted and sensor offsets make up for.
+fn products(problem: &Problem, held: &Held, columns: &[&Column]) -> Option<DMatrix<f64>> {
+    let Held { solution, free, .. } = held;
+    let (known, more) = (free.len(), columns.len());
+    let all: Vec<Vec<Features>> =
+        solution.columns.iter().cloned().chain(columns.iter().map(|c| c.change.clone())).collect();
+    let prior = solution.priors(problem, free, more);
+    let size = prior.len();
+    let mut whole = DMatrix::zeros(size, size);
+    for g in problem.grams(&solution.residual, &all) {
+        whole += g.matrix.view((0, 0), (size, size));
+    }
+    for (i, p) in prior.precision.iter().enumerate() {
+        whole[(i, i)] += p + 1e-12;
+    }
+    let nuisance: Vec<usize> = (0..size).filter(|i| !(known..known + more).contains(i)).collect();
+    let of = |rows: &[usize], columns: &[usize]| {
+        DMatrix::from_fn(rows.len(), columns.len(), |i, j| whole[(rows[i], columns[j])])
+    };
+    let own: Vec<usize> = (known..known + more).collect();
+    let cross = of(&nuisance, &own);
+    Some(of(&own, &own) - cross.transpose() * of(&nuisance, &nuisance).cholesky()?.solve(&cross))
+}
+
+/// Orthonormal coordinates (columns by directions) of the space that the columns of effect `id` span.
+fn basis(products: &DMatrix<f64>, columns: &[&Column], id: &str) -> DMatrix<f64> {
+    let own: Vec<usize> = (0..columns.len()).filter(|k| columns[*k].info.id == id).collect();
+    let eigen =
+        SymmetricEigen::new(DMatrix::from_fn(own.len(), own.len(), |i, j| products[(own[i], own[j])]));
+    let largest = eigen.eigenvalues.max();
+    let kept: Vec<usize> =
+        (0..own.len()).filter(|k| eigen.eigenvalues[*k] > WEAK * largest && largest > 0.0).collect();
+    let mut out = DMatrix::zeros(columns.len(), kept.len());
+    for (j, k) in kept.iter().enumerate() {
+        for (i, row) in own.iter().enumerate() {
+            out[(*row, j)] = eigen.eigenvectors[(i, *k)] / eigen.eigenvalues[*k].sqrt();
+        }
+    }
+    out
+}
