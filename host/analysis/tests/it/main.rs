@@ -7,3 +7,4 @@ mod model_file;
 mod module_edges;
 mod replay;
 mod score;
+mod simulated;
