@@ -351,3 +351,97 @@ fn of_two_devices_files_the_guess_finds_the_trial_s_name_the_clocks_units_and_wh
         assert!(text.contains(words), "{words} is not in:\n{text}");
     }
 }
+
+/// A bag that Foxglove's own library wrote (`recorded/make_ros2_bag.py`).
+const BAG: &[u8] = include_bytes!("recorded/ros2.mcap");
+
+const BAG_STREAMS: &str = r#"
+[[streams]]
+name = "left"
+file = "push.mcap"
+topic = "/ft/left"
+time = { column = "header.stamp" }
+[streams.finger1]
+force = ["force.x", "force.y", "force.z"]
+torque = ["torque.x", "torque.y", "torque.z"]
+acts_on = "object"
+
+[[streams]]
+name = "block"
+file = "push.mcap"
+topic = "/tf"
+child_frame = "block"
+time = { column = "header.stamp" }
+[streams.object]
+position = ["translation.x", "translation.y", "translation.z"]
+quaternion_wxyz = ["rotation.w", "rotation.x", "rotation.y", "rotation.z"]
+
+[[streams]]
+name = "jaw"
+file = "push.mcap"
+topic = "/joint_states"
+time = { column = "header.stamp" }
+[streams.grip]
+column = "effort.jaw"
+
+[fixed.gripper]
+position_m = [0.0, 0.0, 0.5]
+"#;
+
+const BAG_TRIALS: &str = "constants = { object = \"obj4\", primitive = \"linear_push\" }";
+
+#[test]
+fn a_ros_2_bag_of_another_library_is_read_to_the_numbers_that_were_written() {
+    let folder = tempfile::tempdir().expect("folder");
+    fs::write(folder.path().join("push.mcap"), BAG).expect("written");
+    let path = write(folder.path(), "m.toml", &mapping(BAG_TRIALS, BAG_STREAMS));
+    let Import { dataset, refused, bad_rows, .. } = import(&path).expect("imports");
+    assert!(refused.is_empty() && bad_rows.is_empty(), "{refused:?} {bad_rows:?}");
+    let samples = &dataset.trials[0].samples;
+    assert_eq!(samples.len(), 50);
+    for (k, sample) in (0..50).map(f64::from).zip(samples) {
+        let close = |a: [f64; 3], b: [f64; 3]| (Vector3::from(a) - Vector3::from(b)).norm() < 1e-5;
+        let wrench = sample.finger[0].expect("measured");
+        assert!(close(wrench.force_n, [0.01 * k, -20.0, 0.5]), "{k}: {wrench:?}");
+        assert!(close(wrench.torque_nm, [0.001 * k, 0.0, -0.002]), "{k}: {wrench:?}");
+        let object = sample.object.expect("measured");
+        assert!(close(object.position_m, [1.0 + 1e-4 * k, 0.0, 0.5]), "{k}: {object:?}");
+        assert!((object.quaternion[0] - 0.8).abs() < 1e-9 && (object.quaternion[3] - 0.6).abs() < 1e-9, "{object:?}");
+        assert!((sample.grip_cmd_n.expect("measured") - (20.0 + k)).abs() < 1e-3, "{k}");
+    }
+}
+
+#[test]
+fn a_bag_that_lacks_a_topic_or_frame_or_was_cut_says_so_and_keeps_what_is_whole() {
+    let folder = tempfile::tempdir().expect("folder");
+    let bag = folder.path().join("push.mcap");
+    fs::write(&bag, BAG).expect("written");
+    let refusal = |from: &str, to: &str| -> String {
+        let text = mapping(BAG_TRIALS, BAG_STREAMS);
+        assert!(text.contains(from), "{from}");
+        let path = write(folder.path(), "wrong.toml", &text.replace(from, to));
+        import(&path).expect_err("refused").to_string()
+    };
+    for (from, to, words) in [
+        ("topic = \"/ft/left\"", "topic = \"/ft/lefft\"", vec!["/ft/lefft", "did you mean \"/ft/left\""]),
+        ("topic = \"/ft/left\"", "topic = \"/camera\"", vec!["/camera", "/ft/left, /tf, /joint_states, /grip"]),
+        ("child_frame = \"block\"", "child_frame = \"blok\"", vec!["blok", "block, hand"]),
+        ("child_frame = \"block\"\n", "", vec!["block, hand", "child_frame"]),
+        ("\"force.y\"", "\"force_y\"", vec!["force_y", "force.y"]),
+        ("topic = \"/joint_states\"\n", "", vec!["streams.jaw", "needs a topic"]),
+    ] {
+        let refused = refusal(from, to);
+        for word in words {
+            assert!(refused.contains(word), "{from} -> {to}: {word:?} is not in: {refused}");
+        }
+    }
+    let path = write(folder.path(), "m.toml", &mapping(BAG_TRIALS, BAG_STREAMS));
+    for length in [0, 7, 100, BAG.len() / 2, BAG.len() - 9] {
+        fs::write(&bag, &BAG[..length]).expect("written");
+        // Never a panic; what is imported from a cut bag names the cut.
+        match import(&path) {
+            Ok(import) => assert!(!import.bad_rows.is_empty(), "{length}"),
+            Err(error) => assert!(error.to_string().contains("push.mcap"), "{length}: {error}"),
+        }
+    }
+}

@@ -56,6 +56,10 @@ pub struct Stream {
     pub name: String,
     /// Path relative to the mapping; `{trial}` stands for the trial's name.
     pub file: String,
+    /// Topic of an MCAP file.
+    pub topic: Option<String>,
+    /// Of a topic with transforms of several frames: the child frame.
+    pub child_frame: Option<String>,
     /// Time stamps.
     pub time: Time,
     /// Signals by what they measure.
@@ -269,6 +273,9 @@ impl Mapping {
             let name = &stream.name;
             if self.streams.iter().take(index).any(|other| other.name == *name) {
                 return Err(format!("two streams are named {name:?}"));
+            }
+            if stream.file.ends_with(".mcap") != stream.topic.is_some() {
+                return Err(format!("streams.{name}: a file of type .mcap needs a topic, another has none"));
             }
             if stream.file.matches("{trial}").count() > 1 {
                 return Err(format!("streams.{name}.file: `{{trial}}` may occur once"));

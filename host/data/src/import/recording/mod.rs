@@ -4,6 +4,8 @@
 //! [`import`] cuts them into trials, turns every signal into the format's frames, and brings all on
 //! one base of time ([`grid`]). What was assumed is part of the result ([`Signal`]).
 
+#[cfg(feature = "mcap")]
+pub mod bag;
 pub mod conditions;
 pub mod frames;
 pub mod grid;
@@ -174,7 +176,7 @@ fn read(stream: &Stream, file: &Path, further: Option<&str>) -> Result<Source, R
     names.extend(stream.poses().flat_map(|(_, pose)| pose.columns()));
     names.extend(stream.grip.as_ref().map(|grip| grip.column.as_str()));
     names.extend(further);
-    Source::read(file, &stream.time.column, factor, &names)
+    Source::read(file, stream, factor, &names)
 }
 
 fn one_file_a_trial(mapping: &Mapping) -> Result<Recordings, RecordingError> {

@@ -1,9 +1,10 @@
-//! Columns of a file of signals: CSV or Parquet, by name, as numbers.
+//! Columns of a file of signals, by name, as numbers: CSV, Parquet, or a topic of an MCAP file.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::RecordingError;
+use super::mapping::Stream;
 use crate::csv_text::CsvText;
 use crate::import::BadRow;
 use crate::spelling;
@@ -20,32 +21,66 @@ pub struct Source {
 }
 
 impl Source {
-    /// Reads the columns `names` and `time` of `file`; `factor` takes time stamps to s.
+    /// Reads the columns `names` and the time stamps of `stream` from `file`; `factor` takes these to s.
     ///
     /// # Errors
     /// A file that cannot be read, or without one of the columns.
-    pub fn read(file: &Path, time: &str, factor: f64, names: &[&str]) -> Result<Self, RecordingError> {
-        let mut wanted = vec![time];
+    pub fn read(file: &Path, stream: &Stream, factor: f64, names: &[&str]) -> Result<Self, RecordingError> {
+        let mut wanted = vec![stream.time.column.as_str()];
         for name in names {
             if !name.is_empty() && !wanted.contains(name) {
                 wanted.push(name);
             }
         }
+        #[cfg(feature = "mcap")]
+        if let Some(topic) = &stream.topic {
+            let mut source = Source::of(&wanted);
+            let table = super::bag::read(file, topic, stream.child_frame.as_deref())?;
+            source.table(&table.names, table.rows, file, &wanted, factor)?;
+            source.bad_rows.extend(table.cut.map(|why| BadRow::new(table.messages + 1, "", why)));
+            return source.filled(file);
+        }
         let bytes = std::fs::read(file)
             .map_err(|error| RecordingError::Io { file: file.to_owned(), error: error.to_string() })?;
-        let mut source = Source {
-            columns: wanted.iter().map(|n| ((*n).to_owned(), Vec::new())).collect(),
-            ..Source::default()
-        };
+        let mut source = Source::of(&wanted);
         match file.extension().and_then(|extension| extension.to_str()) {
             #[cfg(feature = "parquet")]
             Some("parquet") => source.parquet(bytes, file, &wanted, factor)?,
             _ => source.csv(&bytes, file, &wanted, factor)?,
         }
-        if source.t_s.is_empty() {
-            return Err(RecordingError::Empty { file: file.to_owned(), bad_rows: source.bad_rows.len() });
+        source.filled(file)
+    }
+
+    fn of(wanted: &[&str]) -> Self {
+        Source { columns: wanted.iter().map(|name| ((*name).to_owned(), Vec::new())).collect(), ..Source::default() }
+    }
+
+    fn filled(self, file: &Path) -> Result<Self, RecordingError> {
+        if self.t_s.is_empty() {
+            return Err(RecordingError::Empty { file: file.to_owned(), bad_rows: self.bad_rows.len() });
         }
-        Ok(source)
+        Ok(self)
+    }
+
+    /// Rows whose cells are named by `names`.
+    #[cfg(feature = "mcap")]
+    fn table(
+        &mut self,
+        names: &[String],
+        rows: Vec<Vec<f64>>,
+        file: &Path,
+        wanted: &[&str],
+        factor: f64,
+    ) -> Result<(), RecordingError> {
+        let known: Vec<&str> = names.iter().map(String::as_str).collect();
+        let place = |name: &&str| known.iter().position(|k| k == name).ok_or_else(|| missing(file, name, &known));
+        let places = wanted.iter().map(place).collect::<Result<Vec<_>, _>>()?;
+        for (number, row) in (1..).zip(rows) {
+            let cells: Vec<f64> =
+                places.iter().map(|place| row.get(*place).copied().unwrap_or(f64::NAN)).collect();
+            self.push(&cells, wanted, factor, number);
+        }
+        Ok(())
     }
 
     fn csv(&mut self, bytes: &[u8], file: &Path, wanted: &[&str], factor: f64) -> Result<(), RecordingError> {
