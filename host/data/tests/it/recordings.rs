@@ -406,7 +406,10 @@ fn a_ros_2_bag_of_another_library_is_read_to_the_numbers_that_were_written() {
         assert!(close(wrench.torque_nm, [0.001 * k, 0.0, -0.002]), "{k}: {wrench:?}");
         let object = sample.object.expect("measured");
         assert!(close(object.position_m, [1.0 + 1e-4 * k, 0.0, 0.5]), "{k}: {object:?}");
-        assert!((object.quaternion[0] - 0.8).abs() < 1e-9 && (object.quaternion[3] - 0.6).abs() < 1e-9, "{object:?}");
+        assert!(
+            (object.quaternion[0] - 0.8).abs() < 1e-9 && (object.quaternion[3] - 0.6).abs() < 1e-9,
+            "{object:?}"
+        );
         assert!((sample.grip_cmd_n.expect("measured") - (20.0 + k)).abs() < 1e-3, "{k}");
     }
 }
@@ -424,7 +427,11 @@ fn a_bag_that_lacks_a_topic_or_frame_or_was_cut_says_so_and_keeps_what_is_whole(
     };
     for (from, to, words) in [
         ("topic = \"/ft/left\"", "topic = \"/ft/lefft\"", vec!["/ft/lefft", "did you mean \"/ft/left\""]),
-        ("topic = \"/ft/left\"", "topic = \"/camera\"", vec!["/camera", "/ft/left, /tf, /joint_states, /grip"]),
+        (
+            "topic = \"/ft/left\"",
+            "topic = \"/camera\"",
+            vec!["/camera", "/ft/left, /tf, /joint_states, /grip"],
+        ),
         ("child_frame = \"block\"", "child_frame = \"blok\"", vec!["blok", "block, hand"]),
         ("child_frame = \"block\"\n", "", vec!["block, hand", "child_frame"]),
         ("\"force.y\"", "\"force_y\"", vec!["force_y", "force.y"]),
@@ -443,5 +450,24 @@ fn a_bag_that_lacks_a_topic_or_frame_or_was_cut_says_so_and_keeps_what_is_whole(
             Ok(import) => assert!(!import.bad_rows.is_empty(), "{length}"),
             Err(error) => assert!(error.to_string().contains("push.mcap"), "{length}: {error}"),
         }
+    }
+}
+
+#[test]
+fn of_a_bag_the_guess_makes_a_stream_of_each_topic_and_frame() {
+    let folder = tempfile::tempdir().expect("folder");
+    let bag = folder.path().join("push.mcap");
+    fs::write(&bag, BAG).expect("written");
+    let text = guess::guess(&[(&bag, Path::new("push.mcap"))]).expect("guessed");
+    for words in [
+        "file = \"push.mcap\"",
+        "topic = \"/ft/left\"\ntime = { column = \"header.stamp\", unit = \"s\" }",
+        "topic = \"/tf\"\nchild_frame = \"block\"",
+        "[streams.finger1]   # CHECK: from the columns \"/ft/left\"\nforce = [\"force.x\", \"force.y\", \"force.z\"]",
+        "[streams.object]   # CHECK: from the columns \"block\"\nposition = [\"translation.x\"",
+        "[streams.gripper]   # CHECK: from the columns \"hand\"",
+        "quaternion_wxyz = [\"rotation.w\", \"rotation.x\", \"rotation.y\", \"rotation.z\"]",
+    ] {
+        assert!(text.contains(words), "{words} is not in:\n{text}");
     }
 }

@@ -132,7 +132,10 @@ pub fn read(file: &Path, topic: &str, child_frame: Option<&str>) -> Result<Table
     frames.sort();
     frames.dedup();
     if table.rows.is_empty() {
-        return Err(io(format!("topic {topic} has no transform to {child_frame:?}; it has {}", frames.join(", "))));
+        return Err(io(format!(
+            "topic {topic} has no transform to {child_frame:?}; it has {}",
+            frames.join(", ")
+        )));
     }
     if child_frame.is_none() && frames.len() > 1 {
         return Err(io(format!(
@@ -141,6 +144,31 @@ pub fn read(file: &Path, topic: &str, child_frame: Option<&str>) -> Result<Table
         )));
     }
     Ok(table)
+}
+
+/// Topics of `file` whose messages can be read; transforms once for each child frame.
+///
+/// # Errors
+/// A file that is no MCAP file.
+pub fn topics(file: &Path) -> Result<Vec<(String, Option<String>)>, RecordingError> {
+    let io = |error: String| RecordingError::Io { file: file.to_owned(), error };
+    let stream = BufReader::new(File::open(file).map_err(|error| io(error.to_string()))?);
+    let mut found: Vec<(String, Option<String>)> = Vec::new();
+    for message in mcap::io::MessageReader::new(stream) {
+        let message = match message {
+            Ok(message) => message,
+            Err(error) if found.is_empty() => return Err(io(error.to_string())),
+            Err(_) => break,
+        };
+        let kind = message.channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
+        for row in rows(kind, &message.data).unwrap_or_default() {
+            let entry = (message.channel.topic.clone(), row.frame);
+            if !found.contains(&entry) {
+                found.push(entry);
+            }
+        }
+    }
+    Ok(found)
 }
 
 /// One row of a message.
@@ -184,7 +212,12 @@ fn rows(kind: &str, data: &[u8]) -> Result<Vec<Row>, String> {
         "geometry_msgs/TransformStamped" => vec![transform(decode(data)?)],
         "tf2_msgs/TFMessage" => decode::<Vec<Transform>>(data)?.into_iter().map(transform).collect(),
         "std_msgs/Float64" => {
-            vec![Row { stamp_s: f64::NAN, frame: None, names: vec!["data".to_owned()], cells: vec![decode(data)?] }]
+            vec![Row {
+                stamp_s: f64::NAN,
+                frame: None,
+                names: vec!["data".to_owned()],
+                cells: vec![decode(data)?],
+            }]
         }
         "sensor_msgs/JointState" => vec![joints(decode(data)?)],
         _ => {
@@ -197,7 +230,15 @@ fn rows(kind: &str, data: &[u8]) -> Result<Vec<Row>, String> {
 }
 
 fn transform(transform: Transform) -> Row {
-    let names = ["translation.x", "translation.y", "translation.z", "rotation.x", "rotation.y", "rotation.z", "rotation.w"];
+    let names = [
+        "translation.x",
+        "translation.y",
+        "translation.z",
+        "rotation.x",
+        "rotation.y",
+        "rotation.z",
+        "rotation.w",
+    ];
     Row {
         stamp_s: seconds(Some(transform.header.stamp)),
         frame: Some(transform.child_frame_id),
@@ -207,8 +248,15 @@ fn transform(transform: Transform) -> Row {
 }
 
 fn joints(joints: Joints) -> Row {
-    let mut row = Row { stamp_s: seconds(Some(joints.header.stamp)), frame: None, names: Vec::new(), cells: Vec::new() };
-    for (field, values) in [("position", joints.position), ("velocity", joints.velocity), ("effort", joints.effort)] {
+    let mut row = Row {
+        stamp_s: seconds(Some(joints.header.stamp)),
+        frame: None,
+        names: Vec::new(),
+        cells: Vec::new(),
+    };
+    for (field, values) in
+        [("position", joints.position), ("velocity", joints.velocity), ("effort", joints.effort)]
+    {
         for (name, value) in joints.name.iter().zip(values) {
             row.names.push(format!("{field}.{name}"));
             row.cells.push(value);

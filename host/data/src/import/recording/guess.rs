@@ -34,12 +34,17 @@ struct Group {
     columns: BTreeMap<(Kind, char), usize>,
 }
 
-/// The first rows of a file.
+/// The first rows of a file, or of a topic of it.
+#[derive(Default)]
 struct Look {
     /// As the mapping names it.
     file: String,
     /// Of the stream.
     name: String,
+    /// Of an MCAP file.
+    topic: Option<String>,
+    /// Child frame of transforms.
+    frame: Option<String>,
     names: Vec<String>,
     columns: Vec<Vec<f64>>,
 }
@@ -49,7 +54,10 @@ struct Look {
 /// # Errors
 /// A file that cannot be read.
 pub fn guess(files: &[(&Path, &Path)]) -> Result<String, RecordingError> {
-    let mut looks = files.iter().map(|(file, named)| look(file, named)).collect::<Result<Vec<_>, _>>()?;
+    let mut looks = Vec::new();
+    for (file, named) in files {
+        looks.extend(look(file, named)?);
+    }
     let trial = common_name(&looks);
     let mut text = String::new();
     let _ = writeln!(text, "{}", HEAD.replace("{FORMAT}", FORMAT));
@@ -75,7 +83,8 @@ const JOINTS: &[char] = &['_', '-', '.', ' '];
 /// How the names of all files begin, up to a joint: the trial's name, where there are several files and
 /// something is left of each.
 fn common_name(looks: &[Look]) -> Option<String> {
-    let stems: Vec<String> = looks.iter().map(|look| stem(&look.file)).collect();
+    let mut stems: Vec<String> = looks.iter().map(|look| stem(&look.file)).collect();
+    stems.dedup();
     let (first, others) = stems.split_first()?;
     let common = others.iter().map(|other| {
         first
@@ -92,7 +101,11 @@ fn common_name(looks: &[Look]) -> Option<String> {
     (!name.is_empty() && stems.iter().all(rest)).then(|| name.to_owned())
 }
 
-fn look(file: &Path, named: &Path) -> Result<Look, RecordingError> {
+fn look(file: &Path, named: &Path) -> Result<Vec<Look>, RecordingError> {
+    #[cfg(feature = "mcap")]
+    if file.extension().is_some_and(|extension| extension == "mcap") {
+        return bag(file, named);
+    }
     let bytes = std::fs::read(file)
         .map_err(|error| RecordingError::Io { file: file.to_owned(), error: error.to_string() })?;
     let shown = named.display().to_string();
@@ -103,7 +116,7 @@ fn look(file: &Path, named: &Path) -> Result<Look, RecordingError> {
         let found = crate::parquet_table::columns(bytes, file, &wanted)?.found;
         let mut columns: Vec<Vec<f64>> = found.into_iter().flatten().collect();
         columns.iter_mut().for_each(|column| column.truncate(ROWS));
-        return Ok(Look { name: stem(&shown), file: shown, names, columns });
+        return Ok(vec![Look { name: stem(&shown), file: shown, names, columns, ..Look::default() }]);
     }
     let names: Vec<String> = CsvText::open(&bytes, file, &[])?.unknown().map(str::to_owned).collect();
     let wanted: Vec<&str> = names.iter().map(String::as_str).collect();
@@ -119,7 +132,27 @@ fn look(file: &Path, named: &Path) -> Result<Look, RecordingError> {
             break;
         }
     }
-    Ok(Look { name: stem(&shown), file: shown, names, columns })
+    Ok(vec![Look { name: stem(&shown), file: shown, names, columns, ..Look::default() }])
+}
+
+/// Each topic, and each frame of transforms, is a stream.
+#[cfg(feature = "mcap")]
+fn bag(file: &Path, named: &Path) -> Result<Vec<Look>, RecordingError> {
+    let look = |(topic, frame): (String, Option<String>)| {
+        let table = super::bag::read(file, &topic, frame.as_deref())?;
+        let columns = (0..table.names.len())
+            .map(|at| table.rows.iter().take(ROWS).filter_map(|row| row.get(at).copied()).collect())
+            .collect();
+        Ok(Look {
+            file: named.display().to_string(),
+            name: frame.clone().unwrap_or_else(|| topic.clone()),
+            topic: Some(topic),
+            frame,
+            names: table.names,
+            columns,
+        })
+    };
+    super::bag::topics(file)?.into_iter().map(look).collect()
 }
 
 impl Look {
@@ -185,13 +218,13 @@ fn meaning(name: &str) -> Option<(String, Kind, char)> {
     let patterns = [
         (
             Kind::Quaternion,
-            r"^(?:(.*?)_)?(?:q|quat|quaternion|rot|rotation|orientation)_*([wxyz])(_*[0-9]*)$",
+            r"^(?:(.*?)_)??(?:q|quat|quaternion|rot|rotation|orientation)_*([wxyz])(_*[0-9]*)$",
         ),
-        (Kind::Force, r"^(?:(.*?)_)?(?:f|force)_*([xyz])(_*[0-9]*)$"),
-        (Kind::Torque, r"^(?:(.*?)_)?(?:t|m|torque|moment)_*([xyz])(_*[0-9]*)$"),
-        (Kind::Position, r"^(?:(.*?)_)?(?:p|pos|position|translation)?_*([xyz])(_*[0-9]*)$"),
-        (Kind::Force, r"^(?:(.*?)_)?f([0-9]+)_*([xyz])$"),
-        (Kind::Torque, r"^(?:(.*?)_)?[tm]([0-9]+)_*([xyz])$"),
+        (Kind::Force, r"^(?:(.*?)_)??(?:f|force)_*([xyz])(_*[0-9]*)$"),
+        (Kind::Torque, r"^(?:(.*?)_)??(?:t|m|torque|moment)_*([xyz])(_*[0-9]*)$"),
+        (Kind::Position, r"^(?:(.*?)_)??(?:p|pos|position|translation)?_*([xyz])(_*[0-9]*)$"),
+        (Kind::Force, r"^(?:(.*?)_)??f([0-9]+)_*([xyz])$"),
+        (Kind::Torque, r"^(?:(.*?)_)??[tm]([0-9]+)_*([xyz])$"),
     ];
     for (kind, pattern) in patterns {
         let Some(found) = Regex::new(pattern).ok().and_then(|regex| regex.captures(&plain)) else { continue };
@@ -232,6 +265,11 @@ fn stream(look: &Look, used: &mut Vec<&'static str>, text: &mut String) {
     let _ = writeln!(text, "\n[[streams]]\nname = {:?}", look.name);
     let trial = if look.file.contains("{trial}") { "CHECK: {trial}" } else { "write {trial}" };
     let _ = writeln!(text, "file = {:?}   # {trial} where the trial's name stands", look.file);
+    for (key, value) in [("topic", &look.topic), ("child_frame", &look.frame)] {
+        if let Some(value) = value {
+            let _ = writeln!(text, "{key} = {value:?}");
+        }
+    }
     match time {
         Some((at, unit)) => {
             let _ = writeln!(text, "time = {{ column = {:?}, unit = {unit:?} }}", look.names[at]);
@@ -245,6 +283,13 @@ fn stream(look: &Look, used: &mut Vec<&'static str>, text: &mut String) {
     );
     let mut left = Vec::new();
     for (body, group) in &groups {
+        // A topic's columns do not name their body.
+        let label = if look.topic.is_some() {
+            format!("{} {body}", look.name).trim().to_owned()
+        } else {
+            body.clone()
+        };
+        let body = &label;
         let has = |kind: Kind, axes: &str| has(group, kind, axes);
         // Transforms are often written tx, ty, tz beside a quaternion: these are no torques.
         let moved = has(Kind::Quaternion, "wxyz") && has(Kind::Torque, "xyz") && !has(Kind::Force, "xyz");
@@ -282,10 +327,15 @@ fn time_column(look: &Look) -> Option<(usize, String)> {
     let rises = |column: &[f64]| column.len() > 1 && column.windows(2).all(|pair| pair[1] > pair[0]);
     let named = |name: &str| {
         let name = unit(name).0.to_lowercase();
-        ["t", "time", "timestamp", "stamp", "clock"].iter().any(|word| name == *word || name.contains("time"))
+        ["t", "time", "timestamp", "clock"].iter().any(|word| name == *word)
+            || name.contains("time")
+            || name.contains("stamp")
     };
     let rising: Vec<usize> = (0..look.names.len()).filter(|at| rises(&look.columns[*at])).collect();
     let at = rising.iter().copied().find(|at| named(&look.names[*at])).or_else(|| rising.first().copied())?;
+    if look.topic.is_some() {
+        return Some((at, "s".to_owned()));
+    }
     if let Some(named) = unit(&look.names[at]).1
         && Quantity::Time.factor(&named).is_ok()
     {

@@ -52,7 +52,10 @@ impl Source {
     }
 
     fn of(wanted: &[&str]) -> Self {
-        Source { columns: wanted.iter().map(|name| ((*name).to_owned(), Vec::new())).collect(), ..Source::default() }
+        Source {
+            columns: wanted.iter().map(|name| ((*name).to_owned(), Vec::new())).collect(),
+            ..Source::default()
+        }
     }
 
     fn filled(self, file: &Path) -> Result<Self, RecordingError> {
@@ -73,7 +76,8 @@ impl Source {
         factor: f64,
     ) -> Result<(), RecordingError> {
         let known: Vec<&str> = names.iter().map(String::as_str).collect();
-        let place = |name: &&str| known.iter().position(|k| k == name).ok_or_else(|| missing(file, name, &known));
+        let place =
+            |name: &&str| known.iter().position(|k| k == name).ok_or_else(|| missing(file, name, &known));
         let places = wanted.iter().map(place).collect::<Result<Vec<_>, _>>()?;
         for (number, row) in (1..).zip(rows) {
             let cells: Vec<f64> =
