@@ -24,9 +24,9 @@ enum Source {
     /// Any recording, by a mapping file that `stickslip new` begins
     #[command(
         after_help = "Example:\n  stickslip new raw/obj4_r1_ft.csv raw/obj4_r1_mocap.csv --out mapping.toml\n  \
-                      stickslip import recording mapping.toml --out data/mine"
+                      stickslip import recording mapping.toml --out data/mine --html mine.html"
     )]
-    Recording(Files),
+    Recording(RecordingArgs),
     /// Planar pushes of the CMU Manipulation Lab (MLab_EXP/PushExp/sensor_log)
     #[command(
         after_help = "Example:\n  stickslip import cmu-push patch__exp_08_18_1435_50.txt --out data/cmu_patch"
@@ -47,6 +47,15 @@ struct Files {
     /// How trials are stored
     #[arg(long, value_enum, default_value_t)]
     tables: TableFormat,
+}
+
+#[derive(Debug, clap::Args)]
+struct RecordingArgs {
+    #[command(flatten)]
+    files: Files,
+    /// Write a page that shows signals and frames as they were understood
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -84,7 +93,7 @@ struct Report<'r, V> {
 /// A file that is not there or not of its kind, and what writing answers.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     match &args.source {
-        Source::Recording(files) => recorded(files, output),
+        Source::Recording(args) => recorded(&args.files, args.html.as_deref(), output),
         Source::CmuPush(args) => cmu(args, output),
         Source::Tribometer(files) => {
             let (text, name) = read(&files.file)?;
@@ -124,7 +133,7 @@ struct RecordingReport<'r> {
     physics: Vec<String>,
 }
 
-fn recorded(files: &Files, output: &Output) -> anyhow::Result<()> {
+fn recorded(files: &Files, html: Option<&Path>, output: &Output) -> anyhow::Result<()> {
     let import = recording::import(&files.file)?;
     let recording::Import { dataset, signals, refused, bad_rows, tares } = &import;
     let stage = Stage::begin(&files.out)?;
@@ -163,7 +172,11 @@ fn recorded(files: &Files, output: &Output) -> anyhow::Result<()> {
     let samples = dataset.trials.iter().map(|trial| trial.samples.len()).sum();
     output.text(format_args!("{}: {} trials, {samples} samples", files.out.display(), dataset.trials.len()));
     // Swapped fingers, millimetres, turned signs: physics sees them at once.
-    let report = check(&Index::open(&files.out)?, output);
+    let index = Index::open(&files.out)?;
+    let report = check(&index, output);
+    if let Some(path) = html {
+        super::check::page(path, &index, &report, output)?;
+    }
     let physics: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
     for finding in &physics {
         output.text(format_args!("physics: {finding}"));
