@@ -25,7 +25,7 @@ const BODIES: [RGBColor; 3] = [MODELS[0], MODELS[1], MODELS[2]];
 pub fn page(report: &Report, description: &Description, trials: &[Trial]) -> String {
     let findings: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
     let verdict = match findings.len() {
-        0 => "Nothing that physics does not allow.".to_owned(),
+        0 => "No physics errors.".to_owned(),
         1 => "1 physics error: the data cannot be as they stand.".to_owned(),
         count => format!("{count} physics errors: the data cannot be as they stand."),
     };
@@ -105,28 +105,24 @@ fn section(description: &Description, trial: &Trial) -> String {
             vec![(place(|sample| sample.gripper), MEASURED), (place(|sample| sample.object), MODELS[3])],
         );
     }
-    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        let force = |wrench: fn(&Sample) -> Option<Wrench>| of(&|sample| Some(wrench(sample)?.force_n[axis]));
-        chart(
-            &format!("force {name}"),
-            "N",
-            vec![
-                (force(|sample| sample.finger[0]), BODIES[0]),
-                (force(|sample| sample.finger[1]), BODIES[1]),
-                (force(|sample| sample.pusher_wrench), BODIES[2]),
-            ],
-        );
-        let torque =
-            |wrench: fn(&Sample) -> Option<Wrench>| of(&|sample| Some(wrench(sample)?.torque_nm[axis] * 1e3));
-        chart(
-            &format!("torque {name}"),
-            "N mm",
-            vec![
-                (torque(|sample| sample.finger[0]), BODIES[0]),
-                (torque(|sample| sample.finger[1]), BODIES[1]),
-                (torque(|sample| sample.pusher_wrench), BODIES[2]),
-            ],
-        );
+    for (what, unit, scale, pick) in [
+        ("force", "N", 1.0, (|wrench: Wrench| wrench.force_n) as fn(Wrench) -> [f64; 3]),
+        ("torque", "N mm", 1e3, |wrench: Wrench| wrench.torque_nm),
+    ] {
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            let line = |wrench: fn(&Sample) -> Option<Wrench>| {
+                of(&|sample| Some(pick(wrench(sample)?)[axis] * scale))
+            };
+            chart(
+                &format!("{what} {name}"),
+                unit,
+                vec![
+                    (line(|sample| sample.finger[0]), BODIES[0]),
+                    (line(|sample| sample.finger[1]), BODIES[1]),
+                    (line(|sample| sample.pusher_wrench), BODIES[2]),
+                ],
+            );
+        }
     }
     text + "</div>\n"
 }
@@ -235,13 +231,16 @@ fn drawing(object: Option<&ObjectSpec>, trial: &Trial, right: usize, up: usize) 
                 ty - 8.0 * uy - 5.0 * ux
             );
         }
-        let _ = writeln!(
-            svg,
-            "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"12\" fill=\"#222222\">{:.1} N</text>",
-            (x + dx).clamp(4.0, VIEW - 50.0),
-            (y + dy - 6.0).clamp(12.0, VIEW - 4.0),
-            force_n.norm()
-        );
+        // A force along the line of sight is named in another view.
+        if length > 0.4 * force_n.norm() * reach {
+            let _ = writeln!(
+                svg,
+                "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"12\" fill=\"#222222\">{:.1} N</text>",
+                (x + dx).clamp(4.0, VIEW - 50.0),
+                (y + dy - 6.0).clamp(12.0, VIEW - 4.0),
+                force_n.norm()
+            );
+        }
     }
     // A scale of 20 mm.
     let bar = 0.02 * scale;
