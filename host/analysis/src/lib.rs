@@ -6,7 +6,7 @@
 //! [`fit`] (least squares on features of all trials), and on top the analyses.
 //!
 //! An analysis is one function: [`check()`], [`calibrate()`], [`compare()`], [`diagnose()`], [`suggest()`],
-//! [`add()`], [`refit()`], [`score()`]. It takes a data set, a model, its options and a [`Progress`], and
+//! [`add()`], [`refit()`], [`score()`], [`simulate()`]. It takes a data set, a model, its options and a [`Progress`], and
 //! returns a report that serialises, or an error that says what to do. Those that read a data set trial by
 //! trial take an [`Index`](stickslip_data::Index), from a folder or from memory, and say in their report
 //! what of it was refused; those that need all trials at once take a
@@ -32,5 +32,6 @@ pub use check::check;
 pub use compare::compare;
 pub use diagnose::diagnose;
 pub use progress::Progress;
+pub use run::predicted::simulate;
 pub use score::document::score;
 pub use suggest::suggest;

@@ -17,7 +17,7 @@ pub struct CsvText<'a> {
     reader: csv::Reader<&'a [u8]>,
     header: Vec<String>,
     separator: u8,
-    columns: &'static [&'static str],
+    columns: &'a [&'a str],
     /// By column of `columns`: its place in the header.
     places: Vec<Option<usize>>,
     record: ByteRecord,
@@ -28,11 +28,7 @@ impl<'a> CsvText<'a> {
     ///
     /// # Errors
     /// An empty file, or a known column twice.
-    pub fn open(
-        bytes: &'a [u8],
-        file: &'a Path,
-        columns: &'static [&'static str],
-    ) -> Result<Self, DatasetError> {
+    pub fn open(bytes: &'a [u8], file: &'a Path, columns: &'a [&'a str]) -> Result<Self, DatasetError> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let separator = separator(bytes);
         let mut reader = csv::ReaderBuilder::new()
@@ -152,7 +148,8 @@ impl<'a> CsvText<'a> {
 
     /// Line of the current row, from 1. Counted here because the reader's own count starts
     /// before blank lines and the second half of CRLF.
-    fn line(&self) -> u64 {
+    #[must_use]
+    pub fn line(&self) -> u64 {
         let start = self.record.position().map_or(0, csv::Position::byte) as usize;
         let blank = self.bytes.get(start..).unwrap_or_default();
         let start = start + blank.iter().take_while(|byte| matches!(byte, b'\r' | b'\n')).count();

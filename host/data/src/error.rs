@@ -53,6 +53,9 @@ pub enum Problem {
     /// The operating system's answer.
     #[error("the file cannot be read or written: {0}")]
     Io(String),
+    /// What is there would be mixed with what is written.
+    #[error("the folder has content; choose another, or remove it")]
+    FolderNotEmpty,
     /// A path that leaves the data set's folder.
     #[error("the path leaves the data set's folder; give it relative to the folder, without `..`")]
     OutsideFolder,

@@ -16,6 +16,7 @@ mod read;
 pub mod schema;
 pub mod series;
 pub mod spelling;
+mod stage;
 mod table;
 mod trials;
 mod write;
@@ -23,6 +24,7 @@ mod write;
 pub use description::FORMAT;
 pub use error::{DatasetError, Line, Place, Problem, Warning};
 pub use read::{Index, Reading, TrialReading, read, read_lenient};
+pub use stage::Stage;
 pub use write::{TableFormat, Writer, write, write_as};
 
 use std::collections::BTreeMap;

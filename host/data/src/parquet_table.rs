@@ -100,6 +100,50 @@ fn read_columns(bytes: Vec<u8>, file: &Path) -> Result<TableReading, DatasetErro
     Ok(table.finish())
 }
 
+/// Columns of a table by name.
+pub struct Columns {
+    /// Every name of the file.
+    pub names: Vec<String>,
+    /// Of the wanted names: their cells, NaN where empty; `None` where the file has no such column.
+    pub found: Vec<Option<Vec<f64>>>,
+}
+
+/// The columns `wanted` of `file`, whose content is `bytes`.
+///
+/// # Errors
+/// What is no Parquet file; a wanted column of text or of a nested type.
+pub fn columns(bytes: Vec<u8>, file: &Path, wanted: &[&str]) -> Result<Columns, DatasetError> {
+    let broken = |error: String| {
+        DatasetError::of_file(file, Problem::Parquet(format!("not a Parquet file that can be read: {error}")))
+    };
+    let read = || -> Result<Columns, DatasetError> {
+        let reader = SerializedFileReader::new(bytes::Bytes::from(bytes))
+            .map_err(|error| broken(error.to_string()))?;
+        let schema = reader.metadata().file_metadata().schema_descr_ptr();
+        let names: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
+        let mut found = Vec::with_capacity(wanted.len());
+        for name in wanted {
+            let Some(place) = names.iter().position(|known| known == name) else {
+                found.push(None);
+                continue;
+            };
+            if let Some(problem) = schema.columns().get(place).and_then(|column| no_number(column)) {
+                return Err(DatasetError::of_file(file, problem).column(*name));
+            }
+            let mut cells = Vec::new();
+            for group in 0..reader.num_row_groups() {
+                let column = reader.get_row_group(group).and_then(|group| read_column(group.as_ref(), place));
+                let column = column.map_err(|error| broken(error.to_string()))?;
+                cells.extend(column.into_iter().map(|cell| cell.unwrap_or(f64::NAN)));
+            }
+            found.push(Some(cells));
+        }
+        Ok(Columns { names, found })
+    };
+    // As in `read`: the library may panic on a damaged file.
+    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| Err(broken("it is damaged".to_owned())))
+}
+
 /// Why a column holds no plain number; `None` where it does.
 fn no_number(column: &ColumnDescriptor) -> Option<Problem> {
     let plain = matches!(

@@ -11,5 +11,6 @@ pub mod overlay;
 pub mod plot;
 pub mod replay;
 pub mod score;
+pub mod signals;
 pub mod terminal;
 pub mod words;

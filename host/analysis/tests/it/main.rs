@@ -9,3 +9,4 @@ mod model_file;
 mod module_edges;
 mod replay;
 mod score;
+mod simulated;

@@ -1,6 +1,7 @@
 //! `stickslip check DATA`: what a data set holds and whether it can be trusted.
 
-use std::path::PathBuf;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
 use stickslip_analysis::check::physics::Clocks;
 use stickslip_analysis::check::{self, Balance, Report, check};
@@ -10,13 +11,16 @@ use stickslip_report::terminal::{Output, table};
 
 /// Arguments of `stickslip check`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  stickslip check data/demo")]
+#[command(after_help = "Example:\n  stickslip check data/demo --html check.html")]
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,
     /// List at most this many errors, warnings and failing trials (--json lists all)
     #[arg(long, default_value_t = 10)]
     pub most: usize,
+    /// Write a page that shows signals and frames as they were understood: one trial of each primitive
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
 }
 
 /// Reads the data set leniently and reports.
@@ -35,6 +39,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     list("warnings", report.warnings.iter().map(ToString::to_string), args.most, output);
     list("physics errors", report.findings.iter().map(ToString::to_string), args.most, output);
     list("errors", report.errors.iter().cloned(), args.most, output);
+    if let Some(path) = &args.html {
+        page(path, &index, &report, output)?;
+    }
     output.document(&report)?;
     let (errors, findings) = (report.errors.len(), report.findings.len());
     let folder = args.data.display();
@@ -54,6 +61,26 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         )),
     }
     Ok(())
+}
+
+/// Most trials that a page shows.
+const SHOWN: usize = 6;
+
+/// The page of the first good trial of each primitive and object.
+pub(super) fn page(path: &Path, index: &Index, report: &Report, output: &Output) -> anyhow::Result<()> {
+    let mut seen = BTreeSet::new();
+    let mut trials = Vec::new();
+    for info in &index.trials {
+        let kind = (&info.primitive, &info.object);
+        if trials.len() < SHOWN && !seen.contains(&kind) {
+            let read = index.read_trial_lenient(info).trial;
+            if let Some(trial) = read {
+                seen.insert(kind);
+                trials.push(trial);
+            }
+        }
+    }
+    output.page(path, stickslip_report::signals::page(report, &index.description, &trials))
 }
 
 fn holdings(report: &Report, output: &Output) {

@@ -14,10 +14,12 @@ pub mod effects;
 mod fitted;
 pub mod import;
 pub mod lcp;
+pub mod new;
 pub mod refit;
 pub mod replay;
 pub mod rig;
 pub mod score;
+pub mod simulate;
 pub mod stream;
 pub mod suggest;
 
@@ -60,8 +62,12 @@ enum Command {
     Demo(demo::Args),
     /// Make a data set with the synthetic rig: the paper's experiments, lifts, planar pushes, hidden effects
     Rig(Box<rig::Args>),
-    /// Convert published measurements to the data set format
+    /// Convert recordings to the data set format: your own by a mapping file, published ones by name
     Import(import::Args),
+    /// Look at recordings and write a commented mapping file for `import recording`
+    New(new::Args),
+    /// Write what a model predicts along recorded trials, as a data set of the same format
+    Simulate(simulate::Args),
     /// Fit friction to a small share of the trials and validate it on the rest
     Calibrate(calibrate::Args),
     /// Solve complementarity problems from files or generated ones, and certify the answers
@@ -86,6 +92,8 @@ impl Command {
             Command::Demo(args) => demo::run(args, output),
             Command::Rig(args) => rig::run(args, output),
             Command::Import(args) => import::run(args, output),
+            Command::New(args) => new::run(args, output),
+            Command::Simulate(args) => simulate::run(args, output),
             Command::Calibrate(args) => calibrate::run(args, output),
             Command::Lcp(args) => lcp::run(args, output),
             Command::Score(args) => score::run(args, output),

@@ -12,4 +12,5 @@ mod lcp_command;
 mod one_number;
 mod pages;
 mod readme;
+mod recordings;
 mod refused;

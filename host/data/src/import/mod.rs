@@ -1,6 +1,7 @@
 //! Real data of others, brought into our format; see `docs/import.md` for each mapping.
 
 pub mod cmu_push;
+pub mod recording;
 pub mod tribometer;
 
 use serde::Serialize;

@@ -1,0 +1,58 @@
+//! `stickslip new FILE...`: a first mapping for recordings that nobody described.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use serde::Serialize;
+
+use stickslip_data::import::recording::guess::guess;
+use stickslip_report::terminal::Output;
+
+/// Arguments of `stickslip new`.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Example:\n  stickslip new raw/obj4_r1_ft.csv raw/obj4_r1_mocap.csv --out mapping.toml"
+)]
+pub struct Args {
+    /// One file of each recording device, CSV or Parquet
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    /// Mapping file to write; must not exist
+    #[arg(long, value_name = "MAPPING.toml")]
+    out: PathBuf,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    out: &'a Path,
+    guesses: usize,
+}
+
+/// Looks at the files and writes the mapping.
+///
+/// # Errors
+/// Files that cannot be read, a mapping that exists.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    // Files are named relative to the mapping.
+    let folder = args.out.parent().unwrap_or(Path::new(""));
+    let shown = |file: &PathBuf| match file.strip_prefix(folder) {
+        Ok(inside) => Ok(inside.to_owned()),
+        Err(_) if folder.as_os_str().is_empty() => Ok(file.clone()),
+        Err(_) => std::path::absolute(file).with_context(|| file.display().to_string()),
+    };
+    let named = args.files.iter().map(shown).collect::<anyhow::Result<Vec<_>>>()?;
+    let pairs: Vec<(&Path, &Path)> =
+        args.files.iter().zip(&named).map(|(file, named)| (file.as_path(), named.as_path())).collect();
+    let text = guess(&pairs)?;
+    let mut file = std::fs::File::create_new(&args.out)
+        .with_context(|| format!("{}: cannot be made; choose another name for --out", args.out.display()))?;
+    std::io::Write::write_all(&mut file, text.as_bytes()).with_context(|| args.out.display().to_string())?;
+    let guesses = text.matches("CHECK").count();
+    output.text(format_args!(
+        "{}: {guesses} lines marked CHECK are guesses; correct them in an editor, they say what to look at",
+        args.out.display()
+    ));
+    output.document(&Report { out: &args.out, guesses })?;
+    output.next(["import", "recording", &args.out.display().to_string(), "--out", "data"]);
+    Ok(())
+}

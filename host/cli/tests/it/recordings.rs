@@ -1,0 +1,77 @@
+//! From a laboratory's file to a checked data set, as a new user does it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+
+fn stickslip(args: &[&str], folder: &Path) -> (bool, String) {
+    let output = Command::cargo_bin("stickslip")
+        .expect("built")
+        .args(args)
+        .current_dir(folder)
+        .output()
+        .expect("runs");
+    let text = [output.stdout, output.stderr].concat();
+    (output.status.success(), String::from_utf8_lossy(&text).into_owned())
+}
+
+/// A push of the demonstration as a laboratory's file, and the mapping that `new` guesses, corrected where it
+/// says CHECK.
+fn laboratory(folder: &Path) -> PathBuf {
+    let demo = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../data/demo/trials/linear_push-obj4-g20-v10-s0-r1.csv");
+    fs::copy(demo, folder.join("push_1.csv")).expect("copied");
+    let (fine, said) = stickslip(&["new", "push_1.csv", "--out", "mapping.toml"], folder);
+    assert!(
+        fine && said.contains("CHECK") && said.contains("stickslip import recording mapping.toml"),
+        "{said}"
+    );
+    let path = folder.join("mapping.toml");
+    let text = fs::read_to_string(&path).expect("written");
+    let fixed = "[fixed.pusher]\nposition_m = [-0.0503, 0.0, 0.0]\n[[streams]]";
+    let text = text.replace("mass_kg = 0.2 ", "mass_kg = 0.2005 ").replacen("[[streams]]", fixed, 1);
+    fs::write(&path, text).expect("written");
+    path
+}
+
+#[test]
+fn a_guessed_and_corrected_mapping_imports_a_push_that_calibrates_and_is_never_written_over() {
+    let folder = tempfile::tempdir().expect("folder");
+    laboratory(folder.path());
+    let (fine, said) = stickslip(&["import", "recording", "mapping.toml", "--out", "data"], folder.path());
+    assert!(fine && said.contains("What was assumed") && said.contains("1 trials, 501 samples"), "{said}");
+    let (fine, said) = stickslip(&["check", "data"], folder.path());
+    assert!(fine && said.contains("No errors."), "{said}");
+    let (fine, said) = stickslip(&["simulate", "data", "--out", "predicted"], folder.path());
+    assert!(fine && said.contains("1 trials, 501 samples"), "{said}");
+    let (fine, said) = stickslip(&["import", "recording", "mapping.toml", "--out", "data"], folder.path());
+    assert!(!fine && said.contains("has content"), "{said}");
+    let left: Vec<String> = fs::read_dir(folder.path())
+        .expect("listed")
+        .filter_map(|entry| Some(entry.ok()?.file_name().to_string_lossy().into_owned()))
+        .filter(|name| name.contains("partial"))
+        .collect();
+    assert!(left.is_empty(), "{left:?}");
+}
+
+#[test]
+fn wrong_signs_and_units_in_a_mapping_are_physics_errors() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mapping = laboratory(folder.path());
+    let text = fs::read_to_string(&mapping).expect("written");
+    for (number, (from, to, word)) in [
+        ("acts_on = \"object\"   # CHECK: or \"finger\"", "acts_on = \"finger\" #", "finger"),
+        // Torques then exceed what the force can have on a pad.
+        ("force_unit = \"N\"", "force_unit = \"mN\"", "torque"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        assert!(text.contains(from), "{from}");
+        fs::write(&mapping, text.replace(from, to)).expect("written");
+        let out = format!("data{number}");
+        let (fine, said) = stickslip(&["import", "recording", "mapping.toml", "--out", &out], folder.path());
+        assert!(!fine && said.contains("physics") && said.contains(word), "{from}: {said}");
+    }
+}

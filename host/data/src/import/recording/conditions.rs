@@ -1,0 +1,180 @@
+//! Which trials a recording holds, and under which conditions: from the names of files, a table, or a column.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use super::RecordingError;
+use super::mapping::{Mapping, Trials};
+use super::units::Quantity;
+use crate::{TrialInfo, trials};
+
+/// Trials that the mapping finds, and what of their description was refused.
+#[derive(Debug, Default)]
+pub struct Found {
+    /// In order of their names, or of the table.
+    pub trials: Vec<TrialInfo>,
+    /// Refused rows of the table, or of names.
+    pub refused: Vec<String>,
+}
+
+/// Conditions of the trials `names`; of all that the table lists where `names` is `None`.
+///
+/// # Errors
+/// A table that cannot be read, a pattern that does not compile, an unknown column or unit.
+pub fn conditions(mapping: &Mapping, names: Option<&BTreeSet<String>>) -> Result<Found, RecordingError> {
+    let Mapping { trials, description, path, .. } = mapping;
+    let refuse = |advice: String| RecordingError::Mapping { file: path.clone(), advice };
+    let (bytes, file) = match &trials.table {
+        Some(table) => {
+            if trials.pattern.is_some() || !trials.constants.is_empty() {
+                return Err(refuse("trials: give a table, or a pattern with constants".to_owned()));
+            }
+            let file = beside(path, table);
+            let bytes = std::fs::read(&file)
+                .map_err(|error| RecordingError::Io { file: file.clone(), error: error.to_string() })?;
+            (bytes, file)
+        }
+        None => {
+            let names = names.cloned().unwrap_or_default();
+            (from_names(trials, &names).map_err(refuse)?, path.clone())
+        }
+    };
+    let rows = trials::parse(&bytes, &file, description)?;
+    let mut found = Found { trials: rows.trials, ..Found::default() };
+    found.refused.extend(rows.errors.iter().map(|error| match &trials.table {
+        Some(_) => error.to_string(),
+        // Line numbers of a table made from names say nothing.
+        None => {
+            let column = error.place.column.as_deref().unwrap_or_default();
+            let value = error.place.value.as_deref().unwrap_or_default();
+            format!("{}, trials: {column} {value:?}: {}", file.display(), error.problem)
+        }
+    }));
+    if let Some(names) = names {
+        let (listed, others): (Vec<_>, Vec<_>) =
+            found.trials.into_iter().partition(|info| names.contains(&info.trial));
+        found.refused.extend(
+            others.iter().map(|info| format!("{}: no recording of trial {}", file.display(), info.trial)),
+        );
+        let known: BTreeSet<&str> = listed.iter().map(|info| info.trial.as_str()).collect();
+        if trials.table.is_some() {
+            found.refused.extend(
+                names
+                    .iter()
+                    .filter(|name| !known.contains(name.as_str()))
+                    .map(|name| format!("{}: trial {name} is recorded and not in the table", file.display())),
+            );
+        }
+        found.trials = listed;
+    }
+    for info in &mut found.trials {
+        info.file = String::new();
+    }
+    Ok(found)
+}
+
+/// A trials.csv made from names of trials, read as any other.
+fn from_names(trials: &Trials, names: &BTreeSet<String>) -> Result<Vec<u8>, String> {
+    let pattern = match &trials.pattern {
+        Some(pattern) => {
+            Some(regex::Regex::new(pattern).map_err(|error| format!("trials.pattern: {error}"))?)
+        }
+        None => None,
+    };
+    let groups: Vec<&str> = pattern.iter().flat_map(|pattern| pattern.capture_names().flatten()).collect();
+    for name in groups.iter().copied().chain(trials.constants.keys().map(String::as_str)) {
+        if !trials::COLUMNS.contains(&name) || name == "trial" || name == "file" {
+            let hint = crate::spelling::with_hint(name, &trials::COLUMNS);
+            return Err(format!(
+                "trials: {hint} is no condition; one of {}",
+                trials::COLUMNS[2..10].join(", ")
+            ));
+        }
+    }
+    if let Some(twice) = groups.iter().find(|name| trials.constants.contains_key(**name)) {
+        return Err(format!("trials: {twice} is in the pattern and in the constants"));
+    }
+    let mut factors = BTreeMap::new();
+    for (name, unit) in &trials.units {
+        let factor = quantity(name).ok_or_else(|| format!("trials.units: {name} has no unit"))?.factor(unit);
+        factors.insert(name.as_str(), factor.map_err(|error| format!("trials.units.{name}: {error}"))?);
+    }
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let constants: Vec<(&str, String)> =
+        trials.constants.iter().map(|(name, value)| (name.as_str(), cell(value))).collect();
+    let header = ["trial"].into_iter().chain(groups.iter().copied()).chain(constants.iter().map(|c| c.0));
+    writer.write_record(header).map_err(|error| error.to_string())?;
+    for name in names {
+        let captures = pattern.as_ref().map(|pattern| {
+            pattern.captures(name).ok_or_else(|| {
+                format!("trials.pattern does not match the trial {name:?}; correct the pattern or move the file away")
+            })
+        });
+        let captures = captures.transpose()?;
+        let mut row = vec![name.clone()];
+        for group in &groups {
+            let text =
+                captures.as_ref().and_then(|found| found.name(group)).map_or("", |found| found.as_str());
+            row.push(match (factors.get(group), text.parse::<f64>()) {
+                (Some(factor), Ok(number)) => (number * factor).to_string(),
+                _ => text.to_owned(),
+            });
+        }
+        row.extend(constants.iter().map(|(name, text)| match (factors.get(name), text.parse::<f64>()) {
+            (Some(factor), Ok(number)) => (number * factor).to_string(),
+            _ => text.clone(),
+        }));
+        writer.write_record(&row).map_err(|error| error.to_string())?;
+    }
+    writer.into_inner().map_err(|error| error.to_string())
+}
+
+fn cell(value: &toml::Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}
+
+/// What a column of trials.csv measures.
+fn quantity(column: &str) -> Option<Quantity> {
+    match column {
+        "grip_n" => Some(Quantity::Force),
+        "speed_m_s" => Some(Quantity::Speed),
+        "speed_rad_s" => Some(Quantity::AngularSpeed),
+        "slope_rad" => Some(Quantity::Angle),
+        "pusher_offset_m" => Some(Quantity::Length),
+        _ => None,
+    }
+}
+
+/// Names of the trials whose files exist for `pattern` (`raw/{trial}_ft.csv`), with their paths.
+///
+/// # Errors
+/// A folder that cannot be listed.
+pub fn files(mapping: &Path, pattern: &str) -> Result<BTreeMap<String, PathBuf>, RecordingError> {
+    let mut found = BTreeMap::new();
+    // The part of the path with the placeholder, what is before it and what after.
+    let parts: Vec<&str> = pattern.split('/').collect();
+    let Some(at) = parts.iter().position(|part| part.contains("{trial}")) else { return Ok(found) };
+    let before = if at == 0 { PathBuf::new() } else { PathBuf::from(parts[..at].join("/")) };
+    let before = if pattern.starts_with('/') && at == 1 { PathBuf::from("/") } else { before };
+    let after: PathBuf = parts[at + 1..].iter().collect();
+    let (head, tail) = parts[at].split_once("{trial}").unwrap_or((parts[at], ""));
+    let folder = beside(mapping, &before);
+    let io = |error: std::io::Error| RecordingError::Io { file: folder.clone(), error: error.to_string() };
+    for entry in std::fs::read_dir(&folder).map_err(io)? {
+        let name = entry.map_err(io)?.file_name().to_string_lossy().into_owned();
+        let trial = name.strip_prefix(head).and_then(|rest| rest.strip_suffix(tail));
+        let path =
+            if after.as_os_str().is_empty() { folder.join(&name) } else { folder.join(&name).join(&after) };
+        if let Some(trial) = trial.filter(|trial| !trial.is_empty())
+            && path.is_file()
+        {
+            found.insert(trial.to_owned(), path);
+        }
+    }
+    Ok(found)
+}
+
+/// `path` relative to the folder of the mapping.
+pub fn beside(mapping: &Path, path: &Path) -> PathBuf {
+    mapping.parent().unwrap_or(Path::new("")).join(path)
+}

@@ -1,0 +1,559 @@
+//! Recordings as laboratories have them, brought into the format by a mapping file.
+//!
+//! A recording is a set of streams, each with its own file, clock, rate, units, axes and signs.
+//! [`import`] cuts them into trials, turns every signal into the format's frames, and brings all on
+//! one base of time ([`grid`]). What was assumed is part of the result ([`Signal`]).
+
+#[cfg(feature = "mcap")]
+pub mod bag;
+pub mod conditions;
+pub mod frames;
+pub mod grid;
+pub mod guess;
+pub mod mapping;
+pub mod source;
+pub mod units;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::BadRow;
+use crate::{Dataset, DatasetError, Sample, Trial, TrialInfo, Wrench};
+use frames::pose;
+use grid::Tick;
+use mapping::{Clock, Mapping, PoseColumns, Stream, WrenchColumns};
+use source::Source;
+
+/// Why a mapping or its recordings cannot be used at all.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RecordingError {
+    /// The mapping file.
+    #[error("{}: {advice}", file.display())]
+    Mapping {
+        /// Its path.
+        file: PathBuf,
+        /// What is wrong and what to do.
+        advice: String,
+    },
+    /// The operating system's answer.
+    #[error("{}: cannot be read: {error}", file.display())]
+    Io {
+        /// Which.
+        file: PathBuf,
+        /// Why.
+        error: String,
+    },
+    /// A column that the file does not have.
+    #[error("{}: no column {column:?}; {hint}", file.display())]
+    Column {
+        /// Which file.
+        file: PathBuf,
+        /// Which column.
+        column: String,
+        /// What it has.
+        hint: String,
+    },
+    /// A file without a row that can be used.
+    #[error("{}: no row that can be used ({bad_rows} refused)", file.display())]
+    Empty {
+        /// Which.
+        file: PathBuf,
+        /// Rows refused.
+        bad_rows: usize,
+    },
+    /// The table of trials, or a file of signals.
+    #[error(transparent)]
+    Table(#[from] DatasetError),
+    /// Nothing left.
+    #[error("{}: no trial could be imported; {why}", file.display())]
+    NoTrials {
+        /// The mapping.
+        file: PathBuf,
+        /// The first reason.
+        why: String,
+    },
+}
+
+/// One signal, as it was understood.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Signal {
+    /// Stream of the mapping.
+    pub stream: String,
+    /// finger1, finger2, pusher, object, gripper, pusher_pose, grip.
+    pub signal: String,
+    /// Its columns.
+    pub columns: Vec<String>,
+    /// Units as recorded.
+    pub units: String,
+    /// Axes, lever, sign.
+    pub frame: String,
+    /// Median over trials, Hz.
+    pub rate_hz: f64,
+    /// How it came to the base of time.
+    pub base: String,
+    /// Share of the data set's rows that have it.
+    pub filled: f64,
+}
+
+/// An imported recording.
+#[derive(Clone, Debug)]
+pub struct Import {
+    /// In our format, folder not set.
+    pub dataset: Dataset,
+    /// What was assumed.
+    pub signals: Vec<Signal>,
+    /// Trials and rows of the table that were left out, with the reason.
+    pub refused: Vec<String>,
+    /// By file: rows that could not be used.
+    pub bad_rows: Vec<(PathBuf, BadRow)>,
+    /// Mean that `tare_s` took off, N and N m, by trial and signal.
+    pub tares: Vec<(String, String, [f64; 6])>,
+}
+
+/// Reads the mapping at `path` and all recordings that it names.
+///
+/// # Errors
+/// A mapping that cannot be used, a file that is missing in every trial. A trial that fails alone is in
+/// [`Import::refused`].
+pub fn import(path: &Path) -> Result<Import, RecordingError> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| RecordingError::Io { file: path.to_owned(), error: error.to_string() })?;
+    let mapping = Mapping::parse(&text, path)?;
+    let recordings =
+        if mapping.one_recording() { one_file_of_all(&mapping)? } else { one_file_a_trial(&mapping)? };
+    let Recordings { trials, mut refused, bad_rows } = recordings;
+    let built: Vec<_> = trials
+        .into_par_iter()
+        .map(|recorded| {
+            let name = recorded.info.trial.clone();
+            build(&mapping, recorded).map_err(|why| format!("trial {name}: {why}"))
+        })
+        .collect();
+    let mut dataset =
+        Dataset { folder: PathBuf::new(), description: mapping.description.clone(), trials: Vec::new() };
+    let mut facts = Vec::new();
+    let mut tares = Vec::new();
+    for result in built {
+        match result {
+            Ok(built) => {
+                tares.extend(built.tares.into_iter().map(|(s, t)| (built.trial.info.trial.clone(), s, t)));
+                dataset.trials.push(built.trial);
+                facts.push(built.facts);
+            }
+            Err(why) => refused.push(why),
+        }
+    }
+    if dataset.trials.is_empty() {
+        let why = refused.first().cloned().unwrap_or_else(|| "no file has the name of a trial".to_owned());
+        return Err(RecordingError::NoTrials { file: path.to_owned(), why });
+    }
+    let signals = signals(&mapping, &facts);
+    Ok(Import { dataset, signals, refused, bad_rows, tares })
+}
+
+/// The rows of each stream of one trial, on the first stream's clock.
+struct Recorded {
+    info: TrialInfo,
+    streams: Vec<Source>,
+}
+
+#[derive(Default)]
+struct Recordings {
+    trials: Vec<Recorded>,
+    refused: Vec<String>,
+    bad_rows: Vec<(PathBuf, BadRow)>,
+}
+
+fn read(stream: &Stream, file: &Path, further: Option<&str>) -> Result<Source, RecordingError> {
+    let factor = units::Quantity::Time
+        .factor(&stream.time.unit)
+        .map_err(|advice| RecordingError::Mapping { file: file.to_owned(), advice })?;
+    let mut names: Vec<&str> = stream.wrenches().flat_map(|(_, wrench)| wrench.columns()).collect();
+    names.extend(stream.poses().flat_map(|(_, pose)| pose.columns()));
+    names.extend(stream.grip.as_ref().map(|grip| grip.column.as_str()));
+    names.extend(further);
+    Source::read(file, stream, factor, &names)
+}
+
+fn one_file_a_trial(mapping: &Mapping) -> Result<Recordings, RecordingError> {
+    let first = mapping.streams.first().map_or("", |stream| stream.file.as_str());
+    let only =
+        Path::new(first).file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    let mut files = Vec::new();
+    for stream in &mapping.streams {
+        let found = if stream.file.contains("{trial}") {
+            conditions::files(&mapping.path, &stream.file)?
+        } else {
+            BTreeMap::from([(only.clone(), conditions::beside(&mapping.path, Path::new(&stream.file)))])
+        };
+        if found.is_empty() {
+            return Err(RecordingError::Mapping {
+                file: mapping.path.clone(),
+                advice: format!("streams.{}.file: no file matches {:?}", stream.name, stream.file),
+            });
+        }
+        files.push(found);
+    }
+    let names: BTreeSet<String> = files.iter().flat_map(|found| found.keys().cloned()).collect();
+    let found = conditions::conditions(mapping, Some(&names))?;
+    let mut recordings = Recordings { refused: found.refused, ..Recordings::default() };
+    let read_trial = |info: TrialInfo| -> Result<(Recorded, Vec<(PathBuf, BadRow)>), String> {
+        let mut streams = Vec::new();
+        let mut bad = Vec::new();
+        for (stream, files) in mapping.streams.iter().zip(&files) {
+            let file = files
+                .get(&info.trial)
+                .ok_or_else(|| format!("trial {}: no file {}", info.trial, stream.file))?;
+            let mut source =
+                read(stream, file, None).map_err(|error| format!("trial {}: {error}", info.trial))?;
+            bad.extend(std::mem::take(&mut source.bad_rows).into_iter().map(|row| (file.clone(), row)));
+            streams.push(source);
+        }
+        align(mapping, &mut streams);
+        Ok((Recorded { info, streams }, bad))
+    };
+    for read in found.trials.into_par_iter().map(read_trial).collect::<Vec<_>>() {
+        match read {
+            Ok((recorded, bad)) => {
+                recordings.trials.push(recorded);
+                recordings.bad_rows.extend(bad);
+            }
+            Err(why) => recordings.refused.push(why),
+        }
+    }
+    Ok(recordings)
+}
+
+fn one_file_of_all(mapping: &Mapping) -> Result<Recordings, RecordingError> {
+    let mut recordings = Recordings::default();
+    let mut streams = Vec::new();
+    for (index, stream) in mapping.streams.iter().enumerate() {
+        let file = conditions::beside(&mapping.path, Path::new(&stream.file));
+        let further = if index == 0 { mapping.trials.cut_by.as_deref() } else { None };
+        let mut source = read(stream, &file, further)?;
+        recordings
+            .bad_rows
+            .extend(std::mem::take(&mut source.bad_rows).into_iter().map(|row| (file.clone(), row)));
+        streams.push(source);
+    }
+    align(mapping, &mut streams);
+    let mut spans: BTreeMap<String, [f64; 2]> = BTreeMap::new();
+    let found = match &mapping.trials.cut_by {
+        Some(column) => {
+            let first = streams.first().cloned().unwrap_or_default();
+            for (name, span) in runs(&first.t_s, &first.column(column)) {
+                if spans.insert(name.clone(), span).is_some() {
+                    recordings.refused.push(format!(
+                        "trial {name}: its number stands at two places of column {column:?}; the later is used"
+                    ));
+                }
+            }
+            let names: BTreeSet<String> = spans.keys().cloned().collect();
+            conditions::conditions(mapping, Some(&names))?
+        }
+        None => {
+            let mut found = conditions::conditions(mapping, None)?;
+            found.trials.retain_mut(|info| {
+                let mut time = |key: &str| info.extra.remove(key)?.replace(',', ".").parse::<f64>().ok();
+                let span = [time("start_s"), time("end_s")];
+                match span {
+                    [Some(start), Some(end)] if end > start => {
+                        spans.insert(info.trial.clone(), [start, end]);
+                        true
+                    }
+                    _ => {
+                        found.refused.push(format!(
+                            "trial {}: needs start_s and end_s in the table, end after start",
+                            info.trial
+                        ));
+                        false
+                    }
+                }
+            });
+            found
+        }
+    };
+    recordings.refused.extend(found.refused);
+    for info in found.trials {
+        let Some([from, to]) = spans.get(&info.trial) else { continue };
+        let streams = streams.iter().map(|source| source.between(*from, *to)).collect();
+        recordings.trials.push(Recorded { info, streams });
+    }
+    Ok(recordings)
+}
+
+/// Time spans of equal values, by the value; NaN and zero are no trial.
+fn runs(t_s: &[f64], values: &[f64]) -> Vec<(String, [f64; 2])> {
+    let mut found: Vec<(String, [f64; 2])> = Vec::new();
+    let mut last = f64::NAN;
+    for (t, value) in t_s.iter().zip(values) {
+        if !value.is_nan() && *value != 0.0 {
+            match found.last_mut() {
+                Some((_, span)) if last == *value => span[1] = *t,
+                _ => found.push((value.to_string(), [*t, *t])),
+            }
+        }
+        last = *value;
+    }
+    found
+}
+
+/// Brings the streams on the first one's clock.
+fn align(mapping: &Mapping, streams: &mut [Source]) {
+    let start = streams.first().and_then(|source| source.t_s.first()).copied().unwrap_or(0.0);
+    for (stream, source) in mapping.streams.iter().zip(streams) {
+        let own = match stream.time.clock {
+            Clock::Shared => 0.0,
+            Clock::StartsTogether => start - source.t_s.first().copied().unwrap_or(start),
+        };
+        for t in &mut source.t_s {
+            *t += own + stream.time.offset_s;
+        }
+    }
+}
+
+struct Built {
+    trial: Trial,
+    /// By stream: median rate, how many of the rows it fills, averaged or not.
+    facts: Vec<Facts>,
+    tares: Vec<(String, [f64; 6])>,
+}
+
+#[derive(Clone, Copy)]
+struct Facts {
+    rate_hz: f64,
+    filled: f64,
+    averaged: bool,
+}
+
+fn build(mapping: &Mapping, recorded: Recorded) -> Result<Built, String> {
+    let Recorded { mut info, streams } = recorded;
+    let step_s = 1.0 / mapping.rate_hz;
+    let [mut from_s, mut to_s] = [f64::NEG_INFINITY, f64::INFINITY];
+    for (stream, source) in mapping.streams.iter().zip(&streams) {
+        let ([first, ..], [.., last]) = (source.t_s.as_slice(), source.t_s.as_slice()) else {
+            return Err(format!("stream {} has no row in it", stream.name));
+        };
+        from_s = from_s.max(*first);
+        to_s = to_s.min(*last);
+    }
+    if !(to_s > from_s) {
+        let spans = mapping.streams.iter().zip(&streams).map(|(stream, source)| {
+            let [first, last] =
+                [source.t_s.first(), source.t_s.last()].map(|t| t.copied().unwrap_or(f64::NAN));
+            format!("{} {first:.3} to {last:.3} s", stream.name)
+        });
+        return Err(format!(
+            "its streams never run at the same time ({}); give clock = \"starts_together\" or offset_s",
+            spans.collect::<Vec<_>>().join(", ")
+        ));
+    }
+    // The base of one stream at the data set's rate is its own time.
+    let count = ((to_s - from_s) * mapping.rate_hz + 1e-6).floor() as usize + 1;
+    let mut samples: Vec<Sample> =
+        (0..count).map(|k| Sample { t_s: k as f64 * step_s, ..Sample::default() }).collect();
+    let mut facts = Vec::new();
+    let mut tares = Vec::new();
+    for (stream, source) in mapping.streams.iter().zip(&streams) {
+        let period_s = source.period_s();
+        let base = grid::ticks(&source.t_s, period_s, from_s, step_s, count);
+        let filled = base.iter().filter(|tick| **tick != Tick::Empty).count();
+        facts.push(Facts {
+            rate_hz: 1.0 / period_s,
+            filled: filled as f64 / count as f64,
+            averaged: base.iter().any(|tick| matches!(tick, Tick::Line { from, to, .. } if to - from > 1)),
+        });
+        for (name, columns) in stream.wrenches() {
+            let (wrenches, tare) = wrenches(columns, source, &base, from_s)?;
+            tares.extend(tare.map(|tare| (name.to_owned(), tare)));
+            for (sample, wrench) in samples.iter_mut().zip(wrenches) {
+                match name {
+                    "finger1" => sample.finger[0] = wrench,
+                    "finger2" => sample.finger[1] = wrench,
+                    _ => sample.pusher_wrench = wrench,
+                }
+            }
+        }
+        for (name, columns) in stream.poses() {
+            for (sample, at) in samples.iter_mut().zip(poses(columns, source, &base)?) {
+                let at = at.map(|at| pose(&at));
+                match name {
+                    "object" => sample.object = at,
+                    "gripper" => sample.gripper = at,
+                    _ => sample.pusher = at,
+                }
+            }
+        }
+        if let Some(grip) = &stream.grip {
+            let factor = units::Quantity::Force.factor(&grip.unit)?;
+            for (sample, value) in
+                samples.iter_mut().zip(grid::column(&base, &source.t_s, &source.column(&grip.column)))
+            {
+                sample.grip_cmd_n = (!value.is_nan()).then_some(value * factor);
+            }
+        }
+    }
+    if let Some(fixed) = &mapping.fixed.gripper {
+        let at = pose(&fixed.isometry()?);
+        samples.iter_mut().for_each(|sample| sample.gripper = Some(at));
+    }
+    if let Some(fixed) = &mapping.fixed.pusher
+        && info.pusher.is_none()
+    {
+        info.pusher = Some(pose(&fixed.isometry()?));
+    }
+    Ok(Built { trial: Trial { info, samples }, facts, tares })
+}
+
+/// Wrenches on the base, with the tare that was taken off.
+type Wrenches = (Vec<Option<Wrench>>, Option<[f64; 6]>);
+
+fn wrenches(
+    columns: &WrenchColumns,
+    source: &Source,
+    base: &[Tick],
+    from_s: f64,
+) -> Result<Wrenches, String> {
+    let frame = columns.frame()?;
+    let [force, torque] = columns.scales()?;
+    let mut cells: Vec<Vec<f64>> = columns.columns().iter().map(|name| source.column(name)).collect();
+    let mut tare = None;
+    if let Some([from, to]) = columns.tare_s {
+        let rows = source.between(from_s + from, from_s + to).t_s.len();
+        let first = source.t_s.partition_point(|t| *t < from_s + from);
+        if rows == 0 {
+            return Err(format!("no row between {from} and {to} s, where tare_s looks"));
+        }
+        let mut means = [0.0; 6];
+        for (mean, (column, factor)) in
+            means.iter_mut().zip(cells.iter_mut().zip([force, force, force, torque, torque, torque]))
+        {
+            let sum: f64 = column[first..first + rows].iter().sum();
+            let offset = sum / rows as f64;
+            column.iter_mut().for_each(|cell| *cell -= offset);
+            *mean = offset * factor;
+        }
+        tare = Some(means);
+    }
+    let on_base: Vec<Vec<f64>> = cells.iter().map(|cells| grid::column(base, &source.t_s, cells)).collect();
+    let row = |at: usize| -> Option<Wrench> {
+        let of = |column: usize| on_base[column][at];
+        let wrench = frame
+            .apply(Vector3::new(of(0), of(1), of(2)) * force, Vector3::new(of(3), of(4), of(5)) * torque);
+        let measured = wrench.force_n.iter().chain(&wrench.torque_nm).any(|component| !component.is_nan());
+        measured.then_some(wrench)
+    };
+    Ok(((0..base.len()).map(row).collect(), tare))
+}
+
+fn poses(
+    columns: &PoseColumns,
+    source: &Source,
+    base: &[Tick],
+) -> Result<Vec<Option<Isometry3<f64>>>, String> {
+    let frame = columns.frame()?;
+    let [length, angle] = columns.scales()?;
+    let cells: Vec<Vec<f64>> = columns.columns().iter().map(|name| source.column(name)).collect();
+    let recorded: Vec<Option<Isometry3<f64>>> = (0..source.t_s.len())
+        .map(|at| {
+            let of = |column: usize| cells.get(column).map_or(f64::NAN, |cells| cells[at]);
+            let position = Vector3::new(of(0), of(1), of(2)) * length;
+            let rotation = if columns.quaternion_wxyz.is_some() {
+                let quaternion = nalgebra::Quaternion::new(of(3), of(4), of(5), of(6));
+                // Tracking systems write zeros for a body that they do not see.
+                ((quaternion.norm() - 1.0).abs() < 0.01)
+                    .then(|| UnitQuaternion::from_quaternion(quaternion))?
+            } else {
+                UnitQuaternion::from_euler_angles(of(3) * angle, of(4) * angle, of(5) * angle)
+            };
+            let at = frame.apply(position, rotation);
+            at.to_homogeneous().iter().all(|number| number.is_finite()).then_some(at)
+        })
+        .collect();
+    Ok(base
+        .iter()
+        .map(|tick| match *tick {
+            Tick::Empty => None,
+            Tick::Between { left, share } => {
+                let (before, after) = (recorded.get(left)?.as_ref()?, recorded.get(left + 1)?.as_ref()?);
+                before.try_lerp_slerp(after, share, 1e-9)
+            }
+            Tick::Line { from, to, at_s } => line(source.t_s.get(from..to)?, recorded.get(from..to)?, at_s),
+        })
+        .collect())
+}
+
+/// The straight line through the poses that were measured, at `at_s`; rotations by their vectors from the middle one.
+fn line(t_s: &[f64], poses: &[Option<Isometry3<f64>>], at_s: f64) -> Option<Isometry3<f64>> {
+    let measured: Vec<(f64, &Isometry3<f64>)> =
+        t_s.iter().zip(poses).filter_map(|(t, pose)| Some((*t, pose.as_ref()?))).collect();
+    let (_, middle) = measured.get(measured.len() / 2)?;
+    let times: Vec<f64> = measured.iter().map(|(t, _)| *t).collect();
+    let weighted = || grid::weights(&times, at_s).into_iter().zip(&measured);
+    let position: Vector3<f64> = weighted().map(|(weight, (_, pose))| pose.translation.vector * weight).sum();
+    let turn: Vector3<f64> = weighted()
+        .map(|(weight, (_, pose))| (pose.rotation * middle.rotation.inverse()).scaled_axis() * weight)
+        .sum();
+    Some(Isometry3::from_parts(position.into(), UnitQuaternion::from_scaled_axis(turn) * middle.rotation))
+}
+
+fn signals(mapping: &Mapping, facts: &[Vec<Facts>]) -> Vec<Signal> {
+    let mut list = Vec::new();
+    for (index, stream) in mapping.streams.iter().enumerate() {
+        let of: Vec<Facts> = facts.iter().filter_map(|trial| trial.get(index).copied()).collect();
+        let rate_hz = super::quantile(&super::sorted(of.iter().map(|facts| facts.rate_hz)), 0.5);
+        let filled = of.iter().map(|facts| facts.filled).sum::<f64>() / of.len().max(1) as f64;
+        let base = if of.iter().any(|facts| facts.averaged) {
+            format!("line through {:.1} ms", 1e3 / mapping.rate_hz)
+        } else {
+            "at the nearest tick".to_owned()
+        };
+        let mut add = |signal: &str, columns: Vec<&str>, units: String, frame: String| {
+            list.push(Signal {
+                stream: stream.name.clone(),
+                signal: signal.to_owned(),
+                columns: columns.into_iter().map(str::to_owned).collect(),
+                units,
+                frame,
+                rate_hz,
+                base: base.clone(),
+                filled,
+            });
+        };
+        for (name, wrench) in stream.wrenches() {
+            let axes = wrench.axes.as_ref().map_or_else(|| "our axes".to_owned(), frames::Axes::words);
+            let acts = match wrench.acts_on {
+                mapping::ActsOn::Object => "acts on the object",
+                _ => "reaction: all signs turned",
+            };
+            let lever = match wrench.origin_m {
+                [0.0, 0.0, 0.0] => String::new(),
+                origin => format!(", origin at {origin:?} m"),
+            };
+            add(
+                name,
+                wrench.columns(),
+                format!("{}, {}", wrench.force_unit, wrench.torque_unit),
+                format!("{axes}; {acts}{lever}"),
+            );
+        }
+        for (name, pose) in stream.poses() {
+            let world = pose.world_axes.as_ref().map_or_else(|| "our axes".to_owned(), frames::Axes::words);
+            let body =
+                pose.body_axes.as_ref().map_or_else(String::new, |axes| format!("; body: {}", axes.words()));
+            let units = match pose.roll_pitch_yaw {
+                Some(_) => format!("{}, {}", pose.unit, pose.angle_unit),
+                None => pose.unit.clone(),
+            };
+            add(name, pose.columns(), units, format!("world: {world}{body}"));
+        }
+        if let Some(grip) = &stream.grip {
+            add("grip", vec![&grip.column], grip.unit.clone(), String::new());
+        }
+    }
+    list
+}
