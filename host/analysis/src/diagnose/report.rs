@@ -8,8 +8,8 @@ use serde::Serialize;
 use stickslip_shared::effects::Info;
 
 use crate::channels::channel_words;
-use crate::diagnose::findings::Findings;
 use crate::diagnose::detection::UpperLimit;
+use crate::diagnose::findings::Findings;
 use crate::diagnose::misfit::{self, Misfit};
 use crate::diagnose::select::{Candidate, Held, explained};
 use crate::diagnose::structure::{self, Structure};

@@ -9,8 +9,9 @@ use stickslip_data::{Index, TableFormat};
 
 #[test]
 fn what_a_model_predicts_is_a_data_set_that_the_same_model_predicts_again() {
-    let demo = Index::open(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo")).expect("the demo");
-    let few = Index { trials: demo.trials.iter().take(3).cloned().collect(), ..demo };
+    let mut few =
+        Index::open(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo")).expect("the demo");
+    few.trials.truncate(3);
     let folder = tempfile::tempdir().expect("folder");
     let model = default_model();
     for tables in [TableFormat::Csv, TableFormat::Parquet] {
