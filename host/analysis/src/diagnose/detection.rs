@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use stickslip_shared::effects::{Info, MAX_PARAMETERS};
 
-use crate::diagnose::RELEVANT;
+use crate::diagnose::misfit::RELEVANT;
 use crate::diagnose::select::Held;
 use crate::fit::features::Features;
 use crate::fit::phases::{BINS, Phase};

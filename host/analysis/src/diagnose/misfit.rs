@@ -15,6 +15,8 @@ use crate::fit::noise;
 use crate::fit::phases::{BINS, Phase};
 use crate::fit::problem::Problem;
 
+/// Systematic misfit of a channel in a phase beyond this many run spreads is worth a name.
+pub const RELEVANT: f64 = 2.5;
 /// Standard deviation of the product of two runs' errors, each a systematic part and noise of
 /// one floor.
 const CHANCE: f64 = 1.732;

@@ -28,6 +28,7 @@ use crate::fit::problem::Problem;
 use crate::fit::{self, FitError, Free, Solution};
 use crate::model::candidate::{self, CandidateEffect, Described};
 use crate::progress::Progress;
+pub use misfit::RELEVANT;
 use misfit::{Misfit, Place};
 use report::{Report, Verdict};
 use select::{Candidate, Held, Search, candidates, explained, hold_out, paired, search_again, total};
@@ -39,8 +40,6 @@ use swing::Swing;
 /// it was not fitted to needs no correction for the number of effects (few conditions give no smaller
 /// probabilities).
 pub const FALSE_ALARM: f64 = 0.01;
-/// Systematic misfit of a channel in a phase beyond this many run spreads is worth a name.
-pub const RELEVANT: f64 = 2.5;
 /// Systematic misfit that no effect explains is reported beyond this many run spreads.
 const UNEXPLAINED: f64 = 4.0;
 /// Least share of the excess misfit that one effect must explain.
