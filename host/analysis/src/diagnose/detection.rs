@@ -17,8 +17,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 use stickslip_shared::effects::{Info, MAX_PARAMETERS};
 
-use crate::diagnose::RELEVANT;
 use crate::diagnose::select::Held;
+use crate::diagnose::verdict::RELEVANT;
 use crate::fit::features::Features;
 use crate::fit::phases::{BINS, Phase};
 use crate::fit::problem::{Problem, difference};
