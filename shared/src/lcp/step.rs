@@ -85,7 +85,7 @@ pub fn solve<R: Real, const NC: usize>(
     let s = work.solve(bodies, guess, budget, params);
     Solution {
         velocity: s.velocity,
-        force_n: work.answers().map(|a| a.force_n).collect(),
+        force_n: work.answers().iter().map(|a| a.force_n).collect(),
         status: s.status,
         residual_n: s.residual_n,
         iterations: s.iterations,
@@ -136,8 +136,8 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     /// Every point's answer to the velocity found, in the order in which they were added; none where the
     /// problem was not solved.
     #[inline(always)]
-    pub fn answers(&self) -> impl Iterator<Item = Answer<R>> {
-        self.answers.iter().copied()
+    pub fn answers(&self) -> &[Answer<R>] {
+        &self.answers
     }
 
     /// Solves for the velocity at the end of the step, from `guess` (the last step's).
