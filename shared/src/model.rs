@@ -187,6 +187,7 @@ pub struct Model<R: Real> {
     /// The base contact law.
     pub base: Base<R>,
     /// How friction enters the step; independent of base and effects.
+    #[serde(default)]
     pub formulation: Formulation,
     /// Friction coefficients of the base model.
     pub friction: Friction<R>,

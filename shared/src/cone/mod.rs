@@ -184,6 +184,17 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         self.locals.iter().take(self.count).map(Local::given)
     }
 
+    /// How many points were added.
+    pub(crate) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The answer of the point that was added as number `k`, from 0.
+    #[inline(always)]
+    pub(crate) fn answer(&self, k: usize) -> Option<Answer<R>> {
+        self.locals.get(k).filter(|_| k < self.count).map(Local::given)
+    }
+
     /// Forgets the points, and what they answered.
     pub fn forget(&mut self) {
         self.patches.clear();

@@ -26,8 +26,15 @@
 //! - **Warm start.** The velocity and what each point did in the step before (open, stuck, slid) are an exact solution for
 //!   other constants, from which the path begins. It has no kink where all do the same again.
 //!
+//! The parts of a solve are not inlined: the step has several callers, and copies would fill the flash.
+//!
 //! Certificate: at the velocity found, forces obey the law of the pyramid by construction, so
 //! the only error is that of the momentum balance in newtons, as for the cone.
+
+mod balance;
+mod params;
+mod point;
+mod slide;
 
 use super::contact::law::{Mode, Track, add_scaled, dot};
 use super::contact::path::{End, Equations, follow};
@@ -37,97 +44,15 @@ use crate::real::{Real, Vec3, abs, max, sqrt};
 use crate::solve::{
     Answer, Before, Bodies, ContactPoint, DOF, MAX_POINTS, Solution, SolveBudget, SolveStatus, Solved,
 };
+use balance::{Balance, Inertia};
 use heapless::Vec;
+pub use params::{FirstEdge, PyramidParams};
+pub use point::Past;
+use point::{Point, damping, expect, in_range};
+use slide::{Slide, unit};
 
 /// Turns of a pyramid below this are not made, rad: a hundredth of a degree changes nothing that is measured.
 const LEAST_TURN: f64 = 2e-4;
-
-/// How a point's pyramid is turned.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FirstEdge<R> {
-    /// Each point's follows its slip, or, while it sticks, the load.
-    Slip,
-    /// All at this angle from the point's first tangent, given as cosine and sine: for studies of what
-    /// pyramids do.
-    Fixed([R; 2]),
-}
-
-/// Friction pyramids, and how their problem is solved.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PyramidParams<R: Real> {
-    /// 8: edges, 4, 8 or 16. Friction across the load of a point that sticks is at least `cos(pi / edges)` of the
-    /// cone's (0.924 for 8); along the load, and of a point that slides, it is the cone's. Doubled: 0.981, and up to twice
-    /// the kinks on the path. Halved: 0.707, a third of the kinks, and a disc that spins under a small force is off by
-    /// a fifth.
-    pub edges: u8,
-    /// How they are turned.
-    pub first_edge: FirstEdge<R>,
-    /// Whether the pyramid's faces touch the cone instead of its edges.
-    pub circumscribed: bool,
-    /// 4: paths followed from one start: the first leads to the answer but for rounding. Doubled: no change.
-    pub paths: u8,
-    /// 3: steps with the same equations that take out what rounding left. Doubled: no change.
-    pub polish_steps: u8,
-    /// 4: most times that pyramids are turned to the slip found and the problem solved again; mostly none or one. Halved: slip that turns fast
-    /// is followed with chatter.
-    pub turns: u8,
-    /// 32: roundings of the largest velocity times the stiffness that the tolerance allows for, as for the
-    /// cone. Doubled: rigid contacts count as solved with twice the leftover that `f32` cannot avoid.
-    pub roundings: R,
-    /// 0.01: least ratio of the coefficients of friction along the two tangents.
-    pub min_friction_ratio: R,
-}
-
-impl<R: Real> Default for PyramidParams<R> {
-    fn default() -> Self {
-        Self {
-            edges: 8,
-            first_edge: FirstEdge::Slip,
-            circumscribed: false,
-            paths: 4,
-            polish_steps: 3,
-            turns: 4,
-            roundings: R::of(32.0),
-            min_friction_ratio: R::of(0.01),
-        }
-    }
-}
-
-/// What a point did in the step before.
-#[derive(Clone, Copy, Debug)]
-pub struct Past<R> {
-    /// Open, stuck, slid.
-    pub before: Before<R>,
-    /// Its tangential spring, m: friction acts against it.
-    pub spring_m: [R; 2],
-}
-
-/// A point, and what turns the pyramid's impulses into forces along its tangents.
-#[derive(Clone, Copy, Debug)]
-struct Point<R: Real> {
-    given: ContactPoint<R>,
-    past: Option<Past<R>>,
-    /// Factors of the tangents: friction coefficients, or one where there is no friction.
-    factor: [R; 2],
-    /// Direction of the first corner, in tangents so scaled.
-    first: [R; 2],
-    /// Share of friction that goes on as if stuck, with a viscosity.
-    viscous: R,
-}
-
-impl<R: Real> Point<R> {
-    /// The direction of the friction of a point that slid, along the scaled tangents.
-    fn held(&self) -> Option<[R; 2]> {
-        let Past { before: Before::Slid { .. }, spring_m } = self.past? else { return None };
-        unit([0, 1].map(|k| -spring_m[k] * self.factor[k]))
-    }
-
-    /// A vector along the pyramid's axes, along the scaled tangents.
-    fn turned_back(&self, [x, y]: [R; 2]) -> [R; 2] {
-        let [c, s] = self.first;
-        [c * x - s * y, s * x + c * y]
-    }
-}
 
 /// Working memory of a solve: points are added one by one, then solved for.
 #[derive(Clone, Debug)]
@@ -160,39 +85,12 @@ pub fn solve<R: Real, const NC: usize>(
     let s = work.solve(bodies, guess, budget, params);
     Solution {
         velocity: s.velocity,
-        force_n: work.answers().map(|a| a.force_n).collect(),
+        force_n: work.answers().iter().map(|a| a.force_n).collect(),
         status: s.status,
         residual_n: s.residual_n,
         iterations: s.iterations,
         evaluations: s.evaluations,
     }
-}
-
-/// A momentum balance: what is left of it, a scale of its terms and what rounding of velocities does to it, N.
-struct Balance<R> {
-    rest: Vec7<R>,
-    scale_n: R,
-    rounding_n: R,
-}
-
-impl<R: Real> Balance<R> {
-    fn residual_n(&self) -> R {
-        let mut most = R::zero();
-        for x in &self.rest {
-            // A NaN must win: it is the worst residual there is.
-            if !(abs(*x) <= most) {
-                most = abs(*x);
-            }
-        }
-        most
-    }
-}
-
-/// The inertial side; angular velocities are multiplied, lengths divided by the radius of gyration.
-struct Inertia<R> {
-    mass: Mat7<R>,
-    free: Vec7<R>,
-    rate: R,
 }
 
 /// Where an attempt begins.
@@ -238,14 +136,15 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     /// Every point's answer to the velocity found, in the order in which they were added; none where the
     /// problem was not solved.
     #[inline(always)]
-    pub fn answers(&self) -> impl Iterator<Item = Answer<R>> {
-        self.answers.iter().copied()
+    pub fn answers(&self) -> &[Answer<R>] {
+        &self.answers
     }
 
     /// Solves for the velocity at the end of the step, from `guess` (the last step's).
     ///
     /// A number out of its range is `BadInput`; what is not finite is never `Solved`. Never panics; `iterations` counts factorisations, `evaluations` balances and kinks, which cost
     /// about as much as an evaluation of the cone's balance; both are bounded by `budget`.
+    #[inline(never)]
     pub fn solve(
         &mut self,
         bodies: &Bodies<R>,
@@ -341,6 +240,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
 
     /// Steps with the equations at hand while every point does what they are for; whether that solves it.
     #[allow(clippy::too_many_arguments)]
+    #[inline(never)]
     fn polish(
         &mut self,
         equations: &mut Equations<'_, R, DOF>,
@@ -369,6 +269,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
 
     /// Takes the solution at `velocity`, or the one with pyramids turned to the slip that it has.
     #[allow(clippy::too_many_arguments)]
+    #[inline(never)]
     fn finish(
         &mut self,
         equations: &mut Equations<'_, R, DOF>,
@@ -440,6 +341,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     /// A corner whose normal cone holds the slip gives the same friction whatever the slip's direction
     /// in it. Friction that turns also turns the slip: one Newton step on "friction against the slip", which is
     /// the cone's law, finds for all points at once where the two agree.
+    #[inline(never)]
     fn turn(&mut self, equations: &Equations<'_, R, DOF>, velocity: &mut Vec7<R>) -> bool {
         let mut matrix = equations.matrix;
         let mut force = [R::zero(); DOF];
@@ -485,6 +387,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     }
 
     /// Rows, constants and compliances of every point; its pyramid is turned as friction acts at `v`.
+    #[inline(never)]
     fn load(&mut self, polygon: &Polygon<R>, scale: R, v: &Vec7<R>, params: &PyramidParams<R>) {
         let (zero, one) = (R::zero(), R::one());
         let (linear, angular) = (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]));
@@ -598,6 +501,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     }
 
     /// Modes, trial impulses and offsets with which the path begins at `v`.
+    #[inline(never)]
     fn start(
         &mut self,
         polygon: &Polygon<R>,
@@ -640,6 +544,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     }
 
     /// The balance at `v`, and whether every point does there what it did on the path.
+    #[inline(never)]
     fn evaluate(
         &mut self,
         polygon: &Polygon<R>,
@@ -660,6 +565,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     }
 
     /// Forces along the points' own axes.
+    #[inline(never)]
     fn answer(&mut self, polygon: &Polygon<R>) {
         self.answers.clear();
         for (p, track) in self.points.iter().zip(&self.tracks) {
@@ -688,101 +594,5 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
                 adhesion_n: g.adhesion_n,
             });
         }
-    }
-}
-
-/// A point that slides, in the axes of its pyramid.
-struct Slide<R> {
-    friction_n: R,
-    /// Direction across its friction.
-    across: [R; 2],
-    /// Its slip, turned round, along the friction and across it.
-    along_m_s: R,
-    across_m_s: R,
-}
-
-impl<R: Real> Slide<R> {
-    /// `None` for a point that does not slide, or not against its friction.
-    fn of(track: &Track<R, DOF>) -> Option<Self> {
-        if !matches!(track.mode, Mode::Corner(_) | Mode::Edge(_)) {
-            return None;
-        }
-        let [_, f1, f2] = track.impulse;
-        let friction_n = sqrt(f1 * f1 + f2 * f2);
-        let [h1, h2] = unit([f1, f2])?;
-        let slip = [-track.speed[1], -track.speed[2]];
-        let along_m_s = along([h1, h2], slip);
-        let across = [-h2, h1];
-        (along_m_s > R::zero()).then(|| Self {
-            friction_n,
-            across,
-            along_m_s,
-            across_m_s: along(across, slip),
-        })
-    }
-
-    /// Velocity along `across`, as a row.
-    fn row(&self, track: &Track<R, DOF>) -> [R; DOF] {
-        let mut row = [R::zero(); DOF];
-        add_scaled(&mut row, self.across[0], &track.rows[1]);
-        add_scaled(&mut row, self.across[1], &track.rows[2]);
-        row
-    }
-}
-
-/// The direction of `v`; `None` where it has none.
-#[inline(always)]
-fn unit<R: Real>(v: [R; 2]) -> Option<[R; 2]> {
-    let size = sqrt(v[0] * v[0] + v[1] * v[1]);
-    (size > R::of(1e-18)).then(|| v.map(|x| x / size))
-}
-
-/// Whether the numbers of the law may be; a NaN is none of these.
-fn in_range<R: Real>(p: &ContactPoint<R>) -> bool {
-    let zero = R::zero();
-    let [k0, k1, k2] = p.stiffness_n_s_m;
-    let springs = k0 > zero && k1 > zero && k2 > zero;
-    springs && p.mu[0] >= zero && p.mu[1] >= zero && p.adhesion_n >= zero && p.viscous_n_s_m >= zero
-}
-
-/// Damping of the share of viscous friction that nothing bounds, along the scaled tangents, N s/m.
-#[inline(always)]
-fn damping<R: Real>(p: &Point<R>, track: &Track<R, DOF>) -> R {
-    if p.viscous > R::zero() && track.friction > R::zero() {
-        track.tangent_gain * p.viscous / (R::one() - p.viscous)
-    } else {
-        R::zero()
-    }
-}
-
-/// Changes the trial so that the point does what it did before.
-#[inline]
-fn expect<R: Real>(p: &Point<R>, track: &mut Track<R, DOF>, polygon: &Polygon<R>) {
-    let zero = R::zero();
-    let Some(Past { before, .. }) = p.past else { return };
-    let touches = track.trial[0] > zero;
-    let (load_n, slid) = match before {
-        Before::Open => {
-            if touches {
-                track.trial[0] = zero;
-            }
-            return;
-        }
-        Before::Stuck { load_n } => (load_n, false),
-        Before::Slid { load_n } => (load_n, true),
-    };
-    if !touches {
-        track.trial[0] = load_n + p.given.adhesion_n;
-    }
-    let [normal, first, second] = track.trial;
-    let limit = track.friction * normal;
-    let square = first * first + second * second;
-    let inner = limit * polygon.apothem * R::of(0.9);
-    let outer = limit * R::of(1.02);
-    let bound = if slid { outer } else { inner };
-    let other = if slid { square < bound * bound } else { square > bound * bound };
-    if other && square > zero {
-        let share = bound / sqrt(square);
-        track.trial = [normal, first * share, second * share];
     }
 }

@@ -58,6 +58,7 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
     }
 
     /// Solves for the velocity at the end of the step, from `guess`.
+    #[inline(never)]
     pub fn solve(
         &mut self,
         bodies: &Bodies<R>,
@@ -76,12 +77,7 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
         if first.status == SolveStatus::Solved {
             return (first, SolvedBy::Pyramids);
         }
-        for (point, before) in self.pyramids.points() {
-            self.cone.add(point);
-            if let Some(before) = before {
-                self.cone.expect(before);
-            }
-        }
+        self.hand_over();
         let left = budget.work().saturating_sub(first.work());
         let mut second = self.cone.solve(bodies, guess, &budget.within(left));
         second.iterations = second.iterations.saturating_add(first.iterations);
@@ -89,11 +85,25 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
         (second, SolvedBy::ConeInstead)
     }
 
+    /// Gives the cone the points of the pyramids.
+    #[cold]
+    #[inline(never)]
+    fn hand_over(&mut self) {
+        for (point, before) in self.pyramids.points() {
+            self.cone.add(point);
+            if let Some(before) = before {
+                self.cone.expect(before);
+            }
+        }
+    }
+
     /// What each point answered, in the order in which they were added.
     #[inline(always)]
     pub fn answers(&self) -> impl Iterator<Item = Answer<R>> {
-        // Only one of the two has any.
-        self.cone.answers().chain(self.pyramids.answers())
+        // Only one of the two has any. One loop for both: its body is large where it is used.
+        let pyramids = self.pyramids.answers();
+        let count = self.cone.count().max(pyramids.len());
+        (0..count).filter_map(move |k| pyramids.get(k).copied().or_else(|| self.cone.answer(k)))
     }
 
     /// Forgets the points, and what they answered.

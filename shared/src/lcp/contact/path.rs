@@ -94,6 +94,7 @@ fn update_rates<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], dy: &[R; 
 
 /// From trial impulses that are consistent with the modes, velocities `y`, offsets and the `unbalanced`
 /// rest `M y - G'p - h`, to offsets and a rest of zero. Returns the number of kinks crossed.
+#[inline(never)]
 pub(in crate::lcp) fn follow<R: Real, const ND: usize>(
     equations: &mut Equations<'_, R, ND>,
     tracks: &mut [Track<R, ND>],

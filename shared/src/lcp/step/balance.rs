@@ -1,0 +1,31 @@
+//! The momentum balance of a step, and its inertial side.
+
+use crate::linear::{Mat7, Vec7};
+use crate::real::{Real, abs};
+
+/// A momentum balance: what is left of it, a scale of its terms and what rounding of velocities does to it, N.
+pub(super) struct Balance<R> {
+    pub rest: Vec7<R>,
+    pub scale_n: R,
+    pub rounding_n: R,
+}
+
+impl<R: Real> Balance<R> {
+    pub fn residual_n(&self) -> R {
+        let mut most = R::zero();
+        for x in &self.rest {
+            // A NaN must win: it is the worst residual there is.
+            if !(abs(*x) <= most) {
+                most = abs(*x);
+            }
+        }
+        most
+    }
+}
+
+/// The inertial side; angular velocities are multiplied, lengths divided by the radius of gyration.
+pub(super) struct Inertia<R> {
+    pub mass: Mat7<R>,
+    pub free: Vec7<R>,
+    pub rate: R,
+}

@@ -1,0 +1,93 @@
+//! A point of the step: what it is, what it did, and where the path begins with it.
+
+use super::slide::unit;
+use crate::lcp::contact::law::Track;
+use crate::lcp::contact::polygon::Polygon;
+use crate::real::{Real, sqrt};
+use crate::solve::{Before, ContactPoint, DOF};
+
+/// What a point did in the step before.
+#[derive(Clone, Copy, Debug)]
+pub struct Past<R> {
+    /// Open, stuck, slid.
+    pub before: Before<R>,
+    /// Its tangential spring, m: friction acts against it.
+    pub spring_m: [R; 2],
+}
+
+/// A point, and what turns the pyramid's impulses into forces along its tangents.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point<R: Real> {
+    pub given: ContactPoint<R>,
+    pub past: Option<Past<R>>,
+    /// Factors of the tangents: friction coefficients, or one where there is no friction.
+    pub factor: [R; 2],
+    /// Direction of the first corner, in tangents so scaled.
+    pub first: [R; 2],
+    /// Share of friction that goes on as if stuck, with a viscosity.
+    pub viscous: R,
+}
+
+impl<R: Real> Point<R> {
+    /// The direction of the friction of a point that slid, along the scaled tangents.
+    pub fn held(&self) -> Option<[R; 2]> {
+        let Past { before: Before::Slid { .. }, spring_m } = self.past? else { return None };
+        unit([0, 1].map(|k| -spring_m[k] * self.factor[k]))
+    }
+
+    /// A vector along the pyramid's axes, along the scaled tangents.
+    pub fn turned_back(&self, [x, y]: [R; 2]) -> [R; 2] {
+        let [c, s] = self.first;
+        [c * x - s * y, s * x + c * y]
+    }
+}
+
+/// Whether the numbers of the law may be; a NaN is none of these.
+pub(super) fn in_range<R: Real>(p: &ContactPoint<R>) -> bool {
+    let zero = R::zero();
+    let [k0, k1, k2] = p.stiffness_n_s_m;
+    let springs = k0 > zero && k1 > zero && k2 > zero;
+    springs && p.mu[0] >= zero && p.mu[1] >= zero && p.adhesion_n >= zero && p.viscous_n_s_m >= zero
+}
+
+/// Damping of the share of viscous friction that nothing bounds, along the scaled tangents, N s/m.
+#[inline(always)]
+pub(super) fn damping<R: Real>(p: &Point<R>, track: &Track<R, DOF>) -> R {
+    if p.viscous > R::zero() && track.friction > R::zero() {
+        track.tangent_gain * p.viscous / (R::one() - p.viscous)
+    } else {
+        R::zero()
+    }
+}
+
+/// Changes the trial so that the point does what it did before.
+#[inline]
+pub(super) fn expect<R: Real>(p: &Point<R>, track: &mut Track<R, DOF>, polygon: &Polygon<R>) {
+    let zero = R::zero();
+    let Some(Past { before, .. }) = p.past else { return };
+    let touches = track.trial[0] > zero;
+    let (load_n, slid) = match before {
+        Before::Open => {
+            if touches {
+                track.trial[0] = zero;
+            }
+            return;
+        }
+        Before::Stuck { load_n } => (load_n, false),
+        Before::Slid { load_n } => (load_n, true),
+    };
+    if !touches {
+        track.trial[0] = load_n + p.given.adhesion_n;
+    }
+    let [normal, first, second] = track.trial;
+    let limit = track.friction * normal;
+    let square = first * first + second * second;
+    let inner = limit * polygon.apothem * R::of(0.9);
+    let outer = limit * R::of(1.02);
+    let bound = if slid { outer } else { inner };
+    let other = if slid { square < bound * bound } else { square > bound * bound };
+    if other && square > zero {
+        let share = bound / sqrt(square);
+        track.trial = [normal, first * share, second * share];
+    }
+}
