@@ -67,7 +67,8 @@ mod tests {
         let taken_up = |t: f64| 0.35 * ((t + 0.8) / 0.1).clamp(0.0, 1.0);
         let knock = |t: f64| 0.3 * ((t + 0.03) / 0.03).clamp(0.0, 1.0);
         // Time counts from the onset; the friction there is is 0.5.
-        let courses: [(&str, &dyn Fn(f64) -> f64, Cause); 12] = [
+        type Course<'a> = (&'a str, &'a dyn Fn(f64) -> f64, Cause);
+        let courses: [Course<'_>; 12] = [
             (
                 "a grip that decays within 0.6 s",
                 &|t| 0.2 / (1.0 - 0.6 * ((t + 0.6) / 0.6).clamp(0.0, 1.0)),
