@@ -41,7 +41,7 @@ fn as_factors(points: &Points<f64>, bodies: &Bodies<f64>) -> Factors<f64, CAPACI
 }
 
 fn draw_grasp(draw: &mut Draw, case: usize, mu: f64, spring_n_m: f64) -> (Points<f64>, Bodies<f64>) {
-    random_grasp(draw, if case % 2 == 0 { Push::Plane } else { Push::Edge }, mu, spring_n_m)
+    random_grasp(draw, if case.is_multiple_of(2) { Push::Plane } else { Push::Edge }, mu, spring_n_m)
 }
 
 #[test]
