@@ -148,6 +148,7 @@ pub struct Solved<R> {
 
 impl<R> Solved<R> {
     /// Work of the solve, in evaluations.
+    #[cfg(feature = "pyramids")]
     pub(crate) fn work(&self) -> u32 {
         self.iterations.saturating_mul(FACTORS_WORK).saturating_add(self.evaluations)
     }

@@ -189,6 +189,9 @@ pub fn step<R: Real, const NC: usize>(
 /// `residual_n` says how exactly.
 ///
 /// Never panics; bounded by `options` and the capacity `NC`.
+// Said here, one instance is shared by all crates; otherwise the firmware has one of its own beside that of
+// `Predictor::settle`, 24 KiB.
+#[inline(never)]
 pub fn step_in<R: Real, const NC: usize>(
     scene: &Scene<R>,
     model: &Model<R>,

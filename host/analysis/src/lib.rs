@@ -24,6 +24,7 @@ pub mod model;
 pub mod progress;
 pub mod run;
 pub mod score;
+pub mod simulate;
 pub mod suggest;
 
 pub use add::{add, refit};
@@ -32,6 +33,6 @@ pub use check::check;
 pub use compare::compare;
 pub use diagnose::diagnose;
 pub use progress::Progress;
-pub use run::predicted::simulate;
 pub use score::document::score;
+pub use simulate::simulate;
 pub use suggest::suggest;

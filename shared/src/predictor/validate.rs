@@ -1,7 +1,7 @@
 //! What scene and model must be for the step to work with them.
 
 use super::types::Limits;
-use crate::model::{FingerContact, Model, PusherContact, Scene, Shape, SupportContact};
+use crate::model::{FingerContact, Formulation, Model, PusherContact, Scene, Shape, SupportContact};
 use crate::real::Real;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -33,6 +33,8 @@ pub enum ModelError {
     Support,
     /// A limit of the predictor not finite or out of its range.
     Limit(Limit),
+    /// Friction pyramids, which this build does not have (feature `pyramids`).
+    Formulation,
 }
 
 /// A number of [`Limits`].
@@ -101,6 +103,9 @@ fn is_outline<R: Real>(corners: &[[R; 2]]) -> bool {
 /// Refuses what the step cannot work with.
 pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), ModelError> {
     let positive = |x: R| x.finite() && x > R::zero();
+    if !cfg!(feature = "pyramids") && model.formulation == Formulation::Lcp {
+        return Err(ModelError::Formulation);
+    }
     let object = &scene.object;
     let diagonal = (0..3).all(|k| positive(object.inertia_kg_m2[k][k]));
     if !positive(object.mass_kg) || !diagonal || !object.inertia_kg_m2.iter().flatten().all(|x| x.finite()) {

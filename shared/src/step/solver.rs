@@ -1,11 +1,19 @@
 //! The contact problem of a step, solved as the model asks: with the exact cone or with friction pyramids.
+//!
+//! Pyramids need the feature `pyramids`, and 70 KiB of a board's flash. A build without it refuses models that
+//! ask for them (`predictor::validate`); the step itself would solve the cone and mark it.
 
 use crate::cone;
-use crate::lcp::step::{Past, PyramidParams, Workspace as Pyramids};
+#[cfg(feature = "pyramids")]
+use crate::lcp::step::Workspace as Pyramids;
+use crate::lcp::step::{Past, PyramidParams};
 use crate::model::Formulation;
 use crate::real::Real;
-use crate::solve::{Answer, Bodies, ContactPoint, DOF, SolveBudget, SolveStatus, Solved};
+#[cfg(feature = "pyramids")]
+use crate::solve::SolveStatus;
+use crate::solve::{Answer, Bodies, ContactPoint, DOF, SolveBudget, Solved};
 
+#[cfg(feature = "pyramids")]
 /// What a unit of work of the pyramids costs, in the cone's: `make cost` counts 5,000 instructions for a kink or an
 /// evaluation and 20,000 for a factorisation with what belongs to it.
 const PYRAMIDS_COST: u32 = 2;
@@ -26,6 +34,7 @@ pub enum SolvedBy {
 #[derive(Clone, Debug)]
 pub(super) struct Solver<R: Real, const NC: usize> {
     pub cone: cone::Workspace<R, NC>,
+    #[cfg(feature = "pyramids")]
     pub pyramids: Pyramids<R, NC>,
     formulation: Formulation,
 }
@@ -34,13 +43,19 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
     // Built in place: it is larger than all else in a tick.
     #[inline(always)]
     pub fn new() -> Self {
-        Self { cone: cone::Workspace::new(), pyramids: Pyramids::new(), formulation: Formulation::Cone }
+        Self {
+            cone: cone::Workspace::new(),
+            #[cfg(feature = "pyramids")]
+            pyramids: Pyramids::new(),
+            formulation: Formulation::Cone,
+        }
     }
 
     /// Begins a problem of `bodies`, without points.
     pub fn begin(&mut self, formulation: Formulation, bodies: &Bodies<R>) {
         self.formulation = formulation;
         self.cone.begin(bodies);
+        #[cfg(feature = "pyramids")]
         self.pyramids.forget();
     }
 
@@ -48,13 +63,13 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
     #[inline(always)]
     pub fn add(&mut self, point: &ContactPoint<R>, past: Past<R>) {
         // The capacities are that of the contacts: these cannot fail.
-        match self.formulation {
-            Formulation::Cone => {
-                self.cone.add(point);
-                self.cone.expect(past.before);
-            }
-            Formulation::Lcp => self.pyramids.add(point, Some(past)),
+        #[cfg(feature = "pyramids")]
+        if self.formulation == Formulation::Lcp {
+            self.pyramids.add(point, Some(past));
+            return;
         }
+        self.cone.add(point);
+        self.cone.expect(past.before);
     }
 
     /// Solves for the velocity at the end of the step, from `guess`.
@@ -69,6 +84,29 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
         if self.formulation == Formulation::Cone {
             return (self.cone.solve(bodies, guess, budget), SolvedBy::Cone);
         }
+        self.instead(bodies, guess, budget, params)
+    }
+
+    #[cfg(not(feature = "pyramids"))]
+    fn instead(
+        &mut self,
+        bodies: &Bodies<R>,
+        guess: &[R; DOF],
+        budget: &SolveBudget<R>,
+        _: &PyramidParams<R>,
+    ) -> (Solved<R>, SolvedBy) {
+        (self.cone.solve(bodies, guess, budget), SolvedBy::ConeInstead)
+    }
+
+    /// Pyramids; the cone where they are not solved within half of the work.
+    #[cfg(feature = "pyramids")]
+    fn instead(
+        &mut self,
+        bodies: &Bodies<R>,
+        guess: &[R; DOF],
+        budget: &SolveBudget<R>,
+        params: &PyramidParams<R>,
+    ) -> (Solved<R>, SolvedBy) {
         // Half of the work at most: the cone may have to be solved in their place.
         let bounded = budget.within(budget.work() / 2 / PYRAMIDS_COST);
         let mut first = self.pyramids.solve(bodies, guess, &bounded, params);
@@ -86,6 +124,7 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
     }
 
     /// Gives the cone the points of the pyramids.
+    #[cfg(feature = "pyramids")]
     #[cold]
     #[inline(never)]
     fn hand_over(&mut self) {
@@ -98,6 +137,7 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
     }
 
     /// What each point answered, in the order in which they were added.
+    #[cfg(feature = "pyramids")]
     #[inline(always)]
     pub fn answers(&self) -> impl Iterator<Item = Answer<R>> {
         // Only one of the two has any. One loop for both: its body is large where it is used.
@@ -106,9 +146,17 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
         (0..count).filter_map(move |k| pyramids.get(k).copied().or_else(|| self.cone.answer(k)))
     }
 
+    /// What each point answered, in the order in which they were added.
+    #[cfg(not(feature = "pyramids"))]
+    #[inline(always)]
+    pub fn answers(&self) -> impl Iterator<Item = Answer<R>> {
+        (0..self.cone.count()).filter_map(|k| self.cone.answer(k))
+    }
+
     /// Forgets the points, and what they answered.
     pub fn forget(&mut self) {
         self.cone.forget();
+        #[cfg(feature = "pyramids")]
         self.pyramids.forget();
     }
 }

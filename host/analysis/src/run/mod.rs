@@ -1,7 +1,6 @@
 //! Models along recorded trials: the contact model by itself, and the predictor as on the board.
 
 pub mod motion;
-pub mod predicted;
 pub mod replay;
 pub mod series;
 pub mod simulate;

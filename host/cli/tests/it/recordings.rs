@@ -63,7 +63,7 @@ fn wrong_signs_and_units_in_a_mapping_are_physics_errors() {
     for (number, (from, to, word)) in [
         ("acts_on = \"object\"   # CHECK: or \"finger\"", "acts_on = \"finger\" #", "finger"),
         // Torques then exceed what the force can have on a pad.
-        ("force_unit = \"N\"", "force_unit = \"mN\"", "torque"),
+        ("force_unit = \"N\"", "force_unit = \"mN\"", "no pad of this size"),
     ]
     .into_iter()
     .enumerate()

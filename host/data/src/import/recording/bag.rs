@@ -12,7 +12,7 @@ use cdr_encoding::from_bytes;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-use super::RecordingError;
+use super::error::RecordingError;
 use crate::spelling;
 
 /// `builtin_interfaces/Time`.

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use super::RecordingError;
+use super::error::RecordingError;
 use super::mapping::{Mapping, Trials};
 use super::units::Quantity;
 use crate::{TrialInfo, trials};

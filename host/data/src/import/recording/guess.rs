@@ -7,7 +7,7 @@ use std::path::Path;
 
 use regex::Regex;
 
-use super::RecordingError;
+use super::error::RecordingError;
 use super::mapping::FORMAT;
 use super::units::Quantity;
 use crate::csv_text::CsvText;

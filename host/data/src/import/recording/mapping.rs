@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
-use super::RecordingError;
+use super::error::RecordingError;
 use super::frames::{Axes, PoseFrame, WrenchFrame};
 use super::units::Quantity;
 use crate::{Description, description, spelling};

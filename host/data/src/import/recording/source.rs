@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::RecordingError;
+use super::error::RecordingError;
 use super::mapping::Stream;
 use crate::csv_text::CsvText;
 use crate::import::BadRow;

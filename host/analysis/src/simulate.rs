@@ -13,7 +13,7 @@ use stickslip_shared::model::Model;
 use stickslip_shared::track;
 use thiserror::Error;
 
-use crate::Progress;
+use crate::progress::Progress;
 use crate::run::simulate::{Prepared, Simulated, prepare};
 
 /// What was written.
