@@ -1,6 +1,6 @@
 //! The contact problem of a step, solved as the model asks: with the exact cone or with friction pyramids.
 //!
-//! Pyramids need the feature `pyramids`, and 70 KiB of a board's flash. A build without it refuses models that
+//! Pyramids need the feature `pyramids`, and 30 KiB of a board's flash. A build without it refuses models that
 //! ask for them (`predictor::validate`); the step itself would solve the cone and mark it.
 
 use crate::cone;
