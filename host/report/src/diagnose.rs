@@ -62,7 +62,7 @@ pub fn html(report: &Report, name: &str, next: &str) -> String {
     if !has_after(report) {
         let rows = limits_on_effects(report).into_iter();
         let row = |[effect, name, upper, typical]: [String; 4]| {
-            escape(&format!("{effect}: {name} at most {upper} (typical: {typical})"))
+            escape(&format!("{effect}, {name}: {upper} (typical: {typical})"))
         };
         body += &list("What may still be there (95 %)", rows.map(row));
     }
@@ -122,7 +122,9 @@ pub fn limits_on_effects(report: &Report) -> Vec<[String; 4]> {
     };
     let each = |(id, strengths): (&&'static str, &BTreeMap<&'static str, UpperLimit>)| {
         let row = |(name, l): (&&'static str, &UpperLimit)| {
-            let upper = l.upper.map_or("no limit".into(), |x| with_unit(x, l.unit));
+            let upper = l
+                .upper
+                .map_or("not limited by these data".into(), |x| format!("at most {}", with_unit(x, l.unit)));
             [(*id).to_owned(), (*name).to_owned(), upper, with_unit(l.plausible, l.unit)]
         };
         strengths.iter().map(row).collect::<Vec<_>>()

@@ -190,7 +190,7 @@ fn print(report: &Report, output: &Output) {
         output.text(format_args!("left: {}", stickslip_report::diagnose::structure_words(u)));
     }
     if matches!(report.verdict, Verdict::NothingMissing | Verdict::Inconclusive) {
-        let mut t = table(["effect", "strength", "at most", "typical"]);
+        let mut t = table(["effect", "strength", "limit", "typical"]);
         for [effect, name, upper, typical] in stickslip_report::diagnose::limits_on_effects(report) {
             t.add_row(vec![Cell::new(effect), Cell::new(name), right(upper), right(typical)]);
         }
