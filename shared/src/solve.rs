@@ -146,6 +146,20 @@ pub struct Solved<R> {
     pub evaluations: u32,
 }
 
+impl<R: Real, const NC: usize> Solution<R, NC> {
+    /// What a solve said, with the force of each point.
+    pub(crate) fn of(solved: &Solved<R>, force_n: Vec<[R; 3], NC>) -> Self {
+        Self {
+            velocity: solved.velocity,
+            force_n,
+            status: solved.status,
+            residual_n: solved.residual_n,
+            iterations: solved.iterations,
+            evaluations: solved.evaluations,
+        }
+    }
+}
+
 impl<R> Solved<R> {
     /// Work of the solve, in evaluations.
     #[cfg(feature = "pyramids")]

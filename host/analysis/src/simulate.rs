@@ -141,6 +141,5 @@ pub fn predicted(prepared: &Prepared, trial: &Trial, simulated: &Simulated) -> T
 }
 
 fn written(pose: &track::Pose<f64>) -> Pose {
-    let q = pose.rotation.quaternion();
-    Pose { position_m: pose.position_m.into(), quaternion: [q.w, q.i, q.j, q.k] }
+    Pose::of(&pose.position_m, &pose.rotation)
 }

@@ -41,6 +41,15 @@ pub struct Pose {
     pub quaternion: [f64; 4],
 }
 
+impl Pose {
+    /// From a position (m) and a rotation.
+    #[must_use]
+    pub fn of(position_m: &nalgebra::Vector3<f64>, rotation: &nalgebra::UnitQuaternion<f64>) -> Self {
+        let q = rotation.quaternion();
+        Pose { position_m: (*position_m).into(), quaternion: [q.w, q.i, q.j, q.k] }
+    }
+}
+
 /// Force (N) and torque (N m).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wrench {

@@ -1,15 +1,14 @@
 //! Friction pyramids beside the exact cone, step by step.
 //!
-//! A run of the board is walked through in `f32` with pyramids, within a tick's bounds; from every state on the way
-//! the same step is made once more with the cone. What differs is the set of friction forces alone.
+//! Each step of a run with pyramids ([`crate::steps`]) is made once more with the cone. What differs is the set
+//! of friction forces alone.
 
 use serde::Serialize;
-use stickslip_lcp::solve::percentile;
 use stickslip_shared::model::{Formulation, Model};
 use stickslip_shared::solve::{SolveBudget, SolveStatus};
 use stickslip_shared::step::{SolvedBy, Workspace, step_in};
 
-use crate::precision::Walked;
+use crate::steps::{Spread, Walked};
 
 /// One step in both formulations.
 #[derive(Clone, Copy, Debug)]
@@ -66,17 +65,6 @@ pub fn pair(walked: &Walked) -> Pair {
     }
 }
 
-/// Median, 99th percentile and largest.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Spread {
-    /// Half of the steps are below.
-    pub median: f64,
-    /// 99 of a hundred are below.
-    pub p99: f64,
-    /// Largest.
-    pub worst: f64,
-}
-
 /// Steps of one kind.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
@@ -108,20 +96,13 @@ pub struct Summary {
     pub cone_evaluations: Spread,
 }
 
-fn spread(values: impl Iterator<Item = f64>) -> Spread {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    let at = |k| percentile(&values, k);
-    Spread { median: at(50), p99: at(99), worst: at(100) }
-}
-
 /// Summary of steps.
 #[must_use]
 pub fn summarise(steps: &str, pairs: &[Pair]) -> Summary {
     let compared: Vec<Pair> = pairs.iter().copied().filter(|p| p.compared).collect();
     let share = |part: usize, whole: usize| part as f64 / whole.max(1) as f64;
     let points: usize = compared.iter().map(|p| p.points).sum();
-    let work = |by: usize, what: usize| spread(pairs.iter().map(move |p| f64::from(p.work[by][what])));
+    let work = |by: usize, what: usize| Spread::of(pairs.iter().map(move |p| f64::from(p.work[by][what])));
     Summary {
         steps: steps.to_owned(),
         number: pairs.len(),
@@ -129,9 +110,9 @@ pub fn summarise(steps: &str, pairs: &[Pair]) -> Summary {
         compared: compared.len(),
         same_share: share(compared.iter().filter(|p| p.differing == 0).count(), compared.len()),
         same_points_share: 1.0 - share(compared.iter().map(|p| p.differing).sum(), points),
-        force_n: spread(compared.iter().map(|p| p.force_n)),
-        relative: spread(compared.iter().map(|p| p.force_n / p.load_n.max(1.0))),
-        velocity_m_s: spread(compared.iter().map(|p| p.velocity_m_s)),
+        force_n: Spread::of(compared.iter().map(|p| p.force_n)),
+        relative: Spread::of(compared.iter().map(|p| p.force_n / p.load_n.max(1.0))),
+        velocity_m_s: Spread::of(compared.iter().map(|p| p.velocity_m_s)),
         factorisations: work(0, 0),
         evaluations: work(0, 1),
         cone_iterations: work(1, 0),

@@ -11,4 +11,5 @@ pub mod planar;
 pub mod precision;
 #[cfg(feature = "probe")]
 pub mod probe;
+pub mod steps;
 pub mod tribometer;

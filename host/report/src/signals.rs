@@ -3,10 +3,12 @@
 
 use std::fmt::Write as _;
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use plotters::style::RGBColor;
+use stickslip_analysis::channels;
 use stickslip_analysis::check::Report;
 use stickslip_data::{Description, ObjectSpec, Pose, Sample, Trial, Wrench};
+use stickslip_shared::track;
 
 use super::html::{escape, page as whole};
 use super::plot::{Chart, Line, MEASURED, MODELS, thinned};
@@ -134,11 +136,6 @@ fn measured(times: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
     thinned(&t, &v, POINTS)
 }
 
-fn rotation(pose: &Pose) -> UnitQuaternion<f64> {
-    let [w, x, y, z] = pose.quaternion;
-    UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
-}
-
 /// Corners of the object about its centre, object axes.
 fn corners(object: &ObjectSpec) -> Vec<Vector3<f64>> {
     let both = [-0.5, 0.5];
@@ -170,11 +167,13 @@ struct Arrow {
 
 /// The bench at the trial's start, seen along the axis that is neither `right` nor `up`.
 fn drawing(object: Option<&ObjectSpec>, trial: &Trial, right: usize, up: usize) -> String {
-    let first = |pose: fn(&Sample) -> Option<Pose>| trial.samples.iter().find_map(pose);
+    let first = |measured: fn(&Sample) -> Option<Pose>| {
+        trial.samples.iter().find_map(measured).as_ref().map(channels::pose)
+    };
     let (Some(spec), Some(at)) = (object, first(|sample| sample.object)) else {
         return "<p>The object's pose is not measured.</p>".to_owned();
     };
-    let place = |pose: &Pose, local: Vector3<f64>| Vector3::from(pose.position_m) + rotation(pose) * local;
+    let place = |at: &track::Pose<f64>, local: Vector3<f64>| at.position_m + at.rotation * local;
     let outline: Vec<[f64; 2]> =
         hull(corners(spec).into_iter().map(|corner| place(&at, corner)).map(|p| [p[right], p[up]]).collect());
     let mut arrows = Vec::new();
@@ -184,13 +183,13 @@ fn drawing(object: Option<&ObjectSpec>, trial: &Trial, right: usize, up: usize) 
         for (finger, side) in [1.0, -1.0].into_iter().enumerate() {
             let from = place(&gripper, Vector3::new(0.0, side * half, 0.0));
             points.push([from[right], from[up]]);
-            let force = mean(trial, |sample| sample.finger[finger]).map(|force| rotation(&gripper) * force);
+            let force = mean(trial, |sample| sample.finger[finger]).map(|force| gripper.rotation * force);
             arrows.extend(force.map(|force_n| Arrow { from, force_n, colour: BODIES[finger] }));
         }
     }
-    let pusher = first(|sample| sample.pusher).or(trial.info.pusher);
-    if let Some(pusher) = &pusher {
-        let from = Vector3::from(pusher.position_m);
+    let pusher = first(|sample| sample.pusher).or(trial.info.pusher.as_ref().map(channels::pose));
+    if let Some(pusher) = pusher {
+        let from = pusher.position_m;
         points.push([from[right], from[up]]);
         let force = mean(trial, |sample| sample.pusher_wrench);
         arrows.extend(force.map(|force_n| Arrow { from, force_n, colour: BODIES[2] }));

@@ -94,14 +94,7 @@ pub fn solve<R: Real, const NC: usize>(
     }
     let s = work.solve(bodies, guess, options);
     let refused = s.status == SolveStatus::BadInput;
-    Solution {
-        velocity: s.velocity,
-        force_n: if refused { Vec::new() } else { work.answers().map(|a| a.force_n).collect() },
-        status: s.status,
-        residual_n: s.residual_n,
-        iterations: s.iterations,
-        evaluations: s.evaluations,
-    }
+    Solution::of(&s, if refused { Vec::new() } else { work.answers().map(|a| a.force_n).collect() })
 }
 
 impl<R: Real, const NC: usize> Workspace<R, NC> {

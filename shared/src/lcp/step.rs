@@ -83,14 +83,7 @@ pub fn solve<R: Real, const NC: usize>(
         work.add(p, None);
     }
     let s = work.solve(bodies, guess, budget, params);
-    Solution {
-        velocity: s.velocity,
-        force_n: work.answers().iter().map(|a| a.force_n).collect(),
-        status: s.status,
-        residual_n: s.residual_n,
-        iterations: s.iterations,
-        evaluations: s.evaluations,
-    }
+    Solution::of(&s, work.answers().iter().map(|a| a.force_n).collect())
 }
 
 /// Where an attempt begins.

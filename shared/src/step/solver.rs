@@ -13,9 +13,9 @@ use crate::real::Real;
 use crate::solve::SolveStatus;
 use crate::solve::{Answer, Bodies, ContactPoint, DOF, SolveBudget, Solved};
 
-#[cfg(feature = "pyramids")]
 /// What a unit of work of the pyramids costs, in the cone's: `make cost` counts 5,000 instructions for a kink or an
 /// evaluation and 20,000 for a factorisation with what belongs to it.
+#[cfg(feature = "pyramids")]
 const PYRAMIDS_COST: u32 = 2;
 
 /// Which formulation the forces of a step come from.
@@ -72,8 +72,10 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
         self.cone.expect(past.before);
     }
 
-    /// Solves for the velocity at the end of the step, from `guess`.
+    /// Solves for the velocity at the end of the step, from `guess`: with pyramids where they are asked for, and
+    /// with the cone where they are not solved within half of the work.
     #[inline(never)]
+    #[cfg_attr(not(feature = "pyramids"), expect(unused_variables))]
     pub fn solve(
         &mut self,
         bodies: &Bodies<R>,
@@ -84,43 +86,24 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
         if self.formulation == Formulation::Cone {
             return (self.cone.solve(bodies, guess, budget), SolvedBy::Cone);
         }
-        self.instead(bodies, guess, budget, params)
-    }
-
-    #[cfg(not(feature = "pyramids"))]
-    fn instead(
-        &mut self,
-        bodies: &Bodies<R>,
-        guess: &[R; DOF],
-        budget: &SolveBudget<R>,
-        _: &PyramidParams<R>,
-    ) -> (Solved<R>, SolvedBy) {
-        (self.cone.solve(bodies, guess, budget), SolvedBy::ConeInstead)
-    }
-
-    /// Pyramids; the cone where they are not solved within half of the work.
-    #[cfg(feature = "pyramids")]
-    fn instead(
-        &mut self,
-        bodies: &Bodies<R>,
-        guess: &[R; DOF],
-        budget: &SolveBudget<R>,
-        params: &PyramidParams<R>,
-    ) -> (Solved<R>, SolvedBy) {
-        // Half of the work at most: the cone may have to be solved in their place.
-        let bounded = budget.within(budget.work() / 2 / PYRAMIDS_COST);
-        let mut first = self.pyramids.solve(bodies, guess, &bounded, params);
-        first.iterations = first.iterations.saturating_mul(PYRAMIDS_COST);
-        first.evaluations = first.evaluations.saturating_mul(PYRAMIDS_COST);
-        if first.status == SolveStatus::Solved {
-            return (first, SolvedBy::Pyramids);
+        #[cfg(feature = "pyramids")]
+        {
+            let bounded = budget.within(budget.work() / 2 / PYRAMIDS_COST);
+            let mut first = self.pyramids.solve(bodies, guess, &bounded, params);
+            first.iterations = first.iterations.saturating_mul(PYRAMIDS_COST);
+            first.evaluations = first.evaluations.saturating_mul(PYRAMIDS_COST);
+            if first.status == SolveStatus::Solved {
+                return (first, SolvedBy::Pyramids);
+            }
+            self.hand_over();
+            let left = budget.work().saturating_sub(first.work());
+            let mut second = self.cone.solve(bodies, guess, &budget.within(left));
+            second.iterations = second.iterations.saturating_add(first.iterations);
+            second.evaluations = second.evaluations.saturating_add(first.evaluations);
+            (second, SolvedBy::ConeInstead)
         }
-        self.hand_over();
-        let left = budget.work().saturating_sub(first.work());
-        let mut second = self.cone.solve(bodies, guess, &budget.within(left));
-        second.iterations = second.iterations.saturating_add(first.iterations);
-        second.evaluations = second.evaluations.saturating_add(first.evaluations);
-        (second, SolvedBy::ConeInstead)
+        #[cfg(not(feature = "pyramids"))]
+        (self.cone.solve(bodies, guess, budget), SolvedBy::ConeInstead)
     }
 
     /// Gives the cone the points of the pyramids.
@@ -137,20 +120,15 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
     }
 
     /// What each point answered, in the order in which they were added.
-    #[cfg(feature = "pyramids")]
     #[inline(always)]
     pub fn answers(&self) -> impl Iterator<Item = Answer<R>> {
-        // Only one of the two has any. One loop for both: its body is large where it is used.
+        #[cfg(feature = "pyramids")]
         let pyramids = self.pyramids.answers();
+        #[cfg(not(feature = "pyramids"))]
+        let pyramids: &[Answer<R>] = &[];
+        // Only one of the two has any. One loop for both: its body is large where it is used.
         let count = self.cone.count().max(pyramids.len());
         (0..count).filter_map(move |k| pyramids.get(k).copied().or_else(|| self.cone.answer(k)))
-    }
-
-    /// What each point answered, in the order in which they were added.
-    #[cfg(not(feature = "pyramids"))]
-    #[inline(always)]
-    pub fn answers(&self) -> impl Iterator<Item = Answer<R>> {
-        (0..self.cone.count()).filter_map(|k| self.cone.answer(k))
     }
 
     /// Forgets the points, and what they answered.

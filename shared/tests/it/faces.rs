@@ -1,11 +1,11 @@
 //! Contacts that come, go and change the face: whose memory is whose.
 
-use crate::common::{at, hard, obj4, turn};
+use crate::common::{at, hard, obj4, still, turn};
 use nalgebra::UnitQuaternion;
 use stickslip_shared::contact::{Body, SLOTS};
 use stickslip_shared::model::{FingerContact, PusherContact, Scene, SupportContact};
 use stickslip_shared::real::{Rotation, Vec3};
-use stickslip_shared::step::{Drive, Moving, State, step, support_under};
+use stickslip_shared::step::{Moving, State, step, support_under};
 
 type S = State<f64, SLOTS>;
 
@@ -16,19 +16,6 @@ fn fixed(position_m: Vec3<f64>, rotation: Rotation<f64>) -> Moving<f64> {
         velocity_m_s: Vec3::zeros(),
         angular_rad_s: Vec3::zeros(),
         reference_m: position_m,
-    }
-}
-
-fn drive(dt_s: f64, grip_n: f64) -> Drive<f64> {
-    Drive {
-        dt_s,
-        carrier: UnitQuaternion::identity(),
-        carrier_m_s: Vec3::zeros(),
-        carrier_rad_s: Vec3::zeros(),
-        pusher: None,
-        support: None,
-        grip_n,
-        trial: 0.0,
     }
 }
 
@@ -44,7 +31,7 @@ fn scene(fingers: bool, pusher: Option<PusherContact<f64>>) -> Scene<f64> {
 
 #[test]
 fn a_pad_point_that_leaves_the_face_keeps_neither_load_nor_spring() {
-    let (scene, model, drive) = (scene(true, None), hard(0.4, 0.3, 0.3), drive(0.004, 20.0));
+    let (scene, model, drive) = (scene(true, None), hard(0.4, 0.3, 0.3), still(0.004, 20.0));
     let mut state: S = State::held(&scene, &model, &drive, Vec3::zeros(), UnitQuaternion::identity());
     for _ in 0..20 {
         step(&scene, &model, &mut state, &drive);
@@ -70,7 +57,7 @@ fn a_corner_keeps_its_memory_when_the_nearest_face_changes_and_others_begin_anew
     // A prism on its edge over a plane below: tilted a little less, then a little more than 45 degrees.
     let above = turn([0.0, 1.0, 0.0], -std::f64::consts::FRAC_PI_2);
     let tilted = |degrees: f64| turn([1.0, 0.0, 0.0], degrees.to_radians());
-    let mut drive = drive(0.004, 0.0);
+    let mut drive = still(0.004, 0.0);
     let depth = 0.0125 * 2f64.sqrt();
     drive.pusher = Some(fixed(at(0.0, 0.0, -depth + 1e-6), above));
     let mut state: S = State::held(&scene, &model, &drive, Vec3::zeros(), tilted(44.9));
@@ -109,7 +96,7 @@ fn a_fast_approach_is_not_missed_in_steps_of_20_ms() {
     let mut scene = scene(false, Some(PusherContact::Point { tip_radius_m: 0.005 }));
     scene.support = Some(SupportContact::Patch);
     let model = hard(0.4, 0.3, 0.3);
-    let mut drive = drive(0.02, 0.0);
+    let mut drive = still(0.02, 0.0);
     drive.support = Some(support_under(&scene, &Vec3::zeros(), &UnitQuaternion::identity(), &Vec3::z()));
     let start = at(-0.05 - 0.005 - 0.009, 0.0, 0.0);
     drive.pusher =
@@ -128,7 +115,7 @@ fn an_answer_far_from_solved_leaves_the_state_and_says_so() {
     let mut scene = scene(true, Some(PusherContact::Plane));
     scene.support = None;
     let model = hard(0.4, 0.3, 0.3);
-    let mut drive = drive(0.004, 20.0);
+    let mut drive = still(0.004, 20.0);
     // A plane that strikes at 20 mm/s, and a solver that may not iterate.
     let struck = fixed(at(-0.05, 0.0, 0.0), UnitQuaternion::identity());
     drive.pusher = Some(Moving { velocity_m_s: at(0.02, 0.0, 0.0), ..struck });

@@ -1,34 +1,21 @@
 //! Motion that has an answer in closed form, in the steps of a tick and of the look-ahead.
 
-use crate::common::{hard, obj4, turn};
+use crate::common::{hard, obj4, still, turn};
 use nalgebra::UnitQuaternion;
 use stickslip_shared::contact::SLOTS;
 use stickslip_shared::effects::Effect;
 use stickslip_shared::model::{Scene, SupportContact};
 use stickslip_shared::real::Vec3;
 use stickslip_shared::shape::rotated_inertia;
-use stickslip_shared::step::{Drive, State, step, support_under};
+use stickslip_shared::step::{State, step, support_under};
 
 fn loose(gravity_m_s2: [f64; 3]) -> Scene<f64> {
     Scene { gravity_m_s2, object: obj4(), fingers: None, pusher: None, support: None }
 }
 
-fn still(dt_s: f64) -> Drive<f64> {
-    Drive {
-        dt_s,
-        carrier: UnitQuaternion::identity(),
-        carrier_m_s: Vec3::zeros(),
-        carrier_rad_s: Vec3::zeros(),
-        pusher: None,
-        support: None,
-        grip_n: 0.0,
-        trial: 0.0,
-    }
-}
-
 #[test]
 fn a_body_that_flies_keeps_its_angular_momentum_and_gains_no_energy() {
-    let (scene, model, drive) = (loose([0.0; 3]), hard(0.4, 0.3, 0.3), still(0.002));
+    let (scene, model, drive) = (loose([0.0; 3]), hard(0.4, 0.3, 0.3), still(0.002, 0.0));
     let mut state: State<f64, SLOTS> =
         State::held(&scene, &model, &drive, Vec3::zeros(), turn([0.0, 0.0, 1.0], 0.3));
     state.absolute_rad_s = Vec3::new(6.0, 3.0, 1.0);
@@ -59,7 +46,7 @@ fn viscous_friction_reaches_its_terminal_speed_in_steps_of_20_ms() {
     effect.parameters[0] = 50.0;
     model.effects.push(effect).expect("room");
     for dt_s in [0.02, 0.004] {
-        let mut drive = still(dt_s);
+        let mut drive = still(dt_s, 0.0);
         drive.support = Some(support_under(&scene, &Vec3::zeros(), &UnitQuaternion::identity(), &Vec3::z()));
         let mut state: State<f64, SLOTS> =
             State::held(&scene, &model, &drive, Vec3::zeros(), UnitQuaternion::identity());

@@ -1,5 +1,6 @@
 //! Claims about what the observer takes from noisy measurements.
 
+use crate::common::Noise;
 use stickslip_shared::observer::bearing::Bearing;
 use stickslip_shared::observer::friction::{Friction, Use};
 use stickslip_shared::observer::motion::{Forces, Motion};
@@ -11,20 +12,6 @@ use stickslip_shared::real::Vec3;
 const DT: f32 = 0.004;
 /// An hour at 250 Hz.
 const HOUR: u32 = 900_000;
-
-/// Nearly normal numbers: sums of four uniform ones.
-struct Noise(u32);
-
-impl Noise {
-    fn next(&mut self) -> f32 {
-        let mut sum = 0.0;
-        for _ in 0..4 {
-            self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            sum += (self.0 >> 8) as f32 / 16_777_216.0 - 0.5;
-        }
-        sum * 1.732
-    }
-}
 
 /// Ticks at which a trend with noise 0.005 is proven while `value` runs.
 fn proven(ticks: u32, value: impl Fn(f32) -> f32) -> Vec<u32> {

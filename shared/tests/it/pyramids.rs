@@ -44,6 +44,16 @@ fn draw_grasp(draw: &mut Draw, case: usize, mu: f64, spring_n_m: f64) -> (Points
     random_grasp(draw, if case.is_multiple_of(2) { Push::Plane } else { Push::Edge }, mu, spring_n_m)
 }
 
+/// Lemke's answer to a problem.
+fn lemke(dense: &mut Dense<f64, 98>, problem: &Factors<f64, CAPACITY, 7>) -> Impulses<f64, CAPACITY, 7> {
+    let n = problem.unknowns();
+    let (mut m, mut q) = (vec![0.0; n * n], vec![0.0; n]);
+    assert!(problem.write_dense(&mut m, &mut q));
+    let mut impulses = Impulses::none();
+    impulses.read_unknowns(dense.solve(&m, &q).solved().expect("Lemke's method solves it"), problem);
+    impulses
+}
+
 #[test]
 fn four_fixed_edges_give_the_velocity_of_lemkes_method_on_the_same_problem() {
     let mut draw = Draw(2718);
@@ -53,12 +63,7 @@ fn four_fixed_edges_give_the_velocity_of_lemkes_method_on_the_same_problem() {
     for case in 0..40 {
         let (points, bodies) = draw_grasp(&mut draw, case, 0.6, 2e6);
         let problem = as_factors(&points, &bodies);
-        let n = problem.unknowns();
-        let (mut m, mut q) = (vec![0.0; n * n], vec![0.0; n]);
-        assert!(problem.write_dense(&mut m, &mut q));
-        let z = dense.solve(&m, &q).solved().expect("Lemke's method solves it").to_vec();
-        let mut impulses = Impulses::none();
-        impulses.read_unknowns(&z, &problem);
+        let impulses = lemke(&mut dense, &problem);
         let ours = step::solve(&points, &bodies, &[0.0; 7], &SolveBudget::default(), &params);
         assert_eq!(ours.status, SolveStatus::Solved, "case {case}");
         for k in 0..7 {
@@ -80,14 +85,10 @@ fn the_contact_solver_solves_problems_with_tangential_compliance_as_lemkes_metho
     for case in 0..40 {
         let (points, bodies) = draw_grasp(&mut draw, case, 0.6, 2e6);
         let problem = as_factors(&points, &bodies);
-        let n = problem.unknowns();
-        let (mut m, mut q) = (vec![0.0; n * n], vec![0.0; n]);
-        assert!(problem.write_dense(&mut m, &mut q));
-        let mut theirs = Impulses::none();
-        theirs.read_unknowns(dense.solve(&m, &q).solved().expect("solved"), &problem);
+        let theirs = lemke(&mut dense, &problem);
         let mut solver = Box::new(stickslip_shared::lcp::contact::ContactSolver::<f64, CAPACITY, 7>::new());
         let ours = solver.solve(&problem).solved().expect("the contact solver solves it");
-        let mut z = vec![0.0; n];
+        let mut z = vec![0.0; problem.unknowns()];
         ours.write_unknowns(&mut z);
         assert!(problem.residual(&z).value() < 1e-8, "case {case}");
         for (a, b) in ours.velocity_change.iter().zip(&theirs.velocity_change) {

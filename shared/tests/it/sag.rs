@@ -1,6 +1,7 @@
 //! Claims about sag: what the plan means to slide is no sag, whatever segments the plan consists
 //! of; what goes down across the slide is.
 
+use crate::common::Noise;
 use nalgebra::UnitQuaternion;
 use stickslip_shared::predictor::{Intent, Limits, Plan, Prediction, Predictor, Sample, Segment, flags};
 use stickslip_shared::real::Vec3;
@@ -15,22 +16,9 @@ const SPEED_M_S: f32 = 0.01;
 /// Of each pose, on each axis.
 const NOISE_M: f32 = 3e-5;
 
-struct Noise(u32);
-
-impl Noise {
-    /// Nearly normal: the sum of four uniform numbers.
-    fn next(&mut self) -> f32 {
-        let mut sum = 0.0;
-        for _ in 0..4 {
-            self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            sum += (self.0 >> 8) as f32 / 16_777_216.0 - 0.5;
-        }
-        sum * NOISE_M * 1.732
-    }
-
-    fn vector(&mut self) -> Vec3<f32> {
-        Vec3::new(self.next(), self.next(), self.next())
-    }
+/// Noise of a pose on all axes.
+fn on_axes(noise: &mut Noise) -> Vec3<f32> {
+    Vec3::from_fn(|_, _| noise.next() * NOISE_M)
 }
 
 /// A push along -X and `slope_rad` upwards: the object stays where it is in the world, but sags by
@@ -60,8 +48,8 @@ fn predictions(slope_rad: f32, sag_m: f32, rest_m_s: [[f32; 3]; 2]) -> Vec<Predi
             predictor.tick(&Sample {
                 t_s,
                 grip_cmd_n: 20.0,
-                gripper: Some(at(Vec3::from(along) * pushed_s + noise.vector())),
-                object: Some(at(sagged + noise.vector())),
+                gripper: Some(at(Vec3::from(along) * pushed_s + on_axes(&mut noise))),
+                object: Some(at(sagged + on_axes(&mut noise))),
                 pusher: Some(at(Vec3::new(-0.0503, 0.0, 0.0))),
                 finger: [None; 2],
             })

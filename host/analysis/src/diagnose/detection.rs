@@ -20,6 +20,7 @@ use stickslip_shared::effects::{Info, MAX_PARAMETERS};
 use crate::diagnose::select::Held;
 use crate::diagnose::verdict::RELEVANT;
 use crate::fit::features::Features;
+use crate::fit::gls::{Gram, Prior};
 use crate::fit::phases::{BINS, Phase};
 use crate::fit::problem::{Problem, difference};
 use crate::fit::{clustered_covariance, gls};
@@ -127,19 +128,24 @@ fn limit(problem: &Problem, held: &Held, column: &Column) -> Option<f64> {
     let grams = problem.grams(&solution.residual, &all);
     let prior = solution.priors(problem, free, 1);
     let asked = gls::solve(grams.iter().map(|g| (1.0, g)), &prior)?[known];
-    let size = prior.len();
-    let mut a = DMatrix::zeros(size, size);
-    for g in &grams {
-        a += g.matrix.view((0, 0), (size, size));
-    }
-    for (i, p) in prior.precision.iter().enumerate() {
-        a[(i, i)] += p + 1e-12;
-    }
-    let by_noise = a.cholesky()?.inverse()[(known, known)];
+    let by_noise = information(&grams, &prior).cholesky()?.inverse()[(known, known)];
     let over_conditions = clustered_covariance(&grams, &prior, known + 1)[(known, known)];
     let upper = asked.abs() + QUANTILE * by_noise.max(over_conditions).sqrt();
     let upper = upper.max(smallest);
     (upper <= column.most()).then_some(upper)
+}
+
+/// What the data and the prior tell of the coefficients together; positive definite.
+fn information(grams: &[Gram], prior: &Prior) -> DMatrix<f64> {
+    let size = prior.len();
+    let mut sum = DMatrix::zeros(size, size);
+    for g in grams {
+        sum += g.matrix.view((0, 0), (size, size));
+    }
+    for (i, p) in prior.precision.iter().enumerate() {
+        sum[(i, i)] += p + 1e-12;
+    }
+    sum
 }
 
 /// By how many run spreads the worst channel of a phase would miss for one typical size; none where nothing
@@ -211,15 +217,8 @@ fn products(problem: &Problem, held: &Held, columns: &[&Column]) -> Option<DMatr
     let all: Vec<Vec<Features>> =
         solution.columns.iter().cloned().chain(columns.iter().map(|c| c.change.clone())).collect();
     let prior = solution.priors(problem, free, more);
-    let size = prior.len();
-    let mut whole = DMatrix::zeros(size, size);
-    for g in problem.grams(&solution.residual, &all) {
-        whole += g.matrix.view((0, 0), (size, size));
-    }
-    for (i, p) in prior.precision.iter().enumerate() {
-        whole[(i, i)] += p + 1e-12;
-    }
-    let nuisance: Vec<usize> = (0..size).filter(|i| !(known..known + more).contains(i)).collect();
+    let whole = information(&problem.grams(&solution.residual, &all), &prior);
+    let nuisance: Vec<usize> = (0..prior.len()).filter(|i| !(known..known + more).contains(i)).collect();
     let of = |rows: &[usize], columns: &[usize]| {
         DMatrix::from_fn(rows.len(), columns.len(), |i, j| whole[(rows[i], columns[j])])
     };

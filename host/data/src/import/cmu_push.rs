@@ -312,9 +312,8 @@ fn convert(push: &RawPush, index: usize) -> Converted {
         }
         samples.push(Sample {
             t_s: time_s - start_s,
-            pusher: robot.map(|robot| Pose {
-                position_m: [robot.position_m.x, robot.position_m.y, HEIGHT_M / 2.0],
-                quaternion: wxyz(&normal_pose),
+            pusher: robot.map(|robot| {
+                Pose::of(&Vector3::new(robot.position_m.x, robot.position_m.y, HEIGHT_M / 2.0), &normal_pose)
             }),
             pusher_wrench: Some(Wrench { force_n: [force.x, force.y, f64::NAN], torque_nm: [f64::NAN; 3] }),
             ..Sample::default()
@@ -373,12 +372,7 @@ fn world_force(sensor_n: [f64; 2], yaw_rad: f64) -> Vector2<f64> {
 fn level(raw: &UnitPose) -> Pose {
     let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), raw.yaw_rad());
     let centre = raw.position_m + raw.rotation * Vector3::from(CENTRE_OF_MASS_M);
-    Pose { position_m: [centre.x, centre.y, HEIGHT_M / 2.0], quaternion: wxyz(&rotation) }
-}
-
-fn wxyz(rotation: &UnitQuaternion<f64>) -> [f64; 4] {
-    let q = rotation.quaternion();
-    [q.w, q.i, q.j, q.k]
+    Pose::of(&Vector3::new(centre.x, centre.y, HEIGHT_M / 2.0), &rotation)
 }
 
 fn yaw(pose: &Pose) -> f64 {

@@ -1,20 +1,10 @@
 //! `stickslip-lab formulations`: friction pyramids against the exact cone, step by step.
 
-use std::path::PathBuf;
-
-use anyhow::{Context, ensure};
-use stickslip_analysis::model::file::model_or_default;
-use stickslip_analysis::run::replay::{Feed, feed};
-use stickslip_data::Index;
-use stickslip_device::package::Package;
-use stickslip_lcp::generate::rng;
 use stickslip_report::terminal::{Output, table};
 use stickslip_shared::model::Formulation;
 
+use super::steps::{self, Gathered};
 use crate::formulations::{Pair, Summary, pair, summarise};
-use crate::hunt::run::{Genes, package};
-use crate::hunt::search::Candidate;
-use crate::precision::walk;
 
 /// Command line of `stickslip-lab formulations`.
 #[derive(Debug, clap::Args)]
@@ -25,64 +15,18 @@ use crate::precision::walk;
 Each step that the board makes with friction pyramids is repeated with the exact cone from the same
 state.")]
 pub struct Args {
-    /// Folders of data sets whose trials are stepped
-    #[arg(value_name = "DATA", default_value = "data/demo")]
-    pub data: Vec<PathBuf>,
-    /// Additional steps of random scenes
-    #[arg(long, default_value_t = 10_000, value_name = "STEPS")]
-    pub random: usize,
-    /// Seed of the random scenes
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// Contact model of the trials [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
-    #[arg(long, value_name = "MODEL.toml")]
-    pub model: Option<PathBuf>,
-}
-
-/// At least `steps` steps of random scenes; those that are refused give none.
-fn random(steps: usize, seed: u64, mut progress: impl FnMut(usize)) -> Vec<Pair> {
-    let rng = &mut rng(seed);
-    let mut pairs = Vec::new();
-    // A scene gives some forty steps; one in ten is refused.
-    for _ in 0..steps {
-        if pairs.len() >= steps {
-            break;
-        }
-        let mut package = package(&Genes::fresh(rng));
-        package.model.1.formulation = Formulation::Lcp;
-        if stickslip_shared::predictor::validate(&package.model.0, &package.model.1).is_ok() {
-            let before = pairs.len();
-            walk(&package, |walked| pairs.push(pair(walked)));
-            progress(pairs.len() - before);
-        }
-    }
-    pairs
+    /// Data, model and scenes
+    #[command(flatten)]
+    pub steps: steps::Args,
 }
 
 /// # Errors
 /// Data or model cannot be read.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let mut model = model_or_default(args.model.as_deref())?;
-    model.formulation = Formulation::Lcp;
-    let (mut rows, mut recorded) = (Vec::new(), Vec::new());
-    let spinner = output.spinner("recorded trials");
-    for folder in &args.data {
-        let reader = Index::open(folder)?;
-        for (ordinal, info) in reader.trials.iter().enumerate() {
-            let trial = reader.read_trial(info).with_context(|| info.trial.clone())?;
-            let Feed { scene, plan, samples, .. } = feed(&reader.description, &trial)?;
-            let package = Package::new(scene, &model, plan, samples, ordinal);
-            let mut own = Vec::new();
-            walk(&package, |walked| own.push(pair(walked)));
-            rows.push(summarise(&info.trial, &own));
-            recorded.extend(own);
-        }
-    }
-    spinner.finish_and_clear();
-    ensure!(!recorded.is_empty(), "no trial of the data sets can be simulated");
-    let bar = output.progress(args.random as u64, "random scenes");
-    let varied = random(args.random, args.seed, |more| bar.inc(more as u64));
-    bar.finish_and_clear();
+    let Gathered { trials, random: varied } =
+        steps::gather(&args.steps, Some(Formulation::Lcp), pair, output)?;
+    let mut rows: Vec<Summary> = trials.iter().map(|(trial, own)| summarise(trial, own)).collect();
+    let recorded: Vec<Pair> = trials.into_iter().flat_map(|(_, own)| own).collect();
     let all = [summarise("all recorded trials", &recorded), summarise("random scenes", &varied)];
     for s in rows.iter().chain(&all).filter(|s| s.number > 0) {
         output.text(format_args!(

@@ -9,6 +9,7 @@ pub mod hunt;
 pub mod mujoco;
 pub mod planar;
 pub mod precision;
+pub mod steps;
 pub mod tribometer;
 pub mod warnings;
 

@@ -1,60 +1,31 @@
 //! `stickslip-lab precision`: single against double precision of the time step.
 
-use std::path::PathBuf;
-
-use anyhow::{Context, ensure};
 use serde::Serialize;
-
-use crate::hunt::run::{Genes, package};
-use crate::hunt::search::Candidate;
-use crate::precision::{StepPair, compare, walk};
-use stickslip_analysis::model::file::model_or_default;
-use stickslip_analysis::run::replay::{Feed, feed};
-use stickslip_data::Index;
-use stickslip_device::package::Package;
-use stickslip_lcp::generate::rng;
-use stickslip_lcp::solve::percentile;
 use stickslip_report::terminal::{Output, table};
+
+use super::steps::{self, Gathered};
+use crate::precision::{StepPair, compare};
+use crate::steps::Spread;
 
 /// Command line of `stickslip-lab precision`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   stickslip-lab precision
   stickslip-lab precision data/demo --random 20000 --seed 5
-  stickslip --json precision > precision.json
+  stickslip-lab --json precision > precision.json
 
 Each step that the board makes in single precision is repeated in double precision from the same
 initial values.")]
 pub struct Args {
-    /// Folders of data sets whose trials are stepped
-    #[arg(value_name = "DATA", default_value = "data/demo")]
-    pub data: Vec<PathBuf>,
-    /// Additional steps of random scenes
-    #[arg(long, default_value_t = 10_000, value_name = "STEPS")]
-    pub random: usize,
-    /// Seed of the random scenes
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// Contact model of the trials [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
-    #[arg(long, value_name = "MODEL.toml")]
-    pub model: Option<PathBuf>,
+    /// Data, model and scenes
+    #[command(flatten)]
+    pub steps: steps::Args,
 }
 
 /// Targets: contact forces to a millinewton, velocities to a micrometre a second.
 pub const FORCE_N: f64 = 1e-3;
 /// See [`FORCE_N`].
 pub const VELOCITY_M_S: f64 = 1e-6;
-
-/// Percentiles of a difference.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Spread {
-    /// Half of the steps are below.
-    pub median: f64,
-    /// 99 of a hundred are below.
-    pub p99: f64,
-    /// Largest.
-    pub worst: f64,
-}
 
 /// Steps of one kind.
 #[derive(Clone, Debug, Serialize)]
@@ -83,13 +54,6 @@ pub struct Summary {
     pub velocities_within: f64,
 }
 
-fn spread(pairs: &[StepPair], of: impl Fn(&StepPair) -> f64) -> Spread {
-    let mut values: Vec<f64> = pairs.iter().map(of).collect();
-    values.sort_by(f64::total_cmp);
-    let at = |k| percentile(&values, k);
-    Spread { median: at(50), p99: at(99), worst: at(100) }
-}
-
 /// Summary of compared steps.
 #[must_use]
 pub fn summarise(steps: &str, pairs: &[StepPair]) -> Summary {
@@ -102,62 +66,22 @@ pub fn summarise(steps: &str, pairs: &[StepPair]) -> Summary {
         number: solved.len(),
         unsolved: pairs.len() - solved.len(),
         several: solved.iter().filter(|p| p.several).count(),
-        force_n: spread(&solved, |p| p.force_n),
-        relative: spread(&solved, |p| p.force_n / p.load_n.max(1.0)),
-        body_force_n: spread(&solved, |p| p.body_force_n),
-        velocity_m_s: spread(&solved, |p| p.velocity_m_s),
-        turning_rad_s: spread(&solved, |p| p.turning_rad_s),
+        force_n: Spread::of(solved.iter().map(|p| p.force_n)),
+        relative: Spread::of(solved.iter().map(|p| p.force_n / p.load_n.max(1.0))),
+        body_force_n: Spread::of(solved.iter().map(|p| p.body_force_n)),
+        velocity_m_s: Spread::of(solved.iter().map(|p| p.velocity_m_s)),
+        turning_rad_s: Spread::of(solved.iter().map(|p| p.turning_rad_s)),
         forces_within: share(&|p| p.force_n <= FORCE_N),
         velocities_within: share(&|p| p.velocity_m_s <= VELOCITY_M_S),
     }
 }
 
-/// At least `steps` steps of random scenes; those that are refused give none.
-#[must_use]
-pub fn random(steps: usize, seed: u64, mut progress: impl FnMut(usize)) -> Vec<StepPair> {
-    let rng = &mut rng(seed);
-    let mut pairs = Vec::new();
-    // A scene gives some forty steps; one in ten is refused.
-    for _ in 0..steps {
-        if pairs.len() >= steps {
-            break;
-        }
-        let package = package(&Genes::fresh(rng));
-        if stickslip_shared::predictor::validate(&package.model.0, &package.model.1).is_ok() {
-            let before = pairs.len();
-            walk(&package, |walked| pairs.push(compare(walked)));
-            progress(pairs.len() - before);
-        }
-    }
-    pairs
-}
-
 /// # Errors
 /// Data or model cannot be read.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let model = model_or_default(args.model.as_deref())?;
-    let mut rows = Vec::new();
-    let mut recorded = Vec::new();
-    let spinner = output.spinner("recorded trials");
-    for folder in &args.data {
-        let reader = Index::open(folder)?;
-        for (ordinal, info) in reader.trials.iter().enumerate() {
-            let trial = reader.read_trial(info).with_context(|| info.trial.clone())?;
-            let package = {
-                let Feed { scene, plan, samples, .. } = feed(&reader.description, &trial)?;
-                Package::new(scene, &model, plan, samples, ordinal)
-            };
-            let mut own = Vec::new();
-            walk(&package, |walked| own.push(compare(walked)));
-            rows.push(summarise(&info.trial, &own));
-            recorded.extend(own);
-        }
-    }
-    spinner.finish_and_clear();
-    ensure!(!recorded.is_empty(), "no trial of the data sets can be simulated");
-    let bar = output.progress(args.random as u64, "random scenes");
-    let varied = random(args.random, args.seed, |more| bar.inc(more as u64));
-    bar.finish_and_clear();
+    let Gathered { trials, random: varied } = steps::gather(&args.steps, None, compare, output)?;
+    let mut rows: Vec<Summary> = trials.iter().map(|(trial, own)| summarise(trial, own)).collect();
+    let recorded: Vec<StepPair> = trials.into_iter().flat_map(|(_, own)| own).collect();
     let all = [summarise("all recorded trials", &recorded), summarise("random scenes", &varied)];
     for s in rows.iter().chain(&all).filter(|s| s.number > 0) {
         output.text(format_args!(

@@ -20,7 +20,7 @@ use stickslip_shared::wire::{ModelPackage, Pose, Sample, TICK_US};
 
 use super::Target;
 use super::search::Candidate;
-use crate::precision;
+use crate::{precision, steps};
 use stickslip_device::package::Package;
 use stickslip_lcp::generate::rng;
 
@@ -313,7 +313,7 @@ pub fn worst(target: Target, package: &Package) -> Option<f64> {
     }
     stickslip_shared::predictor::validate(&scene, &model).ok()?;
     let mut worst = 0.0_f64;
-    precision::walk(package, |walked| {
+    steps::walk(package, |walked| {
         let out = walked.out;
         if out.status == SolveStatus::BadInput || out.status == SolveStatus::Contradiction {
             return;

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use stickslip_lab::hunt::problem::{honest, in_single, most_pivots, verdict};
 use stickslip_lab::hunt::run::Case;
-use stickslip_lab::precision::{compare, walk};
+use stickslip_lab::precision::compare;
+use stickslip_lab::steps::walk;
 use stickslip_lcp::files::{ProblemFile, read};
 use stickslip_shared::cone::{SolveBudget, SolveStatus};
 use stickslip_shared::predictor::{Predictor, SolverStatus, flags, validity};

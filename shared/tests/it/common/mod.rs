@@ -8,7 +8,7 @@ use stickslip_shared::contact::SLOTS;
 use stickslip_shared::model::*;
 use stickslip_shared::real::{Real, Vec3};
 use stickslip_shared::shape::inertia;
-use stickslip_shared::step::{State, StepOutput, step};
+use stickslip_shared::step::{Drive, State, StepOutput, step};
 use stickslip_shared::track::{Pose, Poses, drive_between, support_pose};
 
 pub const DT_S: f64 = 0.004;
@@ -168,4 +168,32 @@ pub fn linear_push<R: Real>(
         seconds,
     };
     play.run(each)
+}
+
+/// A drive of bodies at rest.
+pub fn still(dt_s: f64, grip_n: f64) -> Drive<f64> {
+    Drive {
+        dt_s,
+        carrier: UnitQuaternion::identity(),
+        carrier_m_s: Vec3::zeros(),
+        carrier_rad_s: Vec3::zeros(),
+        pusher: None,
+        support: None,
+        grip_n,
+        trial: 0.0,
+    }
+}
+
+/// Nearly normal numbers of unit variance: sums of four uniform ones.
+pub struct Noise(pub u32);
+
+impl Noise {
+    pub fn next(&mut self) -> f32 {
+        let mut sum = 0.0;
+        for _ in 0..4 {
+            self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            sum += (self.0 >> 8) as f32 / 16_777_216.0 - 0.5;
+        }
+        sum * 1.732
+    }
 }

@@ -71,55 +71,26 @@ pub struct Table {
 /// is not of its type.
 pub fn read(file: &Path, topic: &str, child_frame: Option<&str>) -> Result<Table, RecordingError> {
     let io = |error: String| RecordingError::Io { file: file.to_owned(), error };
-    let stream = BufReader::new(File::open(file).map_err(|error| io(error.to_string()))?);
     let mut table = Table::default();
     let mut topics: Vec<String> = Vec::new();
     let mut frames: Vec<String> = Vec::new();
-    for message in mcap::io::MessageReader::new(stream) {
-        let message = match message {
-            Ok(message) => message,
-            // Whole chunks before a cut are good.
-            Err(error) => {
-                table.cut = Some(format!("the file cannot be read further: {error}"));
-                break;
-            }
-        };
-        let channel = &message.channel;
-        if !topics.contains(&channel.topic) {
-            topics.push(channel.topic.clone());
+    table.cut = messages(file, |message| {
+        if !topics.contains(&message.channel.topic) {
+            topics.push(message.channel.topic.clone());
         }
-        if channel.topic != topic {
-            continue;
-        }
-        let kind = channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
-        if channel.message_encoding != "cdr" {
-            return Err(io(format!(
-                "topic {topic} is encoded as {:?}; only ROS 2 messages in \"cdr\" can be read",
-                channel.message_encoding
-            )));
+        if message.channel.topic != topic {
+            return Ok(());
         }
         table.messages += 1;
-        let times = [message.log_time, message.publish_time].map(|nanoseconds| nanoseconds as f64 * 1e-9);
-        for row in rows(kind, &message.data).map_err(|error| io(format!("topic {topic}: {error}")))? {
-            if let Some(frame) = row.frame {
-                if child_frame.is_some_and(|wanted| wanted != frame) {
-                    frames.push(frame);
-                    continue;
-                }
-                frames.push(frame);
-            }
-            let names = ["header.stamp", "log_time", "publish_time"].map(str::to_owned).into_iter();
-            let names: Vec<String> = names.chain(row.names).collect();
-            if table.names.is_empty() {
-                table.names = names;
-            } else if table.names != names {
+        for row in rows(message).map_err(|error| io(format!("topic {topic}: {error}")))? {
+            let other = child_frame.is_some() && row.frame.is_some() && row.frame.as_deref() != child_frame;
+            frames.extend(row.frame.clone());
+            if !other && !table.push(message, row) {
                 return Err(io(format!("topic {topic}: the fields of its messages change within the file")));
             }
-            let mut cells = vec![row.stamp_s, times[0], times[1]];
-            cells.extend(row.cells);
-            table.rows.push(cells);
         }
-    }
+        Ok(())
+    })?;
     if table.messages == 0 {
         let known: Vec<&str> = topics.iter().map(String::as_str).collect();
         let hint = spelling::did_you_mean(topic, &known).map_or_else(
@@ -146,29 +117,67 @@ pub fn read(file: &Path, topic: &str, child_frame: Option<&str>) -> Result<Table
     Ok(table)
 }
 
-/// Topics of `file` whose messages can be read; transforms once for each child frame.
+/// The first `rows_kept` rows of each topic of `file` whose messages can be read; transforms once for each
+/// child frame.
 ///
 /// # Errors
 /// A file that is no MCAP file.
-pub fn topics(file: &Path) -> Result<Vec<(String, Option<String>)>, RecordingError> {
-    let io = |error: String| RecordingError::Io { file: file.to_owned(), error };
-    let stream = BufReader::new(File::open(file).map_err(|error| io(error.to_string()))?);
-    let mut found: Vec<(String, Option<String>)> = Vec::new();
-    for message in mcap::io::MessageReader::new(stream) {
-        let message = match message {
-            Ok(message) => message,
-            Err(error) if found.is_empty() => return Err(io(error.to_string())),
-            Err(_) => break,
-        };
-        let kind = message.channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
-        for row in rows(kind, &message.data).unwrap_or_default() {
-            let entry = (message.channel.topic.clone(), row.frame);
-            if !found.contains(&entry) {
-                found.push(entry);
+pub fn beginnings(
+    file: &Path,
+    rows_kept: usize,
+) -> Result<Vec<(String, Option<String>, Table)>, RecordingError> {
+    let mut found: Vec<(String, Option<String>, Table)> = Vec::new();
+    let cut = messages(file, |message| {
+        for row in rows(message).unwrap_or_default() {
+            let topic = &message.channel.topic;
+            let at = found.iter().position(|(t, f, _)| t == topic && *f == row.frame).unwrap_or_else(|| {
+                found.push((topic.clone(), row.frame.clone(), Table::default()));
+                found.len() - 1
+            });
+            let table = &mut found[at].2;
+            table.messages += 1;
+            if table.rows.len() < rows_kept {
+                table.push(message, row);
             }
         }
+        Ok(())
+    })?;
+    match cut {
+        Some(error) if found.is_empty() => Err(RecordingError::Io { file: file.to_owned(), error }),
+        _ => Ok(found),
     }
-    Ok(found)
+}
+
+/// Shows `each` the messages of `file` in its order. Returns why the file could not be read to its end;
+/// whole chunks before a cut are good.
+fn messages(
+    file: &Path,
+    mut each: impl FnMut(&mcap::Message) -> Result<(), RecordingError>,
+) -> Result<Option<String>, RecordingError> {
+    let stream = File::open(file)
+        .map_err(|error| RecordingError::Io { file: file.to_owned(), error: error.to_string() })?;
+    for message in mcap::io::MessageReader::new(BufReader::new(stream)) {
+        match message {
+            Ok(message) => each(&message)?,
+            Err(error) => return Ok(Some(format!("the file cannot be read further: {error}"))),
+        }
+    }
+    Ok(None)
+}
+
+impl Table {
+    /// Is the row of the same fields as those before? Otherwise it is left out.
+    fn push(&mut self, message: &mcap::Message, row: Row) -> bool {
+        let stamps = ["header.stamp", "log_time", "publish_time"];
+        if self.names.is_empty() {
+            self.names = stamps.iter().map(|name| (*name).to_owned()).chain(row.names).collect();
+        } else if !self.names[stamps.len()..].iter().eq(&row.names) {
+            return false;
+        }
+        let times = [message.log_time, message.publish_time].map(|nanoseconds| nanoseconds as f64 * 1e-9);
+        self.rows.push([row.stamp_s].into_iter().chain(times).chain(row.cells).collect());
+        true
+    }
 }
 
 /// One row of a message.
@@ -179,9 +188,15 @@ struct Row {
     cells: Vec<f64>,
 }
 
-fn rows(kind: &str, data: &[u8]) -> Result<Vec<Row>, String> {
+fn rows(message: &mcap::Message) -> Result<Vec<Row>, String> {
+    let encoding = &message.channel.message_encoding;
+    if encoding != "cdr" {
+        return Err(format!("its encoding is {encoding:?}; only ROS 2 messages in \"cdr\" can be read"));
+    }
+    let data = &message.data;
     // ROS 2 writes `package/msg/Type`.
-    let kind = kind.replace("/msg/", "/");
+    let kind =
+        message.channel.schema.as_ref().map_or_else(String::new, |schema| schema.name.replace("/msg/", "/"));
     let one = |stamp: Option<Stamp>, fields: &[(&str, &str)], cells: Vec<f64>| {
         let names = fields
             .iter()

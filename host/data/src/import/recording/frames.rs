@@ -136,8 +136,7 @@ impl PoseFrame {
 /// As the format keeps it.
 #[must_use]
 pub fn pose(of: &Isometry3<f64>) -> Pose {
-    let q = of.rotation.quaternion();
-    Pose { position_m: of.translation.vector.into(), quaternion: [q.w, q.i, q.j, q.k] }
+    Pose::of(&of.translation.vector, &of.rotation)
 }
 
 #[cfg(test)]

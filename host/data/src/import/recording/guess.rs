@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
+use std::sync::LazyLock;
 
 use regex::Regex;
 
@@ -138,21 +139,17 @@ fn look(file: &Path, named: &Path) -> Result<Vec<Look>, RecordingError> {
 /// Each topic, and each frame of transforms, is a stream.
 #[cfg(feature = "mcap")]
 fn bag(file: &Path, named: &Path) -> Result<Vec<Look>, RecordingError> {
-    let look = |(topic, frame): (String, Option<String>)| {
-        let table = super::bag::read(file, &topic, frame.as_deref())?;
-        let columns = (0..table.names.len())
-            .map(|at| table.rows.iter().take(ROWS).filter_map(|row| row.get(at).copied()).collect())
-            .collect();
-        Ok(Look {
-            file: named.display().to_string(),
-            name: frame.clone().unwrap_or_else(|| topic.clone()),
-            topic: Some(topic),
-            frame,
-            names: table.names,
-            columns,
-        })
+    let look = |(topic, frame, table): (String, Option<String>, super::bag::Table)| Look {
+        file: named.display().to_string(),
+        name: frame.clone().unwrap_or_else(|| topic.clone()),
+        topic: Some(topic),
+        frame,
+        columns: (0..table.names.len())
+            .map(|at| table.rows.iter().filter_map(|row| row.get(at).copied()).collect())
+            .collect(),
+        names: table.names,
     };
-    super::bag::topics(file)?.into_iter().map(look).collect()
+    Ok(super::bag::beginnings(file, ROWS)?.into_iter().map(look).collect())
 }
 
 impl Look {
@@ -215,24 +212,29 @@ fn unit(name: &str) -> (String, Option<String>) {
 fn meaning(name: &str) -> Option<(String, Kind, char)> {
     let plain = words(&unit(name).0);
     // A body before the axis, after it (`fx_1`), or a number in between (`F1x`).
-    let patterns = [
-        (
-            Kind::Quaternion,
-            r"^(?:(.*?)_)??(?:q|quat|quaternion|rot|rotation|orientation)_*([wxyz])(_*[0-9]*)$",
-        ),
-        (Kind::Force, r"^(?:(.*?)_)??(?:f|force)_*([xyz])(_*[0-9]*)$"),
-        (Kind::Torque, r"^(?:(.*?)_)??(?:t|m|torque|moment)_*([xyz])(_*[0-9]*)$"),
-        (Kind::Position, r"^(?:(.*?)_)??(?:p|pos|position|translation)?_*([xyz])(_*[0-9]*)$"),
-        (Kind::Force, r"^(?:(.*?)_)??f([0-9]+)_*([xyz])$"),
-        (Kind::Torque, r"^(?:(.*?)_)??[tm]([0-9]+)_*([xyz])$"),
-    ];
-    for (kind, pattern) in patterns {
-        let Some(found) = Regex::new(pattern).ok().and_then(|regex| regex.captures(&plain)) else { continue };
+    static PATTERNS: LazyLock<Vec<(Kind, Regex)>> = LazyLock::new(|| {
+        [
+            (
+                Kind::Quaternion,
+                r"^(?:(.*?)_)??(?:q|quat|quaternion|rot|rotation|orientation)_*([wxyz])(_*[0-9]*)$",
+            ),
+            (Kind::Force, r"^(?:(.*?)_)??(?:f|force)_*([xyz])(_*[0-9]*)$"),
+            (Kind::Torque, r"^(?:(.*?)_)??(?:t|m|torque|moment)_*([xyz])(_*[0-9]*)$"),
+            (Kind::Position, r"^(?:(.*?)_)??(?:p|pos|position|translation)?_*([xyz])(_*[0-9]*)$"),
+            (Kind::Force, r"^(?:(.*?)_)??f([0-9]+)_*([xyz])$"),
+            (Kind::Torque, r"^(?:(.*?)_)??[tm]([0-9]+)_*([xyz])$"),
+        ]
+        .into_iter()
+        .filter_map(|(kind, pattern)| Some((kind, Regex::new(pattern).ok()?)))
+        .collect()
+    });
+    for (kind, pattern) in PATTERNS.iter() {
+        let Some(found) = pattern.captures(&plain) else { continue };
         let part = |at: usize| found.get(at).map_or("", |part| part.as_str());
         let (axis, tail) =
             if part(2).starts_with(['w', 'x', 'y', 'z']) { (part(2), part(3)) } else { (part(3), part(2)) };
         let body = format!("{}_{}", part(1).trim_matches('_'), tail.trim_matches('_'));
-        return Some((body.trim_matches('_').to_owned(), kind, axis.chars().next()?));
+        return Some((body.trim_matches('_').to_owned(), *kind, axis.chars().next()?));
     }
     None
 }
@@ -270,9 +272,9 @@ fn stream(look: &Look, used: &mut Vec<&'static str>, text: &mut String) {
             let _ = writeln!(text, "{key} = {value:?}");
         }
     }
-    match time {
+    match &time {
         Some((at, unit)) => {
-            let _ = writeln!(text, "time = {{ column = {:?}, unit = {unit:?} }}", look.names[at]);
+            let _ = writeln!(text, "time = {{ column = {:?}, unit = {unit:?} }}", look.names[*at]);
         }
         None => {
             text.push_str("time = { column = \"?\", unit = \"s\" }   # CHECK: no column rises throughout\n")
@@ -306,7 +308,7 @@ fn stream(look: &Look, used: &mut Vec<&'static str>, text: &mut String) {
     }
     let grouped: Vec<&str> =
         groups.values().flat_map(|g| g.columns.values()).map(|at| look.names[*at].as_str()).collect();
-    let time = time_column(look).map(|(at, _)| look.names[at].as_str());
+    let time = time.map(|(at, _)| look.names[at].as_str());
     left.extend(
         look.names.iter().map(String::as_str).filter(|name| !grouped.contains(name) && Some(*name) != time),
     );
