@@ -300,7 +300,7 @@ impl<R: Real> Acceleration<R> {
         Self { raw: [first; 3 * BLOCK], seen: 0 }
     }
 
-    /// Velocity over the last four samples, world axes.
+    /// Velocity over the last sample, world axes.
     pub fn velocity_m_s(&self, dt_s: R) -> Vec3<R> {
         let [a, b, ..] = self.raw;
         (a - b) / dt_s

@@ -1,5 +1,6 @@
 //! A model with more effects, or the one it is, with all its parameters fitted.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_data::Dataset;
 use stickslip_shared::effects::{Info, MAX_PARAMETERS};
@@ -13,7 +14,7 @@ use crate::model::file::{EffectEntry, ModelFile};
 use crate::progress::Progress;
 
 /// A fitted model.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Report {
     /// With the fitted values and their intervals.
     #[serde(skip)]

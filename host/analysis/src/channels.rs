@@ -16,7 +16,9 @@ pub const COUNT: usize = 24;
 pub type Signals = [f64; COUNT];
 
 /// What a channel measures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, schemars::JsonSchema, serde::Serialize,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// m

@@ -7,6 +7,7 @@
 use std::path::Path;
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_data::{DatasetError, Index, Pose, Sample, TableFormat, Trial, TrialInfo, Wrench, Writer};
 use stickslip_shared::model::Model;
@@ -17,7 +18,7 @@ use crate::progress::Progress;
 use crate::run::simulate::{Prepared, Simulated, prepare};
 
 /// What was written.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Report {
     /// Trials written.
     pub trials: usize,

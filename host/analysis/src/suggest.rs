@@ -1,5 +1,6 @@
 //! The experiment that would tell two effects apart.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_data::Dataset;
 
@@ -42,7 +43,7 @@ impl Options {
 const MOST: usize = 8;
 
 /// Two effects and the experiments that separate them.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Report {
     /// Ids of the effects.
     pub between: [&'static str; 2],

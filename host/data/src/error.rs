@@ -192,7 +192,7 @@ impl fmt::Display for DatasetError {
 impl std::error::Error for DatasetError {}
 
 /// Something worth knowing that is no error: an ignored column, a pose given in part.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, schemars::JsonSchema, serde::Serialize)]
 pub struct Warning {
     /// Where it was met first.
     pub file: PathBuf,

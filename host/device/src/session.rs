@@ -32,7 +32,7 @@ pub enum Event<'a> {
 }
 
 /// How a run went.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, schemars::JsonSchema, Serialize)]
 pub struct Outcome {
     /// Samples in the trial.
     pub samples: usize,

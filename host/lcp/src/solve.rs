@@ -40,7 +40,7 @@ pub struct Judged {
 }
 
 /// Counts and times of a set of answers.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, schemars::JsonSchema, Serialize)]
 pub struct Summary {
     /// File or family.
     pub name: String,
@@ -60,9 +60,11 @@ pub struct Summary {
     pub impossible: usize,
     /// Largest residual among claims.
     pub worst_residual: f64,
-    /// Median over problems of the median of the repetitions, microseconds.
+    /// Median over problems of the median of the repetitions, microseconds; `null` where none was timed.
+    #[schemars(with = "Option<f64>")]
     pub median_us: f64,
-    /// 99th percentile of the same.
+    /// 99th percentile of the same; `null` where none was timed.
+    #[schemars(with = "Option<f64>")]
     pub p99_us: f64,
     /// Largest number of pivots.
     pub most_pivots: u32,

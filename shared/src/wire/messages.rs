@@ -281,12 +281,13 @@ pub struct Info {
 
 /// Counts since reset. Nothing that is lost goes uncounted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "json-schema", derive(schemars::JsonSchema))]
 pub struct Statistics {
     /// Ticks run.
     pub ticks: u32,
     /// Ticks that began a whole period late or later.
     pub ticks_missed: u32,
-    /// Dearest tick of a run, counts of [`Info::timer_hz`].
+    /// Tick of a run that took most work, counts of `timer_hz`.
     pub worst_cost: u32,
     /// Mean over the ticks of runs.
     pub mean_cost: u32,

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::model::Model;
 
@@ -10,7 +11,7 @@ use super::problem::{Coefficient, Estimate};
 use super::windows::Windowed;
 
 /// Whether the object was seen to slide in the grasp.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 pub enum Slid {
     /// In at least one calibration trial.
     Yes,
@@ -19,7 +20,7 @@ pub enum Slid {
 }
 
 /// Something to know about a calibration.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Remark {
     /// A trial that cannot be simulated, and why.

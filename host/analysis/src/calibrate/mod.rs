@@ -16,6 +16,7 @@ use std::borrow::Borrow;
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::model::Model;
 use thiserror::Error;
@@ -53,7 +54,7 @@ impl Share {
 }
 
 /// Root mean square error of one quantity over windows of the motion.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct QuantityError {
     /// Which.
     pub quantity: Quantity,
@@ -102,7 +103,7 @@ pub enum CalibrateError {
 }
 
 /// Result of a calibration.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Calibration {
     /// Primitive whose trials were used.
     pub primitive: String,
@@ -110,8 +111,8 @@ pub struct Calibration {
     pub calibration_trials: Vec<String>,
     /// Trials that validate it.
     pub held_out_trials: usize,
-    /// What the sensors show at rest beyond the model: channels in the order of
-    /// [`crate::channels::NAMES`], zero where no rest was recorded.
+    /// What the sensors show at rest beyond the model: channels in the order of `compare`'s, N, N m, m, rad;
+    /// zero where no rest was recorded.
     pub offsets: [f64; COUNT],
     /// Coefficients with their intervals or bounds.
     pub estimates: Vec<Estimate>,
@@ -149,7 +150,7 @@ pub fn pick<C: PartialEq>(conditions: &[C], share: Share) -> Vec<usize> {
 }
 
 /// Calibrations of a data set.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 #[serde(transparent)]
 pub struct Report {
     /// One for each primitive, in the order of their names.

@@ -4,6 +4,7 @@
 use levenberg_marquardt::LeastSquaresProblem;
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::model::Model;
 
@@ -12,7 +13,7 @@ use crate::channels::COUNT;
 use crate::evidence::statistics::median;
 
 /// Which coefficient.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Coefficient {
     /// Both fingers.
@@ -35,7 +36,7 @@ impl Coefficient {
 }
 
 /// What is known about a coefficient.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Estimate {
     /// Which.
     pub coefficient: Coefficient,

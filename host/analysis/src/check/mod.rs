@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::channels::{self, COUNT, NAMES, Signals};
@@ -28,7 +29,7 @@ const PRIMITIVES: [&str; 5] = ["linear_push", "pivot", "roll", "planar_push", "l
 const GAP_PERIODS: f64 = 1.5;
 
 /// The answer of `stickslip check`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Report {
     /// The data set's name.
     pub name: String,
@@ -63,7 +64,7 @@ pub struct Report {
 }
 
 /// Trials of one object and primitive.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct PrimitiveCount {
     /// Primitive.
     pub primitive: String,
@@ -76,7 +77,7 @@ pub struct PrimitiveCount {
 }
 
 /// Steps between time stamps that are too long.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, JsonSchema, Serialize)]
 pub struct Gaps {
     /// Trials with any.
     pub trials: usize,
@@ -87,9 +88,9 @@ pub struct Gaps {
 }
 
 /// One channel over the data set.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Channel {
-    /// Name of [`channels::NAMES`].
+    /// Channel, as in every command: `finger1_fx`.
     pub channel: &'static str,
     /// Share of samples in which it is measured.
     pub measured: f64,
@@ -100,7 +101,7 @@ pub struct Channel {
 }
 
 /// The balance over the data set.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, JsonSchema, Serialize)]
 pub struct Balance {
     /// Trials in which it was formed.
     pub checked: usize,
@@ -117,7 +118,7 @@ pub struct Balance {
 }
 
 /// One stage over the trials.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct StageSummary {
     /// Name.
     pub stage: &'static str,
@@ -134,7 +135,7 @@ pub struct StageSummary {
 }
 
 /// Offsets over the trials.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct TareSummary {
     /// Trials in which they could be found.
     pub trials: usize,

@@ -16,6 +16,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_data::{Description, Index, Trial};
 
@@ -26,7 +27,7 @@ pub use breach::{Breach, Cause};
 pub use clock::{Clock, Clocks, Means, Unknown};
 
 /// A breach, with the trials that show it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Finding {
     /// Likely cause.
     pub cause: Cause,

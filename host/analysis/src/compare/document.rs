@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::models::NamedModel;
@@ -21,9 +22,9 @@ use crate::evidence::phases::{Phase, Phases};
 pub const SCHEMA: &str = "stickslip-compare/2";
 
 /// A comparison of one data set with one or more models.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Comparison {
-    /// Always [`SCHEMA`].
+    /// Command and version of this document.
     pub schema: &'static str,
     /// One sentence: does the model agree, and where does it fail worst?
     pub summary: String,
@@ -52,7 +53,7 @@ pub struct Comparison {
 }
 
 /// What was compared.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct DataSummary {
     /// From dataset.toml.
     pub name: String,
@@ -71,7 +72,7 @@ pub struct DataSummary {
 }
 
 /// One model's errors.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct ModelReport {
     /// File name, or `base`.
     pub name: String,
@@ -102,7 +103,7 @@ pub struct ModelReport {
 }
 
 /// Names what an error belongs to.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, JsonSchema, Serialize)]
 pub struct Place {
     /// Primitive.
     pub primitive: String,
@@ -113,7 +114,7 @@ pub struct Place {
 }
 
 /// Size of residuals or errors over all samples of the trials.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, JsonSchema, Serialize)]
 pub struct Size {
     /// Root mean square.
     pub rms: f64,
@@ -126,7 +127,7 @@ pub struct Size {
 }
 
 /// Residual and error of one channel in one phase.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct ErrorRow {
     /// Which.
     #[serde(flatten)]
@@ -162,7 +163,7 @@ pub struct ErrorRow {
 }
 
 /// F test.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, JsonSchema, Serialize)]
 pub struct Test {
     /// Ratio of mean squares.
     pub f: f64,
@@ -179,7 +180,7 @@ pub struct Test {
 }
 
 /// Error over two conditions.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Region {
     /// Which error.
     #[serde(flatten)]
@@ -197,7 +198,7 @@ pub struct Region {
 }
 
 /// Change of the mean error with a condition.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Trend {
     /// Which error.
     #[serde(flatten)]
@@ -222,7 +223,7 @@ pub struct Trend {
 }
 
 /// One trial.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct TrialRow {
     /// Id.
     pub trial: String,
@@ -243,7 +244,7 @@ pub struct TrialRow {
 }
 
 /// Fate of a failure from the first model to the last.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fate {
     /// Failed, and does no more: a tenth smaller or more, and not significant.
@@ -263,7 +264,7 @@ pub enum Fate {
 }
 
 /// Before and after for one channel and phase.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Change {
     /// Which.
     #[serde(flatten)]
@@ -286,14 +287,14 @@ pub struct Change {
 }
 
 /// Changes from the first model to the last, counted.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Tally {
     /// Whether what the first model leaves open counts as no error, for both models alike.
     pub within_tolerance: bool,
     /// Root mean square over the channels and phases where either fails (over all where neither
     /// does), in noise floors: first model.
     pub before: f64,
-    /// The same: last model.
+    /// Failures of the last model.
     pub after: f64,
     /// Failures of the first model.
     pub failures: usize,
@@ -308,7 +309,7 @@ pub struct Tally {
 }
 
 /// A trial that could not be compared.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Skipped {
     /// Id.
     pub trial: String,

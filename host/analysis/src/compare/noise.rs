@@ -13,6 +13,7 @@
 //! Where nothing is repeated the sensors' stated noise stands in; it lacks all that varies
 //! from run to run, and the report says so.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::tare::{NORMAL, Tare};
@@ -23,7 +24,7 @@ use crate::evidence::phases::Phase;
 use stickslip_data::Description;
 
 /// Where a floor comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
     /// Scatter of runs of the same condition.
@@ -35,7 +36,7 @@ pub enum Source {
 }
 
 /// RMS error of a perfect model.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Floor {
     /// SI unit of the channel.
     pub rms: f64,

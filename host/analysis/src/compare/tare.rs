@@ -13,6 +13,7 @@
 //! except for its mean over the whole data set where that is within the sensors' stated
 //! uncertainty: then nobody can tell it from their offset, and the report says so.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::trial::TrialErrors;
@@ -24,7 +25,7 @@ use stickslip_data::{Description, Sensors};
 pub const NORMAL: [usize; 2] = [7, 13];
 
 /// How sensor offsets are treated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum Tare {
@@ -35,7 +36,7 @@ pub enum Tare {
 }
 
 /// Offset of one channel over the data set.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct ChannelOffset {
     /// Name of the channel.
     pub channel: &'static str,
@@ -52,7 +53,7 @@ pub struct ChannelOffset {
 }
 
 /// Grip: measured less commanded, mean of both fingers before contact.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, JsonSchema, Serialize)]
 pub struct GripError {
     /// Mean over the trials, N.
     pub mean_n: f64,
@@ -63,7 +64,7 @@ pub struct GripError {
 }
 
 /// What was found, and what was done with it.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Offsets {
     /// How.
     pub tare: Tare,

@@ -14,6 +14,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::effects::{Info, MAX_PARAMETERS};
 
@@ -35,7 +36,7 @@ const SAME: f64 = 0.966;
 const WEAK: f64 = 1e-4;
 
 /// What one strength of an effect may be although nothing was found.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct UpperLimit {
     /// Largest absolute difference from its absence, 95 %; none where the data set no limit within
     /// what is possible.

@@ -5,6 +5,7 @@
 //! changed; where the predictions differ most in standard deviations of one run is where to
 //! measure. The number of runs follows from the difference: `n = (z_alpha + z_beta)^2 / d^2`.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::model::Model;
 
@@ -20,7 +21,7 @@ const QUANTILES: f64 = 2.326 + 1.645;
 const GRIPS: [f64; 3] = [0.6, 1.0, 1.5];
 
 /// A condition and what the candidates predict there.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Experiment {
     /// In words.
     pub summary: String,

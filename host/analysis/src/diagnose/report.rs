@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::effects::Info;
 
@@ -24,20 +25,22 @@ use crate::model::candidate::Described;
 pub use crate::diagnose::verdict::Verdict;
 
 /// A fitted parameter with its 95 % interval.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Value {
     /// Best value.
     pub value: f64,
-    /// Lower end.
+    /// Lower end; `null` where the data do not bound it.
+    #[schemars(with = "Option<f64>")]
     pub low: f64,
-    /// Upper end.
+    /// Upper end; `null` where the data do not bound it.
+    #[schemars(with = "Option<f64>")]
     pub high: f64,
     /// Unit.
     pub unit: &'static str,
 }
 
 /// One effect that was tried.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct CandidateReport {
     /// Identifier.
     pub id: &'static str,
@@ -58,7 +61,7 @@ pub struct CandidateReport {
 }
 
 /// Error before and after, in run spreads (see [`crate::diagnose::misfit`]).
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, JsonSchema, Serialize)]
 pub struct ErrorReport {
     /// Of the model as given, with its friction refitted, on held-out conditions.
     pub before: f64,
@@ -68,12 +71,12 @@ pub struct ErrorReport {
     pub perfect_model: f64,
     /// Worst systematic misfit of a channel in a phase before, in run spreads.
     pub worst_before: f64,
-    /// The same after.
+    /// Worst systematic misfit of a channel in a phase after, in run spreads.
     pub worst_after: f64,
 }
 
 /// Where a model misses most.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Place {
     /// Channel.
     pub channel: String,
@@ -86,7 +89,7 @@ pub struct Place {
 }
 
 /// The whole result.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Report {
     /// What came out.
     pub verdict: Verdict,
@@ -102,7 +105,7 @@ pub struct Report {
     pub ambiguous_with: Vec<Vec<&'static str>>,
     /// All effects that were refitted, best first.
     pub candidates: Vec<CandidateReport>,
-    /// See [`ErrorReport`].
+    /// Errors before and after, in run spreads.
     pub error: ErrorReport,
     /// What structure is left.
     pub unexplained: Vec<Structure>,

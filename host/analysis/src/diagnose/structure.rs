@@ -1,6 +1,7 @@
 //! What structure a model leaves: which channel in which phase, and on which named
 //! quantity it depends. The beginning of a new effect.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::diagnose::select::Held;
@@ -11,7 +12,7 @@ use crate::fit::phases::{BINS, Phase};
 use crate::fit::problem::Problem;
 
 /// Structure left in one channel and phase.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Structure {
     /// Channel.
     pub channel: String,

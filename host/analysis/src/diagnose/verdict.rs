@@ -1,5 +1,6 @@
 //! The verdict of a diagnosis: a function of a few numbers that the search found, and of nothing else.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::diagnose::misfit::{Misfit, Place};
@@ -26,7 +27,7 @@ const FAR: f64 = 8.0;
 pub const FEWEST_CONDITIONS: usize = 4;
 
 /// What came out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The model agrees with the data within the run spread.

@@ -8,6 +8,7 @@
 //! in their axes: [`crate::evidence::offsets`].
 
 use nalgebra::{UnitQuaternion, Vector3};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::evidence::stages::{STAGES, Stage, Stages};
@@ -21,7 +22,7 @@ const SLOW_LEAST_N: f64 = 0.05;
 const HALF_WINDOW_S: f64 = 0.05;
 
 /// Sum of forces over the slow part of one stage of a trial.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct StageBalance {
     /// Which part.
     pub stage: Stage,
@@ -47,7 +48,7 @@ impl StageBalance {
 }
 
 /// Why a balance cannot be formed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NotChecked {
     /// Something touches the object whose force is not measured.

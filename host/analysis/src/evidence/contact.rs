@@ -12,13 +12,14 @@
 
 use std::ops::Range;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::channels::Signals;
 use crate::evidence::noise::white_noise;
 
 /// What a boundary was found from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Evidence {
     /// Measured force, or measured motion of the object.

@@ -8,6 +8,7 @@
 //! data set, which a trial that was touched at rest does not move: medians.
 
 use nalgebra::Vector3;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::channels::{COUNT, Quantity, Signals, quantity};
@@ -51,7 +52,7 @@ pub fn over_trials(offsets: &[Signals]) -> Signals {
 }
 
 /// Offsets as the weight alone shows them.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct AtRest {
     /// Of the sum of both fingers' forces, gripper axes: the balance against the weight determines
     /// only the sum.

@@ -19,6 +19,7 @@
 
 use std::ops::Range;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::channels::{COUNT, Signals};
@@ -28,7 +29,7 @@ use crate::evidence::statistics::median;
 use crate::run::simulate::{Prepared, Simulated};
 
 /// Part of a trial.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Phase {
     /// Nothing pushes yet.

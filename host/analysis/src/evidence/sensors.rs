@@ -7,6 +7,7 @@
 //! is [`SHARE_OF_LARGEST`] of the largest force or torque that the sensor read, which is what a
 //! well kept strain-gauge sensor keeps of its range. Whatever is found below it is not found.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_data::{Description, Sample, Sensors, Trial, Wrench, WrenchSensor};
 
@@ -21,7 +22,7 @@ pub const SHARE_OF_LARGEST: f64 = 0.01;
 const LARGEST: f64 = 0.99;
 
 /// Keys of `[sensors]` that state nothing though the data have such a sensor.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, JsonSchema, Serialize)]
 pub struct Unstated {
     /// Keys of the noise, like `finger.force_noise_n`.
     pub noise: Vec<&'static str>,
@@ -96,7 +97,7 @@ pub fn unstated(description: &Description) -> Unstated {
 }
 
 /// Sensors with what nobody stated filled in.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct SensorsUsed {
     /// To work with.
     #[serde(skip)]

@@ -17,7 +17,7 @@ use crate::run::motion::{denoised, interpolated};
 const SPEED_S: f64 = 0.08;
 
 /// Part of a trial.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, schemars::JsonSchema, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
     /// Nothing pushes yet.

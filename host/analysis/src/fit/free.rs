@@ -1,5 +1,6 @@
 //! What may be fitted: friction coefficients and parameters of effects.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::effects::{Info, Parameter};
 use stickslip_shared::model::Model;
@@ -7,7 +8,7 @@ use stickslip_shared::model::Model;
 use crate::fit::campaign::Campaign;
 
 /// A parameter of the model that is fitted.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Free {
     /// Friction of the fingertips.

@@ -3,6 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::fit::free::Free;
@@ -10,15 +11,17 @@ use crate::fit::gls::{self, Gram, Prior};
 use crate::fit::noise;
 
 /// One fitted parameter.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Estimate {
-    /// See [`Free::name`].
+    /// Owner and parameter, as in model files: `friction.finger`, `grip_force_loss.fraction`.
     pub name: String,
     /// Best value.
     pub value: f64,
-    /// Lower end of the 95 % interval.
+    /// Lower end of the 95 % interval; `null` where the data do not bound it.
+    #[schemars(with = "Option<f64>")]
     pub low: f64,
-    /// Upper end.
+    /// Upper end; `null` where the data do not bound it.
+    #[schemars(with = "Option<f64>")]
     pub high: f64,
     /// Unit.
     pub unit: &'static str,

@@ -19,7 +19,9 @@ const PARTS: usize = 6;
 const GUARD_S: f64 = 0.016;
 
 /// Phase of a bin.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, schemars::JsonSchema, serde::Serialize,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Phase {
     /// At rest before the motion.

@@ -381,11 +381,11 @@ fn pieces(moments: &[Moment]) -> (Vec<(usize, usize)>, bool) {
 }
 
 /// Where two runs part.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, schemars::JsonSchema, serde::Serialize)]
 pub struct Difference {
     /// Tick.
     pub tick: usize,
-    /// Place in [`Prediction::words`].
+    /// Which word of the prediction, in the order of its message (docs/protocol.md).
     pub word: usize,
     /// Bits in the log; all ones where the replay has no such tick.
     pub logged: u32,
@@ -443,7 +443,7 @@ pub const VALIDITY: [&str; 18] = [
 ];
 
 /// One stretch of time in which a bit is set.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, schemars::JsonSchema, serde::Serialize)]
 pub struct Span {
     /// Name of the bit.
     pub flag: &'static str,

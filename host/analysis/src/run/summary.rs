@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::predictor::{Intent, Plan, Prediction, Slip, validity};
 
 use super::replay::{Difference, FLAGS, Replayed, Span, VALIDITY, spans};
 
 /// The JSON document `stickslip-replay/1`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Document {
     /// Always `stickslip-replay/1`.
     pub schema: &'static str,
@@ -33,7 +34,7 @@ pub struct Document {
 }
 
 /// Largest predicted values.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Summary {
     /// By the model, either finger, while measured or predicted.
     pub peak_utilisation: f32,
@@ -52,7 +53,7 @@ pub struct Summary {
 }
 
 /// Ticks by the solver's status, and the cost.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Solver {
     /// By name of the status.
     pub ticks: BTreeMap<&'static str, usize>,
@@ -67,7 +68,7 @@ pub struct Solver {
 }
 
 /// A segment of the plan.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct PlanRow {
     /// s
     pub from_s: f32,
@@ -84,7 +85,7 @@ pub struct PlanRow {
 }
 
 /// Agreement with a log.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Against {
     /// The log.
     pub file: String,

@@ -7,6 +7,7 @@
 //! - Grip: the grip at which a held object slipped as its grip fell, over the grip that was
 //!   stated half a second before as just enough.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::predictor::{Intent, Limits, Plan, Prediction};
 
@@ -37,7 +38,7 @@ pub struct Stated {
 }
 
 /// One bin.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Bin {
     /// Mean of what is stated in this bin lies between.
     pub stated: [f64; 2],
@@ -49,7 +50,7 @@ pub struct Bin {
 }
 
 /// For one method.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Calibration {
     /// Which.
     pub method: String,

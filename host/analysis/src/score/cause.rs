@@ -21,7 +21,7 @@ const WARNS: f64 = 0.5;
 const SETTLED_S: f64 = 0.04;
 
 /// How the cause of an event showed in the measured forces beforehand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, schemars::JsonSchema, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
     /// The ratio of tangential to normal force rose steadily before onset, and was half or more of

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_data::Index;
 use stickslip_shared::model::Model;
@@ -13,7 +14,7 @@ use super::judge::{Judged, Method, ObjectPose, ScoreError, Scored, judge};
 use crate::progress::Progress;
 
 /// The JSON document `stickslip-score/1`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Document {
     /// Always `stickslip-score/1`.
     pub schema: &'static str,
@@ -30,7 +31,7 @@ pub struct Document {
     pub warnings: Vec<String>,
     /// Time scored, h.
     pub hours: f64,
-    /// See [`ObjectPose`].
+    /// Which object poses the predictor was given.
     pub object_pose: ObjectPose,
     /// Share of ticks at which the predictor does not trust its sample.
     pub doubtful_share: f64,

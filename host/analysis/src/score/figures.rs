@@ -1,5 +1,6 @@
 //! The figures of a score: one row for each kind of event and method.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::alarms::{leads, unmet};
@@ -9,7 +10,7 @@ use super::truth::{Cause, DROP_AHEAD_S, Event, Kind, SLIP_AHEAD_S, SUDDEN_WITHIN
 use crate::evidence::statistics::quantiles;
 
 /// Which events a row is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Class {
     /// Not meant by the plan; the forces showed it coming.
@@ -81,7 +82,7 @@ impl Class {
 }
 
 /// One row.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Row {
     /// Which events.
     pub class: Class,
@@ -91,7 +92,7 @@ pub struct Row {
     pub events: usize,
     /// Events met by an alarm, at most 0.1 s late.
     pub found: usize,
-    /// Events warned in time: see [`Class::in_time_s`].
+    /// Events warned in time, by the time that the class asks for.
     pub in_time: usize,
     /// 5, 50 and 95 % of the lead over those found, s; negative: late.
     pub lead_s: Option<[f64; 3]>,

@@ -16,7 +16,7 @@ use stickslip_data::{Description, Index, Trial, TrialInfo, Warning, error::join_
 const RATE_SAMPLES: usize = 5;
 
 /// How often the predictor is given the object's measured pose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, schemars::JsonSchema, serde::Serialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum ObjectPose {

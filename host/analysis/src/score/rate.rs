@@ -4,6 +4,7 @@
 //! the exact one for a Poisson count (F. Garwood, Biometrika 28, 1936): its ends are quantiles of
 //! chi-square with `2 n` and `2 n + 2` degrees of freedom over twice the time.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -11,7 +12,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 pub const CONFIDENCE: f64 = 0.95;
 
 /// A count over a time, and the rates that it allows.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Rate {
     /// How often it was seen.
     pub count: usize,

@@ -50,7 +50,7 @@ const HALF_WINDOW: usize = 2;
 const FORCE_WINDOW: usize = 10;
 
 /// What began.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, schemars::JsonSchema, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
     /// An object slips in the grasp: either finger.
@@ -62,7 +62,7 @@ pub enum Kind {
 }
 
 /// One event.
-#[derive(Clone, Debug, serde::Serialize)]
+#[derive(Clone, Debug, schemars::JsonSchema, serde::Serialize)]
 pub struct Event {
     /// What.
     pub kind: Kind,

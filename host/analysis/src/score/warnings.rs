@@ -10,6 +10,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, ContinuousCDF};
 
@@ -54,7 +55,7 @@ pub struct Key {
 }
 
 /// Classes of slips that are judged alike.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Class {
     /// Grip decays, mass is poured in.
@@ -89,7 +90,7 @@ impl TrialKey {
 }
 
 /// A count of all there were.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, JsonSchema, Serialize)]
 pub struct Share {
     /// Found in time.
     pub found: usize,
@@ -122,7 +123,7 @@ impl Share {
 }
 
 /// Events in some time.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, JsonSchema, Serialize)]
 pub struct Events {
     /// How many.
     pub count: usize,
@@ -143,7 +144,7 @@ impl Events {
 }
 
 /// Figures of a method.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, JsonSchema, Serialize)]
 pub struct Figures {
     /// Builds up: 100 ms ahead.
     pub builds_up: Share,

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::commands::fitted::{file_or_default, write};
@@ -38,10 +39,13 @@ fn share(text: &str) -> Result<f64, String> {
     if value > 0.0 && value <= 1.0 { Ok(value) } else { Err("give a share above 0 and at most 1".into()) }
 }
 
-#[derive(Serialize)]
-struct Written<'a> {
+#[derive(JsonSchema, Serialize)]
+/// A primitive's calibration.
+pub(super) struct Written<'a> {
+    /// The fit.
     #[serde(flatten)]
     calibration: &'a Calibration,
+    /// The model file, with `--out`.
     file: Option<String>,
 }
 

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, ensure};
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value;
 
 use stickslip_report::terminal::{Output, Style};
 
@@ -90,16 +92,36 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             output.text(format_args!("open {page}"));
         }
     }
-    output.document(&json!({ "hidden": args.hidden, "named": named, "steps": steps.done }))
+    output.document(&Report { hidden: &args.hidden, named, steps: steps.done })
 }
 
 fn path(p: &Path) -> String {
     p.display().to_string()
 }
 
+/// What the demonstration did.
+#[derive(JsonSchema, Serialize)]
+pub(super) struct Report<'a> {
+    /// Effect that the rig hid.
+    hidden: &'a str,
+    /// First effect that the diagnosis named.
+    named: Option<String>,
+    /// Commands, in their order.
+    steps: Vec<Done>,
+}
+
+/// One command.
+#[derive(JsonSchema, Serialize)]
+struct Done {
+    /// Its line.
+    command: String,
+    /// Its document.
+    result: Value,
+}
+
 struct Steps<'a> {
     output: &'a Output,
-    done: Vec<Value>,
+    done: Vec<Done>,
 }
 
 impl Steps<'_> {
@@ -133,7 +155,7 @@ impl Steps<'_> {
                 }
             }
         }
-        self.done.push(json!({ "command": line, "result": document }));
+        self.done.push(Done { command: line, result: document.clone() });
         Ok(document)
     }
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use comfy_table::{Cell, CellAlignment};
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::effects::{Info, REGISTRY};
 
@@ -25,27 +26,40 @@ pub struct Args {
 }
 
 /// An effect as JSON.
-#[derive(Serialize)]
-struct Effect {
+#[derive(JsonSchema, Serialize)]
+/// An effect that a model can have.
+pub(super) struct Effect {
+    /// Its name in model files.
     id: &'static str,
+    /// What it is.
     what: &'static str,
+    /// What it looks like in data.
     in_data: &'static str,
+    /// Where it is described.
     source: &'static str,
+    /// Of a formula.
     #[serde(skip_serializing_if = "Option::is_none")]
     expression: Option<String>,
+    /// Its parameters.
     parameters: Vec<Parameter>,
 }
 
-#[derive(Serialize)]
-struct Parameter {
+#[derive(JsonSchema, Serialize)]
+/// A parameter of an effect.
+pub(super) struct Parameter {
+    /// Key in model files.
     name: &'static str,
+    /// Of its value.
     unit: &'static str,
+    /// What it is.
     what: &'static str,
     /// A size that is clearly visible in data.
     typical: f64,
     /// At it the parameter changes nothing.
     neutral: f64,
+    /// Least value that is tried.
     low: f64,
+    /// Greatest.
     high: f64,
 }
 

@@ -20,9 +20,12 @@ pub fn file_or_default(path: Option<&Path>) -> anyhow::Result<ModelFile> {
     Ok(path.map_or_else(|| Ok(ModelFile::new(default.base, default.friction)), ModelFile::read)?)
 }
 
-#[derive(serde::Serialize)]
-struct Written<'a> {
+#[derive(schemars::JsonSchema, serde::Serialize)]
+/// A model that was fitted and written.
+pub(super) struct Written<'a> {
+    /// Its file.
     model: &'a Path,
+    /// The fit.
     #[serde(flatten)]
     report: &'a Report,
 }

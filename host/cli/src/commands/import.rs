@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Subcommand;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use stickslip_analysis::check::check;
@@ -78,12 +79,18 @@ fn not_negative(text: &str) -> Result<f64, String> {
     }
 }
 
-#[derive(Serialize)]
-struct Report<'r, V> {
+#[derive(JsonSchema, Serialize)]
+/// Published measurements that were imported.
+pub(super) struct Report<'r, V> {
+    /// Folder of the data set.
     out: &'r Path,
+    /// Trials.
     trials: usize,
+    /// Rows of all trials.
     samples: usize,
+    /// What physics says of the mapping.
     verification: &'r V,
+    /// Rows that could not be used.
     bad_rows: &'r [BadRow],
 }
 
@@ -121,15 +128,24 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
 }
 
 /// What a mapping gave, for `--json`.
-#[derive(Serialize)]
-struct RecordingReport<'r> {
+#[derive(JsonSchema, Serialize)]
+/// Recordings that were imported by a mapping.
+pub(super) struct RecordingReport<'r> {
+    /// Folder of the data set.
     out: &'r Path,
+    /// Trials.
     trials: usize,
+    /// Rows of all trials.
     samples: usize,
+    /// What was assumed of each signal.
     signals: &'r [recording::Signal],
+    /// Mean that `tare_s` took off, N and N m: trial, signal, wrench.
     tares: &'r [(String, String, [f64; 6])],
+    /// Trials and rows of the table that were left out, with the reason.
     refused: &'r [String],
+    /// Rows that could not be used, by file.
     bad_rows: &'r [(PathBuf, BadRow)],
+    /// Errors that the physics checks of `check` found.
     physics: Vec<String>,
 }
 

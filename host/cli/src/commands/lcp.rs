@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use stickslip_lcp::files::{self, DenseSet, FactorSet, Factors, ProblemFile};
@@ -41,10 +42,14 @@ pub struct Args {
     contacts: Option<usize>,
 }
 
-#[derive(Serialize)]
-struct Document {
+#[derive(JsonSchema, Serialize)]
+/// Solved sets of problems.
+pub(super) struct Document {
+    /// Which solver: dense, contact, warm.
     solver: String,
+    /// By file or family.
     sets: Vec<Summary>,
+    /// All of them.
     total: Summary,
 }
 

@@ -18,6 +18,7 @@ pub mod new;
 pub mod refit;
 pub mod replay;
 pub mod rig;
+pub mod schema;
 pub mod score;
 pub mod simulate;
 pub mod stream;
@@ -74,6 +75,8 @@ enum Command {
     Lcp(lcp::Args),
     /// Score the predictor: lead times and false alarms for slip and drop, compared with simple thresholds
     Score(score::Args),
+    /// Describe the JSON document that a command prints with --json
+    Schema(schema::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
     Stream(stream::Args),
 }
@@ -97,6 +100,7 @@ impl Command {
             Command::Calibrate(args) => calibrate::run(args, output),
             Command::Lcp(args) => lcp::run(args, output),
             Command::Score(args) => score::run(args, output),
+            Command::Schema(args) => schema::run(args, output),
             Command::Stream(args) => stream::run(args, output),
         }
     }

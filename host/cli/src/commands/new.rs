@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use stickslip_data::import::recording::guess::guess;
@@ -22,9 +23,12 @@ pub struct Args {
     out: PathBuf,
 }
 
-#[derive(Serialize)]
-struct Report<'a> {
+#[derive(JsonSchema, Serialize)]
+/// A mapping file that was written.
+pub(super) struct Report<'a> {
+    /// The file.
     out: &'a Path,
+    /// Lines marked CHECK.
     guesses: usize,
 }
 

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use stickslip_data::{TableFormat, TrialInfo, Writer};
@@ -82,11 +83,16 @@ pub struct Args {
 }
 
 /// What `--json` prints.
-#[derive(Debug, Serialize)]
-struct Report<'a> {
+#[derive(Debug, JsonSchema, Serialize)]
+/// A data set that was made.
+pub(super) struct Report<'a> {
+    /// Its folder.
     folder: &'a Path,
+    /// Trials.
     trials: usize,
+    /// Rows of all trials.
     samples: usize,
+    /// Recorded time, s.
     data_s: f64,
 }
 
@@ -105,12 +111,18 @@ struct KeyTrial<'a> {
     truth: &'a Truth,
 }
 
-#[derive(Debug, Serialize)]
-struct EffectRow {
+#[derive(Debug, JsonSchema, Serialize)]
+/// An effect that the rig can hide.
+pub(super) struct EffectRow {
+    /// Its name here.
     effect: &'static str,
+    /// Of its strength.
     unit: &'static str,
+    /// Clearly visible in data.
     typical_strength: f64,
+    /// `diagnose` has it in its list.
     listed: bool,
+    /// What it is.
     what: &'static str,
 }
 

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use assert_cmd::Command;
 use nalgebra::{UnitQuaternion, Vector3};
 use stickslip_analysis::evidence::balance::{NotChecked, balance};
 use stickslip_analysis::evidence::offsets::at_rest;
@@ -11,6 +10,8 @@ use stickslip_data::{
     ContactSpec, Dataset, Description, FORMAT, ObjectSpec, Pose, Sample, Sensors, Trial, TrialInfo, Wrench,
     WrenchSensor, write,
 };
+
+use crate::documents::{document, stickslip};
 
 const PUSH_N: f64 = 6.0;
 const MASS_KG: f64 = 0.2005;
@@ -135,10 +136,6 @@ fn what_is_not_measured_is_not_balanced() {
     assert_eq!(balance(&description(), &trial, &found), Err(NotChecked::FingersNotMeasured));
 }
 
-fn stickslip() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_stickslip"))
-}
-
 #[test]
 fn check_fails_on_forces_that_never_balance_and_on_refusals_and_reports_the_rest() {
     let folder = tempfile::tempdir().expect("folder");
@@ -152,7 +149,7 @@ fn check_fails_on_forces_that_never_balance_and_on_refusals_and_reports_the_rest
     }
     assert!(!text.contains("No errors."), "{text}");
     let json = stickslip().args(["check", "--json"]).arg(folder.path()).assert().code(1);
-    let report: serde_json::Value = serde_json::from_slice(&json.get_output().stdout).expect("one document");
+    let report = document("check", &json.get_output().stdout);
     assert_eq!(report["balance"]["failing"], 2);
     let floor = report["channels"][6]["floor"][1].as_f64().expect("repeated: a floor");
     assert!(floor > 0.001 && floor < 0.02, "{floor}");
@@ -160,7 +157,7 @@ fn check_fails_on_forces_that_never_balance_and_on_refusals_and_reports_the_rest
     // One bad trial: reported, the other still there, exit code 1.
     std::fs::write(folder.path().join("trials/t1.csv"), "t_s\n0\nx\n1\n").expect("written");
     let json = stickslip().args(["check", "--json"]).arg(folder.path()).assert().code(1);
-    let report: serde_json::Value = serde_json::from_slice(&json.get_output().stdout).expect("one document");
+    let report = document("check", &json.get_output().stdout);
     assert_eq!(
         (&report["trials"], &report["channels"][6]["floor"][1]),
         (&1.into(), &serde_json::Value::Null)

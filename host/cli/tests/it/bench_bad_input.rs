@@ -3,14 +3,10 @@
 
 use std::fs;
 
-use assert_cmd::Command;
 use predicates::str::contains;
 
 use crate::common::push;
-
-fn stickslip() -> Command {
-    Command::cargo_bin("stickslip").expect("the binary")
-}
+use crate::documents::stickslip;
 
 #[test]
 fn impossible_values_of_a_plan_are_refused_with_option_value_and_range() {

@@ -4,7 +4,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use assert_cmd::Command;
 use serde_json::Value;
 use stickslip_data::{Dataset, write};
 use stickslip_rig::objects::bench;
@@ -13,6 +12,7 @@ use stickslip_rig::{Nuisance, Reality, STEP_S, Setup, simulate};
 use tempfile::TempDir;
 
 use crate::common::push;
+use crate::documents::{document, stickslip};
 use crate::pages::check;
 
 const SEED: u64 = 11;
@@ -31,10 +31,6 @@ target = "grip"
 expression = "1 - a"
 parameters = { a = { value = 0.1, low = 0, high = 0.6, unit = "1" } }
 "#;
-
-fn stickslip() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_stickslip"))
-}
 
 fn demo() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo")
@@ -64,7 +60,7 @@ fn weak_grip() -> &'static Path {
 fn json(folder: &Path, words: &[&str]) -> Value {
     let output = stickslip().current_dir(folder).args(words).arg("--json").output().expect("run");
     assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("one JSON document")
+    document(words[0], &output.stdout)
 }
 
 /// What the command says on stderr as it refuses.

@@ -8,6 +8,7 @@ mod common;
 mod compare;
 mod diagnose_command;
 mod docs_links;
+mod documents;
 mod lcp_command;
 mod one_number;
 mod pages;

@@ -3,15 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use assert_cmd::Command;
-
 fn stickslip(args: &[&str], folder: &Path) -> (bool, String) {
-    let output = Command::cargo_bin("stickslip")
-        .expect("built")
-        .args(args)
-        .current_dir(folder)
-        .output()
-        .expect("runs");
+    let output = crate::documents::stickslip().args(args).current_dir(folder).output().expect("runs");
     let text = [output.stdout, output.stderr].concat();
     (output.status.success(), String::from_utf8_lossy(&text).into_owned())
 }

@@ -4,14 +4,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
 use tempfile::TempDir;
 
-fn stickslip() -> Command {
-    Command::cargo_bin("stickslip").expect("the binary")
-}
+use crate::documents::stickslip;
 
 /// The demonstration's push, once whole and once cut within a row.
 fn with_a_cut_trial() -> (TempDir, PathBuf) {

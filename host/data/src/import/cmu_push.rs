@@ -66,7 +66,7 @@ pub struct Options {
 }
 
 /// What the import checked against physics.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, schemars::JsonSchema, Serialize)]
 pub struct Verification {
     /// Pushes.
     pub pushes: usize,

@@ -7,7 +7,7 @@ pub mod tribometer;
 use serde::Serialize;
 
 /// A row of a raw file that could not be used.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, schemars::JsonSchema, Serialize)]
 pub struct BadRow {
     /// Line of the raw file, from 1.
     pub line: usize,

@@ -22,7 +22,7 @@ const LOADED_SHARE: f64 = 0.5;
 const SLIDING_SHARE: f64 = 0.97;
 
 /// What the import checked against physics.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, schemars::JsonSchema, Serialize)]
 pub struct Verification {
     /// Rows used.
     pub samples: usize,

@@ -3,9 +3,10 @@
 
 use stickslip_analysis::diagnose::report::{Report, Verdict};
 use stickslip_analysis::diagnose::{base_misfit, diagnose};
+use stickslip_analysis::evidence::conditions::condition_of;
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::{ModelFile, default_model};
-use stickslip_data::{Dataset, Sample, read, write};
+use stickslip_data::{Dataset, Sample, TrialInfo, read, write};
 use stickslip_lab::blind::generate::{Class, Key, Plan, Wanted, data, draw};
 use stickslip_rig::Condition;
 use stickslip_shared::effects::Effect;
@@ -64,22 +65,53 @@ fn one_condition_concludes_nothing_however_wrong_the_model_is() {
     says(&report, "at least 4 conditions");
 }
 
+/// No law of the list: a torque of the pusher that goes with the square of the path, up to `most_nm` of a trial.
+fn with_torque(clean: &Dataset, most_nm: impl Fn(&TrialInfo) -> f64) -> Dataset {
+    let mut dataset = clean.clone();
+    for trial in &mut dataset.trials {
+        let x = |s: &Sample| s.gripper.map_or(0.0, |g| g.position_m[0]);
+        let (start_m, end_m) = (x(&trial.samples[0]), x(&trial.samples[trial.samples.len() - 1]));
+        let most_nm = most_nm(&trial.info);
+        for sample in &mut trial.samples {
+            let share = (x(sample) - start_m) / (end_m - start_m);
+            sample.pusher_wrench.as_mut().unwrap().torque_nm[0] += most_nm * share * share;
+        }
+    }
+    dataset
+}
+
+#[test]
+fn a_clear_misfit_of_no_law_that_is_listed_is_unexplained() {
+    let report = found(&with_torque(&made("", 8, |_| true), |_| 0.1));
+    assert_eq!(report.verdict, Verdict::Unexplained, "{}", report.summary);
+    assert!(report.effects.is_empty(), "{:?}", report.effects);
+    assert!(
+        report.places[0].before > 4.0 && report.places[0].channel.contains("pusher"),
+        "{:?}",
+        report.places[0]
+    );
+    assert!(!report.unexplained.is_empty(), "what is left is described");
+}
+
+#[test]
+fn a_misfit_that_one_condition_alone_shows_is_inconclusive() {
+    let clean = made("", 8, |_| true);
+    let of = condition_of(&clean.trials.iter().map(|trial| trial.info.clone()).collect::<Vec<_>>());
+    let one: Vec<String> = (clean.trials.iter().zip(&of).filter(|(_, at)| **at == of[0]))
+        .map(|(trial, _)| trial.info.trial.clone())
+        .collect();
+    let report = found(&with_torque(&clean, |info| if one.contains(&info.trial) { 0.1 } else { 0.0 }));
+    assert_eq!(report.verdict, Verdict::Inconclusive, "{}", report.summary);
+    let (reason, tell) = (report.reason.as_deref().unwrap(), report.would_tell.as_deref().unwrap());
+    // Friction follows the one condition, so that the largest misfit may stand in another.
+    assert!(reason.contains("mostly in one condition"), "{reason}");
+    assert!(tell.contains("run conditions near it"), "{tell}");
+}
+
 #[test]
 fn a_misfit_between_relevant_and_clear_that_nothing_explains_is_inconclusive() {
     let clean = made("", 8, |_| true);
-    // No law of the list: a torque of the pusher that goes with the square of the path.
-    let with = |most_nm: f64| {
-        let mut dataset = clean.clone();
-        for trial in &mut dataset.trials {
-            let x = |s: &Sample| s.gripper.map_or(0.0, |g| g.position_m[0]);
-            let (start_m, end_m) = (x(&trial.samples[0]), x(&trial.samples[trial.samples.len() - 1]));
-            for sample in &mut trial.samples {
-                let share = (x(sample) - start_m) / (end_m - start_m);
-                sample.pusher_wrench.as_mut().unwrap().torque_nm[0] += most_nm * share * share;
-            }
-        }
-        dataset
-    };
+    let with = |most_nm: f64| with_torque(&clean, |_| most_nm);
     // What counts is what remains once friction and offsets have taken their share of it, which depends
     // on how large it is beside them: the size is set by that, near the middle of the range.
     let (mut low_nm, mut high_nm) = (0.0, 0.5);

@@ -1,10 +1,11 @@
 //! A breach of physics and its likely cause, and what the checks compute with.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_data::{Sample, Trial};
 
 /// What most likely happened to the data.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
     /// Lengths in another unit (mm).

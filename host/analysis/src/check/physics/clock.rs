@@ -16,6 +16,7 @@
 //! compare is not one that is right.
 
 use nalgebra::{SMatrix, SVector};
+use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_data::{Sample, Trial};
 
@@ -39,7 +40,7 @@ const LEAST_S: f64 = 0.01;
 const MOST_S: f64 = 0.1;
 
 /// By what the clocks of a trial are compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Means {
     /// The pusher's force, and the object's motion in the grasp.
@@ -60,7 +61,7 @@ impl Means {
 }
 
 /// Why the clocks of a trial cannot be compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Unknown {
     /// Nothing is pushed.
@@ -211,7 +212,7 @@ fn onset(signal: &[(f64, [f64; 6])], over: usize) -> Option<(f64, f64)> {
 }
 
 /// What the trials of one primitive say of the clocks.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Clocks {
     /// Which.
     pub primitive: String,

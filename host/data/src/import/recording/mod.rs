@@ -31,7 +31,7 @@ use mapping::{Clock, Mapping, PoseColumns, Stream, WrenchColumns};
 use source::Source;
 
 /// One signal, as it was understood.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, schemars::JsonSchema, Serialize)]
 pub struct Signal {
     /// Stream of the mapping.
     pub stream: String,
