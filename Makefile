@@ -44,6 +44,7 @@ lint-boards: ## Clippy for the other board and the tests on boards
 	cargo clippy -p stickslip-hil-tests --tests --features nucleo-g474re $(BOARD_BUILD) -- -D warnings
 	cargo clippy -p stickslip-lab --features probe --test hil -- -D warnings
 
+# Of all crates, here and below: with `-p` cargo joins the features of fewer crates, and builds them all again.
 test-host: ## Tests of shared and host
 	cargo test --no-fail-fast --tests
 
@@ -54,8 +55,8 @@ studies: ## Tests that take minutes each (marked `ignored`)
 hil: setup firmware ## Tests on the emulated board, and of the line to it
 	elf=$$(cargo test --no-run -p stickslip-hil-tests --features mps2-an386 $(QEMU_BUILD) --message-format=json \
 		| grep -o '"executable":"[^"]*"' | tail -1 | cut -d'"' -f4); \
-	STICKSLIP_HIL_ELF=$$elf cargo test -p stickslip-lab --test hil
-	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test -p stickslip-lab --test board device:: -- --ignored --test-threads 1
+	STICKSLIP_HIL_ELF=$$elf cargo test --test hil
+	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test --test board device:: -- --ignored --test-threads 1
 
 hil-probe: ## The same tests on a Nucleo-G474RE behind a debug probe
 	elf=$$(cargo test --no-run -p stickslip-hil-tests --features nucleo-g474re $(BOARD_BUILD) --message-format=json \
@@ -86,10 +87,10 @@ size: firmware-g474 ## Flash and RAM of the firmware for the real board, against
 	@size $(OUT)/stickslip-nucleo-g474re | awk -v flash=$(FLASH_LIMIT) -v ram=$(RAM_LIMIT) 'NR == 2 { \
 		printf "flash %d of %d bytes, static RAM %d of %d\n", $$1 + $$2, flash, $$2 + $$3, ram; \
 		exit ($$1 + $$2 > flash || $$2 + $$3 > ram) }'
-	STICKSLIP_G474_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re cargo test -q -p stickslip-lab --test board memory_map:: -- --ignored
+	STICKSLIP_G474_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re cargo test -q --test board memory_map:: -- --ignored
 
 no-panic: firmware-g474 ## No panic can be reached from the control task
-	STICKSLIP_NO_PANIC_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re cargo test -p stickslip-lab --test board no_panic:: -- --ignored
+	STICKSLIP_NO_PANIC_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re cargo test --test board no_panic:: -- --ignored
 
 cost: setup ## Instructions of the tick and its parts on the emulated board
 	cargo build -p stickslip-firmware --features cost --bin cost $(BOARD_BUILD)
