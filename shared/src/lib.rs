@@ -21,7 +21,6 @@ pub mod gauges;
 pub mod health;
 pub mod lcp;
 mod linear;
-mod look_ahead;
 pub mod model;
 pub mod observer;
 pub mod predictor;

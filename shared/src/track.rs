@@ -4,6 +4,10 @@
 //! object was first seen (planar pushing). A step runs from one sample to the next; its
 //! velocities are the differences of the two poses over the time between them.
 
+pub mod params;
+
+pub use params::{AccelerationParams, Params, PathParams, SettlingParams};
+
 use crate::cone::SolveBudget;
 use crate::contact::{self, Body, Contacts, SLOTS};
 use crate::model::{FingerContact, Model, Scene};
@@ -141,18 +145,13 @@ pub fn support_pose<R: Real>(scene: &Scene<R>, object: &Pose<R>) -> Option<Pose<
     Some(Pose { position_m: table.position_m, rotation: table.rotation })
 }
 
-/// A pose within this of the pads' own is one of an object flush between them, measured with noise:
-/// far beyond what motion capture errs by, far below what a hand would place.
-const FLUSH_M: f64 = 1.0e-3;
-const FLUSH_RAD: f64 = 0.01;
-
 /// An object in the grasp (carrier axes) as the closed jaw holds it: midway between the pads, a flat
 /// face flush to flat pads, a round one along them. What a pose shows off that is noise, to which
 /// rigid pads would answer with forces, and an object that lies on something by rolling on it.
 /// Poses that are far off are left as they are.
-pub fn between_pads<R: Real>(scene: &Scene<R>, local: &Pose<R>) -> Pose<R> {
+pub fn between_pads<R: Real>(scene: &Scene<R>, local: &Pose<R>, params: &Params<R>) -> Pose<R> {
     let mut seated = *local;
-    if scene.fingers.is_none() || !(local.position_m.y.abs() < R::of(FLUSH_M)) {
+    if scene.fingers.is_none() || !(local.position_m.y.abs() < params.flush_m) {
         return seated;
     }
     // From the measured direction to the pads': the turn about their cross product.
@@ -166,7 +165,7 @@ pub fn between_pads<R: Real>(scene: &Scene<R>, local: &Pose<R>) -> Pose<R> {
             axis.cross(&Vec3::new(axis.x, R::zero(), axis.z))
         }
     };
-    if norm(&turn) < R::of(FLUSH_RAD) {
+    if norm(&turn) < params.flush_rad {
         seated.rotation = turned(&local.rotation, &turn);
         seated.position_m.y = R::zero();
     }
@@ -203,6 +202,7 @@ pub fn seat<R: Real>(
 /// noise (a robot's own encoders) passes unchanged.
 #[derive(Clone, Debug)]
 pub struct PathFilter<R: Real> {
+    params: PathParams<R>,
     pose: Pose<R>,
     /// Departure from the planned velocity, world.
     drift_m_s: Vec3<R>,
@@ -213,15 +213,11 @@ pub struct PathFilter<R: Real> {
     noise_m2: R,
 }
 
-/// Noise below which a path passes unchanged, m.
-const QUIET_M: f64 = 2.0e-6;
-/// Distance from the tracked path that is a jump and no noise, m.
-const JUMP_M: f64 = 1.0e-3;
-
 impl<R: Real> PathFilter<R> {
     /// Begins at the first sample.
-    pub fn new(first: Pose<R>) -> Self {
+    pub fn new(first: Pose<R>, params: PathParams<R>) -> Self {
         Self {
+            params,
             pose: first,
             drift_m_s: Vec3::zeros(),
             drift_rad_s: Vec3::zeros(),
@@ -243,24 +239,26 @@ impl<R: Real> PathFilter<R> {
         let third = raw.position_m - (c - b) * R::of(3.0) - a;
         self.raw = [b, c, raw.position_m];
         let square = third.dot(&third) / R::of(60.0);
+        let quiet_m2 = self.params.quiet_m * self.params.quiet_m;
         if self.seen < 4 {
             self.seen += 1;
             self.noise_m2 = max(self.noise_m2, square);
         } else {
             // A start or stop is a few samples of large differences among many: limited.
-            let limit = max(self.noise_m2 * R::of(9.0), R::of(QUIET_M * QUIET_M * 0.1));
-            self.noise_m2 += (crate::real::min(square, limit) - self.noise_m2) * R::of(0.03);
+            let limit = max(self.noise_m2 * self.params.noise_most, quiet_m2 * R::of(0.1));
+            self.noise_m2 += (crate::real::min(square, limit) - self.noise_m2) * self.params.noise_share;
         }
         let (linear, angular) = planned.unwrap_or((Vec3::zeros(), Vec3::zeros()));
-        let (alpha, beta) = if planned.is_some() { (0.05, 0.0015) } else { (0.2, 0.02) };
+        let [alpha, beta] =
+            if planned.is_some() { self.params.planned_gains } else { self.params.free_gains };
         let (v, w) = (linear + self.drift_m_s, angular + self.drift_rad_s);
         let ahead = Pose {
             position_m: self.pose.position_m + v * dt_s,
             rotation: turned(&self.pose.rotation, &(w * dt_s)),
         };
         let miss = raw.position_m - ahead.position_m;
-        let quiet = self.noise_m2 < R::of(QUIET_M * QUIET_M);
-        if quiet || norm(&miss) > R::of(JUMP_M) {
+        let quiet = self.noise_m2 < quiet_m2;
+        if quiet || norm(&miss) > self.params.jump_m {
             self.drift_m_s = (raw.position_m - self.pose.position_m) / dt_s - linear;
             self.drift_rad_s = Vec3::zeros();
             self.pose = *raw;
@@ -268,11 +266,11 @@ impl<R: Real> PathFilter<R> {
         }
         let (_, turn) = twist_between(&Pose { rotation: ahead.rotation, ..*raw }, raw, R::one());
         let turn = ahead.rotation.transform_vector(&turn);
-        self.drift_m_s += miss * (R::of(beta) / dt_s);
-        self.drift_rad_s += turn * (R::of(beta) / dt_s);
+        self.drift_m_s += miss * (beta / dt_s);
+        self.drift_rad_s += turn * (beta / dt_s);
         self.pose = Pose {
-            position_m: ahead.position_m + miss * R::of(alpha),
-            rotation: turned(&ahead.rotation, &(turn * R::of(alpha))),
+            position_m: ahead.position_m + miss * alpha,
+            rotation: turned(&ahead.rotation, &(turn * alpha)),
         };
         self.pose
     }
@@ -280,15 +278,13 @@ impl<R: Real> PathFilter<R> {
 
 /// Samples in each of three blocks whose means' second difference is the acceleration.
 const BLOCK: usize = 4;
-/// Acceleration that is no noise: m/s2, and standard deviations.
-const GAINS_M_S2: f64 = 0.4;
-const GAINS_SIGMAS: f64 = 5.0;
 
 /// The gripper's acceleration by its own measured pose: it explains load as inertia, with and without
 /// a plan. `a = (p1 - 2 p2 + p3) / T^2` of three blocks' means, `T` a block's time; noise
 /// `sigma sqrt(6 / n) / T^2`, delay 1.5 blocks (24 ms at 250 Hz).
 #[derive(Clone, Debug)]
 pub struct Acceleration<R: Real> {
+    params: AccelerationParams<R>,
     /// The newest first.
     raw: [Vec3<R>; 3 * BLOCK],
     seen: u8,
@@ -296,8 +292,8 @@ pub struct Acceleration<R: Real> {
 
 impl<R: Real> Acceleration<R> {
     /// Begins at rest.
-    pub fn new(first: Vec3<R>) -> Self {
-        Self { raw: [first; 3 * BLOCK], seen: 0 }
+    pub fn new(first: Vec3<R>, params: AccelerationParams<R>) -> Self {
+        Self { params, raw: [first; 3 * BLOCK], seen: 0 }
     }
 
     /// Velocity over the last sample, world axes.
@@ -325,18 +321,9 @@ impl<R: Real> Acceleration<R> {
         }
         let square = block_s * block_s * n;
         let sigma = sqrt(max(noise_m2, R::zero()) * R::of(6.0) * n);
-        norm(&second) > R::of(GAINS_M_S2) * square + sigma * R::of(GAINS_SIGMAS)
+        norm(&second) > self.params.least_m_s2 * square + sigma * self.params.sigmas
     }
 }
-
-/// Steps until an object has settled.
-const SETTLE_STEPS: u8 = 12;
-/// A pusher closer than this at the start touches the object.
-const TOUCHING_M: f64 = 5.0e-5;
-/// What lies on something settles by no more than poses err: m and rad. Farther, it would fall or
-/// topple from what it touches: then it hangs in the grasp.
-const SETTLED_M: f64 = 1.5e-4;
-const SETTLED_RAD: f64 = 3.0e-3;
 
 /// Lets an object that lies on a table or platform when it is grasped load it with its
 /// whole weight: the fingers close on an object at rest, so their friction starts at zero.
@@ -344,6 +331,7 @@ const SETTLED_RAD: f64 = 3.0e-3;
 /// fingers from the start.
 #[derive(Clone, Copy, Debug)]
 pub struct Settling<R: Real> {
+    params: SettlingParams<R>,
     drive: Drive<R>,
     /// Object in the carrier before.
     from: Pose<R>,
@@ -357,13 +345,14 @@ impl<R: Real> Settling<R> {
         model: &Model<R>,
         state: &mut State<R, SLOTS>,
         drive: &Drive<R>,
+        params: SettlingParams<R>,
     ) -> Option<Self> {
         let gravity = drive.carrier.inverse_transform_vector(&Vec3::from(scene.gravity_m_s2));
         let mut found: Contacts<R, SLOTS> = heapless::Vec::new();
         crate::contact::find(scene, model, state, drive, &mut found);
         let carried = found.iter().any(|c| {
             matches!(c.body, Body::Pusher | Body::Support)
-                && c.gap_m < R::of(TOUCHING_M)
+                && c.gap_m < params.touching_m
                 && c.axes[0].dot(&gravity) < R::of(-0.5) * norm(&gravity)
         });
         if !carried || scene.fingers.is_none() {
@@ -372,7 +361,7 @@ impl<R: Real> Settling<R> {
         state.absolute_m_s = Vec3::zeros();
         state.absolute_rad_s = Vec3::zeros();
         let from = Pose { position_m: state.position_m, rotation: state.rotation };
-        Some(Self { drive: *drive, from, left: SETTLE_STEPS })
+        Some(Self { params, drive: *drive, from, left: params.steps })
     }
 
     /// Steps while half of `most_work` ([`crate::step::StepSummary::work`]) is left, each bounded by what is left;
@@ -405,8 +394,8 @@ impl<R: Real> Settling<R> {
             let (_, turned_rad) = twist_between(&Pose::identity(), &now, R::one());
             // What cannot be solved does not settle.
             let settles = out.followed
-                && norm(&now.position_m) < R::of(SETTLED_M)
-                && norm(&turned_rad) < R::of(SETTLED_RAD);
+                && norm(&now.position_m) < self.params.settled_m
+                && norm(&turned_rad) < self.params.settled_rad;
             if !settles {
                 let Pose { position_m, rotation } = self.from;
                 *state = State::held(scene, model, &self.drive, position_m, rotation);
@@ -430,8 +419,14 @@ impl<R: Real> Settling<R> {
 }
 
 /// [`Settling`] at one go.
-pub fn settle<R: Real>(scene: &Scene<R>, model: &Model<R>, state: &mut State<R, SLOTS>, drive: &Drive<R>) {
-    if let Some(mut settling) = Settling::begin(scene, model, state, drive) {
+pub fn settle<R: Real>(
+    scene: &Scene<R>,
+    model: &Model<R>,
+    state: &mut State<R, SLOTS>,
+    drive: &Drive<R>,
+    params: SettlingParams<R>,
+) {
+    if let Some(mut settling) = Settling::begin(scene, model, state, drive, params) {
         settling.go_on(scene, model, state, u32::MAX, &mut Workspace::new());
     }
 }

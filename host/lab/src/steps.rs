@@ -11,7 +11,9 @@ use stickslip_shared::model::{Model, Scene};
 use stickslip_shared::real::Vec3;
 use stickslip_shared::solve::SolveBudget;
 use stickslip_shared::step::{Drive, State, StepSummary, Workspace, step_in};
-use stickslip_shared::track::{PathFilter, Poses, Settling, between_pads, drive_between, seat, support_pose};
+use stickslip_shared::track::{
+    self, PathFilter, Poses, Settling, between_pads, drive_between, seat, support_pose,
+};
 use stickslip_shared::wire::Sample;
 
 /// What a step in `f32` is shown with: what it began with, what it gave.
@@ -45,7 +47,8 @@ pub fn walk(package: &Package, mut see: impl FnMut(&Walked)) {
     let (scene, model, _) = &package.model;
     let Some((first, rest)) = package.samples.split_first() else { return };
     let (Some(mut from), Some(object)) = (poses(package, first), first.at::<f32>(0.0).object) else { return };
-    let local = between_pads(scene, &from.carrier.to_local(&object));
+    let params = track::Params::default();
+    let local = between_pads(scene, &from.carrier.to_local(&object), &params);
     let support = support_pose(scene, &from.carrier.to_world(&local));
     from.support = support;
     let unseated = from.pusher.map_or_else(Vec3::zeros, |p| p.position_m);
@@ -61,12 +64,12 @@ pub fn walk(package: &Package, mut see: impl FnMut(&Walked)) {
         m.position_m += drive.carrier.inverse_transform_vector(&seat_m);
     }
     let mut work = Workspace::new();
-    if let Some(mut settling) = Settling::begin(scene, model, &mut state, &seated) {
+    if let Some(mut settling) = Settling::begin(scene, model, &mut state, &seated, params.settling) {
         settling.go_on(scene, model, &mut state, u32::MAX, &mut work);
     }
     let reference = unseated + seat_m;
-    let mut carrier = PathFilter::new(from.carrier);
-    let mut pusher = from.pusher.map(PathFilter::new);
+    let mut carrier = PathFilter::new(from.carrier, params.path);
+    let mut pusher = from.pusher.map(|p| PathFilter::new(p, params.path));
     for sample in rest {
         let Some(mut to) = poses(package, sample) else { return };
         let dt_s = to.t_s - from.t_s;

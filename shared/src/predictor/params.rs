@@ -2,6 +2,8 @@
 //! what happens if it is doubled. Those under 'sensors and rate' are for users whose sensors or
 //! sampling differ from the rig's (250 Hz, poses within 30 micrometres, forces within 0.02 N).
 
+use super::ahead;
+
 /// Set with [`super::Predictor::with_params`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Params {
@@ -41,7 +43,19 @@ pub struct Params {
     /// Doubled: half of all biased sensors pass.
     pub unbalanced_share: f32,
 
+    /// Samples in a row without forces after which the model starts anew where it was last good: the step spans
+    /// all of them by then. Doubled: 12 ms more without a prediction.
+    pub unsolved_samples: u8,
+    /// A restart keeps the jaw and the memory of contacts where the jaw is within this of holding the object, m.
+    /// Doubled: fingers that were forced apart by more are believed.
+    pub jaw_kept_m: f32,
+
     // Plans and motion.
+    /// A planned motion that differs by this on an axis is another one, m/s, ... Doubled: slow lift-offs do not
+    /// count as a change of the load.
+    pub other_motion_m_s: f32,
+    /// ... or by this, rad/s. At rest is half of both.
+    pub other_motion_rad_s: f32,
     /// A change of the planned motion moves the load for so long, s, and what was meant to slide
     /// comes to rest within it. Doubled: trends and unexpected slip are seen that much later.
     pub settling_s: f32,
@@ -77,6 +91,8 @@ pub struct Params {
     pub foreseen_samples: u8,
     /// The same of slip where nobody sees the object. Doubled: 12 ms less lead.
     pub unseen_samples: u8,
+    /// The look-ahead.
+    pub ahead: ahead::Params,
 }
 
 impl Default for Params {
@@ -94,6 +110,10 @@ impl Default for Params {
             unseen_apart: 0.3,
             unbalanced_n: 1.0,
             unbalanced_share: 0.15,
+            unsolved_samples: 3,
+            jaw_kept_m: 1.0e-4,
+            other_motion_m_s: 0.01,
+            other_motion_rad_s: 0.1,
             settling_s: 0.1,
             plan_late_s: 0.04,
             gaining_s: 0.04,
@@ -106,6 +126,7 @@ impl Default for Params {
             next_slip: 1.25,
             foreseen_samples: 5,
             unseen_samples: 3,
+            ahead: ahead::Params::default(),
         }
     }
 }

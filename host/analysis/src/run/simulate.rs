@@ -10,7 +10,7 @@ use stickslip_shared::contact::SLOTS;
 use stickslip_shared::model::{FingerContact, Model, Object, PusherContact, Scene, Shape, SupportContact};
 use stickslip_shared::shape::inertia;
 use stickslip_shared::step::{Drive, State, StepOutput, step_f64};
-use stickslip_shared::track::{Pose, Poses, between_pads, drive_between, seat, settle, support_pose};
+use stickslip_shared::track::{self, Pose, Poses, between_pads, drive_between, seat, settle, support_pose};
 use thiserror::Error;
 
 use crate::channels::{self, COUNT, Signals, object_channels};
@@ -237,7 +237,7 @@ pub fn prepare(description: &Description, trial: &Trial, ordinal: usize) -> Resu
     }
     let (grippers, pushers) = (denoised(&t_s, &grippers), denoised(&t_s, &pushers));
     carrier = grippers.first().copied().unwrap_or(carrier);
-    let start = between_pads(&scene, &mean_start(trial, &grippers, &object));
+    let start = between_pads(&scene, &mean_start(trial, &grippers, &object), &track::Params::default());
     let support = support_pose(&scene, &carrier.to_world(&start));
     let poses: Vec<Poses<f64>> = (0..samples.len())
         .map(|i| Poses { t_s: t_s[i], carrier: grippers[i], pusher: pushers.get(i).copied(), support })
@@ -326,7 +326,7 @@ impl Prepared {
         if let Some(p) = &mut drive.pusher {
             p.position_m += drive.carrier.inverse_transform_vector(&shift);
         }
-        settle(&self.scene, model, &mut state, &drive);
+        settle(&self.scene, model, &mut state, &drive, track::SettlingParams::default());
         let settled = step_f64(&self.scene, model, &mut state, &drive);
         each(0, &state, &settled, &drive);
         let stride = stride.max(1);

@@ -6,25 +6,43 @@
 //! are told from now. The work is counted in evaluations of the momentum balance, not in
 //! time: both sides stop at the same place.
 
+use super::plan::{Plan, Segment};
+use super::sag::{Sag, planned_slide, slipped, unintended_down};
 use crate::cone::{SolveBudget, SolveStatus};
 use crate::contact::SLOTS;
 use crate::model::{Model, Scene};
-use crate::predictor::plan::{Plan, Segment};
-use crate::predictor::sag::{Sag, planned_slide, slipped, unintended_down};
 use crate::real::{Real, Vec3, clamp, max, norm};
 use crate::step::{State, StepSummary, Workspace, turned};
 use crate::track::{Pose, Poses, drive_between};
 use crate::work::{TICK_WORK, Work};
 
-/// Steps over the horizon.
-pub const LOOK_AHEAD_STEPS: u8 = 5;
-/// Longest single step of the model.
-pub(crate) const LONGEST_STEP_S: f64 = 0.02;
+/// What was chosen in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Params {
+    /// Steps over the horizon: as many as fit into a tick where no contact opens. Doubled: the look-ahead takes
+    /// two ticks, and what it foresees is 4 ms older.
+    pub steps: u8,
+    /// Longest single step of the model, s. Doubled: impacts and the begin of a slip are dated twice as coarsely.
+    pub longest_step_s: f32,
+    /// An object that falls moves at least this fast in the grasp, m/s, ... Doubled: a loss of the grasp is
+    /// foreseen one step later.
+    pub falls_m_s: f32,
+    /// ... and gains at least this, m/s^2: a fifth of gravity. Doubled: objects that pads brake are not lost.
+    pub falls_m_s2: f32,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self { steps: 5, longest_step_s: 0.02, falls_m_s: 0.05, falls_m_s2: 2.0 }
+    }
+}
+
 /// What does not change on the way.
 pub(crate) struct Course<'a, R: Real> {
     pub scene: &'a Scene<R>,
     pub model: &'a Model<R>,
     pub plan: &'a Plan,
+    pub params: &'a Params,
     /// In force where the plan tells nothing.
     pub present: &'a Segment,
     pub horizon_s: R,
@@ -108,8 +126,9 @@ impl<R: Real> Ahead<R> {
         space: &mut Workspace<R, SLOTS>,
         mut note: impl FnMut(&StepSummary<R>),
     ) -> Option<Foreseen<R>> {
-        let steps = R::of(f64::from(LOOK_AHEAD_STEPS));
-        let dt = clamp(course.horizon_s / steps, R::of(1e-3), R::of(LONGEST_STEP_S));
+        let params = course.params;
+        let steps = R::of(f64::from(params.steps.max(1)));
+        let dt = clamp(course.horizon_s / steps, R::of(1e-3), R::of(f64::from(params.longest_step_s)));
         let held = course.scene.fingers.is_some();
         while self.ahead_s < course.horizon_s {
             if !work.room() {
@@ -157,10 +176,11 @@ impl<R: Real> Ahead<R> {
             }
             let [n1, n2, ..] = out.normal_n;
             let lost = !(n1 > R::zero()) || !(n2 > R::zero());
-            // Falling: fast relative to the gripper and gaining half of gravity.
+            // Falling: fast relative to the gripper, and faster yet.
             let [vx, vy, vz, ..] = self.state.velocity;
             let speed = norm(&Vec3::new(vx, vy, vz));
-            let falling = speed > R::of(0.05) && (speed - self.speed_m_s) / dt > R::of(2.0);
+            let falling = speed > R::of(f64::from(params.falls_m_s))
+                && (speed - self.speed_m_s) / dt > R::of(f64::from(params.falls_m_s2));
             self.speed_m_s = speed;
             if held && (lost || falling) {
                 found.drop_after_s = found.drop_after_s.or(Some(when));
