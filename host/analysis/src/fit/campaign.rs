@@ -167,6 +167,11 @@ impl Campaign {
         out
     }
 
+    /// Whether the object's pose is known at few samples only, in every run.
+    pub fn sparse(&self) -> bool {
+        !self.runs.is_empty() && self.runs.iter().all(|r| r.prepared.is_sparse())
+    }
+
     /// Runs that have a repetition.
     pub fn repeated(&self) -> usize {
         let mut count = vec![0; self.conditions];
