@@ -1,11 +1,11 @@
 //! The effect `support_pressure` against Coulomb friction integrated over the area, and against statics.
 
-use crate::common::{G, hard, object};
+use crate::common::{G, hard, object, still};
 use nalgebra::UnitQuaternion;
 use stickslip_shared::contact::{Body, SLOTS};
 use stickslip_shared::effects::Effect;
 use stickslip_shared::model::*;
-use stickslip_shared::real::{Real, Vec3};
+use stickslip_shared::real::Vec3;
 use stickslip_shared::step::{Drive, State, StepOutput, step, support_under};
 
 const MASS_KG: f64 = 1.5;
@@ -13,67 +13,61 @@ const MU: f64 = 0.3;
 /// Half sides of the face, m.
 const HALF_M: [f64; 2] = [0.06, 0.04];
 
-fn block<R: Real>(support: SupportContact<R>) -> Scene<R> {
+fn block(support: SupportContact<f64>) -> Scene<f64> {
     let [x, y] = HALF_M;
-    let corners = [[x, -y], [x, y], [-x, y], [-x, -y]].map(|v| v.map(R::of));
-    let vertices_m = heapless::Vec::from_slice(&corners).unwrap();
+    let vertices_m = heapless::Vec::from_slice(&[[x, -y], [x, y], [-x, y], [-x, -y]]).unwrap();
     Scene {
-        gravity_m_s2: [R::zero(), R::zero(), R::of(-G)],
-        object: object(Shape::Polygon { vertices_m, height_m: R::of(0.02) }, MASS_KG),
+        gravity_m_s2: [0.0, 0.0, -G],
+        object: object(Shape::Polygon { vertices_m, height_m: 0.02 }, MASS_KG),
         fingers: None,
         pusher: None,
         support: Some(support),
     }
 }
 
-fn with<R: Real>(parameters: [f64; 4]) -> Model<R> {
-    let mut model = hard::<R>(0.0, 0.0, MU);
+fn with(parameters: [f64; 4]) -> Model<f64> {
+    let mut model = hard(0.0, 0.0, MU);
     let mut effect = Effect::neutral("support_pressure").unwrap();
-    for (to, p) in effect.parameters.iter_mut().zip(parameters) {
-        *to = R::of(p);
-    }
+    effect.parameters[..4].copy_from_slice(&parameters);
     model.effects.push(effect).unwrap();
     model
 }
 
-/// Slides over the table at `(v_x, v_y, w)` about the centre of mass: the second step's contacts and state.
-fn slide<R: Real>(
-    scene: &Scene<R>,
-    model: &Model<R>,
-    twist: [f64; 3],
-) -> (StepOutput<R, SLOTS>, State<R, SLOTS>) {
+/// On the table at rest, 0.3 s long: loads have to build up before they can be offset.
+fn at_rest(scene: &Scene<f64>, model: &Model<f64>) -> (State<f64, SLOTS>, Drive<f64>) {
     let level = UnitQuaternion::identity();
-    let up = Vec3::new(R::zero(), R::zero(), R::one());
-    let drive = Drive {
-        dt_s: R::of(1e-3),
-        carrier: level,
-        carrier_m_s: Vec3::zeros(),
-        carrier_rad_s: Vec3::zeros(),
-        pusher: None,
-        support: Some(support_under(scene, &Vec3::zeros(), &level, &up)),
-        grip_n: R::zero(),
-        trial: R::zero(),
-    };
+    let table = support_under(scene, &Vec3::zeros(), &level, &Vec3::z());
+    let drive = Drive { dt_s: 1e-3, support: Some(table), ..still(1e-3, 0.0) };
     let mut state = State::held(scene, model, &drive, Vec3::zeros(), level);
-    // Loads have to build up before they can be offset.
-    for _ in 0..20 {
+    for _ in 0..300 {
         step(scene, model, &mut state, &drive);
     }
-    let [x, y, w] = twist.map(R::of);
-    state.velocity[0] = x;
-    state.velocity[1] = y;
-    state.velocity[5] = w;
-    state.absolute_m_s = Vec3::new(x, y, R::zero());
-    state.absolute_rad_s = Vec3::new(R::zero(), R::zero(), w);
+    (state, drive)
+}
+
+/// Thrown over the table at `(v_x, v_y, w)` about the centre of mass: the first step.
+fn slide(
+    scene: &Scene<f64>,
+    model: &Model<f64>,
+    [x, y, w]: [f64; 3],
+) -> (StepOutput<f64, SLOTS>, State<f64, SLOTS>, Drive<f64>) {
+    let (mut state, drive) = at_rest(scene, model);
+    (state.velocity[0], state.velocity[1], state.velocity[5]) = (x, y, w);
+    state.absolute_m_s = Vec3::new(x, y, 0.0);
+    state.absolute_rad_s = Vec3::new(0.0, 0.0, w);
     let out = step(scene, model, &mut state, &drive);
-    (out, state)
+    (out, state, drive)
 }
 
 /// Places (object axes) and normal loads of the support's points.
-fn loads<R: Real>(out: &StepOutput<R, SLOTS>) -> Vec<([f64; 2], f64)> {
+fn loads(out: &StepOutput<f64, SLOTS>) -> Vec<([f64; 2], f64)> {
     let of_table = out.contacts.iter().zip(&out.force_n).filter(|(c, _)| c.body == Body::Support);
-    of_table.map(|(c, f)| ([c.lever_m.x.to_f64(), c.lever_m.y.to_f64()], f[0].to_f64())).collect()
+    of_table.map(|(c, f)| ([c.lever_m.x, c.lever_m.y], f[0])).collect()
 }
+
+/// Turning about points outside the face, where sixteen cells stand for it, and about its middle.
+const TWISTS: [[f64; 3]; 5] =
+    [[0.05, 0.0, 0.0], [0.0, 0.05, 0.3], [0.03, -0.02, 0.25], [0.0, 0.0, 2.0], [-0.02, 0.01, -0.1]];
 
 /// Force and moment of friction about the centre of mass.
 fn friction(out: &StepOutput<f64, SLOTS>) -> [f64; 3] {
@@ -92,7 +86,7 @@ fn friction(out: &StepOutput<f64, SLOTS>) -> [f64; 3] {
 fn integrated([ox, oy, sx, sy]: [f64; 4], twist: [f64; 3], friction_n: [f64; 2]) -> [f64; 3] {
     let half = [HALF_M[0] * (1.0 + sx), HALF_M[1] * (1.0 + sy)];
     let weight = MASS_KG * G;
-    let centre = [ox + 0.01 * friction_n[0] / weight, oy + 0.01 * friction_n[1] / weight];
+    let centre = [ox - 0.01 * friction_n[0] / weight, oy - 0.01 * friction_n[1] / weight];
     // p = (1 + 3 c_x x / a^2 + 3 c_y y / b^2) / area has its centre at c.
     let slope = [3.0 * centre[0] / (half[0] * half[0]), 3.0 * centre[1] / (half[1] * half[1])];
     let n = 400;
@@ -120,20 +114,18 @@ fn wrench_against_twist_is_that_of_the_stretched_and_shifted_pressure() {
     let moment = MU * MASS_KG * G * 0.04;
     for parameters in [[0.0; 4], [0.006, -0.004, 0.0, 0.0], [0.0, 0.0, 0.5, -0.4], [-0.005, 0.003, -0.5, 0.3]]
     {
-        for twist in
-            [[0.05, 0.0, 0.0], [0.0, 0.05, 0.8], [0.03, -0.02, 1.5], [0.0, 0.0, 2.0], [-0.02, 0.01, -3.0]]
-        {
-            let (out, _) = slide(&scene, &with(parameters), twist);
+        for twist in TWISTS {
+            let (out, ..) = slide(&scene, &with(parameters), twist);
             let seen = friction(&out);
             let expected = integrated(parameters, twist, [seen[0], seen[1]]);
             let largest = MU * MASS_KG * G;
             for k in 0..2 {
-                // Twelve points stand for the area.
                 let off = (seen[k] - expected[k]).abs();
-                assert!(off < 0.06 * largest, "{parameters:?} {twist:?}: {seen:?} {expected:?}");
+                assert!(off < 0.03 * largest, "{parameters:?} {twist:?}: {seen:?} {expected:?}");
             }
+            // Cells turn about their middles, not their areas.
             let off = (seen[2] - expected[2]).abs();
-            assert!(off < 0.06 * moment, "{parameters:?} {twist:?}: {seen:?} {expected:?}");
+            assert!(off < 0.08 * moment, "{parameters:?} {twist:?}: {seen:?} {expected:?}");
         }
     }
 }
@@ -142,17 +134,17 @@ fn wrench_against_twist_is_that_of_the_stretched_and_shifted_pressure() {
 fn loads_have_the_told_centre_and_spread_and_never_pull() {
     let scene = block(SupportContact::Patch);
     let second = |of: &[([f64; 2], f64)], k: usize| of.iter().map(|(p, n)| n * p[k] * p[k]).sum::<f64>();
-    let still = [0.0; 3];
-    let plain = loads(&slide(&scene, &with([0.0; 4]), still).0);
+    let rest = [0.0; 3];
+    let plain = loads(&slide(&scene, &with([0.0; 4]), rest).0);
     for spread in [[0.4, 0.0], [-0.5, 0.6]] {
-        let here = loads(&slide(&scene, &with([0.0, 0.0, spread[0], spread[1]]), still).0);
+        let here = loads(&slide(&scene, &with([0.0, 0.0, spread[0], spread[1]]), rest).0);
         for k in 0..2 {
             let grown = second(&here, k) / second(&plain, k);
             assert!((grown / (1.0 + spread[k]).powi(2) - 1.0).abs() < 1e-3, "{spread:?}: {grown}");
         }
     }
     for offset in [[0.008, 0.0], [-0.004, 0.01], [0.03, 0.02]] {
-        let here = loads(&slide(&scene, &with([offset[0], offset[1], 0.0, 0.0]), still).0);
+        let here = loads(&slide(&scene, &with([offset[0], offset[1], 0.0, 0.0]), rest).0);
         let sum: f64 = here.iter().map(|l| l.1).sum();
         assert!((sum / (MASS_KG * G) - 1.0).abs() < 1e-3, "{sum}");
         assert!(here.iter().all(|l| l.1 >= 0.0), "{here:?}");
@@ -169,7 +161,7 @@ fn feet_that_are_told_keep_their_places_and_the_loads_of_statics() {
     let scene = block(SupportContact::Points(heapless::Vec::from_slice(&feet).unwrap()));
     let here = loads(&slide(&scene, &with([0.0, 0.0, 0.6, -0.5]), [0.0; 3]).0);
     for ((place, load), (foot, share)) in here.iter().zip(feet.iter().zip([0.4, 0.3, 0.3])) {
-        assert_eq!(place, foot);
+        assert!((place[0] - foot[0]).hypot(place[1] - foot[1]) < 1e-6, "{place:?} {foot:?}");
         assert!((load / (MASS_KG * G) - share).abs() < 1e-3, "{here:?}");
     }
 }
@@ -177,32 +169,21 @@ fn feet_that_are_told_keep_their_places_and_the_loads_of_statics() {
 #[test]
 fn a_sliding_body_only_loses_energy_however_its_load_is_spread() {
     let scene = block(SupportContact::Patch);
-    for parameters in [[0.006, -0.004, 0.5, -0.4], [-0.01, 0.008, -0.7, 0.8]] {
+    for parameters in [[0.0; 4], [0.006, -0.004, 0.5, -0.4], [-0.01, 0.008, -0.7, 0.8]] {
         let model = with(parameters);
-        let (_, mut state) = slide(&scene, &model, [0.3, -0.2, 4.0]);
-        let level = UnitQuaternion::identity();
-        let up = Vec3::new(0.0, 0.0, 1.0);
-        let drive = Drive {
-            dt_s: 1e-3,
-            carrier: level,
-            carrier_m_s: Vec3::zeros(),
-            carrier_rad_s: Vec3::zeros(),
-            pusher: None,
-            support: Some(support_under(&scene, &Vec3::zeros(), &level, &up)),
-            grip_n: 0.0,
-            trial: 0.0,
-        };
+        let (_, mut state, drive) = slide(&scene, &model, [0.3, -0.2, 4.0]);
         let spin = scene.object.inertia_kg_m2[2][2];
         let energy = |s: &State<f64, SLOTS>| {
             0.5 * MASS_KG * s.absolute_m_s.norm_squared() + 0.5 * spin * s.absolute_rad_s.z.powi(2)
         };
-        let mut before = energy(&state);
+        let first = energy(&state);
+        let mut before = first;
         for k in 0..300 {
             step(&scene, &model, &mut state, &drive);
             let now = energy(&state);
-            assert!(now <= before + 1e-9, "{parameters:?} step {k}: {before} to {now} J");
+            assert!(now <= before + 1e-5 * first, "{parameters:?} step {k}: {before} to {now} J");
             before = now;
         }
-        assert!(before < 1e-6, "it comes to rest: {before} J");
+        assert!(before < 1e-5 * first, "it comes to rest: {before} J");
     }
 }

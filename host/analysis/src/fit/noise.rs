@@ -52,8 +52,9 @@ pub struct Noise {
     pub freedom: usize,
     /// Change of the fingers' friction with the order of trials, as repetitions show it.
     pub drift: Drift,
-    /// Taken from what the model leaves ([`crate::fit::unrepeated`]), not from repetitions.
-    pub of_misfit: bool,
+    /// Where it is taken from what the model leaves ([`crate::fit::unrepeated`]), not from repetitions: the
+    /// weight of each run.
+    pub of_misfit: Option<Vec<f64>>,
 }
 
 /// Change of friction with the order of trials.
@@ -108,7 +109,7 @@ pub fn estimate(campaign: &Campaign, residuals: &[Features], friction: &[[Featur
             friction: [DEFAULT_FRICTION; 3],
             freedom,
             drift: Drift::default(),
-            of_misfit: false,
+            of_misfit: None,
         };
     }
     let mut spread = pooled(&deviations, freedom, &floor);
@@ -139,7 +140,7 @@ pub fn estimate(campaign: &Campaign, residuals: &[Features], friction: &[[Featur
         spread = pooled(&deviations, freedom, &floor);
     }
     let directions = directions(&deviations, freedom, &mut spread, &floor);
-    Noise { floor, spread, directions, friction: sd, freedom, drift, of_misfit: false }
+    Noise { floor, spread, directions, friction: sd, freedom, drift, of_misfit: None }
 }
 
 /// Deviation of each repeated run from the mean of its condition; which run, and how much
