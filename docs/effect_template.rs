@@ -51,7 +51,8 @@ mod tests {
 
     #[test]
     fn the_law_gives_the_published_value_at_a_known_point() {
-        let nothing = Environment { normal: Vec3::zeros(), turning_rad_s: Vec3::zeros() };
+        let still = Vec3::zeros();
+        let nothing = Environment { normal: still, turning_rad_s: still, angular_rad_s: still };
         let context = StepContext {
             time_s: 0.0,
             dt_s: 0.004,
@@ -67,6 +68,7 @@ mod tests {
             load_rate_n_s: [0.0; 4],
             environment: [nothing; 2],
             pusher: None,
+            whole_face: false,
             velocity_m_s: Vec3::zeros(),
             angular_rad_s: Vec3::zeros(),
         };

@@ -15,7 +15,7 @@ mod solver;
 use crate::contact::{self, Body, Contact, Contacts, is_finger};
 use crate::effects::{self, Environment, FrictionLaw, Loads, Reading, Slip, StepContext};
 use crate::lcp::step::Past;
-use crate::model::{Model, PusherContact, Scene};
+use crate::model::{Model, PusherContact, Scene, SupportContact};
 use crate::probe::{self, Part};
 use crate::real::{Real, Vec3, max};
 pub use crate::rotation::{support_under, turned};
@@ -130,8 +130,11 @@ fn context<R: Real, const NC: usize>(
         Some(m) => Environment {
             normal: m.rotation.transform_vector(&Vec3::x()),
             turning_rad_s: Vec3::new(wx, wy, wz) - m.angular_rad_s,
+            angular_rad_s: m.angular_rad_s,
         },
-        None => Environment { normal: Vec3::zeros(), turning_rad_s: Vec3::zeros() },
+        None => {
+            Environment { normal: Vec3::zeros(), turning_rad_s: Vec3::zeros(), angular_rad_s: Vec3::zeros() }
+        }
     });
     let mut grip_rate_n_s = R::zero();
     let mut load_rate_n_s = [R::zero(); 4];
@@ -158,6 +161,7 @@ fn context<R: Real, const NC: usize>(
         load_rate_n_s,
         environment,
         pusher: scene.pusher,
+        whole_face: matches!(scene.support, Some(SupportContact::Patch)),
         velocity_m_s: state.absolute_m_s,
         angular_rad_s: state.absolute_rad_s,
     }

@@ -36,6 +36,8 @@ pub struct StepContext<R: Real> {
     pub environment: [Environment<R>; 2],
     /// Contact feature of the pusher.
     pub pusher: Option<PusherContact<R>>,
+    /// Whether the support bears the object's whole face, not feet that are told.
+    pub whole_face: bool,
     /// Absolute velocity of the centre of mass, carrier axes.
     pub velocity_m_s: Vec3<R>,
     /// Absolute angular velocity, carrier axes.
@@ -49,6 +51,8 @@ pub struct Environment<R: Real> {
     pub normal: Vec3<R>,
     /// Angular velocity of the object relative to it, carrier axes.
     pub turning_rad_s: Vec3<R>,
+    /// Its own, carrier axes.
+    pub angular_rad_s: Vec3<R>,
 }
 
 /// Loads and inertia of the object.

@@ -7,8 +7,8 @@ use super::{
     adhesion, anisotropic_friction, contact_compliance, dwell_strengthening, face_tilt, face_waviness,
     finger_friction_mismatch, gravity_tilt, grip_force_lag, grip_force_loss, load_dependent_friction,
     mass_error, mocap_latency, plate_tilt, pressure_offset, rolling_resistance, sensor_bias,
-    sensor_crosstalk, sensor_gain, sensor_misalignment, static_friction, torsional_friction,
-    viscous_friction, wear_drift,
+    sensor_crosstalk, sensor_gain, sensor_misalignment, static_friction, support_pressure,
+    torsional_friction, viscous_friction, wear_drift,
 };
 use crate::effect::Info;
 use crate::real::Real;
@@ -59,4 +59,5 @@ registry! {
     22 => sensor_misalignment::SensorMisalignment,
     23 => sensor_crosstalk::SensorCrosstalk,
     24 => mocap_latency::MocapLatency,
+    25 => support_pressure::SupportPressure,
 }

@@ -1,14 +1,14 @@
-//! Torsion of the patches differs from the nominal geometry's.
+//! Torsion of the fingers' patches differs from the nominal geometry's.
 //!
-//! The effective friction radius of fingertips and support is `r + radius_change`: every point
+//! The effective friction radius of fingertips is `r + radius_change`: every point
 //! moves outward from the centre of its patch by `radius_change`, so that the torsional limit
 //! becomes `mu N (r + radius_change)` exactly (uniform disc of radius a: r = 2a/3; a patch
 //! pressed at its rim: a; Goyal, Ruina and Papadopoulos 1991). A point contact is spread into
 //! three points at that radius and so gets torsion `mu N radius_change` (the soft finger of
-//! Salisbury 1982).
+//! Salisbury 1982). What lies under a supported object is `support_pressure`.
 
 use super::law::{Law, StepContext};
-use crate::contact::{Body, Contact};
+use crate::contact::{Contact, is_finger};
 use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
 use crate::real::{Real, max, norm};
 
@@ -25,7 +25,7 @@ pub struct TorsionalFriction;
 pub const INFO: Info = Info {
     id: "torsional_friction",
     code: 9,
-    summary: "patches bear more (or less) torsion than their nominal shape",
+    summary: "fingertips bear more (or less) torsion than their nominal shape",
     signature: "rotation or torque about the contact normal is wrong while forces in a straight slide are right",
     source: "Goyal, Ruina and Papadopoulos 1991, limit surface; Salisbury 1982, soft finger",
     role: Role::Plain,
@@ -45,14 +45,10 @@ impl<R: Real> Law<R> for TorsionalFriction {
     }
 
     fn contact(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, contact: &mut Contact<R>) {
-        if p[0] == R::zero() || contact.body == Body::Pusher {
+        if p[0] == R::zero() || !is_finger(contact.body) {
             return;
         }
-        let out = match contact.body {
-            // The load of a support is centred under the centre of mass.
-            Body::Support => contact.lever_m - contact.axes[0] * contact.axes[0].dot(&contact.lever_m),
-            _ => contact.axes[1] * contact.patch_m[0] + contact.axes[2] * contact.patch_m[1],
-        };
+        let out = contact.axes[1] * contact.patch_m[0] + contact.axes[2] * contact.patch_m[1];
         let radius = norm(&out);
         if !(radius > R::of(POINT_M)) {
             contact.spread_m = max(p[0], R::zero());
@@ -60,9 +56,7 @@ impl<R: Real> Law<R> for TorsionalFriction {
         }
         let change = max(p[0] / radius, R::of(MOST_SHRUNK));
         contact.lever_m += out * change;
-        if contact.body != Body::Support {
-            contact.patch_m = contact.patch_m.map(|at| at * (R::one() + change));
-        }
+        contact.patch_m = contact.patch_m.map(|at| at * (R::one() + change));
     }
 
     fn torsion_arm(&self, p: &[R; MAX_PARAMETERS], arm_m: R) -> R {

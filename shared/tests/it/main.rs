@@ -28,6 +28,7 @@ mod scenes;
 mod seated;
 mod selftest;
 mod soft;
+mod support_pressure;
 mod swap;
 
 // What the template of an effect calls `crate::contact`, `crate::real` and `crate::effects`.

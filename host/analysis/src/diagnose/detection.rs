@@ -78,9 +78,9 @@ impl Column {
     }
 }
 
-/// Limits and classes around a fitted model.
-pub fn detection(problem: &Problem, held: &Held) -> Detection {
-    let columns = columns(problem, held);
+/// Limits and classes around a fitted model; the `invisible` effects are known to change nothing.
+pub fn detection(problem: &Problem, held: &Held, invisible: &[&'static str]) -> Detection {
+    let columns = columns(problem, held, invisible);
     let limit_of = |c: &Column| limit(problem, held, c);
     let limits: Vec<Option<f64>> = columns.par_iter().map(limit_of).collect();
     let mut out = Detection::default();
@@ -97,7 +97,7 @@ pub fn detection(problem: &Problem, held: &Held) -> Detection {
 }
 
 /// Columns of all strengths of all listed effects that the model does not have.
-fn columns(problem: &Problem, held: &Held) -> Vec<Column> {
+fn columns(problem: &Problem, held: &Held, invisible: &[&'static str]) -> Vec<Column> {
     let model = &held.solution.model;
     let mut out = Vec::new();
     for effect in CandidateEffect::listed().iter().filter(|e| !e.is_excluded_by(model)) {
@@ -111,9 +111,13 @@ fn columns(problem: &Problem, held: &Held) -> Vec<Column> {
         for (parameter, p) in strengths {
             let mut parameters = neutral;
             parameters[parameter] = p.typical;
-            let with = problem.predict(&effect.on(model, parameters));
-            let change =
-                with.iter().zip(&held.solution.predicted).map(|(w, p)| difference(w, p, 1.0)).collect();
+            let predicted = &held.solution.predicted;
+            let change = if invisible.contains(&info.id) {
+                predicted.iter().map(|p| vec![0.0; p.len()]).collect()
+            } else {
+                let with = problem.predict(&effect.on(model, parameters));
+                with.iter().zip(predicted).map(|(w, p)| difference(w, p, 1.0)).collect()
+            };
             out.push(Column { info, parameter, change });
         }
     }

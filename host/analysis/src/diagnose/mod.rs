@@ -10,6 +10,7 @@ pub mod experiment;
 pub mod findings;
 pub mod misfit;
 pub mod report;
+pub mod rivals;
 pub mod select;
 pub mod structure;
 pub mod swing;
@@ -111,7 +112,13 @@ pub fn diagnose(
     others.push(given(&campaign, &base));
     let mut trials = CandidateEffect::listed();
     trials.extend(own.iter().cloned());
-    let mut findings = find(&problem, base, &others, drift, &trials, Pass::First, tick);
+    let mut findings = if problem.noise.of_misfit.is_some() {
+        let (around, findings) = rivals::find(&campaign, &base, &trials, tick);
+        problem = around;
+        findings
+    } else {
+        find(&problem, base, &others, drift, &trials, Pass::First, tick)
+    };
     if let Some(near) = findings.again.take() {
         let (around, base) = around(&campaign, &near, &findings.base);
         findings = find(&around, base, &others, None, &trials, Pass::Second, tick);
@@ -129,7 +136,7 @@ pub fn diagnose(
     let experiment = pair.and_then(|[a, b]| experiment::experiments(&problem, a, b, 1).into_iter().next());
     let named = matches!(findings.verdict, Verdict::Effect | Verdict::Ambiguous);
     let last = findings.last.as_ref().filter(|_| named).unwrap_or(&findings.base);
-    let mut detection = detection::detection(&problem, last);
+    let mut detection = detection::detection(&problem, last, &findings.invisible);
     if findings.verdict == Verdict::Unexplained {
         // What is missing may hide anything.
         detection.limits.clear();

@@ -194,6 +194,7 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
     let doubt = doubt.as_ref().map(|d| doubtful(d, problem));
     let mut summary = match &doubt {
         Some((reason, _)) => format!("Nothing can be concluded: {reason}."),
+        None if named && problem.noise.of_misfit.is_some() => better_predicted(&effects, equal, &candidates),
         None => sentence(*verdict, &effects, equal, &candidates, &base.misfit),
     };
     let (reason, would_tell) = doubt.unzip();
@@ -309,7 +310,13 @@ fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
             FEWEST_CONDITIONS
         ));
     }
-    if problem.noise.freedom == 0 {
+    if problem.noise.of_misfit.is_some() {
+        out.push(
+            "no repetitions, and the object's pose is known now and then only: noise is taken from what the model leaves, \
+             the frames of object and pusher from where they touch; run spreads are those of the stated sensors"
+                .into(),
+        );
+    } else if problem.noise.freedom == 0 {
         out.push(
             "no repetitions: noise is assumed from the stated sensor noise and 2 % of friction, and small effects cannot be separated from run-to-run variation; repeat at least some conditions"
                 .into(),
@@ -384,11 +391,38 @@ fn doubtful(doubt: &Doubt, problem: &Problem) -> (String, String) {
                 trial(p)
             ),
         ),
+        Doubt::Unrepeated(best) => (
+            format!(
+                "no trial was repeated, so that chance is known only as what the model leaves, and no effect \
+                 predicts trials that it was not fitted to better than chance could{}",
+                best.map_or(String::new(), |(id, p)| format!(" (the best, {id}: p = {p:.1e})"))
+            ),
+            "repeat some of the trials at the same place, or run more trials where the candidates differ"
+                .to_owned(),
+        ),
         Doubt::OneCondition(p) => (
             format!("{}, but mostly in one condition (that of trial {})", place(p), trial(p)),
             format!("repeat the condition of trial {} and run conditions near it", trial(p)),
         ),
     }
+}
+
+/// The same where the noise is what the model leaves: what counts are held-out trials.
+fn better_predicted(
+    effects: &[&'static str],
+    equal: &[Vec<&'static str>],
+    candidates: &[CandidateReport],
+) -> String {
+    let named = candidates.iter().filter(|c| effects.contains(&c.id));
+    let chance = named.map(|c| c.p_value).fold(1.0, f64::min);
+    let others: Vec<String> = equal.iter().map(|e| e.join(" + ")).collect();
+    let or =
+        if others.is_empty() { String::new() } else { format!(", or equally well {}", others.join(" or ")) };
+    format!(
+        "The model lacks {}{or}: trials that it was not fitted to are predicted better with it than chance \
+         could (p = {chance:.1e}).",
+        effects.join(" and ")
+    )
 }
 
 /// The verdict in words. Its shares are those of the table of `candidates`.

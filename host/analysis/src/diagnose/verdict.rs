@@ -52,6 +52,9 @@ pub enum Doubt {
     Small(Place),
     /// A misfit that mostly one condition shows: it may be the model's way of contact there.
     OneCondition(Place),
+    /// No trial was repeated, and no effect predicts held-out trials better than chance could: the best of
+    /// them, and that chance.
+    Unrepeated(Option<(&'static str, f64)>),
 }
 
 /// What a model leaves of the data.

@@ -23,6 +23,8 @@ const NEAR_IN_ORDER: f64 = 0.1;
 const COARSE_STEPS: usize = 100;
 /// A coarse step is no longer than this, s.
 const COARSE_S: f64 = 0.0125;
+/// The same where nothing is gripped, s: no pad and no jaw has to settle, and a push is quasi-static.
+const COARSE_PUSH_S: f64 = 0.0201;
 /// No lever of a contact is longer, m.
 const LONGEST_LEVER_M: f64 = 0.1;
 
@@ -82,7 +84,7 @@ impl Campaign {
             .enumerate()
             .map(|(i, trial)| {
                 let prepared = prepare(&dataset.description, trial, i)?;
-                let stride = stride(&prepared.t_s);
+                let stride = stride(&prepared);
                 let base = Model::base(start.base, start.friction);
                 let bare = Model { formulation: start.formulation, ..base };
                 let first = prepared.simulate_every(&bare, stride.min(2));
@@ -167,6 +169,11 @@ impl Campaign {
         out
     }
 
+    /// Whether the object's pose is known at few samples only, in every run.
+    pub fn sparse(&self) -> bool {
+        !self.runs.is_empty() && self.runs.iter().all(|r| r.prepared.is_sparse())
+    }
+
     /// Runs that have a repetition.
     pub fn repeated(&self) -> usize {
         let mut count = vec![0; self.conditions];
@@ -184,9 +191,11 @@ pub fn period_s(t_s: &[f64]) -> f64 {
 }
 
 /// Samples stepped over in one coarse step.
-fn stride(t_s: &[f64]) -> usize {
+fn stride(prepared: &Prepared) -> usize {
+    let t_s = &prepared.t_s;
     let period = period_s(t_s);
-    let longest = if period > 0.0 { (COARSE_S / period) as usize } else { 1 };
+    let step_s = if prepared.scene.fingers.is_some() { COARSE_S } else { COARSE_PUSH_S };
+    let longest = if period > 0.0 { (step_s / period) as usize } else { 1 };
     (t_s.len() / COARSE_STEPS).min(longest).clamp(1, 8)
 }
 

@@ -65,6 +65,19 @@ impl Whitener {
         x
     }
 
+    /// The same for a group that counts `weight` times.
+    #[must_use]
+    pub fn weighed(mut self, weight: f64) -> Self {
+        self.scale.iter_mut().for_each(|s| *s *= weight.sqrt());
+        self
+    }
+
+    /// Logarithm of the determinant: what whitening does to a volume.
+    pub fn log_determinant(&self) -> f64 {
+        let scales: f64 = self.scale.iter().map(|s| s.ln()).sum();
+        scales + self.shrink.iter().map(|g| (1.0 - g).ln()).sum::<f64>()
+    }
+
     /// Sum of squares of the whitened features.
     pub fn square(&self, features: &[f64]) -> f64 {
         self.apply(features).norm_squared()

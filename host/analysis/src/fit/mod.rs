@@ -13,9 +13,11 @@ pub mod intervals;
 pub mod loading;
 pub mod noise;
 pub mod phases;
+pub mod placing;
 pub mod problem;
 pub mod screen;
 pub mod search;
+pub mod unrepeated;
 
 use stickslip_shared::model::Model;
 use thiserror::Error;

@@ -22,7 +22,7 @@ pub const CONDITION_FRICTION: f64 = 0.004;
 /// 0.1): nothing where data tell, but what they do not tell stays where it was.
 pub const FRICTION_PRIOR: f64 = 0.5;
 /// Run-to-run friction where there are no repetitions (relative).
-const DEFAULT_FRICTION: f64 = 0.02;
+pub const DEFAULT_FRICTION: f64 = 0.02;
 /// Most common directions.
 const MOST_DIRECTIONS: usize = 5;
 /// Weight of the channel's mean variance in each bin's, degrees of freedom.
@@ -52,6 +52,9 @@ pub struct Noise {
     pub freedom: usize,
     /// Change of the fingers' friction with the order of trials, as repetitions show it.
     pub drift: Drift,
+    /// Where it is taken from what the model leaves ([`crate::fit::unrepeated`]), not from repetitions: the
+    /// weight of each run.
+    pub of_misfit: Option<Vec<f64>>,
 }
 
 /// Change of friction with the order of trials.
@@ -106,6 +109,7 @@ pub fn estimate(campaign: &Campaign, residuals: &[Features], friction: &[[Featur
             friction: [DEFAULT_FRICTION; 3],
             freedom,
             drift: Drift::default(),
+            of_misfit: None,
         };
     }
     let mut spread = pooled(&deviations, freedom, &floor);
@@ -136,7 +140,7 @@ pub fn estimate(campaign: &Campaign, residuals: &[Features], friction: &[[Featur
         spread = pooled(&deviations, freedom, &floor);
     }
     let directions = directions(&deviations, freedom, &mut spread, &floor);
-    Noise { floor, spread, directions, friction: sd, freedom, drift }
+    Noise { floor, spread, directions, friction: sd, freedom, drift, of_misfit: None }
 }
 
 /// Deviation of each repeated run from the mean of its condition; which run, and how much
@@ -176,7 +180,7 @@ pub fn mean<'a>(rows: impl Iterator<Item = &'a Features>) -> Features {
 }
 
 /// Standard deviation of each feature, drawn towards the mean of its channel.
-fn pooled(deviations: &[Features], freedom: usize, floor: &Features) -> Features {
+pub fn pooled(deviations: &[Features], freedom: usize, floor: &Features) -> Features {
     let nu = freedom as f64;
     let mut variance = vec![0.0; FEATURES];
     let mut seen = vec![false; FEATURES];

@@ -5,6 +5,7 @@
 //! coarse(theta0)`, coarse in time and for one run of each group.
 
 use nalgebra::DVector;
+use rayon::prelude::*;
 use stickslip_shared::model::{Model, Scene};
 
 use crate::channels::COUNT;
@@ -16,6 +17,7 @@ use crate::fit::gls::{self, Gram, OFFSETS, Prior, Whitener};
 use crate::fit::loading;
 use crate::fit::noise::{self, Noise};
 use crate::fit::phases::{BINS, PEAK, Phase};
+use crate::fit::{placing, unrepeated};
 use stickslip_data::Sensors;
 
 /// See the module.
@@ -120,7 +122,22 @@ impl<'a> Problem<'a> {
             .iter()
             .map(|g| [sensitivity[0][*g].clone(), sensitivity[1][*g].clone(), sensitivity[2][*g].clone()])
             .collect();
-        let noise = noise::estimate(campaign, &residuals, &friction);
+        let scatter_m = placing::scatter_m(&campaign.runs);
+        // Of the run that stands for each group.
+        let placings: Vec<Vec<Features>> = campaign
+            .groups
+            .par_iter()
+            .zip(&coarse)
+            .map(|(group, coarse)| {
+                placing::directions(&campaign.runs[group.runs[0]], model, coarse, scatter_m)
+            })
+            .collect();
+        let stated = noise::estimate(campaign, &residuals, &friction);
+        let mut noise = stated.clone();
+        if noise.freedom == 0 && campaign.sparse() && campaign.runs.len() >= unrepeated::FEWEST {
+            let of_runs: Vec<Vec<Features>> = of_run.iter().map(|g| placings[*g].clone()).collect();
+            noise = unrepeated::estimate(&residuals, &friction, &of_runs, &noise.floor);
+        }
         let mut whiteners = Vec::with_capacity(groups.len());
         let mut targets = Vec::with_capacity(groups.len());
         let mut single_run = Vec::with_capacity(groups.len());
@@ -142,8 +159,10 @@ impl<'a> Problem<'a> {
                         + shared * shared
                 })
                 .collect();
+            // What the model leaves holds the floor already.
+            let floor_beside = |f: usize| if noise.of_misfit.is_some() { 0.0 } else { floor2[f] };
             let variance: Vec<f64> =
-                (0..FEATURES).map(|f| noise.spread[f].powi(2) / runs + floor2[f]).collect();
+                (0..FEATURES).map(|f| noise.spread[f].powi(2) / runs + floor_beside(f)).collect();
             let mut common: Vec<Features> =
                 noise.directions.iter().map(|d| d.iter().map(|x| x / runs.sqrt()).collect()).collect();
             for k in 0..3 {
@@ -151,20 +170,25 @@ impl<'a> Problem<'a> {
                 common.push(sensitivity[k][g].iter().map(|x| x * sd).collect());
             }
             let lags = loading::lags(first, &fine[group.runs[0]]);
+            let placing = &placings[g];
             let one: Features = (0..FEATURES)
                 .map(|f| {
-                    let mut v = floor2[f] + noise.spread[f].powi(2);
+                    let mut v = floor2[f] + stated.spread[f].powi(2);
                     v += noise.directions.iter().chain(&lags).map(|d| d[f] * d[f]).sum::<f64>();
+                    let placed = placing.iter().map(|d| d[f]).filter(|x| x.is_finite());
+                    v += placed.map(|x| x * x).sum::<f64>();
                     for k in 0..3 {
-                        let x = sensitivity[k][g][f] * noise.friction[k];
+                        let x = sensitivity[k][g][f] * stated.friction[k];
                         v += if x.is_finite() { x * x } else { 0.0 };
                     }
                     v.sqrt()
                 })
                 .collect();
             common.extend(lags);
+            common.extend(placing.iter().cloned());
             let active: Vec<usize> = (0..FEATURES).filter(|f| mean[*f].is_finite()).collect();
-            whiteners.push(Whitener::new(active, &variance, &common));
+            let weight = noise.of_misfit.as_ref().map_or(1.0, |of| of[group.runs[0]]);
+            whiteners.push(Whitener::new(active, &variance, &common).weighed(weight));
             targets.push(mean.iter().zip(&coarse[g]).map(|(m, c)| m + c).collect());
             single_run.push(one);
             floors.push(floor2.iter().map(|x| x.sqrt()).collect());

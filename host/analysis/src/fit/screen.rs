@@ -84,6 +84,9 @@ pub fn screen(
 ) -> Screened {
     let mut starts = Vec::new();
     let mut invisible = true;
+    if bases.iter().all(|base| changes_nothing(problem, base, trial)) {
+        return Screened { trial: trial.clone(), gain: 0.0, starts, invisible };
+    }
     for (on, base) in bases.iter().enumerate() {
         let (here, largest) = screen_on(problem, (on, base), base_free, trial);
         starts.extend(here);
@@ -95,6 +98,30 @@ pub fn screen(
     });
     let gain = starts.first().map_or(0.0, |s| before - s.loss);
     Screened { trial: trial.clone(), gain, starts, invisible }
+}
+
+/// Whether the effect, with all of its strengths at their typical size, changes no bit of the features of
+/// the last two groups of each primitive: it acts on a contact that is not there.
+fn changes_nothing(problem: &Problem, base: &Solution, trial: &CandidateEffect) -> bool {
+    let campaign = problem.campaign;
+    let primitive = |g: usize| &campaign.runs[campaign.groups[g].runs[0]].info.primitive;
+    let mut few: Vec<usize> = Vec::new();
+    for place in (0..problem.groups.len()).rev() {
+        let same = |p: &&usize| primitive(problem.groups[**p]) == primitive(problem.groups[place]);
+        if few.iter().filter(same).count() < 2 {
+            few.push(place);
+        }
+    }
+    let mut typical = [0.0; MAX_PARAMETERS];
+    for (to, p) in typical.iter_mut().zip(trial.info.parameters) {
+        *to = p.typical;
+    }
+    let groups: Vec<usize> = few.iter().map(|place| problem.groups[*place]).collect();
+    let with = campaign.simulate_groups(&trial.on(&base.model, typical), &groups);
+    let same = |(with, place): (&Features, &usize)| {
+        with.iter().zip(&base.predicted[*place]).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()))
+    };
+    with.iter().zip(&few).all(same)
 }
 
 /// The best starts on one solution, and the largest change that any setting makes.

@@ -418,6 +418,21 @@ impl Prepared {
         out
     }
 
+    /// Whether the object's pose is known in less than a tenth of the samples.
+    #[must_use]
+    pub fn is_sparse(&self) -> bool {
+        let known = self.measured.iter().filter(|row| row[0].is_finite()).count();
+        10 * known < self.measured.len()
+    }
+
+    /// The same trial with the object lying elsewhere at the start, by `shift_m` (carrier axes).
+    #[must_use]
+    pub fn placed(&self, shift_m: &Vector3<f64>) -> Self {
+        let mut out = self.clone();
+        out.start.position_m += shift_m;
+        out
+    }
+
     /// The same trial along two paths that nobody can tell from the measured one: the carrier
     /// drifts by 5 um sideways and 0.05 mrad about its own X and Z, to either side, which is
     /// below what motion capture sees. A rigid grasp that touches something has forces that

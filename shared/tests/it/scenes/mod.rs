@@ -213,7 +213,8 @@ pub fn all<R: Real>() -> [(&'static str, Run<R>); 6] {
 
 /// What a hook sees of an object at rest in the gripper.
 pub fn at_rest_context(dt_s: f64) -> StepContext<f64> {
-    let none = Environment { normal: Vec3::zeros(), turning_rad_s: Vec3::zeros() };
+    let still = Vec3::zeros();
+    let none = Environment { normal: still, turning_rad_s: still, angular_rad_s: still };
     StepContext {
         time_s: 0.0,
         dt_s,
@@ -229,6 +230,7 @@ pub fn at_rest_context(dt_s: f64) -> StepContext<f64> {
         load_rate_n_s: [0.0; 4],
         environment: [none; 2],
         pusher: None,
+        whole_face: false,
         velocity_m_s: Vec3::zeros(),
         angular_rad_s: Vec3::zeros(),
     }
