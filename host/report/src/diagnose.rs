@@ -12,6 +12,7 @@ use crate::words::{interval, short};
 use stickslip_analysis::channels::channel_words;
 use stickslip_analysis::diagnose::RELEVANT;
 use stickslip_analysis::diagnose::detection::UpperLimit;
+use stickslip_analysis::diagnose::posterior::Weighed;
 use stickslip_analysis::diagnose::report::{CandidateReport, Place, Report, Verdict};
 use stickslip_analysis::diagnose::structure::Structure;
 use stickslip_analysis::fit::phases::Phase;
@@ -55,6 +56,7 @@ pub fn html(report: &Report, name: &str, next: &str) -> String {
     }
     body += &format!("<span>a perfect model: <b>{:.2}</b></span></div>\n", e.perfect_model);
     body += &cards(report);
+    body += &credible_bars(report);
     body += &tried(report);
     body += &maps(report);
     body += &left(report);
@@ -112,6 +114,53 @@ pub fn structure_words(s: &Structure) -> String {
 /// Share of the excess error that an effect explains.
 pub fn share(explained: f64) -> String {
     if explained < 0.0 { "none: worse".into() } else { format!("{:.0} %", 100.0 * explained) }
+}
+
+/// A probability in per cent; what is nearly none or all is said to be so.
+pub fn percent(probability: f64) -> String {
+    match probability {
+        p if p < 0.005 => "below 1 %".into(),
+        p if p > 0.995 => "above 99 %".into(),
+        p => format!("{:.0} %", 100.0 * p),
+    }
+}
+
+/// The credible sets in words, one a line, and what is none of them; nothing where nothing had to be explained.
+pub fn credible(report: &Report) -> Vec<String> {
+    let Some(d) = &report.discrepancy else { return Vec::new() };
+    let set = |s: &Weighed| match s.effects.as_slice() {
+        [] => "nothing is missing".to_owned(),
+        effects => effects.join(" + "),
+    };
+    let each = report.credible_sets.iter().map(|s| format!("{}: {}", set(s), percent(s.probability)));
+    each.chain([format!("none of the sets tried: {}", percent(d.probability))]).collect()
+}
+
+/// Probabilities of the credible sets as bars.
+fn credible_bars(report: &Report) -> String {
+    let lines = credible(report);
+    let Some(d) = report.discrepancy.as_ref().filter(|_| has_after(report)) else { return String::new() };
+    let rows = lines.len();
+    let mut chart = Chart {
+        size: (820, 60 + 24 * rows as u32),
+        x_label: "probability, %".into(),
+        x: (0.0, 104.0),
+        ..Chart::default()
+    };
+    let values = report.credible_sets.iter().map(|s| s.probability).chain([d.probability]);
+    for (k, value) in values.enumerate() {
+        let y = (rows - 1 - k) as f64;
+        let colour = if k + 1 == rows { MEASURED } else { AFTER };
+        chart.bars.push(Bar { x: (0.0, 100.0 * value), y: (y - 0.3, y + 0.3), colour });
+    }
+    chart.y_names = lines.iter().rev().map(|l| l.split(": ").next().unwrap_or_default().to_owned()).collect();
+    format!(
+        "<h2>How probable</h2>\n<figure><figcaption>Sets of effects that were fitted<span></span></figcaption>{}</figure>\n\
+         <p class=\"soft\">{} conditions count as {:.1} independent ones.</p>\n",
+        chart.svg(),
+        report.conditions,
+        d.effective_conditions
+    )
 }
 
 /// How strong each effect may be although it is not named: effect, parameter, upper limit, typical size.
@@ -268,7 +317,7 @@ fn tried(report: &Report) -> String {
         chart.svg()
     );
     out += "<details><summary>Figures of all effects tried</summary>\n<div class=\"scroll\"><table><tr><th>effect</th>\
-            <th>explains</th><th>held-out error</th><th>p</th><th class=\"left\">parameters (95 % interval)</th></tr>\n";
+            <th>probability</th><th>explains</th><th>held-out error</th><th>p</th><th class=\"left\">parameters (95 % interval)</th></tr>\n";
     for c in &report.candidates {
         let parameters: Vec<String> = c
             .parameters
@@ -278,8 +327,9 @@ fn tried(report: &Report) -> String {
             })
             .collect();
         out += &format!(
-            "<tr><td>{}</td><td>{}</td><td>{:.2}</td><td>{:.1e}</td><td class=\"left\">{}</td></tr>\n",
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{:.2}</td><td>{:.1e}</td><td class=\"left\">{}</td></tr>\n",
             escape(c.id),
+            percent(c.probability),
             share(c.explained),
             c.held_out_error,
             c.p_value,

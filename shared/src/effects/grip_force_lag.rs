@@ -1,15 +1,16 @@
 //! The grip follows late and loses force while the object slides.
 //!
-//! With `v` the mean slip speed of the fingers:
+//! With `v` the mean slip speed of the fingers and `d` the distance that they slipped so far:
 //!
 //! ```text
-//! N = N_late (1 - l),   time dl/dt = drop v^s / (v^s + knee^s) - l
+//! N = N_late (1 - l),   time dl/dt = drop v^s / (v^s + knee^s) + drop_1_m d - l
 //! time dN_late/dt = N_command - N_late
 //! ```
 //!
 //! A force-controlled gripper of finite bandwidth on an object whose width changes as it
 //! slides. The sharpness s tells whether it loses force the more the faster the object slides (1),
-//! or all of it once it slides (Hill's curve). Integrated implicitly: stable at any step. It remembers the loss `l`, the error
+//! or all of it once it slides (Hill's curve). What goes with the speed comes back at rest; what goes with
+//! the distance (a jaw that backs off and is not driven again) stays lost. Integrated implicitly: stable at any step. It remembers the loss `l`, the error
 //! `N_late - N_command` and the last command.
 
 use super::law::{Law, StepContext};
@@ -30,7 +31,7 @@ pub const INFO: Info = Info {
     id: "grip_force_lag",
     code: 16,
     summary: "grip lags its command and falls while the object slides",
-    signature: "normal finger force that sags after the onset of sliding and recovers at rest, or trails a change of command",
+    signature: "normal finger force that sags while sliding and recovers at rest or stays low, or trails a change of command",
     source: "first-order force control; Whitney 1977",
     role: Role::Plain,
     parameters: &[
@@ -53,6 +54,14 @@ pub const INFO: Info = Info {
             "exponent of the speed: gradual (1) or a threshold (8)",
         )
         .tried_at(&[1.0, 4.0]),
+        Parameter::new(
+            "drop_1_m",
+            "1/m",
+            5.0,
+            0.0,
+            [-60.0, 60.0],
+            "share of the grip lost for each metre of slip, also at rest",
+        ),
     ],
 };
 
@@ -68,12 +77,13 @@ impl<R: Real> Law<R> for GripForceLag {
         let keep = max(p[1], R::zero());
         let keep = keep / (keep + c.dt_s);
         let ratio = max(p[2], R::of(LEAST_KNEE_M_S)) / max(speed, R::of(LEAST_SPEED_M_S));
-        let target = p[0] / (R::one() + (ratio.ln() * max(p[3], R::one())).exp());
+        let distance_m = (c.slip_m[0] + c.slip_m[1]) * half;
+        let target = p[0] / (R::one() + (ratio.ln() * max(p[3], R::one())).exp()) + p[4] * distance_m;
         let loss = target + (loss - target) * keep;
         // The first command is met from the start.
         let step = if last > R::zero() { *grip_n - last } else { R::zero() };
         let error = (error - step) * keep;
         *memory = [loss, error, *grip_n];
-        *grip_n = (*grip_n + error) * (R::one() - loss);
+        *grip_n = (*grip_n + error) * max(R::one() - loss, R::zero());
     }
 }

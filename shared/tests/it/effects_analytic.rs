@@ -217,6 +217,33 @@ fn a_sharp_grip_force_lag_drops_all_above_its_knee_and_nothing_below() {
 }
 
 #[test]
+fn grip_lost_by_the_metre_of_slip_stays_lost_at_rest() {
+    let law: &dyn Law<f64> = stickslip_shared::effects::law(16).unwrap();
+    let lost_after = |drop: f64, drop_1_m: f64| {
+        let parameters = [drop, 0.05, 1e-3, 1.0, drop_1_m, 0.0];
+        let mut memory = [0.0; MEMORY];
+        let mut context = at_rest_context(0.001);
+        let mut step = |speed_m_s: f64| {
+            context.slip_speed_m_s = [speed_m_s; 4];
+            context.slip_m = context.slip_m.map(|d| d + speed_m_s * 0.001);
+            let mut grip_n = N;
+            law.grip(&parameters, &context, &mut memory, &mut grip_n);
+            1.0 - grip_n / N
+        };
+        let slid = (0..1000).map(|_| step(0.01)).last().unwrap();
+        let rested = (0..1000).map(|_| step(0.0)).last().unwrap();
+        [slid, rested]
+    };
+    // 10 mm at 14 a metre; while sliding it trails by the 0.5 mm of a time constant.
+    let [slid, rested] = lost_after(0.0, 14.0);
+    close(slid, 0.14 - 14.0 * 0.01 * 0.05, 1e-6);
+    close(rested, 0.14, 1e-6);
+    let [slid, rested] = lost_after(0.12, 0.0);
+    close(slid, 0.12 * 0.01 / 0.011, 1e-6);
+    assert!(rested < 1e-6, "what goes with the speed comes back");
+}
+
+#[test]
 fn mass_error_shows_as_weight_and_its_offset_as_moment() {
     let w = hold::<f64>().with("mass_error", &[0.25, 0.004]).play().last().reading.finger;
     let weight = 0.2005 * 1.25 * 9.81;

@@ -2,6 +2,7 @@
 
 use stickslip_shared::model::Model;
 
+use crate::diagnose::posterior::Posterior;
 use crate::diagnose::select::{Candidate, Held};
 use crate::diagnose::swing::Swing;
 use crate::diagnose::verdict::{Doubt, Verdict};
@@ -19,6 +20,8 @@ pub struct Findings {
     pub last: Option<Held>,
     /// Sets that explain the data as well.
     pub equal: Vec<Vec<&'static str>>,
+    /// How probable each set that was fitted is.
+    pub posterior: Posterior,
     /// Effects that change nothing in these data.
     pub invisible: Vec<&'static str>,
     /// What swings while the object slides, and not in the model.

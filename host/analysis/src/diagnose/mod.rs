@@ -9,6 +9,7 @@ pub mod detection;
 pub mod experiment;
 pub mod findings;
 pub mod misfit;
+pub mod posterior;
 pub mod report;
 pub mod rivals;
 pub mod select;
@@ -19,7 +20,7 @@ pub mod verdict;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use stickslip_shared::effects::{MAX_PARAMETERS, REGISTRY, Role};
+use stickslip_shared::effects::{MAX_PARAMETERS, REGISTRY, Role, find as find_effect};
 use stickslip_shared::model::Model;
 
 use crate::evidence::balance::{StageBalance, balance};
@@ -31,6 +32,7 @@ use crate::model::candidate::{self, CandidateEffect, Described};
 use crate::progress::Progress;
 use findings::Findings;
 use misfit::Misfit;
+use posterior::{Posterior, posterior};
 use report::Report;
 use select::{Candidate, Held, Search, candidates, explained, hold_out, paired, search_again, total};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -236,11 +238,17 @@ fn given(campaign: &Campaign, base: &Held) -> Model<f64> {
     Model { friction: campaign.given, ..base.solution.model.clone() }
 }
 
-/// `ways` of contact that are far from `base`, each at its place.
-fn other_ways(problem: &Problem, base: &Held, ways: &[Model<f64>]) -> Vec<Solution> {
+/// `ways` of contact that are far from `start`, each at its place, with the effects of `start`.
+fn other_ways(problem: &Problem, start: &Held, ways: &[Model<f64>]) -> Vec<Solution> {
+    let model = &start.solution.model;
+    let on = |m: &Model<f64>| match m.effects.len() == model.effects.len() {
+        true => m.clone(),
+        // The drift was found since.
+        false => Model { friction: m.friction, ..model.clone() },
+    };
     ways.iter()
-        .filter(|m| fit::apart(problem.campaign, m, &base.solution.model))
-        .map(|m| fit::solve(problem, m, &base.free, 0))
+        .filter(|m| fit::apart(problem.campaign, m, model))
+        .map(|m| fit::solve(problem, &on(m), &start.free, 0))
         .collect()
 }
 
@@ -309,16 +317,16 @@ fn find(
     let survivors = if worth_a_name { SURVIVORS } else { 0 };
     let others: Vec<Solution> = match survivors {
         0 => Vec::new(),
-        _ => other_ways(problem, &base, others),
+        _ => other_ways(problem, start, others),
     };
     let (mut first, invisible) = candidates(problem, start, &others, trials, survivors, tick);
     let mut choice = Choice::nothing();
+    let mut stages = Stages::new();
     let mut again = None;
     if worth_a_name {
         if first.first().is_some_and(|c| poor(&c.held.misfit)) {
             search_again(problem, start, &others, &mut first, (SEARCHED_FURTHER, Search::Grid), tick);
         }
-        let mut stages = Stages::new();
         choice = choose(problem, start, &first, trials, &mut stages, (pass, Search::Quick), tick);
         again = choice.near.take().filter(|_| pass == Pass::First && drift.is_none());
         if choice.verdict == Verdict::Unexplained && again.is_none() {
@@ -341,8 +349,17 @@ fn find(
         conditions: problem.campaign.conditions,
     };
     let (verdict, doubt) = verdict::verdict(verdict, &signs, left.as_ref().unwrap_or(&base.misfit));
+    let posterior = match worth_a_name {
+        true => {
+            let met = chosen.iter().chain(&first).chain(stages.iter().flat_map(|(_, of)| of));
+            let fits: Vec<&Held> = std::iter::once(&base).chain(met.map(|c| &c.held)).collect();
+            let given = base.solution.model.effects.len();
+            posterior(problem, given, &fits, |held, id| small_compliance_in(problem, held, id))
+        }
+        false => Posterior::default(),
+    };
     let chosen: Vec<Candidate> = chosen.into_iter().filter(|c| !small_compliance(problem, c)).collect();
-    Findings { base, first, chosen, last, equal, invisible, swing, again, verdict, doubt, model }
+    Findings { base, first, chosen, last, equal, posterior, invisible, swing, again, verdict, doubt, model }
 }
 
 /// What is taken from the candidates.
@@ -522,16 +539,16 @@ fn drop_needless(
 /// Whether this is no more than the compliance of real pads: within the tolerance, not an effect.
 /// It stays in the model beside the others, so that nothing else has to stand in for it.
 fn small_compliance(problem: &Problem, candidate: &Candidate) -> bool {
-    let Role::Compliance { normal_m } = candidate.info.role else { return false };
+    small_compliance_in(problem, &candidate.held, candidate.info.id)
+}
+
+/// The same for effect `id` of a fit.
+fn small_compliance_in(problem: &Problem, held: &Held, id: &str) -> bool {
+    let Some(Role::Compliance { normal_m }) = find_effect(id).map(|info| info.role) else { return false };
     let grip_n = problem.campaign.runs.iter().map(|r| r.prepared.grip_n()).fold(0.0, f64::max);
-    let Held { solution, free, .. } = &candidate.held;
+    let Held { solution, free, .. } = held;
     let covariance = fit::clustered_covariance(&solution.grams, &problem.priors(free, 0), free.len());
-    let of_it = |f: &Free| match f {
-        Free::Effect { slot, .. } => {
-            solution.model.effects.get(*slot).is_some_and(|e| e.code == candidate.info.code)
-        }
-        _ => false,
-    };
+    let of_it = |f: &Free| matches!(f, Free::Effect { effect, .. } if *effect == id);
     // What the data do not determine says nothing about the pads.
     free.iter().enumerate().filter(|(_, f)| of_it(f)).all(|(k, f)| {
         let compliance_m_n = f.get(&solution.model);

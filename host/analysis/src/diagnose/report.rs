@@ -12,6 +12,7 @@ use crate::channels::channel_words;
 use crate::diagnose::detection::UpperLimit;
 use crate::diagnose::findings::Findings;
 use crate::diagnose::misfit::{self, Misfit};
+use crate::diagnose::posterior::Weighed;
 use crate::diagnose::select::{Candidate, Held, explained};
 use crate::diagnose::structure::{self, Structure};
 use crate::diagnose::swing::Swing;
@@ -46,6 +47,8 @@ pub struct CandidateReport {
     pub id: &'static str,
     /// Root mean square error on held-out conditions, in run spreads.
     pub held_out_error: f64,
+    /// Probability that it is missing, alone or beside others.
+    pub probability: f64,
     /// Probability of its gain by chance.
     pub p_value: f64,
     /// Share of the base model's excess misfit that the model with it (and with the effects chosen
@@ -73,6 +76,17 @@ pub struct ErrorReport {
     pub worst_before: f64,
     /// Worst systematic misfit of a channel in a phase after, in run spreads.
     pub worst_after: f64,
+}
+
+/// What none of the fitted sets of effects explains.
+#[derive(Clone, Copy, Debug, JsonSchema, Serialize)]
+pub struct Discrepancy {
+    /// Probability that it is none of them.
+    pub probability: f64,
+    /// Largest systematic misfit that is left, in run spreads.
+    pub run_spreads: f64,
+    /// As many independent conditions the data count for.
+    pub effective_conditions: f64,
 }
 
 /// Where a model misses most.
@@ -105,6 +119,11 @@ pub struct Report {
     pub ambiguous_with: Vec<Vec<&'static str>>,
     /// All effects that were refitted, best first.
     pub candidates: Vec<CandidateReport>,
+    /// The most probable sets, which have 95 % together of what all sets that were fitted have. Empty where
+    /// nothing had to be explained.
+    pub credible_sets: Vec<Weighed>,
+    /// What no set explains; none where nothing had to be explained.
+    pub discrepancy: Option<Discrepancy>,
     /// Errors before and after, in run spreads.
     pub error: ErrorReport,
     /// What structure is left.
@@ -137,8 +156,9 @@ pub struct Report {
 
 /// Makes the report.
 pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Duration) -> Report {
-    let Findings { base, first, chosen, last, equal, invisible, swing, verdict, doubt, model, .. } =
-        &findings;
+    let Findings {
+        base, first, chosen, last, equal, invisible, swing, verdict, doubt, model, posterior, ..
+    } = &findings;
     let named = matches!(verdict, Verdict::Effect | Verdict::Ambiguous);
     let last = last.as_ref().filter(|_| named).unwrap_or(base);
     let effects: Vec<&'static str> = if named { by_strength(base, chosen) } else { Vec::new() };
@@ -149,6 +169,15 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
             candidates.push(candidate(problem, base, c));
         }
     }
+    for c in &mut candidates {
+        c.probability = posterior.of(c.id);
+    }
+    let weighed = !posterior.sets.is_empty();
+    let discrepancy = weighed.then(|| Discrepancy {
+        probability: posterior.unlisted,
+        run_spreads: last.misfit.worst(),
+        effective_conditions: posterior.conditions,
+    });
     let perfect_model = base.misfit.perfect_model;
     let error = ErrorReport {
         before: base.misfit.error,
@@ -209,6 +238,8 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         effects,
         ambiguous_with: equal.clone(),
         candidates,
+        credible_sets: posterior.credible(),
+        discrepancy,
         error,
         unexplained,
         suggested_experiment: None,
@@ -286,6 +317,7 @@ fn candidate(problem: &Problem, base: &Held, c: &Candidate) -> CandidateReport {
         id: c.info.id,
         info: c.info,
         held_out_error: c.held.misfit.error,
+        probability: 0.0,
         p_value: c.p_value,
         explained: explained(&base.misfit, &c.held.misfit),
         worst: c.held.misfit.places.first().map(|p| (channel_name(p.channel), p.phase.name(), p.size)),

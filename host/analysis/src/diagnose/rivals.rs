@@ -12,6 +12,7 @@ use stickslip_shared::effects::REGISTRY;
 use stickslip_shared::model::Model;
 
 use crate::diagnose::findings::Findings;
+use crate::diagnose::posterior::Posterior;
 use crate::diagnose::select::{Candidate, Held, candidates, explained, hold_out, paired};
 use crate::diagnose::verdict::{Doubt, Verdict};
 use crate::fit::campaign::Campaign;
@@ -148,6 +149,8 @@ pub fn find<'a>(
         chosen,
         last,
         equal,
+        // Without repetitions the noise is each model's own: no common scale to weigh sets by.
+        posterior: Posterior::default(),
         invisible: unseen,
         swing: None,
         again: None,

@@ -155,7 +155,7 @@ fn print(report: &Report, output: &Output) {
     ));
     let right = |s: String| Cell::new(s).set_alignment(CellAlignment::Right);
     if !report.candidates.is_empty() && report.verdict != Verdict::NothingMissing {
-        let mut t = table(["effect", "explains", "held-out error", "p", "parameters"]);
+        let mut t = table(["effect", "probability", "explains", "held-out error", "p", "parameters"]);
         for c in &report.candidates {
             let parameters: Vec<String> = c
                 .parameters
@@ -167,6 +167,7 @@ fn print(report: &Report, output: &Output) {
                 .collect();
             t.add_row(vec![
                 Cell::new(c.id),
+                right(stickslip_report::diagnose::percent(c.probability)),
                 right(stickslip_report::diagnose::share(c.explained)),
                 right(format!("{:.2}", c.held_out_error)),
                 right(format!("{:.1e}", c.p_value)),
@@ -175,6 +176,9 @@ fn print(report: &Report, output: &Output) {
         }
         output.text("\nEffects tried (error in run spreads):");
         output.table(&t);
+    }
+    for line in stickslip_report::diagnose::credible(report) {
+        output.text(line);
     }
     if !report.places.is_empty() {
         let mut t = table(["where", "phase", "before", "after"]);

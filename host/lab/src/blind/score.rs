@@ -5,12 +5,17 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::blind::generate::{Class, Key};
+use stickslip_analysis::diagnose::posterior::Weighed;
 use stickslip_analysis::diagnose::report::{CandidateReport, Report, Verdict};
 
 /// A single effect counts as strong if the error before exceeds this many run spreads.
 const STRONG: f64 = 2.0;
 /// An answer may name so many possibilities.
 const LARGEST_SET: usize = 3;
+/// What is said with this probability is said for sure.
+const SURE: f64 = 0.95;
+/// Upper ends of the bins of probability over which the calibration error is summed.
+const BINS: [f64; 5] = [0.5, 0.7, 0.85, SURE, f64::INFINITY];
 
 /// One run with its key.
 #[derive(Clone, Debug, Serialize)]
@@ -35,6 +40,10 @@ pub struct Opened {
     pub candidates: Vec<CandidateReport>,
     /// Where two are hidden: error of the base model and what a perfect model shows with each of them alone.
     pub each_alone: Vec<[f64; 2]>,
+    /// Credible sets, where there was something to explain.
+    pub credible_sets: Vec<Weighed>,
+    /// Probability that it is none of the sets that were fitted.
+    pub unlisted: f64,
     /// Time of the diagnosis, s.
     pub seconds: f64,
 }
@@ -86,6 +95,12 @@ pub struct Figures {
     pub one_of_two: Share,
     /// Held-out error after adding at most 1.3 run spreads, where rightly named.
     pub error_fell: Share,
+    /// Of what is most probable with 95 % or more: right.
+    pub sure_right: Share,
+    /// One of the credible sets is what was hidden (of listed effects, where there was something to explain).
+    pub credible_holds: Share,
+    /// Expected calibration error of the probability of what is most probable.
+    pub calibration_error: f64,
     /// Mean size of ambiguous sets.
     pub mean_set: f64,
     /// Hidden against named.
@@ -109,6 +124,8 @@ pub fn open(key: Key, report: &Report, each_alone: Vec<[f64; 2]>) -> Opened {
         worst_after: report.error.worst_after,
         worst_place: report.places.first().map_or(String::new(), |p| format!("{} {}", p.channel, p.phase)),
         each_alone,
+        credible_sets: report.credible_sets.clone(),
+        unlisted: report.discrepancy.map_or(0.0, |d| d.probability),
         seconds: report.seconds,
     }
 }
@@ -143,6 +160,21 @@ impl Opened {
         !answers.is_empty() && answers.iter().all(|set| set.iter().any(|n| !hidden.contains(n)))
     }
 
+    /// Whether a set of effects is what was hidden.
+    fn is_truth(&self, set: &Weighed) -> bool {
+        let hidden = self.hidden();
+        set.effects.len() == hidden.len() && hidden.iter().all(|h| set.effects.contains(h))
+    }
+
+    /// Probability of what is most probable, and whether it is right; none where nothing had to be explained.
+    fn most_probable(&self) -> Option<(f64, bool)> {
+        let best = self.credible_sets.first()?;
+        Some(match best.probability > self.unlisted {
+            true => (best.probability, self.is_truth(best)),
+            false => (self.unlisted, self.key.class == Class::Unknown),
+        })
+    }
+
     /// For the confusion matrix.
     fn answer(&self) -> String {
         match self.verdict {
@@ -163,6 +195,14 @@ pub fn figures(runs: &[Opened]) -> Figures {
     let mut f = Figures::default();
     let (mut sets, mut size) = (0.0, 0.0);
     for r in runs {
+        if let Some((probability, right)) = r.most_probable() {
+            if probability >= SURE {
+                f.sure_right.count(right);
+            }
+            if r.key.class != Class::Unknown {
+                f.credible_holds.count(r.credible_sets.iter().any(|s| r.is_truth(s)));
+            }
+        }
         let truth = if r.key.effects.is_empty() { "nothing".into() } else { r.hidden().join("+") };
         *f.confusion.entry(truth).or_default().entry(r.answer()).or_default() += 1;
         f.slowest_s = f.slowest_s.max(r.seconds);
@@ -193,6 +233,21 @@ pub fn figures(runs: &[Opened]) -> Figures {
             Class::Unknown => f.unknown_not_named.count(r.named.is_empty() || r.right()),
         }
     }
+    f.calibration_error = calibration_error(runs);
     f.mean_set = if sets > 0.0 { size / sets } else { 0.0 };
     f
+}
+
+/// Mean over the bins of probability, by how many runs are in each, of how far the share that is right is from
+/// the mean probability; zero where there are none.
+fn calibration_error(runs: &[Opened]) -> f64 {
+    let said: Vec<(f64, bool)> = runs.iter().filter_map(Opened::most_probable).collect();
+    let mut from = 0.0;
+    let mut sum = 0.0;
+    for to in BINS {
+        let within = said.iter().filter(|(p, _)| *p >= from && *p < to);
+        sum += within.map(|(p, right)| f64::from(u8::from(*right)) - p).sum::<f64>().abs();
+        from = to;
+    }
+    sum / said.len().max(1) as f64
 }

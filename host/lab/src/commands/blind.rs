@@ -103,13 +103,15 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         ("two effects, each strong alone, both named", f.both_strong_named, "-"),
         ("two effects, none wrongly named", f.one_of_two, "-"),
         ("rightly named, error after within 1.3 run spreads", f.error_fell, "95 %"),
+        ("most probable with 95 % or more: right", f.sure_right, "93 %"),
+        ("credible sets hold what was hidden", f.credible_holds, "93 %"),
     ] {
         t.add_row(vec![Cell::new(what), Cell::new(share.text()), Cell::new(aim)]);
     }
     output.table(&t);
     output.text(format!(
-        "mean size of ambiguous sets {:.1}; slowest diagnosis {:.1} s\n",
-        f.mean_set, f.slowest_s
+        "mean size of ambiguous sets {:.1}; expected calibration error {:.2}; slowest diagnosis {:.1} s\n",
+        f.mean_set, f.calibration_error, f.slowest_s
     ));
     let mut c = table(["hidden", "named", "runs"]);
     for (hidden, answers) in &f.confusion {
@@ -132,14 +134,22 @@ fn line(number: usize, o: &Opened) -> String {
             format!("{} {share:.0} % p {:.1e} to {:.2}{left}", c.id, c.p_value, c.held_out_error)
         })
         .collect();
+    let probable: Vec<String> = o
+        .credible_sets
+        .iter()
+        .take(3)
+        .map(|s| format!("{} {:.2}", s.effects.join("+"), s.probability))
+        .collect();
     format!(
-        "{number}: {:?} {} trials, hidden [{}]: {:?} {:?} ~ {:?}; error {:.2} -> {:.2} (floor {:.2}), worst {:.1} -> {:.1} ({}); tried {}; {:.1} s",
+        "{number}: {:?} {} trials, hidden [{}]: {:?} {:?} ~ {:?}; probable [{}], none {:.2}; error {:.2} -> {:.2} (floor {:.2}), worst {:.1} -> {:.1} ({}); tried {}; {:.1} s",
         o.key.plan,
         o.key.trials,
         hidden.join(", "),
         o.verdict,
         o.named,
         o.ambiguous_with,
+        probable.join(", "),
+        o.unlisted,
         o.error[0],
         o.error[1],
         o.error[2],
