@@ -44,7 +44,7 @@ pub struct CandidateReport {
     pub id: &'static str,
     /// Root mean square error on held-out conditions, in run spreads.
     pub held_out_error: f64,
-    /// Probability that it is missing, alone or beside others ([`crate::diagnose::posterior`]).
+    /// Probability that it is missing, alone or beside others ([`mod@crate::diagnose::posterior`]).
     pub probability: f64,
     /// Probability of its gain by chance.
     pub p_value: f64,
