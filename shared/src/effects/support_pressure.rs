@@ -9,7 +9,7 @@
 //! Spread: every point bears at `x_i + D x_i`, `D = diag(spread_x, spread_y)`. Loads are still those of
 //! statics, not negative, and the second moments of a load distribution `N(x)` become
 //! `(1 + spread_k)(1 + spread_l) sum N x_k x_l` exactly; at -1 all of it would lie under the centre of
-//! mass, the most is a body that stands on its corners (a triangle: 1, a rectangle: 0.73). Feet
+//! mass, the most is a body that stands on its corners (a triangle: 1, a rectangle: 0.73, of the face). Feet
 //! that are told stay where they are.
 //!
 //! Offset: as statics fixes the first moment, a load that is centred elsewhere needs a moment that the

@@ -8,7 +8,7 @@
 //! it that are behind by less than two standard errors are as good.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
-use stickslip_shared::effects::REGISTRY;
+use stickslip_shared::effects::{REGISTRY, Role};
 use stickslip_shared::model::Model;
 
 use crate::diagnose::findings::Findings;
@@ -26,6 +26,8 @@ const FALSE_ALARM: f64 = 0.01;
 const EQUAL: f64 = 2.0;
 /// Candidates that are judged with noise of their own.
 const JUDGED: usize = 4;
+/// The best of effects that are not named is mentioned where chance would do as much more seldom than this.
+const WORTH_A_WORD: f64 = 0.05;
 /// Most effects named.
 const MOST_EFFECTS: usize = 3;
 /// Largest number of others that an ambiguous answer lists.
@@ -104,6 +106,11 @@ fn judge<'a>(
     (out, invisible)
 }
 
+/// How contacts give way before they slide belongs to the fit, and is no finding.
+fn is_finding(candidate: &Candidate) -> bool {
+    !matches!(candidate.info.role, Role::Compliance { .. })
+}
+
 /// Chooses among `trials` what predicts held-out trials better than the model of `base` does, one effect after
 /// the other until chance could do as much or several do as well; with the problem around what was chosen.
 pub fn find<'a>(
@@ -125,24 +132,25 @@ pub fn find<'a>(
         }
         let mut beyond_chance = judged.into_iter().filter(|(c, _)| c.p_value < level);
         let Some((candidate, best)) = beyond_chance.next() else { break };
-        let ids: Vec<&'static str> = chosen.iter().map(|c| c.info.id).collect();
+        let ids: Vec<&'static str> = chosen.iter().filter(|c| is_finding(c)).map(|c| c.info.id).collect();
         equal = beyond_chance
-            .filter(|(_, other)| other.equals(&best))
+            .filter(|(other, judged)| is_finding(other) && judged.equals(&best))
             .map(|(other, _)| ids.iter().copied().chain([other.info.id]).collect())
             .take(MOST_EQUAL)
             .collect();
         chosen.push(candidate);
         at = best;
     }
+    let last = chosen.last().map(|c| c.held.clone());
+    chosen.retain(is_finding);
     let verdict = match (chosen.is_empty(), equal.is_empty()) {
         (true, _) => Verdict::Inconclusive,
         (_, true) => Verdict::Effect,
         (_, false) => Verdict::Ambiguous,
     };
-    let best = first.first().map(|c: &Candidate| (c.info.id, c.p_value));
+    let best = first.first().map(|c: &Candidate| (c.info.id, c.p_value)).filter(|(_, p)| *p < WORTH_A_WORD);
     let doubt = chosen.is_empty().then_some(Doubt::Unrepeated(best));
     let model = at.held.solution.model.clone();
-    let last = chosen.last().map(|c| c.held.clone());
     let findings = Findings {
         base,
         first,

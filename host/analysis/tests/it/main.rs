@@ -11,3 +11,4 @@ mod module_edges;
 mod replay;
 mod score;
 mod simulated;
+mod sparse_pushes;

@@ -68,6 +68,34 @@ fn real_pushes_obey_physics_after_the_import() {
 }
 
 #[test]
+fn every_layout_of_feet_is_told_by_the_files_name_and_its_pushes_do_work() {
+    for (name, third) in [
+        ("10_130_10_10_10_130__exp_08_17_50.txt", Some([-0.04, 0.08])),
+        ("10_90_10_10_30_130__exp_08_15_50.txt", Some([-0.04, 0.08])),
+        ("30_63.33_43.33_30_43.33_63.33__exp_08_17_50.txt", Some([-0.00667, 0.01333])),
+        ("30_90_30_30_30_90__exp_08_11_50_mixed.txt", Some([-0.02, 0.04])),
+        ("patch__exp_08_18_1435_50.txt", None),
+    ] {
+        let support = Support::from_name(name).expect("the name tells the support");
+        match (&support, third) {
+            (Support::Points(feet), Some(expected)) => {
+                assert_eq!(feet.len(), 3);
+                assert!((0..2).all(|k| (feet[2][k] - expected[k]).abs() < 1e-5), "{feet:?}");
+            }
+            (Support::Patch, None) => {}
+            other => panic!("{name}: {other:?}"),
+        }
+        // Told as the face it is the same pushes.
+        for told in [support, Support::Patch] {
+            let Some(import) = cmu(name, told) else { return };
+            let v = &import.verification;
+            assert_eq!((v.pushes, v.positive_work, v.start_outside), (50, 50, 50), "{name}");
+            assert_eq!(import.bad_rows, [], "{name}");
+        }
+    }
+}
+
+#[test]
 fn support_points_are_counted_from_the_right_corner() {
     let expected = [[-0.02, -0.02], [0.04, -0.02], [-0.02, 0.04]];
     let Some(Support::Points(points)) = Support::from_name("30_90_30_30_30_90") else {
