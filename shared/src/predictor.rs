@@ -16,7 +16,7 @@
 //! the intended direction, slip while holding, sag and rotation beyond their limits are
 //! flagged as unexpected.
 //!
-//! [`follow`] is the tick's sequence; each of its parts is a file of the folder.
+//! `follow.rs` is the tick's sequence; each of its parts is a file of the folder.
 
 mod advance;
 pub mod ahead;
