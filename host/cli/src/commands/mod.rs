@@ -5,6 +5,7 @@
 //! `Command` and an arm of its `run`.
 
 pub mod add;
+pub mod board;
 pub mod calibrate;
 pub mod check;
 pub mod compare;
@@ -22,6 +23,7 @@ pub mod score;
 pub mod simulate;
 pub mod stream;
 pub mod suggest;
+mod telemetry;
 
 use std::process::ExitCode;
 
@@ -74,6 +76,8 @@ enum Command {
     Lcp(lcp::Args),
     /// Score the predictor: lead times and false alarms for slip and drop, compared with simple thresholds
     Score(score::Args),
+    /// Set up, watch and check a board: info, load, sensors, tare, calibrate, monitor, selftest, log
+    Board(board::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
     Stream(stream::Args),
 }
@@ -97,6 +101,7 @@ impl Command {
             Command::Calibrate(args) => calibrate::run(args, output),
             Command::Lcp(args) => lcp::run(args, output),
             Command::Score(args) => score::run(args, output),
+            Command::Board(args) => board::run(args, output),
             Command::Stream(args) => stream::run(args, output),
         }
     }
