@@ -93,7 +93,8 @@ no-panic: firmware-g474 ## No panic can be reached from the control task
 	STICKSLIP_NO_PANIC_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re cargo test --test board no_panic:: -- --ignored
 
 cost: setup ## Instructions of the tick and its parts on the emulated board
-	cargo build -p stickslip-firmware --features cost --bin cost $(BOARD_BUILD)
+	cargo build -p stickslip-firmware --features cost --bin cost --target $(TARGET) --profile cost
+	@mkdir -p $(OUT) && cp target/$(TARGET)/cost/cost $(OUT)/cost
 	cargo run --release -p stickslip-lab -- cost --cases data/worst/*.json
 
 fuzz: setup ## Bytes that break the frame decoder, the predictor or a reader of files, looked for by coverage (FUZZ_SECONDS=60 each)

@@ -2,15 +2,25 @@
 //! clock only, and it alone feeds the watchdog.
 
 use embassy_time::{Duration, Instant, Timer};
+use stickslip_shared::on_board;
 use stickslip_shared::predictor::{HASH_START, Prediction, Predictor, flags, validity};
-use stickslip_shared::wire::{Mode, Sample, Source, StartRequest, TICK_US, TelemetryReport};
+use stickslip_shared::wire::{
+    GripLimits, Mode, Port, Recalled, Sample, Source, StartRequest, TICK_US, TelemetryReport, TickNote,
+};
+use stickslip_unit::alarm::Alarms;
+use stickslip_unit::bus::State;
+use stickslip_unit::fingers::Fingers;
+use stickslip_unit::grip::GripAdvice;
+use stickslip_unit::memory::Settings;
+use stickslip_unit::post_mortem::Recorder;
+use stickslip_unit::source::{WrenchSource, gauges};
 
-use crate::board::Gauges;
-use crate::board::current::{Watchdog, timer};
-use crate::gauges::GaugeSource;
-use crate::queues::{COMMANDS, Command, MODEL_CRC, REPORTS, SAMPLES, SPARE, set_mode};
+use crate::board::current::{AlarmLines, Watchdog, timer};
+use crate::board::{Gauges, SetAlarms};
+use crate::queues::{COMMANDS, Command, MODEL_CRC, OFFSETS, READINGS, REPORTS, SAMPLES, SPARE, set_mode};
+use crate::sensors::STATES;
 use crate::slot::Slot;
-use crate::source::{FingerSource, LinkSource, Next};
+use crate::source::{LinkSource, Next};
 use crate::stats::COUNTERS;
 
 /// Outside a run a report goes out every this many ticks: ten a second.
@@ -25,19 +35,65 @@ struct Run {
 /// State of the control task.
 pub struct Control<G: Gauges> {
     predictor: &'static mut Option<Predictor<f32>>,
-    gauges: GaugeSource<G>,
+    gauges: G,
+    channels: [gauges::Gauges; 2],
+    fingers: Fingers,
+    grip: GripAdvice,
+    lines: AlarmLines,
+    recorder: Recorder<'static>,
+    taring: bool,
     run: Option<Run>,
     report: TelemetryReport,
 }
 
 impl<G: Gauges> Control<G> {
     /// In the safe state: no model, no run.
-    pub fn new(predictor: &'static mut Option<Predictor<f32>>, gauges: G) -> Self {
+    pub fn new(
+        predictor: &'static mut Option<Predictor<f32>>,
+        gauges: G,
+        lines: AlarmLines,
+        recorder: Recorder<'static>,
+    ) -> Self {
         Self {
             predictor,
-            gauges: GaugeSource::new(gauges),
+            gauges,
+            channels: [gauges::Gauges::new(0), gauges::Gauges::new(1)],
+            fingers: Fingers::new(),
+            grip: GripAdvice::new(GripLimits::default()),
+            lines,
+            recorder,
+            taring: false,
             run: None,
             report: TelemetryReport { hash: HASH_START, prediction: nothing_yet(), ..Default::default() },
+        }
+    }
+
+    /// Takes over what was stored, and begins the run that begins by itself: after a reset in mid-grasp the unit
+    /// predicts again within some ticks. Before the first tick.
+    pub fn recall(&mut self, settings: &Settings, slot: &'static mut Slot, recalled: Recalled) {
+        // They passed the checks when they were read.
+        let _ = self.fingers.assign(&settings.sensors);
+        for (matrix, finger) in settings.matrix.iter().zip(0..) {
+            if let Some(matrix) = matrix {
+                self.fingers.calibrate(&stickslip_shared::wire::Calibration { finger, matrix: *matrix });
+            }
+        }
+        if recalled == Recalled::Done {
+            self.fingers.set_offsets(settings.offsets);
+        }
+        publish(self.fingers.offsets());
+        self.fingers.set_grasp(settings.grasp);
+        self.grip.set_limits(settings.grip.unwrap_or_default());
+        if slot.package.is_some() {
+            self.apply(Command::Install(slot));
+            set_mode(Mode::Ready);
+            let ready =
+                |request: &StartRequest| request.source == Source::Link || settings.check_ready().is_ok();
+            if let Some(request) = settings.start.filter(ready) {
+                self.apply(Command::Start(request));
+            }
+        } else {
+            let _ = SPARE.try_send(slot);
         }
     }
 
@@ -63,6 +119,7 @@ impl<G: Gauges> Control<G> {
     #[inline(never)]
     pub fn tick(&mut self, began: u32) {
         COUNTERS.ticks.add(1);
+        self.recorder.tick_begins(self.report.tick);
         self.obey();
         let running = self.run.is_some();
         let sample = self.sample();
@@ -70,7 +127,27 @@ impl<G: Gauges> Control<G> {
         if let Some(sample) = &sample {
             self.predict(sample);
         }
+        self.act(sample.as_ref(), running);
         self.tell(running, began);
+    }
+
+    /// Sets the alarm lines and the advised grip. Without a sample in a run what was predicted last is in doubt.
+    fn act(&mut self, sample: Option<&Sample>, running: bool) {
+        let prediction = &self.report.prediction;
+        let alarms = match sample {
+            Some(_) => Alarms::of(prediction),
+            None => Alarms { sure: false, ..Alarms::of(prediction) },
+        };
+        let alarms = if running { alarms } else { Alarms::default() };
+        if self.lines.set_alarms(alarms).is_err() {
+            defmt::error!("an alarm line cannot be set");
+        }
+        if let Some(sample) = sample {
+            let tick_s = TICK_US as f32 * 1e-6;
+            self.report.advised_grip_n = self.grip.follow(prediction, sample.grip_cmd_n, tick_s);
+        } else if !running {
+            self.report.advised_grip_n = None;
+        }
     }
 
     /// Applies the commands that wait.
@@ -95,18 +172,26 @@ impl<G: Gauges> Control<G> {
             if running {
                 COUNTERS.book(self.report.cost);
             }
+            if crate::board::current::HAS_CAN {
+                // The bus task sends the newest it gets; one that waits there is newer than none.
+                let _ = STATES.try_send(State::of(&self.report));
+            }
             if REPORTS.try_send(self.report).is_err() {
                 COUNTERS.reports_dropped.add(1);
             }
             self.report.seq = self.report.seq.wrapping_add(1);
         }
-        self.report.tick = self.report.tick.wrapping_add(1);
+        let TelemetryReport { tick, prediction, cost, .. } = self.report;
+        self.recorder.tick_ends(TickNote { tick, flags: prediction.flags, cost });
+        self.report.tick = tick.wrapping_add(1);
     }
 
     fn apply(&mut self, command: Command) {
         match command {
             Command::Install(slot) => {
-                install(slot, self.predictor, self.run.is_some());
+                if let Some(package) = slot.package.take() {
+                    on_board::install(package, self.predictor, self.run.is_some());
+                }
                 MODEL_CRC.store(slot.crc, core::sync::atomic::Ordering::Relaxed);
                 COUNTERS.model_swaps.add(1);
                 // One slot, one place: there is always room.
@@ -114,18 +199,28 @@ impl<G: Gauges> Control<G> {
             }
             Command::Plan(plan) => {
                 if let Some(predictor) = self.predictor {
-                    predictor.set_plan(plan);
+                    on_board::set_plan(predictor, plan);
                 }
             }
-            Command::Grip(force_n) => self.gauges.set_grip(force_n),
-            Command::Calibration(calibration) => self.gauges.calibrate(&calibration),
-            Command::Tare => self.gauges.tare(),
+            Command::Grip(force_n) => self.fingers.set_grip(force_n),
+            Command::Calibration(calibration) => self.fingers.calibrate(&calibration),
+            Command::Tare => {
+                self.fingers.tare();
+                self.taring = true;
+            }
+            Command::Sensors(sensors) => {
+                // Checked where it came in.
+                let _ = self.fingers.assign(&sensors);
+                publish(self.fingers.offsets());
+            }
+            Command::Grasp(grasp) => self.fingers.set_grasp(grasp),
+            Command::GripLimits(limits) => self.grip.set_limits(limits),
             Command::Start(request) => {
                 if let Some(predictor) = self.predictor {
-                    predictor.restart();
-                    predictor.set_trial(request.trial);
+                    on_board::begin(predictor, request.trial);
                 }
-                self.gauges.restart();
+                self.fingers.restart();
+                self.grip.restart();
                 self.report.hash = HASH_START;
                 self.report.taken = 0;
                 self.report.prediction = nothing_yet();
@@ -137,14 +232,24 @@ impl<G: Gauges> Control<G> {
     }
 
     fn sample(&mut self) -> Option<Sample> {
-        let Some(run) = &mut self.run else {
-            // Keeps a tare going.
-            let _ = self.gauges.poll();
-            return None;
-        };
+        // The low 32 bits of the clock, as on the line.
+        let now_us = Instant::now().as_micros() as u32;
+        self.read_sensors(now_us);
+        let run = self.run.as_mut()?;
+        self.report.at_us = now_us;
         let next = match run.request.source {
             Source::Link => run.link.next(),
-            Source::Gauges => self.gauges.next(),
+            Source::Unit => {
+                while let Some(sample) = SAMPLES.try_receive() {
+                    self.fingers.told(sample, now_us);
+                }
+                let sample = self.fingers.sample(now_us);
+                self.report.alone = self.fingers.is_alone();
+                if sample.finger.iter().any(Option::is_none) {
+                    COUNTERS.starved.add(1);
+                }
+                Next::Sample(sample)
+            }
         };
         match next {
             Next::Sample(sample) => {
@@ -160,6 +265,34 @@ impl<G: Gauges> Control<G> {
                 COUNTERS.starved.add(1);
                 None
             }
+        }
+    }
+
+    /// Takes what the sensors measured since the last tick; goes on with a tare.
+    fn read_sensors(&mut self, now_us: u32) {
+        let port = |finger: u8, fingers: &Fingers| {
+            fingers.sensors().any(|s| s.finger == finger && s.port == Port::Gauges)
+        };
+        let wired = [port(0, &self.fingers), port(1, &self.fingers)];
+        if wired != [false; 2]
+            && let Some(counts) = self.gauges.read()
+        {
+            for ((channels, finger), _) in
+                self.channels.iter_mut().zip(0..).zip(wired).filter(|(_, wired)| *wired)
+            {
+                if let Some(reading) = channels.take(&counts, now_us) {
+                    self.fingers.take(Port::Gauges, finger, reading);
+                }
+            }
+        }
+        while let Some((port, finger, reading)) = READINGS.try_receive() {
+            if !self.fingers.take(port, finger, reading) {
+                COUNTERS.readings_dropped.add(1);
+            }
+        }
+        if self.taring && !self.fingers.is_taring() {
+            self.taring = false;
+            publish(self.fingers.offsets());
         }
     }
 
@@ -182,24 +315,19 @@ impl<G: Gauges> Control<G> {
     }
 }
 
+/// Hands the link what counts as no load, for the memory.
+fn publish(offsets: [[f32; 6]; 2]) {
+    critical_section::with(|cs| OFFSETS.borrow(cs).set(offsets));
+}
+
 /// Before the first sample: nothing is known, so that the flags, all down, cannot be relied on.
 fn nothing_yet() -> Prediction {
     Prediction { flags: flags::UNSURE, validity: validity::WAITING, ..Prediction::default() }
-}
-
-/// A predictor of the model in the slot, in place of the one before. In a run it goes on: with the plan,
-/// the friction learnt and the object.
-fn install(slot: &mut Slot, place: &mut Option<Predictor<f32>>, running: bool) {
-    let Some((scene, model, limits)) = slot.package.take() else { return };
-    match place {
-        Some(predictor) if running => predictor.swap(scene, model, limits),
-        _ => *place = Some(Predictor::of_valid(scene, model, limits)),
-    }
 }
 
 /// The predictor's tick.
 // A function of its own: `make no-panic` follows its calls.
 #[inline(never)]
 fn predict(predictor: &mut Predictor<f32>, sample: &Sample) -> Prediction {
-    predictor.take(sample)
+    on_board::take(predictor, sample)
 }

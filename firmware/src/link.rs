@@ -7,12 +7,16 @@ use postcard_rpc::{Endpoint, Topic};
 use serde::Serialize;
 use stickslip_shared::wire::frame::{Frame, FrameError, FrameReader, MAX_LINE, encode};
 use stickslip_shared::wire::sequence::{Order, Sequence};
-use stickslip_shared::wire::{self, Answer, Info, Mode, Refusal, ResetCause, Sample, Source};
+use stickslip_shared::wire::{
+    self, Answer, ClockReading, Info, Mode, Port, PostMortem, Recalled, Refusal, ResetCause, Sample, Source,
+};
+use stickslip_unit::memory::Settings;
 
 use crate::board::current as board;
-use crate::gauges::{check_calibrated, note_calibrated};
-use crate::queues::{ANSWERS, COMMANDS, Command, MODEL_CRC, REPORTS, SAMPLES, SPARE, mode};
+use crate::queues::{ANSWERS, COMMANDS, Command, MODEL_CRC, OFFSETS, REPORTS, SAMPLES, SPARE, mode};
+use crate::slot::Slot;
 use crate::stats::COUNTERS;
+use crate::stored::Stored;
 use crate::upload::Upload;
 
 /// State of the receiving task.
@@ -21,12 +25,38 @@ pub struct Link {
     sequence: Sequence,
     reset_cause: ResetCause,
     boots: u32,
+    post_mortem: Option<PostMortem>,
+    stored: Stored,
+    recalled: Recalled,
+    /// As commanded so far; the control task has the same.
+    settings: Settings,
 }
 
 impl Link {
     /// After a start of the processor.
-    pub fn new(reset_cause: ResetCause, boots: u32) -> Self {
-        Self { upload: Upload::default(), sequence: Sequence::default(), reset_cause, boots }
+    pub fn new(reset_cause: ResetCause, boots: u32, post_mortem: Option<PostMortem>, stored: Stored) -> Self {
+        Self {
+            upload: Upload::default(),
+            sequence: Sequence::default(),
+            reset_cause,
+            boots,
+            post_mortem,
+            stored,
+            recalled: Recalled::NoMemory,
+            settings: Settings::default(),
+        }
+    }
+
+    /// Reads what was stored, the model into `slot`.
+    pub fn recall(&mut self, slot: &mut Slot) -> Recalled {
+        (self.settings, self.recalled) = self.stored.recall(&mut self.upload, slot);
+        crate::sensors::assign(&self.settings.sensors);
+        self.recalled
+    }
+
+    /// As commanded so far.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
     }
 
     /// Receives for ever.
@@ -77,18 +107,66 @@ impl Link {
             })
             .await;
         } else if key == wire::SetCalibration::REQ_KEY {
-            self.command::<wire::SetCalibration>(frame, |_, calibration| {
+            self.command::<wire::SetCalibration>(frame, |link, calibration| {
                 wire::check::calibration(&calibration)?;
                 queue(Command::Calibration(calibration))?;
-                note_calibrated(calibration.finger);
+                if let Some(matrix) = link.settings.matrix.get_mut(usize::from(calibration.finger)) {
+                    *matrix = Some(calibration.matrix);
+                }
                 Ok(())
             })
             .await;
         } else if key == wire::Tare::REQ_KEY {
-            self.command::<wire::Tare>(frame, |_, ()| {
-                if board::HAS_GAUGES { queue(Command::Tare) } else { Err(Refusal::NoGauges) }
+            self.command::<wire::Tare>(frame, |link, ()| {
+                let Some(first) = (0..2).find(|k| !link.settings.sensors.iter().any(|s| s.finger == *k))
+                else {
+                    return queue(Command::Tare);
+                };
+                Err(Refusal::NoSensor { finger: first })
             })
             .await;
+        } else if key == wire::SetSensors::REQ_KEY {
+            self.command::<wire::SetSensors>(frame, |link, sensors| {
+                idle()?;
+                if !sensors.iter().all(|s| has_port(s.port)) {
+                    return Err(Refusal::NoPort);
+                }
+                stickslip_unit::fingers::check_sensors(&sensors)?;
+                queue(Command::Sensors(sensors.clone()))?;
+                crate::sensors::assign(&sensors);
+                link.settings.assign(&sensors)
+            })
+            .await;
+        } else if key == wire::SetGrasp::REQ_KEY {
+            self.command::<wire::SetGrasp>(frame, |link, grasp| {
+                grasp.as_ref().map_or(Ok(()), wire::check::grasp)?;
+                queue(Command::Grasp(grasp))?;
+                link.settings.grasp = grasp;
+                Ok(())
+            })
+            .await;
+        } else if key == wire::SetGripLimits::REQ_KEY {
+            self.command::<wire::SetGripLimits>(frame, |link, limits| {
+                wire::check::grip_limits(&limits)?;
+                queue(Command::GripLimits(limits))?;
+                link.settings.grip = Some(limits);
+                Ok(())
+            })
+            .await;
+        } else if key == wire::SetUnit::REQ_KEY {
+            self.command::<wire::SetUnit>(frame, |link, number| {
+                link.settings.unit = number;
+                Ok(())
+            })
+            .await;
+        } else if key == wire::Store::REQ_KEY {
+            self.command::<wire::Store>(frame, |link, start| link.store(start)).await;
+        } else if key == wire::Forget::REQ_KEY {
+            self.command::<wire::Forget>(frame, |link, ()| idle().and_then(|()| link.stored.forget())).await;
+        } else if key == wire::ReadClock::REQ_KEY {
+            let received_us = embassy_time::Instant::now().as_micros();
+            let reading = ClockReading { received_us, sent_us: embassy_time::Instant::now().as_micros() };
+            answer::<wire::ReadClock>(frame.seq, &reading).await;
         } else if key == wire::Start::REQ_KEY {
             self.command::<wire::Start>(frame, |link, request| link.start(request)).await;
         } else if key == wire::Stop::REQ_KEY {
@@ -142,13 +220,28 @@ impl Link {
         match (mode(), request.source) {
             (Mode::Safe, _) => return Err(Refusal::NoModel),
             (Mode::Running, _) => return Err(Refusal::Busy),
-            (Mode::Ready, Source::Gauges) if !board::HAS_GAUGES => return Err(Refusal::NoGauges),
-            (Mode::Ready, Source::Gauges) => check_calibrated()?,
+            (Mode::Ready, Source::Unit) => self.settings.check_ready()?,
             (Mode::Ready, Source::Link) => {}
         }
         COUNTERS.samples_unasked.add(u32::try_from(SAMPLES.clear()).unwrap_or(u32::MAX));
         self.sequence = Sequence::default();
         queue(Command::Start(request))
+    }
+
+    /// Stores what was set, with the run that is to begin by itself.
+    fn store(&mut self, start: Option<wire::StartRequest>) -> Answer {
+        idle()?;
+        if let Some(start) = &start {
+            wire::check::start(start)?;
+            if start.source == Source::Unit {
+                self.settings.check_ready()?;
+            }
+        }
+        self.settings.start = start;
+        self.settings.offsets = critical_section::with(|cs| OFFSETS.borrow(cs).get());
+        self.stored.store(&self.settings, &self.upload)?;
+        self.recalled = Recalled::Done;
+        Ok(())
     }
 
     fn commit(&mut self, commit: &wire::ModelCommit) -> Answer {
@@ -187,11 +280,28 @@ impl Link {
             contacts: stickslip_shared::contact::SLOTS as u16,
             model_bytes: wire::MAX_MODEL_BYTES as u16,
             gauges: board::HAS_GAUGES,
+            unit: self.settings.unit,
+            recalled: self.recalled,
+            post_mortem: self.post_mortem,
             mode,
             reset_cause: self.reset_cause,
             boots: self.boots,
             model_crc: (mode != Mode::Safe).then_some(crc),
         }
+    }
+}
+
+/// # Errors
+/// A run goes on.
+fn idle() -> Answer {
+    if mode() == Mode::Running { Err(Refusal::Busy) } else { Ok(()) }
+}
+
+fn has_port(port: Port) -> bool {
+    match port {
+        Port::Gauges => board::HAS_GAUGES,
+        Port::Ft300 => board::HAS_SERIAL_SENSOR,
+        Port::Ati { .. } | Port::Can => board::HAS_CAN,
     }
 }
 

@@ -1,14 +1,19 @@
 //! What the two priorities hand each other. The control task only ever tries: a full
 //! queue costs a counted loss, not time.
 
+use core::cell::Cell;
 use core::sync::atomic::{AtomicU8, Ordering};
 
+use critical_section::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use heapless::Vec;
 use stickslip_shared::predictor::Plan;
 use stickslip_shared::wire::frame::MAX_LINE;
-use stickslip_shared::wire::{Calibration, Mode, SAMPLE_QUEUE, Sample, StartRequest, TelemetryReport};
+use stickslip_shared::wire::{
+    Calibration, Grasp, GripLimits, Mode, Port, SAMPLE_QUEUE, Sample, Sensors, StartRequest, TelemetryReport,
+};
+use stickslip_unit::source::Reading;
 
 use crate::queue::Queue;
 use crate::slot::Slot;
@@ -21,10 +26,16 @@ pub enum Command {
     Plan(Plan),
     /// Grip set-point, N.
     Grip(f32),
-    /// Of one finger's gauges.
+    /// Of one finger's sensor.
     Calibration(Calibration),
-    /// Take the gauges' present readings for no load.
+    /// Take the sensors' present readings for no load.
     Tare,
+    /// Which sensor measures which finger.
+    Sensors(Sensors),
+    /// Poses without a host.
+    Grasp(Option<Grasp>),
+    /// Within what the grip is advised.
+    GripLimits(GripLimits),
     /// Begin a run.
     Start(StartRequest),
     /// End it.
@@ -33,6 +44,8 @@ pub enum Command {
 
 /// Samples from the host.
 pub static SAMPLES: Queue<Sample, SAMPLE_QUEUE> = Queue::new();
+/// Readings of sensors that are not read by the tick itself, each with its port and finger.
+pub static READINGS: Queue<(Port, u8, Reading), 16> = Queue::new();
 /// Commands from the host.
 pub static COMMANDS: Queue<Command, 4> = Queue::new();
 /// Reports to the host.
@@ -41,6 +54,9 @@ pub static REPORTS: Queue<TelemetryReport, 8> = Queue::new();
 pub static ANSWERS: Channel<CriticalSectionRawMutex, Vec<u8, MAX_LINE>, 4> = Channel::new();
 /// The slot, while no model waits in it.
 pub static SPARE: Queue<&'static mut Slot, 1> = Queue::new();
+
+/// What counts as no load on each finger, by the sensors' numbers: set by the control task when a tare ends.
+pub static OFFSETS: Mutex<Cell<[[f32; 6]; 2]>> = Mutex::new(Cell::new([[0.0; 6]; 2]));
 
 static MODE: AtomicU8 = AtomicU8::new(0);
 /// CRC-32 of the model in use; meaningful where the mode is not `Safe`.

@@ -1,14 +1,9 @@
-//! Where a tick's sample comes from: the host (replay) or the board's own gauges.
+//! The tick's sample of a run whose samples the host sends. Of a run on the unit's own sensors it is
+//! [`stickslip_unit::fingers`] that makes it.
 
 use stickslip_shared::wire::{Sample, StartRequest};
 
 use crate::queues::SAMPLES;
-
-/// One sample a tick.
-pub trait FingerSource {
-    /// The sample for this tick; `None` where there is none.
-    fn next(&mut self) -> Next;
-}
 
 /// What a source has for a tick.
 pub enum Next {
@@ -36,10 +31,9 @@ impl LinkSource {
     pub fn new(request: &StartRequest) -> Self {
         Self { prefill: usize::from(request.prefill), begun: false, waited: 0 }
     }
-}
 
-impl FingerSource for LinkSource {
-    fn next(&mut self) -> Next {
+    /// The sample for this tick.
+    pub fn next(&mut self) -> Next {
         if !self.begun && SAMPLES.len() < self.prefill.max(1) {
             self.waited = self.waited.saturating_add(u8::from(!SAMPLES.is_empty()));
             if self.waited < PATIENCE {

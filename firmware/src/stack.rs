@@ -16,6 +16,41 @@ unsafe extern "C" {
     static _ram_start: u32;
 }
 
+/// Bytes above the static memory that the stack may not touch: what a handler that meets it puts on the stack lies in them
+/// and spares the variables below.
+const GUARD: usize = 256;
+
+/// Where the guard begins: a region of the memory protection unit is aligned to its size.
+fn guard_start() -> usize {
+    ((&raw const _stack_end) as usize).next_multiple_of(GUARD)
+}
+
+/// From now on a stack that grows into the guard is a fault, not silent damage.
+pub fn guard() {
+    // SAFETY: called once, before anything runs; the region holds nothing.
+    unsafe {
+        let mpu = &*cortex_m::peripheral::MPU::PTR;
+        mpu.rnr.write(0);
+        mpu.rbar.write(guard_start() as u32);
+        // No access, no execution; the size is two to the power of seven and one.
+        mpu.rasr.write(1 << 28 | 7 << 1 | 1);
+        // Elsewhere the map is as without the unit; not while a hard fault is handled.
+        mpu.ctrl.write(0b101);
+    }
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
+}
+
+/// Whether the fault that is handled came of the guard.
+pub fn met_guard() -> bool {
+    // SAFETY: reading a status has no effect.
+    let scb = unsafe { &*cortex_m::peripheral::SCB::PTR };
+    let (status, address) = (scb.cfsr.read(), scb.mmfar.read() as usize);
+    // Bit 4: while a frame was put on the stack; bit 7: the address is known.
+    status & 1 << 4 != 0
+        || (status & 1 << 7 != 0 && (guard_start()..guard_start() + GUARD).contains(&address))
+}
+
 /// Bytes below the stack's end: variables, buffers, tasks.
 pub fn static_bytes() -> u32 {
     let (bottom, end) = (&raw const _ram_start, &raw const _stack_end);
@@ -24,8 +59,8 @@ pub fn static_bytes() -> u32 {
 
 /// Bytes used at the deepest since reset.
 pub fn depth_bytes() -> u32 {
-    let (top, bottom) = (&raw const _stack_start, &raw const _stack_end);
-    let words = ((top as usize).saturating_sub(bottom as usize) / 4).min(MOST_WORDS);
+    let (top, bottom) = (&raw const _stack_start, guard_start() + GUARD);
+    let words = ((top as usize).saturating_sub(bottom) / 4).min(MOST_WORDS);
     // SAFETY: memory between the ends of the stack that the linker script gives; words below
     // the present one do not change, those above are only compared.
     let painted = (0..words).take_while(|k| unsafe { top.sub(words - k).read_volatile() } == PAINT).count();

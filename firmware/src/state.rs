@@ -3,27 +3,46 @@
 
 use static_cell::StaticCell;
 use stickslip_shared::predictor::Predictor;
-use stickslip_shared::wire::ResetCause;
+use stickslip_shared::wire::{PostMortem, ResetCause};
 
-use crate::board::current::Channels;
+use stickslip_unit::post_mortem::Recorder;
+
+use crate::board::current::{AlarmLines, Channels, Flash};
 use crate::control::Control;
 use crate::link::Link;
-use crate::queues::SPARE;
 use crate::slot::Slot;
+use crate::stored::Stored;
 
-/// State of the control task and of the link after a start of the processor, the slot of the next
-/// model spare. To be called once.
+/// What the processor's start tells.
+pub struct Started {
+    /// Why.
+    pub cause: ResetCause,
+    /// Starts since power-on.
+    pub boots: u32,
+    /// What went before.
+    pub post_mortem: Option<PostMortem>,
+    /// The next record.
+    pub recorder: Recorder<'static>,
+}
+
+/// State of the control task and of the link after a start of the processor, with what was stored taken over.
+/// To be called once.
 #[inline]
 pub fn init(
     gauges: Channels,
-    reset_cause: ResetCause,
-    boots: u32,
+    lines: AlarmLines,
+    flash: Option<Flash>,
+    started: Started,
 ) -> (&'static mut Control<Channels>, &'static mut Link) {
     static SLOT: StaticCell<Slot> = StaticCell::new();
     static PREDICTOR: StaticCell<Option<Predictor<f32>>> = StaticCell::new();
     static CONTROL: StaticCell<Control<Channels>> = StaticCell::new();
     static LINK: StaticCell<Link> = StaticCell::new();
-    let _ = SPARE.try_send(SLOT.init(Slot::new()));
-    let control = CONTROL.init(Control::new(PREDICTOR.init(None), gauges));
-    (control, LINK.init(Link::new(reset_cause, boots)))
+    let Started { cause, boots, post_mortem, recorder } = started;
+    let slot = SLOT.init(Slot::new());
+    let control = CONTROL.init(Control::new(PREDICTOR.init(None), gauges, lines, recorder));
+    let link = LINK.init(Link::new(cause, boots, post_mortem, Stored::new(flash)));
+    let recalled = link.recall(slot);
+    control.recall(link.settings(), slot, recalled);
+    (control, link)
 }

@@ -46,6 +46,8 @@ pub struct Counters {
     pub model_swaps: Counter,
     pub solver_marks: Counter,
     pub sensor_marks: Counter,
+    pub readings_damaged: Counter,
+    pub readings_dropped: Counter,
     /// Ticks of runs, sum and largest of their costs.
     cost: Mutex<Cell<(u32, u64, u32)>>,
 }
@@ -71,6 +73,8 @@ pub static COUNTERS: Counters = Counters {
     model_swaps: Counter::new(),
     solver_marks: Counter::new(),
     sensor_marks: Counter::new(),
+    readings_damaged: Counter::new(),
+    readings_dropped: Counter::new(),
     cost: Mutex::new(Cell::new((0, 0, 0))),
 };
 
@@ -111,6 +115,8 @@ impl Counters {
             model_swaps: self.model_swaps.get(),
             solver_marks: self.solver_marks.get(),
             sensor_marks: self.sensor_marks.get(),
+            readings_damaged: self.readings_damaged.get(),
+            readings_dropped: self.readings_dropped.get(),
             stack_bytes: crate::stack::depth_bytes(),
             static_bytes: crate::stack::static_bytes(),
         }

@@ -1,7 +1,7 @@
 //! A model that arrives in pieces: collected, checked as a whole, then decoded.
 
 use heapless::Vec;
-use stickslip_shared::predictor::{validate, validate_limits};
+use stickslip_shared::on_board;
 use stickslip_shared::wire::frame::crc32;
 use stickslip_shared::wire::package::decode;
 use stickslip_shared::wire::{MAX_MODEL_BYTES, ModelChunk, ModelCommit, ModelPackage, Refusal};
@@ -43,12 +43,36 @@ impl Upload {
         if received != commit.crc {
             return Err(Refusal::Crc { received });
         }
-        let package = decode(&self.bytes).ok_or(Refusal::Undecodable)?;
-        let (scene, model, limits) = &package;
-        validate(scene, model).and_then(|()| validate_limits(limits)).map_err(Refusal::Model)?;
-        *place = Some(package);
+        *place = Some(checked(&self.bytes)?);
         Ok(())
     }
+
+    /// A model that was stored, as if it had been sent; its checksum.
+    ///
+    /// # Errors
+    /// As [`Self::commit`].
+    pub fn of_memory(&mut self, bytes: &[u8], place: &mut Option<ModelPackage>) -> Result<u32, Refusal> {
+        *place = Some(checked(bytes)?);
+        self.bytes.clear();
+        Ok(crc32(bytes))
+    }
+
+    /// What was received.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Checksum of what was received.
+    pub fn crc(&self) -> u32 {
+        crc32(&self.bytes)
+    }
+}
+
+#[inline(never)]
+fn checked(bytes: &[u8]) -> Result<ModelPackage, Refusal> {
+    let package = decode(bytes).ok_or(Refusal::Undecodable)?;
+    on_board::check(&package).map_err(Refusal::Model)?;
+    Ok(package)
 }
 
 fn short(length: usize) -> u16 {

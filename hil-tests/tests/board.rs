@@ -11,6 +11,8 @@ mod tests {
     use stickslip_shared::selftest::{self, hostile};
     use stickslip_shared::wire::frame::{FrameError, FrameReader, MAX_LINE, crc32, encode};
     use stickslip_shared::wire::{self, ModelChunk, ModelCommit, Refusal};
+    use stickslip_unit::source::WrenchSource;
+    use stickslip_unit::source::ft300::{Ft300, TRANSMISSION_US};
 
     #[test]
     fn predictor_gives_the_bits_of_the_host_without_look_ahead() {
@@ -74,6 +76,35 @@ mod tests {
         assert_eq!(upload.commit(&wrong, &mut None).err(), Some(Refusal::Crc { received: crc }));
         let garbage = ModelCommit { length: 8, crc };
         assert_eq!(upload.commit(&garbage, &mut None).err(), Some(Refusal::Undecodable));
+    }
+
+    #[test]
+    fn a_frame_of_the_serial_sensor_is_read_on_the_board() {
+        // 1, -1 and 0 N, 1, 0 and -1 N m, with the checksum that a Modbus master of another make gives.
+        const FRAME: [u8; 16] =
+            [0x20, 0x4e, 0x64, 0x00, 0x9c, 0xff, 0x00, 0x00, 0xe8, 0x03, 0x00, 0x00, 0x18, 0xfc, 0xc9, 0x3f];
+        let mut source = Ft300::default();
+        let mut readings = FRAME.iter().filter_map(|byte| source.take(*byte, 100_000));
+        let reading = readings.next().unwrap();
+        assert_eq!(reading.values, [1.0, -1.0, 0.0, 1.0, 0.0, -1.0]);
+        assert_eq!(reading.at_us, 100_000 - TRANSMISSION_US);
+    }
+
+    #[test]
+    #[cfg(feature = "nucleo-g474re")]
+    fn a_frame_comes_back_through_the_can_controllers_loopback() {
+        use stickslip_firmware::board::current::loopback;
+        use stickslip_firmware::sensors::Bus;
+        let mut bus = loopback();
+        for sent in [&[1_u8, 2, 3][..], &[7; 24]] {
+            let mut data = [0; 64];
+            let got = embassy_futures::block_on(async {
+                bus.write(0x120, sent).await;
+                bus.read(&mut data).await
+            });
+            assert_eq!(got, Some((0x120, sent.len())));
+            assert_eq!(&data[..sent.len()], sent);
+        }
     }
 
     #[test]

@@ -20,7 +20,7 @@ pub use table::*;
 include!(concat!(env!("OUT_DIR"), "/source.rs"));
 
 /// Changes when frames of the two sides no longer fit.
-pub const PROTOCOL: u16 = 4;
+pub const PROTOCOL: u16 = 5;
 /// Longest body of a frame, bytes.
 pub const MAX_BODY: usize = 320;
 /// Time from one tick to the next.
@@ -36,6 +36,10 @@ mod table {
 
     /// Answer to a command.
     pub type Answer = Result<(), Refusal>;
+    /// Poses without a host; `None`: there are none, and without a host there is no prediction.
+    pub type MaybeGrasp = Option<Grasp>;
+    /// The run that begins by itself after a start; `None`: the unit waits for a host.
+    pub type MaybeStart = Option<StartRequest>;
 
     endpoints! {
         list = ENDPOINTS;
@@ -50,6 +54,13 @@ mod table {
         | SetGrip           | f32          | Answer     | "stickslip/grip"         |
         | SetCalibration    | Calibration  | Answer     | "stickslip/calibration"  |
         | Tare              | ()           | Answer     | "stickslip/tare"         |
+        | SetSensors     | Sensors      | Answer     | "stickslip/sensors"      |
+        | SetGrasp       | MaybeGrasp   | Answer     | "stickslip/grasp"        |
+        | SetGripLimits  | GripLimits   | Answer     | "stickslip/griplimits"   |
+        | SetUnit        | u32          | Answer     | "stickslip/unit"         |
+        | Store          | MaybeStart   | Answer     | "stickslip/store"        |
+        | Forget         | ()           | Answer     | "stickslip/forget"       |
+        | ReadClock      | ()           | ClockReading | "stickslip/clock"        |
         | Start             | StartRequest | Answer     | "stickslip/start"        |
         | Stop              | ()           | Answer     | "stickslip/stop"         |
         | ResetBoard        | ()           | Answer     | "stickslip/reset"        |

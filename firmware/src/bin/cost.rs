@@ -258,7 +258,7 @@ fn depth(lowest: *mut u32) -> usize {
 
 #[entry]
 fn main() -> ! {
-    let _board = board::init();
+    let _board = board::init(false);
     let million = calibrate();
     let around = critical_section::with(|cs| MARKS.borrow(cs).borrow().around);
     print(format_args!("million {million} {around}"));

@@ -1,6 +1,6 @@
 //! Hours of virtual time with everything going wrong at once: the application of the
 //! emulated board with a line that loses, doubles, swaps and damages samples, sends garbage,
-//! bursts and bad commands, swaps models while running, and a host that stops reading for
+//! bursts and bad commands, swaps models while running, stores settings between runs, and a host that stops reading for
 //! seconds; sensors that stick, saturate, fall out and give NaN.
 //!
 //! What is done to the board is counted here, independently of the board's own counts, and
@@ -23,9 +23,11 @@ use static_cell::StaticCell;
 use stickslip_firmware::board::current as board;
 use stickslip_firmware::control::Control;
 use stickslip_firmware::link::{self, Link};
+use stickslip_firmware::post_mortem;
 use stickslip_firmware::queues::SAMPLES;
+use stickslip_firmware::stack;
 use stickslip_firmware::stack::BUDGET_BYTES;
-use stickslip_firmware::state;
+use stickslip_firmware::state::{self, Started};
 use stickslip_firmware::stats::COUNTERS;
 use stickslip_shared::predictor::{Intent, Plan, Segment};
 use stickslip_shared::selftest::push;
@@ -211,6 +213,7 @@ impl Host {
             // Between two runs, some ticks apart: the board takes commands at its tick.
             750 => self.request::<wire::Stop>(&()),
             753 => self.model(),
+            757 => self.request::<wire::Store>(&None),
             760 => self.request::<wire::SetPlan>(&plan()),
             763 => {
                 let start = StartRequest {
@@ -288,17 +291,28 @@ impl Host {
     }
 
     fn bad_command(&mut self) {
-        match self.draw.next() % 4 {
+        match self.draw.next() % 8 {
             0 => self.request::<wire::SetGrip>(&f32::NAN),
             1 => self.request::<wire::Tare>(&()),
             2 => {
-                let start = StartRequest { source: Source::Gauges, trial: 0.0, prefill: 200, length: None };
+                let start = StartRequest { source: Source::Unit, trial: 0.0, prefill: 200, length: None };
                 self.request::<wire::Start>(&start);
             }
-            _ => {
+            3 => {
                 let commit = ModelCommit { length: 1, crc: 0 };
                 self.request::<wire::CommitModel>(&commit);
             }
+            4 => {
+                let singular = wire::Calibration { finger: 1, matrix: [[1.0; 6]; 6] };
+                self.request::<wire::SetCalibration>(&singular);
+            }
+            5 => {
+                let limits = wire::GripLimits { rise_n_s: f32::NAN, ..wire::GripLimits::default() };
+                self.request::<wire::SetGripLimits>(&limits);
+            }
+            // Flash is not written in a run.
+            6 => self.request::<wire::Store>(&None),
+            _ => self.request::<wire::Forget>(&()),
         }
         count(&DONE.refused);
     }
@@ -545,8 +559,11 @@ fn argument() -> Option<u32> {
 /// Brings everything up; its stack is free again before anything runs.
 #[inline(never)]
 fn start() {
-    let board = board::init();
-    let (app, link) = state::init(board.gauges, board.reset_cause, board.boots);
+    stack::guard();
+    let (recorder, post_mortem, boots) = post_mortem::begin();
+    let board = board::init(post_mortem.is_some());
+    let started = Started { cause: board.reset_cause, boots, post_mortem, recorder };
+    let (app, link) = state::init(board.gauges, board.alarms, board.flash, started);
     let upper = board::control_executor();
     let lower = board::communication_executor();
     let ticks = argument().unwrap_or(TICKS);

@@ -24,8 +24,14 @@ use embassy_sync::waitqueue::AtomicWaker;
 use embassy_time_driver::{Driver, time_driver_impl};
 use embassy_time_queue_utils::Queue;
 
+use embedded_hal::digital::{ErrorType, OutputPin};
+use embedded_storage_async::nor_flash::{self, NorFlash, ReadNorFlash};
+use stickslip_unit::alarm::Lines;
+
 use super::{Gauges, ResetCause, mailbox};
 use crate::stats::COUNTERS;
+use crate::{post_mortem, stack};
+use stickslip_shared::wire::Ending;
 
 /// Name that the board reports.
 pub const NAME: &str = "mps2-an386";
@@ -33,6 +39,12 @@ pub const NAME: &str = "mps2-an386";
 pub const TIMER_HZ: u32 = 25_000_000;
 /// Whether strain gauges are wired to this board.
 pub const HAS_GAUGES: bool = false;
+/// Whether a sensor with a serial line may be wired to this board.
+pub const HAS_SERIAL_SENSOR: bool = false;
+/// Whether the board has CAN-FD.
+pub const HAS_CAN: bool = false;
+/// Where in its flash settings are stored.
+pub const MEMORY: core::ops::Range<u32> = 0..FLASH_BYTES as u32;
 
 /// Interrupts in use. The two highest are free on this board and carry the executors.
 #[derive(Clone, Copy)]
@@ -239,6 +251,90 @@ impl Gauges for Channels {
     }
 }
 
+/// A line that is a bit in memory: QEMU's board has no pins.
+pub struct MemoryPin(u32);
+
+/// The lines as they were last set, bit 0 slip, 1 drop, 2 sure.
+pub static ALARM_BITS: AtomicU32 = AtomicU32::new(0);
+
+impl ErrorType for MemoryPin {
+    type Error = Infallible;
+}
+
+impl OutputPin for MemoryPin {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        ALARM_BITS.fetch_and(!self.0, Ordering::Relaxed);
+        Ok(())
+    }
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        ALARM_BITS.fetch_or(self.0, Ordering::Relaxed);
+        Ok(())
+    }
+}
+
+/// Alarm lines.
+pub type AlarmLines = Lines<MemoryPin, MemoryPin, MemoryPin>;
+
+const FLASH_PAGE: usize = 2048;
+const FLASH_BYTES: usize = 8 * FLASH_PAGE;
+/// It is flash once it was erased: a mark stands before it.
+const FLASH_MARK: u32 = 0x464c_4153;
+
+/// Memory that a reset leaves alone, in the place of flash: pages of 2 KiB and words of 8 bytes as of the real board.
+#[unsafe(link_section = ".uninit.FLASH")]
+static mut FLASH: MaybeUninit<(u32, [u8; FLASH_BYTES])> = MaybeUninit::uninit();
+
+/// Emulated flash.
+pub struct Flash(&'static mut [u8; FLASH_BYTES]);
+
+impl Flash {
+    /// To be called once.
+    fn take() -> Self {
+        // SAFETY: called once; every bit pattern is a number or a byte.
+        let (mark, bytes) = unsafe { &mut *(&raw mut FLASH).cast::<(u32, [u8; FLASH_BYTES])>() };
+        if *mark != FLASH_MARK {
+            (*mark, *bytes) = (FLASH_MARK, [0xff; FLASH_BYTES]);
+        }
+        Self(bytes)
+    }
+
+    fn part(&mut self, from: u32, length: usize) -> Result<&mut [u8], nor_flash::NorFlashErrorKind> {
+        let from = from as usize;
+        self.0.get_mut(from..from.saturating_add(length)).ok_or(nor_flash::NorFlashErrorKind::OutOfBounds)
+    }
+}
+
+impl nor_flash::ErrorType for Flash {
+    type Error = nor_flash::NorFlashErrorKind;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
+        bytes.copy_from_slice(self.part(offset, bytes.len())?);
+        Ok(())
+    }
+    fn capacity(&self) -> usize {
+        FLASH_BYTES
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = 8;
+    const ERASE_SIZE: usize = FLASH_PAGE;
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
+        self.part(from, to.saturating_sub(from) as usize)?.fill(0xff);
+        Ok(())
+    }
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
+        // Flash only clears bits.
+        for (old, new) in self.part(offset, bytes.len())?.iter_mut().zip(bytes) {
+            *old &= new;
+        }
+        Ok(())
+    }
+}
+
 /// Fed by the control task only.
 pub struct Watchdog;
 
@@ -266,31 +362,17 @@ pub struct Board {
     pub tx: Tx,
     /// Strain gauges.
     pub gauges: Channels,
+    /// Alarm lines.
+    pub alarms: AlarmLines,
+    /// For settings.
+    pub flash: Option<Flash>,
     /// Why the processor started.
     pub reset_cause: ResetCause,
-    /// Starts since power-on, as far as memory kept.
-    pub boots: u32,
 }
 
-/// Survives a reset, not a loss of power: a mark, and the starts since it was set.
-#[unsafe(link_section = ".uninit.BOOTS")]
-static mut BOOTS: MaybeUninit<[u32; 2]> = MaybeUninit::uninit();
-const MARK: u32 = 0x57_1c_51_1b;
-
-/// Brings up clock and link.
-pub fn init() -> Board {
-    // SAFETY: runs once, before any interrupt is enabled; every bit pattern is a `u32`.
-    let (boots, reset_cause) = unsafe {
-        let kept = (&raw mut BOOTS).cast::<[u32; 2]>();
-        let [mark, boots] = kept.read_volatile();
-        let (boots, cause) = if mark == MARK {
-            (boots.wrapping_add(1), ResetCause::WatchdogOrSoftware)
-        } else {
-            (1, ResetCause::PowerOn)
-        };
-        kept.write_volatile([MARK, boots]);
-        (boots, cause)
-    };
+/// Brings up clock and link; `restarted`: memory survived the start.
+pub fn init(restarted: bool) -> Board {
+    let reset_cause = if restarted { ResetCause::WatchdogOrSoftware } else { ResetCause::PowerOn };
     TIMER0.write(T_RELOAD, u32::MAX);
     TIMER0.write(T_VALUE, u32::MAX);
     TIMER0.write(T_CTRL, T_ENABLE | T_IRQ_ENABLE);
@@ -310,7 +392,15 @@ pub fn init() -> Board {
     if carrier == Carrier::Memory {
         mailbox::take();
     }
-    Board { rx: Rx(carrier), tx: Tx(carrier), gauges: Channels, reset_cause, boots }
+    let alarms = Lines { slip: MemoryPin(1), drop: MemoryPin(2), sure: MemoryPin(4) };
+    Board {
+        rx: Rx(carrier),
+        tx: Tx(carrier),
+        gauges: Channels,
+        alarms,
+        flash: Some(Flash::take()),
+        reset_cause,
+    }
 }
 
 /// Waits for an interrupt. With the host at the line instructions go on, so that time is
@@ -388,6 +478,8 @@ unsafe fn DefaultHandler(irqn: i16) {
 
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    let how = if stack::met_guard() { Ending::StackOverflow } else { Ending::HardFault };
+    post_mortem::end(how, frame.pc(), frame.lr());
     defmt::error!("hard fault at pc {=u32:#010x}, lr {=u32:#010x}", frame.pc(), frame.lr());
     halt()
 }

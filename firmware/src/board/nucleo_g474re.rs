@@ -4,12 +4,15 @@
 //! Twelve gauge amplifiers go to ADC1 and ADC2 (`docs/boards.md` has the pins). This
 //! module has been type-checked and linked, not run: no such board was at hand.
 
-use core::mem::MaybeUninit;
+use core::num::{NonZeroU8, NonZeroU16};
 
 use cortex_m::peripheral::DWT;
 use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, AnyAdcChannel, Exten, Rovsm, SampleTime, Trovs};
+use embassy_stm32::can::{self, CanConfigurator};
+use embassy_stm32::flash::{self as stm32_flash, Blocking};
+use embassy_stm32::gpio::{AnyPin, Level, Output, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::peripherals::{ADC1, ADC2, IWDG};
 use embassy_stm32::time::Hertz;
@@ -20,7 +23,15 @@ use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Peri, bind_interrupts, dma, pac, peripherals};
 use static_cell::StaticCell;
 
+use cortex_m_rt::{ExceptionFrame, exception};
+use embedded_storage_async::nor_flash::{self, NorFlash, ReadNorFlash};
+use stickslip_shared::wire::Ending;
+use stickslip_unit::alarm::Lines;
+use stickslip_unit::source::ft300;
+
 use super::{Gauges, ResetCause};
+use crate::sensors::Bus;
+use crate::{post_mortem, stack};
 
 /// Name that the board reports.
 pub const NAME: &str = "nucleo-g474re";
@@ -28,9 +39,19 @@ pub const NAME: &str = "nucleo-g474re";
 pub const TIMER_HZ: u32 = 170_000_000;
 /// Whether strain gauges are wired to this board.
 pub const HAS_GAUGES: bool = true;
+/// Whether a sensor with a serial line may be wired to this board.
+pub const HAS_SERIAL_SENSOR: bool = true;
+/// Whether the board has CAN-FD.
+pub const HAS_CAN: bool = true;
+/// Where in its flash settings are stored: the last 16 KiB of the second bank, so that the first, with the
+/// firmware, can be read while they are written.
+pub const MEMORY: core::ops::Range<u32> = 0x7_c000..0x8_0000;
 
 bind_interrupts!(struct Irqs {
     LPUART1 => usart::BufferedInterruptHandler<peripherals::LPUART1>;
+    USART1 => usart::BufferedInterruptHandler<peripherals::USART1>;
+    FDCAN1_IT0 => can::IT0InterruptHandler<peripherals::FDCAN1>;
+    FDCAN1_IT1 => can::IT1InterruptHandler<peripherals::FDCAN1>;
     DMA1_CHANNEL1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
     DMA1_CHANNEL2 => dma::InterruptHandler<peripherals::DMA1_CH2>;
 });
@@ -129,12 +150,80 @@ impl Gauges for Channels {
     }
 }
 
+/// Alarm lines: PC6 slip, PC8 drop, PC9 sure.
+pub type AlarmLines = Lines<Output<'static>, Output<'static>, Output<'static>>;
+
+/// The processor's flash. Embassy's driver blocks; so does this.
+pub struct Flash(stm32_flash::Flash<'static, Blocking>);
+
+/// The driver's fault as the storage's.
+#[derive(Debug)]
+pub struct FlashFault;
+
+impl nor_flash::NorFlashError for FlashFault {
+    fn kind(&self) -> nor_flash::NorFlashErrorKind {
+        nor_flash::NorFlashErrorKind::Other
+    }
+}
+
+impl nor_flash::ErrorType for Flash {
+    type Error = FlashFault;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashFault> {
+        self.0.blocking_read(offset, bytes).map_err(|_| FlashFault)
+    }
+    fn capacity(&self) -> usize {
+        stm32_flash::FLASH_SIZE
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = stm32_flash::WRITE_SIZE;
+    const ERASE_SIZE: usize = stm32_flash::MAX_ERASE_SIZE;
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashFault> {
+        self.0.blocking_erase(from, to).map_err(|_| FlashFault)
+    }
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashFault> {
+        self.0.blocking_write(offset, bytes).map_err(|_| FlashFault)
+    }
+}
+
+/// CAN-FD on PA11 and PA12.
+pub struct CanBus(can::Can<'static>);
+
+impl Bus for CanBus {
+    async fn read(&mut self, data: &mut [u8; 64]) -> Option<(u16, usize)> {
+        let (frame, _) = self.0.read_fd().await.ok()?.parts();
+        let embedded_can::Id::Standard(id) = frame.id() else { return None };
+        let bytes = frame.data();
+        data.get_mut(..bytes.len())?.copy_from_slice(bytes);
+        Some((id.as_raw(), bytes.len()))
+    }
+
+    async fn write(&mut self, id: u16, data: &[u8]) {
+        let Some(id) = embedded_can::StandardId::new(id) else { return };
+        // ATI's sensors know classic frames only.
+        if data.len() <= 8 {
+            if let Ok(frame) = can::Frame::new_data(id, data) {
+                let _ = self.0.write(&frame).await;
+            }
+        } else if let Ok(frame) = can::frame::FdFrame::new_standard(id.as_raw(), data) {
+            let _ = self.0.write_fd(&frame).await;
+        }
+    }
+}
+
 /// Fed by the control task only.
 pub struct Watchdog(IndependentWatchdog<'static, IWDG>);
 
 impl Watchdog {
     /// Starts it with [`crate::WATCHDOG_MS`].
     pub fn start() -> Self {
+        // A processor that a debugger holds does not feed it.
+        pac::DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
         // SAFETY: the watchdog is used here only.
         let iwdg = unsafe { IWDG::steal() };
         let mut watchdog = IndependentWatchdog::new(iwdg, crate::WATCHDOG_MS * 1000);
@@ -156,16 +245,17 @@ pub struct Board {
     pub tx: Tx,
     /// Strain gauges.
     pub gauges: Channels,
+    /// Alarm lines.
+    pub alarms: AlarmLines,
+    /// For settings.
+    pub flash: Option<Flash>,
+    /// Line of a sensor.
+    pub sensor: (BufferedUartRx<'static>, BufferedUartTx<'static>),
+    /// Bus of sensors and of the unit's state.
+    pub can: CanBus,
     /// Why the processor started.
     pub reset_cause: ResetCause,
-    /// Starts since power-on, as far as memory kept.
-    pub boots: u32,
 }
-
-/// Survives a reset, not a loss of power: a mark, and the starts since it was set.
-#[unsafe(link_section = ".uninit.BOOTS")]
-static mut BOOTS: MaybeUninit<[u32; 2]> = MaybeUninit::uninit();
-const MARK: u32 = 0x57_1c_51_1b;
 
 fn reset_cause() -> ResetCause {
     let flags = pac::RCC.csr().read();
@@ -200,20 +290,39 @@ fn clocks() -> embassy_stm32::Config {
     config.rcc.boost = true;
     config.rcc.mux.adc12sel = mux::Adcsel::SYS;
     config.rcc.mux.lpuart1sel = mux::Uartsel::HSI;
+    config.rcc.mux.fdcansel = mux::Fdcansel::PCLK1;
     config
 }
 
-/// Brings up clocks, link and converters.
-pub fn init() -> Board {
-    let reset_cause = reset_cause();
-    // SAFETY: runs once, before any interrupt is enabled; every bit pattern is a `u32`.
-    let boots = unsafe {
-        let kept = (&raw mut BOOTS).cast::<[u32; 2]>();
-        let [mark, boots] = kept.read_volatile();
-        let boots = if mark == MARK { boots.wrapping_add(1) } else { 1 };
-        kept.write_volatile([MARK, boots]);
-        boots
+/// Prescaler of the CAN controller's clock of 170 MHz: quanta of 1/34 us.
+const CAN_PRESCALER: NonZeroU16 = NonZeroU16::new(5).unwrap();
+/// Quanta before and after the sampling point, the first one apart: 34 a bit (1 Mbit/s), sampled at 79 %; of the data of
+/// CAN-FD frames 17 a bit (2 Mbit/s), at 76 %.
+const CAN_BIT: [NonZeroU8; 2] = [NonZeroU8::new(26).unwrap(), NonZeroU8::new(7).unwrap()];
+const CAN_DATA_BIT: [NonZeroU8; 2] = [NonZeroU8::new(12).unwrap(), NonZeroU8::new(4).unwrap()];
+
+fn can_timing(config: can::config::FdCanConfig) -> can::config::FdCanConfig {
+    use can::config::{DataBitTiming, FrameTransmissionConfig, NominalBitTiming};
+    let [seg1, seg2] = CAN_BIT;
+    let bit = NominalBitTiming { prescaler: CAN_PRESCALER, seg1, seg2, sync_jump_width: seg2 };
+    let [seg1, seg2] = CAN_DATA_BIT;
+    let data = DataBitTiming {
+        transceiver_delay_compensation: true,
+        prescaler: CAN_PRESCALER,
+        seg1,
+        seg2,
+        // Less than the second segment.
+        sync_jump_width: seg1.min(NonZeroU8::new(3).unwrap_or(seg2)),
     };
+    config
+        .set_nominal_bit_timing(bit)
+        .set_data_bit_timing(data)
+        .set_frame_transmit(FrameTransmissionConfig::AllowFdCanAndBRS)
+}
+
+/// Brings up clocks, link and converters.
+pub fn init(_restarted: bool) -> Board {
+    let reset_cause = reset_cause();
     if let Some(mut core) = cortex_m::Peripherals::take() {
         core.DCB.enable_trace();
         core.DWT.enable_cycle_counter();
@@ -231,6 +340,23 @@ pub fn init() -> Board {
         halt();
     };
     let (tx, rx) = uart.split();
+    let mut config = usart::Config::default();
+    config.baudrate = ft300::BAUD;
+    static SENSOR_TX: StaticCell<[u8; 64]> = StaticCell::new();
+    // Two ticks of 1,920 bytes a second, and what waits in the dearest.
+    static SENSOR_RX: StaticCell<[u8; 64]> = StaticCell::new();
+    let (out, into) = (SENSOR_TX.init([0; 64]), SENSOR_RX.init([0; 64]));
+    let Ok(sensor) = BufferedUart::new(p.USART1, p.PA10, p.PA9, out, into, Irqs, config) else {
+        defmt::error!("USART1 does not take {=u32} baud", ft300::BAUD);
+        halt();
+    };
+    let (sensor_tx, sensor_rx) = sensor.split();
+    let mut can = CanConfigurator::new(p.FDCAN1, p.PA11, p.PA12, Irqs);
+    can.set_config(can_timing(can.config()));
+    let can = CanBus(can.into_normal_mode());
+    let line = |pin: Peri<'static, AnyPin>| Output::new(pin, Level::Low, Speed::Low);
+    let alarms = Lines { slip: line(p.PC6.into()), drop: line(p.PC8.into()), sure: line(p.PC9.into()) };
+    let flash = Some(Flash(stm32_flash::Flash::new_blocking(p.FLASH)));
     let finger1 = [
         p.PA0.degrade_adc(),
         p.PA1.degrade_adc(),
@@ -250,9 +376,19 @@ pub fn init() -> Board {
     let gauges = Channels::start((p.ADC1, p.ADC2), (p.DMA1_CH1, p.DMA1_CH2), p.TIM3, finger1, finger2);
     // The link's interrupt must not wait for a tick: one byte comes every 10 µs.
     interrupt::LPUART1.set_priority(Priority::P1);
+    interrupt::USART1.set_priority(Priority::P2);
+    interrupt::FDCAN1_IT0.set_priority(Priority::P2);
     interrupt::UART4.set_priority(Priority::P4);
     interrupt::UART5.set_priority(Priority::P8);
-    Board { rx, tx, gauges, reset_cause, boots }
+    Board { rx, tx, gauges, alarms, flash, sensor: (sensor_rx, sensor_tx), can, reset_cause }
+}
+
+/// The CAN controller connected to itself, nothing else brought up: for tests on a board.
+pub fn loopback() -> CanBus {
+    let p = embassy_stm32::init(clocks());
+    let mut can = CanConfigurator::new(p.FDCAN1, p.PA11, p.PA12, Irqs);
+    can.set_config(can_timing(can.config()));
+    CanBus(can.into_internal_loopback_mode())
 }
 
 /// Waits for an interrupt.
@@ -284,6 +420,13 @@ unsafe fn UART4() {
 unsafe fn UART5() {
     // SAFETY: pended by its executor only.
     unsafe { COMMUNICATION.on_interrupt() }
+}
+
+#[exception]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    let how = if stack::met_guard() { Ending::StackOverflow } else { Ending::HardFault };
+    post_mortem::end(how, frame.pc(), frame.lr());
+    reset()
 }
 
 /// After a panic: restarts into the safe state, which says so.

@@ -130,9 +130,27 @@ fn reason(refusal: &Refusal) -> String {
         }
         Refusal::Busy => "a run is going on, or too many commands wait".into(),
         Refusal::NoModel => "no model is loaded".into(),
-        Refusal::NoGauges => "it has no strain gauges".into(),
+        Refusal::NoPort => "it has no such port for a sensor".into(),
+        Refusal::RoleTaken { finger } => format!("two sensors for finger {}: name one", finger + 1),
+        Refusal::PortTaken { port } => format!("{port:?} is one sensor: it cannot measure both fingers"),
+        Refusal::NoSensor { finger } => {
+            format!("finger {} has no sensor: `stickslip board sensors` assigns one", finger + 1)
+        }
+        Refusal::Singular { finger } => {
+            format!(
+                "the matrix of finger {} is singular: six readings would not give six components",
+                finger + 1
+            )
+        }
         Refusal::NotCalibrated { finger } => {
-            format!("the gauges of finger {} are not calibrated: send its matrix first", finger + 1)
+            format!(
+                "the sensor of finger {} has no matrix: send one first (`stickslip board calibrate`)",
+                finger + 1
+            )
+        }
+        Refusal::NoMemory => "it has no memory for settings".into(),
+        Refusal::NotStored => {
+            "its memory could not be written: what was stored before may still be there".into()
         }
     }
 }

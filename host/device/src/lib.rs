@@ -4,6 +4,7 @@
 //! it. Reading runs in a thread of its own, so that telemetry is never lost to a slow
 //! terminal.
 
+pub mod clock;
 pub mod error;
 pub mod faults;
 mod line;
@@ -25,6 +26,7 @@ use serde::de::DeserializeOwned;
 use stickslip_shared::wire::frame::{MAX_LINE, encode};
 use stickslip_shared::wire::{self, Answer, Info, ModelChunk, ModelCommit, TelemetryReport};
 
+use clock::Exchange;
 pub use error::DeviceError;
 use faults::{Faults, Injected};
 use line::{Event, Line};
@@ -241,6 +243,27 @@ impl Device {
     /// Where no answer comes.
     pub fn statistics(&mut self) -> Result<wire::Statistics, DeviceError> {
         self.patient::<wire::GetStatistics>(&())
+    }
+
+    /// Exchanges times with the board: `count` times, `apart` from one to the next. Times of this machine count from
+    /// the first one.
+    ///
+    /// # Errors
+    /// Where no answer comes.
+    pub fn exchange_clocks(&mut self, count: usize, apart: Duration) -> Result<Vec<Exchange>, DeviceError> {
+        let began = Instant::now();
+        let mut exchanges = Vec::with_capacity(count);
+        for k in 0..count {
+            if k > 0 {
+                std::thread::sleep(apart);
+            }
+            let asked_s = began.elapsed().as_secs_f64();
+            let reading = self.request::<wire::ReadClock>(&())?;
+            let answered_s = began.elapsed().as_secs_f64();
+            let board_s = [reading.received_us, reading.sent_us].map(|us| us as f64 * 1e-6);
+            exchanges.push(Exchange { asked_s, board_s, answered_s });
+        }
+        Ok(exchanges)
     }
 
     fn keep(&mut self, event: Event) {

@@ -5,6 +5,7 @@ pub mod commands;
 pub mod cost;
 pub mod findings;
 pub mod formulations;
+pub mod grip_loop;
 pub mod hunt;
 pub mod mujoco;
 pub mod planar;

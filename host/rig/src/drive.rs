@@ -126,8 +126,22 @@ pub struct Drive {
     pub grip_n: Course,
     /// Factor on the fingers' friction (1: unchanged).
     pub finger_friction: Course,
+    /// Grip force of each finger that a controller commands instead, N. The gripper then loses the same share of it
+    /// that [`Self::grip_n`] loses of its first value: an actuator that fades, fades under any command.
+    pub commanded_n: Option<f64>,
     /// Loads on the object.
     pub loads: Vec<Load>,
     /// How long is recorded, s.
     pub duration_s: f64,
+}
+
+impl Drive {
+    /// Normal force of each finger that the gripper is set to at `t_s`, N.
+    pub fn grip_at(&self, t_s: f64) -> f64 {
+        let (planned_n, first_n) = (self.grip_n.at(t_s), self.grip_n.at(0.0));
+        match self.commanded_n {
+            Some(commanded_n) if first_n > 0.0 => commanded_n * planned_n / first_n,
+            _ => planned_n,
+        }
+    }
 }

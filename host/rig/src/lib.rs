@@ -24,7 +24,7 @@ pub mod surroundings;
 pub mod truth;
 pub mod world;
 
-use stickslip_data::{Description, Trial, TrialInfo};
+use stickslip_data::{Description, Sample, Trial, TrialInfo};
 
 pub use condition::{Condition, Primitive, Scenario};
 pub use hidden::{HiddenEffect, Kind};
@@ -63,6 +63,21 @@ pub struct Outcome {
 /// # Errors
 /// Says which value of the condition or the description does not suit.
 pub fn run(setup: &Setup, condition: &Condition, run: usize, seed: u64) -> Result<Outcome, String> {
+    run_controlled(setup, condition, run, seed, &mut |_| None)
+}
+
+/// The same with a controller of the grip in the loop: it sees each sample as it is measured and may command the
+/// grip force of each finger from then on, N; `None`: as planned.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_controlled(
+    setup: &Setup,
+    condition: &Condition,
+    run: usize,
+    seed: u64,
+    control: &mut dyn FnMut(&Sample) -> Option<f64>,
+) -> Result<Outcome, String> {
     let description = &setup.description;
     let object = description
         .objects
@@ -76,9 +91,15 @@ pub fn run(setup: &Setup, condition: &Condition, run: usize, seed: u64) -> Resul
     let placing = setup.reality.placing(&mut rng);
     let mut scene = scene::set(description, object, condition, truth, placing)?;
     let period_s = 1.0 / description.sample_rate_hz;
-    let exact = scene.world.run(scene.drive, period_s, setup.step_s);
+    let errors = scene.world.truth.sensors.clone();
+    let mut samples = Vec::new();
+    let exact = scene.world.run(scene.drive, period_s, setup.step_s, &mut |so_far| {
+        let sample = sensors::measure(so_far, &errors, &scene.equipment, &mut rng)?;
+        let commanded_n = control(&sample);
+        samples.push(sample);
+        commanded_n
+    });
     let truth = scene.world.truth;
-    let samples = sensors::measure(&exact, &truth.sensors, &scene.equipment, &mut rng);
     let used = |on: bool, value: f64| on.then_some(value);
     let p = condition.primitive;
     let info = TrialInfo {

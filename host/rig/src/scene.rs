@@ -166,6 +166,7 @@ impl Builder<'_> {
             gripper,
             rod,
             grip_n: self.grip(),
+            commanded_n: None,
             finger_friction: self.finger_friction(),
             loads: self.loads(duration_s - 1.0),
             duration_s,

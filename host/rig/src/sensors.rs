@@ -22,41 +22,38 @@ pub struct Equipment {
     pub rod_attitude: [f64; 4],
 }
 
-/// Turns exact values into samples.
+/// The newest of `exact` as it is measured; `None` where there is none. To be called once for each, in order: the
+/// errors are drawn from `rng`.
 pub fn measure(
     exact: &[Exact],
     errors: &SensorErrors,
     equipment: &Equipment,
     rng: &mut impl Rng,
-) -> Vec<Sample> {
-    (0..exact.len())
-        .map(|i| {
-            let now = &exact[i];
-            let since_s = now.t_s - exact[0].t_s;
-            let error = |k: usize| std::array::from_fn(|c| errors.bias[k][c] + errors.drift[k][c] * since_s);
-            let object = delayed(exact, i, errors.mocap_latency_s);
-            Sample {
-                t_s: recorded(now.t_s, 1e6),
-                grip_cmd_n: equipment.fingers.then_some(recorded(now.grip_n, 1e4)),
-                gripper: equipment.fingers.then(|| noisy_pose(now.gripper, errors.pose_noise, rng)),
-                object: Some(noisy_pose(object, errors.pose_noise, rng)),
-                pusher: now.rod.map(|p| noisy_pose((p, equipment.rod_attitude), errors.pose_noise, rng)),
-                finger: [0, 1].map(|f| {
-                    equipment.fingers.then(|| {
-                        let seen = finger_reading(&now.finger[f], errors);
-                        noisy_wrench(&seen, &error(f), errors.noise[0], rng)
-                    })
-                }),
-                pusher_wrench: equipment.pusher.then(|| {
-                    let seen = match equipment.fingers {
-                        true => now.pusher,
-                        false => pusher_reading(&now.pusher, errors),
-                    };
-                    noisy_wrench(&seen, &error(2), errors.noise[1], rng)
-                }),
-            }
-        })
-        .collect()
+) -> Option<Sample> {
+    let (first, now) = (exact.first()?, exact.last()?);
+    let since_s = now.t_s - first.t_s;
+    let error = |k: usize| std::array::from_fn(|c| errors.bias[k][c] + errors.drift[k][c] * since_s);
+    let object = delayed(exact, exact.len() - 1, errors.mocap_latency_s);
+    Some(Sample {
+        t_s: recorded(now.t_s, 1e6),
+        grip_cmd_n: equipment.fingers.then_some(recorded(now.grip_n, 1e4)),
+        gripper: equipment.fingers.then(|| noisy_pose(now.gripper, errors.pose_noise, rng)),
+        object: Some(noisy_pose(object, errors.pose_noise, rng)),
+        pusher: now.rod.map(|p| noisy_pose((p, equipment.rod_attitude), errors.pose_noise, rng)),
+        finger: [0, 1].map(|f| {
+            equipment.fingers.then(|| {
+                let seen = finger_reading(&now.finger[f], errors);
+                noisy_wrench(&seen, &error(f), errors.noise[0], rng)
+            })
+        }),
+        pusher_wrench: equipment.pusher.then(|| {
+            let seen = match equipment.fingers {
+                true => now.pusher,
+                false => pusher_reading(&now.pusher, errors),
+            };
+            noisy_wrench(&seen, &error(2), errors.noise[1], rng)
+        }),
+    })
 }
 
 fn finger_reading(w: &[f64; 6], errors: &SensorErrors) -> [f64; 6] {

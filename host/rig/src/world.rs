@@ -60,8 +60,15 @@ struct Forces {
 }
 
 impl World {
-    /// Runs the drive and samples every `period_s`, with steps of about `dt_s`.
-    pub fn run(&mut self, mut drive: Drive, period_s: f64, dt_s: f64) -> Vec<Exact> {
+    /// Runs the drive and samples every `period_s`, with steps of about `dt_s`. After each sample `control` sees all so
+    /// far and may command another grip force of each finger, N; `None`: as the drive has it.
+    pub fn run(
+        &mut self,
+        mut drive: Drive,
+        period_s: f64,
+        dt_s: f64,
+        control: &mut dyn FnMut(&[Exact]) -> Option<f64>,
+    ) -> Vec<Exact> {
         let steps = (period_s / dt_s).round().max(1.0) as usize;
         let dt = period_s / steps as f64;
         let window = ((SENSOR_WINDOW_S / dt).round() as usize).clamp(1, steps);
@@ -79,6 +86,7 @@ impl World {
         for i in 0..=count {
             let t = i as f64 * period_s;
             samples.push(self.sample(&drive, t, &mean.take(self.pusher_reference_m)));
+            drive.commanded_n = control(&samples);
             for j in 0..steps {
                 let t = t + j as f64 * dt;
                 drive.gripper.advance(t, dt);
@@ -121,7 +129,7 @@ impl World {
             let (loading, wrenches) = jaw.press(
                 &self.body,
                 &drive.gripper,
-                drive.grip_n.at(t_s),
+                drive.grip_at(t_s),
                 drive.finger_friction.at(t_s),
                 &self.truth,
                 dt,
@@ -145,7 +153,7 @@ impl World {
         let wxyz = |q: &nalgebra::UnitQuaternion<f64>| [q.w, q.i, q.j, q.k];
         Exact {
             t_s,
-            grip_n: drive.grip_n.at(t_s),
+            grip_n: drive.grip_at(t_s),
             gripper: (drive.gripper.origin_m.into(), wxyz(&drive.gripper.attitude())),
             object: (self.body.origin_m().into(), wxyz(&self.body.attitude)),
             rod: drive.rod.as_ref().map(|r| r.origin_m.into()),

@@ -93,6 +93,12 @@ pub struct TelemetryReport {
     pub commands: u16,
     /// After that sample; of the last one where none was there.
     pub prediction: Prediction,
+    /// When that sample was measured by the board's clock, us, its low 32 bits.
+    pub at_us: u32,
+    /// Grip force of each finger that a gripper's controller should command, N; `None` outside a run.
+    pub advised_grip_n: Option<f32>,
+    /// The poses were the stored ones: no host told any.
+    pub alone: bool,
     /// Samples waiting on the board.
     pub waiting: u8,
     /// Cost of the tick in counts of [`Info::timer_hz`].
@@ -106,9 +112,73 @@ pub struct TelemetryReport {
 pub enum Source {
     /// Samples that the host sends.
     Link,
-    /// The board's strain gauges; poses from the host's samples while they are new
-    /// ([`crate::gauges`]).
+    /// The unit's own sensors; poses from the host's samples while they are new, or the stored ones where
+    /// no host tells any ([`Grasp`]).
+    Unit,
+}
+
+/// Where a sensor is connected, and its protocol.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Port {
+    /// The finger's six channels of the unit's converters.
     Gauges,
+    /// A Robotiq FT 300 on the sensors' serial line.
+    Ft300,
+    /// An ATI NETCANOEM on CAN.
+    Ati {
+        /// Its base identifier, seven bits.
+        base: u8,
+    },
+    /// Wrenches in the unit's own frames on CAN (`docs/stickslip.dbc`).
+    Can,
+}
+
+impl Port {
+    /// Whether one sensor is all that the port is: it cannot measure both fingers.
+    pub fn is_one_sensor(self) -> bool {
+        matches!(self, Self::Ft300 | Self::Ati { .. })
+    }
+}
+
+/// Which sensor measures a finger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Sensor {
+    /// Where it is connected.
+    pub port: Port,
+    /// 0 or 1.
+    pub finger: u8,
+}
+
+/// Sensors of a unit.
+pub type Sensors = heapless::Vec<Sensor, 4>;
+
+/// Poses of a unit without a host: the gripper stands still, and the object begins where it says.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Grasp {
+    /// World; gives the direction of gravity.
+    pub gripper: Pose,
+    /// World, at the beginning of a run.
+    pub object: Pose,
+}
+
+/// Within what the advised grip force moves.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct GripLimits {
+    /// Least of each finger, N.
+    pub least_n: f32,
+    /// Most: what the object or the gripper bears, N.
+    pub most_n: f32,
+    /// Fastest rise: what the gripper can follow, N/s.
+    pub rise_n_s: f32,
+    /// Fastest fall, N/s.
+    pub fall_n_s: f32,
+}
+
+impl Default for GripLimits {
+    /// A small electric gripper: the rise of 200 N/s doubles 20 N in 0.1 s.
+    fn default() -> Self {
+        Self { least_n: 0.0, most_n: 60.0, rise_n_s: 200.0, fall_n_s: 5.0 }
+    }
 }
 
 /// Begins a run.
@@ -145,12 +215,12 @@ pub struct ModelCommit {
     pub crc: u32,
 }
 
-/// Turns one finger's six gauge channels into its wrench.
+/// Turns the six numbers of one finger's sensor into its wrench.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Calibration {
     /// 0 or 1.
     pub finger: u8,
-    /// Row by column: N and N m a count.
+    /// Row by column: N and N m a count; of a sensor that gives N and N m, how it is mounted.
     pub matrix: [[f32; 6]; 6],
 }
 
@@ -194,11 +264,35 @@ pub enum Refusal {
     },
     /// The command queue is full, or a run goes on.
     Busy,
+    /// This board has no memory for settings.
+    NoMemory,
+    /// The memory could not be written.
+    NotStored,
     /// No model is loaded.
     NoModel,
-    /// This board has no gauges.
-    NoGauges,
-    /// A finger's gauges have no calibration since the start of the board.
+    /// This board has no such port.
+    NoPort,
+    /// Two sensors for one finger.
+    RoleTaken {
+        /// 0 or 1.
+        finger: u8,
+    },
+    /// One sensor for two fingers.
+    PortTaken {
+        /// Where it is.
+        port: Port,
+    },
+    /// A finger has no sensor.
+    NoSensor {
+        /// 0 or 1.
+        finger: u8,
+    },
+    /// A finger's matrix is singular: six numbers would not tell six.
+    Singular {
+        /// 0 or 1.
+        finger: u8,
+    },
+    /// A finger's sensor has no calibration since the start of the board.
     NotCalibrated {
         /// 0 or 1.
         finger: u8,
@@ -226,6 +320,16 @@ pub enum Field {
     Trial,
     /// When a plan begins, s.
     PlanStart,
+    /// Base identifier of an ATI sensor.
+    SensorBase,
+    /// Largest grip force that may be advised, N.
+    GripMost,
+    /// Rate of the advised grip force, N/s.
+    GripRate,
+    /// Position of a stored pose, m.
+    Position,
+    /// Square of the length of a stored pose's quaternion.
+    Quaternion,
 }
 
 /// Why the processor started.
@@ -244,6 +348,72 @@ pub enum ResetCause {
     WatchdogOrSoftware,
     /// The reset pin.
     Pin,
+}
+
+/// How a run of the processor ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Ending {
+    /// The watchdog, or a reset from outside: nothing was noted at the end.
+    #[default]
+    Unnoted,
+    /// The code found itself wrong.
+    Panic,
+    /// The processor refused an instruction or an address.
+    HardFault,
+    /// The stack grew into its guard.
+    StackOverflow,
+}
+
+/// One of the last ticks before an end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct TickNote {
+    /// Ticks since reset.
+    pub tick: u32,
+    /// `Prediction::flags` of it.
+    pub flags: u32,
+    /// Cost, counts of [`Info::timer_hz`]; zero: it did not end.
+    pub cost: u32,
+}
+
+/// What was kept over a reset.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct PostMortem {
+    /// How it ended.
+    pub ending: Ending,
+    /// Address of the instruction, where it was noted; of a panic, the line of its source.
+    pub pc: u32,
+    /// Where it would have returned to, where it was noted.
+    pub lr: u32,
+    /// The last ticks, oldest first; those that never were have tick 0.
+    pub last: [TickNote; 4],
+}
+
+/// What became of the stored settings and model at the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Recalled {
+    /// The board has no memory for them.
+    #[default]
+    NoMemory,
+    /// Nothing is stored.
+    Empty,
+    /// Taken over.
+    Done,
+    /// Of another version: not used.
+    OtherVersion {
+        /// That it has.
+        found: u16,
+    },
+    /// Not readable, or refused by the checks: not used.
+    Unusable,
+}
+
+/// The unit's clock at an exchange, us since its reset.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct ClockReading {
+    /// When the request was read.
+    pub received_us: u64,
+    /// When this was written.
+    pub sent_us: u64,
 }
 
 /// What the board is.
@@ -267,8 +437,14 @@ pub struct Info {
     pub contacts: u16,
     /// Longest serialised model, bytes.
     pub model_bytes: u16,
-    /// Whether `Source::Gauges` is there.
+    /// Whether converters for strain gauges are there.
     pub gauges: bool,
+    /// Number of the unit, given by its user; 0: none.
+    pub unit: u32,
+    /// What became of what was stored.
+    pub recalled: Recalled,
+    /// What went before the last reset; `None` after power-on.
+    pub post_mortem: Option<PostMortem>,
     /// Now.
     pub mode: Mode,
     /// Why the processor started.
@@ -325,6 +501,10 @@ pub struct Statistics {
     pub solver_marks: u32,
     /// Samples that a sensor check marked.
     pub sensor_marks: u32,
+    /// Sensors' frames that were damaged or not understood.
+    pub readings_damaged: u32,
+    /// Readings for which no room was left, or that were late, faulty or not finite.
+    pub readings_dropped: u32,
     /// Deepest the stack has been, bytes.
     pub stack_bytes: u32,
     /// Memory that is taken whatever the stack does, bytes.

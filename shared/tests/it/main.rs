@@ -11,7 +11,6 @@ mod effects_neutral_and_typical;
 mod faces;
 mod formula;
 mod free_motion;
-mod gauges;
 mod lift;
 mod linear_push;
 mod model_package;
@@ -28,6 +27,7 @@ mod scenes;
 mod seated;
 mod selftest;
 mod soft;
+mod stuck_sensor;
 mod support_pressure;
 mod swap;
 

@@ -5,6 +5,7 @@
 //! `Command` and an arm of its `run`.
 
 pub mod add;
+pub mod board;
 pub mod calibrate;
 pub mod check;
 pub mod compare;
@@ -23,6 +24,7 @@ pub mod score;
 pub mod simulate;
 pub mod stream;
 pub mod suggest;
+mod telemetry;
 
 use std::process::ExitCode;
 
@@ -77,6 +79,8 @@ enum Command {
     Score(score::Args),
     /// Describe the JSON document that a command prints with --json
     Schema(schema::Args),
+    /// Set up, watch and check a board: info, load, sensors, tare, calibrate, monitor, selftest, log
+    Board(board::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
     Stream(stream::Args),
 }
@@ -101,6 +105,7 @@ impl Command {
             Command::Lcp(args) => lcp::run(args, output),
             Command::Score(args) => score::run(args, output),
             Command::Schema(args) => schema::run(args, output),
+            Command::Board(args) => board::run(args, output),
             Command::Stream(args) => stream::run(args, output),
         }
     }

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use stickslip_shared::predictor::{flags, validity};
-use stickslip_shared::wire::{self, Info, TelemetryReport};
+use stickslip_shared::wire::{self, TelemetryReport};
 
 use super::replay::every_so_many;
+use super::telemetry::{describe, live};
 use stickslip_analysis::model::file::model_or_default;
 use stickslip_analysis::run::replay::{Feed, at_board_rate, feed, interpolated_poses};
 use stickslip_device::Device;
@@ -15,7 +15,7 @@ use stickslip_device::log;
 use stickslip_device::package::Package;
 use stickslip_device::records::{SAMPLE_RECORD, TELEMETRY_RECORD};
 use stickslip_device::session::{self, Event, Outcome};
-use stickslip_report::terminal::{Output, table};
+use stickslip_report::terminal::Output;
 
 /// A run that takes so many times what its ticks take is not in real time.
 const LATE: f64 = 1.05;
@@ -132,17 +132,6 @@ fn keep<T: serde::Serialize>(
     writer.record(kind, ns, &bytes).map_err(std::io::Error::other)
 }
 
-fn describe(info: &Info) -> String {
-    format!(
-        "{} firmware {}, start {} ({:?}), {} ms tick",
-        info.board,
-        info.firmware,
-        info.boots,
-        info.reset_cause,
-        info.tick_us / 1000
-    )
-}
-
 /// Progress bar with the newest prediction below it.
 struct Display {
     bar: ProgressBar,
@@ -170,84 +159,6 @@ impl Display {
             self.bar.set_message(live(report));
         }
     }
-}
-
-fn live(report: &TelemetryReport) -> String {
-    let p = &report.prediction;
-    let mut table = table(["", "used", "model", "peak ahead", "slip", "towards", "begins"]);
-    for (name, f) in ["finger 1", "finger 2"].into_iter().zip(&p.finger) {
-        table.add_row([
-            name.to_owned(),
-            f.measured_utilisation.map_or_else(|| "-".into(), |u| format!("{u:.2}")),
-            format!("{:.2}", f.model_utilisation),
-            format!("{:.2}", f.peak_utilisation),
-            format!("{:.1} mm/s", f.slip_speed_m_s * 1e3),
-            format!("{:.0}°", f.slip_direction_rad.to_degrees()),
-            when(f.slip.in_s()),
-        ]);
-    }
-    format!(
-        "{table}\nsag {:.2} mm, {:.2} mm ahead, rotation {:.2}°, drop {}, grip to hold {}\nflags: {}\nvalidity: {}",
-        p.sag_m * 1e3,
-        p.sag_ahead_m * 1e3,
-        p.rotation_rad.to_degrees(),
-        when(p.drop_in_s),
-        p.holding_grip_n.map_or_else(|| "not planned".into(), |n| format!("{n:.1} N")),
-        flag_names(p.flags),
-        doubt_names(p.validity),
-    )
-}
-
-fn when(seconds: Option<f32>) -> String {
-    match seconds {
-        None => "not ahead".into(),
-        Some(0.0) => "now".into(),
-        Some(seconds) => format!("in {:.0} ms", seconds * 1e3),
-    }
-}
-
-fn flag_names(bits: u32) -> String {
-    names(
-        bits,
-        &[
-            (flags::SLIP_1 | flags::SLIP_2, "slip"),
-            (flags::SLIP_AHEAD_1 | flags::SLIP_AHEAD_2, "slip ahead"),
-            (flags::UNEXPECTED, "UNEXPECTED SLIP"),
-            (flags::SAG, "SAG"),
-            (flags::ROTATION, "ROTATION"),
-            (flags::DROP, "DROP"),
-            (flags::PUSHING, "pushing"),
-            (flags::UNSURE, "UNSURE"),
-        ],
-    )
-}
-
-fn doubt_names(bits: u32) -> String {
-    names(
-        bits,
-        &[
-            (validity::SOLVER, "solver"),
-            (validity::DIVERGED, "model diverged"),
-            (validity::SAMPLE, "sample unusable"),
-            (validity::GAP, "gap in the samples"),
-            (validity::NO_WRENCH, "no fingertip wrench"),
-            (validity::NO_PLAN, "no plan"),
-            (validity::WAITING, "waiting for the object's pose"),
-            (validity::POINTS_LOST, "contact points left out"),
-            (validity::WRENCH, "wrench not finite"),
-            (validity::ONE_FINGER, "one finger's wrench missing"),
-            (validity::STUCK, "wrench stuck"),
-            (validity::SATURATED, "wrench at the end of its range"),
-            (validity::BIASED, "constant error of the wrench"),
-            (validity::MODEL, "model and measurement disagree"),
-            (validity::CONE_INSTEAD, "cone in place of pyramids"),
-        ],
-    )
-}
-
-fn names(bits: u32, table: &[(u32, &str)]) -> String {
-    let set: Vec<&str> = table.iter().filter(|(bit, _)| bits & bit != 0).map(|(_, name)| *name).collect();
-    if set.is_empty() { "none".into() } else { set.join(", ") }
 }
 
 fn report(output: &Output, outcome: &Outcome) {

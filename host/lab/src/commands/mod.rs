@@ -5,6 +5,7 @@ pub mod cost;
 pub mod findings;
 pub mod formulations;
 pub mod grid;
+pub mod grip_loop;
 pub mod hunt;
 pub mod mujoco;
 pub mod planar;
@@ -43,6 +44,8 @@ enum Command {
     Formulations(formulations::Args),
     /// Simulate every trial of a data set in parallel and time the steps
     Grid(grid::Args),
+    /// Close the loop on the rig: objects kept and grip used with the advised grip, against the planned one
+    GripLoop(grip_loop::Args),
     /// Simulate recorded trials in MuJoCo and compare with this model and the measurement
     Mujoco(mujoco::Args),
     /// Count the instructions of the tick and its parts on the emulated board
@@ -64,6 +67,7 @@ impl Command {
             Command::Findings(args) => findings::run(args, output),
             Command::Formulations(args) => formulations::run(args, output),
             Command::Grid(args) => grid::run(args, output),
+            Command::GripLoop(args) => grip_loop::run(args, output),
             Command::Mujoco(args) => mujoco::run(args, output),
             Command::Cost(args) => cost::run(args, output),
             Command::Hunt(args) => hunt::run(args, output),

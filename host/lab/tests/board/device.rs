@@ -8,12 +8,14 @@ use std::time::Duration;
 
 use stickslip_analysis::run::replay::{Feed, feed};
 use stickslip_data::Index;
+use stickslip_device::clock::Clock;
 use stickslip_device::log;
 use stickslip_device::package::Package;
 use stickslip_device::session::{self, Event, Outcome};
 use stickslip_device::{Device, DeviceError};
 use stickslip_shared::model::{Base, Friction, Model};
-use stickslip_shared::wire::{self, Mode, Refusal, ResetCause};
+use stickslip_shared::predictor::validity;
+use stickslip_shared::wire::{self, Mode, Recalled, Refusal, ResetCause};
 
 fn firmware() -> String {
     format!("qemu:{}", super::named("STICKSLIP_FIRMWARE", "hil").to_string_lossy())
@@ -194,6 +196,118 @@ fn a_reset_board_is_safe_says_why_it_started_and_runs_again() {
     assert_eq!(info.reset_cause, ResetCause::WatchdogOrSoftware);
     let outcome = stream(&mut device, &package(), None);
     assert_eq!((outcome.taken, outcome.first_difference), (outcome.samples, None));
+}
+
+/// Restarts the board and waits until it answers.
+fn reset(device: &mut Device) -> wire::Info {
+    device.command::<wire::ResetBoard>(&()).unwrap();
+    std::thread::sleep(Duration::from_millis(300));
+    device.request::<wire::GetInfo>(&()).unwrap()
+}
+
+#[test]
+#[ignore = "needs the firmware: make hil"]
+fn what_was_stored_is_there_after_a_reset_until_it_is_forgotten() {
+    let name = firmware();
+    let mut device = Device::open(&name).unwrap();
+    assert_eq!((device.info().recalled, device.info().unit), (Recalled::Empty, 0));
+    assert_eq!(device.info().post_mortem, None);
+    device.load_model(&package().bytes().unwrap()).unwrap();
+    std::thread::sleep(Duration::from_millis(100));
+    device.command::<wire::SetUnit>(&7).unwrap();
+    device.command::<wire::Store>(&None).unwrap();
+    let info = reset(&mut device);
+    assert_eq!((info.recalled, info.unit, info.mode), (Recalled::Done, 7, Mode::Ready));
+    assert_eq!(info.model_crc, Some(wire::frame::crc32(&package().bytes().unwrap())));
+    let last = info.post_mortem.expect("kept over the reset");
+    assert_eq!(last.ending, wire::Ending::Unnoted);
+    assert!(last.last.iter().all(|note| note.tick > 0 && note.cost > 0), "{last:?}");
+    device.command::<wire::Forget>(&()).unwrap();
+    let info = reset(&mut device);
+    assert_eq!((info.recalled, info.unit, info.mode), (Recalled::Empty, 0, Mode::Safe));
+}
+
+#[test]
+#[ignore = "needs the firmware: make hil"]
+fn a_unit_that_is_reset_in_mid_grasp_predicts_again_within_25_ticks() {
+    let name = firmware();
+    let mut device = Device::open(&name).unwrap();
+    let package = package();
+    device.load_model(&package.bytes().unwrap()).unwrap();
+    std::thread::sleep(Duration::from_millis(100));
+    let start = wire::StartRequest { source: wire::Source::Link, trial: 0.0, prefill: 1, length: None };
+    device.command::<wire::Store>(&Some(start)).unwrap();
+    device.command::<wire::Start>(&start).unwrap();
+    for sample in &package.samples[..50] {
+        device.publish::<wire::Samples>(sample.seq, sample).unwrap();
+        std::thread::sleep(Duration::from_millis(4));
+    }
+    device.command::<wire::ResetBoard>(&()).unwrap();
+    // The reset comes 20 ms after the answer; the host goes on as if nothing had happened.
+    std::thread::sleep(Duration::from_millis(25));
+    device.forget_reports();
+    let mut first = None;
+    for sample in &package.samples[50..] {
+        device.publish::<wire::Samples>(sample.seq, sample).unwrap();
+        while let Some(report) = device.report(Duration::from_millis(4)).unwrap() {
+            let predicts =
+                report.mode == Mode::Running && report.prediction.validity & validity::WAITING == 0;
+            first = first.or((predicts && report.sample_seq.is_some()).then_some(report.tick));
+        }
+        if first.is_some() {
+            break;
+        }
+    }
+    let info = device.request::<wire::GetInfo>(&()).unwrap();
+    assert_eq!(info.boots, 2);
+    let tick = first.expect("it predicts again");
+    println!("first prediction in tick {tick} after the start");
+    assert!(tick <= 25, "{tick} ticks of 4 ms");
+}
+
+#[test]
+#[ignore = "needs the firmware: make hil"]
+fn settings_that_are_none_are_refused_by_the_board_and_counted() {
+    let name = firmware();
+    let mut device = Device::open(&name).unwrap();
+    let sensor = |port, finger| wire::Sensor { port, finger };
+    let twice: wire::Sensors =
+        [sensor(wire::Port::Can, 0), sensor(wire::Port::Gauges, 0)].into_iter().collect();
+    let error = device.command::<wire::SetSensors>(&twice).unwrap_err();
+    assert!(matches!(error, DeviceError::Refused { refusal: Refusal::NoPort, .. }), "{error}");
+    let error = device.command::<wire::Tare>(&()).unwrap_err();
+    assert!(
+        matches!(error, DeviceError::Refused { refusal: Refusal::NoSensor { finger: 0 }, .. }),
+        "{error}"
+    );
+    let singular = wire::Calibration { finger: 1, matrix: [[0.5; 6]; 6] };
+    let error = device.command::<wire::SetCalibration>(&singular).unwrap_err();
+    assert!(
+        matches!(error, DeviceError::Refused { refusal: Refusal::Singular { finger: 1 }, .. }),
+        "{error}"
+    );
+    let start = wire::StartRequest { source: wire::Source::Unit, trial: 0.0, prefill: 0, length: None };
+    let error = device.command::<wire::Store>(&Some(start)).unwrap_err();
+    assert!(
+        matches!(error, DeviceError::Refused { refusal: Refusal::NoSensor { finger: 0 }, .. }),
+        "{error}"
+    );
+    let limits = wire::GripLimits { rise_n_s: f32::NAN, ..Default::default() };
+    assert!(device.command::<wire::SetGripLimits>(&limits).is_err());
+    let pose = wire::Pose { position_m: [0.0; 3], quaternion: [0.0; 4] };
+    assert!(device.command::<wire::SetGrasp>(&Some(wire::Grasp { gripper: pose, object: pose })).is_err());
+    assert_eq!(device.statistics().unwrap().commands_refused, 6);
+}
+
+#[test]
+#[ignore = "needs the firmware: make hil"]
+fn the_boards_clock_is_told_with_its_uncertainty() {
+    let name = firmware();
+    let mut device = Device::open(&name).unwrap();
+    let exchanges = device.exchange_clocks(10, Duration::from_millis(10)).unwrap();
+    let clock = Clock::of(&exchanges).expect("a clock");
+    // The board started before the first exchange.
+    assert!(clock.offset_s > 0.0 && clock.uncertainty_s < 0.1, "{clock:?}");
 }
 
 #[test]

@@ -1,0 +1,121 @@
+//! The sensors on the unit's serial line and bus: bytes and frames in, readings to the control task.
+
+use core::cell::RefCell;
+
+use critical_section::Mutex;
+use embassy_futures::select::{Either3, select3};
+use embassy_time::{Duration, Instant, Ticker, Timer};
+use embedded_io_async::{Read, Write};
+use stickslip_shared::wire::{Sensors, TICK_US};
+use stickslip_unit::bus::{STATE_BYTES, STATE_ID, State};
+use stickslip_unit::source::ft300::{STOP, STOP_COUNT, start_stream};
+use stickslip_unit::source::hub::{Hub, Measured};
+
+use crate::queue::Queue;
+use crate::queues::READINGS;
+use crate::stats::COUNTERS;
+
+static HUB: Mutex<RefCell<Hub>> = Mutex::new(RefCell::new(Hub::new()));
+/// The unit's state, to be sent on the bus.
+pub static STATES: Queue<State, 2> = Queue::new();
+
+/// Silence on the serial line after which its sensor is asked again to stream: ten of its frames.
+const SILENCE: Duration = Duration::from_millis(100);
+
+/// Which sensor measures which finger.
+pub fn assign(sensors: &Sensors) {
+    critical_section::with(|cs| {
+        if let Ok(mut hub) = HUB.borrow(cs).try_borrow_mut() {
+            hub.assign(sensors);
+        }
+    });
+}
+
+/// Something for the hub to take; what was damaged by it is counted, what it measured handed on.
+fn take(what: impl FnOnce(&mut Hub) -> Option<Measured>) {
+    let measured = critical_section::with(|cs| {
+        let mut hub = HUB.borrow(cs).try_borrow_mut().ok()?;
+        let before = hub.losses();
+        let measured = what(&mut hub);
+        let after = hub.losses();
+        COUNTERS.readings_damaged.add(after.damaged.saturating_sub(before.damaged));
+        COUNTERS.readings_dropped.add(after.faulty.saturating_sub(before.faulty));
+        measured
+    });
+    if let Some(measured) = measured
+        && READINGS.try_send(measured).is_err()
+    {
+        COUNTERS.readings_dropped.add(1);
+    }
+}
+
+fn now_us() -> u32 {
+    Instant::now().as_micros() as u32
+}
+
+/// A sensor that streams on the serial line, for ever: asks it to stream whenever it is silent.
+pub async fn serial<R: Read, W: Write>(mut rx: R, mut tx: W) -> ! {
+    let mut bytes = [0; 32];
+    loop {
+        if !critical_section::with(|cs| HUB.borrow(cs).try_borrow().is_ok_and(|hub| hub.has_serial())) {
+            Timer::after(SILENCE).await;
+            continue;
+        }
+        match embassy_time::with_timeout(SILENCE, rx.read(&mut bytes)).await {
+            Ok(Ok(count)) => {
+                let at_us = now_us();
+                for byte in bytes.iter().take(count) {
+                    take(|hub| hub.byte(*byte, at_us));
+                }
+            }
+            Ok(Err(_)) => COUNTERS.readings_damaged.add(1),
+            Err(_) => {
+                // A stream that was begun and is not understood must end before it can begin.
+                let _ = tx.write_all(&[STOP; STOP_COUNT]).await;
+                let _ = tx.write_all(&start_stream()).await;
+            }
+        }
+    }
+}
+
+/// A CAN-FD controller.
+// One executor runs it, on one core: no future need be `Send`.
+#[allow(async_fn_in_trait)]
+pub trait Bus {
+    /// The next frame with a standard identifier, into `data`: identifier and length.
+    async fn read(&mut self, data: &mut [u8; 64]) -> Option<(u16, usize)>;
+    /// Sends a frame; with more than 8 bytes as CAN-FD.
+    async fn write(&mut self, id: u16, data: &[u8]);
+}
+
+/// Sensors and the unit's state on the bus, for ever.
+pub async fn bus<B: Bus>(mut bus: B) -> ! {
+    let mut ticker = Ticker::every(Duration::from_micros(u64::from(TICK_US)));
+    let mut data = [0; 64];
+    loop {
+        match select3(bus.read(&mut data), STATES.receive(), ticker.next()).await {
+            Either3::First(Some((id, length))) => {
+                let at_us = now_us();
+                take(|hub| hub.frame(id, data.get(..length)?, at_us));
+            }
+            Either3::First(None) => COUNTERS.readings_damaged.add(1),
+            Either3::Second(state) => {
+                let frame: [u8; STATE_BYTES] = state.encode();
+                bus.write(STATE_ID, &frame).await;
+            }
+            Either3::Third(()) => {
+                let now_us = now_us();
+                let mut asked = heapless::Vec::<_, 2>::new();
+                critical_section::with(|cs| {
+                    if let Ok(mut hub) = HUB.borrow(cs).try_borrow_mut() {
+                        asked.extend(hub.requests(now_us));
+                    }
+                });
+                for request in asked {
+                    let row = request.row.map(|row| [row]);
+                    bus.write(request.id.as_raw(), row.as_ref().map_or(&[], |row| row)).await;
+                }
+            }
+        }
+    }
+}

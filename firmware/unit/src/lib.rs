@@ -1,0 +1,17 @@
+//! What a unit at the gripper needs beside the prediction.
+//!
+//! [`source`] decodes what sensors send, [`fingers`] makes the tick's sample of it, [`alarm`] and
+//! [`grip`] tell a gripper's controller what to do, [`bus`] carries both over CAN-FD, [`memory`] keeps what was
+//! set over a loss of power, [`post_mortem`] what went before a reset. Everything is above the register level: bytes, frames,
+//! pins and flash come through the traits of embedded-can, embedded-hal and embedded-storage, so
+//! that the same code runs in tests on the host. No allocation, no panic on any input.
+#![no_std]
+#![forbid(unsafe_code)]
+
+pub mod alarm;
+pub mod bus;
+pub mod fingers;
+pub mod grip;
+pub mod memory;
+pub mod post_mortem;
+pub mod source;

@@ -1,0 +1,223 @@
+//! What a unit keeps over a loss of power: settings (sensors, calibrations, tare, grip limits, grasp, unit number, and
+//! whether it begins a run by itself) and the model.
+//!
+//! sequential-storage writes each value behind the old one, with a checksum, and takes the newest that is whole: a
+//! cut at any word of a write leaves the old value or the new one. Each value begins with a version; one
+//! of another version is refused and left alone until something is stored.
+
+use core::ops::Range;
+
+use embedded_storage_async::nor_flash::NorFlash;
+use sequential_storage::Error;
+use sequential_storage::cache::{Cache, Uncached};
+use sequential_storage::map::{MapConfig, MapStorage};
+use serde::{Deserialize, Serialize};
+use stickslip_shared::wire::{
+    Calibration, Grasp, GripLimits, MAX_MODEL_BYTES, PROTOCOL, Refusal, Sensors, StartRequest, check,
+};
+
+use crate::fingers::check_sensors;
+
+/// Of what is stored: the protocol's, whose messages it consists of.
+pub const VERSION: u16 = PROTOCOL;
+/// Version before the value.
+const HEAD: usize = 2;
+/// Room for the largest value with its key and version, in whole words of any flash.
+const ROOM: usize = (1 + HEAD + MAX_MODEL_BYTES).next_multiple_of(32);
+
+/// Keys of the values.
+const SETTINGS: u8 = 1;
+const MODEL: u8 = 2;
+
+/// What was set.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Number of the unit; 0: none.
+    pub unit: u32,
+    /// Which sensor measures which finger.
+    pub sensors: Sensors,
+    /// Matrix of each finger.
+    pub matrix: [Option<[[f32; 6]; 6]>; 2],
+    /// No load, by the sensors' numbers.
+    pub offsets: [[f32; 6]; 2],
+    /// Poses without a host.
+    pub grasp: Option<Grasp>,
+    /// Within what the grip is advised.
+    pub grip: Option<GripLimits>,
+    /// The run that begins by itself after a start.
+    pub start: Option<StartRequest>,
+}
+
+impl Settings {
+    /// Other sensors; a finger that has another than before has neither matrix nor tare.
+    ///
+    /// # Errors
+    /// As [`check_sensors`]; nothing has changed then.
+    pub fn assign(&mut self, sensors: &Sensors) -> Result<(), Refusal> {
+        check_sensors(sensors)?;
+        for (finger, (matrix, offset)) in (0..).zip(self.matrix.iter_mut().zip(&mut self.offsets)) {
+            let port = |of: &Sensors| of.iter().find(|s| s.finger == finger).map(|s| s.port);
+            if port(sensors) != port(&self.sensors) {
+                (*matrix, *offset) = (None, [0.0; 6]);
+            }
+        }
+        self.sensors.clone_from(sensors);
+        Ok(())
+    }
+
+    /// # Errors
+    /// The first finger without a sensor, or whose sensor has no matrix.
+    pub fn check_ready(&self) -> Result<(), Refusal> {
+        for (matrix, finger) in self.matrix.iter().zip(0..) {
+            if !self.sensors.iter().any(|s| s.finger == finger) {
+                return Err(Refusal::NoSensor { finger });
+            }
+            if matrix.is_none() {
+                return Err(Refusal::NotCalibrated { finger });
+            }
+        }
+        Ok(())
+    }
+
+    /// # Errors
+    /// The first that a command would be refused for: memory may be anyone's.
+    pub fn check(&self) -> Result<(), Refusal> {
+        check_sensors(&self.sensors)?;
+        for (matrix, finger) in self.matrix.iter().zip(0..) {
+            if let Some(matrix) = matrix {
+                check::calibration(&Calibration { finger, matrix: *matrix })?;
+            }
+        }
+        for offset in self.offsets.iter().flatten() {
+            check::range(stickslip_shared::wire::Field::Calibration, *offset, -1e6, 1e6)?;
+        }
+        self.grasp.as_ref().map_or(Ok(()), check::grasp)?;
+        self.grip.as_ref().map_or(Ok(()), check::grip_limits)?;
+        self.start.as_ref().map_or(Ok(()), check::start)
+    }
+}
+
+/// Why something is not remembered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MemoryFault {
+    /// Flash, or what is in it, cannot be read or written.
+    Storage,
+    /// Another version wrote it.
+    OtherVersion {
+        /// That it has.
+        found: u16,
+    },
+    /// The bytes are not settings, or settings that the checks refuse.
+    Unusable,
+    /// Larger than any value.
+    TooLarge,
+}
+
+/// Values in flash.
+pub struct Memory<F: NorFlash> {
+    storage: MapStorage<u8, F, Cache<Uncached, Uncached, Uncached, u8>>,
+}
+
+/// A model's bytes.
+pub type ModelBytes = heapless::Vec<u8, MAX_MODEL_BYTES>;
+
+impl<F: NorFlash> Memory<F> {
+    /// In `range` of the flash, bytes.
+    ///
+    /// # Errors
+    /// The range is not two whole pages or more.
+    pub fn new(flash: F, range: Range<u32>) -> Result<Self, MemoryFault> {
+        let config = MapConfig::try_new(range).map_err(|_| MemoryFault::Storage)?;
+        Ok(Self { storage: MapStorage::new(flash, config, Cache::new_uncached()) })
+    }
+
+    async fn fetch<'b>(
+        &mut self,
+        key: u8,
+        room: &'b mut [u8; ROOM],
+    ) -> Result<Option<&'b [u8]>, MemoryFault> {
+        let found = self.storage.fetch_item::<&[u8]>(room, &key).await;
+        let Some(bytes) = found.map_err(|_| MemoryFault::Storage)? else { return Ok(None) };
+        let (head, value) = bytes.split_first_chunk::<HEAD>().ok_or(MemoryFault::Unusable)?;
+        match u16::from_le_bytes(*head) {
+            VERSION => Ok(Some(value)),
+            found => Err(MemoryFault::OtherVersion { found }),
+        }
+    }
+
+    async fn store(&mut self, key: u8, value: &[u8]) -> Result<(), MemoryFault> {
+        if value.len() > MAX_MODEL_BYTES {
+            return Err(MemoryFault::TooLarge);
+        }
+        let mut bytes = heapless::Vec::<u8, { HEAD + MAX_MODEL_BYTES }>::new();
+        let fits =
+            bytes.extend_from_slice(&VERSION.to_le_bytes()).and_then(|()| bytes.extend_from_slice(value));
+        fits.map_err(|_| MemoryFault::TooLarge)?;
+        let mut room = [0; ROOM];
+        match self.storage.store_item(&mut room, &key, &bytes.as_slice()).await {
+            Ok(()) => Ok(()),
+            // Neither an old value nor an empty place: it belonged to something else. Nothing is lost.
+            Err(Error::Corrupted { .. }) => {
+                self.erase().await?;
+                let again = self.storage.store_item(&mut room, &key, &bytes.as_slice()).await;
+                again.map_err(|_| MemoryFault::Storage)
+            }
+            Err(_) => Err(MemoryFault::Storage),
+        }
+    }
+
+    /// The settings; `None` where none are stored.
+    ///
+    /// # Errors
+    /// Not readable, of another version, or refused by the checks.
+    pub async fn settings(&mut self) -> Result<Option<Settings>, MemoryFault> {
+        let mut room = [0; ROOM];
+        let Some(bytes) = self.fetch(SETTINGS, &mut room).await? else { return Ok(None) };
+        match postcard::take_from_bytes::<Settings>(bytes) {
+            Ok((settings, [])) if settings.check().is_ok() => Ok(Some(settings)),
+            _ => Err(MemoryFault::Unusable),
+        }
+    }
+
+    /// The model's bytes, as they were committed; `None` where none is stored. They are to be checked as
+    /// those from the line.
+    ///
+    /// # Errors
+    /// Not readable, or of another version.
+    pub async fn model(&mut self) -> Result<Option<ModelBytes>, MemoryFault> {
+        let mut room = [0; ROOM];
+        let found = self.fetch(MODEL, &mut room).await?;
+        found.map(|bytes| ModelBytes::from_slice(bytes).map_err(|_| MemoryFault::TooLarge)).transpose()
+    }
+
+    /// Stores the settings.
+    ///
+    /// # Errors
+    /// The flash fails; what was stored before stands then.
+    pub async fn store_settings(&mut self, settings: &Settings) -> Result<(), MemoryFault> {
+        let mut bytes = [0; 768];
+        let used = postcard::to_slice(settings, &mut bytes).map_err(|_| MemoryFault::TooLarge)?;
+        self.store(SETTINGS, used).await
+    }
+
+    /// Stores a model's bytes.
+    ///
+    /// # Errors
+    /// Too long, or the flash fails; what was stored before stands then.
+    pub async fn store_model(&mut self, bytes: &[u8]) -> Result<(), MemoryFault> {
+        self.store(MODEL, bytes).await
+    }
+
+    /// Forgets everything.
+    ///
+    /// # Errors
+    /// The flash fails.
+    pub async fn erase(&mut self) -> Result<(), MemoryFault> {
+        self.storage.erase_all().await.map_err(|_| MemoryFault::Storage)
+    }
+
+    /// The flash.
+    pub fn into_flash(self) -> F {
+        self.storage.destroy().0
+    }
+}

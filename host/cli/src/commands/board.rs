@@ -1,0 +1,385 @@
+//! `stickslip board`: what is done with a unit beside streaming a trial to it.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, bail, ensure};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::telemetry::{describe, doubt_names, flag_names};
+use stickslip_analysis::model::file::model_or_default;
+use stickslip_analysis::run::replay::feed;
+use stickslip_device::clock::Clock;
+use stickslip_device::package::Package;
+use stickslip_device::records::TELEMETRY_RECORD;
+use stickslip_device::{Device, log};
+use stickslip_report::terminal::Output;
+use stickslip_shared::wire::{
+    self, Calibration, Mode, Port, Recalled, Sensor, Sensors, Source, StartRequest, TelemetryReport, check,
+};
+
+/// Command line of `stickslip board`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  stickslip board info --device serial:/dev/ttyACM0
+  stickslip board load data/demo --model model.toml --store --device serial:/dev/ttyACM0
+  stickslip board sensors --finger1 ft300 --finger2 ati:5 --device serial:/dev/ttyACM0
+  stickslip board selftest
+
+A board in QEMU begins anew with each command.")]
+pub struct Args {
+    /// `qemu`, `qemu:FIRMWARE` or `serial:PORT`
+    #[arg(long, global = true, default_value = "qemu", value_name = "DEVICE")]
+    pub device: String,
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum What {
+    /// What it is, what it remembers, how it last ended, what was lost, and its clock
+    Info,
+    /// Load scene and model of a trial's data set
+    Load(Load),
+    /// Say which sensor measures which finger: gauges, ft300, ati:BASE or can
+    Sensors(SensorArgs),
+    /// Take the sensors' readings of the coming half second for no load
+    Tare,
+    /// Send the matrices of a file: `[[finger]]` with `number` and `matrix`
+    Calibrate {
+        /// File of the matrices
+        #[arg(value_name = "FILE.toml")]
+        file: PathBuf,
+    },
+    /// Show what it predicts
+    Monitor(Span),
+    /// Check the line, the clock, the tick and that bad commands are refused
+    Selftest,
+    /// Record its telemetry
+    Log {
+        /// File to write
+        #[arg(value_name = "FILE.sslog")]
+        file: PathBuf,
+        #[command(flatten)]
+        span: Span,
+    },
+    /// Store what was set; with --start the unit begins a run on its own sensors after each start
+    Store {
+        /// Begin a run by itself
+        #[arg(long)]
+        start: bool,
+    },
+    /// Forget what was stored
+    Forget,
+}
+
+#[derive(Debug, clap::Args)]
+struct Load {
+    /// Folder of the data set whose object and rig it shall know
+    #[arg(value_name = "DATA")]
+    data: PathBuf,
+    /// Trial [default: the first]
+    #[arg(long, value_name = "ID")]
+    trial: Option<String>,
+    /// Contact model [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
+    #[arg(long, value_name = "MODEL.toml")]
+    model: Option<PathBuf>,
+    /// Store it
+    #[arg(long)]
+    store: bool,
+}
+
+#[derive(Debug, clap::Args)]
+struct SensorArgs {
+    /// Of finger 1 (+Y side)
+    #[arg(long, value_name = "SENSOR", value_parser = port)]
+    finger1: Option<Port>,
+    /// Of finger 2 (-Y side)
+    #[arg(long, value_name = "SENSOR", value_parser = port)]
+    finger2: Option<Port>,
+}
+
+#[derive(Debug, clap::Args)]
+struct Span {
+    /// For so long
+    #[arg(long, value_name = "S", default_value_t = 10.0)]
+    seconds: f64,
+}
+
+impl Span {
+    fn check(&self) -> anyhow::Result<Duration> {
+        ensure!((0.0..=86_400.0).contains(&self.seconds), "--seconds is {}; give 0 to 86400", self.seconds);
+        Ok(Duration::from_secs_f64(self.seconds))
+    }
+}
+
+fn port(text: &str) -> Result<Port, String> {
+    match text.split_once(':') {
+        None if text == "gauges" => Ok(Port::Gauges),
+        None if text == "ft300" => Ok(Port::Ft300),
+        None if text == "can" => Ok(Port::Can),
+        Some(("ati", base)) => match base.parse() {
+            Ok(base @ 0..=127) => Ok(Port::Ati { base }),
+            _ => Err(format!("'{base}' is no base identifier: give 0 to 127")),
+        },
+        _ => Err(format!("'{text}' is no sensor: gauges, ft300, ati:BASE or can")),
+    }
+}
+
+/// A file of matrices.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Matrices {
+    finger: Vec<Matrix>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Matrix {
+    /// 1 or 2.
+    number: u8,
+    /// N and N m a number of the sensor, row by column.
+    matrix: [[f32; 6]; 6],
+}
+
+/// # Errors
+/// Where files cannot be read, the device is not there, refuses or falls silent, or the self-test fails.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    // Files first: a mistake in one needs no board.
+    let matrices = match &args.what {
+        What::Calibrate { file } => read_matrices(file)?,
+        _ => Vec::new(),
+    };
+    let package = match &args.what {
+        What::Load(load) => Some(package(load, output)?),
+        _ => None,
+    };
+    let mut device = Device::open(&args.device)?;
+    output.text(describe(device.info()));
+    match &args.what {
+        What::Info => info(&mut device, output),
+        What::Load(load) => {
+            let Some(package) = package else { return Ok(()) };
+            let bytes = package.bytes()?;
+            device.load_model(&bytes)?;
+            output.text(format_args!("model of {} bytes loaded", bytes.len()));
+            if load.store {
+                wait_ready(&mut device)?;
+                device.command::<wire::Store>(&None)?;
+                output.text("stored");
+            }
+            output.document(&json!({ "bytes": bytes.len(), "stored": load.store }))
+        }
+        What::Sensors(sensors) => {
+            let of = [sensors.finger1, sensors.finger2].into_iter().zip(0..);
+            let list: Sensors =
+                of.filter_map(|(port, finger)| port.map(|port| Sensor { port, finger })).collect();
+            device.command::<wire::SetSensors>(&list)?;
+            output.text("sensors assigned: each needs its matrix (`stickslip board calibrate`), then a tare");
+            output.document(&json!({ "sensors": list.len() }))
+        }
+        What::Tare => {
+            device.command::<wire::Tare>(&())?;
+            std::thread::sleep(Duration::from_millis(600));
+            output.text("half a second of readings is no load now");
+            output.document(&json!({ "tared": true }))
+        }
+        What::Calibrate { .. } => {
+            for matrix in &matrices {
+                device.command::<wire::SetCalibration>(matrix)?;
+            }
+            output.text(format_args!("{} matrices sent", matrices.len()));
+            output.document(&json!({ "matrices": matrices.len() }))
+        }
+        What::Monitor(span) => {
+            let last = watch(&mut device, span.check()?, |report| {
+                output.text(line(report));
+                Ok(())
+            })?;
+            output.document(&json!({ "reports": last }))
+        }
+        What::Log { file, span } => {
+            let for_s = span.check()?;
+            let meta = json!({ "device": args.device, "board": device.info().board.as_str() });
+            let mut writer = log::Writer::create(file, &log::Header { scene: vec![], model: vec![], meta })?;
+            let began = Instant::now();
+            let reports = watch(&mut device, for_s, |report| {
+                let bytes = postcard::to_allocvec(report)?;
+                Ok(writer.record(TELEMETRY_RECORD, began.elapsed().as_nanos() as u64, &bytes)?)
+            })?;
+            output.text(format_args!("{reports} reports in {}", file.display()));
+            output.document(&json!({ "reports": reports, "file": file.display().to_string() }))
+        }
+        What::Selftest => selftest(&mut device, output),
+        What::Store { start } => {
+            let request = StartRequest { source: Source::Unit, trial: 0.0, prefill: 0, length: None };
+            device.command::<wire::Store>(&start.then_some(request))?;
+            output.text("stored");
+            output.document(&json!({ "stored": true, "starts": start }))
+        }
+        What::Forget => {
+            device.command::<wire::Forget>(&())?;
+            output.text("nothing is stored any more");
+            output.document(&json!({ "stored": false }))
+        }
+    }
+}
+
+fn read_matrices(file: &std::path::Path) -> anyhow::Result<Vec<Calibration>> {
+    let named = || file.display().to_string();
+    let text = std::fs::read_to_string(file).with_context(named)?;
+    let matrices: Matrices = toml::from_str(&text).with_context(named)?;
+    let mut all = Vec::new();
+    for Matrix { number, matrix } in matrices.finger {
+        let Some(finger @ 0..=1) = number.checked_sub(1) else {
+            bail!("{}: finger number {number}; there are 1 and 2", named());
+        };
+        let calibration = Calibration { finger, matrix };
+        if let Err(refusal) = check::calibration(&calibration) {
+            bail!("{}: finger {number}: {refusal:?}", named());
+        }
+        all.push(calibration);
+    }
+    ensure!(!all.is_empty(), "{}: no [[finger]] in it", named());
+    Ok(all)
+}
+
+fn package(load: &Load, output: &Output) -> anyhow::Result<Package> {
+    let reader = stickslip_report::data::open(&load.data, output)?;
+    let (ordinal, info) = reader.find(load.trial.as_deref())?;
+    let trial = reader.read_trial(info)?;
+    let model = model_or_default(load.model.as_deref())?;
+    let fed = feed(&reader.description, &trial)?;
+    Ok(Package::new(fed.scene, &model, fed.plan, fed.samples, ordinal))
+}
+
+fn wait_ready(device: &mut Device) -> anyhow::Result<()> {
+    for _ in 0..100 {
+        if device.request::<wire::GetInfo>(&())?.mode != Mode::Safe {
+            return Ok(());
+        }
+        std::thread::sleep(Duration::from_millis(4));
+    }
+    bail!("the board did not take the model over")
+}
+
+#[derive(Serialize)]
+struct Told {
+    info: wire::Info,
+    statistics: wire::Statistics,
+    clock: Option<Clock>,
+}
+
+/// Exchanges of clocks for `info`, and the time between two.
+const EXCHANGES: (usize, Duration) = (20, Duration::from_millis(20));
+
+fn info(device: &mut Device, output: &Output) -> anyhow::Result<()> {
+    let clock = Clock::of(&device.exchange_clocks(EXCHANGES.0, EXCHANGES.1)?);
+    let told = Told { info: device.request::<wire::GetInfo>(&())?, statistics: device.statistics()?, clock };
+    let i = &told.info;
+    output.text(format_args!("unit {}, mode {:?}, protocol {}", i.unit, i.mode, i.protocol));
+    output.text(match i.recalled {
+        Recalled::NoMemory => "it has no memory for settings".to_owned(),
+        Recalled::Empty => "nothing is stored".to_owned(),
+        Recalled::Done => "settings were taken from its memory".to_owned(),
+        Recalled::OtherVersion { found } => {
+            format!("what is stored is of version {found}, not {}: set and store anew", wire::PROTOCOL)
+        }
+        Recalled::Unusable => "what is stored cannot be used: set and store anew".to_owned(),
+    });
+    if let Some(p) = &i.post_mortem {
+        output.text(format_args!(
+            "before its last start: {:?} at {:#010x}, from {:#010x}",
+            p.ending, p.pc, p.lr
+        ));
+        for note in p.last.iter().filter(|note| note.tick > 0) {
+            let end = if note.cost == 0 { "did not end".to_owned() } else { format!("cost {}", note.cost) };
+            output.text(format_args!("  tick {}: flags {}, {end}", note.tick, flag_names(note.flags)));
+        }
+    }
+    if let Some(clock) = &told.clock {
+        let drift =
+            clock.drift.map_or("not told in so short a time".to_owned(), |d| format!("{:.1} ppm", d * 1e6));
+        output.text(format_args!(
+            "its clock: {:.6} s ahead, give or take {:.2} ms; drift {drift}",
+            clock.offset_s,
+            clock.uncertainty_s * 1e3
+        ));
+    }
+    let s = &told.statistics;
+    output.text(format_args!(
+        "{} ticks, {} missed; lost: {} samples, {} reports, {} bytes; damaged: {} frames, {} readings; {} readings dropped",
+        s.ticks, s.ticks_missed, s.samples_lost, s.reports_dropped, s.bytes_lost, s.frames_damaged, s.readings_damaged,
+        s.readings_dropped
+    ));
+    output.document(&told)
+}
+
+/// Hands on every report for so long; how many there were.
+fn watch(
+    device: &mut Device,
+    for_s: Duration,
+    mut show: impl FnMut(&TelemetryReport) -> anyhow::Result<()>,
+) -> anyhow::Result<usize> {
+    let began = Instant::now();
+    let mut count = 0;
+    while began.elapsed() < for_s {
+        if let Some(report) = device.report(Duration::from_millis(200))? {
+            show(&report)?;
+            count += 1;
+        }
+    }
+    Ok(count)
+}
+
+fn line(report: &TelemetryReport) -> String {
+    let p = &report.prediction;
+    let used = p.finger.map(|f| f.measured_utilisation.map_or("-".to_owned(), |u| format!("{u:.2}")));
+    let grip = report.advised_grip_n.map_or("-".to_owned(), |n| format!("{n:.1} N"));
+    let alone = if report.alone { ", on stored poses" } else { "" };
+    format!(
+        "tick {} {:?}{alone}: used {} and {}, grip {grip}, flags {}, validity {}",
+        report.tick,
+        report.mode,
+        used[0],
+        used[1],
+        flag_names(p.flags),
+        doubt_names(p.validity)
+    )
+}
+
+/// What a board must do whatever is connected to it.
+fn selftest(device: &mut Device, output: &Output) -> anyhow::Result<()> {
+    let before = device.statistics()?;
+    let mut checks: Vec<(&str, bool)> = Vec::new();
+    let refused = device.command::<wire::SetGrip>(&f32::NAN).is_err();
+    checks.push(("a grip force that is no number is refused", refused));
+    let singular = Calibration { finger: 0, matrix: [[1.0; 6]; 6] };
+    checks.push(("a singular matrix is refused", device.command::<wire::SetCalibration>(&singular).is_err()));
+    let twice: Sensors = [Sensor { port: Port::Gauges, finger: 0 }; 2].into_iter().collect();
+    checks.push((
+        "two sensors for one finger are refused",
+        device.command::<wire::SetSensors>(&twice).is_err(),
+    ));
+    let clock = Clock::of(&device.exchange_clocks(EXCHANGES.0, EXCHANGES.1)?);
+    checks.push(("its clock answers", clock.is_some_and(|c| c.uncertainty_s < 0.1)));
+    let reports = watch(device, Duration::from_secs(1), |_| Ok(()))?;
+    checks.push(("it reports ten times a second or every tick", reports >= 8));
+    let after = device.statistics()?;
+    checks.push(("it ticks", after.ticks.saturating_sub(before.ticks) >= 200));
+    checks.push(("no tick was missed", after.ticks_missed == before.ticks_missed));
+    checks.push(("what was refused is counted", after.commands_refused == before.commands_refused + 3));
+    checks.push((
+        "nothing was lost on the line",
+        after.bytes_lost == before.bytes_lost && after.frames_damaged == before.frames_damaged,
+    ));
+    for (what, holds) in &checks {
+        output.text(format_args!("{} {what}", if *holds { "ok  " } else { "FAIL" }));
+    }
+    let failed = checks.iter().filter(|(_, holds)| !holds).count();
+    let list: Vec<_> = checks.iter().map(|(what, holds)| json!({ "check": what, "holds": holds })).collect();
+    output.document(&json!({ "checks": list, "failed": failed }))?;
+    ensure!(failed == 0, "{failed} of {} checks failed", checks.len());
+    Ok(())
+}
