@@ -238,7 +238,7 @@ impl<G: Gauges> Control<G> {
         let run = self.run.as_mut()?;
         self.report.at_us = now_us;
         let next = match run.request.source {
-            Source::Link => run.link.next(),
+            Source::Link => run.link.take(),
             Source::Unit => {
                 while let Some(sample) = SAMPLES.try_receive() {
                     self.fingers.told(sample, now_us);

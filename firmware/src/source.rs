@@ -33,7 +33,7 @@ impl LinkSource {
     }
 
     /// The sample for this tick.
-    pub fn next(&mut self) -> Next {
+    pub fn take(&mut self) -> Next {
         if !self.begun && SAMPLES.len() < self.prefill.max(1) {
             self.waited = self.waited.saturating_add(u8::from(!SAMPLES.is_empty()));
             if self.waited < PATIENCE {

@@ -5,10 +5,12 @@
 //! chance makes once in a million is a stuck sensor: the third equal reading of one that never
 //! repeated itself, the twentieth of a converter so quiet that every other reading is the same
 //! (only for sensors that were seen to vary; a noiseless simulation is not accused); a component at its range is saturated;
-//! while nothing else touches the object sideways, the two fingers' normal forces cancel.
+//! while nothing else touches the object sideways, the two fingers' normal forces cancel. The object's pose is
+//! judged by its repetitions in the same way: a tracker that has lost its markers often goes on with the last pose.
 
 use crate::predictor::types::{Limits, Sample, validity};
 use crate::real::Real;
+use crate::track::Pose;
 
 /// What was chosen, not derived: value, unit, why, and what happens if it is doubled. For sensors and rates
 /// that differ from 250 Hz.
@@ -19,6 +21,9 @@ pub struct Params {
     pub stuck: u16,
     /// Equal readings in a row that make any sensor stuck: a second. Doubled: two.
     pub surely_stuck: u16,
+    /// Equal poses in a row that make any camera frozen, as `surely_stuck`: 4 s, since a coarse one repeats
+    /// itself for as long as the object rests. Doubled: 8 s.
+    pub surely_frozen: u16,
     /// Chance of a run of equal readings below which it is none: one false alarm in an hour at 250 Hz.
     /// Doubled: two.
     pub chance: f32,
@@ -35,7 +40,15 @@ pub struct Params {
 
 impl Default for Params {
     fn default() -> Self {
-        Self { stuck: 3, surely_stuck: 250, chance: 1e-6, lively: 16, remembered: 1024, biased: 3 }
+        Self {
+            stuck: 3,
+            surely_stuck: 250,
+            surely_frozen: 1000,
+            chance: 1e-6,
+            lively: 16,
+            remembered: 1024,
+            biased: 3,
+        }
     }
 }
 
@@ -45,6 +58,8 @@ pub struct Health<R: Real> {
     params: Params,
     last: [[R; 6]; 2],
     repetition: [Repetition; 2],
+    object: Option<Pose<R>>,
+    object_repetition: Repetition,
     unequal: u8,
     unequal_by_n: R,
 }
@@ -63,6 +78,8 @@ impl<R: Real> Health<R> {
             params,
             last: [[zero; 6]; 2],
             repetition: [Repetition::default(); 2],
+            object: None,
+            object_repetition: Repetition::default(),
             unequal: 0,
             unequal_by_n: zero,
         }
@@ -104,6 +121,14 @@ impl<R: Real> Health<R> {
             }
         }
         (usable, bits)
+    }
+
+    /// Whether the object's pose repeats itself more than its noise makes it: it is none that was measured now.
+    pub fn frozen(&mut self, object: &Pose<R>) -> bool {
+        let equal = self.object.as_ref() == Some(object);
+        self.object = Some(*object);
+        let params = Params { surely_stuck: self.params.surely_frozen, ..self.params };
+        self.object_repetition.note(equal, &params)
     }
 
     /// Whether normal forces that must cancel do not, beyond `allowed_n`; `sum_n` is what is left of them.

@@ -36,7 +36,7 @@ impl Exchange {
 }
 
 /// The board's clock: `board = host + offset + drift (host - at)`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, schemars::JsonSchema, Serialize)]
 pub struct Clock {
     /// When the offset holds, s of this machine.
     pub at_s: f64,

@@ -76,7 +76,11 @@ impl<R: Real> Context<R> {
             doubt |= validity::POINTS_LOST;
         }
         tracked.pushing = out.normal_n[2] > R::zero();
-        if let Some(object) = sample.object {
+        let frozen = sample.object.is_some_and(|object| self.health.frozen(&object));
+        if frozen {
+            doubt |= validity::POSE;
+        }
+        if let Some(object) = sample.object.filter(|_| !frozen) {
             let measured = poses.carrier.to_local(&object);
             let strayed = self.correct(tracked, &measured);
             tracked.strayed = if strayed { tracked.strayed.saturating_add(1) } else { 0 };

@@ -247,7 +247,8 @@ pub mod validity {
     pub const FORESIGHT: u32 = 1 << 14;
     /// No look-ahead is finished yet: only the present is told.
     pub const NO_FORESIGHT: u32 = 1 << 15;
-    /// The object's measured pose is far from the model's; it is not used until it stays there.
+    /// The object's measured pose is far from the model's, and not used until it stays there; or it repeats
+    /// itself as no measurement does, and is not used.
     pub const POSE: u32 = 1 << 16;
     /// The model asks for friction pyramids, and a step was not solved with them within its part of the
     /// work: it was solved with the exact cone. No doubt of the flags.

@@ -65,6 +65,7 @@ impl Sample {
 
 /// What the board is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "json-schema", derive(schemars::JsonSchema))]
 pub enum Mode {
     /// After power-on or reset: no model, nothing predicted.
     #[default]
@@ -334,6 +335,7 @@ pub enum Field {
 
 /// Why the processor started.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "json-schema", derive(schemars::JsonSchema))]
 pub enum ResetCause {
     /// Not told by the board.
     #[default]
@@ -352,6 +354,7 @@ pub enum ResetCause {
 
 /// How a run of the processor ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "json-schema", derive(schemars::JsonSchema))]
 pub enum Ending {
     /// The watchdog, or a reset from outside: nothing was noted at the end.
     #[default]
@@ -366,17 +369,19 @@ pub enum Ending {
 
 /// One of the last ticks before an end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "json-schema", derive(schemars::JsonSchema))]
 pub struct TickNote {
     /// Ticks since reset.
     pub tick: u32,
     /// `Prediction::flags` of it.
     pub flags: u32,
-    /// Cost, counts of [`Info::timer_hz`]; zero: it did not end.
+    /// Cost, counts of `timer_hz`; zero: it did not end.
     pub cost: u32,
 }
 
 /// What was kept over a reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "json-schema", derive(schemars::JsonSchema))]
 pub struct PostMortem {
     /// How it ended.
     pub ending: Ending,
@@ -390,6 +395,7 @@ pub struct PostMortem {
 
 /// What became of the stored settings and model at the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "json-schema", derive(schemars::JsonSchema))]
 pub enum Recalled {
     /// The board has no memory for them.
     #[default]
@@ -418,16 +424,19 @@ pub struct ClockReading {
 
 /// What the board is.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "json-schema", derive(schemars::JsonSchema))]
 pub struct Info {
-    /// [`super::PROTOCOL`] of the firmware.
+    /// Version of the protocol that the firmware speaks.
     pub protocol: u16,
-    /// [`super::SOURCE`] of the firmware.
+    /// Fingerprint of the shared source that the firmware was built from.
     pub source: u32,
     /// Version of the firmware.
+    #[cfg_attr(feature = "json-schema", schemars(with = "&'static str"))]
     pub firmware: heapless::String<16>,
     /// Name of the board.
+    #[cfg_attr(feature = "json-schema", schemars(with = "&'static str"))]
     pub board: heapless::String<16>,
-    /// Counts a second behind [`TelemetryReport::cost`].
+    /// Counts a second of every cost.
     pub timer_hz: u32,
     /// Time from tick to tick.
     pub tick_us: u32,

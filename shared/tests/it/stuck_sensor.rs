@@ -1,8 +1,52 @@
-//! A quiet converter repeats itself; a stuck sensor does nothing else.
+//! A quiet converter repeats itself; a stuck sensor does nothing else. So does a camera.
+
+use crate::common::{Noise, at, pose};
+use nalgebra::UnitQuaternion;
+use stickslip_shared::health::Health;
+
+/// Poses of an object at rest with noise of 20 um, in steps of `step_m` (0: as they are).
+fn poses(step_m: f64, noise: &mut Noise) -> stickslip_shared::track::Pose<f32> {
+    let mut one = |centre_m: f64| {
+        let x = centre_m + 2e-5 * f64::from(noise.next());
+        if step_m > 0.0 { (x / step_m).round() * step_m } else { x }
+    };
+    pose(at(one(0.1), one(0.0), one(0.3)), UnitQuaternion::identity())
+}
+
+#[test]
+fn a_pose_that_repeats_itself_is_frozen_within_three_samples_and_one_that_moves_again_is_used() {
+    let (mut health, mut noise) = (Health::<f32>::default(), Noise(5));
+    for tick in 0..250 {
+        assert!(!health.frozen(&poses(0.0, &mut noise)), "tick {tick}");
+    }
+    let last = poses(0.0, &mut noise);
+    let told: Vec<bool> = (0..6).map(|_| health.frozen(&last)).collect();
+    assert_eq!(told, [false, false, true, true, true, true]);
+    assert!(!health.frozen(&poses(0.0, &mut noise)));
+}
+
+#[test]
+fn a_coarse_camera_and_one_of_31_hz_that_holds_its_poses_are_not_frozen_in_1000_s() {
+    for (step_m, held) in [(1e-4, 1), (0.0, 8), (1e-4, 8)] {
+        let (mut health, mut noise) = (Health::<f32>::default(), Noise(5));
+        let mut accused = 0;
+        for _ in 0..250_000 / held {
+            let now = poses(step_m, &mut noise);
+            accused += (0..held).filter(|_| health.frozen(&now)).count();
+        }
+        assert!(accused < 3, "{accused} with steps of {step_m} m, each held {held} times");
+    }
+}
+
+#[test]
+fn an_object_that_never_moved_is_not_frozen() {
+    let mut health = Health::<f32>::default();
+    let still = pose(at(0.1, 0.0, 0.3), UnitQuaternion::identity());
+    assert!((0..10_000).all(|_| !health.frozen(&still)));
+}
 
 #[test]
 fn equal_counts_of_a_quiet_amplifier_are_no_stuck_sensor_and_a_stuck_one_is_found() {
-    use stickslip_shared::health::Health;
     use stickslip_shared::predictor::{Limits, Sample as Tick, validity};
     let mut random = 1u32;
     let mut draw = move || {

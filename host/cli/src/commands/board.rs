@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail, ensure};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -169,7 +170,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
                 device.command::<wire::Store>(&None)?;
                 output.text("stored");
             }
-            output.document(&json!({ "bytes": bytes.len(), "stored": load.store }))
+            output.document(&Done { bytes: Some(bytes.len()), stored: Some(load.store), ..Done::default() })
         }
         What::Sensors(sensors) => {
             let of = [sensors.finger1, sensors.finger2].into_iter().zip(0..);
@@ -177,27 +178,27 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
                 of.filter_map(|(port, finger)| port.map(|port| Sensor { port, finger })).collect();
             device.command::<wire::SetSensors>(&list)?;
             output.text("sensors assigned: each needs its matrix (`stickslip board calibrate`), then a tare");
-            output.document(&json!({ "sensors": list.len() }))
+            output.document(&Done { sensors: Some(list.len()), ..Done::default() })
         }
         What::Tare => {
             device.command::<wire::Tare>(&())?;
             std::thread::sleep(Duration::from_millis(600));
             output.text("half a second of readings is no load now");
-            output.document(&json!({ "tared": true }))
+            output.document(&Done { tared: Some(true), ..Done::default() })
         }
         What::Calibrate { .. } => {
             for matrix in &matrices {
                 device.command::<wire::SetCalibration>(matrix)?;
             }
             output.text(format_args!("{} matrices sent", matrices.len()));
-            output.document(&json!({ "matrices": matrices.len() }))
+            output.document(&Done { matrices: Some(matrices.len()), ..Done::default() })
         }
         What::Monitor(span) => {
             let last = watch(&mut device, span.check()?, |report| {
                 output.text(line(report));
                 Ok(())
             })?;
-            output.document(&json!({ "reports": last }))
+            output.document(&Done { reports: Some(last), ..Done::default() })
         }
         What::Log { file, span } => {
             let for_s = span.check()?;
@@ -209,19 +210,19 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
                 Ok(writer.record(TELEMETRY_RECORD, began.elapsed().as_nanos() as u64, &bytes)?)
             })?;
             output.text(format_args!("{reports} reports in {}", file.display()));
-            output.document(&json!({ "reports": reports, "file": file.display().to_string() }))
+            output.document(&Done { reports: Some(reports), file: Some(file.clone()), ..Done::default() })
         }
         What::Selftest => selftest(&mut device, output),
         What::Store { start } => {
             let request = StartRequest { source: Source::Unit, trial: 0.0, prefill: 0, length: None };
             device.command::<wire::Store>(&start.then_some(request))?;
             output.text("stored");
-            output.document(&json!({ "stored": true, "starts": start }))
+            output.document(&Done { stored: Some(true), starts: Some(*start), ..Done::default() })
         }
         What::Forget => {
             device.command::<wire::Forget>(&())?;
             output.text("nothing is stored any more");
-            output.document(&json!({ "stored": false }))
+            output.document(&Done { stored: Some(false), ..Done::default() })
         }
     }
 }
@@ -264,11 +265,62 @@ fn wait_ready(device: &mut Device) -> anyhow::Result<()> {
     bail!("the board did not take the model over")
 }
 
-#[derive(Serialize)]
-struct Told {
+/// What a board was told to do and did.
+#[derive(Default, JsonSchema, Serialize)]
+pub(super) struct Done {
+    /// Length of the model that was loaded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bytes: Option<usize>,
+    /// Settings stand in the board's memory.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stored: Option<bool>,
+    /// It predicts after a reset without a host.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    starts: Option<bool>,
+    /// Sensors that were assigned.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sensors: Option<usize>,
+    /// Its readings of half a second are no load.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tared: Option<bool>,
+    /// Calibration matrices that were sent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    matrices: Option<usize>,
+    /// Reports that came.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reports: Option<usize>,
+    /// Log that was written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    file: Option<PathBuf>,
+}
+
+/// What a board is.
+#[derive(JsonSchema, Serialize)]
+pub(super) struct Told {
+    /// As it says.
     info: wire::Info,
+    /// Its counts since reset.
     statistics: wire::Statistics,
+    /// Against this machine's; none where no exchange came back.
     clock: Option<Clock>,
+}
+
+/// What a board must do whatever is connected to it.
+#[derive(JsonSchema, Serialize)]
+pub(super) struct Checks {
+    /// One by one.
+    checks: Vec<Check>,
+    /// Of them.
+    failed: usize,
+}
+
+/// One of them.
+#[derive(JsonSchema, Serialize)]
+struct Check {
+    /// What must hold.
+    check: &'static str,
+    /// Did it?
+    holds: bool,
 }
 
 /// Exchanges of clocks for `info`, and the time between two.
@@ -352,7 +404,7 @@ fn line(report: &TelemetryReport) -> String {
 /// What a board must do whatever is connected to it.
 fn selftest(device: &mut Device, output: &Output) -> anyhow::Result<()> {
     let before = device.statistics()?;
-    let mut checks: Vec<(&str, bool)> = Vec::new();
+    let mut checks: Vec<(&'static str, bool)> = Vec::new();
     let refused = device.command::<wire::SetGrip>(&f32::NAN).is_err();
     checks.push(("a grip force that is no number is refused", refused));
     let singular = Calibration { finger: 0, matrix: [[1.0; 6]; 6] };
@@ -378,8 +430,9 @@ fn selftest(device: &mut Device, output: &Output) -> anyhow::Result<()> {
         output.text(format_args!("{} {what}", if *holds { "ok  " } else { "FAIL" }));
     }
     let failed = checks.iter().filter(|(_, holds)| !holds).count();
-    let list: Vec<_> = checks.iter().map(|(what, holds)| json!({ "check": what, "holds": holds })).collect();
-    output.document(&json!({ "checks": list, "failed": failed }))?;
-    ensure!(failed == 0, "{failed} of {} checks failed", checks.len());
+    let number = checks.len();
+    let list = checks.into_iter().map(|(check, holds)| Check { check, holds }).collect();
+    output.document(&Checks { checks: list, failed })?;
+    ensure!(failed == 0, "{failed} of {} checks failed", number);
     Ok(())
 }
