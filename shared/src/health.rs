@@ -7,9 +7,10 @@
 //! (only for sensors that were seen to vary; a noiseless simulation is not accused); a component at its range is saturated;
 //! while nothing else touches the object sideways, the two fingers' normal forces cancel. The object's pose is
 //! judged by its repetitions in the same way: a tracker that has lost its markers often goes on with the last pose.
+//! Motion alone shows no noise: only a pose that was seen to go to and fro from one sample to the next is accused.
 
 use crate::predictor::types::{Limits, Sample, validity};
-use crate::real::Real;
+use crate::real::{Real, Vec3, norm};
 use crate::track::Pose;
 
 /// What was chosen, not derived: value, unit, why, and what happens if it is doubled. For sensors and rates
@@ -24,6 +25,13 @@ pub struct Params {
     /// Equal poses in a row that make any camera frozen, as `surely_stuck`: 4 s, since a coarse one repeats
     /// itself for as long as the object rests. Doubled: 8 s.
     pub surely_frozen: u16,
+    /// Steps of a pose from sample to sample below this length are rounding, m. Doubled: nothing, poses are not
+    /// measured to a micrometre.
+    pub rounding_m: f32,
+    /// One step in so many goes back where the last came from, at least, in a pose with noise: three in four at
+    /// rest, few in quick motion. Doubled: a pose that freezes after 8 s of quick motion is found, and a
+    /// noiseless one that was shaken at 10 Hz is accused.
+    pub turns: u16,
     /// Chance of a run of equal readings below which it is none: one false alarm in an hour at 250 Hz.
     /// Doubled: two.
     pub chance: f32,
@@ -44,6 +52,8 @@ impl Default for Params {
             stuck: 3,
             surely_stuck: 250,
             surely_frozen: 1000,
+            rounding_m: 1e-6,
+            turns: 10,
             chance: 1e-6,
             lively: 16,
             remembered: 1024,
@@ -60,6 +70,7 @@ pub struct Health<R: Real> {
     repetition: [Repetition; 2],
     object: Option<Pose<R>>,
     object_repetition: Repetition,
+    object_jitter: Jitter<R>,
     unequal: u8,
     unequal_by_n: R,
 }
@@ -80,6 +91,7 @@ impl<R: Real> Health<R> {
             repetition: [Repetition::default(); 2],
             object: None,
             object_repetition: Repetition::default(),
+            object_jitter: Jitter { step_m: Vec3::zeros(), steps: 0, turns: 0 },
             unequal: 0,
             unequal_by_n: zero,
         }
@@ -126,9 +138,12 @@ impl<R: Real> Health<R> {
     /// Whether the object's pose repeats itself more than its noise makes it: it is none that was measured now.
     pub fn frozen(&mut self, object: &Pose<R>) -> bool {
         let equal = self.object.as_ref() == Some(object);
+        if let Some(last) = self.object.filter(|_| !equal) {
+            self.object_jitter.note(object.position_m - last.position_m, &self.params);
+        }
         self.object = Some(*object);
         let params = Params { surely_stuck: self.params.surely_frozen, ..self.params };
-        self.object_repetition.note(equal, &params)
+        self.object_repetition.note(equal, &params) && self.object_jitter.is_seen(&params)
     }
 
     /// Whether normal forces that must cancel do not, beyond `allowed_n`; `sum_n` is what is left of them.
@@ -137,6 +152,34 @@ impl<R: Real> Health<R> {
         self.unequal = if beyond { self.unequal.saturating_add(1).min(self.params.biased) } else { 0 };
         self.unequal_by_n = sum_n;
         self.unequal >= self.params.biased
+    }
+}
+
+/// Whether a position goes to and fro from one sample to the next, as noise does and motion does not.
+#[derive(Clone, Copy, Debug)]
+struct Jitter<R: Real> {
+    step_m: Vec3<R>,
+    steps: u16,
+    /// Steps back where the last came from.
+    turns: u16,
+}
+
+impl<R: Real> Jitter<R> {
+    fn note(&mut self, step_m: Vec3<R>, params: &Params) {
+        if norm(&step_m) < R::of(f64::from(params.rounding_m)) {
+            return;
+        }
+        let turns = step_m.dot(&self.step_m) < R::zero();
+        self.step_m = step_m;
+        self.steps = self.steps.saturating_add(1);
+        self.turns = self.turns.saturating_add(u16::from(turns));
+        if self.steps >= params.remembered {
+            (self.steps, self.turns) = (self.steps / 2, self.turns / 2);
+        }
+    }
+
+    fn is_seen(&self, params: &Params) -> bool {
+        self.turns >= params.lively && self.turns >= self.steps / params.turns.max(1)
     }
 }
 

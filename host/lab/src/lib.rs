@@ -3,6 +3,7 @@
 pub mod blind;
 pub mod commands;
 pub mod cost;
+pub mod degrade;
 pub mod findings;
 pub mod formulations;
 pub mod grip_loop;

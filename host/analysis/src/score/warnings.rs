@@ -23,6 +23,8 @@ pub const SLIPPED_M: f64 = 3e-4;
 pub const PARTIAL_M: f64 = 1.2e-4;
 /// An alarm that ended so long before a slip still announced it, s.
 const ANNOUNCED_S: f64 = 0.5;
+/// A slip that was not warned of until so long after it began was missed, s.
+pub const MISSED_S: f64 = 0.1;
 /// A drop that follows its slip by this can be warned of that long ahead, s.
 pub const DROP_AHEAD_S: f64 = 0.36;
 
@@ -99,12 +101,14 @@ pub struct Share {
 }
 
 impl Share {
-    fn count(&mut self, found: bool) {
+    /// Counts one.
+    pub fn count(&mut self, found: bool) {
         self.found += usize::from(found);
         self.of += 1;
     }
 
-    fn join(&mut self, other: &Self) {
+    /// Those of more trials.
+    pub fn join(&mut self, other: &Self) {
         self.found += other.found;
         self.of += other.of;
     }
@@ -197,6 +201,12 @@ pub fn until_s(key: &TrialKey, t_s: &[f64]) -> f64 {
     key.drop.map_or(end, |d| d.min(end))
 }
 
+/// When the trial's first gross slip began, where no alarm for slip met it until [`MISSED_S`] after.
+pub fn missed_s(key: &TrialKey, slip: &[Episode]) -> Option<f64> {
+    let met = |at: f64| slip.iter().any(|a| a.from_s <= at + MISSED_S && a.to_s + ANNOUNCED_S >= at);
+    key.slip_s().filter(|at| !met(*at))
+}
+
 /// One trial's figures: episodes of the alarms for slip and for drop.
 pub fn judge(key: &TrialKey, slip: &[Episode], drop: &[Episode], until_s: f64) -> Figures {
     let mut figures = Figures::default();
@@ -209,7 +219,7 @@ pub fn judge(key: &TrialKey, slip: &[Episode], drop: &[Episode], until_s: f64) -
             .reduce(f64::max)
     };
     if let Some(at) = key.slip_s() {
-        let lead = lead(slip, at, at + 0.1);
+        let lead = lead(slip, at, at + MISSED_S);
         let by = |s: f64| lead.is_some_and(|l| l >= s);
         match key.class() {
             Class::BuildsUp => figures.builds_up.count(by(0.1)),

@@ -40,24 +40,40 @@ pub struct Args {
 #[derive(Debug, clap::Subcommand)]
 enum What {
     /// What it is, what it remembers, how it last ended, what was lost, and its clock
+    #[command(after_help = "Example:\n  stickslip board info --device serial:/dev/ttyACM0")]
     Info,
     /// Load scene and model of a trial's data set
+    #[command(
+        after_help = "Example:\n  stickslip board load data/demo --model model.toml --store --device serial:/dev/ttyACM0"
+    )]
     Load(Load),
     /// Say which sensor measures which finger: gauges, ft300, ati:BASE or can
+    #[command(
+        after_help = "Example:\n  stickslip board sensors --finger1 ft300 --finger2 ati:5 --device serial:/dev/ttyACM0"
+    )]
     Sensors(SensorArgs),
     /// Take the sensors' readings of the coming half second for no load
+    #[command(after_help = "Example:\n  stickslip board tare --device serial:/dev/ttyACM0")]
     Tare,
     /// Send the matrices of a file: `[[finger]]` with `number` and `matrix`
+    #[command(
+        after_help = "Example:\n  stickslip board calibrate matrices.toml --device serial:/dev/ttyACM0"
+    )]
     Calibrate {
         /// File of the matrices
         #[arg(value_name = "FILE.toml")]
         file: PathBuf,
     },
     /// Show what it predicts
+    #[command(after_help = "Example:\n  stickslip board monitor --seconds 60 --device serial:/dev/ttyACM0")]
     Monitor(Span),
     /// Check the line, the clock, the tick and that bad commands are refused
+    #[command(after_help = "Example:\n  stickslip board selftest --device serial:/dev/ttyACM0")]
     Selftest,
     /// Record its telemetry
+    #[command(
+        after_help = "Example:\n  stickslip board log unit.sslog --seconds 600 --device serial:/dev/ttyACM0"
+    )]
     Log {
         /// File to write
         #[arg(value_name = "FILE.sslog")]
@@ -66,12 +82,14 @@ enum What {
         span: Span,
     },
     /// Store what was set; with --start the unit begins a run on its own sensors after each start
+    #[command(after_help = "Example:\n  stickslip board store --start --device serial:/dev/ttyACM0")]
     Store {
         /// Begin a run by itself
         #[arg(long)]
         start: bool,
     },
     /// Forget what was stored
+    #[command(after_help = "Example:\n  stickslip board forget --device serial:/dev/ttyACM0")]
     Forget,
 }
 

@@ -10,16 +10,19 @@ use stickslip_analysis::model::file::model_or_default;
 use stickslip_analysis::run::replay::feed;
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::alarms::{Episode, episodes};
-use stickslip_analysis::score::warnings::{Events, Figures, Key, Share, judge, until_s};
+use stickslip_analysis::score::warnings::{Events, Figures, Key, MISSED_S, Share, judge, missed_s, until_s};
 use stickslip_data::Index;
 use stickslip_report::terminal::{Output, table};
 use stickslip_shared::predictor::{Limits, Plan, Predictor, flags};
 
+use crate::degrade::Fault;
+
 /// Arguments of `stickslip-lab warnings`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:
+#[command(after_help = "Examples:
   stickslip-second-rig draw --family grasp-soft --seed 7 --out data/soft
-  stickslip-lab warnings data/soft --pose start")]
+  stickslip-lab warnings data/soft --pose start
+  stickslip-lab warnings data/soft --degrade pose-frozen")]
 pub struct Args {
     /// Folders of the data sets (each holds dataset.toml)
     #[arg(required = true)]
@@ -36,6 +39,9 @@ pub struct Args {
     /// Give the predictor no plan
     #[arg(long)]
     pub no_plan: bool,
+    /// Spoil the samples, or the model, first
+    #[arg(long, value_enum, value_name = "FAULT")]
+    pub degrade: Option<Fault>,
     /// Share of the friction told at which the threshold to compare with warns
     #[arg(long, value_name = "SHARE", default_value_t = 0.8)]
     pub threshold: f64,
@@ -50,15 +56,34 @@ struct Method {
     figures: Figures,
 }
 
+/// What the predictor says of its own doubt.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+struct Doubts {
+    /// Ticks with `UNSURE`, of all until a drop.
+    ticks: Share,
+    /// Slips that were missed with `UNSURE` up within 0.1 s of them, of those that were missed.
+    missed: Share,
+}
+
+#[derive(Serialize)]
+struct Report {
+    degrade: Option<Fault>,
+    results: [Method; 2],
+    unsure: Doubts,
+}
+
 /// Replays, judges, and prints the table.
 ///
 /// # Errors
 /// Where the key, the model or the data cannot be read.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let mut sums = [Figures::default(), Figures::default()];
+    let mut unsure = Doubts::default();
     for folder in &args.data {
-        for pair in judge_set(args, folder)? {
+        for (pair, own) in judge_set(args, folder)? {
             sums.iter_mut().zip(&pair).for_each(|(sum, figures)| sum.join(figures));
+            unsure.ticks.join(&own.ticks);
+            unsure.missed.join(&own.missed);
         }
     }
     let [ours, threshold] = sums;
@@ -88,8 +113,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     let drops = methods.iter().map(|m| rate(&m.figures.false_drop)).collect::<Vec<_>>();
     rows.add_row(["false drop alarms an hour".to_string(), drops[0].clone(), drops[1].clone()]);
+    rows.add_row(["ticks with UNSURE".into(), share(&unsure.ticks), "-".into()]);
+    rows.add_row(["slips missed with UNSURE up, of all missed".into(), share(&unsure.missed), "-".into()]);
     output.table(&rows);
-    output.document(&methods)
+    output.document(&Report { degrade: args.degrade, results: methods, unsure })
 }
 
 fn share(s: &Share) -> String {
@@ -121,7 +148,7 @@ fn key_of(folder: &Path) -> PathBuf {
 }
 
 /// Figures of the predictor and of the threshold in each trial.
-fn judge_set(args: &Args, folder: &Path) -> anyhow::Result<Vec<[Figures; 2]>> {
+fn judge_set(args: &Args, folder: &Path) -> anyhow::Result<Vec<([Figures; 2], Doubts)>> {
     let path = args.key.clone().unwrap_or_else(|| key_of(folder));
     let text =
         std::fs::read(&path).with_context(|| format!("{}: cannot be read; state --key", path.display()))?;
@@ -145,6 +172,10 @@ fn judge_set(args: &Args, folder: &Path) -> anyhow::Result<Vec<[Figures; 2]>> {
             let first = trial.samples.iter().find_map(|s| s.grip_cmd_n).or(info.grip_n).unwrap_or(0.0);
             // The plan tells the set-point at the start: that a grip decays is not in it.
             feed.plan.segments.iter_mut().for_each(|s| s.grip_n = first as f32);
+            let mut model = model.clone();
+            if let Some(fault) = args.degrade {
+                fault.apply(&mut feed.samples, &mut model);
+            }
             let mut predictor = Predictor::new(feed.scene.clone(), model.cast(), Limits::default())
                 .map_err(|why| anyhow::anyhow!("trial {}: scene or model refused: {why:?}", info.trial))?;
             predictor.set_plan(if args.no_plan { Plan::default() } else { feed.plan.clone() });
@@ -167,10 +198,22 @@ fn judge_set(args: &Args, folder: &Path) -> anyhow::Result<Vec<[Figures; 2]>> {
             let up =
                 |mask: u32| -> Vec<Episode> { episodes(&t_s, raised.iter().map(|f| f & mask != 0), until) };
             let slips = flags::SLIP_1 | flags::SLIP_2 | flags::SLIP_AHEAD_1 | flags::SLIP_AHEAD_2;
-            let ours = judge(truth, &up(slips), &up(flags::DROP), until);
+            let slip = up(slips);
+            let ours = judge(truth, &slip, &up(flags::DROP), until);
+            let ticks_in = |from_s: f64, to_s: f64| {
+                t_s.iter().zip(&raised).filter(move |(t, _)| (from_s..=to_s).contains(*t))
+            };
+            let is_unsure = |raised: &u32| raised & flags::UNSURE != 0;
+            let mut unsure = Doubts::default();
+            ticks_in(0.0, until).for_each(|(_, raised)| unsure.ticks.count(is_unsure(raised)));
+            if let Some(at) = missed_s(truth, &slip) {
+                unsure
+                    .missed
+                    .count(ticks_in(at - MISSED_S, at + MISSED_S).any(|(_, raised)| is_unsure(raised)));
+            }
             let limit = args.threshold * model.friction.finger;
             let over = episodes(&t_s, ratios(&feed.samples).map(|r| r > limit), until);
-            Ok([ours, judge(truth, &over, &over, until)])
+            Ok(([ours, judge(truth, &over, &over, until)], unsure))
         })
         .collect()
 }

@@ -3,6 +3,7 @@
 mod command_line;
 #[path = "../../../cli/tests/it/common.rs"]
 mod common;
+mod degraded;
 mod diagnose_detection;
 mod diagnose_inputs;
 mod hostile_input;
