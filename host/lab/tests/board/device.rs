@@ -4,7 +4,7 @@
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use stickslip_analysis::run::replay::{Feed, feed};
 use stickslip_data::Index;
@@ -229,7 +229,7 @@ fn what_was_stored_is_there_after_a_reset_until_it_is_forgotten() {
 
 #[test]
 #[ignore = "needs the firmware: make hil"]
-fn a_unit_that_is_reset_in_mid_grasp_predicts_again_within_25_ticks() {
+fn a_unit_that_is_reset_in_mid_grasp_runs_within_25_ticks_and_predicts_within_25_of_the_first_sample() {
     let name = firmware();
     let mut device = Device::open(&name).unwrap();
     let package = package();
@@ -246,23 +246,34 @@ fn a_unit_that_is_reset_in_mid_grasp_predicts_again_within_25_ticks() {
     // The reset comes 20 ms after the answer; the host goes on as if nothing had happened.
     std::thread::sleep(Duration::from_millis(25));
     device.forget_reports();
-    let mut first = None;
+    // How soon a sample comes is this machine's matter: judged are the unit's ticks, with and without one.
+    let (mut taken, mut predicted) = (None, None);
     for sample in &package.samples[50..] {
         device.publish::<wire::Samples>(sample.seq, sample).unwrap();
-        while let Some(report) = device.report(Duration::from_millis(4)).unwrap() {
-            let predicts =
-                report.mode == Mode::Running && report.prediction.validity & validity::WAITING == 0;
-            first = first.or((predicts && report.sample_seq.is_some()).then_some(report.tick));
+        let sent = Instant::now();
+        while sent.elapsed() < Duration::from_millis(4) {
+            let Some(report) = device.report(Duration::from_millis(1)).unwrap() else { continue };
+            assert!(
+                report.tick < 25 || report.mode == Mode::Running,
+                "tick {}: {:?}",
+                report.tick,
+                report.mode
+            );
+            if report.mode == Mode::Running && report.sample_seq.is_some() {
+                taken = taken.or(Some(report.tick));
+                let predicts = report.prediction.validity & validity::WAITING == 0;
+                predicted = predicted.or(predicts.then_some(report.tick));
+            }
         }
-        if first.is_some() {
+        if predicted.is_some() {
             break;
         }
     }
     let info = device.request::<wire::GetInfo>(&()).unwrap();
     assert_eq!(info.boots, 2);
-    let tick = first.expect("it predicts again");
-    println!("first prediction in tick {tick} after the start");
-    assert!(tick <= 25, "{tick} ticks of 4 ms");
+    let (taken, predicted) = (taken.expect("a sample arrives"), predicted.expect("it predicts again"));
+    println!("first sample in tick {taken} after the start, first prediction in tick {predicted}");
+    assert!(predicted - taken <= 25, "{} ticks of 4 ms", predicted - taken);
 }
 
 #[test]
