@@ -185,12 +185,20 @@ struct GroupFacts {
 /// Reads every trial of `index` and reports; a step of `progress` is a trial.
 #[must_use]
 pub fn check(index: &Index, progress: &dyn Progress) -> Report {
-    progress.begin("checking trials", index.trials.len());
+    let stated = sensors::unstated(&index.description).is_empty();
+    progress.begin("checking trials", index.trials.len() * if stated { 1 } else { 2 });
     let groups = conditions(&index.trials);
+    // What nobody stated is taken from all trials, so that each is judged by the same bounds.
+    let seen = match stated {
+        true => Vec::new(),
+        false => seen(index, progress),
+    };
+    let used = sensors::completed(&index.description, &seen);
+    let description = Description { sensors: used.sensors, ..index.description.clone() };
     let facts: Vec<GroupFacts> = groups
         .par_iter()
         .map(|group| {
-            let facts = group_facts(index, group);
+            let facts = group_facts(index, &description, group);
             progress.step(group.len());
             facts
         })
@@ -275,7 +283,17 @@ pub fn check(index: &Index, progress: &dyn Progress) -> Report {
     }
 }
 
-fn group_facts(index: &Index, group: &[usize]) -> GroupFacts {
+/// What each trial shows of the sensors.
+fn seen(index: &Index, progress: &dyn Progress) -> Vec<sensors::Seen> {
+    let of = |info| {
+        let trial = index.read_trial_lenient(info).trial;
+        progress.step(1);
+        trial.map(|trial| sensors::Seen::of(&trial))
+    };
+    index.trials.par_iter().filter_map(of).collect()
+}
+
+fn group_facts(index: &Index, description: &Description, group: &[usize]) -> GroupFacts {
     let mut facts = GroupFacts::default();
     let mut runs: Vec<(Stages, Vec<Signals>)> = Vec::new();
     for info in group.iter().filter_map(|place| index.trials.get(*place)) {
@@ -285,7 +303,7 @@ fn group_facts(index: &Index, group: &[usize]) -> GroupFacts {
         if let Some(trial) = reading.trial {
             let stages = stages(&trial);
             let signals = signals(&trial);
-            facts.trials.push(trial_facts(index, &trial, &stages, &signals));
+            facts.trials.push(trial_facts(index, description, &trial, &stages, &signals));
             runs.push((stages, signals));
         }
     }
@@ -325,9 +343,13 @@ fn first_pose(trial: &Trial, of: fn(&Sample) -> Option<Pose>) -> Option<Placed<f
     channels::mean_pose(known().take_while(|(t_s, _)| t_s - start_s <= FIRST_S).map(|(_, pose)| pose))
 }
 
-fn trial_facts(index: &Index, trial: &Trial, stages: &Stages, signals: &[Signals]) -> TrialFacts {
-    let used = sensors::sensors_or_estimated(&index.description, std::iter::once(trial));
-    let description = Description { sensors: used.sensors, ..index.description.clone() };
+fn trial_facts(
+    index: &Index,
+    description: &Description,
+    trial: &Trial,
+    stages: &Stages,
+    signals: &[Signals],
+) -> TrialFacts {
     let steps: Vec<f64> = trial
         .samples
         .windows(2)
@@ -341,13 +363,13 @@ fn trial_facts(index: &Index, trial: &Trial, stages: &Stages, signals: &[Signals
         .iter()
         .filter(|step| **step > gap_s)
         .fold((0, 0.0), |(count, longest), step| (count + 1, f64::max(longest, *step)));
-    let balance = balance::balance(&description, trial, stages);
+    let balance = balance::balance(description, trial, stages);
     let mass_kg = description.objects.iter().find(|o| o.id == trial.info.object).map_or(0.0, |o| o.mass_kg);
     TrialFacts {
         name: trial.info.trial.clone(),
         file: index.folder.join(&trial.info.file),
         weight_n: description.gravity_m_s2.map(|g| g * mass_kg),
-        physics: physics::of_trial(&description, trial, stages, &balance),
+        physics: physics::of_trial(description, trial, stages, &balance),
         samples: trial.samples.len(),
         measured: std::array::from_fn(|channel| signals.iter().filter(|row| !row[channel].is_nan()).count()),
         white: std::array::from_fn(|channel| white_noise(signals.iter().map(|row| row[channel]))),
@@ -355,7 +377,7 @@ fn trial_facts(index: &Index, trial: &Trial, stages: &Stages, signals: &[Signals
         gaps,
         longest_gap_s,
         balance,
-        offsets: offsets::at_rest(&description, trial, stages),
+        offsets: offsets::at_rest(description, trial, stages),
     }
 }
 

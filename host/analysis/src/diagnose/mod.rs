@@ -36,8 +36,8 @@ use posterior::{Posterior, posterior};
 use report::Report;
 use select::{Candidate, Held, Search, candidates, explained, hold_out, paired, search_again, total};
 use statrs::distribution::{ContinuousCDF, StudentsT};
-use stickslip_data::Dataset;
-use verdict::{CERTAIN, EXPLAINS, EXPLAINS_RELEVANT, Left, Signs, Verdict};
+use stickslip_data::{Dataset, Description};
+use verdict::{CERTAIN, Doubt, EXPLAINS, EXPLAINS_RELEVANT, Left, Signs, Verdict};
 
 pub use verdict::{FEWEST_CONDITIONS, RELEVANT};
 
@@ -145,17 +145,18 @@ pub fn diagnose(
     }
     let mut report = report::report(&problem, findings, &model, begun.elapsed());
     (report.limits_on_effects, report.classes) = (detection.limits, detection.classes);
-    report.weigh(unbalanced(dataset));
+    report.weigh(unbalanced(dataset, &campaign.description));
     report.suggested_experiment = experiment;
     Ok(report)
 }
 
-/// Trials whose measured forces do not sum to zero, and in how many that can be told.
-fn unbalanced(dataset: &Dataset) -> (Vec<StageBalance>, usize) {
+/// Trials whose measured forces do not sum to zero, and in how many that can be told. `description` says what
+/// the sensors may be off by.
+fn unbalanced(dataset: &Dataset, description: &Description) -> (Vec<StageBalance>, usize) {
     let worst: Vec<Option<StageBalance>> = dataset
         .trials
         .par_iter()
-        .filter_map(|t| balance(&dataset.description, t, &stages(t)).ok())
+        .filter_map(|t| balance(description, t, &stages(t)).ok())
         .map(|stages| {
             let size = |s: &StageBalance| s.sum_n.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
             stages.into_iter().filter(StageBalance::fails).max_by(|a, b| size(a).total_cmp(&size(b)))
@@ -338,7 +339,7 @@ fn find(
     let Choice { chosen, equal, left, verdict, .. } = choice;
     let equal = sets(drift.as_ref(), &chosen, &equal, |c| small_compliance(problem, c));
     let only_drift = drift.is_some() && chosen.is_empty();
-    let chosen: Vec<Candidate> = drift.into_iter().chain(chosen).collect();
+    let mut chosen: Vec<Candidate> = drift.into_iter().chain(chosen).collect();
     let model = chosen.last().map_or(&base, |c| &c.held).solution.model.clone();
     let last = chosen.last().map(|c| c.held.clone());
     let swing = swing::missed(problem.campaign, &model);
@@ -358,7 +359,11 @@ fn find(
         }
         false => Posterior::default(),
     };
-    let chosen: Vec<Candidate> = chosen.into_iter().filter(|c| !small_compliance(problem, c)).collect();
+    chosen.retain(|c| !small_compliance(problem, c));
+    let model = match doubt {
+        Some(Doubt::Weak(_)) => base.solution.model.clone(),
+        _ => model,
+    };
     Findings { base, first, chosen, last, equal, posterior, invisible, swing, again, verdict, doubt, model }
 }
 

@@ -220,7 +220,8 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         limits.push(format!("the model already has {}: its parameters were fitted anew", info.id));
     }
     limits.extend(summary_fit.notes);
-    let doubt = doubt.as_ref().map(|d| doubtful(d, problem));
+    let met: Vec<&'static str> = chosen.iter().map(|c| c.info.id).collect();
+    let doubt = doubt.as_ref().map(|d| doubtful(d, problem, &met));
     let mut summary = match &doubt {
         Some((reason, _)) => format!("Nothing can be concluded: {reason}."),
         None if named && problem.noise.of_misfit.is_some() => better_predicted(&effects, equal, &candidates),
@@ -391,8 +392,8 @@ fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
     out
 }
 
-/// Why nothing can be concluded, and what would tell.
-fn doubtful(doubt: &Doubt, problem: &Problem) -> (String, String) {
+/// Why nothing can be concluded, and what would tell; `met` are the effects that the search ended at.
+fn doubtful(doubt: &Doubt, problem: &Problem, met: &[&str]) -> (String, String) {
     let place = |p: &misfit::Place| {
         let words = channel_words(&channel_name(p.channel));
         format!("{words} ({}) is off by {:.1} run spreads", p.phase.name(), p.size)
@@ -412,11 +413,18 @@ fn doubtful(doubt: &Doubt, problem: &Problem) -> (String, String) {
                 ),
             )
         }
-        Doubt::Small(p) => (
+        Doubt::Small(p) | Doubt::Weak(p) => (
             format!(
                 "{}, more than a model that lacks nothing ({RELEVANT}) and less than a clear misfit \
-                 ({UNEXPLAINED:.1}), and no effect explains it",
-                place(p)
+                 ({UNEXPLAINED:.1}), and {}",
+                place(p),
+                match met {
+                    [] => "no effect explains it".to_owned(),
+                    some => format!(
+                        "{} would explain it, as may the tolerances of rigid contact",
+                        some.join(" with ")
+                    ),
+                }
             ),
             format!(
                 "repeat the condition of trial {}, where it is largest, to lower the run spread",

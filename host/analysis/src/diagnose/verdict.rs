@@ -50,6 +50,9 @@ pub enum Doubt {
     /// A misfit that is worth a name ([`RELEVANT`]) but not large enough to say that something
     /// unknown is missing ([`UNEXPLAINED`]), and no effect explains it.
     Small(Place),
+    /// The same where effects would explain it. What a model may leave once effects are named
+    /// ([`Left::near`]) is no reason to name one: tolerances of rigid contact have the shape of some effect too.
+    Weak(Place),
     /// A misfit that mostly one condition shows: it may be the model's way of contact there.
     OneCondition(Place),
     /// No trial was repeated, and no effect predicts held-out trials better than chance could: the best of
@@ -81,6 +84,12 @@ impl Left {
         self.worst <= RELEVANT
     }
 
+    /// Is what is left small enough for a model that holds all that matters?
+    #[must_use]
+    pub fn near(&self) -> bool {
+        self.error <= ADEQUATE_ERROR && self.worst <= UNEXPLAINED
+    }
+
     /// Does something else stand behind what is left, however much was explained?
     #[must_use]
     pub fn poor(&self) -> bool {
@@ -91,8 +100,8 @@ impl Left {
 /// Whether effects that together explain `share` of the excess misfit and leave `left` explain the data.
 #[must_use]
 pub fn explains(share: f64, left: &Left) -> bool {
-    let near = left.error <= ADEQUATE_ERROR && left.worst <= UNEXPLAINED;
-    let adequate = left.settled() || near || share >= CERTAIN || (share >= ADEQUATE_SHARE && !left.poor());
+    let adequate =
+        left.settled() || left.near() || share >= CERTAIN || (share >= ADEQUATE_SHARE && !left.poor());
     adequate && share >= if left.settled() { EXPLAINS_RELEVANT } else { EXPLAINS }
 }
 
@@ -121,11 +130,15 @@ pub struct Signs {
 }
 
 /// The verdict, and where nothing can be concluded why: `search` as [`of_search`] has it, `misfit` what the
-/// model leaves.
+/// model leaves, without the effects that the search chose.
 #[must_use]
 pub fn verdict(search: Verdict, signs: &Signs, misfit: &Misfit) -> (Verdict, Option<Doubt>) {
+    let weak = || misfit.places.iter().find(|p| p.size > RELEVANT && p.at_least > 1.0).copied();
     let verdict = match search {
         _ if signs.only_drift => Verdict::Effect,
+        Verdict::Effect if Left::of(misfit).near() && signs.conditions >= FEWEST_CONDITIONS => {
+            return (Verdict::Inconclusive, weak().map(Doubt::Weak));
+        }
         Verdict::Effect if signs.equal => Verdict::Ambiguous,
         other => other,
     };

@@ -9,7 +9,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use stickslip_data::{Description, Sample, Sensors, Trial, Wrench, WrenchSensor};
+use stickslip_data::{Description, Sample, Sensors, Trial, Wrench};
 
 use crate::channels;
 use crate::evidence::noise::white_noise;
@@ -109,120 +109,100 @@ pub struct SensorsUsed {
     pub taken: Vec<String>,
 }
 
+/// What one trial shows of the sensors: force or position first, torque or rotation second.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Seen {
+    /// Noise from sample to sample of each finger.
+    finger_noise: [[Option<f64>; 2]; 2],
+    pusher_noise: [Option<f64>; 2],
+    pose_noise: [Option<f64>; 2],
+    /// Largest reading of either finger.
+    finger_largest: [Option<f64>; 2],
+    pusher_largest: [Option<f64>; 2],
+}
+
+impl Seen {
+    /// Of a trial.
+    #[must_use]
+    pub fn of(trial: &Trial) -> Self {
+        let fingers: [Read; 2] = [|s| s.finger[0], |s| s.finger[1]];
+        let pusher: [Read; 1] = [|s| s.pusher_wrench];
+        let noise = |of: Read| PARTS.map(|part| white(trial, &|s: &Sample| of(s).map(part)));
+        let first = trial.samples.iter().find_map(|s| s.object).map(|pose| channels::pose(&pose).rotation);
+        let turn = |s: &Sample| {
+            let rotation = channels::pose(&s.object?).rotation;
+            Some((rotation * first?.inverse()).scaled_axis().into())
+        };
+        Self {
+            finger_noise: fingers.map(noise),
+            pusher_noise: noise(pusher[0]),
+            pose_noise: [white(trial, &|s| s.object.map(|pose| pose.position_m)), white(trial, &turn)],
+            finger_largest: PARTS.map(|part| largest(trial, &fingers, part)),
+            pusher_largest: PARTS.map(|part| largest(trial, &pusher, part)),
+        }
+    }
+}
+
+type Read = fn(&Sample) -> Option<Wrench>;
+type Part = fn(Wrench) -> [f64; 3];
+const PARTS: [Part; 2] = [|w| w.force_n, |w| w.torque_nm];
+
+fn largest(trial: &Trial, of: &[Read], part: Part) -> Option<f64> {
+    let read = |s: &Sample| of.iter().filter_map(|of| of(s)).map(|w| size(part(w))).reduce(f64::max);
+    let mut sizes: Vec<f64> = trial.samples.iter().filter_map(read).filter(|x| x.is_finite()).collect();
+    sizes.sort_by(f64::total_cmp);
+    sizes.get((LARGEST * sizes.len() as f64) as usize).or(sizes.last()).copied()
+}
+
 /// The sensors of `description`, completed from `trials`.
 #[must_use]
 pub fn sensors_or_estimated<'t>(
     description: &Description,
-    trials: impl Iterator<Item = &'t Trial> + Clone,
+    trials: impl Iterator<Item = &'t Trial>,
 ) -> SensorsUsed {
-    let unstated = unstated(description);
-    let mut used = SensorsUsed { sensors: description.sensors.clone(), unstated, taken: Vec::new() };
-    if used.unstated.is_empty() {
-        return used;
-    }
-    let fingers: [fn(&Sample) -> Option<Wrench>; 2] = [|s| s.finger[0], |s| s.finger[1]];
-    let pusher: [fn(&Sample) -> Option<Wrench>; 1] = [|s| s.pusher_wrench];
-    let mut taken = Vec::new();
-    complete(
-        "finger",
-        &mut used.sensors.finger,
-        description.fingers.is_some(),
-        &fingers,
-        trials.clone(),
-        &mut taken,
-    );
-    complete(
-        "pusher",
-        &mut used.sensors.pusher,
-        !description.pushers.is_empty(),
-        &pusher,
-        trials.clone(),
-        &mut taken,
-    );
-    let position = |s: &Sample| s.object.map(|pose| pose.position_m);
-    let first = |trial: &Trial| {
-        trial.samples.iter().find_map(|s| s.object).map(|pose| channels::pose(&pose).rotation)
+    let seen: Vec<Seen> = match unstated(description).is_empty() {
+        true => Vec::new(),
+        false => trials.map(Seen::of).collect(),
     };
-    for (key, unit, value, found) in [
-        (
-            "pose.position_noise_m",
-            "m",
-            &mut used.sensors.pose.position_noise_m,
-            median(trials.clone().filter_map(|trial| white(trial, &position))),
-        ),
-        (
-            "pose.rotation_noise_rad",
-            "rad",
-            &mut used.sensors.pose.rotation_noise_rad,
-            median(trials.clone().filter_map(|trial| {
-                let start = first(trial)?;
-                let turn = |s: &Sample| {
-                    let pose = channels::pose(&s.object?);
-                    Some((pose.rotation * start.inverse()).scaled_axis().into())
-                };
-                white(trial, &turn)
-            })),
-        ),
-    ] {
-        if let (0.0, Some(found)) = (*value, found.filter(|found| *found > 0.0)) {
-            *value = found;
-            taken.push(format!("{key} = {found:.2e} {unit} as measured from sample to sample"));
-        }
-    }
-    used.taken = taken;
-    used
+    completed(description, &seen)
 }
 
-/// Fills in what `sensor` lacks from the wrenches that `of` finds.
-fn complete<'t>(
-    name: &str,
-    sensor: &mut WrenchSensor,
-    there: bool,
-    of: &[fn(&Sample) -> Option<Wrench>],
-    trials: impl Iterator<Item = &'t Trial> + Clone,
-    taken: &mut Vec<String>,
-) {
-    if !there {
-        return;
-    }
-    type Part = fn(Wrench) -> [f64; 3];
-    let (force, torque): (Part, Part) = (|w| w.force_n, |w| w.torque_nm);
-    let noise = |part: Part| {
-        let each = |of: &fn(&Sample) -> Option<Wrench>| {
-            let of = *of;
-            let read = move |s: &Sample| of(s).map(part);
-            median(trials.clone().filter_map(|trial| white(trial, &read)))
-        };
-        of.iter().filter_map(each).reduce(f64::max)
-    };
-    let largest = |part: Part| {
-        let of_trial = |trial: &Trial| {
-            let read = |s: &Sample| of.iter().filter_map(|of| of(s)).map(|w| size(part(w))).reduce(f64::max);
-            let mut sizes: Vec<f64> =
-                trial.samples.iter().filter_map(read).filter(|x| x.is_finite()).collect();
-            sizes.sort_by(f64::total_cmp);
-            sizes.get((LARGEST * sizes.len() as f64) as usize).or(sizes.last()).copied()
-        };
-        trials.clone().filter_map(of_trial).reduce(f64::max)
-    };
-    for (key, unit, value, part) in [
-        ("force_noise_n", "N", &mut sensor.force_noise_n, force),
-        ("torque_noise_nm", "N m", &mut sensor.torque_noise_nm, torque),
-    ] {
-        if let (0.0, Some(found)) = (*value, noise(part).filter(|found| *found > 0.0)) {
+/// The sensors of `description`, completed from what each trial of the data set has shown.
+#[must_use]
+pub fn completed(description: &Description, seen: &[Seen]) -> SensorsUsed {
+    let unstated = unstated(description);
+    let mut used = SensorsUsed { sensors: description.sensors.clone(), unstated, taken: Vec::new() };
+    let Sensors { finger, pusher, pose } = &mut used.sensors;
+    let noise = |of: &dyn Fn(&Seen) -> Option<f64>| median(seen.iter().filter_map(of));
+    let most = |of: &dyn Fn(&Seen) -> Option<f64>| seen.iter().filter_map(of).reduce(f64::max);
+    let mut take = |key: &str, unit, value: &mut f64, found: Option<f64>, how: &str| {
+        if let (0.0, Some(found)) = (*value, found.filter(|found| *found > 0.0)) {
             *value = found;
-            taken.push(format!("{name}.{key} = {found:.2e} {unit} as measured from sample to sample"));
+            used.taken.push(format!("{key} = {found:.2e} {unit}{how}"));
         }
+    };
+    let (measured, share) = (" as measured from sample to sample", ", 1 % of the largest reading");
+    let of_fingers =
+        |part: usize| (0..2).filter_map(|k| noise(&|seen| seen.finger_noise[k][part])).reduce(f64::max);
+    if description.fingers.is_some() {
+        take("finger.force_noise_n", "N", &mut finger.force_noise_n, of_fingers(0), measured);
+        take("finger.torque_noise_nm", "N m", &mut finger.torque_noise_nm, of_fingers(1), measured);
+        let bound = |part: usize| most(&|seen| seen.finger_largest[part]).map(|x| SHARE_OF_LARGEST * x);
+        take("finger.force_uncertainty_n", "N", &mut finger.force_uncertainty_n, bound(0), share);
+        take("finger.torque_uncertainty_nm", "N m", &mut finger.torque_uncertainty_nm, bound(1), share);
     }
-    for (key, unit, value, part) in [
-        ("force_uncertainty_n", "N", &mut sensor.force_uncertainty_n, force),
-        ("torque_uncertainty_nm", "N m", &mut sensor.torque_uncertainty_nm, torque),
-    ] {
-        if let (0.0, Some(largest)) = (*value, largest(part).filter(|largest| *largest > 0.0)) {
-            *value = SHARE_OF_LARGEST * largest;
-            taken.push(format!("{name}.{key} = {:.2e} {unit}, 1 % of the largest reading", *value));
-        }
+    if !description.pushers.is_empty() {
+        let of = |part: usize| noise(&|seen| seen.pusher_noise[part]);
+        take("pusher.force_noise_n", "N", &mut pusher.force_noise_n, of(0), measured);
+        take("pusher.torque_noise_nm", "N m", &mut pusher.torque_noise_nm, of(1), measured);
+        let bound = |part: usize| most(&|seen| seen.pusher_largest[part]).map(|x| SHARE_OF_LARGEST * x);
+        take("pusher.force_uncertainty_n", "N", &mut pusher.force_uncertainty_n, bound(0), share);
+        take("pusher.torque_uncertainty_nm", "N m", &mut pusher.torque_uncertainty_nm, bound(1), share);
     }
+    let of = |part: usize| noise(&|seen| seen.pose_noise[part]);
+    take("pose.position_noise_m", "m", &mut pose.position_noise_m, of(0), measured);
+    take("pose.rotation_noise_rad", "rad", &mut pose.rotation_noise_rad, of(1), measured);
+    used
 }
 
 /// Noise from sample to sample, root mean square over the axes.
