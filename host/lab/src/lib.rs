@@ -3,9 +3,11 @@
 pub mod blind;
 pub mod commands;
 pub mod cost;
+pub mod curves;
 pub mod degrade;
 pub mod findings;
 pub mod formulations;
+pub mod grasps;
 pub mod grip_loop;
 pub mod hunt;
 pub mod mujoco;

@@ -104,7 +104,9 @@ pre.next{background:var(--card);border:1px solid var(--line);border-radius:6px;p
  padding:10px 14px;overflow-x:auto}
 .card.named{border-top-color:var(--bad)}
 .card h3{margin:0 0 4px;font-size:1rem}
-.card td.text{white-space:normal;text-align:left}
+.card th,.card td{white-space:normal;padding:3px 6px}
+.card td.text{text-align:left;min-width:12ch}
+.card td.left{overflow-wrap:anywhere;min-width:8ch}
 details{margin:18px 0}
 summary{cursor:pointer;font-weight:600}
 .tabs>input{position:absolute;opacity:0}

@@ -3,8 +3,9 @@
 //! Trials become features (`features`, `phases`), repetitions give the noise (`noise`), a
 //! generalised least squares problem is built around the model (`problem`, `gls`), effects
 //! are screened and refitted (`screen`, `select`), and the verdict follows from held-out
-//! conditions (`verdict`). `docs/diagnose.md` has the statistics.
+//! conditions (`choice`, `verdict`). `docs/diagnose.md` has the statistics.
 
+pub mod choice;
 pub mod detection;
 pub mod experiment;
 pub mod findings;
@@ -20,7 +21,7 @@ pub mod verdict;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use stickslip_shared::effects::{MAX_PARAMETERS, REGISTRY, Role, find as find_effect};
+use stickslip_shared::effects::{MAX_PARAMETERS, REGISTRY, Role};
 use stickslip_shared::model::Model;
 
 use crate::evidence::balance::{StageBalance, balance};
@@ -28,57 +29,25 @@ use crate::evidence::stages::stages;
 use crate::fit::campaign::Campaign;
 use crate::fit::problem::Problem;
 use crate::fit::{self, FitError, Free, Solution};
-use crate::model::candidate::{self, CandidateEffect, Described};
+use crate::model::candidate::{CandidateEffect, Described};
 use crate::progress::Progress;
+use choice::{
+    Choice, FALSE_ALARM, MOST_EFFECTS, Pass, SEARCHED_AGAIN, SEARCHED_FURTHER, SURVIVORS, Stages, Tick,
+    choose, poor, sets, small_compliance, small_compliance_in,
+};
 use findings::Findings;
 use misfit::Misfit;
 use posterior::{Posterior, posterior};
 use report::Report;
-use select::{Candidate, Held, Search, candidates, explained, hold_out, paired, search_again, total};
+use select::{Candidate, Held, Search, candidates, explained, hold_out, search_again};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use stickslip_data::{Dataset, Description};
-use verdict::{CERTAIN, Doubt, EXPLAINS, EXPLAINS_RELEVANT, Left, Signs, Verdict};
+use verdict::{Doubt, Signs, Verdict};
 
 pub use verdict::{FEWEST_CONDITIONS, RELEVANT};
 
-/// Family-wise probability of naming an effect where there is none; what explains enough on conditions that
-/// it was not fitted to needs no correction for the number of effects (few conditions give no smaller
-/// probabilities).
-pub const FALSE_ALARM: f64 = 0.01;
-/// A further effect must explain this share of what the others leave.
-const EXPLAINS_FURTHER: f64 = 0.5;
-/// Candidates whose held-out losses differ by less than this many standard errors are equal.
-const EQUAL: f64 = 2.0;
-/// A candidate that explains this much less than the best is no equal.
-const EQUAL_SHARE: f64 = 0.1;
-/// One effect is preferred to several that explain no more than this above it.
-const SIMPLER: f64 = 0.05;
-/// Candidates whose explained shares differ by less are equal whatever the test says.
-const SAME_SHARE: f64 = 0.02;
-/// ... unless its held-out loss is larger by this factor.
-const SAME_LOSS: f64 = 1.1;
-/// Most effects in an ambiguous set, the one chosen included.
-const LARGEST_SET: usize = 3;
 /// Smaller changes of friction over a data set are no drift, in units of [`RELEVANT`].
 const LEAST_DRIFT: f64 = 0.01;
-/// Real pads are compliant: a small compliance is likely beforehand and needs less evidence.
-const LIKELY: f64 = 0.05;
-/// A model that explains this share of the excess is worth building the problem anew around.
-const NEAR: f64 = 0.5;
-/// Strengths of two effects that are correlated more than this are not two findings.
-const ENTANGLED: f64 = 0.98;
-/// Share of the excess below which a first effect is not even tried.
-const WORTH_TRYING: f64 = 0.25;
-/// Candidates that are searched again before `unexplained` is said.
-const SEARCHED_AGAIN: usize = 4;
-/// Candidates for a further effect that are searched on a grid.
-const SEARCHED_FURTHER: usize = 3;
-/// Most effects named.
-const MOST_EFFECTS: usize = 3;
-/// Effects refitted at each stage.
-const SURVIVORS: usize = 8;
-/// A step of the diagnosis was done; for progress bars.
-pub type Tick<'a> = &'a (dyn Fn() + Sync);
 
 /// Steps that [`diagnose`] reports to its `tick` at most.
 pub fn steps() -> u64 {
@@ -292,15 +261,6 @@ fn drifting<'a>(problem: &Problem<'a>, base: &Held) -> Option<(Problem<'a>, Held
     Some((around, without, candidate))
 }
 
-/// How often the data were gone through.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Pass {
-    /// Around the base model.
-    First,
-    /// Around the best model of the first pass, which did not explain the data.
-    Second,
-}
-
 /// Screening, choice and verdict; see `docs/diagnose.md` for the rules.
 fn find(
     problem: &Problem,
@@ -365,239 +325,4 @@ fn find(
         _ => model,
     };
     Findings { base, first, chosen, last, equal, posterior, invisible, swing, again, verdict, doubt, model }
-}
-
-/// What is taken from the candidates.
-struct Choice {
-    /// Effects in the order in which they were chosen.
-    chosen: Vec<Candidate>,
-    /// For each of them: those that do as well in its place.
-    equal: Vec<Vec<&'static str>>,
-    /// Where nothing explains the data: the best model met, if it explains much of them.
-    near: Option<Model<f64>>,
-    /// What is left where no more than the compliance of the pads was found.
-    left: Option<Misfit>,
-    verdict: Verdict,
-}
-
-impl Choice {
-    fn nothing() -> Self {
-        let verdict = Verdict::NothingMissing;
-        Self { chosen: Vec::new(), equal: Vec::new(), near: None, left: None, verdict }
-    }
-}
-
-/// Candidates for a further effect beside those of a model.
-type Stages = Vec<(Model<f64>, Vec<Candidate>)>;
-
-/// Chooses effects one after the other, `first` being the candidates for the first place and `stages`
-/// those for further ones met so far, and judges what they explain.
-fn choose(
-    problem: &Problem,
-    start: &Held,
-    first: &[Candidate],
-    trials: &[CandidateEffect],
-    stages: &mut Stages,
-    (pass, search): (Pass, Search),
-    tick: Tick,
-) -> Choice {
-    let level = FALSE_ALARM / REGISTRY.len() as f64;
-    let named = |chosen: &[Candidate]| chosen.iter().filter(|c| !small_compliance(problem, c)).count();
-    let mut chosen: Vec<Candidate> = Vec::new();
-    let mut equal: Vec<Vec<&'static str>> = Vec::new();
-    let mut stage = first.to_vec();
-    while chosen.len() < MOST_EFFECTS {
-        let before = chosen.last().map_or(start, |c: &Candidate| &c.held);
-        let taken = |c: &Candidate| {
-            let share = explained(&before.misfit, &c.held.misfit);
-            let pads = small_compliance(problem, c);
-            let worth = if named(&chosen) == 0 || pads { WORTH_TRYING } else { EXPLAINS_FURTHER };
-            let chance = match share {
-                _ if pads => LIKELY,
-                // The problem is built around one of the candidates: that favours it.
-                _ if pass == Pass::Second => level,
-                _ if share > CERTAIN => LIKELY,
-                _ if share > EXPLAINS => FALSE_ALARM,
-                _ if share > EXPLAINS_RELEVANT && !c.held.misfit.exceeds(RELEVANT) => FALSE_ALARM,
-                _ => level,
-            };
-            share > worth && c.p_value < chance && (chosen.is_empty() || !entangled(problem, &c.held))
-        };
-        let Some(best) = stage.iter().position(taken) else {
-            break;
-        };
-        let winner = stage[best].clone();
-        equal.push(equals(before, &winner, &stage));
-        chosen.push(winner);
-        let last = &chosen[chosen.len() - 1];
-        if !last.held.misfit.exceeds(RELEVANT) {
-            break;
-        }
-        if chosen.len() < MOST_EFFECTS {
-            let on = &last.held.solution.model;
-            let at = stages.iter().position(|(model, _)| model == on).unwrap_or_else(|| {
-                stages.push((on.clone(), candidates(problem, &last.held, &[], trials, SURVIVORS, tick).0));
-                stages.len() - 1
-            });
-            // Beside another effect least squares often ends in a side valley.
-            let (most, search) = match search {
-                Search::Quick => (SEARCHED_FURTHER, Search::Grid),
-                other => (SEARCHED_AGAIN, other),
-            };
-            search_again(problem, &last.held, &[], &mut stages[at].1, (most, search), tick);
-            stage = stages[at].1.clone();
-        }
-    }
-    let met = chosen.iter().chain(stage.first()).min_by(|a, b| total(&a.held).total_cmp(&total(&b.held)));
-    let near = met
-        .filter(|c| explained(&start.misfit, &c.held.misfit) > NEAR)
-        .map(|c| c.held.solution.model.clone());
-    drop_needless(problem, start, &mut chosen, &mut equal);
-    // One effect that does what several do together is the better answer.
-    if named(&chosen) > 1 {
-        let together = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
-        let alone = first
-            .iter()
-            .find(|c| c.p_value < level && c.explained > together - SIMPLER && !poor(&c.held.misfit));
-        if let Some(alone) = alone {
-            equal = vec![equals(start, alone, first)];
-            chosen = vec![alone.clone()];
-        }
-    }
-    let share = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
-    let explains = chosen.last().is_some_and(|c| verdict::explains(share, &Left::of(&c.held.misfit)));
-    // The compliance of real pads is no missing effect: what counts is what it leaves.
-    let judged = chosen.last().filter(|_| named(&chosen) == 0).map_or(start, |c| &c.held);
-    let only_pads = !chosen.is_empty() && named(&chosen) == 0;
-    let nothing = Choice { left: only_pads.then(|| judged.misfit.clone()), ..Choice::nothing() };
-    match verdict::of_search(explains, named(&chosen), &Left::of(&judged.misfit)) {
-        verdict @ Verdict::Effect => Choice { chosen, equal, verdict, ..Choice::nothing() },
-        verdict @ Verdict::Unexplained => Choice { verdict, near, ..Choice::nothing() },
-        _ => nothing,
-    }
-}
-
-/// Whether a fit of several effects plays one against another, or pulls one as far as it goes: what they
-/// explain together is then neither's.
-fn entangled(problem: &Problem, held: &Held) -> bool {
-    let Held { solution, free, .. } = held;
-    let covariance = fit::clustered_covariance(&solution.grams, &problem.priors(free, 0), free.len());
-    let strength = |f: &Free| match f {
-        Free::Effect { slot, of, .. } if of.typical != of.neutral => Some((*slot, *of)),
-        _ => None,
-    };
-    let at_bound = |f: &Free| {
-        let x = f.get(&solution.model);
-        strength(f).is_some_and(|(_, of)| x != of.neutral && (x <= of.low || x >= of.high))
-    };
-    let correlated = |k: usize, l: usize| {
-        let r = covariance[(k, l)] / (covariance[(k, k)] * covariance[(l, l)]).sqrt();
-        let (a, b) = (strength(&free[k]), strength(&free[l]));
-        matches!((a, b), (Some(a), Some(b)) if a.0 != b.0) && r.abs() > ENTANGLED
-    };
-    free.iter().any(at_bound) || (0..free.len()).any(|k| (0..k).any(|l| correlated(k, l)))
-}
-
-/// Whether something else stands behind what a fit leaves, however much it explains.
-fn poor(misfit: &Misfit) -> bool {
-    Left::of(misfit).poor()
-}
-
-/// Takes out effects that the others made needless: fitted without one from where all of them ended, they
-/// explain as much. An effect may have done no more than open the way there.
-fn drop_needless(
-    problem: &Problem,
-    start: &Held,
-    chosen: &mut Vec<Candidate>,
-    equal: &mut Vec<Vec<&'static str>>,
-) {
-    let mut k = 0;
-    while chosen.len() > 1 && k < chosen.len() {
-        let last = &chosen[chosen.len() - 1].held;
-        let slot = start.solution.model.effects.len() + k;
-        let mut model = last.solution.model.clone();
-        if slot >= model.effects.len() {
-            return;
-        }
-        candidate::remove(&mut model, slot);
-        let free: Vec<Free> = last.free.iter().filter_map(|f| f.without_slot(slot)).collect();
-        let held = hold_out(problem, fit::solve(problem, &model, &free, 8), free);
-        let share = |held: &Held| explained(&start.misfit, &held.misfit);
-        let needless = match k + 1 == chosen.len() {
-            // What it was taken for, counted anew.
-            true => explained(&held.misfit, &last.misfit) <= EXPLAINS_FURTHER,
-            false => share(&held) > share(last) - SIMPLER && (!poor(&held.misfit) || poor(&last.misfit)),
-        };
-        if needless {
-            chosen.remove(k);
-            equal.remove(k);
-            if let Some(last) = chosen.last_mut() {
-                last.held = held;
-            }
-            k = 0;
-        } else {
-            k += 1;
-        }
-    }
-}
-
-/// Whether this is no more than the compliance of real pads: within the tolerance, not an effect.
-/// It stays in the model beside the others, so that nothing else has to stand in for it.
-fn small_compliance(problem: &Problem, candidate: &Candidate) -> bool {
-    small_compliance_in(problem, &candidate.held, candidate.info.id)
-}
-
-/// The same for effect `id` of a fit.
-fn small_compliance_in(problem: &Problem, held: &Held, id: &str) -> bool {
-    let Some(Role::Compliance { normal_m }) = find_effect(id).map(|info| info.role) else { return false };
-    let grip_n = problem.campaign.runs.iter().map(|r| r.prepared.grip_n()).fold(0.0, f64::max);
-    let Held { solution, free, .. } = held;
-    let covariance = fit::clustered_covariance(&solution.grams, &problem.priors(free, 0), free.len());
-    let of_it = |f: &Free| matches!(f, Free::Effect { effect, .. } if *effect == id);
-    // What the data do not determine says nothing about the pads.
-    free.iter().enumerate().filter(|(_, f)| of_it(f)).all(|(k, f)| {
-        let compliance_m_n = f.get(&solution.model);
-        compliance_m_n * grip_n < normal_m || compliance_m_n < 2.0 * covariance[(k, k)].sqrt()
-    })
-}
-
-/// The sets that explain the data as well as `chosen`: one effect exchanged for an `equal` one.
-fn sets(
-    drift: Option<&Candidate>,
-    chosen: &[Candidate],
-    equal: &[Vec<&'static str>],
-    unnamed: impl Fn(&Candidate) -> bool,
-) -> Vec<Vec<&'static str>> {
-    let ids: Vec<&'static str> = chosen.iter().filter(|c| !unnamed(c)).map(|c| c.info.id).collect();
-    let named = |c: &&(&Candidate, &Vec<&'static str>)| !unnamed(c.0);
-    let mut out = Vec::new();
-    for (k, (_, others)) in chosen.iter().zip(equal).filter(|c| named(&c)).enumerate() {
-        for other in others.iter().filter(|o| !ids.contains(o)) {
-            let mut set = ids.clone();
-            set[k] = other;
-            out.push(drift.map(|d| d.info.id).into_iter().chain(set).collect());
-        }
-    }
-    out
-}
-
-/// Candidates that do as well as the winner on held-out conditions.
-fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<&'static str> {
-    // Where little had to be explained, shares say little.
-    let settled = |c: &Candidate| !c.held.misfit.exceeds(RELEVANT);
-    stage
-        .iter()
-        .filter(|c| c.info.id != winner.info.id)
-        .filter(|c| {
-            let no_worse = paired(&c.held.loss, &winner.held.loss).is_none_or(|(t, _)| t < EQUAL);
-            let behind = winner.explained - explained(&base.misfit, &c.held.misfit);
-            // Significant or not: what differs by so little is below the run spread.
-            // Where much is left, the model is wrong and losses do not tell two effects apart.
-            let near = total(&c.held) < SAME_LOSS * total(&winner.held) || poor(&winner.held.misfit);
-            let both = settled(winner) && settled(c) && winner.explained < EXPLAINS;
-            (no_worse && (behind < EQUAL_SHARE || both)) || (near && behind < SAME_SHARE)
-        })
-        .take(LARGEST_SET - 1)
-        .map(|c| c.info.id)
-        .collect()
 }

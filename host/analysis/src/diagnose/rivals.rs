@@ -11,6 +11,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use stickslip_shared::effects::{REGISTRY, Role};
 use stickslip_shared::model::Model;
 
+use crate::diagnose::choice::{EQUAL, FALSE_ALARM, MOST_EFFECTS, Tick};
 use crate::diagnose::findings::Findings;
 use crate::diagnose::posterior::Posterior;
 use crate::diagnose::select::{Candidate, Held, candidates, explained, hold_out, paired};
@@ -20,16 +21,10 @@ use crate::fit::problem::Problem;
 use crate::fit::{self, Free, unrepeated};
 use crate::model::candidate::CandidateEffect;
 
-/// Family-wise probability of naming an effect by chance.
-const FALSE_ALARM: f64 = 0.01;
-/// Candidates behind the best by fewer standard errors are as good.
-const EQUAL: f64 = 2.0;
 /// Candidates that are judged with noise of their own.
 const JUDGED: usize = 4;
 /// The best of effects that are not named is mentioned where chance would do as much more seldom than this.
 const WORTH_A_WORD: f64 = 0.05;
-/// Most effects named.
-const MOST_EFFECTS: usize = 3;
 /// Largest number of others that an ambiguous answer lists.
 const MOST_EQUAL: usize = 3;
 /// Gauss-Newton steps around the new noise.
@@ -87,7 +82,7 @@ fn judge<'a>(
     campaign: &'a Campaign,
     start: &Judged<'a>,
     trials: &[CandidateEffect],
-    tick: &(dyn Fn() + Sync),
+    tick: Tick,
 ) -> (Vec<(Candidate, Judged<'a>)>, Vec<&'static str>) {
     let (found, invisible) = candidates(&start.problem, &start.held, &[], trials, JUDGED, tick);
     let mut out: Vec<(Candidate, Judged<'a>)> = found
@@ -117,7 +112,7 @@ pub fn find<'a>(
     campaign: &'a Campaign,
     base: &Held,
     trials: &[CandidateEffect],
-    tick: &(dyn Fn() + Sync),
+    tick: Tick,
 ) -> (Problem<'a>, Findings) {
     let level = FALSE_ALARM / REGISTRY.len() as f64;
     let mut at = Judged::new(campaign, &base.solution.model, &base.free);

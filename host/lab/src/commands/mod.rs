@@ -2,6 +2,7 @@
 
 pub mod blind;
 pub mod cost;
+pub mod curves;
 pub mod findings;
 pub mod formulations;
 pub mod grid;
@@ -54,6 +55,8 @@ enum Command {
     Hunt(hunt::Args),
     /// Compare single and double precision of the time step, on recorded and random trials
     Precision(precision::Args),
+    /// Draw warnings in time against false alarms: the predictor, a threshold, the force rate, a learnt detector
+    Curves(curves::Args),
     /// Judge slip and drop warnings by the key of simulated grasps
     Warnings(warnings::Args),
 }
@@ -72,6 +75,7 @@ impl Command {
             Command::Cost(args) => cost::run(args, output),
             Command::Hunt(args) => hunt::run(args, output),
             Command::Precision(args) => precision::run(args, output),
+            Command::Curves(args) => curves::run(args, output),
             Command::Warnings(args) => warnings::run(args, output),
         }
     }

@@ -2,20 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
-use rayon::prelude::*;
 use serde::Serialize;
 
-use stickslip_analysis::model::file::model_or_default;
-use stickslip_analysis::run::replay::feed;
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::alarms::{Episode, episodes};
-use stickslip_analysis::score::warnings::{Events, Figures, Key, MISSED_S, Share, judge, missed_s, until_s};
-use stickslip_data::Index;
+use stickslip_analysis::score::warnings::{Events, Figures, MISSED_S, Share, judge, missed_s};
 use stickslip_report::terminal::{Output, table};
-use stickslip_shared::predictor::{Limits, Plan, Predictor, flags};
+use stickslip_shared::predictor::flags;
 
 use crate::degrade::Fault;
+use crate::grasps::{self, Grasp};
 
 /// Arguments of `stickslip-lab warnings`.
 #[derive(Debug, clap::Args)]
@@ -46,9 +42,6 @@ pub struct Args {
     #[arg(long, value_name = "SHARE", default_value_t = 0.8)]
     pub threshold: f64,
 }
-
-/// Samples whose forces the threshold averages.
-const SMOOTHED: usize = 10;
 
 #[derive(Serialize)]
 struct Method {
@@ -119,7 +112,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     output.document(&Report { degrade: args.degrade, results: methods, unsure })
 }
 
-fn share(s: &Share) -> String {
+pub(super) fn share(s: &Share) -> String {
     s.interval().map_or_else(
         || "-".into(),
         |[low, high]| {
@@ -129,7 +122,7 @@ fn share(s: &Share) -> String {
     )
 }
 
-fn rate(events: &Events) -> String {
+pub(super) fn rate(events: &Events) -> String {
     events.rate().map_or_else(
         || "-".into(),
         |r| {
@@ -139,97 +132,31 @@ fn rate(events: &Events) -> String {
     )
 }
 
-/// The key beside a data set.
-fn key_of(folder: &Path) -> PathBuf {
-    let mut name = folder.as_os_str().to_owned();
-    name.push(".key.json");
-    let own = PathBuf::from(name);
-    if own.exists() { own } else { folder.join("../key.json") }
-}
-
 /// Figures of the predictor and of the threshold in each trial.
 fn judge_set(args: &Args, folder: &Path) -> anyhow::Result<Vec<([Figures; 2], Doubts)>> {
-    let path = args.key.clone().unwrap_or_else(|| key_of(folder));
-    let text =
-        std::fs::read(&path).with_context(|| format!("{}: cannot be read; state --key", path.display()))?;
-    let key: Key = serde_json::from_slice(&text)
-        .with_context(|| format!("{}: not a key of simulated grasps", path.display()))?;
-    let index = Index::open(folder)?;
-    let beside = [folder.join("model.toml"), folder.join("../model.toml")];
-    let told = args.model.as_ref().or_else(|| beside.iter().find(|p| p.exists()));
-    let model = model_or_default(told.map(PathBuf::as_path))?;
-    index
-        .trials
-        .par_iter()
-        .enumerate()
-        .map(|(ordinal, info)| {
-            let truth = key
-                .trials
-                .get(&info.trial)
-                .with_context(|| format!("{}: no entry for trial '{}'", path.display(), info.trial))?;
-            let trial = index.read_trial(info)?;
-            let mut feed = feed(&index.description, &trial)?;
-            let first = trial.samples.iter().find_map(|s| s.grip_cmd_n).or(info.grip_n).unwrap_or(0.0);
-            // The plan tells the set-point at the start: that a grip decays is not in it.
-            feed.plan.segments.iter_mut().for_each(|s| s.grip_n = first as f32);
-            let mut model = model.clone();
-            if let Some(fault) = args.degrade {
-                fault.apply(&mut feed.samples, &mut model);
-            }
-            let mut predictor = Predictor::new(feed.scene.clone(), model.cast(), Limits::default())
-                .map_err(|why| anyhow::anyhow!("trial {}: scene or model refused: {why:?}", info.trial))?;
-            predictor.set_plan(if args.no_plan { Plan::default() } else { feed.plan.clone() });
-            predictor.set_trial(ordinal as f32);
-            let t_s: Vec<f64> = feed.samples.iter().map(|s| f64::from(s.t_us) * 1e-6).collect();
-            let mut started = false;
-            let raised: Vec<u32> = feed
-                .samples
-                .iter()
-                .map(|s| {
-                    let mut sample = *s;
-                    if args.pose == ObjectPose::Start && started {
-                        sample.object = None;
-                    }
-                    started |= s.object.is_some();
-                    predictor.take(&sample).flags
-                })
-                .collect();
-            let until = until_s(truth, &t_s);
-            let up =
-                |mask: u32| -> Vec<Episode> { episodes(&t_s, raised.iter().map(|f| f & mask != 0), until) };
-            let slips = flags::SLIP_1 | flags::SLIP_2 | flags::SLIP_AHEAD_1 | flags::SLIP_AHEAD_2;
-            let slip = up(slips);
-            let ours = judge(truth, &slip, &up(flags::DROP), until);
-            let ticks_in = |from_s: f64, to_s: f64| {
-                t_s.iter().zip(&raised).filter(move |(t, _)| (from_s..=to_s).contains(*t))
-            };
-            let is_unsure = |raised: &u32| raised & flags::UNSURE != 0;
-            let mut unsure = Doubts::default();
-            ticks_in(0.0, until).for_each(|(_, raised)| unsure.ticks.count(is_unsure(raised)));
-            if let Some(at) = missed_s(truth, &slip) {
-                unsure
-                    .missed
-                    .count(ticks_in(at - MISSED_S, at + MISSED_S).any(|(_, raised)| is_unsure(raised)));
-            }
-            let limit = args.threshold * model.friction.finger;
-            let over = episodes(&t_s, ratios(&feed.samples).map(|r| r > limit), until);
-            Ok(([ours, judge(truth, &over, &over, until)], unsure))
-        })
-        .collect()
-}
-
-/// Tangential over normal force of both fingers, averaged.
-fn ratios(samples: &[stickslip_shared::wire::Sample]) -> impl Iterator<Item = f64> + '_ {
-    (0..samples.len()).map(|i| {
-        let near = samples.get(i.saturating_sub(SMOOTHED - 1)..=i).unwrap_or(&[]);
-        let sum = near.iter().fold([0.0f64; 3], |mut sum, s| {
-            if let [Some(a), Some(b)] = s.finger {
-                sum[0] += f64::from(a[0] + b[0]);
-                sum[1] += f64::from(a[2] + b[2]);
-                sum[2] += f64::from(a[1].abs() + b[1].abs());
-            }
-            sum
-        });
-        if sum[2] > 0.0 { sum[0].hypot(sum[1]) / sum[2] } else { 0.0 }
+    grasps::each(folder, (args.key.as_deref(), args.model.as_deref()), |mut grasp| {
+        if let Some(fault) = args.degrade {
+            grasp.spoil(fault);
+        }
+        let Grasp { truth, until_s: until, .. } = grasp;
+        let raised: Vec<u32> = grasp.predictions(args.pose, !args.no_plan)?.iter().map(|p| p.flags).collect();
+        let t_s = &grasp.t_s;
+        let up = |mask: u32| -> Vec<Episode> { episodes(t_s, raised.iter().map(|f| f & mask != 0), until) };
+        let slips = flags::SLIP_1 | flags::SLIP_2 | flags::SLIP_AHEAD_1 | flags::SLIP_AHEAD_2;
+        let slip = up(slips);
+        let ours = judge(truth, &slip, &up(flags::DROP), until);
+        let ticks_in = |from_s: f64, to_s: f64| {
+            t_s.iter().zip(&raised).filter(move |(t, _)| (from_s..=to_s).contains(*t))
+        };
+        let is_unsure = |raised: &u32| raised & flags::UNSURE != 0;
+        let mut unsure = Doubts::default();
+        ticks_in(0.0, until).for_each(|(_, raised)| unsure.ticks.count(is_unsure(raised)));
+        if let Some(at) = missed_s(truth, &slip) {
+            let about = ticks_in(at - MISSED_S, at + MISSED_S);
+            unsure.missed.count(about.into_iter().any(|(_, raised)| is_unsure(raised)));
+        }
+        let limit = args.threshold * grasp.model.friction.finger;
+        let over = episodes(t_s, grasp.ratios().map(|r| r > limit), until);
+        Ok(([ours, judge(truth, &over, &over, until)], unsure))
     })
 }

@@ -4,6 +4,7 @@ mod command_line;
 #[path = "../../../cli/tests/it/common.rs"]
 mod common;
 mod degraded;
+mod detectors;
 mod diagnose_detection;
 mod diagnose_inputs;
 mod hostile_input;
