@@ -189,7 +189,7 @@ pub struct Scored {
     t_s: Vec<f64>,
     until_s: f64,
     courses: [Course; 3],
-    predictor: Figures,
+    predictor: (Figures, Share),
 }
 
 impl Scored {
@@ -201,8 +201,9 @@ impl Scored {
         let raised = grasp.predictions(pose, true)?;
         let up = |mask: u32| episodes(&grasp.t_s, raised.iter().map(|p| p.flags & mask != 0), grasp.until_s);
         let slips = flags::SLIP_1 | flags::SLIP_2 | flags::SLIP_AHEAD_1 | flags::SLIP_AHEAD_2;
+        let is_slip = raised.iter().map(|p| p.flags & slips != 0);
         Ok(Self {
-            predictor: judge(grasp.truth, &up(slips), &up(flags::DROP), grasp.until_s),
+            predictor: (judge(grasp.truth, &up(slips), &up(flags::DROP), grasp.until_s), samples_up(is_slip)),
             courses: [threshold(grasp), force_rate(grasp), learnt.course(grasp, pose)?],
             truth: grasp.truth.clone(),
             t_s: grasp.t_s.clone(),
@@ -210,11 +211,17 @@ impl Scored {
         })
     }
 
-    fn above(&self, detector: usize, level: f64) -> Figures {
-        let up: Vec<Episode> =
-            episodes(&self.t_s, self.courses[detector].iter().map(|x| *x > level), self.until_s);
-        judge(&self.truth, &up, &up, self.until_s)
+    fn above(&self, detector: usize, level: f64) -> (Figures, Share) {
+        let is_up = self.courses[detector].iter().map(|x| *x > level);
+        let up: Vec<Episode> = episodes(&self.t_s, is_up.clone(), self.until_s);
+        (judge(&self.truth, &up, &up, self.until_s), samples_up(is_up))
     }
+}
+
+fn samples_up(is_up: impl Iterator<Item = bool>) -> Share {
+    let mut up = Share::default();
+    is_up.for_each(|is_up| up.count(is_up));
+    up
 }
 
 /// A detector's figures where it warns above a level.
@@ -224,12 +231,15 @@ pub struct Point {
     pub level: f64,
     /// What comes of it.
     pub figures: Figures,
+    /// Samples with the alarm up. Alarms that run into one another are few, and no better for it.
+    pub up: Share,
 }
 
-/// The predictor's figures over all trials.
+/// The predictor's figures over all trials, and samples with its slip alarm up.
 #[must_use]
-pub fn predictor(trials: &[Scored]) -> Figures {
-    sum(trials.iter().map(|t| t.predictor.clone()))
+pub fn predictor(trials: &[Scored]) -> (Figures, Share) {
+    let (figures, up): (Vec<Figures>, Vec<Share>) = trials.iter().map(|t| t.predictor.clone()).unzip();
+    (sum(figures.into_iter()), joined(&up))
 }
 
 /// The curve of a detector, from its most careful level to its most trusting one: those that evenly spaced (in
@@ -245,10 +255,19 @@ pub fn curve(trials: &[Scored], detector: usize) -> Vec<Point> {
     };
     let mut levels: Vec<f64> = (0..LEVELS).filter_map(level).collect();
     levels.dedup();
-    levels
-        .into_par_iter()
-        .map(|level| Point { level, figures: sum(trials.iter().map(|t| t.above(detector, level))) })
-        .collect()
+    let of = |level| {
+        let (figures, up): (Vec<Figures>, Vec<Share>) =
+            trials.iter().map(|t| t.above(detector, level)).unzip();
+        Point { level, figures: sum(figures.into_iter()), up: joined(&up) }
+    };
+    levels.into_par_iter().map(of).collect()
+}
+
+fn joined(shares: &[Share]) -> Share {
+    shares.iter().fold(Share::default(), |mut sum, s| {
+        sum.join(s);
+        sum
+    })
 }
 
 fn sum(figures: impl Iterator<Item = Figures>) -> Figures {
@@ -258,9 +277,11 @@ fn sum(figures: impl Iterator<Item = Figures>) -> Figures {
     })
 }
 
-/// The point of a curve that finds most of `what` at no more false alarms than `most` an hour.
+/// The point of a curve that finds most of `what` at no more false alarms than `most` an hour, with the alarm up in no
+/// more than `up` of the samples.
 #[must_use]
-pub fn at_most(curve: &[Point], most: f64, what: fn(&Figures) -> &Share) -> Option<&Point> {
-    let rate = |p: &&Point| p.figures.all_false().rate().is_some_and(|r| r.per_hour <= most);
-    curve.iter().filter(rate).max_by_key(|p| what(&p.figures).found)
+pub fn at_most(curve: &[Point], (most, up): (f64, f64), what: fn(&Figures) -> &Share) -> Option<&Point> {
+    let few = |p: &&Point| p.figures.all_false().rate().is_some_and(|r| r.per_hour <= most);
+    let short = |p: &&Point| p.up.found as f64 <= up * p.up.of as f64;
+    curve.iter().filter(few).filter(short).max_by_key(|p| what(&p.figures).found)
 }

@@ -10,12 +10,15 @@ use stickslip_shared::model::Model;
 
 use crate::channels::{Signals, channel_words};
 use crate::diagnose::structure::{self, Structure};
+use crate::diagnose::verdict::RELEVANT;
 use crate::fit::campaign::{Campaign, Run};
 use crate::fit::features::{Bins, channel_name};
 use crate::fit::phases::{BINS, Phase};
 
 /// Share of the force above which a run swings. Friction of real surfaces varies by some per cent on its way.
 const SWINGS: f64 = 0.05;
+/// ... and standard deviations of the noise at rest: in motion a bench is seldom as quiet as at rest.
+const STANDS_OUT: f64 = RELEVANT;
 /// Fewest conditions that swing.
 const FEWEST: usize = 2;
 /// Samples of a part from which a line can be told.
@@ -80,7 +83,8 @@ pub fn missed(campaign: &Campaign, model: &Model<f64>) -> Option<Swing> {
     };
     let found: Vec<[(f64, f64, f64); 6]> = campaign.runs.par_iter().map(swings).collect();
     let of_channel = |k: usize| {
-        let swinging: Vec<usize> = (0..found.len()).filter(|r| found[*r][k].1 > SWINGS).collect();
+        let swinging: Vec<usize> =
+            (0..found.len()).filter(|r| found[*r][k].1 > SWINGS && found[*r][k].2 > STANDS_OUT).collect();
         let mut conditions: Vec<usize> = swinging.iter().map(|r| campaign.runs[*r].condition).collect();
         conditions.sort_unstable();
         conditions.dedup();

@@ -37,6 +37,7 @@ pub struct Args {
 #[derive(Serialize)]
 struct Report {
     predictor: Figures,
+    predictor_up: Share,
     threshold: Vec<Point>,
     force_rate: Vec<Point>,
     learnt: Vec<Point>,
@@ -68,26 +69,31 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     for folder in &args.data {
         trials.extend(grasps::each(folder, (None, None), |g| Scored::of(&g, args.pose, &learnt))?);
     }
-    let ours = predictor(&trials);
+    let (ours, up) = predictor(&trials);
     let curves: [Vec<Point>; 3] = std::array::from_fn(|k| curve(&trials, k));
     let most = ours.all_false().rate().map_or(0.0, |r| r.per_hour);
+    let share_up = up.found as f64 / f64::max(up.of as f64, 1.0);
     let mut t = table(["", "predictor", DETECTORS[0], DETECTORS[1], DETECTORS[2]]);
     for (name, what) in WHAT {
-        let best = |c: &Vec<Point>| at_most(c, most, what).map_or("-".into(), |p| share(what(&p.figures)));
+        let best = |c: &Vec<Point>| {
+            at_most(c, (most, share_up), what).map_or("-".into(), |p| share(what(&p.figures)))
+        };
         let [a, b, c] = curves.each_ref().map(best);
         t.add_row([name.to_owned(), share(what(&ours)), a, b, c]);
     }
     output.text(format_args!(
-        "{} trials. Each detector at its best level with no more false slip alarms than the predictor ({}):",
+        "{} trials. Each detector at its best level with no more false slip alarms than the predictor ({}), up in no \
+         more of the samples ({:.1} %):",
         trials.len(),
-        rate(&ours.all_false())
+        rate(&ours.all_false()),
+        100.0 * share_up
     ));
     output.table(&t);
     if let Some(path) = &args.html {
         output.page(path, page(&ours, &curves))?;
     }
     let [threshold, force_rate, learnt] = curves;
-    output.document(&Report { predictor: ours, threshold, force_rate, learnt })
+    output.document(&Report { predictor: ours, predictor_up: up, threshold, force_rate, learnt })
 }
 
 fn page(ours: &Figures, curves: &[Vec<Point>; 3]) -> String {

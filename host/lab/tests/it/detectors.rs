@@ -52,14 +52,16 @@ fn trees_learn_what_a_feature_tells() {
     assert!(Learnt::from(Vec::new()).is_err());
 }
 
+fn point(level: f64, found: usize, count: usize, up: usize) -> Point {
+    let mut figures = Figures { builds_up: Share { found, of: 10 }, ..Figures::default() };
+    figures.false_slip.insert("g".into(), Events { count, hours: 1.0 });
+    Point { level, figures, up: Share { found: up, of: 100 } }
+}
+
 #[test]
 fn of_a_curve_the_point_is_taken_that_finds_most_within_the_false_alarms_allowed() {
-    let point = |level: f64, found: usize, count: usize| {
-        let mut figures = Figures { builds_up: Share { found, of: 10 }, ..Figures::default() };
-        figures.false_slip.insert("g".into(), Events { count, hours: 1.0 });
-        Point { level, figures }
-    };
-    let curve = [point(0.1, 10, 50), point(0.2, 9, 20), point(0.3, 7, 20), point(0.4, 5, 1)];
-    let level = |most: f64| at_most(&curve, most, |f| &f.builds_up).map(|p| p.level);
-    assert_eq!([level(60.0), level(20.0), level(19.9), level(0.5)], [Some(0.1), Some(0.2), Some(0.4), None]);
+    // The first is always up: no alarm of it is false, and it is no detector.
+    let curve = [point(0.1, 10, 0, 99), point(0.2, 9, 20, 9), point(0.3, 7, 20, 7), point(0.4, 5, 1, 2)];
+    let level = |most: f64| at_most(&curve, (most, 0.1), |f| &f.builds_up).map(|p| p.level);
+    assert_eq!([level(60.0), level(20.0), level(19.9), level(0.5)], [Some(0.2), Some(0.2), Some(0.4), None]);
 }
