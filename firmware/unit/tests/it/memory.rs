@@ -5,7 +5,9 @@ use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 use proptest::prelude::*;
-use stickslip_shared::wire::{GripLimits, MAX_MODEL_BYTES, Port, Pose, Sensor, Source, StartRequest};
+use stickslip_shared::wire::{
+    GripLimits, MAX_MODEL_BYTES, Port, Pose, Refusal, Sensor, Source, StartRequest,
+};
 use stickslip_unit::memory::{Memory, MemoryFault, Settings, VERSION};
 
 /// Of the STM32G474 with two banks (RM0440, 3.3): pages of 2 KiB, words of 8 bytes.
@@ -253,5 +255,24 @@ proptest! {
             block_on(memory.store_settings(&settings(3))).unwrap();
         }
         prop_assert_eq!(block_on(memory.settings()), Ok(Some(settings(3))));
+    }
+}
+
+#[test]
+fn a_run_on_the_units_sensors_is_refused_for_the_first_finger_without_sensor_or_matrix() {
+    let whole = settings(1);
+    assert_eq!(whole.check_ready(), Ok(()));
+    for finger in 0..2u8 {
+        let mut bare = whole.clone();
+        bare.matrix[usize::from(finger)] = None;
+        assert_eq!(bare.check_ready(), Err(Refusal::NotCalibrated { finger }));
+        bare.sensors.retain(|s| s.finger != finger);
+        assert_eq!(bare.check_ready(), Err(Refusal::NoSensor { finger }));
+        // Another sensor than before: its matrix is no longer the finger's.
+        let mut other = whole.clone();
+        let mut sensors = other.sensors.clone();
+        sensors.iter_mut().filter(|s| s.finger == finger).for_each(|s| s.port = Port::Can);
+        other.assign(&sensors).unwrap();
+        assert_eq!(other.check_ready(), Err(Refusal::NotCalibrated { finger }));
     }
 }
