@@ -270,16 +270,11 @@ impl<G: Gauges> Control<G> {
 
     /// Takes what the sensors measured since the last tick; goes on with a tare.
     fn read_sensors(&mut self, now_us: u32) {
-        let port = |finger: u8, fingers: &Fingers| {
-            fingers.sensors().any(|s| s.finger == finger && s.port == Port::Gauges)
-        };
-        let wired = [port(0, &self.fingers), port(1, &self.fingers)];
-        if wired != [false; 2]
+        if self.fingers.sensors().any(|s| s.port == Port::Gauges)
             && let Some(counts) = self.gauges.read()
         {
-            for ((channels, finger), _) in
-                self.channels.iter_mut().zip(0..).zip(wired).filter(|(_, wired)| *wired)
-            {
+            // What is of a finger with another sensor is not taken.
+            for (channels, finger) in self.channels.iter_mut().zip(0..) {
                 if let Some(reading) = channels.take(&counts, now_us) {
                     self.fingers.take(Port::Gauges, finger, reading);
                 }

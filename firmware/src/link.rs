@@ -118,11 +118,8 @@ impl Link {
             .await;
         } else if key == wire::Tare::REQ_KEY {
             self.command::<wire::Tare>(frame, |link, ()| {
-                let Some(first) = (0..2).find(|k| !link.settings.sensors.iter().any(|s| s.finger == *k))
-                else {
-                    return queue(Command::Tare);
-                };
-                Err(Refusal::NoSensor { finger: first })
+                stickslip_unit::fingers::check_all_fingers(&link.settings.sensors)?;
+                queue(Command::Tare)
             })
             .await;
         } else if key == wire::SetSensors::REQ_KEY {

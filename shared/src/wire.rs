@@ -44,26 +44,26 @@ mod table {
     endpoints! {
         list = ENDPOINTS;
         omit_std = true;
-        | EndpointTy        | RequestTy    | ResponseTy | Path                     |
-        | ----------        | ---------    | ---------- | ----                     |
-        | GetInfo           | ()           | Info       | "stickslip/info"         |
-        | GetStatistics     | ()           | Statistics | "stickslip/statistics"   |
-        | LoadModelChunk    | ModelChunk   | Answer     | "stickslip/model/chunk"  |
-        | CommitModel       | ModelCommit  | Answer     | "stickslip/model/commit" |
-        | SetPlan           | Plan         | Answer     | "stickslip/plan"         |
-        | SetGrip           | f32          | Answer     | "stickslip/grip"         |
-        | SetCalibration    | Calibration  | Answer     | "stickslip/calibration"  |
-        | Tare              | ()           | Answer     | "stickslip/tare"         |
-        | SetSensors     | Sensors      | Answer     | "stickslip/sensors"      |
-        | SetGrasp       | MaybeGrasp   | Answer     | "stickslip/grasp"        |
-        | SetGripLimits  | GripLimits   | Answer     | "stickslip/griplimits"   |
-        | SetUnit        | u32          | Answer     | "stickslip/unit"         |
-        | Store          | MaybeStart   | Answer     | "stickslip/store"        |
-        | Forget         | ()           | Answer     | "stickslip/forget"       |
+        | EndpointTy     | RequestTy    | ResponseTy   | Path                     |
+        | ----------     | ---------    | ----------   | ----                     |
+        | GetInfo        | ()           | Info         | "stickslip/info"         |
+        | GetStatistics  | ()           | Statistics   | "stickslip/statistics"   |
+        | LoadModelChunk | ModelChunk   | Answer       | "stickslip/model/chunk"  |
+        | CommitModel    | ModelCommit  | Answer       | "stickslip/model/commit" |
+        | SetPlan        | Plan         | Answer       | "stickslip/plan"         |
+        | SetGrip        | f32          | Answer       | "stickslip/grip"         |
+        | SetCalibration | Calibration  | Answer       | "stickslip/calibration"  |
+        | Tare           | ()           | Answer       | "stickslip/tare"         |
+        | SetSensors     | Sensors      | Answer       | "stickslip/sensors"      |
+        | SetGrasp       | MaybeGrasp   | Answer       | "stickslip/grasp"        |
+        | SetGripLimits  | GripLimits   | Answer       | "stickslip/griplimits"   |
+        | SetUnit        | u32          | Answer       | "stickslip/unit"         |
+        | Store          | MaybeStart   | Answer       | "stickslip/store"        |
+        | Forget         | ()           | Answer       | "stickslip/forget"       |
         | ReadClock      | ()           | ClockReading | "stickslip/clock"        |
-        | Start             | StartRequest | Answer     | "stickslip/start"        |
-        | Stop              | ()           | Answer     | "stickslip/stop"         |
-        | ResetBoard        | ()           | Answer     | "stickslip/reset"        |
+        | Start          | StartRequest | Answer       | "stickslip/start"        |
+        | Stop           | ()           | Answer       | "stickslip/stop"         |
+        | ResetBoard     | ()           | Answer       | "stickslip/reset"        |
     }
 
     topics! {

@@ -45,12 +45,10 @@ impl Wrench {
     pub fn encode(&self) -> [u8; WRENCH_BYTES] {
         let mut frame = [0; WRENCH_BYTES];
         let valid = self.valid && self.values.iter().all(|x| x.is_finite());
-        for (k, (bytes, value)) in frame.chunks_exact_mut(4).zip(self.values).enumerate() {
+        for (k, (word, value)) in frame.as_chunks_mut::<4>().0.iter_mut().zip(self.values).enumerate() {
             // A cast keeps within the range of the type.
-            let counts = libm_round(value / if k < 3 { FORCE_N } else { TORQUE_NM }) as i32;
-            if let Ok(four) = <&mut [u8; 4]>::try_from(bytes) {
-                *four = counts.to_le_bytes();
-            }
+            let counts = rounded(value / if k < 3 { FORCE_N } else { TORQUE_NM }) as i32;
+            *word = counts.to_le_bytes();
         }
         let [a0, a1] = self.age_us.to_le_bytes();
         let [p0, p1] = self.period_us.to_le_bytes();
@@ -64,8 +62,8 @@ impl Wrench {
     pub fn decode(bytes: &[u8]) -> Option<Self> {
         let frame: &[u8; WRENCH_BYTES] = bytes.try_into().ok()?;
         let mut values = [0.0; 6];
-        for (k, (value, four)) in values.iter_mut().zip(frame.chunks_exact(4)).enumerate() {
-            let counts = i32::from_le_bytes(four.try_into().ok()?);
+        for (k, (value, word)) in values.iter_mut().zip(frame.as_chunks::<4>().0).enumerate() {
+            let counts = i32::from_le_bytes(*word);
             *value = counts as f32 * if k < 3 { FORCE_N } else { TORQUE_NM };
         }
         let [a0, a1, p0, p1, counter, valid, ..] = *frame.last_chunk::<8>()?;
@@ -80,7 +78,7 @@ impl Wrench {
 }
 
 /// Half away from zero; the bits are the same everywhere, beyond 2^23 there is nothing to round.
-fn libm_round(x: f32) -> f32 {
+fn rounded(x: f32) -> f32 {
     if x.abs() < 8_388_608.0 { (x + 0.5_f32.copysign(x)) as i32 as f32 } else { x }
 }
 
@@ -149,7 +147,7 @@ pub struct State {
 }
 
 fn word(value: Option<f32>, unit: f32) -> [u8; 2] {
-    let counts = value.filter(|x| x.is_finite()).map(|x| (libm_round(x / unit) as u16).min(u16::MAX - 1));
+    let counts = value.filter(|x| x.is_finite()).map(|x| (rounded(x / unit) as u16).min(u16::MAX - 1));
     counts.unwrap_or(u16::MAX).to_le_bytes()
 }
 
@@ -159,7 +157,7 @@ fn unword(bytes: [u8; 2], unit: f32) -> Option<f32> {
 }
 
 fn share(value: Option<f32>) -> u8 {
-    let counts = value.filter(|x| x.is_finite()).map(|x| (libm_round(x * 100.0) as u8).min(u8::MAX - 1));
+    let counts = value.filter(|x| x.is_finite()).map(|x| (rounded(x * 100.0) as u8).min(u8::MAX - 1));
     counts.unwrap_or(u8::MAX)
 }
 
@@ -182,9 +180,6 @@ impl State {
 
     /// As bytes of a frame.
     pub fn encode(&self) -> [u8; STATE_BYTES] {
-        let [f0, f1, f2, f3] = self.flags.to_le_bytes();
-        let [v0, v1, v2, v3] = self.validity.to_le_bytes();
-        let [t0, t1, t2, t3] = self.at_us.to_le_bytes();
         let [h0, h1] = word(self.holding_n, GRIP_N);
         let [a0, a1] = word(self.advised_n, GRIP_N);
         let [d0, d1] = word(self.drop_in_s, 1e-3);
@@ -194,68 +189,30 @@ impl State {
             Mode::Ready => 1,
             Mode::Running => 2,
         };
-        [
-            f0,
-            f1,
-            f2,
-            f3,
-            v0,
-            v1,
-            v2,
-            v3,
-            t0,
-            t1,
-            t2,
-            t3,
-            h0,
-            h1,
-            a0,
-            a1,
-            d0,
-            d1,
-            u0,
-            u1,
-            mode,
-            self.counter,
-            0,
-            0,
-        ]
+        let words = [
+            self.flags.to_le_bytes(),
+            self.validity.to_le_bytes(),
+            self.at_us.to_le_bytes(),
+            [h0, h1, a0, a1],
+            [d0, d1, u0, u1],
+            [mode, self.counter, 0, 0],
+        ];
+        let mut frame = [0; STATE_BYTES];
+        frame.iter_mut().zip(words.as_flattened()).for_each(|(out, byte)| *out = *byte);
+        frame
     }
 
     /// From a frame's bytes; `None` where they are not a state's.
     pub fn decode(bytes: &[u8]) -> Option<Self> {
-        let frame: &[u8; STATE_BYTES] = bytes.try_into().ok()?;
-        let [
-            f0,
-            f1,
-            f2,
-            f3,
-            v0,
-            v1,
-            v2,
-            v3,
-            t0,
-            t1,
-            t2,
-            t3,
-            h0,
-            h1,
-            a0,
-            a1,
-            d0,
-            d1,
-            u0,
-            u1,
-            mode,
-            counter,
-            _,
-            _,
-        ] = *frame;
+        let (words, []) = bytes.as_chunks::<4>() else { return None };
+        let [flags, validity, at_us, [h0, h1, a0, a1], [d0, d1, u0, u1], [mode, counter, ..]] = *words else {
+            return None;
+        };
         let used = |counts: u8| (counts != u8::MAX).then_some(f32::from(counts) * 0.01);
         Some(Self {
-            flags: u32::from_le_bytes([f0, f1, f2, f3]),
-            validity: u32::from_le_bytes([v0, v1, v2, v3]),
-            at_us: u32::from_le_bytes([t0, t1, t2, t3]),
+            flags: u32::from_le_bytes(flags),
+            validity: u32::from_le_bytes(validity),
+            at_us: u32::from_le_bytes(at_us),
             holding_n: unword([h0, h1], GRIP_N),
             advised_n: unword([a0, a1], GRIP_N),
             drop_in_s: unword([d0, d1], 1e-3),

@@ -132,6 +132,18 @@ pub fn check_sensors(sensors: &[Sensor]) -> Result<(), Refusal> {
     Ok(())
 }
 
+/// Where the sensor of `finger` is connected.
+pub fn port_of(sensors: &[Sensor], finger: u8) -> Option<Port> {
+    sensors.iter().find(|s| s.finger == finger).map(|s| s.port)
+}
+
+/// # Errors
+/// The first finger (0 or 1) without a sensor.
+pub fn check_all_fingers(sensors: &[Sensor]) -> Result<(), Refusal> {
+    let missing = (0..2).find(|finger| port_of(sensors, *finger).is_none());
+    missing.map_or(Ok(()), |finger| Err(Refusal::NoSensor { finger }))
+}
+
 impl Fingers {
     /// No sensors, nothing calibrated.
     pub const fn new() -> Self {
@@ -162,8 +174,8 @@ impl Fingers {
     /// As [`check_sensors`]; nothing has changed then.
     pub fn assign(&mut self, sensors: &[Sensor]) -> Result<(), Refusal> {
         check_sensors(sensors)?;
-        for (k, finger) in self.finger.iter_mut().enumerate() {
-            let port = sensors.iter().find(|s| usize::from(s.finger) == k).map(|s| s.port);
+        for (finger, k) in self.finger.iter_mut().zip(0..) {
+            let port = port_of(sensors, k);
             if port != finger.port {
                 let rest = if port == Some(Port::Gauges) { crate::source::gauges::REST } else { 0.0 };
                 *finger = Finger { port, offset: [rest; 6], ..Finger::NONE };
@@ -182,11 +194,6 @@ impl Fingers {
         if let Some(finger) = self.finger.get_mut(usize::from(calibration.finger)) {
             finger.matrix = Some(calibration.matrix);
         }
-    }
-
-    /// One finger's matrix.
-    pub fn matrix(&self, finger: u8) -> Option<&[[f32; 6]; 6]> {
-        self.finger.get(usize::from(finger))?.matrix.as_ref()
     }
 
     /// The first finger (0 or 1) without a matrix.

@@ -42,11 +42,6 @@ impl GripAdvice {
         self.limits = limits;
     }
 
-    /// The limits in use.
-    pub fn limits(&self) -> &GripLimits {
-        &self.limits
-    }
-
     /// For one run.
     pub fn restart(&mut self) {
         (self.now_n, self.alarmed_n, self.quiet_s) = (None, None, 0.0);

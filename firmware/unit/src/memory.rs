@@ -16,7 +16,7 @@ use stickslip_shared::wire::{
     Calibration, Grasp, GripLimits, MAX_MODEL_BYTES, PROTOCOL, Refusal, Sensors, StartRequest, check,
 };
 
-use crate::fingers::check_sensors;
+use crate::fingers::{check_all_fingers, check_sensors, port_of};
 
 /// Of what is stored: the protocol's, whose messages it consists of.
 pub const VERSION: u16 = PROTOCOL;
@@ -49,16 +49,15 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Other sensors; a finger that has another than before has neither matrix nor tare.
+    /// Other sensors; a finger that has another than before has no matrix.
     ///
     /// # Errors
     /// As [`check_sensors`]; nothing has changed then.
     pub fn assign(&mut self, sensors: &Sensors) -> Result<(), Refusal> {
         check_sensors(sensors)?;
-        for (finger, (matrix, offset)) in (0..).zip(self.matrix.iter_mut().zip(&mut self.offsets)) {
-            let port = |of: &Sensors| of.iter().find(|s| s.finger == finger).map(|s| s.port);
-            if port(sensors) != port(&self.sensors) {
-                (*matrix, *offset) = (None, [0.0; 6]);
+        for (matrix, finger) in self.matrix.iter_mut().zip(0..) {
+            if port_of(sensors, finger) != port_of(&self.sensors, finger) {
+                *matrix = None;
             }
         }
         self.sensors.clone_from(sensors);
@@ -68,15 +67,9 @@ impl Settings {
     /// # Errors
     /// The first finger without a sensor, or whose sensor has no matrix.
     pub fn check_ready(&self) -> Result<(), Refusal> {
-        for (matrix, finger) in self.matrix.iter().zip(0..) {
-            if !self.sensors.iter().any(|s| s.finger == finger) {
-                return Err(Refusal::NoSensor { finger });
-            }
-            if matrix.is_none() {
-                return Err(Refusal::NotCalibrated { finger });
-            }
-        }
-        Ok(())
+        check_all_fingers(&self.sensors)?;
+        let missing = self.matrix.iter().zip(0..).find(|(matrix, _)| matrix.is_none());
+        missing.map_or(Ok(()), |(_, finger)| Err(Refusal::NotCalibrated { finger }))
     }
 
     /// # Errors

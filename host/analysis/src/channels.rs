@@ -58,6 +58,9 @@ pub const NAMES: [&str; COUNT] = {
     names
 };
 
+/// First channel of the pusher's force.
+pub const PUSHER_FORCE: usize = 18;
+
 /// What channel `index` measures.
 pub fn quantity(index: usize) -> Quantity {
     match (index / 6, (index % 6) / 3) {

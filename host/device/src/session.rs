@@ -144,7 +144,10 @@ pub fn stream(
 }
 
 /// Waits until the tick took the model over.
-fn await_model(device: &mut Device) -> Result<(), DeviceError> {
+///
+/// # Errors
+/// Where it does not within half a second, or the line fails.
+pub fn await_model(device: &mut Device) -> Result<(), DeviceError> {
     for _ in 0..100 {
         let info = device.patient::<wire::GetInfo>(&())?;
         if info.mode != Mode::Safe {

@@ -7,11 +7,11 @@
 use anyhow::Context;
 use rayon::prelude::*;
 use serde::Serialize;
+use stickslip_analysis::model::file::default_model;
 use stickslip_analysis::run::replay::{Converter, feed};
 use stickslip_rig::condition::{Condition, Scenario};
 use stickslip_rig::plan::{self, PlanName};
 use stickslip_rig::{Exact, Nuisance, Reality, STEP_S, Setup, objects};
-use stickslip_shared::model::{Base, Friction, Model};
 use stickslip_shared::predictor::{Limits, Predictor};
 use stickslip_shared::wire::{GripLimits, TICK_US};
 use stickslip_unit::grip::GripAdvice;
@@ -114,9 +114,7 @@ pub fn run(options: &Options, done: impl Fn() + Sync) -> anyhow::Result<Vec<Pair
 fn pair(setup: &Setup, condition: &Condition, options: &Options) -> anyhow::Result<Pair> {
     let open = stickslip_rig::run(setup, condition, 1, options.seed).map_err(anyhow::Error::msg)?;
     let fed = feed(&setup.description, &open.trial)?;
-    let friction = Friction { finger: 0.4, pusher: 0.25, support: 0.3 };
-    let model: Model<f64> = Model::base(Base::Hard, friction);
-    let mut predictor = Predictor::<f32>::new(fed.scene, model.cast(), Limits::default())
+    let mut predictor = Predictor::<f32>::new(fed.scene, default_model().cast(), Limits::default())
         .map_err(|why| anyhow::anyhow!("the predictor refuses the scene ({why:?})"))?;
     let mut plan = fed.plan;
     // Nobody planned what happens to the grip.

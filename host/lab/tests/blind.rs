@@ -2,9 +2,10 @@
 //! rig's own reality and diagnosed without the key.
 
 use rayon::prelude::*;
+use stickslip_analysis::score::warnings::Share;
 use stickslip_lab::blind;
 use stickslip_lab::blind::generate::Wanted;
-use stickslip_lab::blind::score::{Opened, Share, figures};
+use stickslip_lab::blind::score::{Opened, figures, text};
 
 const RUNS: usize = 60;
 const SEED: u64 = 2;
@@ -18,10 +19,10 @@ fn run(number: usize) -> Opened {
 fn at_least(what: &str, share: Share, least: f64, runs: &[Opened]) {
     let lines: Vec<String> = runs
         .iter()
-        .map(|r| format!("{:?} {:?}: {:?} {:?}", r.key.class, r.key.effects, r.verdict, r.named))
+        .map(|r| format!("{:?} {:?}: {:?} {:?}", r.truth.class, r.truth.strengths, r.verdict, r.named))
         .collect();
-    let enough = share.of as f64 >= least * share.among as f64;
-    assert!(enough && share.among > 0, "{what}: {}\n{}", share.text(), lines.join("\n"));
+    let enough = share.found as f64 >= least * share.of as f64;
+    assert!(enough && share.of > 0, "{what}: {}\n{}", text(&share), lines.join("\n"));
 }
 
 #[test]
@@ -34,7 +35,7 @@ fn of_sixty_hidden_causes_few_are_given_a_wrong_name() {
     at_least("nothing missing, said so", f.nothing_right, 0.85, &runs);
     at_least("unknown effect not given a name", f.unknown_not_named, 0.85, &runs);
     let wrong = f.single_wrong;
-    let right = Share { of: wrong.among - wrong.of, among: wrong.among };
+    let right = Share { found: wrong.of - wrong.found, of: wrong.of };
     at_least("single effect not given a wrong name", right, 0.85, &runs);
     at_least("error after within 1.3 noise floors", f.error_fell, 0.8, &runs);
     at_least("strong single effect named, alone or among three", f.strong_named, 0.2, &runs);

@@ -143,19 +143,25 @@ fn effects(held: &Held, given: usize, unnamed: impl Fn(&Held, &'static str) -> b
     out
 }
 
+/// Group, feature and residual in run spreads, wherever it is measured.
+fn in_spreads<'a>(
+    problem: &'a Problem,
+    residual: &'a [Features],
+) -> impl Iterator<Item = (usize, usize, f64)> + 'a {
+    let of = problem.groups.iter().zip(residual).flat_map(move |(g, r)| {
+        problem.whiteners[*g].active.iter().map(move |f| (*g, *f, r[*f] / problem.single_run[*g][*f]))
+    });
+    of.filter(|(_, _, x)| x.is_finite())
+}
+
 fn places(problem: &Problem, residual: &[Features]) -> Places {
     let mut sums: Vec<BTreeMap<(usize, Phase), (f64, f64)>> =
         vec![BTreeMap::new(); problem.campaign.conditions];
-    for (g, r) in problem.groups.iter().zip(residual) {
-        let here = &mut sums[problem.campaign.groups[*g].condition];
-        for f in &problem.whiteners[*g].active {
-            let x = r[*f] / problem.single_run[*g][*f];
-            if x.is_finite() {
-                let place = here.entry((*f / BINS, Phase::of(*f % BINS))).or_default();
-                place.0 += x * x;
-                place.1 += 1.0;
-            }
-        }
+    for (g, f, x) in in_spreads(problem, residual) {
+        let here = &mut sums[problem.campaign.groups[g].condition];
+        let place = here.entry((f / BINS, Phase::of(f % BINS))).or_default();
+        place.0 += x * x;
+        place.1 += 1.0;
     }
     sums.into_iter().map(|m| m.into_iter().map(|(k, (sum, n))| (k, sum / n)).collect()).collect()
 }
@@ -169,16 +175,11 @@ fn scores(places: &Places) -> Vec<f64> {
 /// Mean correlation of the residuals between conditions, over features; at least zero.
 fn between_conditions(problem: &Problem, residual: &[Features]) -> f64 {
     let mut sums = vec![(0.0, 0.0, 0.0); FEATURES];
-    for (g, r) in problem.groups.iter().zip(residual) {
-        for f in &problem.whiteners[*g].active {
-            let x = r[*f] / problem.single_run[*g][*f];
-            if x.is_finite() {
-                let (sum, squares, n) = &mut sums[*f];
-                *sum += x;
-                *squares += x * x;
-                *n += 1.0;
-            }
-        }
+    for (_, f, x) in in_spreads(problem, residual) {
+        let (sum, squares, n) = &mut sums[f];
+        *sum += x;
+        *squares += x * x;
+        *n += 1.0;
     }
     let (mut products, mut squares) = (0.0, 0.0);
     for (sum, square, n) in sums.into_iter().filter(|s| s.2 > 1.0) {

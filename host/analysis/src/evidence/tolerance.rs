@@ -2,7 +2,7 @@
 //! shares its weight among them depends on how much. One set of sizes for [`mod@crate::compare`]
 //! and [`mod@crate::diagnose`], so that both call the same thing an error.
 
-use crate::channels::{Quantity, quantity};
+use crate::channels::{PUSHER_FORCE, Quantity, quantity};
 use crate::run::simulate::Prepared;
 use nalgebra::Vector3;
 use stickslip_shared::model::Scene;
@@ -83,8 +83,6 @@ impl Rigid {
 
 /// Fingers: the grip and the force along x.
 const OF_THE_GRIP: [usize; 4] = [6, 7, 12, 13];
-/// First channel of the pusher's force.
-const PUSHER: usize = 18;
 
 /// Channel of the force with which the pusher pushes: the world axis nearest to the normal of its
 /// face. None without a pusher.
@@ -92,7 +90,7 @@ pub fn push_channel(prepared: &Prepared) -> Option<usize> {
     prepared.scene.pusher.as_ref()?;
     let pose = prepared.poses().first()?.pusher?;
     let normal = pose.rotation.transform_vector(&Vector3::x());
-    (0..3).max_by(|a, b| normal[*a].abs().total_cmp(&normal[*b].abs())).map(|axis| PUSHER + axis)
+    (0..3).max_by(|a, b| normal[*a].abs().total_cmp(&normal[*b].abs())).map(|axis| PUSHER_FORCE + axis)
 }
 
 /// How far pose and forces of one trial may be from those of a rigid model.

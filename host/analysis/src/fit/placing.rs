@@ -11,12 +11,11 @@
 use nalgebra::Vector3;
 use stickslip_shared::model::{Model, PusherContact};
 
+use crate::channels::PUSHER_FORCE;
 use crate::fit::campaign::Run;
 use crate::fit::features::Features;
 use crate::run::simulate::Prepared;
 
-/// First channel of the pusher's force.
-const PUSHER: usize = 18;
 /// Share of the trial's largest push beyond which the pusher touches.
 const TOUCHES: f64 = 0.3;
 /// Step of the derivative, m: small beside an onset, far above the rounding of a step.
@@ -27,7 +26,9 @@ const STEP_M: f64 = 2e-4;
 #[must_use]
 pub fn left_between(prepared: &Prepared) -> Option<f64> {
     let Some(PusherContact::Point { tip_radius_m }) = prepared.scene.pusher else { return None };
-    let push_n = |row: &[f64]| row[PUSHER..PUSHER + 3].iter().filter(|f| f.is_finite()).map(|f| f * f).sum();
+    let push_n = |row: &[f64]| {
+        row[PUSHER_FORCE..PUSHER_FORCE + 3].iter().filter(|f| f.is_finite()).map(|f| f * f).sum()
+    };
     let most_n2: f64 = prepared.measured.iter().map(|row| push_n(row)).fold(0.0, f64::max);
     let end = prepared.measured.iter().rposition(|row| row[..6].iter().all(|x| x.is_finite()))?;
     // The last sample with both may come after the rod has stopped: it still leans on the object.

@@ -24,9 +24,9 @@ const TAILS: f64 = 4.0;
 const MOST_FRICTION: f64 = 0.5;
 
 /// A direction in which runs differ.
-struct Direction {
+struct Direction<'a> {
     /// Of one run, for a coefficient of one.
-    features: Features,
+    features: &'a Features,
     /// Standard deviation of the coefficient: at the start, or for good.
     sd: f64,
     /// Whether the runs tell it.
@@ -43,18 +43,17 @@ pub fn estimate(
     placing: &[Vec<Features>],
     floor: &Features,
 ) -> Noise {
-    let runs: Vec<(Features, Vec<Direction>)> = residuals
+    let directions: Vec<Vec<Direction<'_>>> = friction
         .iter()
-        .zip(friction.iter().zip(placing))
-        .map(|(residual, (friction, placing))| {
+        .zip(placing)
+        .map(|(friction, placing)| {
             let of_friction = friction.iter().map(|f| (f, DEFAULT_FRICTION, true));
             let of_placing = placing.iter().map(|f| (f, 1.0, false));
-            let direction =
-                |(f, sd, estimated): (&Features, f64, bool)| Direction { features: f.clone(), sd, estimated };
-            (residual.clone(), of_friction.chain(of_placing).map(direction).collect())
+            let direction = |(features, sd, estimated)| Direction { features, sd, estimated };
+            of_friction.chain(of_placing).map(direction).collect()
         })
         .collect();
-    let (spread, sd, weights) = from_misfit(&runs, floor);
+    let (spread, sd, weights) = from_misfit(residuals, &directions, floor);
     let of = |k: usize| sd.get(k).map_or(DEFAULT_FRICTION, |sd| sd.min(MOST_FRICTION));
     Noise {
         spread,
@@ -67,19 +66,22 @@ pub fn estimate(
     }
 }
 
-/// Noise of each feature, and the standard deviation of the coefficients of the directions; `runs` holds the
-/// residual of each run with its directions, as many for each; and the runs' weights. Noise is at least a
-/// twentieth of the `floor`.
-fn from_misfit(runs: &[(Features, Vec<Direction>)], floor: &Features) -> (Features, Vec<f64>, Vec<f64>) {
-    let n = runs.len();
-    let plain: Vec<Features> = runs.iter().map(|(r, _)| r.clone()).collect();
-    let mut spread = pooled(&plain, n, floor);
-    let mut sd: Vec<f64> = runs.first().map_or(Vec::new(), |(_, of)| of.iter().map(|d| d.sd).collect());
+/// Noise of each feature, the standard deviation of the coefficients of the `directions`, as many for each run,
+/// and the runs' weights, from the `residuals` of the runs. Noise is at least a twentieth of the `floor`.
+fn from_misfit(
+    residuals: &[Features],
+    directions: &[Vec<Direction<'_>>],
+    floor: &Features,
+) -> (Features, Vec<f64>, Vec<f64>) {
+    let n = residuals.len();
+    let mut spread = pooled(residuals, n, floor);
+    let first: &[Direction<'_>] = directions.first().map_or(&[], |of| of);
+    let mut sd: Vec<f64> = first.iter().map(|d| d.sd).collect();
     let mut weights = vec![1.0; n];
     for _ in 0..ROUNDS {
         let mut left: Vec<Features> = Vec::with_capacity(n);
         let mut squares = vec![0.0; sd.len()];
-        for ((residual, directions), weight) in runs.iter().zip(&mut weights) {
+        for ((residual, directions), weight) in residuals.iter().zip(directions).zip(&mut weights) {
             let seen: Vec<usize> = (0..FEATURES).filter(|f| residual[*f].is_finite()).collect();
             let scale = |f: usize| 1.0 / spread[f];
             let b = DMatrix::from_fn(seen.len(), sd.len(), |i, k| {
@@ -110,7 +112,7 @@ fn from_misfit(runs: &[(Features, Vec<Direction>)], floor: &Features) -> (Featur
         }
         spread = pooled(&left, n, floor);
         for (k, sd) in sd.iter_mut().enumerate() {
-            if runs.first().and_then(|(_, of)| of.get(k)).is_some_and(|d| d.estimated) {
+            if first.get(k).is_some_and(|d| d.estimated) {
                 *sd = (squares[k] / n as f64).sqrt();
             }
         }

@@ -17,7 +17,7 @@ use stickslip_device::records::TELEMETRY_RECORD;
 use stickslip_device::{Device, log};
 use stickslip_report::terminal::Output;
 use stickslip_shared::wire::{
-    self, Calibration, Mode, Port, Recalled, Sensor, Sensors, Source, StartRequest, TelemetryReport, check,
+    self, Calibration, Port, Recalled, Sensor, Sensors, Source, StartRequest, TelemetryReport, check,
 };
 
 /// Command line of `stickslip board`.
@@ -184,7 +184,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             device.load_model(&bytes)?;
             output.text(format_args!("model of {} bytes loaded", bytes.len()));
             if load.store {
-                wait_ready(&mut device)?;
+                stickslip_device::session::await_model(&mut device)?;
                 device.command::<wire::Store>(&None)?;
                 output.text("stored");
             }
@@ -271,16 +271,6 @@ fn package(load: &Load, output: &Output) -> anyhow::Result<Package> {
     let model = model_or_default(load.model.as_deref())?;
     let fed = feed(&reader.description, &trial)?;
     Ok(Package::new(fed.scene, &model, fed.plan, fed.samples, ordinal))
-}
-
-fn wait_ready(device: &mut Device) -> anyhow::Result<()> {
-    for _ in 0..100 {
-        if device.request::<wire::GetInfo>(&())?.mode != Mode::Safe {
-            return Ok(());
-        }
-        std::thread::sleep(Duration::from_millis(4));
-    }
-    bail!("the board did not take the model over")
 }
 
 /// What a board was told to do and did.
@@ -409,7 +399,7 @@ fn line(report: &TelemetryReport) -> String {
     let grip = report.advised_grip_n.map_or("-".to_owned(), |n| format!("{n:.1} N"));
     let alone = if report.alone { ", on stored poses" } else { "" };
     format!(
-        "tick {} {:?}{alone}: used {} and {}, grip {grip}, flags {}, validity {}",
+        "tick {} {:?}{alone}: used {} and {}, grip {grip}, flags {}, in doubt: {}",
         report.tick,
         report.mode,
         used[0],

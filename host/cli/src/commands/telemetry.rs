@@ -1,7 +1,7 @@
 //! What a board says, in words: for `stream` and `board`.
 
+use stickslip_analysis::run::replay::{FLAGS, VALIDITY};
 use stickslip_report::terminal::table;
-use stickslip_shared::predictor::{flags, validity};
 use stickslip_shared::wire::{Info, TelemetryReport};
 
 /// A line on what the board is.
@@ -32,7 +32,7 @@ pub fn live(report: &TelemetryReport) -> String {
         ]);
     }
     format!(
-        "{table}\nsag {:.2} mm, {:.2} mm ahead, rotation {:.2}°, drop {}, grip to hold {}\nflags: {}\nvalidity: {}",
+        "{table}\nsag {:.2} mm, {:.2} mm ahead, rotation {:.2}°, drop {}, grip to hold {}\nflags: {}\nin doubt: {}",
         p.sag_m * 1e3,
         p.sag_ahead_m * 1e3,
         p.rotation_rad.to_degrees(),
@@ -53,46 +53,16 @@ fn when(seconds: Option<f32>) -> String {
 
 /// Names of the flags that are up.
 pub fn flag_names(bits: u32) -> String {
-    names(
-        bits,
-        &[
-            (flags::SLIP_1 | flags::SLIP_2, "slip"),
-            (flags::SLIP_AHEAD_1 | flags::SLIP_AHEAD_2, "slip ahead"),
-            (flags::UNEXPECTED, "UNEXPECTED SLIP"),
-            (flags::SAG, "SAG"),
-            (flags::ROTATION, "ROTATION"),
-            (flags::DROP, "DROP"),
-            (flags::PUSHING, "pushing"),
-            (flags::UNSURE, "UNSURE"),
-        ],
-    )
+    names(bits, &FLAGS)
 }
 
 /// Names of the doubts.
 pub fn doubt_names(bits: u32) -> String {
-    names(
-        bits,
-        &[
-            (validity::SOLVER, "solver"),
-            (validity::DIVERGED, "model diverged"),
-            (validity::SAMPLE, "sample unusable"),
-            (validity::GAP, "gap in the samples"),
-            (validity::NO_WRENCH, "no fingertip wrench"),
-            (validity::NO_PLAN, "no plan"),
-            (validity::WAITING, "waiting for the object's pose"),
-            (validity::POINTS_LOST, "contact points left out"),
-            (validity::WRENCH, "wrench not finite"),
-            (validity::ONE_FINGER, "one finger's wrench missing"),
-            (validity::STUCK, "wrench stuck"),
-            (validity::SATURATED, "wrench at the end of its range"),
-            (validity::BIASED, "constant error of the wrench"),
-            (validity::MODEL, "model and measurement disagree"),
-            (validity::CONE_INSTEAD, "cone in place of pyramids"),
-        ],
-    )
+    names(bits, &VALIDITY)
 }
 
-fn names(bits: u32, table: &[(u32, &str)]) -> String {
-    let set: Vec<&str> = table.iter().filter(|(bit, _)| bits & bit != 0).map(|(_, name)| *name).collect();
+fn names(bits: u32, of: &[&str]) -> String {
+    let set = of.iter().enumerate().filter(|(bit, _)| bits >> bit & 1 == 1);
+    let set: Vec<&str> = set.map(|(_, name)| name.strip_prefix("doubt: ").unwrap_or(name)).collect();
     if set.is_empty() { "none".into() } else { set.join(", ") }
 }

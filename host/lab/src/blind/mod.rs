@@ -1,13 +1,14 @@
 //! The blind test of the diagnosis: `generate` draws what is hidden and makes the data,
-//! `score` opens the key. The diagnosis between them sees a data set and nothing else.
+//! `score` opens the key. `keys` does the same with data sets and keys that others made. The diagnosis between them sees a data set and nothing else.
 
 pub mod generate;
+pub mod keys;
 pub mod score;
 
 use anyhow::anyhow;
 
 use generate::{Class, Wanted, data, draw};
-use score::{Opened, open};
+use score::{Opened, Truth, open};
 use stickslip_analysis::diagnose::{base_misfit, diagnose};
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::default_model;
@@ -38,5 +39,5 @@ pub fn run(
             each_alone.push([misfit.error, misfit.perfect_model]);
         }
     }
-    Ok(open(key, &report, each_alone))
+    Ok(open(Truth::from(&key), &report, each_alone))
 }

@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::blind::generate::{Class, Key};
 use stickslip_analysis::diagnose::posterior::Weighed;
 use stickslip_analysis::diagnose::report::{CandidateReport, Report, Verdict};
+use stickslip_analysis::score::warnings::Share;
 
 /// A single effect counts as strong if the error before exceeds this many run spreads.
 const STRONG: f64 = 2.0;
@@ -17,11 +18,41 @@ const SURE: f64 = 0.95;
 /// Upper ends of the bins of probability over which the calibration error is summed.
 const BINS: [f64; 5] = [0.5, 0.7, 0.85, SURE, f64::INFINITY];
 
-/// One run with its key.
+/// What was hidden in a data set, whoever made it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Truth {
+    /// How many of which kind.
+    pub class: Class,
+    /// Identifiers.
+    pub effects: Vec<String>,
+    /// The same with their strengths.
+    pub strengths: Vec<String>,
+    /// What is there but no hidden effect, such as soft pads: naming it is not wrong.
+    pub also_true: Vec<&'static str>,
+    /// Plan, or the family that it was drawn from.
+    pub family: String,
+    /// Trials made.
+    pub trials: usize,
+}
+
+impl From<&Key> for Truth {
+    fn from(key: &Key) -> Self {
+        Self {
+            class: key.class,
+            effects: key.effects.iter().map(|e| e.kind.name().to_owned()).collect(),
+            strengths: key.effects.iter().map(ToString::to_string).collect(),
+            also_true: Vec::new(),
+            family: format!("{:?}", key.plan).to_lowercase(),
+            trials: key.trials,
+        }
+    }
+}
+
+/// One run with what was hidden.
 #[derive(Clone, Debug, Serialize)]
 pub struct Opened {
     /// What was hidden.
-    pub key: Key,
+    pub truth: Truth,
     /// Verdict.
     pub verdict: Verdict,
     /// Effects named.
@@ -48,28 +79,12 @@ pub struct Opened {
     pub seconds: f64,
 }
 
-/// A share with its count.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
-pub struct Share {
-    /// Successes.
-    pub of: usize,
-    /// Trials.
-    pub among: usize,
-}
-
-impl Share {
-    fn count(&mut self, success: bool) {
-        self.among += 1;
-        self.of += usize::from(success);
-    }
-
-    /// In per cent; `-` where there was nothing to count.
-    pub fn text(&self) -> String {
-        if self.among == 0 {
-            return "- (0)".into();
-        }
-        format!("{:.1} % ({} of {})", 100.0 * self.of as f64 / self.among as f64, self.of, self.among)
-    }
+/// In per cent, with its interval; `-` where there was nothing to count.
+#[must_use]
+pub fn text(share: &Share) -> String {
+    let Some([low, high]) = share.interval() else { return "- (0)".into() };
+    let percent = 100.0 * share.found as f64 / share.of as f64;
+    format!("{percent:.1} % ({} of {}; {:.0} to {:.0})", share.found, share.of, 100.0 * low, 100.0 * high)
 }
 
 /// Figures of the study.
@@ -83,7 +98,7 @@ pub struct Figures {
     pub single_named: Share,
     /// Single effect of any strength given a wrong name.
     pub single_wrong: Share,
-    /// `nothing_missing` where nothing was.
+    /// Where nothing was hidden: `nothing_missing`, or what is there all the same is named (soft pads).
     pub nothing_right: Share,
     /// Unknown effects not given a wrong name (a formula of their name is right).
     pub unknown_not_named: Share,
@@ -103,6 +118,8 @@ pub struct Figures {
     pub calibration_error: f64,
     /// Mean size of ambiguous sets.
     pub mean_set: f64,
+    /// Strong single effects rightly named, by family.
+    pub families: BTreeMap<String, Share>,
     /// Hidden against named.
     pub confusion: BTreeMap<String, BTreeMap<String, usize>>,
     /// Longest diagnosis, s.
@@ -110,12 +127,12 @@ pub struct Figures {
 }
 
 /// Opens one run.
-pub fn open(key: Key, report: &Report, each_alone: Vec<[f64; 2]>) -> Opened {
-    let hidden = |c: &CandidateReport| key.effects.iter().any(|e| e.kind.name() == c.id);
+pub fn open(truth: Truth, report: &Report, each_alone: Vec<[f64; 2]>) -> Opened {
+    let hidden = |c: &CandidateReport| truth.effects.iter().any(|e| e == c.id);
     let candidates = report.candidates.iter().enumerate().filter(|(k, c)| *k == 0 || hidden(c));
     Opened {
         candidates: candidates.map(|(_, c)| c.clone()).collect(),
-        key,
+        truth,
         verdict: report.verdict,
         named: report.effects.clone(),
         ambiguous_with: report.ambiguous_with.clone(),
@@ -131,10 +148,6 @@ pub fn open(key: Key, report: &Report, each_alone: Vec<[f64; 2]>) -> Opened {
 }
 
 impl Opened {
-    fn hidden(&self) -> Vec<&'static str> {
-        self.key.effects.iter().map(|e| e.kind.name()).collect()
-    }
-
     /// What may be missing: the effects named, and the sets that do as well.
     fn answers(&self) -> Vec<Vec<&'static str>> {
         match self.verdict {
@@ -145,33 +158,38 @@ impl Opened {
         }
     }
 
+    fn is_hidden(&self, id: &str) -> bool {
+        self.truth.effects.iter().any(|h| h == id)
+    }
+
+    /// Something in `set` is not there.
+    fn is_wrong(&self, set: &[&str]) -> bool {
+        set.iter().any(|n| !self.is_hidden(n) && !self.truth.also_true.contains(n))
+    }
+
+    /// Whether a set of effects is what was hidden.
+    fn is_truth(&self, set: &[&str]) -> bool {
+        self.truth.effects.iter().all(|h| set.contains(&h.as_str())) && !self.is_wrong(set)
+    }
+
     /// The truth is the only answer, or among at most three.
     fn right(&self) -> bool {
-        let hidden = self.hidden();
-        let is_truth = |set: &Vec<&str>| set.len() == hidden.len() && hidden.iter().all(|h| set.contains(h));
         let answers = self.answers();
-        answers.len() <= LARGEST_SET && answers.iter().any(is_truth)
+        answers.len() <= LARGEST_SET && answers.iter().any(|set| self.is_truth(set))
     }
 
     /// Something that was not hidden is named, and no answer is free of that.
     fn wrong(&self) -> bool {
-        let hidden = self.hidden();
         let answers = self.answers();
-        !answers.is_empty() && answers.iter().all(|set| set.iter().any(|n| !hidden.contains(n)))
-    }
-
-    /// Whether a set of effects is what was hidden.
-    fn is_truth(&self, set: &Weighed) -> bool {
-        let hidden = self.hidden();
-        set.effects.len() == hidden.len() && hidden.iter().all(|h| set.effects.contains(h))
+        !answers.is_empty() && answers.iter().all(|set| self.is_wrong(set))
     }
 
     /// Probability of what is most probable, and whether it is right; none where nothing had to be explained.
     fn most_probable(&self) -> Option<(f64, bool)> {
         let best = self.credible_sets.first()?;
         Some(match best.probability > self.unlisted {
-            true => (best.probability, self.is_truth(best)),
-            false => (self.unlisted, self.key.class == Class::Unknown),
+            true => (best.probability, self.is_truth(&best.effects)),
+            false => (self.unlisted, self.truth.class == Class::Unknown),
         })
     }
 
@@ -199,24 +217,26 @@ pub fn figures(runs: &[Opened]) -> Figures {
             if probability >= SURE {
                 f.sure_right.count(right);
             }
-            if r.key.class != Class::Unknown {
-                f.credible_holds.count(r.credible_sets.iter().any(|s| r.is_truth(s)));
+            if r.truth.class != Class::Unknown {
+                f.credible_holds.count(r.credible_sets.iter().any(|s| r.is_truth(&s.effects)));
             }
         }
-        let truth = if r.key.effects.is_empty() { "nothing".into() } else { r.hidden().join("+") };
+        let hidden = &r.truth.effects;
+        let truth = if hidden.is_empty() { "nothing".into() } else { hidden.join("+") };
         *f.confusion.entry(truth).or_default().entry(r.answer()).or_default() += 1;
         f.slowest_s = f.slowest_s.max(r.seconds);
         if r.verdict == Verdict::Ambiguous {
             sets += 1.0;
             size += 1.0 + r.ambiguous_with.len() as f64;
         }
-        match r.key.class {
-            Class::Nothing => f.nothing_right.count(r.verdict == Verdict::NothingMissing),
+        match r.truth.class {
+            Class::Nothing => f.nothing_right.count(r.verdict == Verdict::NothingMissing || r.right()),
             Class::One => {
                 f.single_named.count(r.right());
                 f.single_wrong.count(r.wrong());
                 if r.error[0] > STRONG * r.error[2] {
                     f.strong_named.count(r.right());
+                    f.families.entry(r.truth.family.clone()).or_default().count(r.right());
                     f.strong_alone.count(r.right() && r.verdict == Verdict::Effect);
                 }
                 if r.right() {
@@ -225,12 +245,13 @@ pub fn figures(runs: &[Opened]) -> Figures {
             }
             Class::Two => {
                 f.both_named.count(r.right());
-                if r.each_alone.iter().all(|[error, floor]| *error > STRONG * floor) {
+                let strong = |[error, floor]: &[f64; 2]| *error > STRONG * floor;
+                if !r.each_alone.is_empty() && r.each_alone.iter().all(strong) {
                     f.both_strong_named.count(r.right());
                 }
                 f.one_of_two.count(!r.named.is_empty() && !r.wrong());
             }
-            Class::Unknown => f.unknown_not_named.count(r.named.is_empty() || r.right()),
+            Class::Unknown => f.unknown_not_named.count(!r.wrong()),
         }
     }
     f.calibration_error = calibration_error(runs);

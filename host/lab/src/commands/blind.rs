@@ -1,6 +1,6 @@
 //! `stickslip-lab blind`: blind test of the diagnosis on synthetic data.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use comfy_table::Cell;
 use rayon::prelude::*;
@@ -8,16 +8,19 @@ use serde_json::json;
 
 use crate::blind;
 use crate::blind::generate::{Class, Plan, Wanted};
-use crate::blind::score::{Opened, figures};
+use crate::blind::score::{Opened, figures, text};
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::ModelFile;
+use stickslip_analysis::score::warnings::Share;
 use stickslip_report::terminal::{Output, table};
 use stickslip_rig::{HiddenEffect, Kind};
 
 /// Arguments of `stickslip-lab blind`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
-  stickslip-lab blind --runs 60 --seed 1")]
+  stickslip-lab blind --runs 60 --seed 1
+  stickslip-second-rig draw --family bench-wide --seed 1 --count 30 --out data/blind
+  stickslip-lab blind --data data/blind")]
 pub struct Args {
     /// Data sets to make and diagnose
     #[arg(long, default_value_t = 20)]
@@ -46,6 +49,12 @@ pub struct Args {
     /// Multiple of the typical strength of all effects [default: drawn from 0.8 to 2]
     #[arg(long, value_name = "FACTOR")]
     pub strength: Option<f64>,
+    /// Diagnose the data sets of this folder in place of drawn ones
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["hide", "each", "class", "plan", "only", "strength", "formula"])]
+    pub data: Option<PathBuf>,
+    /// Folder of their keys, NAME.json each [default: FOLDER.keys]
+    #[arg(long, value_name = "FOLDER", requires = "data")]
+    pub keys: Option<PathBuf>,
     /// Try the formulas of this file beside the listed effects; one stands for the hidden effect
     /// whose name it bears
     #[arg(long, value_name = "FILE.toml")]
@@ -57,6 +66,73 @@ pub struct Args {
 /// # Errors
 /// Where the rig or the diagnosis fails.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    let opened = match &args.data {
+        Some(folder) => of_others(folder, args.keys.as_deref(), output)?,
+        None => drawn(args, output)?,
+    };
+    let f = figures(&opened);
+    let mut t = table(["figure", "share", "aim"]);
+    for (what, share, aim) in [
+        ("single strong effect, alone or in a set of at most three", f.strong_named, "98 %"),
+        ("single strong effect, alone", f.strong_alone, "85 %"),
+        ("single effect of any strength, so named", f.single_named, "-"),
+        ("single effect of any strength, wrongly named", f.single_wrong, "-"),
+        ("nothing missing, said so", f.nothing_right, "99 %"),
+        ("unknown effect, not given a name", f.unknown_not_named, "90 %"),
+        ("two effects, both named", f.both_named, "80 %"),
+        ("two effects, each strong alone, both named", f.both_strong_named, "-"),
+        ("two effects, none wrongly named", f.one_of_two, "-"),
+        ("rightly named, error after within 1.3 run spreads", f.error_fell, "95 %"),
+        ("most probable with 95 % or more: right", f.sure_right, "93 %"),
+        ("credible sets hold what was hidden", f.credible_holds, "93 %"),
+    ] {
+        t.add_row(vec![Cell::new(what), Cell::new(text(&share)), Cell::new(aim)]);
+    }
+    output.table(&t);
+    output.text(format!(
+        "mean size of ambiguous sets {:.1}; expected calibration error {:.2}; slowest diagnosis {:.1} s\n",
+        f.mean_set, f.calibration_error, f.slowest_s
+    ));
+    if args.data.is_some() {
+        let share = |s: &Share| s.found as f64 / s.of as f64;
+        let mut worst_first: Vec<_> = f.families.iter().collect();
+        worst_first.sort_by(|a, b| share(a.1).total_cmp(&share(b.1)));
+        let mut t = table(["family", "single strong effect, alone or in a set of at most three"]);
+        for (family, share) in worst_first {
+            t.add_row([family.clone(), text(share)]);
+        }
+        output.table(&t);
+    }
+    let mut c = table(["hidden", "named", "runs"]);
+    for (hidden, answers) in &f.confusion {
+        for (answer, count) in answers {
+            c.add_row(vec![Cell::new(hidden), Cell::new(answer), Cell::new(count)]);
+        }
+    }
+    output.table(&c);
+    output.document(&json!({ "figures": f, "runs": opened }))
+}
+
+/// Data sets that others made.
+fn of_others(folder: &Path, keys: Option<&Path>, output: &Output) -> anyhow::Result<Vec<Opened>> {
+    let keys = keys.map_or_else(|| folder.with_added_extension("keys"), Path::to_owned);
+    let names = blind::keys::names(folder)?;
+    let bar = output.progress(names.len() as u64, "blind test");
+    let opened = names
+        .par_iter()
+        .map(|name| {
+            let o = blind::keys::run(folder, &keys, name)?;
+            bar.suspend(|| output.note(line(name, &o)));
+            bar.inc(1);
+            Ok(o)
+        })
+        .collect::<anyhow::Result<_>>()?;
+    bar.finish_and_clear();
+    Ok(opened)
+}
+
+/// Data sets of the own rig.
+fn drawn(args: &Args, output: &Output) -> anyhow::Result<Vec<Opened>> {
     let own = match &args.formula {
         Some(path) => ModelFile::read_formulas(path)?.iter().filter_map(CandidateEffect::of).collect(),
         None => Vec::new(),
@@ -80,51 +156,20 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         })
         .collect();
     let bar = output.progress(cases.len() as u64, "blind test");
-    let opened: Vec<Opened> = cases
+    let opened = cases
         .par_iter()
         .map(|(number, wanted)| {
             let o = blind::run(args.seed, *number, args.conditions, (wanted, &own))?;
-            bar.suspend(|| output.note(line(*number, &o)));
+            bar.suspend(|| output.note(line(&number.to_string(), &o)));
             bar.inc(1);
             Ok(o)
         })
         .collect::<anyhow::Result<_>>()?;
     bar.finish_and_clear();
-    let f = figures(&opened);
-    let mut t = table(["figure", "share", "aim"]);
-    for (what, share, aim) in [
-        ("single strong effect, alone or in a set of at most three", f.strong_named, "98 %"),
-        ("single strong effect, alone", f.strong_alone, "85 %"),
-        ("single effect of any strength, so named", f.single_named, "-"),
-        ("single effect of any strength, wrongly named", f.single_wrong, "-"),
-        ("nothing missing, said so", f.nothing_right, "99 %"),
-        ("unknown effect, not given a name", f.unknown_not_named, "90 %"),
-        ("two effects, both named", f.both_named, "80 %"),
-        ("two effects, each strong alone, both named", f.both_strong_named, "-"),
-        ("two effects, none wrongly named", f.one_of_two, "-"),
-        ("rightly named, error after within 1.3 run spreads", f.error_fell, "95 %"),
-        ("most probable with 95 % or more: right", f.sure_right, "93 %"),
-        ("credible sets hold what was hidden", f.credible_holds, "93 %"),
-    ] {
-        t.add_row(vec![Cell::new(what), Cell::new(share.text()), Cell::new(aim)]);
-    }
-    output.table(&t);
-    output.text(format!(
-        "mean size of ambiguous sets {:.1}; expected calibration error {:.2}; slowest diagnosis {:.1} s\n",
-        f.mean_set, f.calibration_error, f.slowest_s
-    ));
-    let mut c = table(["hidden", "named", "runs"]);
-    for (hidden, answers) in &f.confusion {
-        for (answer, count) in answers {
-            c.add_row(vec![Cell::new(hidden), Cell::new(answer), Cell::new(count)]);
-        }
-    }
-    output.table(&c);
-    output.document(&json!({ "figures": f, "runs": opened }))
+    Ok(opened)
 }
 
-fn line(number: usize, o: &Opened) -> String {
-    let hidden: Vec<String> = o.key.effects.iter().map(ToString::to_string).collect();
+fn line(name: &str, o: &Opened) -> String {
     let tried: Vec<String> = o
         .candidates
         .iter()
@@ -141,10 +186,10 @@ fn line(number: usize, o: &Opened) -> String {
         .map(|s| format!("{} {:.2}", s.effects.join("+"), s.probability))
         .collect();
     format!(
-        "{number}: {:?} {} trials, hidden [{}]: {:?} {:?} ~ {:?}; probable [{}], none {:.2}; error {:.2} -> {:.2} (floor {:.2}), worst {:.1} -> {:.1} ({}); tried {}; {:.1} s",
-        o.key.plan,
-        o.key.trials,
-        hidden.join(", "),
+        "{name}: {} {} trials, hidden [{}]: {:?} {:?} ~ {:?}; probable [{}], none {:.2}; error {:.2} -> {:.2} (floor {:.2}), worst {:.1} -> {:.1} ({}); tried {}; {:.1} s",
+        o.truth.family,
+        o.truth.trials,
+        o.truth.strengths.join(", "),
         o.verdict,
         o.named,
         o.ambiguous_with,

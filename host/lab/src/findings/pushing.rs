@@ -4,10 +4,10 @@ use stickslip_shared::model::Base;
 
 use super::finding::{Finding, Outcome};
 use super::runs::{Bench, Run, texts};
+use stickslip_analysis::channels::PUSHER_FORCE;
 use stickslip_analysis::evidence::force_bands::{Band, bands};
 use stickslip_rig::{Condition, Primitive};
 
-const PUSHER_X: usize = 18;
 const Y: usize = 1;
 const Z: usize = 2;
 const GRIPS_N: [f64; 5] = [20.0, 22.0, 25.0, 30.0, 35.0];
@@ -22,7 +22,7 @@ fn push(grip_n: f64, speed_m_s: f64) -> Condition {
 }
 
 fn steady_n(run: &Run) -> [f64; 3] {
-    run.each(|s| run.mean(s, PUSHER_X, 0.6, 0.95))
+    run.each(|s| run.mean(s, PUSHER_FORCE, 0.6, 0.95))
 }
 
 fn sag_mm(run: &Run) -> [f64; 3] {
@@ -34,8 +34,8 @@ fn peak(run: &Run) -> [f64; 3] {
     run.each(|s| {
         let early = &s[run.part(0.0, 0.5)];
         // Means of three samples: noise makes no peak.
-        let largest = early.windows(3).map(|w| w.iter().map(|r| r[PUSHER_X]).sum::<f64>() / 3.0);
-        largest.fold(0.0, f64::max) / run.mean(s, PUSHER_X, 0.6, 0.95)
+        let largest = early.windows(3).map(|w| w.iter().map(|r| r[PUSHER_FORCE]).sum::<f64>() / 3.0);
+        largest.fold(0.0, f64::max) / run.mean(s, PUSHER_FORCE, 0.6, 0.95)
     })
 }
 
@@ -168,7 +168,7 @@ pub fn findings() -> anyhow::Result<Vec<Finding>> {
     out.push(spread(&low, &both[0]));
     let sums = each[0].each(|s| {
         let rows = &s[each[0].part(0.2, 0.95)];
-        rows.iter().map(|r| (r[6] + r[12] + r[PUSHER_X]).abs()).sum::<f64>() / rows.len() as f64
+        rows.iter().map(|r| (r[6] + r[12] + r[PUSHER_FORCE]).abs()).sum::<f64>() / rows.len() as f64
     });
     let [rig, hard, soft] = texts(sums, |x| format!("{x:.4} N"));
     out.push(Finding {

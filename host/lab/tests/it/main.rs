@@ -8,6 +8,7 @@ mod diagnose_detection;
 mod diagnose_inputs;
 mod hostile_input;
 mod house;
+mod keys_of_others;
 mod lab_bad_input;
 mod lcp_solvers;
 mod mujoco_export;
