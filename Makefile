@@ -40,7 +40,7 @@ lint: ## Formatting, clippy and documentation without warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 
 lint-boards: ## Clippy for the other board and the tests on boards
-	cargo clippy -p stickslip-firmware --features mps2-an386 $(BOARD_BUILD) -- -D warnings
+	cargo clippy -p stickslip-firmware --features simulated $(BOARD_BUILD) -- -D warnings
 	cargo clippy -p stickslip-hil-tests --tests --features nucleo-g474re $(BOARD_BUILD) -- -D warnings
 	cargo clippy -p stickslip-lab --features probe --test hil -- -D warnings
 
@@ -64,7 +64,7 @@ hil-probe: ## The same tests on a Nucleo-G474RE behind a debug probe
 	STICKSLIP_HIL_ELF=$$elf cargo test -p stickslip-lab --features probe --test hil -- --test-threads 1
 
 soak-program: setup
-	cargo build -p stickslip-firmware --bin soak --features mps2-an386 $(BOARD_BUILD)
+	cargo build -p stickslip-firmware --bin soak --features simulated $(BOARD_BUILD)
 
 soak-short: soak-program ## A minute of it
 	tools/soak.sh $(OUT)/soak 15000

@@ -148,7 +148,15 @@ impl<F: NorFlash> Memory<F> {
         fits.map_err(|_| MemoryFault::TooLarge)?;
         let mut room = [0; ROOM];
         match self.storage.store_item(&mut room, &key, &bytes.as_slice()).await {
-            Ok(()) => Ok(()),
+            Ok(()) => {
+                // Worn flash may take a write and not keep it.
+                let kept = self.storage.fetch_item::<&[u8]>(&mut room, &key).await;
+                if kept.is_ok_and(|kept| kept == Some(bytes.as_slice())) {
+                    Ok(())
+                } else {
+                    Err(MemoryFault::Storage)
+                }
+            }
             // Neither an old value nor an empty place: it belonged to something else. Nothing is lost.
             Err(Error::Corrupted { .. }) => {
                 self.erase().await?;
