@@ -6,7 +6,6 @@ pub mod cost;
 pub mod degrade;
 pub mod findings;
 pub mod formulations;
-pub mod grip_loop;
 pub mod hunt;
 pub mod mujoco;
 pub mod planar;
