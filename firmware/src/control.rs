@@ -81,6 +81,9 @@ impl<G: Gauges> Control<G> {
             self.fingers.set_offsets(settings.offsets);
         }
         publish(self.fingers.offsets());
+        if let Some(force_n) = settings.grip_cmd_n {
+            self.fingers.set_grip(force_n);
+        }
         self.fingers.set_grasp(settings.grasp);
         self.grip.set_limits(settings.grip.unwrap_or_default());
         if slot.package.is_some() {

@@ -42,6 +42,8 @@ pub struct Settings {
     pub offsets: [[f32; 6]; 2],
     /// Poses without a host.
     pub grasp: Option<Grasp>,
+    /// Grip force of each finger while no host commands one, N.
+    pub grip_cmd_n: Option<f32>,
     /// Within what the grip is advised.
     pub grip: Option<GripLimits>,
     /// The run that begins by itself after a start.
@@ -85,6 +87,7 @@ impl Settings {
             check::range(stickslip_shared::wire::Field::Calibration, *offset, -1e6, 1e6)?;
         }
         self.grasp.as_ref().map_or(Ok(()), check::grasp)?;
+        self.grip_cmd_n.map_or(Ok(()), check::grip)?;
         self.grip.as_ref().map_or(Ok(()), check::grip_limits)?;
         self.start.as_ref().map_or(Ok(()), check::start)
     }
