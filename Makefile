@@ -26,7 +26,7 @@ setup: ## Install what is missing: thumbv7em target, QEMU
 mujoco-setup: ## A Python environment with MuJoCo for `stickslip-lab mujoco`, outside the repository
 	@tools/mujoco/setup.sh
 
-demo: setup firmware ## A recorded push through the firmware in QEMU, replayed and compared
+demo: setup firmware ## A recorded push through the firmware in QEMU, replayed and compared; drops prevented on the rig
 	cargo run --release -p stickslip-cli -- demo
 
 test: setup lint test-host hil firmware-g474 size no-panic ## Everything CI runs
@@ -56,6 +56,8 @@ hil: setup firmware ## Tests on the emulated board, and of the line to it
 	elf=$$(cargo test --no-run -p stickslip-hil-tests --features mps2-an386 $(QEMU_BUILD) --message-format=json \
 		| grep -o '"executable":"[^"]*"' | tail -1 | cut -d'"' -f4); \
 	STICKSLIP_HIL_ELF=$$elf cargo test --test hil
+	cargo build -p stickslip-firmware --bin overflow --features mps2-an386,pyramids $(QEMU_BUILD)
+	STICKSLIP_OVERFLOW=$(CURDIR)/target/$(TARGET)/qemu/overflow \
 	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test --test board device:: -- --ignored --test-threads 1
 
 hil-probe: ## The same tests on a Nucleo-G474RE behind a debug probe

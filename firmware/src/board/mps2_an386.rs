@@ -499,6 +499,10 @@ unsafe fn DefaultHandler(irqn: i16) {
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     let how = if stack::met_guard() { Ending::StackOverflow } else { Ending::HardFault };
     post_mortem::end(how, frame.pc(), frame.lr());
+    if how == Ending::StackOverflow {
+        // A log would want a stack.
+        reset()
+    }
     defmt::error!("hard fault at pc {=u32:#010x}, lr {=u32:#010x}", frame.pc(), frame.lr());
     halt()
 }
