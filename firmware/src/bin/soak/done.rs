@@ -86,6 +86,8 @@ pub static DONE: Done = Done {
 
 /// A run on the unit's sensors goes on.
 pub static ON_SENSORS: AtomicBool = AtomicBool::new(false);
+/// Sample's time of the host's run; beyond the run's samples: the ticks between two runs.
+pub static STEP: AtomicU32 = AtomicU32::new(u32::MAX);
 /// When the host last told poses, by the unit's clock.
 pub static TOLD_US: AtomicU32 = AtomicU32::new(0);
 

@@ -17,7 +17,7 @@ use stickslip_shared::wire::{
     TelemetryReport,
 };
 
-use crate::done::{DONE, Draw, ON_SENSORS, TOLD_US, count};
+use crate::done::{DONE, Draw, ON_SENSORS, STEP, TOLD_US, count, value};
 use crate::sensors::{self, Kind};
 
 /// Samples of one run: rest, push, rest.
@@ -25,6 +25,11 @@ const RUN_SAMPLES: u32 = 750;
 /// Samples of a run on the unit's sensors, and the step from which the host tells no poses any more.
 pub const UNIT_SAMPLES: u32 = 735;
 const TOLD_STEPS: u32 = 700;
+/// Behind its time by so much the host was blocked.
+const BLOCKED: Duration = Duration::from_millis(20);
+/// Steps of a run in which the host may stop reading. What follows between two runs finds the line free: each command in
+/// its tick, as the board takes them.
+const STALLS: core::ops::Range<u32> = 50..450;
 /// Room for what goes out at once: a few frames and a burst of garbage.
 const ROOM: usize = 4096;
 
@@ -130,6 +135,7 @@ impl Host {
     fn next(&mut self) {
         self.out.clear();
         self.at = 0;
+        STEP.store(self.step, Ordering::Relaxed);
         // Of the run that goes on; between two, of the next one.
         let kind = Kind::of(if self.step < RUN_SAMPLES { self.run } else { self.run + 1 });
         match self.step {
@@ -186,7 +192,8 @@ impl Host {
         }
         self.truth(step);
         sensors::measure(self.wrench);
-        if step >= TOLD_STEPS {
+        // Poses that come late are not told: the line was blocked by a host that does not read.
+        if step >= TOLD_STEPS || Instant::now() > self.due + BLOCKED {
             return;
         }
         if self.silent > 0 {
@@ -398,9 +405,9 @@ impl ErrorType for Ear {
 
 impl Write for Ear {
     async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
-        if self.draw.once_in(1500) {
+        if self.draw.once_in(800) && STALLS.contains(&value(&STEP)) {
             count(&DONE.stalls);
-            Timer::after_millis(u64::from(200 + self.draw.next() % 2000)).await;
+            Timer::after_millis(u64::from(200 + self.draw.next() % 800)).await;
         }
         Timer::after_micros(bytes.len() as u64 * 10).await;
         for byte in bytes {

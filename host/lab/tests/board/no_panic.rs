@@ -136,7 +136,7 @@ fn the_control_task_cannot_panic() {
     assert_eq!(task.len(), 1, "one task calls the tick");
     let handlers = handlers(&file);
     assert!(handlers.len() > 5, "the vector table was not found");
-    let unknown: Vec<_> = handlers.iter().filter(|at| !functions.contains_key(at)).collect();
+    let unknown: Vec<_> = handlers.iter().filter(|at| !functions.contains_key(*at)).collect();
     assert!(unknown.is_empty(), "handlers that are no functions: {unknown:x?}");
     let roots: Vec<u64> = task.into_iter().chain(handlers).collect();
     let tabled: Vec<u64> = tables(&file)
