@@ -24,6 +24,9 @@ fn variables() -> &'static mut [u32; 64] {
 
 #[inline(never)]
 fn deeper(depth: u32) -> u32 {
+    if depth == u32::MAX {
+        return 0;
+    }
     let room = black_box([depth; 24]);
     deeper(black_box(depth + 1)).wrapping_add(black_box(room).iter().sum())
 }
