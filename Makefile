@@ -26,7 +26,7 @@ setup: ## Install what is missing: thumbv7em target, QEMU
 mujoco-setup: ## A Python environment with MuJoCo for `stickslip-lab mujoco`, outside the repository
 	@tools/mujoco/setup.sh
 
-demo: setup firmware ## A recorded push through the firmware in QEMU, replayed and compared
+demo: setup firmware ## A recorded push through the firmware in QEMU, replayed and compared; drops prevented on the rig
 	cargo run --release -p stickslip-cli -- demo
 
 test: setup lint test-host hil firmware-g474 size no-panic ## Everything CI runs
@@ -40,7 +40,7 @@ lint: ## Formatting, clippy and documentation without warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 
 lint-boards: ## Clippy for the other board and the tests on boards
-	cargo clippy -p stickslip-firmware --features mps2-an386 $(BOARD_BUILD) -- -D warnings
+	cargo clippy -p stickslip-firmware --features simulated $(BOARD_BUILD) -- -D warnings
 	cargo clippy -p stickslip-hil-tests --tests --features nucleo-g474re $(BOARD_BUILD) -- -D warnings
 	cargo clippy -p stickslip-lab --features probe --test hil -- -D warnings
 
@@ -56,6 +56,8 @@ hil: setup firmware ## Tests on the emulated board, and of the line to it
 	elf=$$(cargo test --no-run -p stickslip-hil-tests --features mps2-an386 $(QEMU_BUILD) --message-format=json \
 		| grep -o '"executable":"[^"]*"' | tail -1 | cut -d'"' -f4); \
 	STICKSLIP_HIL_ELF=$$elf cargo test --test hil
+	cargo build -p stickslip-firmware --bin overflow --features mps2-an386,pyramids $(QEMU_BUILD)
+	STICKSLIP_OVERFLOW=$(CURDIR)/target/$(TARGET)/qemu/overflow \
 	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test --test board device:: -- --ignored --test-threads 1
 
 hil-probe: ## The same tests on a Nucleo-G474RE behind a debug probe
@@ -64,7 +66,7 @@ hil-probe: ## The same tests on a Nucleo-G474RE behind a debug probe
 	STICKSLIP_HIL_ELF=$$elf cargo test -p stickslip-lab --features probe --test hil -- --test-threads 1
 
 soak-program: setup
-	cargo build -p stickslip-firmware --bin soak --features mps2-an386 $(BOARD_BUILD)
+	cargo build -p stickslip-firmware --bin soak --features simulated $(BOARD_BUILD)
 
 soak-short: soak-program ## A minute of it
 	tools/soak.sh $(OUT)/soak 15000

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs the soak (firmware/src/bin/soak.rs) for a number of ticks. Time is instructions, so
+# Runs the soak (firmware/src/bin/soak) for a number of ticks. Time is instructions, so
 # neither this machine's speed nor its load has a part in the result.
 set -euo pipefail
 elf=$1 ticks=$2

@@ -18,7 +18,6 @@ use stickslip_unit::source::{WrenchSource, gauges};
 use crate::board::current::{AlarmLines, Watchdog, timer};
 use crate::board::{Gauges, SetAlarms};
 use crate::queues::{COMMANDS, Command, MODEL_CRC, OFFSETS, READINGS, REPORTS, SAMPLES, SPARE, set_mode};
-use crate::sensors::STATES;
 use crate::slot::Slot;
 use crate::source::{LinkSource, Next};
 use crate::stats::COUNTERS;
@@ -82,6 +81,9 @@ impl<G: Gauges> Control<G> {
             self.fingers.set_offsets(settings.offsets);
         }
         publish(self.fingers.offsets());
+        if let Some(force_n) = settings.grip_cmd_n {
+            self.fingers.set_grip(force_n);
+        }
         self.fingers.set_grasp(settings.grasp);
         self.grip.set_limits(settings.grip.unwrap_or_default());
         if slot.package.is_some() {
@@ -173,8 +175,7 @@ impl<G: Gauges> Control<G> {
                 COUNTERS.book(self.report.cost);
             }
             if crate::board::current::HAS_CAN {
-                // The bus task sends the newest it gets; one that waits there is newer than none.
-                let _ = STATES.try_send(State::of(&self.report));
+                crate::sensors::tell(State::of(&self.report));
             }
             if REPORTS.try_send(self.report).is_err() {
                 COUNTERS.reports_dropped.add(1);
@@ -270,14 +271,10 @@ impl<G: Gauges> Control<G> {
 
     /// Takes what the sensors measured since the last tick; goes on with a tare.
     fn read_sensors(&mut self, now_us: u32) {
-        if self.fingers.sensors().any(|s| s.port == Port::Gauges)
-            && let Some(counts) = self.gauges.read()
-        {
-            // What is of a finger with another sensor is not taken.
-            for (channels, finger) in self.channels.iter_mut().zip(0..) {
-                if let Some(reading) = channels.take(&counts, now_us) {
-                    self.fingers.take(Port::Gauges, finger, reading);
-                }
+        if self.fingers.sensors().any(|s| s.port == Port::Gauges) {
+            match self.gauges.read() {
+                Some(counts) => self.take_gauges(&counts, now_us),
+                None => COUNTERS.readings_damaged.add(1),
             }
         }
         while let Some((port, finger, reading)) = READINGS.try_receive() {
@@ -288,6 +285,24 @@ impl<G: Gauges> Control<G> {
         if self.taring && !self.fingers.is_taring() {
             self.taring = false;
             publish(self.fingers.offsets());
+        }
+    }
+
+    fn take_gauges(&mut self, counts: &[u16; gauges::CHANNELS], now_us: u32) {
+        let wired = |fingers: &Fingers, finger: u8| {
+            fingers.sensors().any(|s| s.finger == finger && s.port == Port::Gauges)
+        };
+        for (channels, finger) in self.channels.iter_mut().zip(0..) {
+            if !wired(&self.fingers, finger) {
+                continue;
+            }
+            match channels.take(counts, now_us) {
+                Some(reading) => {
+                    self.fingers.take(Port::Gauges, finger, reading);
+                }
+                // At the end of its range.
+                None => COUNTERS.readings_dropped.add(1),
+            }
         }
     }
 

@@ -101,9 +101,11 @@ impl Link {
             })
             .await;
         } else if key == wire::SetGrip::REQ_KEY {
-            self.command::<wire::SetGrip>(frame, |_, force_n| {
+            self.command::<wire::SetGrip>(frame, |link, force_n| {
                 wire::check::grip(force_n)?;
-                queue(Command::Grip(force_n))
+                queue(Command::Grip(force_n))?;
+                link.settings.grip_cmd_n = Some(force_n);
+                Ok(())
             })
             .await;
         } else if key == wire::SetCalibration::REQ_KEY {

@@ -4,7 +4,8 @@ use core::cell::RefCell;
 
 use critical_section::Mutex;
 use embassy_futures::select::{Either3, select3};
-use embassy_time::{Duration, Instant, Ticker, Timer};
+use embassy_futures::yield_now;
+use embassy_time::{Duration, Instant, Ticker, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
 use stickslip_shared::wire::{Sensors, TICK_US};
 use stickslip_unit::bus::{STATE_BYTES, STATE_ID, State};
@@ -17,7 +18,10 @@ use crate::stats::COUNTERS;
 
 static HUB: Mutex<RefCell<Hub>> = Mutex::new(RefCell::new(Hub::new()));
 /// The unit's state, to be sent on the bus.
-pub static STATES: Queue<State, 2> = Queue::new();
+static STATES: Queue<State, 2> = Queue::new();
+
+/// For how long a frame may wait for the bus: a tick, then there is a newer one.
+const WAITS: Duration = Duration::from_micros(TICK_US as u64);
 
 /// Silence on the serial line after which its sensor is asked again to stream: ten of its frames.
 const SILENCE: Duration = Duration::from_millis(100);
@@ -49,6 +53,13 @@ fn take(what: impl FnOnce(&mut Hub) -> Option<Measured>) {
     }
 }
 
+/// Hands the unit's state to the bus. One that finds no room is counted: those that wait are sent first.
+pub fn tell(state: State) {
+    if STATES.try_send(state).is_err() {
+        COUNTERS.frames_unsent.add(1);
+    }
+}
+
 fn now_us() -> u32 {
     Instant::now().as_micros() as u32
 }
@@ -61,7 +72,7 @@ pub async fn serial<R: Read, W: Write>(mut rx: R, mut tx: W) -> ! {
             Timer::after(SILENCE).await;
             continue;
         }
-        match embassy_time::with_timeout(SILENCE, rx.read(&mut bytes)).await {
+        match with_timeout(SILENCE, rx.read(&mut bytes)).await {
             Ok(Ok(count)) => {
                 let at_us = now_us();
                 for byte in bytes.iter().take(count) {
@@ -82,26 +93,43 @@ pub async fn serial<R: Read, W: Write>(mut rx: R, mut tx: W) -> ! {
 // One executor runs it, on one core: no future need be `Send`.
 #[allow(async_fn_in_trait)]
 pub trait Bus {
-    /// The next frame with a standard identifier, into `data`: identifier and length.
+    /// The next frame with a standard identifier, into `data`: identifier and length; `None`: the bus is disturbed,
+    /// and may say so again at once.
     async fn read(&mut self, data: &mut [u8; 64]) -> Option<(u16, usize)>;
-    /// Sends a frame; with more than 8 bytes as CAN-FD.
+    /// Sends a frame; with more than 8 bytes as CAN-FD. Waits while the bus takes none.
     async fn write(&mut self, id: u16, data: &[u8]);
+}
+
+async fn send<B: Bus>(bus: &mut B, id: u16, data: &[u8]) {
+    // A bus that is off, or where nobody else is, takes none: reading must go on.
+    if with_timeout(WAITS, bus.write(id, data)).await.is_err() {
+        COUNTERS.frames_unsent.add(1);
+    }
 }
 
 /// Sensors and the unit's state on the bus, for ever.
 pub async fn bus<B: Bus>(mut bus: B) -> ! {
     let mut ticker = Ticker::every(Duration::from_micros(u64::from(TICK_US)));
     let mut data = [0; 64];
+    let mut disturbed = false;
     loop {
         match select3(bus.read(&mut data), STATES.receive(), ticker.next()).await {
             Either3::First(Some((id, length))) => {
+                disturbed = false;
                 let at_us = now_us();
                 take(|hub| hub.frame(id, data.get(..length)?, at_us));
             }
-            Either3::First(None) => COUNTERS.readings_damaged.add(1),
+            Either3::First(None) => {
+                if !core::mem::replace(&mut disturbed, true) {
+                    COUNTERS.readings_damaged.add(1);
+                }
+                // What could not be asked meanwhile is not asked all at once; the host's link runs on the same executor.
+                ticker.reset();
+                yield_now().await;
+            }
             Either3::Second(state) => {
                 let frame: [u8; STATE_BYTES] = state.encode();
-                bus.write(STATE_ID, &frame).await;
+                send(&mut bus, STATE_ID, &frame).await;
             }
             Either3::Third(()) => {
                 let now_us = now_us();
@@ -113,7 +141,7 @@ pub async fn bus<B: Bus>(mut bus: B) -> ! {
                 });
                 for request in asked {
                     let row = request.row.map(|row| [row]);
-                    bus.write(request.id.as_raw(), row.as_ref().map_or(&[], |row| row)).await;
+                    send(&mut bus, request.id.as_raw(), row.as_ref().map_or(&[], |row| row)).await;
                 }
             }
         }

@@ -48,6 +48,7 @@ pub struct Counters {
     pub sensor_marks: Counter,
     pub readings_damaged: Counter,
     pub readings_dropped: Counter,
+    pub frames_unsent: Counter,
     /// Ticks of runs, sum and largest of their costs.
     cost: Mutex<Cell<(u32, u64, u32)>>,
 }
@@ -75,6 +76,7 @@ pub static COUNTERS: Counters = Counters {
     sensor_marks: Counter::new(),
     readings_damaged: Counter::new(),
     readings_dropped: Counter::new(),
+    frames_unsent: Counter::new(),
     cost: Mutex::new(Cell::new((0, 0, 0))),
 };
 
@@ -117,6 +119,7 @@ impl Counters {
             sensor_marks: self.sensor_marks.get(),
             readings_damaged: self.readings_damaged.get(),
             readings_dropped: self.readings_dropped.get(),
+            frames_unsent: self.frames_unsent.get(),
             stack_bytes: crate::stack::depth_bytes(),
             static_bytes: crate::stack::static_bytes(),
         }

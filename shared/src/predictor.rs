@@ -222,9 +222,11 @@ impl<R: Real> Predictor<R> {
             if self.tracked.is_none() {
                 return self.context.repeat(doubt | validity::WAITING);
             }
-            // The first sample has nothing behind it to predict from.
-            let validity = doubt | validity::NO_FORESIGHT;
-            self.context.last = Prediction { validity, ..Prediction::default() };
+            // The first sample has nothing behind it to predict from; whether it was measured shows all the same.
+            let (_, faults) = self.context.health.check(sample, &self.context.limits);
+            let validity = doubt | faults | validity::NO_FORESIGHT;
+            let flags = if validity & validity::UNRELIABLE != 0 { flags::UNSURE } else { 0 };
+            self.context.last = Prediction { flags, validity, ..Prediction::default() };
             return self.context.last;
         }
         if self.settle() {

@@ -5,7 +5,7 @@
 //! without FIFO, a watchdog. Interrupts that have a handler here arrive through
 //! `DefaultHandler`, which saves this board its own vector table.
 
-use core::cell::RefCell;
+use core::cell::{Cell, RefCell};
 use core::convert::Infallible;
 use core::future::poll_fn;
 use core::mem::MaybeUninit;
@@ -37,12 +37,12 @@ use stickslip_shared::wire::Ending;
 pub const NAME: &str = "mps2-an386";
 /// Counts a second of [`timer`].
 pub const TIMER_HZ: u32 = 25_000_000;
-/// Whether strain gauges are wired to this board.
-pub const HAS_GAUGES: bool = false;
-/// Whether a sensor with a serial line may be wired to this board.
-pub const HAS_SERIAL_SENSOR: bool = false;
-/// Whether the board has CAN-FD.
-pub const HAS_CAN: bool = false;
+/// Whether strain gauges are wired to this board: where a program simulates them.
+pub const HAS_GAUGES: bool = cfg!(feature = "simulated");
+/// Whether a sensor with a serial line may be wired to this board: as above.
+pub const HAS_SERIAL_SENSOR: bool = cfg!(feature = "simulated");
+/// Whether the board has CAN-FD: as above.
+pub const HAS_CAN: bool = cfg!(feature = "simulated");
 /// Where in its flash settings are stored.
 pub const MEMORY: core::ops::Range<u32> = 0..FLASH_BYTES as u32;
 
@@ -242,12 +242,15 @@ impl embedded_io_async::Write for Tx {
     }
 }
 
-/// No gauges on the emulated board.
+/// What the converters read; none where no program simulates them.
+pub static COUNTS: Mutex<Cell<Option<[u16; 12]>>> = Mutex::new(Cell::new(None));
+
+/// The converters.
 pub struct Channels;
 
 impl Gauges for Channels {
     fn read(&mut self) -> Option<[u16; 12]> {
-        None
+        critical_section::with(|cs| COUNTS.borrow(cs).get())
     }
 }
 
@@ -283,6 +286,16 @@ const FLASH_MARK: u32 = 0x464c_4153;
 /// Memory that a reset leaves alone, in the place of flash: pages of 2 KiB and words of 8 bytes as of the real board.
 #[unsafe(link_section = ".uninit.FLASH")]
 static mut FLASH: MaybeUninit<(u32, [u8; FLASH_BYTES])> = MaybeUninit::uninit();
+
+/// One erasure in so many fails, as of pages at the end of their life; none but where that is simulated.
+const WEAR: u32 = if cfg!(feature = "simulated") { 3 } else { u32::MAX };
+static ERASURES: AtomicU32 = AtomicU32::new(0);
+
+/// Erasures that were asked for, and those that failed.
+pub fn erasures() -> [u32; 2] {
+    let all = ERASURES.load(Ordering::Relaxed);
+    [all, all / WEAR]
+}
 
 /// Emulated flash.
 pub struct Flash(&'static mut [u8; FLASH_BYTES]);
@@ -323,6 +336,9 @@ impl NorFlash for Flash {
     const WRITE_SIZE: usize = 8;
     const ERASE_SIZE: usize = FLASH_PAGE;
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
+        if (ERASURES.fetch_add(1, Ordering::Relaxed) + 1).is_multiple_of(WEAR) {
+            return Err(nor_flash::NorFlashErrorKind::Other);
+        }
         self.part(from, to.saturating_sub(from) as usize)?.fill(0xff);
         Ok(())
     }
@@ -374,7 +390,10 @@ pub struct Board {
 pub fn init(restarted: bool) -> Board {
     let reset_cause = if restarted { ResetCause::WatchdogOrSoftware } else { ResetCause::PowerOn };
     TIMER0.write(T_RELOAD, u32::MAX);
-    TIMER0.write(T_VALUE, u32::MAX);
+    // A simulation begins 20 s before the low 32 bits of the microseconds wrap around, which 25 wraps of the timer make.
+    let (first, wraps) = if cfg!(feature = "simulated") { (20 * TIMER_HZ, 24) } else { (u32::MAX, 0) };
+    CLOCK.wraps.store(wraps, Ordering::Relaxed);
+    TIMER0.write(T_VALUE, first);
     TIMER0.write(T_CTRL, T_ENABLE | T_IRQ_ENABLE);
     UART0.write(U_BAUD_DIVIDER, TIMER_HZ / crate::BAUD);
     UART0.write(U_CTRL, U_RUN);
@@ -480,6 +499,10 @@ unsafe fn DefaultHandler(irqn: i16) {
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     let how = if stack::met_guard() { Ending::StackOverflow } else { Ending::HardFault };
     post_mortem::end(how, frame.pc(), frame.lr());
+    if how == Ending::StackOverflow {
+        // A log would want a stack.
+        reset()
+    }
     defmt::error!("hard fault at pc {=u32:#010x}, lr {=u32:#010x}", frame.pc(), frame.lr());
     halt()
 }

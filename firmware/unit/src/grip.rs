@@ -51,7 +51,7 @@ impl GripAdvice {
     /// known.
     pub fn follow(&mut self, prediction: &Prediction, commanded_n: f32, dt_s: f32) -> Option<f32> {
         let GripLimits { least_n, most_n, rise_n_s, fall_n_s } = self.limits;
-        let known = commanded_n.is_finite().then_some(commanded_n);
+        let known = commanded_n.is_finite().then_some(commanded_n.max(least_n).min(most_n));
         let before_n = self.now_n.or(known)?;
         let up = |bits| prediction.flags & bits != 0;
         let alarm = up(flags::UNEXPECTED | flags::SAG | flags::DROP);

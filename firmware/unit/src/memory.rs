@@ -42,6 +42,8 @@ pub struct Settings {
     pub offsets: [[f32; 6]; 2],
     /// Poses without a host.
     pub grasp: Option<Grasp>,
+    /// Grip force of each finger while no host commands one, N.
+    pub grip_cmd_n: Option<f32>,
     /// Within what the grip is advised.
     pub grip: Option<GripLimits>,
     /// The run that begins by itself after a start.
@@ -85,6 +87,7 @@ impl Settings {
             check::range(stickslip_shared::wire::Field::Calibration, *offset, -1e6, 1e6)?;
         }
         self.grasp.as_ref().map_or(Ok(()), check::grasp)?;
+        self.grip_cmd_n.map_or(Ok(()), check::grip)?;
         self.grip.as_ref().map_or(Ok(()), check::grip_limits)?;
         self.start.as_ref().map_or(Ok(()), check::start)
     }
@@ -148,7 +151,15 @@ impl<F: NorFlash> Memory<F> {
         fits.map_err(|_| MemoryFault::TooLarge)?;
         let mut room = [0; ROOM];
         match self.storage.store_item(&mut room, &key, &bytes.as_slice()).await {
-            Ok(()) => Ok(()),
+            Ok(()) => {
+                // Worn flash may take a write and not keep it.
+                let kept = self.storage.fetch_item::<&[u8]>(&mut room, &key).await;
+                if kept.is_ok_and(|kept| kept == Some(bytes.as_slice())) {
+                    Ok(())
+                } else {
+                    Err(MemoryFault::Storage)
+                }
+            }
             // Neither an old value nor an empty place: it belonged to something else. Nothing is lost.
             Err(Error::Corrupted { .. }) => {
                 self.erase().await?;

@@ -1,3 +1,4 @@
 //! The `stickslip` command: what users run, one module a command.
 
 pub mod commands;
+pub mod grip_loop;

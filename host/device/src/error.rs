@@ -115,7 +115,8 @@ pub enum DeviceError {
     },
 }
 
-fn reason(refusal: &Refusal) -> String {
+/// Why, in words.
+pub fn reason(refusal: &Refusal) -> String {
     match refusal {
         Refusal::TooLarge { limit } => format!("it is longer than {limit} bytes"),
         Refusal::Offset { expected } => format!("it waits for the piece at byte {expected}"),

@@ -8,7 +8,6 @@ pub mod degrade;
 pub mod findings;
 pub mod formulations;
 pub mod grasps;
-pub mod grip_loop;
 pub mod hunt;
 pub mod mujoco;
 pub mod planar;

@@ -510,10 +510,13 @@ pub struct Statistics {
     pub solver_marks: u32,
     /// Samples that a sensor check marked.
     pub sensor_marks: u32,
-    /// Sensors' frames that were damaged or not understood.
+    /// Sensors' frames that were damaged or not understood, scans of converters that failed, and times that
+    /// the bus was disturbed.
     pub readings_damaged: u32,
     /// Readings for which no room was left, or that were late, faulty or not finite.
     pub readings_dropped: u32,
+    /// Frames that the bus did not take: the unit's state, requests to sensors.
+    pub frames_unsent: u32,
     /// Deepest the stack has been, bytes.
     pub stack_bytes: u32,
     /// Memory that is taken whatever the stack does, bytes.

@@ -9,6 +9,7 @@ mod effect_template;
 mod effects_analytic;
 mod effects_neutral_and_typical;
 mod faces;
+mod falling;
 mod formula;
 mod free_motion;
 mod lift;

@@ -336,3 +336,24 @@ fn the_default_prediction_and_the_first_one_say_neither_slip_nor_drop() {
     }
     assert_ne!(first.validity & validity::NO_FORESIGHT, 0, "nothing lies behind the first");
 }
+
+#[test]
+fn a_start_anew_is_unsure_while_a_wrench_is_missing_and_after_a_gap() {
+    for (missing, later_s) in [(true, 0.0), (false, 2.0)] {
+        let grip = 1.5 * WEIGHT_N / (2.0 * MU);
+        let mut hold = Hold::new(grip);
+        if later_s > 0.0 {
+            hold.tick(grip, WEIGHT_N, 0.0);
+            hold.tick(grip, WEIGHT_N, 0.0);
+        }
+        let mut first = hold.sample(grip, WEIGHT_N, 0.0);
+        first.t_s += later_s;
+        if missing {
+            first.finger[1] = None;
+        }
+        let p = hold.predictor.tick(&first);
+        assert_ne!(p.validity & validity::NO_FORESIGHT, 0, "it begins: {p:?}");
+        assert_ne!(p.flags & flags::UNSURE, 0, "{p:?}");
+        assert_eq!(p.flags & ALARMS, 0);
+    }
+}

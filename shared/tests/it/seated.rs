@@ -188,3 +188,34 @@ fn with_noise_in_every_sample_it_stays_within_a_quarter_of_a_millimetre_and_2_mr
     let worst = farthest(true);
     assert!(!beyond(&worst, 0.25, 2.0), "name, mm, mrad: {worst:?}");
 }
+
+#[test]
+fn steps_that_are_not_solved_settle_nothing_and_the_object_stays_where_it_was_seen() {
+    use crate::common::{hard, still};
+    use stickslip_shared::contact::SLOTS;
+    use stickslip_shared::step::{Drive, State, Workspace, support_under};
+    use stickslip_shared::track::{Settling, SettlingParams};
+    let mut scene: Scene<f64> = gripped(obj4(), None);
+    scene.support = Some(SupportContact::Patch);
+    let (model, mut drive) = (hard(0.4, 0.3, 0.3), still(0.004, 20.0));
+    let (place, straight) = (Vec3::new(0.0, 0.0, 0.0), UnitQuaternion::identity());
+    drive.support = Some(support_under(&scene, &place, &straight, &Vec3::z()));
+    let held: State<f64, SLOTS> = State::held(&scene, &model, &drive, place, straight);
+    let settled = |drive: &Drive<f64>| {
+        let mut state = held.clone();
+        let mut settling = Settling::begin(&scene, &model, &mut state, drive, SettlingParams::default())
+            .expect("the table carries it");
+        let ended = settling.go_on(&scene, &model, &mut state, u32::MAX, &mut Workspace::new());
+        assert!(ended);
+        state
+    };
+    let bears = |state: &State<f64, SLOTS>| state.slots.iter().any(|slot| slot.load_n > 0.0);
+    // The table comes to bear; with a grip that is no number no step has an answer.
+    assert!(bears(&settled(&drive)));
+    let state = settled(&Drive { grip_n: f64::NAN, ..drive });
+    assert!(!bears(&state));
+    assert_eq!(
+        (state.position_m, state.rotation, state.velocity),
+        (held.position_m, held.rotation, held.velocity)
+    );
+}

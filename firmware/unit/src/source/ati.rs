@@ -25,8 +25,9 @@ const COUNTS_A_UNIT: u8 = 7;
 const UNITS: u8 = 8;
 
 /// The second half of a reading comes within so long of the first, us: a frame of 8 bytes lasts 0.13 ms at
-/// 1 Mbit/s, 0.5 ms at 250 kbit/s; half a tick.
-const HALVES_US: u32 = 2_000;
+/// 1 Mbit/s, 0.5 ms at 250 kbit/s, and a tick of the control task (3.2 ms where it takes its 400,000 instructions) may lie
+/// between the two, each time where requests and ticks have an unlucky phase. Less than a tick: the next reading's.
+const HALVES_US: u32 = 3_800;
 /// An answer that has not come after so long is asked for again, us: five ticks.
 const PATIENCE_US: u32 = 20_000;
 /// A reading stands for one and a half ticks: it is asked for in each.

@@ -65,8 +65,13 @@ proptest! {
             prop_assert_eq!(signal(message, "Counter", &frame), f64::from(counter));
             prop_assert_eq!(signal(message, "Valid", &frame), f64::from(u8::from(valid)));
         }
-        let back = Wrench::decode(&frame).unwrap();
-        prop_assert_eq!(back.encode(), frame);
+        let back = Wrench::decode(&frame).unwrap().encode();
+        for (again, first) in back.chunks(4).zip(frame.chunks(4)) {
+            let counts = |word: &[u8]| i32::from_le_bytes(word.try_into().unwrap());
+            // From 2^22 counts on (420 N, 4.2 N m) halves of a count are no `f32`.
+            let slack = u32::from(counts(first).unsigned_abs() >= 1 << 22);
+            prop_assert!(counts(again).abs_diff(counts(first)) <= slack, "{again:?} {first:?}");
+        }
     }
 
     #[test]

@@ -122,8 +122,10 @@ fn an_object_pose_is_a_measurement_once_and_old_poses_are_none() {
 fn stored_poses_stand_in_for_a_host_that_never_spoke_and_not_for_one_that_fell_silent() {
     let mut fingers = calibrated();
     fingers.set_grasp(Some(Grasp { gripper: pose(0.5), object: pose(0.6) }));
+    fingers.set_grip(17.0);
     let first = sample(&mut fingers, &QUIET, 0);
     assert_eq!((first.gripper, first.object), (Some(pose(0.5)), Some(pose(0.6))));
+    assert_eq!(first.grip_cmd_n, 17.0, "the stored set-point: without one nothing is predicted");
     let second = sample(&mut fingers, &QUIET, 4000);
     assert_eq!((second.gripper, second.object), (Some(pose(0.5)), None));
     assert!(fingers.is_alone());

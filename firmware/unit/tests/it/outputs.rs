@@ -136,6 +136,15 @@ fn the_advice_falls_to_what_holds_only_after_it_was_quiet_and_not_in_doubt() {
 }
 
 #[test]
+fn the_advice_keeps_within_its_limits_where_the_command_does_not() {
+    let limits = GripLimits { least_n: 5.0, most_n: 10.0, ..GripLimits::default() };
+    for (commanded_n, expected_n) in [(20.0, 10.0), (1.0, 5.0), (7.0, 7.0)] {
+        let mut advice = GripAdvice::new(limits);
+        assert_eq!(advice.follow(&Prediction::default(), commanded_n, 0.004), Some(expected_n));
+    }
+}
+
+#[test]
 fn limits_that_are_none_are_refused() {
     assert_eq!(check::grip_limits(&LIMITS), Ok(()));
     assert_eq!(check::grip_limits(&GripLimits::default()), Ok(()));

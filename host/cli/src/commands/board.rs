@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use super::board_set::SetArgs;
 use super::telemetry::{describe, doubt_names, flag_names};
 use stickslip_analysis::model::file::model_or_default;
 use stickslip_analysis::run::replay::feed;
@@ -52,6 +53,11 @@ enum What {
         after_help = "Example:\n  stickslip board sensors --finger1 ft300 --finger2 ati:5 --device serial:/dev/ttyACM0"
     )]
     Sensors(SensorArgs),
+    /// Set its number, grip and its limits, and poses without a host
+    #[command(
+        after_help = "Example:\n  stickslip board set --unit 7 --grip-most 40 --grasp grasp.toml --store --device serial:/dev/ttyACM0"
+    )]
+    Set(SetArgs),
     /// Take the sensors' readings of the coming half second for no load
     #[command(after_help = "Example:\n  stickslip board tare --device serial:/dev/ttyACM0")]
     Tare,
@@ -170,6 +176,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         What::Calibrate { file } => read_matrices(file)?,
         _ => Vec::new(),
     };
+    let set = match &args.what {
+        What::Set(set) => Some(set.checked()?),
+        _ => None,
+    };
     let package = match &args.what {
         What::Load(load) => Some(package(load, output)?),
         _ => None,
@@ -197,6 +207,12 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             device.command::<wire::SetSensors>(&list)?;
             output.text("sensors assigned: each needs its matrix (`stickslip board calibrate`), then a tare");
             output.document(&Done { sensors: Some(list.len()), ..Done::default() })
+        }
+        What::Set(_) => {
+            let Some(set) = set else { return Ok(()) };
+            let done = set.send(&mut device)?;
+            output.text(done.join("; "));
+            output.document(&Done { set: Some(done), stored: Some(set.store), ..Done::default() })
         }
         What::Tare => {
             device.command::<wire::Tare>(&())?;
@@ -285,6 +301,9 @@ pub(super) struct Done {
     /// It predicts after a reset without a host.
     #[serde(skip_serializing_if = "Option::is_none")]
     starts: Option<bool>,
+    /// What was set, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    set: Option<Vec<String>>,
     /// Sensors that were assigned.
     #[serde(skip_serializing_if = "Option::is_none")]
     sensors: Option<usize>,
@@ -369,9 +388,9 @@ fn info(device: &mut Device, output: &Output) -> anyhow::Result<()> {
     }
     let s = &told.statistics;
     output.text(format_args!(
-        "{} ticks, {} missed; lost: {} samples, {} reports, {} bytes; damaged: {} frames, {} readings; {} readings dropped",
+        "{} ticks, {} missed; lost: {} samples, {} reports, {} bytes; damaged: {} frames, {} readings; {} readings dropped; {} frames not sent on the bus",
         s.ticks, s.ticks_missed, s.samples_lost, s.reports_dropped, s.bytes_lost, s.frames_damaged, s.readings_damaged,
-        s.readings_dropped
+        s.readings_dropped, s.frames_unsent
     ));
     output.document(&told)
 }

@@ -6,6 +6,7 @@
 
 pub mod add;
 pub mod board;
+mod board_set;
 pub mod calibrate;
 pub mod check;
 pub mod compare;
@@ -79,7 +80,7 @@ enum Command {
     Score(score::Args),
     /// Describe the JSON document that a command prints with --json
     Schema(schema::Args),
-    /// Set up, watch and check a board: info, load, sensors, tare, calibrate, monitor, selftest, log
+    /// Set up, watch and check a board: info, load, set, sensors, tare, calibrate, monitor, selftest, log
     Board(board::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
     Stream(stream::Args),

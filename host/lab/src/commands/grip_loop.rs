@@ -3,11 +3,10 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use stickslip_cli::grip_loop::{Options, Pair, run as trials};
 use stickslip_report::terminal::{Output, table};
 use stickslip_rig::plan::PlanName;
 use stickslip_shared::wire::{GripLimits, check};
-
-use crate::grip_loop::{Options, Pair, run as pairs};
 
 /// Command line of `stickslip-lab grip-loop`.
 #[derive(Debug, clap::Args)]
@@ -60,8 +59,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let mut rows: BTreeMap<&'static str, Row> = BTreeMap::new();
     let mut all: Vec<Pair> = Vec::new();
     for seed in &args.seeds {
-        let options = Options { plan: args.plan, seed: *seed, sees_object: !args.no_pose, limits };
-        all.extend(pairs(&options, || ())?);
+        let options =
+            Options { plan: args.plan, objects: vec![], seed: *seed, sees_object: !args.no_pose, limits };
+        all.extend(trials(&options)?.into_iter().map(|trial| trial.pair));
     }
     for pair in &all {
         for name in [pair.scenario, "all"] {

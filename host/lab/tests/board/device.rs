@@ -312,6 +312,50 @@ fn settings_that_are_none_are_refused_by_the_board_and_counted() {
 
 #[test]
 #[ignore = "needs the firmware: make hil"]
+fn a_stack_that_overflows_is_stopped_by_its_guard_spares_the_variables_and_is_told_after_the_reset() {
+    let program = super::named("STICKSLIP_OVERFLOW", "hil");
+    let output = Command::new("timeout")
+        .args(["60", "qemu-system-arm", "-machine", "mps2-an386", "-display", "none", "-monitor", "none"])
+        .args(["-serial", "null", "-semihosting-config", "enable=on,target=native", "-kernel"])
+        .arg(program)
+        .stdin(Stdio::null())
+        .output()
+        .expect("QEMU");
+    let said =
+        String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("stopped by the guard: true; variables whole: true"), "{said}");
+    assert!(output.status.success(), "{said}");
+}
+
+#[test]
+#[ignore = "needs the firmware: make hil"]
+fn a_unit_whose_stored_number_limits_and_grip_are_set_has_them_after_a_reset() {
+    let name = firmware();
+    let mut device = Device::open(&name).unwrap();
+    let limits = wire::GripLimits { least_n: 5.0, most_n: 10.0, rise_n_s: 100.0, fall_n_s: 2.0 };
+    device.command::<wire::SetUnit>(&12).unwrap();
+    device.command::<wire::SetGrip>(&15.0).unwrap();
+    device.command::<wire::SetGripLimits>(&limits).unwrap();
+    device.load_model(&package().bytes().unwrap()).unwrap();
+    session::await_model(&mut device).unwrap();
+    device.command::<wire::Store>(&None).unwrap();
+    let info = reset(&mut device);
+    assert_eq!((info.recalled, info.unit, info.mode), (Recalled::Done, 12, Mode::Ready));
+    // The trial commands 20 N and more: the advice keeps within what is stored.
+    let mut advised = Vec::new();
+    session::stream(&mut device, &package(), None, &mut |event| {
+        if let Event::Report(report) = event {
+            advised.extend(report.advised_grip_n);
+        }
+        Ok(())
+    })
+    .unwrap();
+    let most = advised.iter().copied().fold(0.0, f32::max);
+    assert!(!advised.is_empty() && most <= 10.0, "{most}");
+}
+
+#[test]
+#[ignore = "needs the firmware: make hil"]
 fn the_boards_clock_is_told_with_its_uncertainty() {
     let name = firmware();
     let mut device = Device::open(&name).unwrap();

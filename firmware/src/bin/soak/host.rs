@@ -1,118 +1,37 @@
-//! Hours of virtual time with everything going wrong at once: the application of the
-//! emulated board with a line that loses, doubles, swaps and damages samples, sends garbage,
-//! bursts and bad commands, swaps models while running, stores settings between runs, and a host that stops reading for
-//! seconds; sensors that stick, saturate, fall out and give NaN.
-//!
-//! What is done to the board is counted here, independently of the board's own counts, and
-//! both are held against each other at the end. Run by `make soak` under QEMU's `-icount`,
-//! where time is instructions: no tick may begin late, no loss may go uncounted. The number
-//! of ticks is the program's argument.
-#![no_std]
-#![no_main]
+//! The host's side of the line: what it sends, what is done to it on the way, and when it stops reading.
 
 use core::convert::Infallible;
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::Ordering;
 
-use cortex_m_rt::entry;
-use cortex_m_semihosting::{debug, hprintln};
 use embassy_time::{Duration, Instant, Timer};
 use embedded_io_async::{ErrorType, Read, Write};
 use heapless::Vec;
 use postcard_rpc::{Endpoint, Topic};
 use static_cell::StaticCell;
-use stickslip_firmware::board::current as board;
-use stickslip_firmware::control::Control;
-use stickslip_firmware::link::{self, Link};
-use stickslip_firmware::post_mortem;
-use stickslip_firmware::queues::SAMPLES;
-use stickslip_firmware::stack;
-use stickslip_firmware::stack::BUDGET_BYTES;
-use stickslip_firmware::state::{self, Started};
-use stickslip_firmware::stats::COUNTERS;
 use stickslip_shared::predictor::{Intent, Plan, Segment};
 use stickslip_shared::selftest::push;
 use stickslip_shared::wire::frame::{FrameReader, MAX_LINE, crc32, encode};
 use stickslip_shared::wire::sequence::{Order, Sequence};
 use stickslip_shared::wire::{
-    self, CHUNK, ModelChunk, ModelCommit, Pose, Sample, Source, StartRequest, TICK_US, TelemetryReport,
+    self, CHUNK, ModelChunk, ModelCommit, Port, Pose, Sample, Sensor, Source, StartRequest, TICK_US,
+    TelemetryReport,
 };
+
+use crate::done::{DONE, Draw, ON_SENSORS, STEP, TOLD_US, count, value};
+use crate::sensors::{self, Kind};
 
 /// Samples of one run: rest, push, rest.
 const RUN_SAMPLES: u32 = 750;
-/// Ticks if the argument names none: a minute.
-const TICKS: u32 = 15_000;
+/// Samples of a run on the unit's sensors, and the step from which the host tells no poses any more.
+pub const UNIT_SAMPLES: u32 = 735;
+const TOLD_STEPS: u32 = 700;
+/// Behind its time by so much the host was blocked.
+const BLOCKED: Duration = Duration::from_millis(20);
+/// Steps of a run in which the host may stop reading. What follows between two runs finds the line free: each command in
+/// its tick, as the board takes them.
+const STALLS: core::ops::Range<u32> = 50..450;
 /// Room for what goes out at once: a few frames and a burst of garbage.
 const ROOM: usize = 4096;
-
-/// What was done to the board, and what it answered.
-struct Done {
-    /// Sample frames that went out whole and in order.
-    sound: AtomicU32,
-    lost: AtomicU32,
-    damaged: AtomicU32,
-    garbage: AtomicU32,
-    repeated: AtomicU32,
-    overtaken: AtomicU32,
-    refused: AtomicU32,
-    requests: AtomicU32,
-    models: AtomicU32,
-    sensor_faults: AtomicU32,
-    stalls: AtomicU32,
-    answers: AtomicU32,
-    reports: AtomicU32,
-    reports_missing: AtomicU32,
-    frames_bad: AtomicU32,
-}
-
-const fn none() -> AtomicU32 {
-    AtomicU32::new(0)
-}
-
-static DONE: Done = Done {
-    sound: none(),
-    lost: none(),
-    damaged: none(),
-    garbage: none(),
-    repeated: none(),
-    overtaken: none(),
-    refused: none(),
-    requests: none(),
-    models: none(),
-    sensor_faults: none(),
-    stalls: none(),
-    answers: none(),
-    reports: none(),
-    reports_missing: none(),
-    frames_bad: none(),
-};
-
-fn count(counter: &AtomicU32) {
-    counter.fetch_add(1, Ordering::Relaxed);
-}
-
-fn value(counter: &AtomicU32) -> u32 {
-    counter.load(Ordering::Relaxed)
-}
-
-/// Marsaglia's xorshift: enough to vary faults.
-struct Draw(u32);
-
-impl Draw {
-    fn next(&mut self) -> u32 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 17;
-        self.0 ^= self.0 << 5;
-        self.0
-    }
-    /// True once in `n` times.
-    fn once_in(&mut self, n: u32) -> bool {
-        self.next().is_multiple_of(n)
-    }
-    /// Uniform in -1 to 1.
-    fn noise(&mut self) -> f32 {
-        (self.next() >> 8) as f32 / 8_388_608.0 - 1.0
-    }
-}
 
 fn plan() -> Plan {
     let mut segments = Vec::new();
@@ -129,11 +48,11 @@ fn plan() -> Plan {
 }
 
 /// A serialised model.
-type Bytes = Vec<u8, { wire::MAX_MODEL_BYTES }>;
+pub type Bytes = Vec<u8, { wire::MAX_MODEL_BYTES }>;
 
 /// Of two frictions. Made once, before anything runs: on the host's stack they would be on the board's.
 #[inline(never)]
-fn models() -> &'static [Bytes; 2] {
+pub fn models() -> &'static [Bytes; 2] {
     static MODELS: StaticCell<[Bytes; 2]> = StaticCell::new();
     let models = MODELS.init([const { Vec::new() }; 2]);
     for (bytes, friction) in models.iter_mut().zip([0.15, 0.3]) {
@@ -145,7 +64,7 @@ fn models() -> &'static [Bytes; 2] {
 }
 
 /// The host's side of the line, sending: what the receiving task reads.
-struct Host {
+pub struct Host {
     draw: Draw,
     models: &'static [Bytes; 2],
     out: Vec<u8, ROOM>,
@@ -159,10 +78,15 @@ struct Host {
     wrench: [[f32; 6]; 2],
     /// Samples for which the sensor fault goes on, and which it is.
     fault: (u32, u32),
+    /// Of the sample; beside the steps where the host is silent.
+    seq: u32,
+    silent: u32,
+    /// What its clock is wrong by, us.
+    clock_us: u32,
 }
 
 impl Host {
-    fn new(seed: u32, models: &'static [Bytes; 2]) -> Self {
+    pub fn new(seed: u32, models: &'static [Bytes; 2]) -> Self {
         Self {
             draw: Draw(seed),
             models,
@@ -175,6 +99,9 @@ impl Host {
             held: None,
             wrench: [[0.0; 6]; 2],
             fault: (0, 0),
+            seq: 0,
+            silent: 0,
+            clock_us: 0,
         }
     }
 
@@ -208,25 +135,43 @@ impl Host {
     fn next(&mut self) {
         self.out.clear();
         self.at = 0;
+        STEP.store(self.step, Ordering::Relaxed);
+        // Of the run that goes on; between two, of the next one.
+        let kind = Kind::of(if self.step < RUN_SAMPLES { self.run } else { self.run + 1 });
         match self.step {
-            step if step < RUN_SAMPLES => self.sample(step),
+            step if step < RUN_SAMPLES => self.moment(step, kind),
             // Between two runs, some ticks apart: the board takes commands at its tick.
-            750 => self.request::<wire::Stop>(&()),
+            750 => {
+                if ON_SENSORS.load(Ordering::Relaxed) {
+                    count(&DONE.unit_runs);
+                }
+                ON_SENSORS.store(false, Ordering::Relaxed);
+                sensors::connect(Kind::Host);
+                self.request::<wire::Stop>(&());
+            }
+            752 => self.request::<wire::SetSensors>(&kind.sensors()),
             753 => self.model(),
+            755 if kind != Kind::Host => {
+                for finger in 0..2 {
+                    self.request::<wire::SetCalibration>(&kind.calibration(finger));
+                }
+                sensors::connect(kind);
+            }
             757 => self.request::<wire::Store>(&None),
             760 => self.request::<wire::SetPlan>(&plan()),
             763 => {
-                let start = StartRequest {
-                    source: Source::Link,
-                    trial: (self.run % 1000) as f32,
-                    prefill: 8,
-                    length: Some(RUN_SAMPLES),
+                let (source, length) = match kind {
+                    Kind::Host => (Source::Link, RUN_SAMPLES),
+                    _ => (Source::Unit, UNIT_SAMPLES),
                 };
+                let trial = (self.run % 1000) as f32;
+                let start = StartRequest { source, trial, prefill: 8, length: Some(length) };
                 self.request::<wire::Start>(&start);
             }
             766 => {
                 self.run += 1;
-                self.step = 0;
+                (self.step, self.seq, self.silent, self.clock_us) = (0, 0, 0, 0);
+                ON_SENSORS.store(kind != Kind::Host, Ordering::Relaxed);
                 return;
             }
             _ => {}
@@ -234,7 +179,37 @@ impl Host {
         self.step += 1;
     }
 
-    fn sample(&mut self, seq: u32) {
+    /// A sample's time of a run.
+    fn moment(&mut self, step: u32, kind: Kind) {
+        if kind == Kind::Host {
+            if self.draw.once_in(600) {
+                // Forward by up to 4 s, or back by one.
+                let by_us = (self.draw.next() % 5_000_000).wrapping_sub(1_000_000);
+                self.clock_us = self.clock_us.wrapping_add(by_us);
+                count(&DONE.clock_steps);
+            }
+            return self.sample(self.seq, RUN_SAMPLES);
+        }
+        self.truth(step);
+        sensors::measure(self.wrench);
+        // Poses that come late are not told: the line was blocked by a host that does not read.
+        if step >= TOLD_STEPS || Instant::now() > self.due + BLOCKED {
+            return;
+        }
+        if self.silent > 0 {
+            self.silent -= 1;
+        } else if self.seq > 2 && step + 300 < TOLD_STEPS && self.held.is_none() && self.draw.once_in(150) {
+            // Camera or host stall: no pose for a while.
+            self.silent = 3 + self.draw.next() % 200;
+            count(&DONE.silences);
+        } else {
+            self.sample(self.seq, u32::MAX);
+        }
+    }
+
+    /// Sends the run's next sample; of the last ones nothing is lost where `length` is the run's.
+    fn sample(&mut self, seq: u32, length: u32) {
+        self.seq += 1;
         if self.draw.once_in(400) {
             self.bad_command();
         }
@@ -242,14 +217,15 @@ impl Host {
             self.garbage();
         }
         // A model swap in the middle of a run: it goes on with plan, friction and, in the same scene, object.
-        if seq == 300 && self.run.is_multiple_of(7) {
+        if self.step == 300 && self.run.is_multiple_of(7) {
             self.model();
         }
         let sample = self.measure(seq);
         let mut line = [0; MAX_LINE];
         let Some(bytes) = encode(wire::Samples::TOPIC_KEY, seq, &sample, &mut line) else { return };
         // The ends of a run stay whole: a loss shows by its successor.
-        let end = seq < 2 || seq + 3 > RUN_SAMPLES;
+        let last = self.step + 3 > if length == RUN_SAMPLES { RUN_SAMPLES } else { TOLD_STEPS };
+        let end = seq < 2 || last;
         let late = self.held.take();
         let fault = if end || late.is_some() { u32::MAX } else { self.draw.next() % 200 };
         match fault {
@@ -266,18 +242,28 @@ impl Host {
             5..=6 => {
                 let _ = self.out.extend_from_slice(bytes);
                 let _ = self.out.extend_from_slice(bytes);
-                count(&DONE.sound);
+                self.went_out();
                 count(&DONE.repeated);
             }
             7..=8 => self.held = Vec::from_slice(bytes).ok(),
             _ => {
                 let _ = self.out.extend_from_slice(bytes);
-                count(&DONE.sound);
+                self.went_out();
             }
         }
         if let Some(late) = late {
             let _ = self.out.extend_from_slice(&late);
             count(&DONE.overtaken);
+        }
+    }
+
+    /// A sample did, whole and in order.
+    fn went_out(&mut self) {
+        if ON_SENSORS.load(Ordering::Relaxed) {
+            count(&DONE.told);
+            TOLD_US.store(sensors::now_us(), Ordering::Relaxed);
+        } else {
+            count(&DONE.sound);
         }
     }
 
@@ -293,7 +279,10 @@ impl Host {
     fn bad_command(&mut self) {
         match self.draw.next() % 8 {
             0 => self.request::<wire::SetGrip>(&f32::NAN),
-            1 => self.request::<wire::Tare>(&()),
+            // Not in a run, and not two for a finger.
+            1 => self.request::<wire::SetSensors>(
+                &[Sensor { port: Port::Can, finger: 1 }; 2].into_iter().collect(),
+            ),
             2 => {
                 let start = StartRequest { source: Source::Unit, trial: 0.0, prefill: 200, length: None };
                 self.request::<wire::Start>(&start);
@@ -317,9 +306,9 @@ impl Host {
         count(&DONE.refused);
     }
 
-    /// A push with noise and, now and then, a sensor that fails.
-    fn measure(&mut self, seq: u32) -> Sample {
-        let t_s = seq as f32 * 0.004;
+    /// The wrenches of a push.
+    fn truth(&mut self, step: u32) {
+        let t_s = step as f32 * 0.004;
         let moved = -0.01 * (t_s - 0.4).clamp(0.0, 1.5);
         let sliding = if moved < 0.0 && t_s < 1.9 { 6.0 } else { 0.0 };
         let draw = &mut self.draw;
@@ -333,6 +322,12 @@ impl Host {
                 0.001 * draw.noise(),
             ];
         }
+    }
+
+    /// A push with noise and, now and then, a sensor that fails.
+    fn measure(&mut self, seq: u32) -> Sample {
+        self.truth(self.step);
+        let moved = -0.01 * (self.step as f32 * 0.004 - 0.4).clamp(0.0, 1.5);
         let mut finger = [Some(self.wrench[0]), Some(self.wrench[1])];
         if self.fault.0 > 0 {
             self.fault.0 -= 1;
@@ -359,7 +354,7 @@ impl Host {
         pusher.position_m[1] = 0.1;
         Sample {
             seq,
-            t_us: seq * TICK_US + jitter,
+            t_us: (self.step * TICK_US + jitter).wrapping_add(self.clock_us),
             grip_cmd_n: 20.0,
             gripper: Some(gripper),
             object: (!self.draw.once_in(20)).then_some(object),
@@ -391,10 +386,17 @@ impl Read for Host {
 }
 
 /// The host's side, receiving: reads at 1 Mbaud, and for seconds not at all.
-struct Ear {
+pub struct Ear {
     reader: FrameReader,
     sequence: Option<Sequence>,
     draw: Draw,
+}
+
+impl Ear {
+    /// Nothing heard.
+    pub fn new(draw: Draw) -> Self {
+        Self { reader: FrameReader::new(), sequence: None, draw }
+    }
 }
 
 impl ErrorType for Ear {
@@ -403,9 +405,9 @@ impl ErrorType for Ear {
 
 impl Write for Ear {
     async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
-        if self.draw.once_in(1500) {
+        if self.draw.once_in(800) && STALLS.contains(&value(&STEP)) {
             count(&DONE.stalls);
-            Timer::after_millis(u64::from(200 + self.draw.next() % 2000)).await;
+            Timer::after_millis(u64::from(200 + self.draw.next() % 800)).await;
         }
         Timer::after_micros(bytes.len() as u64 * 10).await;
         for byte in bytes {
@@ -432,166 +434,4 @@ impl Write for Ear {
     async fn flush(&mut self) -> Result<(), Infallible> {
         Ok(())
     }
-}
-
-#[embassy_executor::task]
-async fn control(control: &'static mut Control<board::Channels>, watchdog: board::Watchdog) -> ! {
-    control.run(watchdog).await
-}
-
-#[embassy_executor::task]
-async fn receive(link: &'static mut Link, seed: u32, models: &'static [Bytes; 2]) -> ! {
-    link.run(Host::new(seed, models)).await
-}
-
-#[embassy_executor::task]
-async fn transmit(seed: u32) -> ! {
-    link::transmit(Ear { reader: FrameReader::new(), sequence: None, draw: Draw(seed) }).await
-}
-
-#[embassy_executor::task]
-async fn judge(ticks: u32) {
-    while COUNTERS.ticks.get() < ticks {
-        Timer::after_millis(100).await;
-    }
-    let (s, d) = (COUNTERS.read(), &DONE);
-    let waiting = u32::try_from(SAMPLES.len()).unwrap_or(u32::MAX);
-    hprintln!("virtual time {} s: {} ticks, {} missed", s.ticks / 250, s.ticks, s.ticks_missed);
-    // 8 ns an instruction, 40 ns a count.
-    hprintln!("instructions a tick: mean {}, worst {}", s.mean_cost * 5, s.worst_cost * 5);
-    hprintln!(
-        "stack: {} of {} bytes at the deepest; static, with this program: {}",
-        s.stack_bytes,
-        BUDGET_BYTES,
-        s.static_bytes
-    );
-    hprintln!(
-        "done: {} samples sound, {} lost, {} damaged, {} overtaken, {} repeated, {} bursts of garbage, {} sensor faults",
-        value(&d.sound),
-        value(&d.lost),
-        value(&d.damaged),
-        value(&d.overtaken),
-        value(&d.repeated),
-        value(&d.garbage),
-        value(&d.sensor_faults)
-    );
-    hprintln!(
-        "board: {} processed, {} dropped, {} unasked, {} waiting, {} missing, {} late, {} repeated",
-        s.samples,
-        s.samples_dropped,
-        s.samples_unasked,
-        waiting,
-        s.samples_lost,
-        s.samples_reordered,
-        s.samples_repeated
-    );
-    hprintln!(
-        "board: {} frames damaged, {} too long; {} samples marked, {} contact problems unsolved",
-        s.frames_damaged,
-        s.frames_too_long,
-        s.sensor_marks,
-        s.solver_marks
-    );
-    hprintln!(
-        "commands: {} sent, {} answered; {} bad, {} refused; {} models sent, {} put to use",
-        value(&d.requests),
-        value(&d.answers),
-        value(&d.refused),
-        s.commands_refused,
-        value(&d.models),
-        s.model_swaps
-    );
-    hprintln!(
-        "reports: {} received, {} missing, {} dropped; the host stopped reading {} times",
-        value(&d.reports),
-        value(&d.reports_missing),
-        s.reports_dropped,
-        value(&d.stalls)
-    );
-    let missing = value(&d.lost) + value(&d.damaged) + value(&d.overtaken);
-    let taken = s.samples + s.samples_dropped + s.samples_unasked + waiting;
-    let near = |a: u32, b: u32, slack: u32| a.abs_diff(b) <= slack;
-    // Slack: what is on its way at this moment.
-    let held = [
-        ("no tick began late", s.ticks_missed == 0),
-        ("the stack keeps within its budget", s.stack_bytes <= BUDGET_BYTES),
-        ("every sound sample is accounted for", near(value(&d.sound), taken, 2)),
-        ("every missing sample is counted", near(missing, s.samples_lost, 2)),
-        ("every late sample is counted", near(value(&d.overtaken), s.samples_reordered, 1)),
-        ("every repeated sample is counted", near(value(&d.repeated), s.samples_repeated, 1)),
-        (
-            "every bad frame is counted",
-            near(value(&d.damaged) + value(&d.garbage), s.frames_damaged + s.frames_too_long, 1),
-        ),
-        ("every bad command is refused", near(value(&d.refused), s.commands_refused, 1)),
-        ("every model is put to use", near(value(&d.models), s.model_swaps, 1)),
-        ("every request is answered", near(value(&d.requests), value(&d.answers), 12)),
-        // A stall may end after this moment: its drops show later.
-        ("every missing report was counted", near(value(&d.reports_missing), s.reports_dropped, 600)),
-        ("no frame came out broken", value(&d.frames_bad) == 0),
-        ("no byte was lost", s.bytes_lost == 0),
-    ];
-    let mut failed = false;
-    for (claim, holds) in held {
-        if !holds {
-            failed = true;
-            hprintln!("NOT SO: {}", claim);
-        }
-    }
-    hprintln!("{}", if failed { "soak failed" } else { "soak passed" });
-    debug::exit(if failed { debug::EXIT_FAILURE } else { debug::EXIT_SUCCESS });
-}
-
-/// The number in the program's arguments.
-fn argument() -> Option<u32> {
-    let mut text = [0_u8; 64];
-    let mut block = [text.as_mut_ptr() as usize, text.len()];
-    // SAFETY: SYS_GET_CMDLINE (0x15) writes at most `block[1]` bytes to `block[0]`, and
-    // their number to `block[1]`.
-    let failed = unsafe { cortex_m_semihosting::syscall1(0x15, block.as_mut_ptr() as usize) };
-    if failed != 0 {
-        return None;
-    }
-    let length = block[1].min(text.len());
-    core::str::from_utf8(text.get(..length)?).ok()?.split_whitespace().find_map(|word| word.parse().ok())
-}
-
-/// Brings everything up; its stack is free again before anything runs.
-#[inline(never)]
-fn start() {
-    stack::guard();
-    let (recorder, post_mortem, boots) = post_mortem::begin();
-    let board = board::init(post_mortem.is_some());
-    let started = Started { cause: board.reset_cause, boots, post_mortem, recorder };
-    let (app, link) = state::init(board.gauges, board.alarms, board.flash, started);
-    let upper = board::control_executor();
-    let lower = board::communication_executor();
-    let ticks = argument().unwrap_or(TICKS);
-    // Each task is spawned once, so its one place is free.
-    if let Ok(token) = receive(link, 0x9e37_79b9 ^ ticks, models()) {
-        lower.spawn(token);
-    }
-    if let Ok(token) = transmit(0x85eb_ca6b ^ ticks) {
-        lower.spawn(token);
-    }
-    if let Ok(token) = judge(ticks) {
-        lower.spawn(token);
-    }
-    if let Ok(token) = control(app, board::Watchdog::start()) {
-        upper.spawn(token);
-    }
-}
-
-#[entry]
-fn main() -> ! {
-    start();
-    loop {
-        cortex_m::asm::wfi();
-    }
-}
-
-#[panic_handler]
-fn panic(info: &core::panic::PanicInfo) -> ! {
-    hprintln!("{}", info);
-    board::halt()
 }

@@ -2,7 +2,7 @@
 //!
 //! Each trial is run twice from the same seed: with the planned grip, and with the advised one. Objects are lost
 //! where neither finger touches at the end. The gripper follows the advice within its own lag and loses of it what the
-//! scenario takes.
+//! scenario takes. For `stickslip demo` and the study `stickslip-lab grip-loop`.
 
 use anyhow::Context;
 use rayon::prelude::*;
@@ -17,10 +17,12 @@ use stickslip_shared::wire::{GripLimits, TICK_US};
 use stickslip_unit::grip::GripAdvice;
 
 /// What is run.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Options {
     /// Plan of the rig.
     pub plan: PlanName,
+    /// Of the plan's objects; empty: all.
+    pub objects: Vec<String>,
     /// Seed of plan, reality and runs.
     pub seed: u64,
     /// Whether the object's pose is measured after the first sample.
@@ -42,6 +44,15 @@ pub struct Pair {
     pub open: Course,
     /// With the advised one.
     pub closed: Course,
+}
+
+/// A pair with all that happened in it.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// What came of it.
+    pub pair: Pair,
+    /// Each moment, with the planned grip and with the advised one.
+    pub exact: [Vec<Exact>; 2],
 }
 
 /// How a run went.
@@ -96,22 +107,20 @@ fn name(scenario: &Scenario) -> &'static str {
 ///
 /// # Errors
 /// A condition that does not suit, or a scene that the predictor refuses.
-pub fn run(options: &Options, done: impl Fn() + Sync) -> anyhow::Result<Vec<Pair>> {
-    let conditions = plan::conditions(options.plan, &[], options.seed, 1.0);
+pub fn run(options: &Options) -> anyhow::Result<Vec<Trial>> {
+    let conditions = plan::conditions(options.plan, &options.objects, options.seed, 1.0);
     let used: Vec<_> = conditions.iter().map(|c| c.object.as_str()).collect();
     let primitives: Vec<_> = conditions.iter().map(|c| c.primitive.name()).collect();
     let description = objects::trimmed(objects::bench("grip-loop"), &primitives, &used);
     let reality = Reality::draw(&description, Nuisance::PAPER, options.seed);
     let setup = Setup { description, reality, step_s: STEP_S };
-    let pairs = conditions.par_iter().map(|condition| {
-        let pair = pair(&setup, condition, options);
-        done();
-        pair.with_context(|| condition.label.clone())
-    });
-    pairs.collect()
+    let trials = conditions
+        .par_iter()
+        .map(|condition| trial(&setup, condition, options).with_context(|| condition.label.clone()));
+    trials.collect()
 }
 
-fn pair(setup: &Setup, condition: &Condition, options: &Options) -> anyhow::Result<Pair> {
+fn trial(setup: &Setup, condition: &Condition, options: &Options) -> anyhow::Result<Trial> {
     let open = stickslip_rig::run(setup, condition, 1, options.seed).map_err(anyhow::Error::msg)?;
     let fed = feed(&setup.description, &open.trial)?;
     let mut predictor = Predictor::<f32>::new(fed.scene, default_model().cast(), Limits::default())
@@ -132,11 +141,12 @@ fn pair(setup: &Setup, condition: &Condition, options: &Options) -> anyhow::Resu
         advice.follow(&prediction, condition.grip_n as f32, tick_s).map(f64::from)
     });
     let closed = closed.map_err(anyhow::Error::msg)?;
-    Ok(Pair {
+    let pair = Pair {
         label: condition.label.clone(),
         scenario: name(&condition.scenario),
         planned_n: condition.grip_n,
         open: Course::of(&open.exact),
         closed: Course::of(&closed.exact),
-    })
+    };
+    Ok(Trial { pair, exact: [open.exact, closed.exact] })
 }

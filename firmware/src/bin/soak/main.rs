@@ -1,0 +1,129 @@
+//! Hours of virtual time with everything going wrong at once: the application of the
+//! emulated board with a line that loses, doubles, swaps and damages samples, sends garbage,
+//! bursts and bad commands, swaps models while running, stores settings between runs, and a host that stops reading for
+//! seconds; sensors that stick, saturate, fall out and give NaN; a host's clock that makes steps. Three runs of four are
+//! on the unit's own sensors ([`sensors`]), with all that goes wrong there, a host that falls silent and flash that
+//! wears. The low 32 bits of the unit's clock wrap around after 20 s.
+//!
+//! What is done to the board is counted here, independently of the board's own counts, and
+//! both are held against each other at the end. Run by `make soak` under QEMU's `-icount`,
+//! where time is instructions: no tick may begin late, no loss may go uncounted. The number
+//! of ticks is the program's argument.
+#![no_std]
+#![no_main]
+
+mod done;
+mod host;
+mod judge;
+mod sensors;
+
+use cortex_m_rt::entry;
+use cortex_m_semihosting::hprintln;
+use done::Draw;
+use host::{Bytes, Ear, Host, models};
+use judge::{judge, watch};
+use stickslip_firmware::board::current as board;
+use stickslip_firmware::control::Control;
+use stickslip_firmware::link::{self, Link};
+use stickslip_firmware::post_mortem;
+use stickslip_firmware::stack;
+use stickslip_firmware::state::{self, Started};
+
+/// Ticks if the argument names none: a minute.
+const TICKS: u32 = 15_000;
+
+#[embassy_executor::task]
+async fn control(control: &'static mut Control<board::Channels>, watchdog: board::Watchdog) -> ! {
+    control.run(watchdog).await
+}
+
+#[embassy_executor::task]
+async fn receive(link: &'static mut Link, seed: u32, models: &'static [Bytes; 2]) -> ! {
+    link.run(Host::new(seed, models)).await
+}
+
+#[embassy_executor::task]
+async fn transmit(seed: u32) -> ! {
+    link::transmit(Ear::new(Draw(seed))).await
+}
+
+#[embassy_executor::task]
+async fn gauges(seed: u32) -> ! {
+    sensors::gauges(Draw(seed)).await
+}
+
+#[embassy_executor::task]
+async fn serial(seed: u32) -> ! {
+    stickslip_firmware::sensors::serial(sensors::SerialOut::new(Draw(seed)), sensors::SerialIn).await
+}
+
+#[embassy_executor::task]
+async fn bus(seed: u32) -> ! {
+    stickslip_firmware::sensors::bus(sensors::SimulatedBus::new(Draw(seed))).await
+}
+
+/// The number in the program's arguments.
+fn argument() -> Option<u32> {
+    let mut text = [0_u8; 64];
+    let mut block = [text.as_mut_ptr() as usize, text.len()];
+    // SAFETY: SYS_GET_CMDLINE (0x15) writes at most `block[1]` bytes to `block[0]`, and
+    // their number to `block[1]`.
+    let failed = unsafe { cortex_m_semihosting::syscall1(0x15, block.as_mut_ptr() as usize) };
+    if failed != 0 {
+        return None;
+    }
+    let length = block[1].min(text.len());
+    core::str::from_utf8(text.get(..length)?).ok()?.split_whitespace().find_map(|word| word.parse().ok())
+}
+
+/// Brings everything up; its stack is free again before anything runs.
+#[inline(never)]
+fn start() {
+    stack::guard();
+    let (recorder, post_mortem, boots) = post_mortem::begin();
+    let board = board::init(post_mortem.is_some());
+    let started = Started { cause: board.reset_cause, boots, post_mortem, recorder };
+    let (app, link) = state::init(board.gauges, board.alarms, board.flash, started);
+    let upper = board::control_executor();
+    let lower = board::communication_executor();
+    let ticks = argument().unwrap_or(TICKS);
+    // Each task is spawned once, so its one place is free.
+    if let Ok(token) = receive(link, 0x9e37_79b9 ^ ticks, models()) {
+        lower.spawn(token);
+    }
+    if let Ok(token) = transmit(0x85eb_ca6b ^ ticks) {
+        lower.spawn(token);
+    }
+    if let Ok(token) = gauges(0xc2b2_ae35 ^ ticks) {
+        lower.spawn(token);
+    }
+    if let Ok(token) = serial(0x27d4_eb2f ^ ticks) {
+        lower.spawn(token);
+    }
+    if let Ok(token) = bus(0x1656_67b1 ^ ticks) {
+        lower.spawn(token);
+    }
+    if let Ok(token) = watch() {
+        lower.spawn(token);
+    }
+    if let Ok(token) = judge(ticks) {
+        lower.spawn(token);
+    }
+    if let Ok(token) = control(app, board::Watchdog::start()) {
+        upper.spawn(token);
+    }
+}
+
+#[entry]
+fn main() -> ! {
+    start();
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+#[panic_handler]
+fn panic(info: &core::panic::PanicInfo) -> ! {
+    hprintln!("{}", info);
+    board::halt()
+}
