@@ -87,6 +87,8 @@ pub fn doubt_names(bits: u32) -> String {
             (validity::SATURATED, "wrench at the end of its range"),
             (validity::BIASED, "constant error of the wrench"),
             (validity::MODEL, "model and measurement disagree"),
+            (validity::FORESIGHT, "look-ahead not solved"),
+            (validity::POSE, "object's pose not believed"),
             (validity::CONE_INSTEAD, "cone in place of pyramids"),
         ],
     )
