@@ -30,6 +30,9 @@ fn after(course: &[(Signs, u32)]) -> Alarm {
 /// Ticks of the 0.15 s for which a warning stays without its cause, and one more.
 const HELD: u32 = 39;
 
+/// What it is; signs, each for so many ticks; the state after them, and whether the warning is up.
+type Row = (&'static str, Vec<(Signs, u32)>, State, bool);
+
 #[test]
 fn each_course_of_signs_ends_in_its_state_with_the_warning_up_or_not() {
     use Cause::{Clipped, Foresight, Grip, Inertia, Load, Motion};
@@ -37,7 +40,7 @@ fn each_course_of_signs_ends_in_its_state_with_the_warning_up_or_not() {
     let suspects = Signs { suspects: true, ..quiet() };
     let more = Signs { used: 0.6, ..ahead(Foresight) };
     let unseen = |s: Signs| Signs { seen: false, ..s };
-    let rows: &[(&str, Vec<(Signs, u32)>, State, bool)] = &[
+    let rows: &[Row] = &[
         ("nothing", vec![(quiet(), 10)], State::Clear, false),
         ("a suspicion", vec![(suspects, 4)], State::Watching, false),
         ("a suspicion that ends", vec![(suspects, 4), (quiet(), 1)], State::Clear, false),
