@@ -7,6 +7,7 @@
 //! (only for sensors that were seen to vary; a noiseless simulation is not accused); a component at its range is saturated;
 //! while nothing else touches the object sideways, the two fingers' normal forces cancel. The object's pose is
 //! judged by its repetitions in the same way: a tracker that has lost its markers often goes on with the last pose.
+//! One whose frames are each given for as many samples is held between the frames of a slower camera: it is late.
 //! Motion alone shows no noise: only a pose that was seen to go to and fro from one sample to the next is accused.
 
 use crate::predictor::types::{Limits, Sample, validity};
@@ -32,6 +33,9 @@ pub struct Params {
     /// rest, few in quick motion. Doubled: a pose that freezes after 8 s of quick motion is found, and a
     /// noiseless one that was shaken at 10 Hz is accused.
     pub turns: u16,
+    /// Runs of equal poses, each as long as the one before within a sample, that show a slower camera whose frames are held: by
+    /// chance, of runs of three, one in 65,000. Doubled: a camera of 31 Hz is found out after a second.
+    pub held: u8,
     /// Chance of a run of equal readings below which it is none: one false alarm in an hour at 250 Hz.
     /// Doubled: two.
     pub chance: f32,
@@ -54,6 +58,7 @@ impl Default for Params {
             surely_frozen: 1000,
             rounding_m: 1e-6,
             turns: 10,
+            held: 16,
             chance: 1e-6,
             lively: 16,
             remembered: 1024,
@@ -70,6 +75,7 @@ pub struct Health<R: Real> {
     repetition: [Repetition; 2],
     object: Option<Pose<R>>,
     object_repetition: Repetition,
+    object_hold: Hold,
     object_jitter: Jitter<R>,
     unequal: u8,
     unequal_by_n: R,
@@ -91,6 +97,7 @@ impl<R: Real> Health<R> {
             repetition: [Repetition::default(); 2],
             object: None,
             object_repetition: Repetition::default(),
+            object_hold: Hold::default(),
             object_jitter: Jitter { step_m: Vec3::zeros(), steps: 0, turns: 0 },
             unequal: 0,
             unequal_by_n: zero,
@@ -135,15 +142,21 @@ impl<R: Real> Health<R> {
         (usable, bits)
     }
 
-    /// Whether the object's pose repeats itself more than its noise makes it: it is none that was measured now.
-    pub fn frozen(&mut self, object: &Pose<R>) -> bool {
+    /// How the object's pose repeats itself beyond what its noise makes of it.
+    pub fn repeats(&mut self, object: &Pose<R>) -> Repeats {
         let equal = self.object.as_ref() == Some(object);
         if let Some(last) = self.object.filter(|_| !equal) {
             self.object_jitter.note(object.position_m - last.position_m, &self.params);
         }
         self.object = Some(*object);
         let params = Params { surely_stuck: self.params.surely_frozen, ..self.params };
-        self.object_repetition.note(equal, &params) && self.object_jitter.is_seen(&params)
+        let frozen = self.object_repetition.note(equal, &params);
+        let held = self.object_hold.note(equal, &params);
+        match (self.object_jitter.is_seen(&params), frozen, held) {
+            (true, true, _) => Repeats::Frozen,
+            (true, false, true) => Repeats::Held,
+            _ => Repeats::No,
+        }
     }
 
     /// Whether normal forces that must cancel do not, beyond `allowed_n`; `sum_n` is what is left of them.
@@ -152,6 +165,40 @@ impl<R: Real> Health<R> {
         self.unequal = if beyond { self.unequal.saturating_add(1).min(self.params.biased) } else { 0 };
         self.unequal_by_n = sum_n;
         self.unequal >= self.params.biased
+    }
+}
+
+/// How a pose repeats itself beyond what its noise makes of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Repeats {
+    /// It does not.
+    No,
+    /// It is measured no more.
+    Frozen,
+    /// Each frame of a slower camera is given for several samples: it is late by half of them on the mean.
+    Held,
+}
+
+/// Runs of equal poses that are all as long: a camera that is slower than the samples holds its frames.
+#[derive(Clone, Copy, Debug, Default)]
+struct Hold {
+    /// Equal ones in the present run, and in the last.
+    run: u8,
+    length: u8,
+    /// Runs in a row as long as the one before.
+    regular: u8,
+}
+
+impl Hold {
+    fn note(&mut self, equal: bool, params: &Params) -> bool {
+        if equal {
+            self.run = self.run.saturating_add(1);
+        } else {
+            let alike = self.run > 1 && self.run.abs_diff(self.length) <= 1;
+            self.regular = if alike { self.regular.saturating_add(1).min(params.held) } else { 0 };
+            (self.length, self.run) = (self.run, 0);
+        }
+        self.regular >= params.held
     }
 }
 

@@ -20,6 +20,7 @@
 
 mod advance;
 pub mod ahead;
+pub mod alarm;
 mod clock;
 mod context;
 pub mod decide;

@@ -95,6 +95,10 @@ pub struct Observed<R: Real> {
     pub least_limit: R,
     /// Time until the limit is reached by a proven trend; `None`: there is none.
     pub limit_in_s: Option<R>,
+    /// It is the falling grip command that reaches it.
+    pub by_grip: bool,
+    /// What threatened to reach it has ended: the load has come down, or the grip to a commanded level that holds.
+    pub eased: bool,
     /// For how long the load has been over the limit, or the fingers have no longer borne the
     /// object; zero in the first samples. Without a pose, that is slip.
     pub over_s: R,
@@ -284,18 +288,44 @@ impl<R: Real> Observer<R> {
         seen.ratio = Some(smooth);
         let over = clipped.max(fallen);
         seen.over_s = R::of(f64::from(over)) * s.dt_s;
-        seen.limit_in_s = self.time_left(smooth, seen.least_limit, self.friction.likely() * effects);
+        let likely = self.friction.likely() * effects;
+        self.foresee(&mut seen, smooth, likely);
         seen
     }
 
-    /// Time until the ratio reaches `limit` by a proven trend.
+    /// Time until the ratio reaches the least limit by a proven trend, by what, and whether that has ended.
+    fn foresee(&mut self, seen: &mut Observed<R>, ratio: R, likely: R) {
+        let limit = seen.least_limit;
+        let threat = self.threat;
+        let by_load = self.time_left(ratio, limit, likely);
+        seen.limit_in_s = by_load;
+        // The level of a command is known the moment it is given.
+        let held = self.level_holds(ratio, limit, likely);
+        let near = ratio > limit * self.params.threat_share;
+        if near
+            && !held
+            && let Some(t) = self.grip.runs_out(ratio, limit)
+        {
+            seen.by_grip = !by_load.is_some_and(|load| load < t);
+            seen.limit_in_s = Some(by_load.map_or(t, |load| min(load, t)));
+        }
+        let came_down = threat.is_some_and(|at| !(ratio > at * self.params.ended_share));
+        seen.eased = held || came_down && seen.limit_in_s.is_none();
+    }
+
+    /// The grip is on its way down to a commanded level that holds.
+    fn level_holds(&self, ratio: R, limit: R, likely: R) -> bool {
+        self.grip.comes_to(ratio).is_some_and(|end| end < max(limit, likely))
+    }
+
+    /// Time until the ratio reaches `limit` by the trend of the load.
     fn time_left(&mut self, ratio: R, limit: R, likely: R) -> Option<R> {
         if !(ratio > limit * self.params.threat_share) {
             self.threat = None;
             return None;
         }
-        // The level of a command is known the moment it is given: no trend leads past it.
-        if self.grip.comes_to(ratio).is_some_and(|end| end < max(limit, likely)) {
+        // No trend leads past the level of a command.
+        if self.level_holds(ratio, limit, likely) {
             self.threat = None;
             return None;
         }
@@ -317,9 +347,6 @@ impl<R: Real> Observer<R> {
             } else {
                 self.threat = None;
             }
-        }
-        if let Some(t) = self.grip.runs_out(ratio, limit) {
-            left = earlier(left, t);
         }
         left
     }

@@ -3,6 +3,7 @@
 //! Slip now is what the pose shows; slip ahead needs a proven trend, or a model that agrees with the
 //! measured load and foresees slip from the plan. To be near the limit is neither.
 
+use super::alarm::{Alarm, Cause, Signs, State};
 use super::params::Params;
 use super::plan::Intent;
 use super::types::{Limits, Slip, flags};
@@ -34,6 +35,14 @@ pub struct Evidence {
     pub over_s: f32,
     /// Time until the load reaches the limit by a proven trend, s.
     pub limit_in_s: Option<f32>,
+    /// It is the grip command that falls.
+    pub by_grip: bool,
+    /// The load has come down, or the grip to a commanded level that holds.
+    pub eased: bool,
+    /// The gripper gains or loses speed.
+    pub steered: bool,
+    /// Share of the friction limit that is used.
+    pub used: f32,
     /// Time until the pads are off the object, at the slip that is seen, s.
     pub leaves_in_s: Option<f32>,
     /// One more slip as long as the last takes the pads off the object.
@@ -71,9 +80,9 @@ pub struct Alarms {
     pub foreseen: u8,
     /// Samples in a row in which the look-ahead sees sag beyond its limit.
     pub sagging: u8,
-    /// What a held grasp was last warned of.
-    pub slip: Warning,
-    /// See `slip`.
+    /// Slip of a held grasp.
+    pub slip: Alarm,
+    /// Its loss.
     pub drop: Warning,
     /// For how long slip still counts as intended after the plan has come to hold, s.
     pub meant_s: f32,
@@ -98,7 +107,7 @@ pub fn decide(e: &Evidence, before: &Alarms, limits: &Limits, params: &Params) -
     alarms.meant_s = if e.moves { params.settling_s } else { before.meant_s - e.dt_s };
     if e.intent != Intent::Hold {
         // A warning of the hold before says nothing of the hold after.
-        (alarms.slip, alarms.drop, alarms.foreseen) = (Warning::default(), Warning::default(), 0);
+        (alarms.slip, alarms.drop, alarms.foreseen) = (Alarm::default(), Warning::default(), 0);
     }
     alarms.touched_s = if e.pushing { params.settling_s } else { before.touched_s - e.dt_s };
     let (slip, drop_in_s) = match e.intent {
@@ -151,10 +160,16 @@ fn held(e: &Evidence, alarms: &mut Alarms, limits: &Limits, params: &Params) -> 
     let foresees = believed && e.slip.iter().any(|s| *s != Slip::None);
     alarms.foreseen = counted(alarms.foreseen, foresees);
     let within = |most_s: f32| e.limit_in_s.filter(|t| *t <= most_s);
-    let (mut ahead, mut drop) = (within(limits.slip_warning_s), within(limits.drop_warning_s));
+    let by_forces = if e.by_grip { Cause::Grip } else { Cause::Load };
+    let mut ahead = within(limits.slip_warning_s).map(|in_s| (by_forces, in_s));
+    let mut drop = within(limits.drop_warning_s);
     let enough = if e.slips.is_some() { params.foreseen_samples } else { params.unseen_samples };
-    if alarms.foreseen >= enough {
-        ahead = sooner(ahead, e.slip.iter().filter_map(|s| s.in_s()).reduce(f32::min));
+    let by_model = if e.steered { Cause::Inertia } else { Cause::Foresight };
+    if alarms.foreseen >= enough && alarms.slip.is_new(by_model, e.used, params) {
+        let in_s = e.slip.iter().filter_map(|s| s.in_s()).reduce(f32::min);
+        if let Some(in_s) = in_s.filter(|t| !ahead.is_some_and(|(_, trend_s)| trend_s <= *t)) {
+            ahead = Some((by_model, in_s));
+        }
         drop = sooner(drop, e.drop_in_s);
     }
     let slips = match e.slips {
@@ -170,9 +185,25 @@ fn held(e: &Evidence, alarms: &mut Alarms, limits: &Limits, params: &Params) -> 
         // Nobody sees how fast it goes.
         drop = sooner(drop, Some(limits.horizon_s));
     }
-    let ahead = alarms.slip.hold(ahead, e.dt_s, params.held_s);
+    let over = match alarms.slip.state {
+        State::Warned(Cause::Grip | Cause::Load) => e.eased,
+        State::Warned(Cause::Inertia) => !e.steered && !foresees,
+        _ => false,
+    };
+    alarms.slip = alarms.slip.next(
+        &Signs {
+            slides: slips.then_some(if e.slips.is_some() { Cause::Motion } else { Cause::Clipped }),
+            ahead,
+            suspects: foresees,
+            over,
+            seen: e.slips.is_some(),
+            used: e.used,
+            dt_s: e.dt_s,
+        },
+        params,
+    );
     let drop = alarms.drop.hold(drop, e.dt_s, params.held_s);
-    let slip = match ahead {
+    let slip = match alarms.slip.ahead_s() {
         _ if slips => Slip::Now,
         Some(t_s) => Slip::In(t_s.max(params.least_ahead_s)),
         None => Slip::None,

@@ -11,6 +11,7 @@ use super::sag::{planned_slide, slipped, unintended_down};
 use super::tracked::Tracked;
 use super::types::{Sample, Slip, flags, validity};
 use crate::cone::SolveStatus;
+use crate::health::Repeats;
 use crate::real::{Real, Vec3, norm};
 use crate::step::{Drive, Workspace};
 use crate::track::{PathFilter, drive_between};
@@ -76,12 +77,14 @@ impl<R: Real> Context<R> {
             doubt |= validity::POINTS_LOST;
         }
         tracked.pushing = out.normal_n[2] > R::zero();
-        let frozen = sample.object.is_some_and(|object| self.health.frozen(&object));
-        if frozen {
+        let repeats = sample.object.map_or(Repeats::No, |object| self.health.repeats(&object));
+        if repeats != Repeats::No {
             doubt |= validity::POSE;
         }
-        if let Some(object) = sample.object.filter(|_| !frozen) {
-            let measured = poses.carrier.to_local(&object);
+        // One that is held is late, and better than none.
+        let mut object = sample.object.filter(|_| repeats != Repeats::Frozen);
+        if let Some(seen) = object {
+            let measured = poses.carrier.to_local(&seen);
             let strayed = self.correct(tracked, &measured);
             tracked.strayed = if strayed { tracked.strayed.saturating_add(1) } else { 0 };
             // What slides leaves the model step by step, a wild pose jumps.
@@ -93,6 +96,7 @@ impl<R: Real> Context<R> {
             if strayed && jumped && tracked.strayed < self.params.strayed_samples {
                 // One wild pose is the camera's error; an object does not jump there and back.
                 doubt |= validity::POSE;
+                object = None;
             } else if strayed {
                 tracked.strayed = 0;
                 tracked.seen_m = measured.position_m;
@@ -119,7 +123,6 @@ impl<R: Real> Context<R> {
         if plan.is_none() {
             doubt |= validity::NO_PLAN;
         }
-        let object = sample.object.filter(|_| doubt & validity::POSE == 0);
         let seen = object.zip(sample.gripper).map(|(object, gripper)| gripper.to_local(&object));
         let observed =
             self.observe(tracked, &out, sample, &drive, &present, seen.as_ref(), effects, &mut doubt);

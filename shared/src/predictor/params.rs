@@ -72,6 +72,11 @@ pub struct Params {
     /// A warning stays up for so long after its cause was last seen, s: one episode, one alarm.
     /// Doubled: alarms merge that have two causes.
     pub held_s: f32,
+    /// What the pads bore under a warning of the model, that the pose shows no slip after, is remembered for so long, s: a few
+    /// periods of a shaking. Doubled: a grasp that has lost friction since is warned of by what is seen for 3 s more.
+    pub remembered_s: f32,
+    /// More than was borne by this factor is new: noise of the forces. Doubled: loads 8 % higher are not foreseen.
+    pub more_share: f32,
     /// Without a pose, a slip that lasts longer is taken for the loss of the grasp, s: most knocks are
     /// shorter. Doubled: 30 ms less warning of a drop.
     pub lasting_s: f32,
@@ -119,6 +124,8 @@ impl Default for Params {
             gaining_s: 0.04,
             inertia_s: 0.06,
             held_s: 0.15,
+            remembered_s: 3.0,
+            more_share: 1.04,
             lasting_s: 0.03,
             extrapolated: 4.0,
             at_once_s: 0.03,

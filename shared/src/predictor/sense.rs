@@ -97,7 +97,6 @@ impl<R: Real> Context<R> {
                 tracked.gaining_s = R::of(f64::from(self.params.inertia_s));
             }
         }
-        let gains = tracked.gaining_s > R::zero();
         let up = -drive.carrier.inverse_transform_vector(&Vec3::from(self.scene.gravity_m_s2));
         let bears = |w: &[[R; 6]; 2]| {
             let sum = |i: usize| w[0][i] + w[1][i];
@@ -118,7 +117,7 @@ impl<R: Real> Context<R> {
                 .inverse_transform_vector(&tracked.acceleration.velocity_m_s(drive.dt_s)),
             arm_m: self.torsion_arm_m,
             bearing_n,
-            steered: gains || tracked.settling_s > R::zero(),
+            steered: tracked.steered(),
             accelerates: soon
                 || tracked.settling_s > R::of(f64::from(self.params.settling_s - self.params.gaining_s)),
             effects,

@@ -54,6 +54,11 @@ pub(super) struct Tracked<R: Real> {
 }
 
 impl<R: Real> Tracked<R> {
+    /// The planned motion changes, or the gripper gains or loses speed: the load does too.
+    pub(super) fn steered(&self) -> bool {
+        self.gaining_s > R::zero() || self.settling_s > R::zero()
+    }
+
     /// How far the object has come in this slip, or came in the last one.
     pub(super) fn note_slip(&mut self, slips: bool, attitude: &Rotation<R>) {
         let way = self.seen_m - self.rest_m;

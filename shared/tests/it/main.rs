@@ -1,5 +1,6 @@
 //! Tests of the crate from outside, in one program: it links once.
 
+mod alarm;
 mod bad_input;
 mod checksum;
 mod common;

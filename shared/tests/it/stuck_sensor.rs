@@ -2,7 +2,7 @@
 
 use crate::common::{Noise, at, pose};
 use nalgebra::UnitQuaternion;
-use stickslip_shared::health::Health;
+use stickslip_shared::health::{Health, Repeats};
 
 /// Poses of an object at rest with noise of 20 um, in steps of `step_m` (0: as they are).
 fn poses(step_m: f64, noise: &mut Noise) -> stickslip_shared::track::Pose<f32> {
@@ -17,12 +17,12 @@ fn poses(step_m: f64, noise: &mut Noise) -> stickslip_shared::track::Pose<f32> {
 fn a_pose_that_repeats_itself_is_frozen_within_three_samples_and_one_that_moves_again_is_used() {
     let (mut health, mut noise) = (Health::<f32>::default(), Noise(5));
     for tick in 0..250 {
-        assert!(!health.frozen(&poses(0.0, &mut noise)), "tick {tick}");
+        assert!(health.repeats(&poses(0.0, &mut noise)) == Repeats::No, "tick {tick}");
     }
     let last = poses(0.0, &mut noise);
-    let told: Vec<bool> = (0..6).map(|_| health.frozen(&last)).collect();
+    let told: Vec<bool> = (0..6).map(|_| health.repeats(&last) == Repeats::Frozen).collect();
     assert_eq!(told, [false, false, true, true, true, true]);
-    assert!(!health.frozen(&poses(0.0, &mut noise)));
+    assert!(health.repeats(&poses(0.0, &mut noise)) == Repeats::No);
 }
 
 #[test]
@@ -32,9 +32,28 @@ fn a_coarse_camera_and_one_of_31_hz_that_holds_its_poses_are_not_frozen_in_1000_
         let mut accused = 0;
         for _ in 0..250_000 / held {
             let now = poses(step_m, &mut noise);
-            accused += (0..held).filter(|_| health.frozen(&now)).count();
+            accused += (0..held).filter(|_| health.repeats(&now) == Repeats::Frozen).count();
         }
         assert!(accused < 3, "{accused} with steps of {step_m} m, each held {held} times");
+    }
+}
+
+#[test]
+fn frames_of_a_slower_camera_that_are_held_are_found_out_and_rounding_at_rest_is_not() {
+    // Steps, samples a frame, and within how many frames it is told; a camera of 60 Hz gives four or five samples each.
+    for (step_m, held, within) in [(0.0, 8, Some(40)), (0.0, 4, Some(40)), (1e-4, 1, None), (2e-5, 1, None)] {
+        let (mut health, mut noise) = (Health::<f32>::default(), Noise(7));
+        let mut told = None;
+        for frame in 0..50_000 {
+            let now = poses(step_m, &mut noise);
+            let samples = if held == 4 { 4 + usize::from(frame % 6 == 0) } else { held };
+            let late = (0..samples).filter(|_| health.repeats(&now) == Repeats::Held).count();
+            told = told.or((late > 0).then_some(frame));
+        }
+        match within {
+            Some(most) => assert!(told.is_some_and(|f| f < most), "{held} samples a frame: {told:?}"),
+            None => assert_eq!(told, None, "steps of {step_m} m"),
+        }
     }
 }
 
@@ -47,7 +66,7 @@ fn an_object_of_a_simulation_without_noise_is_not_frozen_when_it_comes_to_rest()
         let moved_m = 0.02 * (t_s - 2.0).clamp(0.0, 2.0);
         let swung_m = 0.005 * (std::f64::consts::TAU * 2.0 * (t_s - 4.0).clamp(0.0, 2.0)).sin();
         let now = pose(at(0.1 + moved_m, swung_m, 0.3), UnitQuaternion::identity());
-        assert!(!health.frozen(&now), "at {t_s} s");
+        assert!(health.repeats(&now) == Repeats::No, "at {t_s} s");
     }
 }
 

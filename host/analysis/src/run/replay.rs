@@ -438,7 +438,7 @@ pub const VALIDITY: [&str; 18] = [
     "doubt: model and measurement disagree",
     "doubt: a step of the look-ahead not solved",
     "doubt: nothing foreseen yet",
-    "doubt: object's pose far from the model's, or frozen",
+    "doubt: object's pose far from the model's, frozen or held between frames",
     "solved with the cone in place of pyramids",
 ];
 
