@@ -26,6 +26,7 @@ pub mod stream;
 pub mod suggest;
 mod telemetry;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -111,12 +112,18 @@ impl Command {
     }
 }
 
-/// Parses the command line, runs the command and reports its error.
-/// Exit code 0: done; 1: the command failed; 2: wrong usage.
+/// Runs the command line of this process.
 #[must_use]
 pub fn main() -> ExitCode {
+    main_of(std::env::args_os())
+}
+
+/// Parses a command line (the program's name first), runs the command and reports its error.
+/// Exit code 0: done; 1: the command failed; 2: wrong usage.
+#[must_use]
+pub fn main_of(words: impl Iterator<Item = OsString>) -> ExitCode {
     // Clap prints its own message and exits with 2 on wrong usage.
-    let matches = Cli::command().get_matches();
+    let matches = Cli::command().get_matches_from(words);
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let style = if cli.json { Style::Json } else { Style::Human };
     let output = Output::new(style).of(&format!("stickslip-{}", matches.subcommand_name().unwrap_or("")));
