@@ -9,12 +9,14 @@ pub mod board;
 pub mod calibrate;
 pub mod check;
 pub mod compare;
+pub mod completions;
 pub mod demo;
 pub mod diagnose;
 pub mod effects;
 mod fitted;
 pub mod import;
 pub mod lcp;
+pub mod man;
 pub mod new;
 pub mod refit;
 pub mod replay;
@@ -80,6 +82,10 @@ enum Command {
     Score(score::Args),
     /// Describe the JSON document that a command prints with --json
     Schema(schema::Args),
+    /// Print the script with which a shell completes commands and options
+    Completions(completions::Args),
+    /// Write a page for man of each command
+    Man(man::Args),
     /// Set up, watch and check a board: info, load, sensors, tare, calibrate, monitor, selftest, log
     Board(board::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
@@ -106,6 +112,8 @@ impl Command {
             Command::Lcp(args) => lcp::run(args, output),
             Command::Score(args) => score::run(args, output),
             Command::Schema(args) => schema::run(args, output),
+            Command::Completions(args) => completions::run(args, output),
+            Command::Man(args) => man::run(args, output),
             Command::Board(args) => board::run(args, output),
             Command::Stream(args) => stream::run(args, output),
         }
