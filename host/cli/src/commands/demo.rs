@@ -39,7 +39,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     std::fs::create_dir_all(&args.out).with_context(|| format!("cannot make {}", args.out.display()))?;
     let mut steps = Steps { output, done: Vec::new() };
     let data = path(&args.data);
-    let log = path(&args.out.join("run.sslog"));
+    let log = path(&args.out.join("run.mcap"));
     let page = path(&args.out.join("comparison.html"));
     // Logs are never overwritten; the demo's own may be.
     if Path::new(&log).exists() {
