@@ -15,7 +15,7 @@ export CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS := \
 FLASH_LIMIT := 262144
 RAM_LIMIT := 32768
 
-.PHONY: help setup mujoco-setup test test-full lint lint-boards studies test-host hil hil-probe soak soak-program soak-short firmware firmware-g474 flash-g474 size no-panic cost demo fuzz bench
+.PHONY: help setup mujoco-setup test test-full python lint lint-boards studies test-host hil hil-probe soak soak-program soak-short firmware firmware-g474 flash-g474 size no-panic cost demo fuzz bench
 
 help: ## This list
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -31,7 +31,10 @@ demo: setup firmware ## A recorded push through the firmware in QEMU, replayed a
 
 test: setup lint test-host hil firmware-g474 size no-panic ## Everything CI runs
 
-test-full: test lint-boards studies soak-short ## And what takes longer: before anything is called done
+test-full: test python lint-boards studies soak-short ## And what takes longer: before anything is called done
+
+python: ## The Python wheel (target/python/wheels), its tests and notebooks in an environment of its own
+	tools/python.sh
 
 lint: ## Formatting, clippy and documentation without warnings
 	cargo fmt --all --check

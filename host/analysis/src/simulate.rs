@@ -9,7 +9,9 @@ use std::path::Path;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
-use stickslip_data::{DatasetError, Index, Pose, Sample, TableFormat, Trial, TrialInfo, Wrench, Writer};
+use stickslip_data::{
+    Dataset, DatasetError, Index, Pose, Sample, TableFormat, Trial, TrialInfo, Wrench, Writer,
+};
 use stickslip_shared::model::Model;
 use stickslip_shared::track;
 use thiserror::Error;
@@ -54,8 +56,35 @@ pub fn simulate(
     progress: &dyn Progress,
 ) -> Result<Report, SimulateError> {
     let writer = Writer::begin(&index.description, folder, tables)?;
+    let table = |trial: Trial| writer.table(&trial).map(|()| trial.info);
+    let (report, infos) = each(index, model, &table, progress)?;
+    writer.finish(&infos.iter().collect::<Vec<_>>())?;
+    Ok(report)
+}
+
+/// The same into memory.
+///
+/// # Errors
+/// Where no trial can be simulated.
+pub fn in_memory(
+    index: &Index,
+    model: &Model<f64>,
+    progress: &dyn Progress,
+) -> Result<(Report, Dataset), SimulateError> {
+    let (report, trials) = each(index, model, &Ok, progress)?;
+    let (folder, description) = (index.folder.clone(), index.description.clone());
+    Ok((report, Dataset { folder, description, trials }))
+}
+
+/// Hands every predicted trial to `keep`; what that makes of them, in order.
+fn each<T: Send>(
+    index: &Index,
+    model: &Model<f64>,
+    keep: &(dyn Fn(Trial) -> Result<T, DatasetError> + Sync),
+    progress: &dyn Progress,
+) -> Result<(Report, Vec<T>), SimulateError> {
     progress.begin("simulating", index.trials.len());
-    let one = |(ordinal, info): (usize, &TrialInfo)| -> Result<Result<Written, String>, DatasetError> {
+    let one = |(ordinal, info): (usize, &TrialInfo)| -> Result<Result<Made<T>, String>, DatasetError> {
         let read = index.read_trial_lenient(info);
         let refusal = read.refusal();
         let result = match read.trial {
@@ -65,9 +94,8 @@ pub fn simulate(
                 Ok(prepared) => {
                     let simulated = prepared.simulate(model);
                     let trial = predicted(&prepared, &trial, &simulated);
-                    writer.table(&trial)?;
                     let (samples, unsolved) = (trial.samples.len(), simulated.unsolved);
-                    Ok(Written { info: trial.info, samples, unsolved, refusal })
+                    Ok(Made { kept: keep(trial)?, samples, unsolved, refusal })
                 }
             },
         };
@@ -88,29 +116,28 @@ pub fn simulate(
         unsolved: 0,
         refused: index.errors.iter().map(ToString::to_string).collect(),
     };
-    let mut infos = Vec::new();
+    let mut kept = Vec::new();
     for result in results {
         match result {
             Err(why) => report.refused.push(why),
-            Ok(written) => {
+            Ok(made) => {
                 report.trials += 1;
-                report.samples += written.samples;
-                report.unsolved += written.unsolved;
-                report.refused.extend(written.refusal);
-                infos.push(written.info);
+                report.samples += made.samples;
+                report.unsolved += made.unsolved;
+                report.refused.extend(made.refusal);
+                kept.push(made.kept);
             }
         }
     }
-    if infos.is_empty() {
+    if kept.is_empty() {
         return Err(SimulateError::NoTrials(report.refused.first().cloned().unwrap_or_default()));
     }
-    writer.finish(&infos.iter().collect::<Vec<_>>())?;
-    Ok(report)
+    Ok((report, kept))
 }
 
-/// A trial whose table is written.
-struct Written {
-    info: TrialInfo,
+/// A trial that was simulated.
+struct Made<T> {
+    kept: T,
     samples: usize,
     unsolved: usize,
     refusal: Option<String>,

@@ -74,6 +74,14 @@ pub enum Problem {
     /// A column twice.
     #[error("the column occurs twice; remove or rename one")]
     DuplicateColumn,
+    /// Columns in memory that do not make a table.
+    #[error("{has} values where t_s has {time}; give one for each sample, NaN where it was not measured")]
+    Length {
+        /// Values of the column.
+        has: usize,
+        /// Values of `t_s`.
+        time: usize,
+    },
     /// A cell that must be filled.
     #[error("the cell is empty; {0}")]
     EmptyCell(&'static str),

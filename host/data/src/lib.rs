@@ -10,6 +10,7 @@ mod csv_text;
 mod description;
 pub mod error;
 pub mod import;
+pub mod memory;
 #[cfg(feature = "parquet")]
 mod parquet_table;
 mod read;

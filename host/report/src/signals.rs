@@ -1,13 +1,14 @@
 //! The page of `stickslip check`: the signals and frames of a data set as they were understood, so that
 //! swapped fingers, millimetres and wrong signs are seen.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use nalgebra::Vector3;
 use plotters::style::RGBColor;
 use stickslip_analysis::channels;
 use stickslip_analysis::check::Report;
-use stickslip_data::{Description, ObjectSpec, Pose, Sample, Trial, Wrench};
+use stickslip_data::{Description, Index, ObjectSpec, Pose, Sample, Trial, Wrench};
 use stickslip_shared::track;
 
 use super::html::{escape, page as whole};
@@ -21,6 +22,27 @@ const VIEW: f64 = 340.0;
 const MARGIN: f64 = 0.35;
 /// Colours of finger 1, finger 2, pusher.
 const BODIES: [RGBColor; 3] = [MODELS[0], MODELS[1], MODELS[2]];
+
+/// Most trials that a page shows.
+const SHOWN: usize = 6;
+
+/// Trials for a page: the first good one of each primitive and object.
+#[must_use]
+pub fn examples(index: &Index) -> Vec<Trial> {
+    let mut seen = BTreeSet::new();
+    let mut trials = Vec::new();
+    for info in &index.trials {
+        let kind = (&info.primitive, &info.object);
+        if trials.len() < SHOWN && !seen.contains(&kind) {
+            let read = index.read_trial_lenient(info).trial;
+            if let Some(trial) = read {
+                seen.insert(kind);
+                trials.push(trial);
+            }
+        }
+    }
+    trials
+}
 
 /// The whole page: what `report` found, then each of `trials`.
 #[must_use]

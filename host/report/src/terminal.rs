@@ -214,7 +214,10 @@ pub fn command_line<'w>(words: impl IntoIterator<Item = &'w str>) -> String {
 }
 
 /// The JSON of a document with its schema as the first key; rows become `results`.
-fn with_schema<T: Serialize + ?Sized>(schema: Option<&str>, document: &T) -> anyhow::Result<String> {
+///
+/// # Errors
+/// Where `document` cannot be written as JSON.
+pub fn with_schema<T: Serialize + ?Sized>(schema: Option<&str>, document: &T) -> anyhow::Result<String> {
     #[derive(Serialize)]
     struct Object<'a, T: ?Sized> {
         schema: &'a str,
@@ -248,7 +251,8 @@ pub fn table<const N: usize>(header: [&str; N]) -> Table {
 }
 
 /// The error and its causes; a cause that its error already tells is left out.
-fn chain(error: &anyhow::Error) -> Vec<String> {
+#[must_use]
+pub fn chain(error: &anyhow::Error) -> Vec<String> {
     let mut told: Vec<String> = Vec::new();
     for cause in error.chain().map(ToString::to_string) {
         if !told.last().is_some_and(|last| last.contains(&cause)) {

@@ -98,6 +98,14 @@ struct RawFriction {
     intervals: Intervals,
 }
 
+/// That of [`default_model`].
+impl Default for ModelFile {
+    fn default() -> Self {
+        let model = default_model();
+        Self::new(model.base, model.friction)
+    }
+}
+
 impl ModelFile {
     /// A model without effects.
     pub fn new(base: Base<f64>, friction: Friction<f64>) -> Self {
@@ -212,6 +220,24 @@ impl ModelFile {
     pub fn without_proposals(&self) -> (Self, Vec<EffectEntry>) {
         let (proposed, effects) = self.effects.iter().cloned().partition(EffectEntry::is_proposal);
         (Self { effects, ..self.clone() }, proposed)
+    }
+
+    /// The same with the formulas of the file `more`, where it is given.
+    ///
+    /// # Errors
+    /// Where `more` cannot be read, or has a formula of a name that the model has.
+    pub fn proposals(&self, more: Option<&Path>) -> Result<(Self, Vec<EffectEntry>), ModelFileError> {
+        let (file, mut formulas) = self.without_proposals();
+        for formula in more.map(Self::read_formulas).transpose()?.into_iter().flatten() {
+            if self.effects.iter().any(|e| e.name() == formula.name()) {
+                let message =
+                    format!("the model has a formula {} too; give one of them another name", formula.name());
+                let file = more.map(|path| path.display().to_string()).unwrap_or_default();
+                return Err(ModelFileError { file, line: 0, column: 0, message });
+            }
+            formulas.push(formula);
+        }
+        Ok((file, formulas))
     }
 
     /// The file of `model`, whose effects are those of the list and `formulas`.

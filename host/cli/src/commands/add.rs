@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{bail, ensure};
 
-use crate::commands::diagnose::proposals;
 use crate::commands::fitted::{file_or_default, give, next_compare};
 use stickslip_analysis::add;
 use stickslip_analysis::model::candidate;
@@ -66,7 +65,7 @@ impl Args {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let (data, effects) = args.split()?;
     let whole = file_or_default(args.model.as_deref())?;
-    let (before, formulas) = proposals(&whole, args.formula.as_deref())?;
+    let (before, formulas) = whole.proposals(args.formula.as_deref())?;
     // With those that the model has: `add` says so of them.
     let known: Vec<EffectEntry> = formulas.iter().chain(&before.effects).cloned().collect();
     let new = effects.iter().map(|name| candidate::named(name, &known)).collect::<Result<Vec<_>, _>>()?;

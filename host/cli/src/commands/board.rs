@@ -14,7 +14,6 @@ use stickslip_analysis::model::file::model_or_default;
 use stickslip_analysis::run::replay::feed;
 use stickslip_device::clock::Clock;
 use stickslip_device::package::Package;
-use stickslip_device::records::TELEMETRY_RECORD;
 use stickslip_device::{Device, log};
 use stickslip_report::terminal::Output;
 use stickslip_shared::wire::{
@@ -78,11 +77,11 @@ enum What {
     Selftest,
     /// Record its telemetry
     #[command(
-        after_help = "Example:\n  stickslip board log unit.sslog --seconds 600 --device serial:/dev/ttyACM0"
+        after_help = "Example:\n  stickslip board log unit.mcap --seconds 600 --device serial:/dev/ttyACM0"
     )]
     Log {
         /// File to write
-        #[arg(value_name = "FILE.sslog")]
+        #[arg(value_name = "FILE.mcap")]
         file: PathBuf,
         #[command(flatten)]
         span: Span,
@@ -240,8 +239,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             let mut writer = log::Writer::create(file, &log::Header { scene: vec![], model: vec![], meta })?;
             let began = Instant::now();
             let reports = watch(&mut device, for_s, |report| {
-                let bytes = postcard::to_allocvec(report)?;
-                Ok(writer.record(TELEMETRY_RECORD, began.elapsed().as_nanos() as u64, &bytes)?)
+                Ok(writer.record(began.elapsed().as_nanos() as u64, log::Entry::Telemetry(report))?)
             })?;
             output.text(format_args!("{reports} reports in {}", file.display()));
             output.document(&Done { reports: Some(reports), file: Some(file.clone()), ..Done::default() })

@@ -1,12 +1,12 @@
 //! `stickslip check DATA`: what a data set holds and whether it can be trusted.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use stickslip_analysis::check::physics::Clocks;
 use stickslip_analysis::check::{self, Balance, Report, check};
 use stickslip_analysis::evidence::stages::STAGES;
 use stickslip_data::Index;
+use stickslip_report::signals;
 use stickslip_report::terminal::{Output, table};
 
 /// Arguments of `stickslip check`.
@@ -63,24 +63,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Most trials that a page shows.
-const SHOWN: usize = 6;
-
 /// The page of the first good trial of each primitive and object.
 pub(super) fn page(path: &Path, index: &Index, report: &Report, output: &Output) -> anyhow::Result<()> {
-    let mut seen = BTreeSet::new();
-    let mut trials = Vec::new();
-    for info in &index.trials {
-        let kind = (&info.primitive, &info.object);
-        if trials.len() < SHOWN && !seen.contains(&kind) {
-            let read = index.read_trial_lenient(info).trial;
-            if let Some(trial) = read {
-                seen.insert(kind);
-                trials.push(trial);
-            }
-        }
-    }
-    output.page(path, stickslip_report::signals::page(report, &index.description, &trials))
+    output.page(path, signals::page(report, &index.description, &signals::examples(index)))
 }
 
 fn holdings(report: &Report, output: &Output) {

@@ -45,7 +45,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     std::fs::create_dir_all(&args.out).with_context(|| format!("cannot make {}", args.out.display()))?;
     let mut steps = Steps { output, done: Vec::new() };
     let data = path(&args.data);
-    let log = path(&args.out.join("run.sslog"));
+    let log = path(&args.out.join("run.mcap"));
     let page = path(&args.out.join("comparison.html"));
     // Logs are never overwritten; the demo's own may be.
     if Path::new(&log).exists() {
@@ -180,10 +180,13 @@ fn lift(output: &Output, page: &Path) -> anyhow::Result<Lifts> {
 /// Beyond this the object is off the pads, m: what follows is its fall.
 const GONE_M: f64 = 0.03;
 
+/// What is drawn of a lift.
+type Course<'a> = &'a dyn Fn(&[stickslip_rig::Exact]) -> Vec<(f64, f64)>;
+
 /// A lift with both grips: where the object is in the grasp, and the grip that is commanded.
 fn picture(trial: &Trial) -> String {
     let colours = [MEASURED, MODELS[1]];
-    let chart = |y_label: &str, of: &dyn Fn(&[stickslip_rig::Exact]) -> Vec<(f64, f64)>| {
+    let chart = |y_label: &str, of: Course| {
         let lines = trial.exact.iter().zip(colours);
         Chart {
             size: (760, 240),

@@ -43,7 +43,7 @@ pub struct Args {
 /// Where data or model cannot be read, no trial can be simulated, or a file not written.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let whole = file_or_default(args.model.as_deref())?;
-    let (file, formulas) = proposals(&whole, args.formula.as_deref())?;
+    let (file, formulas) = whole.proposals(args.formula.as_deref())?;
     let own: Vec<CandidateEffect> = formulas.iter().filter_map(CandidateEffect::of).collect();
     let dataset = stickslip_report::data::read(&args.data, output)?;
     let report = diagnose(&dataset, &file, &own, output)?;
@@ -72,26 +72,6 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     output.next(next);
     output.document(&report)
-}
-
-/// The model without the formulas that are only proposed, and these with those of `more`.
-///
-/// # Errors
-/// Where `more` cannot be read.
-pub fn proposals(whole: &ModelFile, more: Option<&Path>) -> anyhow::Result<(ModelFile, Vec<EffectEntry>)> {
-    let (file, mut formulas) = whole.without_proposals();
-    if let Some(path) = more {
-        for formula in ModelFile::read_formulas(path)? {
-            anyhow::ensure!(
-                whole.effects.iter().all(|e| e.name() != formula.name()),
-                "{}: the model file has a formula {} too; give one of them another name",
-                path.display(),
-                formula.name()
-            );
-            formulas.push(formula);
-        }
-    }
-    Ok((file, formulas))
 }
 
 /// The command that the verdict asks for.

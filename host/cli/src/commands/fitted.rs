@@ -7,7 +7,7 @@ use anyhow::Context;
 use comfy_table::{Cell, CellAlignment};
 
 use stickslip_analysis::add::Report;
-use stickslip_analysis::model::file::{ModelFile, default_model};
+use stickslip_analysis::model::file::ModelFile;
 use stickslip_report::terminal::{Output, table};
 use stickslip_report::words::{interval, short};
 
@@ -16,8 +16,7 @@ use stickslip_report::words::{interval, short};
 /// # Errors
 /// Where the file cannot be read or is wrong.
 pub fn file_or_default(path: Option<&Path>) -> anyhow::Result<ModelFile> {
-    let default = default_model();
-    Ok(path.map_or_else(|| Ok(ModelFile::new(default.base, default.friction)), ModelFile::read)?)
+    Ok(path.map_or_else(|| Ok(ModelFile::default()), ModelFile::read)?)
 }
 
 #[derive(schemars::JsonSchema, serde::Serialize)]

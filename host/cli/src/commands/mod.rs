@@ -10,12 +10,14 @@ mod board_set;
 pub mod calibrate;
 pub mod check;
 pub mod compare;
+pub mod completions;
 pub mod demo;
 pub mod diagnose;
 pub mod effects;
 mod fitted;
 pub mod import;
 pub mod lcp;
+pub mod man;
 pub mod new;
 pub mod refit;
 pub mod replay;
@@ -27,6 +29,7 @@ pub mod stream;
 pub mod suggest;
 mod telemetry;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -80,6 +83,10 @@ enum Command {
     Score(score::Args),
     /// Describe the JSON document that a command prints with --json
     Schema(schema::Args),
+    /// Print the script with which a shell completes commands and options
+    Completions(completions::Args),
+    /// Write a page for man of each command
+    Man(man::Args),
     /// Set up, watch and check a board: info, load, set, sensors, tare, calibrate, monitor, selftest, log
     Board(board::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
@@ -106,18 +113,26 @@ impl Command {
             Command::Lcp(args) => lcp::run(args, output),
             Command::Score(args) => score::run(args, output),
             Command::Schema(args) => schema::run(args, output),
+            Command::Completions(args) => completions::run(args, output),
+            Command::Man(args) => man::run(args, output),
             Command::Board(args) => board::run(args, output),
             Command::Stream(args) => stream::run(args, output),
         }
     }
 }
 
-/// Parses the command line, runs the command and reports its error.
-/// Exit code 0: done; 1: the command failed; 2: wrong usage.
+/// Runs the command line of this process.
 #[must_use]
 pub fn main() -> ExitCode {
+    main_of(std::env::args_os())
+}
+
+/// Parses a command line (the program's name first), runs the command and reports its error.
+/// Exit code 0: done; 1: the command failed; 2: wrong usage.
+#[must_use]
+pub fn main_of(words: impl Iterator<Item = OsString>) -> ExitCode {
     // Clap prints its own message and exits with 2 on wrong usage.
-    let matches = Cli::command().get_matches();
+    let matches = Cli::command().get_matches_from(words);
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let style = if cli.json { Style::Json } else { Style::Human };
     let output = Output::new(style).of(&format!("stickslip-{}", matches.subcommand_name().unwrap_or("")));

@@ -13,15 +13,15 @@ use stickslip_analysis::run::series;
 use stickslip_analysis::run::simulate::prepare;
 use stickslip_analysis::run::summary::{Against, Document};
 use stickslip_data::series::SeriesWriter;
-use stickslip_device::log;
-use stickslip_device::records::{PREDICTION_RECORD, read_predictions};
+use stickslip_device::log::{self, Entry};
+use stickslip_device::records::read_predictions;
 use stickslip_report::terminal::{Output, table};
 
 /// Arguments of `stickslip replay`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   stickslip replay data/demo --trial linear_push-obj4-g20-v10-s0-r1
-  stickslip replay data/demo --trial linear_push-obj4-g20-v10-s0-r1 --against run.sslog
+  stickslip replay data/demo --trial linear_push-obj4-g20-v10-s0-r1 --against run.mcap
   stickslip replay data/demo --trial linear_push-obj4-g20-v10-s0-r1 --model model.toml --html replay.html")]
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
@@ -34,10 +34,10 @@ pub struct Args {
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
     /// Write the predictions to a log
-    #[arg(long, value_name = "FILE.sslog")]
+    #[arg(long, value_name = "FILE.mcap")]
     pub log: Option<PathBuf>,
     /// Compare with the predictions in this log bit for bit
-    #[arg(long, value_name = "FILE.sslog")]
+    #[arg(long, value_name = "FILE.mcap")]
     pub against: Option<PathBuf>,
     /// Write the time series of measurement, model and prediction, one row a sample
     #[arg(long, value_name = "FILE.csv|FILE.parquet")]
@@ -129,7 +129,7 @@ fn write_log(
     let mut writer = log::Writer::create(path, &header)?;
     for (sample, prediction) in samples.iter().zip(predictions) {
         let ns = u64::from(sample.t_us) * 1000;
-        writer.record(PREDICTION_RECORD, ns, &postcard::to_allocvec(prediction)?)?;
+        writer.record(ns, Entry::Prediction(prediction))?;
     }
     Ok(writer.sync()?)
 }

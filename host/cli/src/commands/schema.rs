@@ -9,7 +9,7 @@ use stickslip_data::import::{cmu_push, tribometer};
 use stickslip_device::session;
 use stickslip_report::terminal::{Output, table};
 
-use super::{board, calibrate, demo, effects, fitted, import, lcp, new, rig};
+use super::{board, calibrate, demo, effects, fitted, import, lcp, man, new, rig};
 
 /// Command line of `stickslip schema`.
 #[derive(Debug, clap::Args)]
@@ -69,6 +69,7 @@ fn documents() -> Vec<Document> {
         first("rig", of::<rig::Report>),
         first("rig list-effects", of::<Vec<rig::EffectRow>>),
         first("lcp", of::<lcp::Document>),
+        first("man", of::<man::Report>),
         first("demo", of::<demo::Report>),
     ]
 }

@@ -11,9 +11,8 @@ use super::telemetry::{describe, live};
 use stickslip_analysis::model::file::model_or_default;
 use stickslip_analysis::run::replay::{Feed, at_board_rate, feed, interpolated_poses};
 use stickslip_device::Device;
-use stickslip_device::log;
+use stickslip_device::log::{self, Entry};
 use stickslip_device::package::Package;
-use stickslip_device::records::{SAMPLE_RECORD, TELEMETRY_RECORD};
 use stickslip_device::session::{self, Event, Outcome};
 use stickslip_report::terminal::Output;
 
@@ -43,7 +42,7 @@ pub struct Args {
     #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
     /// Record the run, as it happens; `stickslip replay --against FILE` compares it later
-    #[arg(long, value_name = "FILE.sslog")]
+    #[arg(long, value_name = "FILE.mcap")]
     pub log: Option<PathBuf>,
     /// Damage the line on purpose: loss, repetition, reordering, garbage, drawn from this seed
     #[arg(long, value_name = "SEED")]
@@ -86,9 +85,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         match event {
             Event::Report(report) => {
                 display.show(report);
-                keep(&mut log, TELEMETRY_RECORD, now_ns, report)?;
+                keep(&mut log, now_ns, Entry::Telemetry(report))?;
             }
-            Event::Sent(sample) => keep(&mut log, SAMPLE_RECORD, now_ns, sample)?,
+            Event::Sent(sample) => keep(&mut log, now_ns, Entry::Sample(sample))?,
         }
         Ok(())
     });
@@ -121,15 +120,8 @@ fn start_log(path: &Path, package: &Package, trial: &str) -> anyhow::Result<log:
     Ok(log::Writer::create(path, &header)?)
 }
 
-fn keep<T: serde::Serialize>(
-    log: &mut Option<log::Writer>,
-    kind: u8,
-    ns: u64,
-    what: &T,
-) -> std::io::Result<()> {
-    let Some(writer) = log else { return Ok(()) };
-    let bytes = postcard::to_allocvec(what).map_err(std::io::Error::other)?;
-    writer.record(kind, ns, &bytes).map_err(std::io::Error::other)
+fn keep(log: &mut Option<log::Writer>, ns: u64, entry: Entry<'_>) -> std::io::Result<()> {
+    log.as_mut().map_or(Ok(()), |writer| writer.record(ns, entry).map_err(std::io::Error::other))
 }
 
 /// Progress bar with the newest prediction below it.

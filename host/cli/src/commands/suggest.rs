@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use comfy_table::{Cell, CellAlignment};
 
-use crate::commands::diagnose::proposals;
 use crate::commands::fitted::file_or_default;
 use stickslip_analysis::channels::channel_words;
 use stickslip_analysis::compare::verdict::readable;
@@ -36,7 +35,7 @@ pub struct Args {
 /// Where data or model cannot be read, an effect is not known, or there are no two candidates.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let whole = file_or_default(args.model.as_deref())?;
-    let (file, formulas) = proposals(&whole, args.formula.as_deref())?;
+    let (file, formulas) = whole.proposals(args.formula.as_deref())?;
     let mut between = Vec::new();
     for name in &args.between {
         between.extend(CandidateEffect::of(&candidate::named(name, &formulas)?));

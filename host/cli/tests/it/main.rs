@@ -15,3 +15,4 @@ mod pages;
 mod readme;
 mod recordings;
 mod refused;
+mod shell;

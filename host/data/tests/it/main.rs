@@ -3,6 +3,7 @@
 mod dataset_refusals;
 mod dataset_round_trip;
 mod imports;
+mod memory;
 mod recordings;
 mod schema;
 mod separators;

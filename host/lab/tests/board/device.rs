@@ -124,7 +124,7 @@ fn a_serial_port_carries_the_same_push_bit_for_bit() {
 fn a_line_cut_in_the_middle_is_told_and_the_log_keeps_what_happened_before() {
     let name = firmware();
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("run.sslog");
+    let path = folder.path().join("run.mcap");
     let header = log::Header { scene: vec![], model: vec![], meta: serde_json::Value::Null };
     let mut log = log::Writer::create(&path, &header).unwrap();
     let mut device = Device::open(&name).unwrap();
@@ -133,7 +133,7 @@ fn a_line_cut_in_the_middle_is_told_and_the_log_keeps_what_happened_before() {
     let result = session::stream(&mut device, &package(), None, &mut |event| {
         if let Event::Report(report) = event {
             reports += 1;
-            log.record(1, 0, &postcard::to_allocvec(report).unwrap()).unwrap();
+            log.record(0, log::Entry::Telemetry(report)).unwrap();
             if reports == 60 {
                 Command::new("kill").args(["-9", &emulator.to_string()]).status()?;
             }

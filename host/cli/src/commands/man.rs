@@ -1,0 +1,58 @@
+//! `stickslip man DIR`: a page for `man` of each command, from what `--help` prints.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use clap::{Command, CommandFactory};
+use clap_mangen::Man;
+use schemars::JsonSchema;
+use serde::Serialize;
+use stickslip_report::terminal::Output;
+
+/// Arguments of `stickslip man`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:
+  stickslip man ~/.local/share/man/man1
+  man stickslip-diagnose")]
+pub struct Args {
+    /// Folder to write the pages into; made where it does not exist
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+}
+
+/// Pages for `man` that were written.
+#[derive(JsonSchema, Serialize)]
+pub(super) struct Report<'a> {
+    /// Their folder.
+    folder: &'a Path,
+    /// Their files.
+    pages: Vec<String>,
+}
+
+/// Writes a page for each command.
+///
+/// # Errors
+/// A folder or file that cannot be written.
+pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    let folder = &args.folder;
+    let at = || folder.display().to_string();
+    std::fs::create_dir_all(folder).with_context(at)?;
+    let mut command = super::Cli::command().disable_help_subcommand(true);
+    // Names of pages, `stickslip-board-info`, and of commands as they are typed.
+    command.build();
+    let mut pages = Vec::new();
+    write(&command, folder, &mut pages).with_context(at)?;
+    output.text(format_args!("{} pages in {}", pages.len(), folder.display()));
+    output.document(&Report { folder, pages })
+}
+
+/// The page of `command` and those below it.
+fn write(command: &Command, folder: &Path, pages: &mut Vec<String>) -> std::io::Result<()> {
+    let man = Man::new(command.clone());
+    let file = man.get_filename();
+    let mut page = Vec::new();
+    man.render(&mut page)?;
+    std::fs::write(folder.join(&file), page)?;
+    pages.push(file);
+    command.get_subcommands().try_for_each(|below| write(below, folder, pages))
+}

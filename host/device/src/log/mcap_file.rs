@@ -1,0 +1,481 @@
+//! Logs as MCAP files.
+//!
+//! | topic | messages |
+//! |---|---|
+//! | `/stickslip/run` | the [`Header`], JSON, once |
+//! | `/stickslip/exact` | one byte with the record's kind, then its payload as the device sent it (postcard) |
+//! | `/stickslip/prediction`, `/telemetry`, `/sample` | the same records as JSON, schema `stickslip.Prediction`, ... |
+//!
+//! Only the first two are read again: JSON has no NaN and would lose bits. `log_time` is that of this machine's
+//! clock; the run began at that of `/stickslip/run`.
+//!
+//! A chunk holds a tenth of a second at most. It is written in one call when it is full: a crash of this program
+//! or of the machine cuts the last one at most, and each has a checksum. The reader here takes every intact
+//! chunk. A viewer needs the index that the writer adds at the end; without one it reads the file through.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use mcap::records::{MessageHeader, op};
+use mcap::{Compression, McapError, WriteOptions};
+use serde::Serialize;
+use serde_json::{Value, json};
+use stickslip_shared::predictor::Prediction;
+use stickslip_shared::wire::{Sample, TelemetryReport};
+
+use super::{Contents, Header, LogError, MAX_PAYLOAD, Record};
+use crate::records::{PREDICTION_RECORD, SAMPLE_RECORD, TELEMETRY_RECORD};
+
+const RUN: &str = "/stickslip/run";
+const EXACT: &str = "/stickslip/exact";
+/// Of a chunk, ns.
+const CHUNK_NS: u64 = 100_000_000;
+/// The start of a record: operation, length.
+const HEAD: usize = 1 + 8;
+
+/// What a log holds.
+#[derive(Clone, Copy, Debug)]
+pub enum Entry<'a> {
+    /// One for each tick, in order.
+    Prediction(&'a Prediction),
+    /// As the board sends it.
+    Telemetry(&'a TelemetryReport),
+    /// As it was sent to the board.
+    Sample(&'a Sample),
+}
+
+impl Entry<'_> {
+    fn kind(self) -> u8 {
+        match self {
+            Entry::Prediction(_) => PREDICTION_RECORD,
+            Entry::Telemetry(_) => TELEMETRY_RECORD,
+            Entry::Sample(_) => SAMPLE_RECORD,
+        }
+    }
+
+    /// Topic and schema of its JSON.
+    fn names(self) -> (&'static str, &'static str) {
+        match self {
+            Entry::Prediction(_) => ("/stickslip/prediction", "stickslip.Prediction"),
+            Entry::Telemetry(_) => ("/stickslip/telemetry", "stickslip.TelemetryReport"),
+            Entry::Sample(_) => ("/stickslip/sample", "stickslip.Sample"),
+        }
+    }
+
+    fn forms(self) -> io::Result<(Vec<u8>, Value)> {
+        fn of<T: Serialize>(what: &T) -> io::Result<(Vec<u8>, Value)> {
+            let exact = postcard::to_allocvec(what).map_err(io::Error::other)?;
+            Ok((exact, serde_json::to_value(what)?))
+        }
+        match self {
+            Entry::Prediction(prediction) => of(prediction),
+            Entry::Telemetry(report) => of(report),
+            Entry::Sample(sample) => of(sample),
+        }
+    }
+}
+
+/// Writes a log, record by record.
+pub struct Writer {
+    path: PathBuf,
+    file: mcap::Writer<BufWriter<File>>,
+    /// When the run began, ns since 1970.
+    began_ns: u64,
+    exact: u16,
+    /// Channels of the JSON, by kind.
+    shown: BTreeMap<u8, u16>,
+    /// Messages so far.
+    sequence: u32,
+    /// Host time of the first record of the chunk.
+    chunk_from: Option<u64>,
+}
+
+impl Writer {
+    /// Creates the file; an existing one is not overwritten.
+    ///
+    /// # Errors
+    /// What the file system answers.
+    pub fn create(path: &Path, header: &Header) -> Result<Self, LogError> {
+        let io = |error| LogError::Io { file: path.to_owned(), error };
+        let file = File::create_new(path).map_err(io)?;
+        let mut options = WriteOptions::new().library(concat!("stickslip ", env!("CARGO_PKG_VERSION")));
+        // In one call when it is full, instead of a head that is corrected later.
+        options = options.disable_seeking(true).compression(Some(Compression::Zstd)).chunk_size(None);
+        let mcap = |error| io(answer(error));
+        let mut file = options.create(BufWriter::new(file)).map_err(mcap)?;
+        let schema = json!({ "title": "stickslip.Run", "type": "object" }).to_string();
+        let schema = file.add_schema("stickslip.Run", "jsonschema", schema.as_bytes()).map_err(mcap)?;
+        let run = file.add_channel(schema, RUN, "json", &BTreeMap::new()).map_err(mcap)?;
+        let exact = file.add_channel(0, EXACT, "postcard", &BTreeMap::new()).map_err(mcap)?;
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let began_ns = u64::try_from(now.as_nanos()).unwrap_or_default();
+        let (path, shown) = (path.to_owned(), BTreeMap::new());
+        let mut writer = Writer { path, file, began_ns, exact, shown, sequence: 0, chunk_from: None };
+        let text = serde_json::to_vec(header).map_err(|error| writer.fail(error.into()))?;
+        writer.message(run, 0, &text)?;
+        writer.close_chunk()?;
+        Ok(writer)
+    }
+
+    /// Appends a record at `host_ns` since the run began; from a tenth of a second later on it outlives a crash of
+    /// this program.
+    ///
+    /// # Errors
+    /// What the file system answers.
+    pub fn record(&mut self, host_ns: u64, entry: Entry<'_>) -> Result<(), LogError> {
+        if self.chunk_from.is_some_and(|from| host_ns.saturating_sub(from) >= CHUNK_NS) {
+            self.close_chunk()?;
+        }
+        self.chunk_from.get_or_insert(host_ns);
+        let (payload, shown) = entry.forms().map_err(|error| self.fail(error))?;
+        let exact = [&[entry.kind()], payload.as_slice()].concat();
+        self.message(self.exact, host_ns, &exact)?;
+        let channel = self.channel(entry, &shown)?;
+        self.message(channel, host_ns, shown.to_string().as_bytes())
+    }
+
+    /// Waits until all records are on the disk: they outlive a crash of the machine.
+    ///
+    /// # Errors
+    /// What the file system answers.
+    pub fn sync(&mut self) -> Result<(), LogError> {
+        self.close_chunk()?;
+        let file = File::open(&self.path).and_then(|file| file.sync_data());
+        file.map_err(|error| self.fail(error))
+    }
+
+    /// The channel of the JSON; its schema is that of the first message.
+    fn channel(&mut self, entry: Entry<'_>, first: &Value) -> Result<u16, LogError> {
+        if let Some(channel) = self.shown.get(&entry.kind()) {
+            return Ok(*channel);
+        }
+        let (topic, name) = entry.names();
+        let mut schema = schema_of(first);
+        schema["title"] = json!(name);
+        let schema = self.file.add_schema(name, "jsonschema", schema.to_string().as_bytes());
+        let channel = schema.and_then(|id| self.file.add_channel(id, topic, "json", &BTreeMap::new()));
+        let channel = channel.map_err(|error| self.fail(answer(error)))?;
+        self.shown.insert(entry.kind(), channel);
+        Ok(channel)
+    }
+
+    fn message(&mut self, channel_id: u16, host_ns: u64, data: &[u8]) -> Result<(), LogError> {
+        let time = self.began_ns.saturating_add(host_ns);
+        let header =
+            MessageHeader { channel_id, sequence: self.sequence, log_time: time, publish_time: time };
+        self.sequence = self.sequence.wrapping_add(1);
+        self.file.write_to_known_channel(&header, data).map_err(|error| self.fail(answer(error)))
+    }
+
+    fn close_chunk(&mut self) -> Result<(), LogError> {
+        self.chunk_from = None;
+        self.file.flush().map_err(|error| self.fail(answer(error)))
+    }
+
+    fn fail(&self, error: io::Error) -> LogError {
+        LogError::Io { file: self.path.clone(), error }
+    }
+}
+
+/// Adds the index. What fails here was told or costs the index alone.
+impl Drop for Writer {
+    fn drop(&mut self) {
+        let _ = self.file.finish();
+    }
+}
+
+fn answer(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(error) => error,
+        other => io::Error::other(other),
+    }
+}
+
+/// JSON Schema of values like this one; what is null in it may be anything.
+fn schema_of(value: &Value) -> Value {
+    match value {
+        Value::Null => json!({}),
+        Value::Bool(_) => json!({ "type": "boolean" }),
+        Value::Number(_) => json!({ "type": "number" }),
+        Value::String(_) => json!({ "type": "string" }),
+        Value::Array(items) => {
+            json!({ "type": "array", "items": items.first().map_or(json!({}), schema_of) })
+        }
+        Value::Object(keys) => {
+            let keys = keys.iter().map(|(key, value)| (key.clone(), schema_of(value)));
+            json!({ "type": "object", "properties": Value::Object(keys.collect()) })
+        }
+    }
+}
+
+/// Does it begin as an MCAP file, or is it the beginning of one?
+pub(super) fn begins(bytes: &[u8]) -> bool {
+    mcap::MAGIC.starts_with(bytes) || bytes.starts_with(mcap::MAGIC)
+}
+
+/// Records of intact chunks. Where a record's length leads nowhere, the rest is lost.
+pub(super) fn recover(bytes: &[u8]) -> Contents {
+    let mut contents = Contents { header: None, records: Vec::new(), lost: Vec::new() };
+    let mut channels = Channels::default();
+    let mut began_ns = None;
+    let mut at = mcap::MAGIC.len();
+    let mut ended = false;
+    while at < bytes.len() && !ended {
+        let rest = bytes.get(at..).unwrap_or_default();
+        let Some((operation, body)) = record(rest) else { break };
+        let size = HEAD + body.len();
+        // What stands outside of chunks (index, statistics) is for viewers.
+        if operation == op::CHUNK {
+            let found = chunk(body).and_then(|inside| messages(&inside, &mut channels));
+            match found {
+                None => contents.lose(at, at + size, bytes.len()),
+                Some(found) => {
+                    for message in found {
+                        take(message, &mut contents, &mut began_ns);
+                    }
+                }
+            }
+        }
+        ended = operation == op::FOOTER;
+        at += size;
+    }
+    if !ended {
+        contents.lose(at, bytes.len(), bytes.len());
+    }
+    contents
+}
+
+/// A message of one of the channels that are read.
+enum Message {
+    Run { log_ns: u64, data: Vec<u8> },
+    Exact { log_ns: u64, data: Vec<u8> },
+}
+
+fn take(message: Message, contents: &mut Contents, began_ns: &mut Option<u64>) {
+    match message {
+        Message::Run { log_ns, data } => {
+            began_ns.get_or_insert(log_ns);
+            contents.header = contents.header.take().or(serde_json::from_slice(&data).ok());
+        }
+        Message::Exact { log_ns, data } => {
+            let host_ns = log_ns.saturating_sub(began_ns.unwrap_or(log_ns));
+            if let Some((kind, payload)) = data.split_first() {
+                contents.records.push(Record { kind: *kind, host_ns, payload: payload.to_vec() });
+            }
+        }
+    }
+}
+
+/// Operation and body of the record at the beginning of `bytes`.
+fn record(bytes: &[u8]) -> Option<(u8, &[u8])> {
+    let (operation, rest) = bytes.split_first()?;
+    let (length, rest) = rest.split_first_chunk::<8>()?;
+    let body = rest.get(..usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
+    Some((*operation, body))
+}
+
+/// A text or bytes with their length before them, and the rest.
+fn counted(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+    let (length, rest) = bytes.split_first_chunk::<4>()?;
+    rest.split_at_checked(usize::try_from(u32::from_le_bytes(*length)).ok()?)
+}
+
+/// The records of a chunk whose checksum is right.
+fn chunk(body: &[u8]) -> Option<Vec<u8>> {
+    // Begin and end of its time.
+    let rest = body.get(16..)?;
+    let (size, rest) = rest.split_first_chunk::<8>()?;
+    let size = usize::try_from(u64::from_le_bytes(*size)).ok().filter(|size| *size <= 4 * MAX_PAYLOAD)?;
+    let (crc, rest) = rest.split_first_chunk::<4>()?;
+    let (compression, rest) = counted(rest)?;
+    let packed = rest.get(8..)?;
+    let inside = match compression {
+        b"zstd" => zstd::bulk::decompress(packed, size).ok()?,
+        b"" => packed.to_vec(),
+        _ => return None,
+    };
+    let whole = inside.len() == size && crc32fast::hash(&inside) == u32::from_le_bytes(*crc);
+    whole.then_some(inside)
+}
+
+/// The two channels that are read.
+#[derive(Clone, Copy, Default)]
+struct Channels {
+    run: Option<u16>,
+    exact: Option<u16>,
+}
+
+/// Messages of `inside` on the channels that are read; `None` where its records do not fit.
+fn messages(mut inside: &[u8], channels: &mut Channels) -> Option<Vec<Message>> {
+    let mut found = Vec::new();
+    while !inside.is_empty() {
+        let (operation, body) = record(inside)?;
+        inside = inside.get(HEAD + body.len()..)?;
+        match operation {
+            op::CHANNEL => {
+                let (id, rest) = body.split_first_chunk::<2>()?;
+                let (topic, _) = counted(rest.get(2..)?)?;
+                let id = Some(u16::from_le_bytes(*id));
+                match topic {
+                    _ if topic == RUN.as_bytes() => channels.run = id,
+                    _ if topic == EXACT.as_bytes() => channels.exact = id,
+                    _ => {}
+                }
+            }
+            op::MESSAGE => {
+                let (id, rest) = body.split_first_chunk::<2>()?;
+                let id = Some(u16::from_le_bytes(*id));
+                // Sequence number before, time of publishing after.
+                let (time, rest) = rest.get(4..)?.split_first_chunk::<8>()?;
+                let (log_ns, data) = (u64::from_le_bytes(*time), rest.get(8..)?.to_vec());
+                if id == channels.run {
+                    found.push(Message::Run { log_ns, data });
+                } else if id == channels.exact {
+                    found.push(Message::Exact { log_ns, data });
+                }
+            }
+            _ => {}
+        }
+    }
+    Some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::read;
+    use proptest::prelude::*;
+
+    fn header() -> Header {
+        Header { scene: vec![1, 2], model: vec![3], meta: json!({"trial": "a"}) }
+    }
+
+    /// Half a second of reports at 250 Hz; one prediction has a NaN, whose bits JSON would lose.
+    fn reports() -> Vec<TelemetryReport> {
+        let report = |seq: u32| {
+            let mut report = TelemetryReport { seq, tick: seq, sample_seq: Some(seq), ..Default::default() };
+            report.prediction.sag_m = if seq == 7 { f32::NAN } else { 1e-5 * seq as f32 };
+            report
+        };
+        (0..125).map(report).collect()
+    }
+
+    fn exact(report: &TelemetryReport) -> Vec<u8> {
+        postcard::to_allocvec(report).expect("bytes")
+    }
+
+    /// A log of the reports, and how many bytes it had after each chunk with how many reports.
+    fn written() -> (Vec<u8>, Vec<(usize, usize)>) {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("run.mcap");
+        let mut writer = Writer::create(&path, &header()).expect("created");
+        let mut chunks = Vec::new();
+        for (at, report) in reports().iter().enumerate() {
+            let before = std::fs::metadata(&path).expect("file").len();
+            writer.record(at as u64 * 4_000_000, Entry::Telemetry(report)).expect("written");
+            let after = std::fs::metadata(&path).expect("file").len();
+            if after > before {
+                chunks.push((after as usize, at));
+            }
+        }
+        writer.sync().expect("synced");
+        // The file is readable while the writer is alive.
+        assert_eq!(read(&path).expect("read").records.len(), reports().len());
+        drop(writer);
+        (std::fs::read(&path).expect("read"), chunks)
+    }
+
+    #[test]
+    fn a_log_reads_back_bit_for_bit_and_one_is_not_overwritten() {
+        let (bytes, _) = written();
+        let contents = super::super::recover(&bytes);
+        assert_eq!(contents.header, Some(header()));
+        assert_eq!((contents.lost.len(), contents.loss()), (0, None));
+        assert_eq!(contents.records.len(), reports().len());
+        for (at, (record, report)) in contents.records.iter().zip(reports()).enumerate() {
+            let expected =
+                Record { kind: TELEMETRY_RECORD, host_ns: at as u64 * 4_000_000, payload: exact(&report) };
+            assert_eq!(*record, expected);
+        }
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("run.mcap");
+        Writer::create(&path, &header()).expect("created");
+        assert!(matches!(Writer::create(&path, &header()), Err(LogError::Io { .. })));
+    }
+
+    #[test]
+    fn any_reader_of_mcap_finds_named_schemas_and_the_values_as_json() {
+        let (bytes, _) = written();
+        let summary = mcap::Summary::read(&bytes).expect("a summary").expect("an index");
+        assert_eq!(summary.stats.expect("statistics").message_count, 1 + 2 * reports().len() as u64);
+        let mut values = Vec::new();
+        for message in mcap::MessageStream::new(&bytes).expect("MCAP") {
+            let message = message.expect("a message");
+            if message.channel.topic == "/stickslip/telemetry" {
+                let schema = message.channel.schema.as_ref().expect("a schema");
+                assert_eq!((&*schema.name, &*schema.encoding), ("stickslip.TelemetryReport", "jsonschema"));
+                let described: Value = serde_json::from_slice(&schema.data).expect("JSON");
+                assert_eq!(described["properties"]["prediction"]["type"], "object");
+                assert_eq!(message.channel.message_encoding, "json");
+                values.push(serde_json::from_slice::<Value>(&message.data).expect("JSON"));
+            }
+        }
+        assert_eq!(values.len(), reports().len());
+        let sag_m = values[100]["prediction"]["sag_m"].as_f64().expect("a number");
+        assert_eq!(sag_m as f32, reports()[100].prediction.sag_m);
+    }
+
+    #[test]
+    fn a_log_cut_at_any_byte_keeps_every_chunk_before_the_cut_and_tells_the_loss() {
+        let (bytes, chunks) = written();
+        assert!(chunks.len() >= 4, "{chunks:?}");
+        let mut boundaries = vec![mcap::MAGIC.len()];
+        while let Some((_, body)) = record(&bytes[boundaries[boundaries.len() - 1]..]) {
+            boundaries.push(boundaries[boundaries.len() - 1] + HEAD + body.len());
+        }
+        for cut in (0..bytes.len()).step_by(7).chain(chunks.iter().map(|(end, _)| *end)) {
+            let contents = super::super::recover(&bytes[..cut]);
+            let whole = chunks.iter().rev().find(|(end, _)| *end <= cut).map_or(0, |(_, reports)| *reports);
+            let kept = contents.records.len();
+            assert!(kept >= whole, "cut at {cut}: {kept} of {whole}");
+            for (record, report) in contents.records.iter().zip(reports()) {
+                assert_eq!(record.payload, exact(&report), "cut at {cut}");
+            }
+            // Between two records nothing shows that more was to come.
+            let told = contents.loss().is_some() || boundaries.contains(&cut);
+            assert!(told || kept == reports().len(), "cut at {cut}: {kept} kept");
+        }
+    }
+
+    #[test]
+    fn what_is_no_log_or_of_another_version_is_refused() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("other");
+        std::fs::write(&path, b"t_s,object_x_m\n0,0\n").expect("written");
+        assert!(matches!(read(&path), Err(LogError::NotALog { .. })));
+        std::fs::write(&path, b"sslog\r\n\x02whatever").expect("written");
+        assert!(matches!(read(&path), Err(LogError::Version { version: 2, .. })));
+    }
+
+    proptest! {
+        #[test]
+        fn a_flipped_bit_invents_nothing(at in 0.0..1.0f64, bit in 0..8u32) {
+            let (mut bytes, _) = written();
+            let at = (at * bytes.len() as f64) as usize;
+            bytes[at] ^= 1 << bit;
+            let all: Vec<Vec<u8>> = reports().iter().map(exact).collect();
+            for record in super::super::recover(&bytes).records {
+                prop_assert!(all.contains(&record.payload));
+            }
+        }
+
+        #[test]
+        fn any_bytes_are_read_without_panic(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
+            let all = [mcap::MAGIC, &bytes].concat();
+            prop_assert!(super::super::recover(&all).records.is_empty());
+        }
+    }
+}
