@@ -3,7 +3,7 @@
 use stickslip_shared::predictor::Prediction;
 use stickslip_shared::wire;
 
-use crate::log::Record;
+use crate::log::record::Record;
 
 /// Kind of a log's record whose payload is `postcard(Prediction)`: one for each tick, in order.
 pub const PREDICTION_RECORD: u8 = 1;

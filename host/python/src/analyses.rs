@@ -8,7 +8,6 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use anyhow::{Context, ensure};
-use clap::ValueEnum;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use stickslip_analysis as analysis;
@@ -32,18 +31,10 @@ use stickslip_report as pages;
 use stickslip_shared::predictor::{Limits, MAX_SEGMENTS};
 
 use crate::dataset::Dataset;
+use crate::errors::choice;
 use crate::model::{Model, candidates, file_of};
 use crate::report::Report;
 use crate::run::watched;
-
-/// A word of a list, as on the command line.
-pub fn choice<T: ValueEnum>(option: &str, word: &str) -> PyResult<T> {
-    T::from_str(word, false).map_err(|_| {
-        let names = T::value_variants().iter().filter_map(ValueEnum::to_possible_value);
-        let names: Vec<String> = names.map(|value| value.get_name().to_owned()).collect();
-        PyValueError::new_err(format!("{option} is {word:?}; give one of {}", names.join(", ")))
-    })
-}
 
 /// A callable that hears of progress.
 type Told<'a, 'py> = Option<&'a Bound<'py, PyAny>>;

@@ -14,8 +14,7 @@ use stickslip_data::import::recording;
 use stickslip_data::memory::{Columns, filled, from_memory};
 use stickslip_data::{Dataset as Data, Index, Stage, TrialInfo, Warning, write_as};
 
-use crate::analyses::choice;
-use crate::errors::raised;
+use crate::errors::{choice, raised};
 use crate::run::watched;
 
 /// A data set; does not change. Of a folder, trials are read when they are needed.

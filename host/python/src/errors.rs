@@ -1,8 +1,10 @@
 //! Exceptions, with the text of the commands: what is wrong, where, and what to do.
 
 use anyhow::Error;
+use clap::ValueEnum;
+use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
-use pyo3::{PyErr, create_exception, exceptions::PyException};
+use pyo3::{PyErr, create_exception};
 use stickslip_analysis::model::file::ModelFileError;
 use stickslip_analysis::model::names::UnknownEffect;
 use stickslip_data::DatasetError;
@@ -44,4 +46,13 @@ pub fn raised(error: &Error) -> PyErr {
     } else {
         AnalysisError::new_err(text)
     }
+}
+
+/// A word of a list, as on the command line.
+pub fn choice<T: ValueEnum>(option: &str, word: &str) -> PyResult<T> {
+    T::from_str(word, false).map_err(|_| {
+        let names = T::value_variants().iter().filter_map(ValueEnum::to_possible_value);
+        let names: Vec<String> = names.map(|value| value.get_name().to_owned()).collect();
+        PyValueError::new_err(format!("{option} is {word:?}; give one of {}", names.join(", ")))
+    })
 }

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use clap::CommandFactory;
+use clap::Command;
 use clap_complete::Shell;
 use stickslip_report::terminal::{Output, Style};
 
@@ -18,14 +18,14 @@ pub struct Args {
     shell: Shell,
 }
 
-/// Prints the script.
+/// Prints the script for `command`.
 ///
 /// # Errors
 /// With `--json`: a script is no document.
-pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+pub fn run(args: &Args, mut command: Command, output: &Output) -> anyhow::Result<()> {
     anyhow::ensure!(output.style() == Style::Human, "completions are a script; leave --json out");
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut super::Cli::command(), "stickslip", &mut script);
+    clap_complete::generate(args.shell, &mut command, "stickslip", &mut script);
     match std::io::stdout().lock().write_all(&script) {
         // The reader has seen enough.
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),

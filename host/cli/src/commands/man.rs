@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use clap::{Command, CommandFactory};
+use clap::Command;
 use clap_mangen::Man;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -29,15 +29,15 @@ pub(super) struct Report<'a> {
     pages: Vec<String>,
 }
 
-/// Writes a page for each command.
+/// Writes a page for `command` and each below it.
 ///
 /// # Errors
 /// A folder or file that cannot be written.
-pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+pub fn run(args: &Args, command: Command, output: &Output) -> anyhow::Result<()> {
     let folder = &args.folder;
     let at = || folder.display().to_string();
     std::fs::create_dir_all(folder).with_context(at)?;
-    let mut command = super::Cli::command().disable_help_subcommand(true);
+    let mut command = command.disable_help_subcommand(true);
     // Names of pages, `stickslip-board-info`, and of commands as they are typed.
     command.build();
     let mut pages = Vec::new();

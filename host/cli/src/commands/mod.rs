@@ -113,8 +113,8 @@ impl Command {
             Command::Lcp(args) => lcp::run(args, output),
             Command::Score(args) => score::run(args, output),
             Command::Schema(args) => schema::run(args, output),
-            Command::Completions(args) => completions::run(args, output),
-            Command::Man(args) => man::run(args, output),
+            Command::Completions(args) => completions::run(args, Cli::command(), output),
+            Command::Man(args) => man::run(args, Cli::command(), output),
             Command::Board(args) => board::run(args, output),
             Command::Stream(args) => stream::run(args, output),
         }

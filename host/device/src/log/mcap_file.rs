@@ -26,7 +26,7 @@ use serde_json::{Value, json};
 use stickslip_shared::predictor::Prediction;
 use stickslip_shared::wire::{Sample, TelemetryReport};
 
-use super::{Contents, Header, LogError, MAX_PAYLOAD, Record};
+use super::record::{Contents, Header, LogError, MAX_PAYLOAD, Record};
 use crate::records::{PREDICTION_RECORD, SAMPLE_RECORD, TELEMETRY_RECORD};
 
 const RUN: &str = "/stickslip/run";

@@ -16,7 +16,7 @@
 //! takes every intact frame: where one is damaged it looks for the next marker whose frame
 //! passes its check, and tells which bytes were lost.
 
-use super::{Contents, Lost, MAX_PAYLOAD, Record};
+use super::record::{Contents, Lost, MAX_PAYLOAD, Record};
 
 const MAGIC: [u8; 8] = *b"sslog\r\n\x01";
 const VERSION_AT: usize = MAGIC.len() - 1;

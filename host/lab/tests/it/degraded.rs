@@ -43,9 +43,9 @@ fn a_good_push_is_sure_and_one_with_a_frozen_pose_or_without_a_finger_is_not() {
 }
 
 #[test]
-fn a_pose_that_is_missing_rare_or_held_between_frames_is_not_called_frozen() {
-    let frozen = |p: &Prediction| p.validity & validity::POSE != 0;
-    for fault in [Fault::PoseGone, Fault::PoseRare, Fault::PoseHeld] {
-        assert_eq!(share(&predicted(Some(fault)), frozen), 0.0, "{fault:?}");
+fn a_pose_that_is_missing_or_rare_is_not_doubted_and_one_held_between_frames_is() {
+    let doubted = |p: &Prediction| p.validity & validity::POSE != 0;
+    for (fault, expected) in [(Fault::PoseGone, 0.0), (Fault::PoseRare, 0.0), (Fault::PoseHeld, 1.0)] {
+        assert_eq!(share(&predicted(Some(fault)), doubted), expected, "{fault:?}");
     }
 }

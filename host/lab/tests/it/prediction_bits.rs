@@ -78,7 +78,7 @@ const WORST: [(&str, u32); 12] = [
     ("step-velocity-1", 0x317eb28c),
     ("step-work-1", 0x73faedfe),
     ("step-work-2", 0x1a3d5f39),
-    ("tick-work-1", 0xaea0d084),
+    ("tick-work-1", 0x1136d5d2),
     ("tick-work-2", 0x1f4d690a),
     ("tick-work-3", 0x1eb86216),
     ("tick-work-4", 0x09ffcf07),
