@@ -180,7 +180,7 @@ impl Learnt {
     }
 }
 
-/// Names of the detectors beside the predictor, in the order of [`Scored::courses`].
+/// Names of the detectors beside the predictor, in the order of the curves.
 pub const DETECTORS: [&str; 3] = ["threshold", "force rate", "learnt"];
 
 /// A trial, with what each detector and the predictor said of it.
