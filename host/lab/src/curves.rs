@@ -13,10 +13,10 @@ use serde::Serialize;
 use smartcore::linalg::basic::matrix::DenseMatrix;
 use smartcore::xgboost::{XGRegressor, XGRegressorParameters};
 
-use crate::grasps::Grasp;
+use crate::grasps::{Grasp, force};
 use stickslip_analysis::channels;
 use stickslip_analysis::score::ObjectPose;
-use stickslip_analysis::score::alarms::{Episode, episodes};
+use stickslip_analysis::score::alarms::{Episode, SLIPS, episodes};
 use stickslip_analysis::score::warnings::{Figures, SLIPPED_M, Share, TrialKey, judge};
 use stickslip_shared::predictor::flags;
 
@@ -41,10 +41,10 @@ pub fn threshold(grasp: &Grasp<'_>) -> Course {
 /// Change of the tangential force in 20 ms, N/s.
 #[must_use]
 pub fn force_rate(grasp: &Grasp<'_>) -> Course {
-    let force: Vec<[f64; 3]> = forces(grasp);
-    (0..force.len())
+    let forces = forces(grasp);
+    (0..forces.len())
         .map(|i| {
-            let (now, before) = (force[i], force[i.saturating_sub(SPANS[0])]);
+            let (now, before) = (forces[i], forces[i.saturating_sub(SPANS[0])]);
             (now[0] - before[0]).hypot(now[1] - before[1]) / 0.02
         })
         .collect()
@@ -54,9 +54,7 @@ pub fn force_rate(grasp: &Grasp<'_>) -> Course {
 fn forces(grasp: &Grasp<'_>) -> Vec<[f64; 3]> {
     let mut last = [0.0; 3];
     let of = grasp.feed.samples.iter().map(|s| {
-        if let [Some(a), Some(b)] = s.finger {
-            last = [a[0] + b[0], a[2] + b[2], a[1].abs() + b[1].abs()].map(f64::from);
-        }
+        last = force(s).unwrap_or(last);
         last
     });
     of.collect()
@@ -66,7 +64,7 @@ fn forces(grasp: &Grasp<'_>) -> Vec<[f64; 3]> {
 /// gripper's acceleration, and, where the object's pose is given, how far it has moved in the grasp.
 #[must_use]
 pub fn features(grasp: &Grasp<'_>, pose: ObjectPose) -> Vec<Vec<f64>> {
-    let force = forces(grasp);
+    let forces = forces(grasp);
     let friction = grasp.model.friction.finger;
     let ratio: Vec<f64> = threshold(grasp);
     let raw = |f: &[f64; 3]| f[0].hypot(f[1]) / f[2].max(0.1) / friction;
@@ -101,10 +99,10 @@ pub fn features(grasp: &Grasp<'_>, pose: ObjectPose) -> Vec<Vec<f64>> {
         .collect();
     let distance =
         |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
-    (0..force.len())
+    (0..forces.len())
         .map(|i| {
             let back = |span: usize| i.saturating_sub(span);
-            let now = &force[i];
+            let now = &forces[i];
             let mut row = vec![
                 ratio[i],
                 raw(now),
@@ -120,8 +118,8 @@ pub fn features(grasp: &Grasp<'_>, pose: ObjectPose) -> Vec<Vec<f64>> {
                 let spread = near.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / near.len() as f64;
                 row.push(ratio[i] - ratio[before]);
                 row.push(spread.sqrt());
-                row.push(now[2] - force[before][2]);
-                row.push((now[0] - force[before][0]).hypot(now[1] - force[before][1]));
+                row.push(now[2] - forces[before][2]);
+                row.push((now[0] - forces[before][0]).hypot(now[1] - forces[before][1]));
                 row.push(distance(&places[i], &places[before]));
                 let (a, b, c) = (&grippers[i], &grippers[back(span / 2)], &grippers[before]);
                 let bend: [f64; 3] = std::array::from_fn(|k| a[k] - 2.0 * b[k] + c[k]);
@@ -200,10 +198,9 @@ impl Scored {
     pub fn of(grasp: &Grasp<'_>, pose: ObjectPose, learnt: &Learnt) -> anyhow::Result<Self> {
         let raised = grasp.predictions(pose, true)?;
         let up = |mask: u32| episodes(&grasp.t_s, raised.iter().map(|p| p.flags & mask != 0), grasp.until_s);
-        let slips = flags::SLIP_1 | flags::SLIP_2 | flags::SLIP_AHEAD_1 | flags::SLIP_AHEAD_2;
-        let is_slip = raised.iter().map(|p| p.flags & slips != 0);
+        let is_slip = raised.iter().map(|p| p.flags & SLIPS != 0);
         Ok(Self {
-            predictor: (judge(grasp.truth, &up(slips), &up(flags::DROP), grasp.until_s), samples_up(is_slip)),
+            predictor: (judge(grasp.truth, &up(SLIPS), &up(flags::DROP), grasp.until_s), samples_up(is_slip)),
             courses: [threshold(grasp), force_rate(grasp), learnt.course(grasp, pose)?],
             truth: grasp.truth.clone(),
             t_s: grasp.t_s.clone(),

@@ -12,6 +12,7 @@ use stickslip_analysis::score::warnings::{Key, TrialKey, until_s};
 use stickslip_data::Index;
 use stickslip_shared::model::Model;
 use stickslip_shared::predictor::{Limits, Plan, Prediction, Predictor};
+use stickslip_shared::wire::Sample;
 
 use crate::degrade::Fault;
 
@@ -71,10 +72,8 @@ impl Grasp<'_> {
         (0..samples.len()).map(|i| {
             let near = samples.get(i.saturating_sub(SMOOTHED - 1)..=i).unwrap_or(&[]);
             let sum = near.iter().fold([0.0f64; 3], |mut sum, s| {
-                if let [Some(a), Some(b)] = s.finger {
-                    sum[0] += f64::from(a[0] + b[0]);
-                    sum[1] += f64::from(a[2] + b[2]);
-                    sum[2] += f64::from(a[1].abs() + b[1].abs());
+                if let Some(force) = force(s) {
+                    sum.iter_mut().zip(force).for_each(|(sum, x)| *sum += x);
                 }
                 sum
             });
@@ -86,6 +85,13 @@ impl Grasp<'_> {
 /// Times of the samples, s.
 fn times(feed: &Feed) -> Vec<f64> {
     feed.samples.iter().map(|s| f64::from(s.t_us) * 1e-6).collect()
+}
+
+/// Of both fingers together, N: along X and Z, and normal; `None` where one is not measured.
+#[must_use]
+pub fn force(sample: &Sample) -> Option<[f64; 3]> {
+    let [Some(a), Some(b)] = sample.finger else { return None };
+    Some([a[0] + b[0], a[2] + b[2], a[1].abs() + b[1].abs()].map(f64::from))
 }
 
 /// The key beside a data set.

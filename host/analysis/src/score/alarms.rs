@@ -6,6 +6,10 @@
 //! no event, from half a second before the event's end backwards, is a false alarm.
 
 use super::truth::Event;
+use stickslip_shared::predictor::flags;
+
+/// The predictor's flags of slip, now or ahead, of either finger.
+pub const SLIPS: u32 = flags::SLIP_1 | flags::SLIP_2 | flags::SLIP_AHEAD_1 | flags::SLIP_AHEAD_2;
 
 /// Validity bits under which no alarm can be believed or expected.
 pub const UNTRUSTED: u32 = stickslip_shared::predictor::validity::SAMPLE

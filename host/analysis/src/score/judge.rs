@@ -7,7 +7,7 @@ use stickslip_shared::predictor::{Limits, Prediction, Predictor, flags};
 use crate::progress::Progress;
 use crate::run::replay::{Feed, ReplayError, at_board_rate, feed, intent_of, interpolated_poses};
 use crate::run::simulate::{SceneError, scene};
-use crate::score::alarms::{Episode, UNTRUSTED, episodes};
+use crate::score::alarms::{Episode, SLIPS, UNTRUSTED, episodes};
 use crate::score::calibration::Stated;
 use crate::score::truth::{self, Kind, Truth};
 use stickslip_data::{Description, Index, Trial, TrialInfo, Warning, error::join_warnings};
@@ -255,10 +255,9 @@ fn predict(
 fn predicted(t_s: &[f64], predictions: &[Prediction], truth: &Truth) -> Alarms {
     let any = |mask: u32| predictions.iter().map(move |p| p.flags & mask != 0);
     let until = truth.until_s;
-    let slips = flags::SLIP_1 | flags::SLIP_2 | flags::SLIP_AHEAD_1 | flags::SLIP_AHEAD_2;
     let scored = || predictions.iter().zip(t_s).filter(move |(_, t)| **t <= until).map(|(p, _)| p);
     Alarms {
-        slip: episodes(t_s, any(slips), until),
+        slip: episodes(t_s, any(SLIPS), until),
         moved: episodes(t_s, any(flags::SAG | flags::ROTATION), until),
         drop: episodes(t_s, any(flags::DROP), until),
         slipping: [flags::SLIP_1, flags::SLIP_2].map(|f| episodes(t_s, any(f), until)),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use stickslip_analysis::score::ObjectPose;
-use stickslip_analysis::score::alarms::{Episode, episodes};
+use stickslip_analysis::score::alarms::{Episode, SLIPS, episodes};
 use stickslip_analysis::score::warnings::{Events, Figures, MISSED_S, Share, judge, missed_s};
 use stickslip_report::terminal::{Output, table};
 use stickslip_shared::predictor::flags;
@@ -142,8 +142,7 @@ fn judge_set(args: &Args, folder: &Path) -> anyhow::Result<Vec<([Figures; 2], Do
         let raised: Vec<u32> = grasp.predictions(args.pose, !args.no_plan)?.iter().map(|p| p.flags).collect();
         let t_s = &grasp.t_s;
         let up = |mask: u32| -> Vec<Episode> { episodes(t_s, raised.iter().map(|f| f & mask != 0), until) };
-        let slips = flags::SLIP_1 | flags::SLIP_2 | flags::SLIP_AHEAD_1 | flags::SLIP_AHEAD_2;
-        let slip = up(slips);
+        let slip = up(SLIPS);
         let ours = judge(truth, &slip, &up(flags::DROP), until);
         let ticks_in = |from_s: f64, to_s: f64| {
             t_s.iter().zip(&raised).filter(move |(t, _)| (from_s..=to_s).contains(*t))
