@@ -151,7 +151,8 @@ fn settle(
         round += 1;
         start.set_values(&model);
         start.friction = file.friction;
-        let found = calibrate::calibrate(data, &start, &calibrate::Options::default(), &())
+        let options = calibrate::Options { pads: false, ..calibrate::Options::default() };
+        let found = calibrate::calibrate(data, &start, &options, &())
             .map_err(|why| FitError::NoTrials(why.to_string()))?;
         let before = model.friction;
         model.friction = found.model.friction;

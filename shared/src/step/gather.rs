@@ -20,6 +20,7 @@ pub(super) fn gather<R: Real, const NC: usize>(
     let mut limit = [[zero; 2]; 2];
     let mut weight = [zero; 2];
     let by_dt = R::one() / dt;
+    let sides = sides(state, work);
     for (answer, c) in work.answers().zip(&work.contacts) {
         let f = answer.force_n;
         let force = c.axes[0] * f[0] + c.axes[1] * f[1] + c.axes[2] * f[2];
@@ -60,8 +61,8 @@ pub(super) fn gather<R: Real, const NC: usize>(
         }
         match c.body {
             Body::Finger1 | Body::Finger2 => {
-                let (sign, k) = if c.body == Body::Finger1 { (R::one(), 0) } else { (-R::one(), 1) };
-                let centre = Vec3::new(zero, sign * (state.jaw_half_m + state.jaw_m), zero);
+                let k = usize::from(c.body == Body::Finger2);
+                let centre = Vec3::new(zero, sides[k], zero);
                 let at = state.position_m + c.lever_m;
                 add_wrench(&mut out.reading.finger[k], &force, &(at - centre));
                 let arm = sqrt(c.patch_m[0] * c.patch_m[0] + c.patch_m[1] * c.patch_m[1]);
@@ -102,6 +103,24 @@ pub(super) fn gather<R: Real, const NC: usize>(
     let force = drive.carrier.transform_vector(&pusher_force);
     let torque = drive.carrier.transform_vector(&pusher_torque);
     out.reading.pusher = [force.x, force.y, force.z, torque.x, torque.y, torque.z];
+}
+
+/// Where the object's sides are under the pads' centres, carrier Y: the points about which a finger's torque is
+/// taken. A pad that is pressed in by a millimetre stands inside of the object's side by that: about the pad
+/// itself, shear would seem to twist it.
+fn sides<R: Real, const NC: usize>(state: &State<R, NC>, work: &Workspace<R, NC>) -> [R; 2] {
+    let mut sum = [R::zero(); 2];
+    let mut count = [R::zero(); 2];
+    for c in &work.contacts {
+        let k = match c.body {
+            Body::Finger1 => 0,
+            Body::Finger2 => 1,
+            Body::Pusher | Body::Support => continue,
+        };
+        sum[k] += c.lever_m.y;
+        count[k] += R::one();
+    }
+    [0, 1].map(|k| state.position_m.y + if count[k] > R::zero() { sum[k] / count[k] } else { R::zero() })
 }
 
 fn add_wrench<R: Real>(to: &mut [R; 6], force: &Vec3<R>, arm: &Vec3<R>) {

@@ -54,6 +54,18 @@ fn before_sliding_the_push_force_rises_along_the_springs_in_series() {
 }
 
 #[test]
+fn shear_on_a_pad_that_is_pressed_in_does_not_twist_the_finger() {
+    // Pressed in by 2 mm: about the pad itself, 5 N of shear would read as 10 N mm.
+    let mut largest = (0.0_f64, 0.0_f64);
+    linear_push(soft(0.4, 1e4, 1e5, 0.01), 20.0, 0.010, 0.0, 1.0, |s| {
+        for w in s.out.reading.finger {
+            largest = (largest.0.max(w[0].abs()), largest.1.max(w[5].abs()));
+        }
+    });
+    assert!(largest.0 > 4.0 && largest.1 < 5e-4, "{largest:?}");
+}
+
+#[test]
 fn steps_of_4_ms_stay_stable_from_rubber_foam_to_steel() {
     // 20 N press the softest in by 2 mm, the stiffest by 0.2 micrometres.
     for k in [1e4, 1e5, 1e6, 1e7, 1e8] {

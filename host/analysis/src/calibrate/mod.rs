@@ -18,14 +18,16 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
-use stickslip_shared::model::Model;
+use stickslip_shared::effects::{Info, REGISTRY, Role};
+use stickslip_shared::model::{Base, MAX_EFFECTS, Model, RIGID_N_M};
 use thiserror::Error;
 
 use crate::channels::{COUNT, Quantity, quantity};
 use crate::evidence::conditions::condition_of;
-use crate::model::file::ModelFile;
+use crate::evidence::pads::{self, Pads};
+use crate::model::file::{EffectEntry, ModelFile};
 use crate::progress::Progress;
-use crate::run::simulate::SceneError;
+use crate::run::simulate::{SceneError, prepare};
 use stickslip_data::{Dataset, Description, Trial, TrialInfo};
 
 pub use determined::{Remark, Slid, name};
@@ -53,6 +55,39 @@ impl Share {
     }
 }
 
+/// Tangential stiffness of one whole pad.
+#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
+pub struct PadStiffness {
+    /// N/m; null where the pads give way by no more than chance.
+    pub tangential_n_m: Option<f64>,
+    /// Lower end of the interval, N/m: twice the compliance that was read off, and two standard deviations.
+    pub low_n_m: f64,
+    /// Upper end, N/m, half the compliance; null where the pads may be rigid.
+    pub high_n_m: Option<f64>,
+    /// How far the largest load moves the object in the grasp before it slides, m.
+    pub moves_m: f64,
+    /// Whether the model has it: pads that move the object by more than the tolerance of rigid contact.
+    pub in_model: bool,
+    /// Loadings that it was found from.
+    pub loadings: usize,
+}
+
+impl PadStiffness {
+    fn of(pads: &Pads, in_model: bool) -> Self {
+        let (c, sd) = (pads.tangential_m_n, pads.sd_m_n);
+        let stiffness = |c: f64| (c > 0.0).then(|| 1.0 / c);
+        let told = pads.give_way();
+        Self {
+            tangential_n_m: stiffness(c).filter(|_| told),
+            low_n_m: 1.0 / (pads::SPRINGS * c + 2.0 * sd).max(1e-9),
+            high_n_m: stiffness(c / pads::SPRINGS - 2.0 * sd).filter(|_| told),
+            moves_m: pads.moves_m().max(0.0),
+            in_model,
+            loadings: pads.loadings,
+        }
+    }
+}
+
 /// Root mean square error of one quantity over windows of the motion.
 #[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct QuantityError {
@@ -77,11 +112,13 @@ pub struct Options {
     pub share: Share,
     /// Only trials of this primitive.
     pub primitive: Option<String>,
+    /// Whether pads that are measured to give way enter the model, where it has none.
+    pub pads: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { share: Share::of(0.1), primitive: None }
+        Self { share: Share::of(0.1), primitive: None, pads: true }
     }
 }
 
@@ -116,6 +153,9 @@ pub struct Calibration {
     pub offsets: [f64; COUNT],
     /// Coefficients with their intervals or bounds.
     pub estimates: Vec<Estimate>,
+    /// How the fingers' pads give way before they slide, read off the loading of all trials of the primitive;
+    /// null where that cannot be read off.
+    pub pads: Option<PadStiffness>,
     /// Errors by quantity.
     pub errors: Vec<QuantityError>,
     /// What to know about the numbers.
@@ -180,10 +220,19 @@ pub fn calibrate(
         return Err(options.primitive.clone().map_or(CalibrateError::Empty, CalibrateError::NoSuchPrimitive));
     }
     progress.begin("calibrating", primitives.len());
+    let all: Vec<(usize, &Trial)> = primitives.values().flatten().copied().collect();
+    let pads = read_off(&data.description, &all);
+    let model = &match pads.filter(|_| options.pads) {
+        Some(pads) => with_pads(model, &pads),
+        None => model.clone(),
+    };
+    let in_model = model.effects.iter().any(|e| e.info().is_some_and(is_compliance));
     let base = model.to_model();
     let mut found = Vec::new();
     for (primitive, trials) in primitives {
-        found.push(of_primitive(&data.description, primitive, &trials, &base, options.share)?);
+        let mut of_it = of_primitive(&data.description, primitive, &trials, &base, options.share)?;
+        of_it.pads = read_off(&data.description, &trials).map(|p| PadStiffness::of(&p, in_model));
+        found.push(of_it);
         progress.step(1);
     }
     let best = best_of(&found);
@@ -193,6 +242,40 @@ pub fn calibrate(
     }
     let model = with_friction(model, &with_best, &best);
     Ok(Report { primitives: found, model })
+}
+
+/// What the loading of the pads shows in `trials`.
+fn read_off(description: &Description, trials: &[(usize, &Trial)]) -> Option<Pads> {
+    let ready: Vec<_> =
+        trials.par_iter().filter_map(|(at, trial)| prepare(description, trial, *at).ok()).collect();
+    pads::measured(ready.iter())
+}
+
+fn is_compliance(info: &Info) -> bool {
+    matches!(info.role, Role::Compliance { .. })
+}
+
+/// `model` with `pads` that give way by more than the tolerance of rigid contact, where it has none: it loads
+/// before it slides.
+fn with_pads(model: &ModelFile, pads: &Pads) -> ModelFile {
+    let mut model = model.clone();
+    let springs_n_m = match model.base {
+        Base::Hard => RIGID_N_M,
+        Base::Soft { tangential_n_m, .. } => tangential_n_m,
+    };
+    let pads = Some(*pads).filter(Pads::matter);
+    let has = model.effects.iter().any(|e| e.info().is_some_and(is_compliance));
+    let room = model.effects.len() < MAX_EFFECTS;
+    let Some(pads) = pads.and_then(|p| p.beyond(springs_n_m)).filter(|_| room && !has) else { return model };
+    let Some(info) = REGISTRY.iter().find(|i| is_compliance(i)) else { return model };
+    let mut entry = EffectEntry::typical(info);
+    for (value, of) in entry.values.iter_mut().zip(info.parameters) {
+        let Some((value_read, [low, high])) = pads.expected(of.name) else { continue };
+        *value = value_read;
+        entry.intervals.insert(of.name.into(), [low.max(of.low), high.min(of.high)]);
+    }
+    model.effects.push(entry);
+    model
 }
 
 /// The narrowest estimate of each coefficient that any of them determines.
@@ -311,6 +394,7 @@ pub fn of_primitive<T: Borrow<Trial> + Sync>(
         held_out_trials: held_out.len(),
         offsets,
         estimates: fit.estimates,
+        pads: None,
         errors,
         remarks,
         model: fit.model,

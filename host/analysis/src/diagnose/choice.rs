@@ -1,6 +1,6 @@
 //! Choice: effects taken one after the other, and those that do as well in their place.
 //!
-//! The rules are those of 8 and 9 in `docs/diagnose.md`.
+//! The rules are those of 9 and 10 in `docs/diagnose.md`.
 
 use stickslip_shared::effects::{REGISTRY, Role, find as find_effect};
 use stickslip_shared::model::Model;
@@ -256,9 +256,10 @@ pub fn small_compliance_in(problem: &Problem, held: &Held, id: &str) -> bool {
     })
 }
 
-/// The sets that explain the data as well as `chosen`: one effect exchanged for an `equal` one.
+/// The sets that explain the data as well as `chosen` beside those found `before`: one effect exchanged for an
+/// `equal` one.
 pub fn sets(
-    drift: Option<&Candidate>,
+    before: &[&'static str],
     chosen: &[Candidate],
     equal: &[Vec<&'static str>],
     unnamed: impl Fn(&Candidate) -> bool,
@@ -270,7 +271,7 @@ pub fn sets(
         for other in others.iter().filter(|o| !ids.contains(o)) {
             let mut set = ids.clone();
             set[k] = other;
-            out.push(drift.map(|d| d.info.id).into_iter().chain(set).collect());
+            out.push(before.iter().copied().chain(set).collect());
         }
     }
     out

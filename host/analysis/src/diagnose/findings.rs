@@ -12,6 +12,11 @@ use crate::diagnose::verdict::{Doubt, Verdict};
 pub struct Findings {
     /// Base model, refitted.
     pub base: Held,
+    /// The same with the pads that are measured, as long as they are no finding: what is not explained is what
+    /// this one misses.
+    pub start: Held,
+    /// What stood in the model before the search.
+    pub found: Vec<Candidate>,
     /// Candidates of the first stage.
     pub first: Vec<Candidate>,
     /// Chosen effects in the order in which they were chosen.

@@ -5,6 +5,7 @@
 //! are screened and refitted (`screen`, `select`), and the verdict follows from held-out
 //! conditions (`choice`, `verdict`). `docs/diagnose.md` has the statistics.
 
+pub mod beforehand;
 pub mod choice;
 pub mod detection;
 pub mod experiment;
@@ -21,33 +22,30 @@ pub mod verdict;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use stickslip_shared::effects::{MAX_PARAMETERS, REGISTRY, Role};
+use stickslip_shared::effects::{REGISTRY, Role};
 use stickslip_shared::model::Model;
 
 use crate::evidence::balance::{StageBalance, balance};
 use crate::evidence::stages::stages;
 use crate::fit::campaign::Campaign;
 use crate::fit::problem::Problem;
-use crate::fit::{self, FitError, Free, Solution};
+use crate::fit::{self, FitError, Solution};
 use crate::model::candidate::{CandidateEffect, Described};
 use crate::progress::Progress;
+use beforehand::Start;
 use choice::{
-    Choice, FALSE_ALARM, MOST_EFFECTS, Pass, SEARCHED_AGAIN, SEARCHED_FURTHER, SURVIVORS, Stages, Tick,
-    choose, poor, sets, small_compliance, small_compliance_in,
+    Choice, MOST_EFFECTS, Pass, SEARCHED_AGAIN, SEARCHED_FURTHER, SURVIVORS, Stages, Tick, choose, poor,
+    sets, small_compliance, small_compliance_in,
 };
 use findings::Findings;
 use misfit::Misfit;
 use posterior::{Posterior, posterior};
 use report::Report;
 use select::{Candidate, Held, Search, candidates, explained, hold_out, search_again};
-use statrs::distribution::{ContinuousCDF, StudentsT};
 use stickslip_data::{Dataset, Description};
-use verdict::{Doubt, Signs, Verdict};
+use verdict::{Doubt, Left, Signs, Verdict};
 
 pub use verdict::{FEWEST_CONDITIONS, RELEVANT};
-
-/// Smaller changes of friction over a data set are no drift, in units of [`RELEVANT`].
-const LEAST_DRIFT: f64 = 0.01;
 
 /// Steps that [`diagnose`] reports to its `tick` at most.
 pub fn steps() -> u64 {
@@ -73,13 +71,9 @@ pub fn diagnose(
     let model = model.into();
     let campaign = campaign_of(dataset, &model.model)?;
     tick();
-    let (mut problem, mut base, mut others) = fitted_base(&campaign, &model);
+    let start = beforehand::drifting(beforehand::start(&campaign, &model));
     tick();
-    let mut drift = None;
-    if let Some((around, without, with)) = drifting(&problem, &base) {
-        (problem, base, drift) = (around, without, Some(with));
-        others.clear();
-    }
+    let Start { mut problem, base, found, mut others } = start;
     others.push(given(&campaign, &base));
     let mut trials = CandidateEffect::listed();
     trials.extend(own.iter().cloned());
@@ -88,16 +82,17 @@ pub fn diagnose(
         problem = around;
         findings
     } else {
-        find(&problem, base, &others, drift, &trials, Pass::First, tick)
+        find(&problem, (base, found), &others, &trials, Pass::First, tick)
     };
     if let Some(near) = findings.again.take() {
         let (around, base) = around(&campaign, &near, &findings.base);
-        findings = find(&around, base, &others, None, &trials, Pass::Second, tick);
+        let found = beforehand::again(&around, &base, &findings.found);
+        findings = find(&around, (base, found), &others, &trials, Pass::Second, tick);
         problem = around;
     }
     let pair = match &findings.doubt {
         // What would tell the best candidate from its absence.
-        Some(_) => findings.first.first().map(|c| [&findings.base.solution.model, &c.held.solution.model]),
+        Some(_) => findings.first.first().map(|c| [&findings.start.solution.model, &c.held.solution.model]),
         None => findings.equal.first().and_then(|set| {
             let chosen = |id: &str| findings.chosen.iter().any(|c| c.info.id == id);
             let other = findings.first.iter().find(|c| set.contains(&c.info.id) && !chosen(c.info.id))?;
@@ -106,7 +101,7 @@ pub fn diagnose(
     };
     let experiment = pair.and_then(|[a, b]| experiment::experiments(&problem, a, b, 1).into_iter().next());
     let named = matches!(findings.verdict, Verdict::Effect | Verdict::Ambiguous);
-    let last = findings.last.as_ref().filter(|_| named).unwrap_or(&findings.base);
+    let last = findings.last.as_ref().filter(|_| named).unwrap_or(&findings.start);
     let mut detection = detection::detection(&problem, last, &findings.invisible);
     if findings.verdict == Verdict::Unexplained {
         // What is missing may hide anything.
@@ -144,23 +139,13 @@ fn campaign_of(dataset: &Dataset, model: &Model<f64>) -> Result<Campaign, FitErr
     Ok(campaign)
 }
 
-/// The fitting problem around `model` with its friction fitted, that model held out, and other models
-/// from which an effect may start.
-fn fitted_base<'a>(campaign: &'a Campaign, model: &Described) -> (Problem<'a>, Held, Vec<Model<f64>>) {
-    let free = free_of(campaign, model);
-    let ways = fit::basins(campaign, &model.model, &free, 6);
-    let problem = Problem::new(campaign, &ways[0]);
-    let base = hold_out(&problem, fit::solve(&problem, &ways[0], &free, 5), free);
-    (problem, base, ways)
-}
-
 /// How much `model`, its friction fitted, misses of `dataset` on held-out conditions.
 ///
 /// # Errors
 /// Where no trial can be simulated.
 pub fn base_misfit(dataset: &Dataset, model: impl Into<Described>) -> Result<Misfit, FitError> {
     let model = model.into();
-    Ok(fitted_base(&campaign_of(dataset, &model.model)?, &model).1.misfit)
+    Ok(beforehand::start(&campaign_of(dataset, &model.model)?, &model).base.misfit)
 }
 
 /// Two effects that the data cannot tell apart, and the experiments that would.
@@ -180,17 +165,18 @@ pub fn suggest(
 ) -> Result<Option<Telling>, FitError> {
     let model = model.into();
     let campaign = campaign_of(dataset, &model.model)?;
-    let (problem, base, ways) = fitted_base(&campaign, &model);
-    let others = other_ways(&problem, &base, &ways);
+    let start = beforehand::start(&campaign, &model);
+    let (problem, base) = (&start.problem, start.held());
+    let others = other_ways(problem, base, &start.others);
     let mut trials = between.to_vec();
     if between.is_empty() {
         trials = CandidateEffect::listed();
         trials.extend(own.iter().cloned());
     }
-    let found = candidates(&problem, &base, &others, &trials, SURVIVORS, tick).0;
+    let found = candidates(problem, base, &others, &trials, SURVIVORS, tick).0;
     let [a, b, ..] = found.as_slice() else { return Ok(None) };
     let (x, y) = (&a.held.solution.model, &b.held.solution.model);
-    Ok(Some(([a.info.id, b.info.id], experiment::experiments(&problem, x, y, most))))
+    Ok(Some(([a.info.id, b.info.id], experiment::experiments(problem, x, y, most))))
 }
 
 /// The problem built anew around a model `near` the data, and the base model in it: corrections of coarse
@@ -222,56 +208,17 @@ fn other_ways(problem: &Problem, start: &Held, ways: &[Model<f64>]) -> Vec<Solut
         .collect()
 }
 
-/// Friction, and the parameters of the effects that the model has already.
-fn free_of(campaign: &Campaign, model: &Described) -> Vec<Free> {
-    let effects = model.infos.iter().enumerate().flat_map(|(slot, info)| Free::of_effect(info, slot));
-    fit::base_parameters(campaign).into_iter().chain(effects).collect()
-}
-
-/// Where repetitions show that friction drifts with the order of trials: the problem built
-/// anew around a model that has the drift (its noise is smaller), without and with it. Means of
-/// repetitions made at different times would hide it from all that follows.
-fn drifting<'a>(problem: &Problem<'a>, base: &Held) -> Option<(Problem<'a>, Held, Candidate)> {
-    let crate::fit::noise::Drift { change, per_trial, t } = problem.noise.drift;
-    let level = FALSE_ALARM / REGISTRY.len() as f64;
-    let freedom = problem.noise.freedom.checked_sub(1).filter(|f| *f > 0)? as f64;
-    let chance = 2.0 * StudentsT::new(0.0, 1.0, freedom).ok()?.sf(t.abs());
-    if chance > level || change.abs() < RELEVANT * problem.noise.friction[0].max(LEAST_DRIFT) {
-        return None;
-    }
-    let wear = CandidateEffect::listed().into_iter().find(|t| t.info.role == Role::Order)?;
-    if base.solution.model.effects.iter().any(|e| e.code == wear.info.code) {
-        return None;
-    }
-    let mut parameters = [0.0; MAX_PARAMETERS];
-    parameters[0] = per_trial;
-    let drifted = wear.on(&base.solution.model, parameters);
-    let mut free = base.free.clone();
-    free.extend(Free::of_effect(wear.info, base.solution.model.effects.len()));
-    let found = fit::solve_with(problem, &drifted, &free, 5, &base.solution.columns);
-    let around = Problem::new(problem.campaign, &found.model);
-    let fitted = |model: &Model<f64>, free: &[Free]| {
-        hold_out(&around, fit::solve(&around, model, free, 5), free.to_vec())
-    };
-    let (without, with) = (fitted(&base.solution.model, &base.free), fitted(&found.model, &free));
-    let explained = explained(&without.misfit, &with.misfit);
-    let searched = Search::Thorough;
-    let candidate =
-        Candidate { info: wear.info, held: with, p_value: chance, explained, starts: Vec::new(), searched };
-    Some((around, without, candidate))
-}
-
-/// Screening, choice and verdict; see `docs/diagnose.md` for the rules.
+/// Screening, choice and verdict; see `docs/diagnose.md` for the rules. `found` stands in the model beforehand.
 fn find(
     problem: &Problem,
-    base: Held,
+    (base, found): (Held, Vec<Candidate>),
     others: &[Model<f64>],
-    drift: Option<Candidate>,
     trials: &[CandidateEffect],
     pass: Pass,
     tick: Tick,
 ) -> Findings {
-    let start = drift.as_ref().map_or(&base, |c| &c.held);
+    let start = found.last().map_or(&base, |c| &c.held);
+    let drifts = found.iter().any(|c| c.info.role == Role::Order);
     let relevant = start.misfit.exceeds(RELEVANT) && start.misfit.excess > 0.0;
     let worth_a_name = relevant && problem.campaign.conditions >= FEWEST_CONDITIONS;
     // Where nothing is worth a name, the screening only tells what these data could not show.
@@ -289,7 +236,7 @@ fn find(
             search_again(problem, start, &others, &mut first, (SEARCHED_FURTHER, Search::Grid), tick);
         }
         choice = choose(problem, start, &first, trials, &mut stages, (pass, Search::Quick), tick);
-        again = choice.near.take().filter(|_| pass == Pass::First && drift.is_none());
+        again = choice.near.take().filter(|_| pass == Pass::First && !drifts);
         if choice.verdict == Verdict::Unexplained && again.is_none() {
             // Before that is said, the likely ones are looked at more closely.
             search_again(problem, start, &others, &mut first, (SEARCHED_AGAIN, Search::Thorough), tick);
@@ -297,32 +244,58 @@ fn find(
         }
     }
     let Choice { chosen, equal, left, verdict, .. } = choice;
-    let equal = sets(drift.as_ref(), &chosen, &equal, |c| small_compliance(problem, c));
-    let only_drift = drift.is_some() && chosen.is_empty();
-    let mut chosen: Vec<Candidate> = drift.into_iter().chain(chosen).collect();
-    let model = chosen.last().map_or(&base, |c| &c.held).solution.model.clone();
-    let last = chosen.last().map(|c| c.held.clone());
-    let swing = swing::missed(problem.campaign, &model);
+    let last = chosen.last().map_or(start, |c| &c.held).clone();
+    // Ordinary pads are no finding.
+    let is_finding = |c: &&Candidate| !small_compliance_in(problem, &last, c.info.id);
+    let before: Vec<&'static str> = found.iter().filter(is_finding).map(|c| c.info.id).collect();
+    let equal = sets(&before, &chosen, &equal, |c| small_compliance(problem, c));
+    let swing = swing::missed(problem.campaign, &last.solution.model);
+    let explains = verdict::explains(explained(&base.misfit, &start.misfit), &Left::of(&start.misfit));
     let signs = Signs {
         equal: !equal.is_empty(),
-        only_drift,
+        only_drift: drifts && chosen.is_empty(),
+        only_pads: chosen.is_empty() && !before.is_empty() && (verdict != Verdict::Unexplained || explains),
         swings: swing.is_some(),
         conditions: problem.campaign.conditions,
     };
-    let (verdict, doubt) = verdict::verdict(verdict, &signs, left.as_ref().unwrap_or(&base.misfit));
+    let without_effects = if before.is_empty() { start } else { &base };
+    let misfit = left.as_ref().unwrap_or(&without_effects.misfit);
+    let (verdict, doubt) = verdict::verdict(verdict, &signs, misfit);
     let posterior = match worth_a_name {
         true => {
-            let met = chosen.iter().chain(&first).chain(stages.iter().flat_map(|(_, of)| of));
+            let met = found.iter().chain(&chosen).chain(&first).chain(stages.iter().flat_map(|(_, of)| of));
             let fits: Vec<&Held> = std::iter::once(&base).chain(met.map(|c| &c.held)).collect();
             let given = base.solution.model.effects.len();
             posterior(problem, given, &fits, |held, id| small_compliance_in(problem, held, id))
         }
         false => Posterior::default(),
     };
-    chosen.retain(|c| !small_compliance(problem, c));
     let model = match doubt {
-        Some(Doubt::Weak(_)) => base.solution.model.clone(),
-        _ => model,
+        Some(Doubt::Weak(_)) => without_effects.solution.model.clone(),
+        _ => last.solution.model.clone(),
     };
-    Findings { base, first, chosen, last, equal, posterior, invisible, swing, again, verdict, doubt, model }
+    let start = without_effects.clone();
+    let named = found
+        .iter()
+        .filter(is_finding)
+        .cloned()
+        .chain(chosen.into_iter().filter(|c| !small_compliance(problem, c)));
+    let chosen = named.collect();
+    let last = Some(last);
+    Findings {
+        base,
+        start,
+        found,
+        first,
+        chosen,
+        last,
+        equal,
+        posterior,
+        invisible,
+        swing,
+        again,
+        verdict,
+        doubt,
+        model,
+    }
 }

@@ -157,10 +157,22 @@ pub struct Report {
 /// Makes the report.
 pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Duration) -> Report {
     let Findings {
-        base, first, chosen, last, equal, invisible, swing, verdict, doubt, model, posterior, ..
+        base,
+        start,
+        first,
+        chosen,
+        last,
+        equal,
+        invisible,
+        swing,
+        verdict,
+        doubt,
+        model,
+        posterior,
+        ..
     } = &findings;
     let named = matches!(verdict, Verdict::Effect | Verdict::Ambiguous);
-    let last = last.as_ref().filter(|_| named).unwrap_or(base);
+    let last = last.as_ref().filter(|_| named).unwrap_or(start);
     let effects: Vec<&'static str> = if named { by_strength(base, chosen) } else { Vec::new() };
     let mut candidates: Vec<CandidateReport> = first.iter().map(|c| candidate(problem, base, c)).collect();
     for c in chosen.iter().filter(|_| named) {
@@ -225,7 +237,7 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
     let mut summary = match &doubt {
         Some((reason, _)) => format!("Nothing can be concluded: {reason}."),
         None if named && problem.noise.of_misfit.is_some() => better_predicted(&effects, equal, &candidates),
-        None => sentence(*verdict, &effects, equal, &candidates, &base.misfit),
+        None => sentence(*verdict, &effects, equal, &candidates, &start.misfit),
     };
     let (reason, would_tell) = doubt.unzip();
     if let Some(swing) = swing {

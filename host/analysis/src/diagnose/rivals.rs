@@ -147,7 +147,9 @@ pub fn find<'a>(
     let doubt = chosen.is_empty().then_some(Doubt::Unrepeated(best));
     let model = at.held.solution.model.clone();
     let findings = Findings {
+        start: base.clone(),
         base,
+        found: Vec::new(),
         first,
         chosen,
         last,

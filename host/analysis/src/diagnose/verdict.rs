@@ -123,6 +123,9 @@ pub struct Signs {
     pub equal: bool,
     /// Friction drifts with the order of trials, and no other effect was chosen.
     pub only_drift: bool,
+    /// Pads are measured to be softer than any fingertip may be without a word, no effect was chosen, and nothing
+    /// large is left or the pads explain enough.
+    pub only_pads: bool,
     /// Forces swing while the object slides, and not in the model.
     pub swings: bool,
     /// Different conditions.
@@ -136,6 +139,7 @@ pub fn verdict(search: Verdict, signs: &Signs, misfit: &Misfit) -> (Verdict, Opt
     let weak = || misfit.places.iter().find(|p| p.size > RELEVANT && p.at_least > 1.0).copied();
     let verdict = match search {
         _ if signs.only_drift => Verdict::Effect,
+        Verdict::NothingMissing | Verdict::Unexplained if signs.only_pads => Verdict::Effect,
         Verdict::Effect if Left::of(misfit).near() && signs.conditions >= FEWEST_CONDITIONS => {
             return (Verdict::Inconclusive, weak().map(Doubt::Weak));
         }

@@ -1,5 +1,5 @@
 //! What measurements show, each notion once: conditions and repetitions, stages and phases of a
-//! trial, contact, sensor offsets, noise, balance of the forces, tolerances of a rigid model.
+//! trial, contact, sensor offsets, pads, noise, balance of the forces, tolerances of a rigid model.
 
 pub mod balance;
 pub mod conditions;
@@ -7,6 +7,7 @@ pub mod contact;
 pub mod force_bands;
 pub mod noise;
 pub mod offsets;
+pub mod pads;
 pub mod phases;
 pub mod sensors;
 pub mod stages;

@@ -6,10 +6,11 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use stickslip_shared::effects::Role;
 use stickslip_shared::effects::formula::{Program, Variable};
-use stickslip_shared::model::{Friction, Model};
+use stickslip_shared::model::{Base, Friction, Model, RIGID_N_M};
 
 use crate::channels::{self, Quantity};
 use crate::evidence::conditions::condition_of;
+use crate::evidence::pads::{self, Pads};
 use crate::evidence::sensors::sensors_or_estimated;
 use crate::fit::features::{Bins, Features};
 use crate::fit::phases;
@@ -67,6 +68,9 @@ pub struct Campaign {
     pub groups: Vec<Group>,
     /// Number of different conditions.
     pub conditions: usize,
+    /// How the pads give way beyond the springs of the model's base, where they do by more than a rigid model may
+    /// be off.
+    pub pads: Option<Pads>,
     /// What was taken for sensors about which nothing is stated, in words; empty where all is.
     pub assumed: Vec<String>,
     /// Trials that could not be prepared, and why.
@@ -121,11 +125,18 @@ impl Campaign {
         for (run, c) in runs.iter_mut().zip(of) {
             run.condition = c;
         }
+        let springs_n_m = match start.base {
+            Base::Hard => RIGID_N_M,
+            Base::Soft { tangential_n_m, .. } => tangential_n_m,
+        };
+        let pads = pads::measured(runs.iter().map(|r| &r.prepared)).filter(Pads::matter);
+        let pads = pads.and_then(|p| p.beyond(springs_n_m));
         let used = sensors_or_estimated(&dataset.description, dataset.trials.iter());
         Self {
             description: Description { sensors: used.sensors, ..dataset.description.clone() },
             assumed: used.taken,
             given: start.friction,
+            pads,
             runs,
             groups,
             conditions: count,

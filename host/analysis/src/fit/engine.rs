@@ -198,7 +198,8 @@ pub fn solve_with(
             };
             let mut trial = model.clone();
             for (k, f) in free.iter().enumerate() {
-                f.set(&mut trial, f.get(&model) + f.limited(&model, x[k]));
+                let (low, high) = problem.bounds(f);
+                f.set(&mut trial, (f.get(&model) + f.limited(&model, x[k])).clamp(low, high));
             }
             let p = problem.predict(&trial);
             let r = problem.residual(&p);

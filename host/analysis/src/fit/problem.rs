@@ -6,6 +6,7 @@
 
 use nalgebra::DVector;
 use rayon::prelude::*;
+use stickslip_shared::effects::{Role, find as find_effect};
 use stickslip_shared::model::{Model, Scene};
 
 use crate::channels::COUNT;
@@ -72,14 +73,14 @@ fn failed(campaign: &Campaign, residuals: &mut [Features]) -> Vec<usize> {
 }
 
 /// Floor of what fingers and pusher bear together at rest, all but the push itself, and of how two
-/// fingers share the weight by friction before anything has slid.
-fn shared_weight(scene: &Scene<f64>, push: Option<usize>, feature: usize) -> f64 {
+/// fingers share the weight by friction before anything has slid. `touches`: the pusher does at the start, as an
+/// edge under an object that sank into its pads.
+fn shared_weight(scene: &Scene<f64>, (push, touches): (Option<usize>, bool), feature: usize) -> f64 {
     let channel = feature / BINS;
+    let with_pusher = scene.pusher.is_some() && matches!(channel, 7..=11 | 18..=23) && push != Some(channel);
     let shared = match Phase::of(feature % BINS) {
-        Phase::Pause | Phase::After => {
-            scene.pusher.is_some() && matches!(channel, 7..=11 | 18..=23) && push != Some(channel)
-        }
-        Phase::Before => matches!(channel, 12 | 14 | 16),
+        Phase::Pause | Phase::After => with_pusher,
+        Phase::Before => matches!(channel, 12 | 14 | 16) || touches && with_pusher,
         _ => false,
     };
     if scene.fingers.is_none() || !shared {
@@ -147,7 +148,7 @@ impl<'a> Problem<'a> {
             let mean = noise::mean(group.runs.iter().map(|r| &residuals[*r]));
             let first = &campaign.runs[group.runs[0]];
             let ranges = first.bins.ranges(&first.prepared.simulate_every(model, first.stride));
-            let push = push_channel(&first.prepared);
+            let push = (push_channel(&first.prepared), first.prepared.pusher_touches(2.0 * RIGID.position_m));
             let path = RIGID.of_path * first.prepared.drive_path();
             let floor2: Vec<f64> = (0..FEATURES)
                 .map(|f| {
@@ -244,13 +245,33 @@ impl<'a> Problem<'a> {
             .collect()
     }
 
-    /// Mean and precision of the prior of a parameter that has one: friction, about the value given.
+    /// Where a fit may take a parameter: the bounds of its description, and of pads what is read off.
+    pub fn bounds(&self, free: &Free) -> (f64, f64) {
+        let (low, high) = free.bounds();
+        match self.of_pads(free) {
+            Some((_, [least, most])) => (low.max(least), high.min(most)),
+            None => (low, high),
+        }
+    }
+
+    /// What is read off of a parameter of the pads.
+    fn of_pads(&self, free: &Free) -> Option<(f64, [f64; 2])> {
+        let Free::Effect { of, effect, .. } = free else { return None };
+        let is_pads = matches!(find_effect(effect)?.role, Role::Compliance { .. });
+        self.campaign.pads.filter(|_| is_pads)?.expected(of.name)
+    }
+
+    /// Mean and precision of the prior of a parameter that has one: friction, about the value given, and the
+    /// pads, about what is read off.
     pub fn prior(&self, free: &Free) -> Option<(f64, f64)> {
         let k = match free {
             Free::FingerFriction => 0,
             Free::PusherFriction => 1,
             Free::SupportFriction => 2,
-            Free::Effect { .. } => return None,
+            Free::Effect { .. } => {
+                let (mean, [low, high]) = self.of_pads(free)?;
+                return Some((mean, 16.0 / (high - low).powi(2)));
+            }
         };
         let given = self.campaign.given;
         let mean = [given.finger, given.pusher, given.support][k];

@@ -6,8 +6,11 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use stickslip_shared::cone::SolveStatus;
-use stickslip_shared::contact::SLOTS;
-use stickslip_shared::model::{FingerContact, Model, Object, PusherContact, Scene, Shape, SupportContact};
+use stickslip_shared::contact::{self, Body, Contacts, SLOTS};
+use stickslip_shared::effects::{Effect, Role};
+use stickslip_shared::model::{
+    Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
+};
 use stickslip_shared::shape::inertia;
 use stickslip_shared::step::{Drive, State, StepOutput, step_f64};
 use stickslip_shared::track::{self, Pose, Poses, between_pads, drive_between, seat, settle, support_pose};
@@ -77,6 +80,39 @@ pub struct Simulated {
     pub slip_m_s: Vec<[f64; 2]>,
     /// Normal force of finger 1, finger 2, pusher, support; one for each sample.
     pub normal_n: Vec<[f64; 4]>,
+}
+
+/// Whether contacts of `model` give way.
+fn gives_way(model: &Model<f64>) -> bool {
+    let compliance = |e: &Effect<f64>| e.info().is_some_and(|i| matches!(i.role, Role::Compliance { .. }));
+    matches!(model.base, Base::Soft { .. }) || model.effects.iter().any(compliance)
+}
+
+/// Steps of [`load_springs`] and their time: long against the swing of an object on its pads, which the implicit
+/// step then damps.
+const LOADING_STEPS: usize = 3;
+const LOADING_STEP_S: f64 = 0.02;
+/// How often the object is put back.
+const LOADING_ROUNDS: usize = 3;
+
+/// Loads the springs of pads that give way, and the jaw, as they are where the object was measured at rest:
+/// it is let go, sinks into its pads, and is put back to where it was measured with the springs as they are.
+fn load_springs(scene: &Scene<f64>, model: &Model<f64>, state: &mut State<f64, SLOTS>, drive: &Drive<f64>) {
+    let start = state.clone();
+    let still = Drive { dt_s: LOADING_STEP_S, ..*drive };
+    for _ in 0..LOADING_ROUNDS {
+        for _ in 0..LOADING_STEPS {
+            if step_f64(scene, model, state, &still).status != SolveStatus::Solved {
+                *state = start;
+                return;
+            }
+        }
+        let (slots, jaw_m) = (state.slots, state.jaw_m);
+        *state = State { slots, jaw_m, ..start.clone() };
+        for slot in &mut state.slots {
+            (slot.slip_m, slot.speed_m_s, slot.rest_s) = (0.0, 0.0, 0.0);
+        }
+    }
 }
 
 /// Rig and object of a trial as the model sees them.
@@ -327,6 +363,9 @@ impl Prepared {
             p.position_m += drive.carrier.inverse_transform_vector(&shift);
         }
         settle(&self.scene, model, &mut state, &drive, track::SettlingParams::default());
+        if self.scene.fingers.is_some() && gives_way(model) {
+            load_springs(&self.scene, model, &mut state, &drive);
+        }
         let settled = step_f64(&self.scene, model, &mut state, &drive);
         each(0, &state, &settled, &drive);
         let stride = stride.max(1);
@@ -375,6 +414,21 @@ impl Prepared {
             out.unsolved += 1;
         }
         out.worst_residual_n = out.worst_residual_n.max(step.residual_n);
+    }
+
+    /// Whether the pusher is nearer to the object at the start than `gap_m`.
+    pub fn pusher_touches(&self, gap_m: f64) -> bool {
+        let Some(first) = self.poses.first() else { return false };
+        let still = Poses { t_s: first.t_s + 0.004, ..*first };
+        let origin = first.pusher.map_or_else(Vector3::zeros, |p| p.position_m);
+        let grip_n = self.grip_n.first().copied().unwrap_or(0.0);
+        let Some(drive) = drive_between(first, &still, &origin, grip_n, self.ordinal) else { return false };
+        let model = Model::base(Base::Hard, Friction { finger: 0.0, pusher: 0.0, support: 0.0 });
+        let state: State<f64, SLOTS> =
+            State::held(&self.scene, &model, &drive, self.start.position_m, self.start.rotation);
+        let mut found: Contacts<f64, SLOTS> = heapless::Vec::new();
+        contact::find(&self.scene, &model, &state, &drive, &mut found);
+        found.iter().any(|c| c.body == Body::Pusher && c.gap_m < gap_m)
     }
 
     /// Poses of the prescribed bodies, one for each sample.

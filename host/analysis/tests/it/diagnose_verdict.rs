@@ -55,7 +55,7 @@ fn a_search_ends_in_effects_in_something_unknown_or_in_nothing() {
 #[test]
 fn doubts_and_signs_beside_the_search_decide_in_this_order() {
     use Verdict::{Ambiguous, Effect, Inconclusive, NothingMissing, Unexplained};
-    let quiet = Signs { equal: false, only_drift: false, swings: false, conditions: 6 };
+    let quiet = Signs { equal: false, only_drift: false, only_pads: false, swings: false, conditions: 6 };
     let small = place(3.0, 1.1);
     let one = place(3.0, 0.9);
     for (search, signs, places, expected, doubt) in [
@@ -93,6 +93,8 @@ fn doubts_and_signs_beside_the_search_decide_in_this_order() {
         (Effect, Signs { equal: true, ..quiet }, vec![place(4.1, 1.1)], Ambiguous, None),
         (NothingMissing, Signs { only_drift: true, ..quiet }, vec![small], Effect, None),
         (Unexplained, Signs { only_drift: true, ..quiet }, vec![], Effect, None),
+        (NothingMissing, Signs { only_pads: true, ..quiet }, vec![], Effect, None),
+        (Unexplained, Signs { only_pads: true, ..quiet }, vec![], Effect, None),
         (Unexplained, Signs { equal: true, ..quiet }, vec![], Unexplained, None),
     ] {
         assert_eq!(verdict(search, &signs, &misfit(&places)), (expected, doubt), "{search:?} {signs:?}");

@@ -8,6 +8,7 @@ mod diagnose_verdict;
 mod model_against_rig;
 mod model_file;
 mod module_edges;
+mod pads;
 mod replay;
 mod score;
 mod simulated;

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::commands::fitted::{file_or_default, write};
-use stickslip_analysis::calibrate::{Calibration, Options, Share, calibrate, name};
+use stickslip_analysis::calibrate::{Calibration, Options, PadStiffness, Share, calibrate, name};
 use stickslip_analysis::channels;
 use stickslip_report::terminal::{Output, table};
 
@@ -56,7 +56,7 @@ pub(super) struct Written<'a> {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let file = file_or_default(args.model.as_deref())?;
     let data = stickslip_report::data::read(&args.data, output)?;
-    let options = Options { share: Share::of(args.share), primitive: args.primitive.clone() };
+    let options = Options { share: Share::of(args.share), primitive: args.primitive.clone(), pads: true };
     let report =
         calibrate(&data, &file, &options, output).with_context(|| args.data.display().to_string())?;
     let several = report.primitives.len() > 1;
@@ -111,6 +111,9 @@ fn print(c: &Calibration, output: &Output) {
         friction.add_row([name(e.coefficient).into(), value, range, known.to_string()]);
     }
     output.table(&friction);
+    if let Some(pads) = &c.pads {
+        output.text(pad_words(pads));
+    }
     let mut errors = table(["quantity", "unit", "signal", "before", "calibration", "held out"]);
     let size = |x: f64| if x.is_finite() { format!("{x:.3e}") } else { "-".into() };
     for e in &c.errors {
@@ -142,4 +145,22 @@ fn print(c: &Calibration, output: &Output) {
         output.text(format_args!("- {remark}"));
     }
     output.text("");
+}
+
+fn pad_words(pads: &PadStiffness) -> String {
+    let n_mm = |n_m: f64| format!("{:.0}", 1e-3 * n_m);
+    let range = match pads.high_n_m {
+        Some(high) => format!("{} to {}", n_mm(pads.low_n_m), n_mm(high)),
+        None => format!("at least {}", n_mm(pads.low_n_m)),
+    };
+    let value =
+        pads.tangential_n_m.map_or_else(|| "not told from rigid".into(), |k| format!("{} N/mm", n_mm(k)));
+    let model = match pads.in_model {
+        true => "in the model",
+        false => "within the tolerance of rigid contact: not in the model",
+    };
+    format!(
+        "pads, tangential stiffness of one: {value} ({range}), read off {} loadings; {model}",
+        pads.loadings
+    )
 }

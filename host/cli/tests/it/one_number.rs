@@ -124,7 +124,7 @@ fn noise_floor_contact_and_sensor_offsets_are_the_same_in_check_calibrate_compar
     let calibrated = calibrate(
         data,
         &ModelFile::new(default_model().base, default_model().friction),
-        &calibrate::Options { share: Share::of(1.0), primitive: None },
+        &calibrate::Options { share: Share::of(1.0), primitive: None, pads: false },
         &(),
     )
     .expect("calibrated");

@@ -122,7 +122,9 @@ impl Geometry {
                 if taper != 0.0 {
                     normal = (normal + object.rotation.column(0) * taper).normalize();
                 }
-                Some(Touch { point: *position, normal, depth, along_m: p.x })
+                // The pad gives way, the object does not: what acts on it acts at its surface.
+                let point = position - normal * depth;
+                Some(Touch { point, normal, depth, along_m: p.x })
             }
             Geometry::ObjectOnPlane { normal, distance } => {
                 let point = object.position + object.rotation * position;

@@ -1,0 +1,157 @@
+//! What is known before the search: read off the data without a model of everything else.
+//!
+//! The fingers' pads give way by a measured compliance ([`crate::evidence::pads`]), and repetitions show
+//! whether friction drifts with the order of trials ([`crate::fit::noise`]). Both stand in the model before
+//! any other effect is tried: least squares without them ends in side valleys. Ordinary pads are a property
+//! of every fingertip and are not named; soft ones are.
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use stickslip_shared::effects::{MAX_PARAMETERS, REGISTRY, Role};
+use stickslip_shared::model::{MAX_EFFECTS, Model};
+
+use crate::diagnose::choice::FALSE_ALARM;
+use crate::diagnose::select::{Candidate, Held, Search, explained, hold_out, p_value, total};
+use crate::diagnose::verdict::RELEVANT;
+use crate::fit::campaign::Campaign;
+use crate::fit::problem::Problem;
+use crate::fit::{self, Free};
+use crate::model::candidate::{self, CandidateEffect, Described};
+
+/// Smaller changes of friction over a data set are no drift, in units of [`RELEVANT`].
+const LEAST_DRIFT: f64 = 0.01;
+/// Gauss-Newton steps.
+const STEPS: usize = 5;
+
+/// Where a diagnosis begins.
+pub struct Start<'a> {
+    /// Built around the model that fits best.
+    pub problem: Problem<'a>,
+    /// The model as given, its friction fitted.
+    pub base: Held,
+    /// What stands in the model before the search, each on top of the one before.
+    pub found: Vec<Candidate>,
+    /// Other models from which an effect may start.
+    pub others: Vec<Model<f64>>,
+}
+
+impl Start<'_> {
+    /// With all that was found.
+    pub fn held(&self) -> &Held {
+        self.found.last().map_or(&self.base, |c| &c.held)
+    }
+}
+
+/// Friction of `model` fitted, and the pads where they are measured to give way.
+pub fn start<'a>(campaign: &'a Campaign, model: &Described) -> Start<'a> {
+    let free = free_of(campaign, model);
+    if let Some((trial, padded)) = padded(campaign, &model.model) {
+        let ways = fit::basins(campaign, &padded, &free, STEPS + 1);
+        let problem = Problem::new(campaign, &ways[0]);
+        let mut without = ways[0].clone();
+        let slot = without.effects.len() - 1;
+        candidate::remove(&mut without, slot);
+        let base = hold_out(&problem, fit::solve(&problem, &without, &free, STEPS), free.clone());
+        let pads = with_pads(&problem, &base, &trial, &ways[0]);
+        // Where the model does better without, what was measured is no spring.
+        if total(&pads.held) < total(&base) {
+            let others = ways.into_iter().map(|m| Model { effects: without.effects.clone(), ..m }).collect();
+            return Start { problem, base, found: vec![pads], others };
+        }
+    }
+    let others = fit::basins(campaign, &model.model, &free, STEPS + 1);
+    let problem = Problem::new(campaign, &others[0]);
+    let base = hold_out(&problem, fit::solve(&problem, &others[0], &free, STEPS), free);
+    Start { problem, base, found: Vec::new(), others }
+}
+
+/// Friction, and the parameters of the effects that the model has already.
+fn free_of(campaign: &Campaign, model: &Described) -> Vec<Free> {
+    let effects = model.infos.iter().enumerate().flat_map(|(slot, info)| Free::of_effect(info, slot));
+    fit::base_parameters(campaign).into_iter().chain(effects).collect()
+}
+
+/// `model` with pads as soft as measured, where they matter and the model has none.
+fn padded(campaign: &Campaign, model: &Model<f64>) -> Option<(CandidateEffect, Model<f64>)> {
+    let pads = campaign.pads?;
+    let trial = compliance()?;
+    let has = model.effects.iter().any(|e| e.code == trial.info.code) || model.effects.len() >= MAX_EFFECTS;
+    let mut parameters = [0.0; MAX_PARAMETERS];
+    for (to, of) in parameters.iter_mut().zip(trial.info.parameters) {
+        *to = pads.expected(of.name)?.0;
+    }
+    (!has).then(|| (trial.clone(), trial.on(model, parameters)))
+}
+
+fn compliance() -> Option<CandidateEffect> {
+    CandidateEffect::listed().into_iter().find(|t| matches!(t.info.role, Role::Compliance { .. }))
+}
+
+/// The pads of `start`, which has them as its last effect, fitted on top of `base`.
+fn with_pads(problem: &Problem, base: &Held, trial: &CandidateEffect, start: &Model<f64>) -> Candidate {
+    let mut free = base.free.clone();
+    free.extend(Free::of_effect(trial.info, start.effects.len() - 1));
+    let held = hold_out(problem, fit::solve(problem, start, &free, STEPS), free);
+    let explained = explained(&base.misfit, &held.misfit);
+    let p_value = p_value(&base.loss, &held.loss);
+    Candidate { info: trial.info, held, p_value, explained, starts: Vec::new(), searched: Search::Thorough }
+}
+
+/// What was `found` around another model, fitted anew on `base` in `problem`.
+pub fn again(problem: &Problem, base: &Held, found: &[Candidate]) -> Vec<Candidate> {
+    let Some(pads) = found.iter().find(|c| matches!(c.info.role, Role::Compliance { .. })) else {
+        return Vec::new();
+    };
+    let effect = pads.held.solution.model.effects.last().copied();
+    let Some((trial, effect)) = compliance().zip(effect) else { return Vec::new() };
+    vec![with_pads(problem, base, &trial, &trial.on(&base.solution.model, effect.parameters))]
+}
+
+/// Where repetitions show that friction drifts with the order of trials: the start built
+/// anew around a model that has the drift (its noise is smaller). Means of
+/// repetitions made at different times would hide it from all that follows.
+pub fn drifting<'a>(start: Start<'a>) -> Start<'a> {
+    let Some(around) = drift(&start) else { return start };
+    around
+}
+
+fn drift<'a>(start: &Start<'a>) -> Option<Start<'a>> {
+    let problem = &start.problem;
+    let crate::fit::noise::Drift { change, per_trial, t } = problem.noise.drift;
+    let level = FALSE_ALARM / REGISTRY.len() as f64;
+    let freedom = problem.noise.freedom.checked_sub(1).filter(|f| *f > 0)? as f64;
+    let chance = 2.0 * StudentsT::new(0.0, 1.0, freedom).ok()?.sf(t.abs());
+    if chance > level || change.abs() < RELEVANT * problem.noise.friction[0].max(LEAST_DRIFT) {
+        return None;
+    }
+    let wear = CandidateEffect::listed().into_iter().find(|t| t.info.role == Role::Order)?;
+    let held = start.held();
+    let model = &held.solution.model;
+    if model.effects.iter().any(|e| e.code == wear.info.code) || model.effects.len() >= MAX_EFFECTS {
+        return None;
+    }
+    let mut parameters = [0.0; MAX_PARAMETERS];
+    parameters[0] = per_trial;
+    let drifted = wear.on(model, parameters);
+    let mut free = held.free.clone();
+    free.extend(Free::of_effect(wear.info, model.effects.len()));
+    let with = fit::solve_with(problem, &drifted, &free, STEPS, &held.solution.columns);
+    let around = Problem::new(problem.campaign, &with.model);
+    let fitted = |model: &Model<f64>, free: &[Free]| {
+        hold_out(&around, fit::solve(&around, model, free, STEPS), free.to_vec())
+    };
+    let base = fitted(&start.base.solution.model, &start.base.free);
+    let mut found = again(&around, &base, &start.found);
+    let with = fitted(&with.model, &free);
+    let before = found.last().map_or(&base, |c| &c.held);
+    let explained = explained(&before.misfit, &with.misfit);
+    let searched = Search::Thorough;
+    found.push(Candidate {
+        info: wear.info,
+        held: with,
+        p_value: chance,
+        explained,
+        starts: Vec::new(),
+        searched,
+    });
+    Some(Start { problem: around, base, found, others: Vec::new() })
+}

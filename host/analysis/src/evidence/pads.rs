@@ -1,0 +1,209 @@
+//! How the fingers' pads give way before they slide, read off the measurements without any model.
+//!
+//! While an object is held between two pads and loaded, it moves in the grasp by the load over the
+//! stiffness of both: `u = F c / 2` across, `turn = T c / (2 r^2)` about the closing direction, with `c`
+//! the compliance of one whole pad and `r^2` its mean square radius (Johnson 1985, 3.7 and 7.2, here a
+//! layer of springs). Both sides are measured, so the slope of displacement against load is the compliance,
+//! whatever friction, pusher or plan are. Loads up to [`LOADED`] of a trial's largest count: beyond it the
+//! rim slides. The answer is the weighted median of all slopes: a pad that slides early or a wrong contact
+//! decides nothing.
+
+use nalgebra::Vector3;
+use stickslip_shared::model::FingerContact;
+
+use crate::channels::Signals;
+use crate::evidence::contact;
+use crate::evidence::statistics::quantile;
+use crate::evidence::tolerance::RIGID;
+use crate::run::simulate::Prepared;
+
+/// Share of a trial's largest load up to which pads stick as a whole, about.
+const LOADED: f64 = 0.5;
+/// Time before contact that tells where the object rests, s.
+const REST_S: f64 = 0.05;
+/// Fewest trials.
+const FEWEST: usize = 4;
+/// A compliance of fewer standard deviations is not told from none.
+const TOLD: f64 = 3.0;
+/// Loads below this many standard deviations of their noise tell nothing.
+const LOUD: f64 = 10.0;
+
+/// Compliance of one pad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pads {
+    /// Tangential displacement of one whole pad for each newton on it, m/N.
+    pub tangential_m_n: f64,
+    /// Standard deviation of that, m/N.
+    pub sd_m_n: f64,
+    /// Largest force on both pads together, N.
+    pub largest_n: f64,
+    /// Loadings that it was found from: of a trial, one for each direction that is loaded.
+    pub loadings: usize,
+}
+
+/// Factor by which a pad's springs may differ from what was read off: second rig, 20 data sets, all but two of
+/// those whose clocks agree within a sample are within 1.5.
+pub const SPRINGS: f64 = 2.0;
+/// A pad's normal compliance over its tangential one, and the range: a layer is pressed in less than it is
+/// sheared, a bonded one much less.
+const NORMAL: f64 = 0.5;
+const NORMAL_RANGE: [f64; 2] = [0.05, 1.0];
+
+impl Pads {
+    /// What to expect of a pad's parameter, by its name: value and range.
+    #[must_use]
+    pub fn expected(&self, name: &str) -> Option<(f64, [f64; 2])> {
+        let c = self.tangential_m_n;
+        match name {
+            "tangential_m_n" => Some((c, [c / SPRINGS, c * SPRINGS])),
+            "normal_m_n" => Some((NORMAL * c, NORMAL_RANGE.map(|share| share * c))),
+            _ => None,
+        }
+    }
+
+    /// Whether the pads give way by more than chance, and move the object by more than a rigid model may be off.
+    #[must_use]
+    pub fn matter(&self) -> bool {
+        self.give_way() && self.moves_m() > RIGID.position_m
+    }
+
+    /// How far the largest force moves the object before it slides, m.
+    #[must_use]
+    pub fn moves_m(&self) -> f64 {
+        0.5 * self.tangential_m_n * self.largest_n
+    }
+
+    /// In series with springs of `stiffness_n_m`, a whole contact's, that a model has already; `None` where these
+    /// give way by as much.
+    #[must_use]
+    pub fn beyond(self, stiffness_n_m: f64) -> Option<Self> {
+        let tangential_m_n = self.tangential_m_n - 1.0 / stiffness_n_m;
+        (tangential_m_n > 0.0).then_some(Self { tangential_m_n, ..self })
+    }
+
+    /// Whether the pads give way by more than chance.
+    #[must_use]
+    pub fn give_way(&self) -> bool {
+        self.tangential_m_n > TOLD * self.sd_m_n
+    }
+}
+
+/// One loading: compliance of a pad and its variance.
+struct Slope {
+    compliance_m_n: f64,
+    variance: f64,
+    /// Largest load of the trial, N; zero for a torque.
+    largest_n: f64,
+}
+
+/// Compliance of the pads in `trials`; `None` where fewer than four loadings of a grasp are measured.
+#[must_use]
+pub fn measured<'a>(trials: impl Iterator<Item = &'a Prepared>) -> Option<Pads> {
+    let slopes: Vec<Slope> = trials.flat_map(loadings).collect();
+    if slopes.len() < FEWEST {
+        return None;
+    }
+    // No loading is known better than a tenth of them: what is common to it (a rim that slides) is no noise.
+    let certain = quantile(slopes.iter().map(|s| s.variance).collect(), 0.1)?;
+    let weights: Vec<f64> = slopes.iter().map(|s| 1.0 / (s.variance + certain)).collect();
+    let total: f64 = weights.iter().sum();
+    let mut order: Vec<usize> = (0..slopes.len()).collect();
+    order.sort_by(|a, b| slopes[*a].compliance_m_n.total_cmp(&slopes[*b].compliance_m_n));
+    let mut below = 0.0;
+    let middle = order.iter().find(|k| {
+        below += weights[**k];
+        below >= 0.5 * total
+    })?;
+    let tangential_m_n = slopes[*middle].compliance_m_n;
+    // A median's variance is that of the mean of signs over twice the density, which the weighted
+    // deviations give: 1.48 for the standard deviation, 1.25 for the median.
+    let deviation = |s: &Slope| (s.compliance_m_n - tangential_m_n).abs();
+    let mut near = 0.0;
+    let mut by_deviation: Vec<usize> = (0..slopes.len()).collect();
+    by_deviation.sort_by(|a, b| deviation(&slopes[*a]).total_cmp(&deviation(&slopes[*b])));
+    let half = by_deviation.iter().find(|k| {
+        near += weights[**k];
+        near >= 0.5 * total
+    })?;
+    let effective = total * total / weights.iter().map(|w| w * w).sum::<f64>();
+    let sd_m_n = 1.25 * 1.48 * deviation(&slopes[*half]) / effective.sqrt();
+    let largest_n = slopes.iter().map(|s| s.largest_n).fold(0.0, f64::max);
+    Some(Pads { tangential_m_n, sd_m_n, largest_n, loadings: slopes.len() })
+}
+
+/// Load and displacement of a grasp at one sample: along gripper X, along Z and about Y.
+type Loaded = [(f64, f64); 3];
+
+fn loadings(trial: &Prepared) -> Vec<Slope> {
+    let Some(fingers) = &trial.scene.fingers else { return Vec::new() };
+    let mean_square_m2 = match fingers {
+        FingerContact::Disc { diameter_m } => diameter_m * diameter_m / 8.0,
+        FingerContact::Line { length_m } => length_m * length_m / 12.0,
+        FingerContact::Point => 0.0,
+    };
+    let Some(Some(touch)) = contact::measured(&trial.t_s, &trial.measured) else { return Vec::new() };
+    let from = trial.t_s.partition_point(|t| *t < trial.t_s[touch] - REST_S);
+    let Some(rest) = mean_of(&trial.measured[from.min(touch)..touch]) else { return Vec::new() };
+    let loaded: Vec<Option<Loaded>> = trial.measured.iter().map(|s| loaded(s, &rest)).collect();
+    // Of one pad: half of the load, and a turn at its radius.
+    let scale = [2.0, 2.0, 2.0 * mean_square_m2];
+    (0..3)
+        .filter(|k| scale[*k] > 0.0)
+        .filter_map(|k| {
+            let pairs: Vec<Option<(f64, f64)>> = loaded.iter().map(|l| l.map(|l| l[k])).collect();
+            let slope = slope(&pairs, from, touch, scale[k])?;
+            Some(if k == 2 { Slope { largest_n: 0.0, ..slope } } else { slope })
+        })
+        .collect()
+}
+
+/// Mean of samples in which object and fingers are measured.
+fn mean_of(samples: &[Signals]) -> Option<Signals> {
+    let known: Vec<&Signals> = samples.iter().filter(|s| s[..18].iter().all(|x| x.is_finite())).collect();
+    let count = known.len() as f64;
+    let mean = |k: usize| known.iter().map(|s| s[k]).sum::<f64>() / count;
+    (known.len() > 2).then(|| std::array::from_fn(mean))
+}
+
+/// Load since `rest`, and how far the object's material between the pads has moved since.
+fn loaded(sample: &Signals, rest: &Signals) -> Option<Loaded> {
+    if sample[..18].iter().any(|x| !x.is_finite()) {
+        return None;
+    }
+    let vector = |s: &Signals, at: usize| Vector3::new(s[at], s[at + 1], s[at + 2]);
+    let turn = vector(sample, 3) - vector(rest, 3);
+    let moved = vector(sample, 0) - vector(rest, 0) - turn.cross(&vector(rest, 0));
+    let both = |at: usize| {
+        let sum = |s: &Signals| vector(s, at) + vector(s, at + 6);
+        sum(sample) - sum(rest)
+    };
+    let (force, torque) = (both(6), both(9));
+    Some([(force.x, moved.x), (force.z, moved.z), (torque.y, turn.y)])
+}
+
+/// Slope of displacement against load from rest to [`LOADED`] of the largest load, times `scale`.
+fn slope(pairs: &[Option<(f64, f64)>], from: usize, touch: usize, scale: f64) -> Option<Slope> {
+    let loads = || pairs.iter().skip(touch).flatten().map(|p| p.0);
+    let largest = loads().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let noise = crate::evidence::noise::white_noise(loads()).unwrap_or(0.0);
+    if largest * LOADED < LOUD * noise || largest <= 0.0 {
+        return None;
+    }
+    let reached = |p: &Option<(f64, f64)>| p.is_some_and(|p| p.0.abs() > LOADED * largest);
+    // Without the sample that is beyond: the object may slide there already.
+    let end = touch + pairs.iter().skip(touch).position(reached)?;
+    let points: Vec<(f64, f64)> = pairs[from..end].iter().flatten().copied().collect();
+    let n = points.len() as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
+    let (load, moved) = (mean(|p| p.0), mean(|p| p.1));
+    let spread: f64 = points.iter().map(|p| (p.0 - load).powi(2)).sum();
+    let product: f64 = points.iter().map(|p| (p.0 - load) * (p.1 - moved)).sum();
+    if points.len() < 4 || spread <= 0.0 {
+        return None;
+    }
+    let slope = product / spread;
+    let rest: f64 = points.iter().map(|p| (p.1 - moved - slope * (p.0 - load)).powi(2)).sum();
+    // The pads push against the displacement.
+    let variance = scale * scale * rest / (n - 2.0) / spread;
+    Some(Slope { compliance_m_n: -scale * slope, variance, largest_n: largest })
+}

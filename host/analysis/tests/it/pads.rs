@@ -1,0 +1,77 @@
+//! The compliance of the pads, read off without a model, against the rig's truth.
+
+use stickslip_analysis::calibrate::{Options, calibrate};
+use stickslip_analysis::evidence::pads::{Pads, measured};
+use stickslip_analysis::model::file::ModelFile;
+use stickslip_analysis::run::simulate::{Prepared, prepare};
+use stickslip_data::{Dataset, Trial};
+use stickslip_rig::objects::bench;
+use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Setup, run};
+
+/// Pushes and pivots on pads of `stiffness_n_m`.
+fn trials(stiffness_n_m: f64, primitives: &[Primitive]) -> Vec<Trial> {
+    let description = bench("pads");
+    let mut out = Vec::new();
+    for (at, primitive) in primitives.iter().enumerate() {
+        for (k, grip_n) in [(0, 12.0), (1, 20.0), (2, 28.0)] {
+            let seed = 10 * at as u64 + k;
+            let mut reality = Reality::draw(&description, Nuisance::PAPER, seed);
+            reality.stiffness_n_m = stiffness_n_m;
+            let setup = Setup { description: description.clone(), reality, step_s: STEP_S };
+            let condition =
+                Condition { grip_n, speed_m_s: 0.015, travel: 0.006, ..Condition::new(*primitive, "obj4") };
+            out.push(run(&setup, &condition, k as usize, seed).expect("suits the rig").trial);
+        }
+    }
+    out
+}
+
+fn prepared(trials: &[Trial]) -> Vec<Prepared> {
+    let description = bench("pads");
+    trials.iter().enumerate().map(|(k, t)| prepare(&description, t, k).expect("a scene")).collect()
+}
+
+fn read_off(stiffness_n_m: f64, primitives: &[Primitive]) -> Pads {
+    measured(prepared(&trials(stiffness_n_m, primitives)).iter()).expect("loads are measured")
+}
+
+#[test]
+fn stiffness_of_pads_is_read_off_pushes_and_pivots_within_a_half() {
+    for stiffness_n_m in [1.5e4, 4e4, 1e5] {
+        let pads = read_off(stiffness_n_m, &[Primitive::LinearPush, Primitive::Pivot]);
+        let ratio = pads.tangential_m_n * stiffness_n_m;
+        assert!((1.0 / 1.5..1.5).contains(&ratio), "{stiffness_n_m}: {pads:?}");
+        assert!(pads.matter(), "{stiffness_n_m}: {pads:?}");
+    }
+}
+
+#[test]
+fn pads_as_stiff_as_a_rigid_model_may_be_do_not_matter() {
+    let pads = read_off(3e6, &[Primitive::LinearPush, Primitive::Pivot]);
+    assert!(!pads.matter(), "{pads:?}");
+}
+
+#[test]
+fn nothing_is_read_off_where_nothing_is_gripped() {
+    assert_eq!(measured(prepared(&trials(4e4, &[Primitive::PlanarPush])).iter()), None);
+}
+
+#[test]
+fn a_calibration_reports_soft_pads_and_writes_a_model_that_loads_before_it_slides() {
+    let description = bench("pads");
+    let text = "format = \"stickslip-model/1\"\nbase = \"hard\"\n[friction]\nfinger = 0.4\npusher = 0.25\nsupport = 0.3\n";
+    let given = ModelFile::parse(text, "given").expect("a model");
+    let of = |stiffness_n_m| {
+        let trials = trials(stiffness_n_m, &[Primitive::LinearPush]);
+        let data = Dataset { folder: "pads".into(), description: description.clone(), trials };
+        calibrate(&data, &given, &Options::default(), &()).expect("calibrated")
+    };
+    let soft = of(3e4);
+    let pads = soft.primitives[0].pads.expect("read off");
+    let (low, high) = (pads.low_n_m, pads.high_n_m.expect("not rigid"));
+    assert!(low < 3e4 && 3e4 < high && high < 5.0 * low, "{pads:?}");
+    assert!(pads.in_model);
+    assert_eq!(soft.model.effects[0].id, "contact_compliance");
+    let stiff = of(3e6);
+    assert!(stiff.model.effects.is_empty(), "{:?}", stiff.primitives[0].pads);
+}
