@@ -2,7 +2,6 @@
 
 mod balance;
 mod bench_bad_input;
-mod board_set;
 mod calibration;
 mod command_line;
 mod common;
