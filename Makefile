@@ -74,8 +74,8 @@ soak-program: setup
 soak-short: soak-program ## A minute of it
 	tools/soak.sh $(OUT)/soak 15000
 
-soak: soak-program ## An hour of virtual time with faults on the emulated board (TICKS=900000)
-	tools/soak.sh $(OUT)/soak $(or $(TICKS),900000)
+soak: soak-program ## An hour of virtual time with faults on the emulated board (TICKS=900000, SEED=TICKS)
+	tools/soak.sh $(OUT)/soak $(or $(TICKS),900000) $(SEED)
 
 firmware: ## Firmware for the emulated board
 	cargo build -p stickslip-firmware --bin stickslip-firmware --features mps2-an386,pyramids $(QEMU_BUILD)

@@ -11,10 +11,12 @@ fn main() {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     for (feature, map) in BOARDS {
         if env::var_os(feature).is_some() {
-            let map = here.join(map);
-            // The workspace's memory.x includes it by this name.
-            fs::copy(&map, out.join("board-memory.x")).expect("the board has a memory map");
-            println!("cargo:rerun-if-changed={}", map.display());
+            // The workspace's memory.x includes them by this name.
+            let parts = [map, "fast.x"].map(|part| {
+                println!("cargo:rerun-if-changed={}", here.join(part).display());
+                fs::read_to_string(here.join(part)).expect("the board has a memory map")
+            });
+            fs::write(out.join("board-memory.x"), parts.concat()).expect("OUT_DIR can be written");
             println!("cargo:rustc-link-search={}", out.display());
         }
     }

@@ -8,6 +8,7 @@
 
 pub mod board;
 pub mod control;
+mod fast;
 pub mod link;
 pub mod post_mortem;
 pub mod queue;

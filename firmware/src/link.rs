@@ -28,6 +28,8 @@ pub struct Link {
     post_mortem: Option<PostMortem>,
     stored: Stored,
     recalled: Recalled,
+    /// Checksum of the scene of the model that was accepted last.
+    scene_crc: u32,
     /// As commanded so far; the control task has the same.
     settings: Settings,
 }
@@ -43,6 +45,7 @@ impl Link {
             post_mortem,
             stored,
             recalled: Recalled::NoMemory,
+            scene_crc: 0,
             settings: Settings::default(),
         }
     }
@@ -50,6 +53,7 @@ impl Link {
     /// Reads what was stored, the model into `slot`.
     pub fn recall(&mut self, slot: &mut Slot) -> Recalled {
         (self.settings, self.recalled) = self.stored.recall(&mut self.upload, slot);
+        self.scene_crc = slot.scene_crc;
         crate::sensors::assign(&self.settings.sensors);
         self.recalled
     }
@@ -245,11 +249,21 @@ impl Link {
 
     fn commit(&mut self, commit: &wire::ModelCommit) -> Answer {
         let slot = SPARE.try_receive().ok_or(Refusal::Busy)?;
-        match self.upload.commit(commit, &mut slot.package) {
-            Ok(()) => {
-                slot.crc = commit.crc;
+        let scene = self.upload.commit(commit, &mut slot.package).and_then(|scene_crc| {
+            // What is grasped does not become another object, nor the rig another one.
+            if mode() == Mode::Running && scene_crc != self.scene_crc {
+                return Err(Refusal::OtherScene);
+            }
+            Ok(scene_crc)
+        });
+        match scene {
+            Ok(scene_crc) => {
+                (slot.crc, slot.scene_crc) = (commit.crc, scene_crc);
                 match COMMANDS.try_send(Command::Install(slot)) {
-                    Ok(()) => Ok(()),
+                    Ok(()) => {
+                        self.scene_crc = scene_crc;
+                        Ok(())
+                    }
                     Err(command) => {
                         if let Command::Install(slot) = command {
                             let _ = SPARE.try_send(slot);
@@ -259,6 +273,7 @@ impl Link {
                 }
             }
             Err(refusal) => {
+                slot.package = None;
                 let _ = SPARE.try_send(slot);
                 Err(refusal)
             }

@@ -26,10 +26,7 @@ async fn transmit(tx: board::Tx) -> ! {
 
 #[cfg(feature = "nucleo-g474re")]
 #[embassy_executor::task]
-async fn serial_sensor(
-    rx: embassy_stm32::usart::BufferedUartRx<'static>,
-    tx: embassy_stm32::usart::BufferedUartTx<'static>,
-) -> ! {
+async fn serial_sensor(rx: board::SensorRx, tx: board::SensorTx) -> ! {
     stickslip_firmware::sensors::serial(rx, tx).await
 }
 

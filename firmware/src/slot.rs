@@ -11,13 +11,15 @@ use stickslip_shared::wire::ModelPackage;
 pub struct Slot {
     /// `None` before the first.
     pub package: Option<ModelPackage>,
-    /// CRC-32 of its bytes.
+    /// CRC-32 of its bytes, and of those of its scene.
     pub crc: u32,
+    /// See `crc`.
+    pub scene_crc: u32,
 }
 
 impl Slot {
     /// Without a model.
     pub const fn new() -> Self {
-        Self { package: None, crc: 0 }
+        Self { package: None, crc: 0, scene_crc: 0 }
     }
 }

@@ -18,6 +18,11 @@ impl Counter {
         let next = |now: u32| Some(now.saturating_add(more));
         let _ = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, next);
     }
+    /// What another counter says.
+    #[cfg(feature = "pyramids")]
+    pub fn set(&self, count: u32) {
+        self.0.store(count, Ordering::Relaxed);
+    }
     /// The count.
     pub fn get(&self) -> u32 {
         self.0.load(Ordering::Relaxed)
@@ -46,6 +51,8 @@ pub struct Counters {
     pub model_swaps: Counter,
     pub solver_marks: Counter,
     pub sensor_marks: Counter,
+    pub witnessed: Counter,
+    pub witness_apart: Counter,
     pub readings_damaged: Counter,
     pub readings_dropped: Counter,
     pub frames_unsent: Counter,
@@ -74,6 +81,8 @@ pub static COUNTERS: Counters = Counters {
     model_swaps: Counter::new(),
     solver_marks: Counter::new(),
     sensor_marks: Counter::new(),
+    witnessed: Counter::new(),
+    witness_apart: Counter::new(),
     readings_damaged: Counter::new(),
     readings_dropped: Counter::new(),
     frames_unsent: Counter::new(),
@@ -117,6 +126,8 @@ impl Counters {
             model_swaps: self.model_swaps.get(),
             solver_marks: self.solver_marks.get(),
             sensor_marks: self.sensor_marks.get(),
+            witnessed: self.witnessed.get(),
+            witness_apart: self.witness_apart.get(),
             readings_damaged: self.readings_damaged.get(),
             readings_dropped: self.readings_dropped.get(),
             frames_unsent: self.frames_unsent.get(),

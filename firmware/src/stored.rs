@@ -34,8 +34,8 @@ impl Stored {
         let recalled = match block_on(memory.model()) {
             Ok(None) => Recalled::Done,
             Ok(Some(bytes)) => match upload.of_memory(&bytes, &mut slot.package) {
-                Ok(crc) => {
-                    slot.crc = crc;
+                Ok([crc, scene_crc]) => {
+                    (slot.crc, slot.scene_crc) = (crc, scene_crc);
                     Recalled::Done
                 }
                 Err(_) => Recalled::Unusable,

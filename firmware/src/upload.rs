@@ -3,7 +3,7 @@
 use heapless::Vec;
 use stickslip_shared::on_board;
 use stickslip_shared::wire::frame::crc32;
-use stickslip_shared::wire::package::decode;
+use stickslip_shared::wire::package::decode_in_parts;
 use stickslip_shared::wire::{MAX_MODEL_BYTES, ModelChunk, ModelCommit, ModelPackage, Refusal};
 
 /// Bytes received so far.
@@ -29,12 +29,12 @@ impl Upload {
             .map_err(|_| Refusal::TooLarge { limit: short(MAX_MODEL_BYTES) })
     }
 
-    /// Decodes what was received into `place`, which is empty where that fails.
+    /// Decodes what was received into `place`, which is empty where that fails; the checksum of its scene.
     ///
     /// # Errors
     /// Length or checksum differ from the announced, the bytes are not a scene and a
     /// model, or the model cannot be run here.
-    pub fn commit(&self, commit: &ModelCommit, place: &mut Option<ModelPackage>) -> Result<(), Refusal> {
+    pub fn commit(&self, commit: &ModelCommit, place: &mut Option<ModelPackage>) -> Result<u32, Refusal> {
         *place = None;
         if self.bytes.len() != usize::from(commit.length) {
             return Err(Refusal::Length { received: short(self.bytes.len()) });
@@ -43,18 +43,20 @@ impl Upload {
         if received != commit.crc {
             return Err(Refusal::Crc { received });
         }
-        *place = Some(checked(&self.bytes)?);
-        Ok(())
+        let (package, scene) = checked(&self.bytes)?;
+        *place = Some(package);
+        Ok(scene)
     }
 
-    /// A model that was stored, as if it had been sent; its checksum.
+    /// A model that was stored, as if it had been sent; its checksum and its scene's.
     ///
     /// # Errors
     /// As [`Self::commit`].
-    pub fn of_memory(&mut self, bytes: &[u8], place: &mut Option<ModelPackage>) -> Result<u32, Refusal> {
-        *place = Some(checked(bytes)?);
+    pub fn of_memory(&mut self, bytes: &[u8], place: &mut Option<ModelPackage>) -> Result<[u32; 2], Refusal> {
+        let (package, scene) = checked(bytes)?;
+        *place = Some(package);
         self.bytes.clear();
-        Ok(crc32(bytes))
+        Ok([crc32(bytes), scene])
     }
 
     /// What was received.
@@ -69,10 +71,10 @@ impl Upload {
 }
 
 #[inline(never)]
-fn checked(bytes: &[u8]) -> Result<ModelPackage, Refusal> {
-    let package = decode(bytes).ok_or(Refusal::Undecodable)?;
+fn checked(bytes: &[u8]) -> Result<(ModelPackage, u32), Refusal> {
+    let (package, scene) = decode_in_parts(bytes).ok_or(Refusal::Undecodable)?;
     on_board::check(&package).map_err(Refusal::Model)?;
-    Ok(package)
+    Ok((package, crc32(bytes.get(..scene).unwrap_or_default())))
 }
 
 fn short(length: usize) -> u16 {

@@ -18,6 +18,23 @@ pub(crate) struct Factors<R, const ND: usize> {
     exchanged: [u8; ND],
 }
 
+/// Factors of an earlier solve: while the points do the same, they serve again.
+#[derive(Clone, Copy, Debug)]
+pub struct Kept<R> {
+    pub(crate) factors: Factors<R, DOF>,
+    /// Of what the points did when they were made, in which formulation.
+    pub(crate) modes: u32,
+    /// Zero: there are none.
+    pub(crate) dt_s: R,
+}
+
+impl<R: Real> Kept<R> {
+    /// None.
+    pub fn nothing() -> Self {
+        Self { factors: Factors::none(), modes: 0, dt_s: R::zero() }
+    }
+}
+
 impl<R: Real, const ND: usize> Factors<R, ND> {
     /// Of nothing yet.
     pub(crate) fn none() -> Self {

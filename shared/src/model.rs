@@ -189,6 +189,10 @@ pub struct Model<R: Real> {
     /// How friction enters the step; independent of base and effects.
     #[serde(default)]
     pub formulation: Formulation,
+    /// Whether the other formulation makes each step once more, as a witness, where a tick has work left
+    /// ([`crate::predictor::Testimony`]). What is predicted does not depend on it.
+    #[serde(default)]
+    pub witness: bool,
     /// Friction coefficients of the base model.
     pub friction: Friction<R>,
     /// Effects on top of the base, applied in this order.
@@ -201,7 +205,7 @@ impl<R: Real> Model<R> {
     /// The base contact law alone.
     pub fn base(base: Base<R>, friction: Friction<R>) -> Self {
         let formulation = Formulation::default();
-        Self { base, formulation, friction, effects: Vec::new(), formulas: Vec::new() }
+        Self { base, formulation, witness: false, friction, effects: Vec::new(), formulas: Vec::new() }
     }
 }
 
@@ -270,6 +274,7 @@ impl<R: Real> Model<R> {
         Model {
             base,
             formulation: self.formulation,
+            witness: self.witness,
             friction,
             effects: self
                 .effects

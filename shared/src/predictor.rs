@@ -37,6 +37,8 @@ mod start;
 mod tracked;
 pub mod types;
 pub mod validate;
+#[cfg(feature = "pyramids")]
+mod witness;
 
 pub use params::Params;
 pub use plan::{Intent, MAX_SEGMENTS, Plan, Segment};
@@ -44,6 +46,8 @@ pub use types::{
     FingerPrediction, HASH_START, Limits, Prediction, Sample, Slip, SolverStatus, flags, validity,
 };
 pub use validate::{Limit, ModelError, validate, validate_limits};
+#[cfg(feature = "pyramids")]
+pub use witness::Testimony;
 
 use crate::cone::Kept;
 use crate::effect::MEMORY;
@@ -59,6 +63,9 @@ use context::Context;
 use follow::Unfollowed;
 use patch::{patch_arm, sliding_share, torsion_arm};
 use tracked::Tracked;
+
+/// No gripper presses harder; what says so is no sample.
+const MOST_GRIP_N: f64 = 1e4;
 
 /// The predictor: parameters, plan and the state of the tracked object.
 #[derive(Clone, Debug)]
@@ -93,6 +100,8 @@ impl<R: Real> Predictor<R> {
                 trial: R::zero(),
                 last: Prediction::default(),
                 work: 0,
+                #[cfg(feature = "pyramids")]
+                testimony: Testimony::default(),
             },
             tracked: None,
         }
@@ -156,6 +165,12 @@ impl<R: Real> Predictor<R> {
         self.context.work
     }
 
+    /// What the other formulation said of the steps, where the model asks for it (`Model::witness`).
+    #[cfg(feature = "pyramids")]
+    pub fn testimony(&self) -> Testimony {
+        self.context.testimony
+    }
+
     /// Replaces the plan from the next tick on.
     pub fn set_plan(&mut self, plan: Plan) {
         self.context.plan = plan;
@@ -210,7 +225,7 @@ impl<R: Real> Predictor<R> {
     /// One tick. Never panics; work is bounded.
     pub fn tick(&mut self, sample: &Sample<R>) -> Prediction {
         let mut doubt = 0;
-        if !sample.t_s.finite() || !sample.grip_cmd_n.finite() {
+        if !sample.t_s.finite() || !(sample.grip_cmd_n.abs() <= R::of(MOST_GRIP_N)) {
             return self.context.repeat(validity::SAMPLE);
         }
         let elapsed = self.tracked.as_ref().map(|t| sample.t_s - t.poses.t_s);

@@ -1,17 +1,20 @@
 //! The work of a tick, counted in evaluations of the momentum balance, not in time: both sides stop
 //! at the same place.
 
-use crate::cone::{FACTORS_WORK, FIXED_POINTS, SolveBudget, USUAL_POINTS};
 use crate::real::Real;
+#[cfg(feature = "pyramids")]
+use crate::solve::PYRAMIDS_COST;
+use crate::solve::{FACTORS_WORK, FIXED_POINTS, LEAST_WORK, SolveBudget, USUAL_POINTS};
 use crate::step::StepSummary;
 
-/// Work of a tick beyond which the look-ahead waits for the next one: about half a tick of
-/// the emulated board.
+/// Work with which a tick ends: what is left of it bounds a step of the look-ahead, or of settling. A unit takes at most 2,850
+/// instructions of the emulated board, what a tick does besides its steps 40,000 to 60,000 (docs/lab/tick-cost.md): with
+/// three units that a solve may add, 388,000 of the 400,000 that a tick may take.
+pub(crate) const TICK_WORK: u32 = 112;
+/// Work beyond which the look-ahead waits for the next tick.
 const ENOUGH_WORK: u32 = 68;
-/// Work beyond which not even a first step is begun.
-const MOST_WORK: u32 = 116;
-/// Work with which a tick shall end: what is left of it bounds a step of the look-ahead, or of settling.
-pub(crate) const TICK_WORK: u32 = 150;
+/// Work beyond which not even a first step is begun: no more than its least is left.
+const MOST_WORK: u32 = TICK_WORK - AROUND_WORK - LEAST_WORK;
 /// Work of a step around its solve; each effect adds half a unit a contact point.
 const AROUND_WORK: u32 = 8;
 
@@ -54,6 +57,18 @@ impl Work {
     /// late, but is marked.
     pub fn bounding<R: Real>(&self, options: &SolveBudget<R>, most: u32) -> SolveBudget<R> {
         options.within(most.saturating_sub(self.done.saturating_add(AROUND_WORK)))
+    }
+
+    /// [`Self::bounding`] by the work of a tick.
+    #[cfg(feature = "pyramids")]
+    pub fn bounding_tick<R: Real>(&self, options: &SolveBudget<R>) -> SolveBudget<R> {
+        self.bounding(options, TICK_WORK)
+    }
+
+    /// Whether this tick has room for a step that nothing depends on: the least solve in either formulation.
+    #[cfg(feature = "pyramids")]
+    pub fn has_room(&self) -> bool {
+        self.done + AROUND_WORK + PYRAMIDS_COST * LEAST_WORK <= TICK_WORK
     }
 
     /// Whether this tick has room for a step of the look-ahead. One is done in nearly every

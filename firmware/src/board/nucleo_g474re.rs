@@ -14,16 +14,18 @@ use embassy_stm32::can::{self, CanConfigurator};
 use embassy_stm32::flash::{self as stm32_flash, Blocking};
 use embassy_stm32::gpio::{AnyPin, Level, Output, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_stm32::mode::Async;
 use embassy_stm32::peripherals::{ADC1, ADC2, IWDG};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::low_level::{MasterMode, RoundTo, Timer};
 use embassy_stm32::triggers::TIM3_TRGO;
-use embassy_stm32::usart::{self, BufferedUart, BufferedUartRx, BufferedUartTx};
+use embassy_stm32::usart::{self, RingBufferedUartRx, Uart, UartTx};
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Peri, bind_interrupts, dma, pac, peripherals};
 use static_cell::StaticCell;
 
 use cortex_m_rt::{ExceptionFrame, exception};
+use embedded_io_async::{ErrorType, Read};
 use embedded_storage_async::nor_flash::{self, NorFlash, ReadNorFlash};
 use stickslip_shared::wire::Ending;
 use stickslip_unit::alarm::Lines;
@@ -31,6 +33,7 @@ use stickslip_unit::source::ft300;
 
 use super::{Gauges, ResetCause};
 use crate::sensors::Bus;
+use crate::stats::COUNTERS;
 use crate::{post_mortem, stack};
 
 /// Name that the board reports.
@@ -48,12 +51,16 @@ pub const HAS_CAN: bool = true;
 pub const MEMORY: core::ops::Range<u32> = 0x7_c000..0x8_0000;
 
 bind_interrupts!(struct Irqs {
-    LPUART1 => usart::BufferedInterruptHandler<peripherals::LPUART1>;
-    USART1 => usart::BufferedInterruptHandler<peripherals::USART1>;
+    LPUART1 => usart::InterruptHandler<peripherals::LPUART1>;
+    USART1 => usart::InterruptHandler<peripherals::USART1>;
     FDCAN1_IT0 => can::IT0InterruptHandler<peripherals::FDCAN1>;
     FDCAN1_IT1 => can::IT1InterruptHandler<peripherals::FDCAN1>;
     DMA1_CHANNEL1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
     DMA1_CHANNEL2 => dma::InterruptHandler<peripherals::DMA1_CH2>;
+    DMA1_CHANNEL3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
+    DMA1_CHANNEL4 => dma::InterruptHandler<peripherals::DMA1_CH4>;
+    DMA1_CHANNEL5 => dma::InterruptHandler<peripherals::DMA1_CH5>;
+    DMA1_CHANNEL6 => dma::InterruptHandler<peripherals::DMA1_CH6>;
 });
 
 /// Core cycles since reset.
@@ -61,10 +68,29 @@ pub fn timer() -> u32 {
     DWT::cycle_count()
 }
 
-/// Receiving half of the link.
-pub type Rx = BufferedUartRx<'static>;
-/// Sending half of the link.
-pub type Tx = BufferedUartTx<'static>;
+/// Receiving half of the link: DMA writes what comes into a ring, whatever the processor does.
+pub struct Rx(RingBufferedUartRx<'static>);
+/// Sending half of the link, by DMA.
+pub type Tx = UartTx<'static, Async>;
+/// A sensor's line, receiving and sending, by DMA.
+pub type SensorRx = RingBufferedUartRx<'static>;
+/// See [`SensorRx`].
+pub type SensorTx = UartTx<'static, Async>;
+
+impl ErrorType for Rx {
+    type Error = usart::Error;
+}
+
+impl Read for Rx {
+    async fn read(&mut self, bytes: &mut [u8]) -> Result<usize, usart::Error> {
+        let read = self.0.read(bytes).await;
+        if matches!(read, Err(usart::Error::Overrun)) {
+            // The ring was full, or a byte was not fetched in time; how many were lost nobody knows.
+            COUNTERS.bytes_lost.add(1);
+        }
+        read
+    }
+}
 
 /// Scans of all gauge channels a second: four a tick.
 const SCANS_HZ: u32 = 1000;
@@ -250,7 +276,7 @@ pub struct Board {
     /// For settings.
     pub flash: Option<Flash>,
     /// Line of a sensor.
-    pub sensor: (BufferedUartRx<'static>, BufferedUartTx<'static>),
+    pub sensor: (SensorRx, SensorTx),
     /// Bus of sensors and of the unit's state.
     pub can: CanBus,
     /// Why the processor started.
@@ -330,27 +356,26 @@ pub fn init(_restarted: bool) -> Board {
     let p = embassy_stm32::init(clocks());
     let mut config = usart::Config::default();
     config.baudrate = crate::BAUD;
-    static TX: StaticCell<[u8; 512]> = StaticCell::new();
     // What comes during the dearest tick (4 ms, 400 bytes), twice over.
     static RX: StaticCell<[u8; 1024]> = StaticCell::new();
-    let uart =
-        BufferedUart::new(p.LPUART1, p.PA3, p.PA2, TX.init([0; 512]), RX.init([0; 1024]), Irqs, config);
+    let uart = Uart::new(p.LPUART1, p.PA3, p.PA2, p.DMA1_CH3, p.DMA1_CH4, Irqs, config);
     let Ok(uart) = uart else {
         defmt::error!("LPUART1 does not take {=u32} baud", crate::BAUD);
         halt();
     };
     let (tx, rx) = uart.split();
+    let rx = Rx(rx.into_ring_buffered(RX.init([0; 1024])));
     let mut config = usart::Config::default();
     config.baudrate = ft300::BAUD;
-    static SENSOR_TX: StaticCell<[u8; 64]> = StaticCell::new();
-    // Two ticks of 1,920 bytes a second, and what waits in the dearest.
+    // 33 ms of 1,920 bytes a second.
     static SENSOR_RX: StaticCell<[u8; 64]> = StaticCell::new();
-    let (out, into) = (SENSOR_TX.init([0; 64]), SENSOR_RX.init([0; 64]));
-    let Ok(sensor) = BufferedUart::new(p.USART1, p.PA10, p.PA9, out, into, Irqs, config) else {
+    let sensor = Uart::new(p.USART1, p.PA10, p.PA9, p.DMA1_CH5, p.DMA1_CH6, Irqs, config);
+    let Ok(sensor) = sensor else {
         defmt::error!("USART1 does not take {=u32} baud", ft300::BAUD);
         halt();
     };
     let (sensor_tx, sensor_rx) = sensor.split();
+    let sensor_rx = sensor_rx.into_ring_buffered(SENSOR_RX.init([0; 64]));
     let mut can = CanConfigurator::new(p.FDCAN1, p.PA11, p.PA12, Irqs);
     can.set_config(can_timing(can.config()));
     let can = CanBus(can.into_normal_mode());
@@ -374,9 +399,13 @@ pub fn init(_restarted: bool) -> Board {
         p.PC4.degrade_adc(),
     ];
     let gauges = Channels::start((p.ADC1, p.ADC2), (p.DMA1_CH1, p.DMA1_CH2), p.TIM3, finger1, finger2);
-    // The link's interrupt must not wait for a tick: one byte comes every 10 µs.
+    // They wake tasks below the tick: what comes meanwhile, DMA takes.
     interrupt::LPUART1.set_priority(Priority::P1);
     interrupt::USART1.set_priority(Priority::P2);
+    interrupt::DMA1_CHANNEL3.set_priority(Priority::P1);
+    interrupt::DMA1_CHANNEL4.set_priority(Priority::P1);
+    interrupt::DMA1_CHANNEL5.set_priority(Priority::P2);
+    interrupt::DMA1_CHANNEL6.set_priority(Priority::P2);
     interrupt::FDCAN1_IT0.set_priority(Priority::P2);
     interrupt::UART4.set_priority(Priority::P4);
     interrupt::UART5.set_priority(Priority::P8);

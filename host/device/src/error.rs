@@ -149,6 +149,11 @@ pub fn reason(refusal: &Refusal) -> String {
                 finger + 1
             )
         }
+        Refusal::OtherScene => {
+            "the model is of another scene than the run that goes on (object, pads, pusher, table): stop \
+                                the run first"
+                .into()
+        }
         Refusal::NoMemory => "it has no memory for settings".into(),
         Refusal::NotStored => {
             "its memory could not be written: what was stored before may still be there".into()

@@ -37,14 +37,13 @@ mod params;
 mod patch;
 mod point;
 
+pub use crate::linear::Kept;
 use crate::linear::Vec7;
 use crate::real::{Real, sqrt};
 pub use crate::solve::{
     Answer, Before, Bodies, ContactPoint, DOF, MAX_POINTS, Solution, SolveBudget, SolveStatus, Solved,
 };
-pub(crate) use crate::solve::{FACTORS_WORK, FIXED_POINTS, USUAL_POINTS};
 use heapless::Vec;
-pub use newton::Kept;
 use newton::Problem;
 pub use params::ConeParams;
 use patch::{Bound, Patch};
@@ -80,7 +79,7 @@ impl<R: Real, const NC: usize> Default for Workspace<R, NC> {
 ///
 /// Points beyond [`MAX_POINTS`] make it `BadInput`.
 ///
-/// Never panics; the work is bounded by `options.max_iterations` times the contacts.
+/// Never panics; the work is bounded by `options.max_work` times the contacts.
 pub fn solve<R: Real, const NC: usize>(
     points: &Vec<ContactPoint<R>, NC>,
     bodies: &Bodies<R>,

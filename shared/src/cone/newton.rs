@@ -4,7 +4,7 @@
 use super::params::ConeParams;
 use super::patch::{Bound, Patch, add_jacobian, curvature, find_kinks, subtract_forces};
 use super::point::{Local, modes};
-use crate::linear::{Factors, Vec7};
+use crate::linear::{Kept, Vec7};
 use crate::real::{Real, abs, clamp, max};
 use crate::solve::{DOF, MAX_POINTS, SolveBudget, SolveStatus};
 use heapless::Vec;
@@ -21,23 +21,6 @@ pub(super) struct Residual<R> {
 impl<R: Real> Residual<R> {
     fn tolerance_n(&self, options: &SolveBudget<R>) -> R {
         options.tolerance * self.scale_n + self.rounding_n
-    }
-}
-
-/// Factors of an earlier solve: while the points do the same, they serve again.
-#[derive(Clone, Copy, Debug)]
-pub struct Kept<R> {
-    factors: Factors<R, DOF>,
-    /// Of what the points did when they were made.
-    modes: u32,
-    /// Zero: there are none.
-    dt_s: R,
-}
-
-impl<R: Real> Kept<R> {
-    /// None.
-    pub fn nothing() -> Self {
-        Self { factors: Factors::none(), modes: 0, dt_s: R::zero() }
     }
 }
 
@@ -92,6 +75,11 @@ impl<R: Real> Problem<'_, R> {
         }
         subtract_forces(self.patches, self.points, v, bound, &mut f, &mut scale, &mut rounding);
         Residual { f, scale_n: scale, rounding_n: rounding * self.params.roundings * R::EPSILON }
+    }
+
+    /// Whether the work of the solve is used up, `used` Newton steps among it.
+    fn spent(&self, used: u32, options: &SolveBudget<R>) -> bool {
+        self.evaluations >= options.evaluations_beside(used)
     }
 
     /// Whether the factors at hand were made for what the points do now.
@@ -189,7 +177,7 @@ impl<R: Real> Problem<'_, R> {
             self.normal_bounds(&p.best, &mut bounds);
             let mut relaxation = R::one();
             let mut before = [R::zero(); MAX_POINTS];
-            while p.used < options.max_iterations && self.evaluations < options.max_evaluations {
+            while !self.spent(p.used, options) {
                 let relaxed = self.frozen(p.velocity, &bounds, &mut p.used, options);
                 p.velocity = relaxed;
                 phase = self.newton(&mut p, options, self.params.later_steps);
@@ -238,7 +226,7 @@ impl<R: Real> Problem<'_, R> {
             if solved {
                 return Phase::Solved;
             }
-            if p.used >= options.max_iterations || self.evaluations >= options.max_evaluations {
+            if self.spent(p.used, options) {
                 return Phase::Limit;
             }
             if taken >= steps {
@@ -256,6 +244,9 @@ impl<R: Real> Problem<'_, R> {
                 }
             }
             taken += 1;
+            if self.spent(p.used + 1, options) {
+                return Phase::Limit;
+            }
             p.used += 1;
             if !self.factorise(Bound::Coupled) {
                 return Phase::Singular;
@@ -265,7 +256,7 @@ impl<R: Real> Problem<'_, R> {
             };
             let before = merit(&at.f);
             let (trial, there) = if slope(&at.f, &d) < R::zero() {
-                self.search(&p.velocity, &d, &at.f, Bound::Coupled)
+                self.search(&p.velocity, &d, &at.f, Bound::Coupled, options.evaluations_beside(p.used))
             } else if trusted < self.params.trusted_steps {
                 // Where friction couples strongly to the normal force, the step need not descend.
                 trusted += 1;
@@ -318,6 +309,7 @@ impl<R: Real> Problem<'_, R> {
         d: &Vec7<R>,
         f: &Vec7<R>,
         bound: Bound<'_, R>,
+        most_evaluations: u32,
     ) -> (Vec7<R>, Residual<R>) {
         let zero = R::zero();
         let along = |f: &Vec7<R>| slope(f, d);
@@ -335,6 +327,9 @@ impl<R: Real> Problem<'_, R> {
         // Where the component turns, it mostly does at the kink of one contact.
         find_kinks(self.patches, self.points, v, d, &mut kinks);
         for _ in 0..self.params.search_steps {
+            if self.evaluations >= most_evaluations {
+                break;
+            }
             // Newton's method on the component, which has kinks, kept inside the bracket.
             if turned > zero {
                 high = (step, turned);
@@ -383,7 +378,7 @@ impl<R: Real> Problem<'_, R> {
     /// new matrix costs a fifth of one with it.
     fn polish(&mut self, p: &mut Progress<R>, mut at: Residual<R>, options: &SolveBudget<R>) -> Residual<R> {
         for _ in 0..self.params.polish_steps {
-            if largest(&at.f) <= at.tolerance_n(options) {
+            if largest(&at.f) <= at.tolerance_n(options) || self.spent(p.used, options) {
                 break;
             }
             let Some(d) = self.kept.factors.solve_negative(&at.f) else { break };
@@ -417,8 +412,7 @@ impl<R: Real> Problem<'_, R> {
         let bound = Bound::Frozen(bounds);
         let mut at = self.residual(&v, bound);
         for _ in 0..self.params.frozen_steps {
-            let spent = *used >= options.max_iterations || self.evaluations >= options.max_evaluations;
-            if largest(&at.f) <= at.tolerance_n(options) || spent {
+            if largest(&at.f) <= at.tolerance_n(options) || self.spent(*used + 1, options) {
                 break;
             }
             *used += 1;
@@ -427,7 +421,7 @@ impl<R: Real> Problem<'_, R> {
             let Some(d) = direction else {
                 break;
             };
-            (v, at) = self.search(&v, &d, &at.f, bound);
+            (v, at) = self.search(&v, &d, &at.f, bound, options.evaluations_beside(*used));
         }
         v
     }

@@ -28,6 +28,8 @@
 //!
 //! The parts of a solve are not inlined: the step has several callers, and copies would fill the flash.
 //!
+//! Above 600 lines: every part of a solve works on the points' tracks in place, and they are one course from the guess to the forces.
+//!
 //! Certificate: at the velocity found, forces obey the law of the pyramid by construction, so
 //! the only error is that of the momentum balance in newtons, as for the cone.
 
@@ -39,7 +41,7 @@ mod slide;
 use super::contact::law::{Mode, Track, add_scaled, dot};
 use super::contact::path::{End, Equations, follow};
 use super::contact::polygon::{Polygon, along};
-use crate::linear::{Factors, Mat7, Vec7};
+use crate::linear::{Factors, Kept, Mat7, Vec7};
 use crate::real::{Real, Vec3, abs, max, sqrt};
 use crate::solve::{
     Answer, Before, Bodies, ContactPoint, DOF, MAX_POINTS, Solution, SolveBudget, SolveStatus, Solved,
@@ -82,7 +84,7 @@ pub fn solve<R: Real, const NC: usize>(
     for p in points {
         work.add(p, None);
     }
-    let s = work.solve(bodies, guess, budget, params);
+    let s = work.solve(bodies, guess, budget, params, &mut Kept::nothing());
     Solution::of(&s, work.answers().iter().map(|a| a.force_n).collect())
 }
 
@@ -117,7 +119,8 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         let [k1, k2] = [point.stiffness_n_s_m[1], point.stiffness_n_s_m[2]];
         let c = point.viscous_n_s_m;
         let viscous = if c > zero { c / (max(k1, k2) + c) } else { zero };
-        let point = Point { given: *point, past, factor: [one; 2], first: [one, zero], viscous };
+        let point =
+            Point { given: *point, arm: Vec3::zeros(), past, factor: [one; 2], first: [one, zero], viscous };
         self.lost |= self.points.push(point).is_err();
     }
 
@@ -133,7 +136,8 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         &self.answers
     }
 
-    /// Solves for the velocity at the end of the step, from `guess` (the last step's).
+    /// Solves for the velocity at the end of the step, from `guess` (the last step's); with the factors of that step, where
+    /// `kept` has them and every point does what it did, and leaves its own there.
     ///
     /// A number out of its range is `BadInput`; what is not finite is never `Solved`. Never panics; `iterations` counts factorisations, `evaluations` balances and kinks, which cost
     /// about as much as an evaluation of the cone's balance; both are bounded by `budget`.
@@ -144,6 +148,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         guess: &[R; DOF],
         budget: &SolveBudget<R>,
         params: &PyramidParams<R>,
+        kept: &mut Kept<R>,
     ) -> Solved<R> {
         let budget = budget.bounded_for(self.points.len());
         let mut solved = Solved {
@@ -183,14 +188,45 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         self.add_dampers(&mut inertia.mass);
         let mut equations = Equations::new(&polygon, Some(&inertia.mass));
         let first = if self.points.iter().any(|p| p.past.is_some()) { Start::Before } else { Start::Guess };
+        let mut begun = None;
+        if first == Start::Before && kept.dt_s == bodies.dt_s {
+            let at = self.start(&polygon, &inertial, &inertia, &guess, first);
+            solved.evaluations += 1;
+            if kept.modes == self.modes() {
+                equations.borrow(&kept.factors);
+                let end =
+                    self.repeat(&equations, &inertial, &inertia, &guess, &at, &budget, params, &mut solved);
+                if let Some(velocity) = end {
+                    self.finish(
+                        &mut equations,
+                        &inertial,
+                        &inertia,
+                        velocity,
+                        scale,
+                        &budget,
+                        params,
+                        &mut solved,
+                    );
+                    self.keep(&equations, bodies.dt_s, kept);
+                    return solved;
+                }
+            } else {
+                begun = Some(at);
+            }
+        }
+        kept.dt_s = R::zero();
         for start in [first, Start::Guess, Start::Open] {
             let mut velocity = if start == Start::Open { inertia.free } else { guess };
-            let mut at = self.start(&polygon, &inertial, &inertia, &velocity, start);
+            let mut at = match begun.take() {
+                Some(at) => at,
+                None => self.start(&polygon, &inertial, &inertia, &velocity, start),
+            };
             // A repair that takes longer than a cold start is none.
             let most = if start == Start::Open { 20 } else { 2 } * self.points.len() as u32 + 10;
             for _ in 0..params.paths {
-                let left = budget.max_evaluations.saturating_sub(solved.evaluations);
-                if solved.iterations >= budget.max_iterations || left == 0 {
+                let left =
+                    budget.evaluations_beside(solved.iterations + 1).saturating_sub(solved.evaluations);
+                if left == 0 {
                     solved.status = SolveStatus::IterationLimit;
                     return solved;
                 }
@@ -220,6 +256,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
                         params,
                         &mut solved,
                     );
+                    self.keep(&equations, bodies.dt_s, kept);
                     return solved;
                 }
                 at = self.balance(&inertial, &inertia, &velocity);
@@ -252,7 +289,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
             if solved.residual_n <= tolerance_n {
                 return true;
             }
-            if !same || solved.evaluations >= budget.max_evaluations {
+            if !same || solved.work() >= budget.max_work {
                 return false;
             }
             add_scaled(velocity, -R::one(), &equations.solve(&at.rest));
@@ -282,12 +319,13 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         let mut best_n = self.misfit_n();
         let mut residual_n = solved.residual_n;
         for _ in 0..params.turns {
-            if params.first_edge != FirstEdge::Slip || !self.turn(equations, &mut velocity) {
+            let ends = params.first_edge != FirstEdge::Slip || solved.work() >= budget.max_work;
+            if ends || !self.turn(equations, &mut velocity) {
                 break;
             }
             let mut good = self.polish(equations, inertial, inertia, &mut velocity, budget, params, solved);
-            let left = budget.max_evaluations.saturating_sub(solved.evaluations);
-            if !good && left > 0 && solved.iterations < budget.max_iterations {
+            let left = budget.evaluations_beside(solved.iterations + 1).saturating_sub(solved.evaluations);
+            if !good && left > 0 {
                 let at = self.balance(inertial, inertia, &velocity);
                 for track in &mut self.tracks {
                     track.offset = [R::zero(); 3];
@@ -310,6 +348,11 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
             }
         }
         solved.residual_n = residual_n;
+    }
+
+    /// Keeps the factors for the next step.
+    fn keep(&self, equations: &Equations<'_, R, DOF>, dt_s: R, kept: &mut Kept<R>) {
+        *kept = Kept { factors: equations.factors(), modes: self.modes(), dt_s };
     }
 
     /// Friction that does not act against the slip: of every point that slides times the squared sine of the angle
@@ -335,13 +378,15 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     /// in it. Friction that turns also turns the slip: one Newton step on "friction against the slip", which is
     /// the cone's law, finds for all points at once where the two agree.
     #[inline(never)]
-    fn turn(&mut self, equations: &Equations<'_, R, DOF>, velocity: &mut Vec7<R>) -> bool {
+    fn turn(&mut self, equations: &mut Equations<'_, R, DOF>, velocity: &mut Vec7<R>) -> bool {
+        let slides = || self.tracks.iter().filter_map(|track| Some((track, Slide::of(track)?)));
+        if !slides().any(|(_, slide)| abs(slide.across_m_s) > slide.along_m_s * R::of(LEAST_TURN)) {
+            return false;
+        }
+        equations.build(&self.tracks);
         let mut matrix = equations.matrix;
         let mut force = [R::zero(); DOF];
-        let mut changed = false;
-        for track in &self.tracks {
-            let Some(slide) = Slide::of(track) else { continue };
-            changed |= abs(slide.across_m_s) > slide.along_m_s * R::of(LEAST_TURN);
+        for (track, slide) in slides() {
             let row = slide.row(track);
             let stiffness = slide.friction_n / slide.along_m_s;
             let elastic = match track.mode {
@@ -356,9 +401,6 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
                 add_scaled(to, *x * (stiffness - elastic), &row);
             }
             add_scaled(&mut force, stiffness * slide.across_m_s, &row);
-        }
-        if !changed {
-            return false;
         }
         let change = Factors::of(&matrix).solve(&force);
         add_scaled(velocity, R::one(), &change);
@@ -395,6 +437,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
             let least = larger * params.min_friction_ratio;
             p.factor = if rubs { g.mu.map(|mu| max(mu, least)) } else { [one; 2] };
             let arm = g.lever_m * scale;
+            p.arm = arm;
             let at = linear + angular.cross(&arm);
             let [n, t1, t2] = &g.axes;
             let [m1, m2] = p.factor;
@@ -469,20 +512,19 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         for (p, track) in self.points.iter().zip(&self.tracks) {
             let [normal, first, second] = track.impulse;
             let g = &p.given;
+            // Opened, it keeps what viscosity damps and its adhesion pulls with.
+            let mut force = [normal - g.adhesion_n, first, second];
             if p.viscous > zero {
                 let damping = damping(p, track);
-                add_scaled(&mut rest, damping * track.speed[1], &track.rows[1]);
-                add_scaled(&mut rest, damping * track.speed[2], &track.rows[2]);
+                force[1] -= damping * track.speed[1];
+                force[2] -= damping * track.speed[2];
             }
-            let pull = normal - g.adhesion_n;
-            if pull != zero {
-                add_scaled(&mut rest, -pull, &track.rows[0]);
+            if force != [zero; 3] {
+                p.take_off(track, force, &mut rest);
             }
             if track.mode == Mode::Open {
                 continue;
             }
-            add_scaled(&mut rest, -first, &track.rows[1]);
-            add_scaled(&mut rest, -second, &track.rows[2]);
             scale_n = max(scale_n, normal);
             rounding_n = max(rounding_n, g.stiffness_n_s_m[0] * abs(g.bias_m_s[0]));
             if track.mode == Mode::Stick {
@@ -506,8 +548,8 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         let zero = R::zero();
         let golden = R::of(0.618_033_988_749_894_9);
         let (mut approach, mut share) = (zero, zero);
-        for track in &mut self.tracks {
-            track.speed = track.speeds_at(v);
+        for (p, track) in self.points.iter().zip(&mut self.tracks) {
+            track.speed = p.speeds_at(track, v);
             approach = max(approach, -track.speed[0]);
         }
         for (p, track) in self.points.iter().zip(&mut self.tracks) {
@@ -545,16 +587,90 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         inertia: &Inertia<R>,
         v: &Vec7<R>,
     ) -> (Balance<R>, bool) {
+        let same = self.answer_to(polygon, v);
+        (self.balance(inertial, inertia, v), same)
+    }
+
+    /// Impulses and modes of the points at `v`; whether the modes are those on the path.
+    #[inline(never)]
+    fn answer_to(&mut self, polygon: &Polygon<R>, v: &Vec7<R>) -> bool {
         let mut same = true;
-        for track in &mut self.tracks {
-            track.speed = track.speeds_at(v);
+        for (p, track) in self.points.iter().zip(&mut self.tracks) {
+            track.speed = p.speeds_at(track, v);
             track.trial = track.trial_at(&track.speed);
             let mode = track.classified(polygon);
             same &= mode == track.mode;
             track.mode = mode;
             track.impulse = track.impulse_of(polygon, &track.trial);
         }
-        (self.balance(inertial, inertia, v), same)
+        same
+    }
+
+    /// Number of the modes of all points, for [`Kept`].
+    fn modes(&self) -> u32 {
+        // No number of the cone's, which begins with that of the points.
+        self.tracks.iter().fold(!(self.tracks.len() as u32), |code, track| {
+            let mode = match track.mode {
+                Mode::Open => 0,
+                Mode::Stick => 1,
+                Mode::Free => 2,
+                Mode::Corner(k) => 32 + u32::from(k),
+                Mode::Edge(k) => 64 + u32::from(k),
+            };
+            code.wrapping_mul(0x0100_0193) ^ mode
+        })
+    }
+
+    /// From the start that balances but for `at`, to the velocity at which every point does what it did before, by the
+    /// factors of that solve; `None` where a point does something else there, or the factors no longer serve.
+    ///
+    /// The trial impulses of a mode are a convex set: where all end in the modes in which they began, the path of
+    /// [`follow`] has no kink, and this is its solution without a matrix.
+    #[allow(clippy::too_many_arguments)]
+    #[inline(never)]
+    fn repeat(
+        &mut self,
+        equations: &Equations<'_, R, DOF>,
+        inertial: &Mat7<R>,
+        inertia: &Inertia<R>,
+        guess: &Vec7<R>,
+        at: &Balance<R>,
+        budget: &SolveBudget<R>,
+        params: &PyramidParams<R>,
+        solved: &mut Solved<R>,
+    ) -> Option<Vec7<R>> {
+        let zero = R::zero();
+        let mut rest = at.rest;
+        for (p, track) in self.points.iter().zip(&self.tracks) {
+            let [normal, first, second] = track.offset;
+            if normal != zero || first != zero || second != zero {
+                let gain = track.tangent_gain;
+                let trial = [track.normal_gain * normal, gain * first, gain * second];
+                p.take_off(track, track.impulse_of(equations.polygon, &trial), &mut rest);
+            }
+        }
+        let mut velocity = *guess;
+        let mut least_n = at.residual_n();
+        for _ in 0..=params.polish_steps {
+            add_scaled(&mut velocity, -R::one(), &equations.solve(&rest));
+            solved.evaluations += 1;
+            if !self.answer_to(equations.polygon, &velocity) {
+                return None;
+            }
+            let at = self.balance(inertial, inertia, &velocity);
+            let tolerance_n = budget.tolerance * at.scale_n + at.rounding_n * params.roundings * R::EPSILON;
+            solved.residual_n = at.residual_n();
+            if solved.residual_n <= tolerance_n {
+                return Some(velocity);
+            }
+            // Others' factors that do not bring it down by a power of ten a step cost more than own ones.
+            if !(solved.residual_n < least_n * R::of(0.1)) {
+                return None;
+            }
+            least_n = solved.residual_n;
+            rest = at.rest;
+        }
+        None
     }
 
     /// Forces along the points' own axes.

@@ -33,6 +33,9 @@ pub(super) struct Context<R: Real> {
     pub(super) last: Prediction,
     /// Of the last tick that stepped.
     pub(super) work: u32,
+    /// Of the other formulation.
+    #[cfg(feature = "pyramids")]
+    pub(super) testimony: super::witness::Testimony,
 }
 
 impl<R: Real> Context<R> {

@@ -10,6 +10,10 @@ use super::plan::{Intent, Segment};
 use super::sag::{planned_slide, slipped, unintended_down};
 use super::tracked::Tracked;
 use super::types::{Sample, Slip, flags, validity};
+#[cfg(feature = "pyramids")]
+use super::witness::Witness;
+#[cfg(feature = "pyramids")]
+use crate::cone::Kept;
 use crate::cone::SolveStatus;
 use crate::health::Repeats;
 use crate::real::{Real, Vec3, norm};
@@ -46,6 +50,8 @@ impl<R: Real> Context<R> {
         let mut work = Workspace::new();
         *work.kept() = tracked.kept[0];
         let mut worst = Worst::default();
+        #[cfg(feature = "pyramids")]
+        let mut witness = Witness::of(&self.model, &tracked.state);
         let mut out = advance(
             (&self.scene, &self.model),
             &self.params.ahead,
@@ -69,10 +75,18 @@ impl<R: Real> Context<R> {
             let residual_n = out.residual_n.to_f64() as f32;
             return Err(Unfollowed::Solver { status: out.status, residual_n, lost: worst.moved });
         }
+        #[cfg(feature = "pyramids")]
+        if let Some(witness) = &mut witness {
+            witness.saw(&self.model, &out, &tracked.state);
+        }
         tracked.unsolved = 0;
         tracked.kept[0] = *work.kept();
         let effects = effects_on_friction(&self.model, &work, &load_of(sample, &out));
         tracked.poses = poses;
+        if tracked.pusher.is_some() && drive.pusher.is_none() {
+            // It was there when the object was first seen: the step was made without it.
+            doubt |= validity::POSE;
+        }
         if out.points_lost > 0 {
             doubt |= validity::POINTS_LOST;
         }
@@ -133,6 +147,15 @@ impl<R: Real> Context<R> {
         *work.kept() = tracked.kept[1];
         self.look_ahead(tracked, &drive, sample, &present, &mut p, &mut worst, &mut work, &mut doubt);
         tracked.kept[1] = *work.kept();
+        // A gap is bridged in several steps, which nobody kept.
+        #[cfg(feature = "pyramids")]
+        if let Some(witness) = witness
+            && drive.dt_s <= R::of(f64::from(self.params.ahead.longest_step_s))
+        {
+            *work.kept() = Kept::nothing();
+            let own = (&self.scene, &self.model);
+            witness.ask(own, &drive, &mut worst.work, &mut work, &mut self.testimony);
+        }
         if let Some(seen) = &seen {
             // The model knows what comes, the measurement what is.
             let to_come = p.sag_ahead_m - model_sag;

@@ -9,13 +9,13 @@ use serde::{Deserialize, Serialize};
 /// Why scene and model were refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum ModelError {
-    /// Mass or inertia not positive or not finite.
+    /// Mass or inertia not positive, or beyond any gripper's object (10 t, 10^6 kg m^2).
     Mass,
-    /// A length not positive or not finite.
+    /// A length not positive, or above 100 m.
     Geometry,
     /// A friction coefficient negative, above 10 or not finite.
     Friction,
-    /// A stiffness or damping negative, zero or not finite.
+    /// A stiffness not positive or above 10^10 N/m, a damping negative or above 1000 s.
     Compliance,
     /// An effect that this build does not know.
     UnknownEffect,
@@ -23,13 +23,13 @@ pub enum ModelError {
     EffectParameter,
     /// A formula missing, left over or malformed.
     Formula,
-    /// Gravity not finite.
+    /// A component of gravity above 1000 m/s^2.
     Gravity,
     /// A polygon's corners not convex, or not counter-clockwise about the centre of mass.
     Polygon,
-    /// The pusher's line not positive, its tip's radius negative, or one of them not finite.
+    /// The pusher's line not positive, its tip's radius negative, or one of them above 100 m.
     Pusher,
-    /// No foot under the object, or one that is not finite.
+    /// No foot under the object, or one more than 100 m away.
     Support,
     /// A limit of the predictor not finite or out of its range.
     Limit(Limit),
@@ -100,17 +100,37 @@ fn is_outline<R: Real>(corners: &[[R; 2]]) -> bool {
     })
 }
 
+/// Beyond any gripper's object: mass, inertia, lengths.
+const MOST_MASS_KG: f64 = 1e4;
+const MOST_INERTIA_KG_M2: f64 = 1e6;
+const MOST_LENGTH_M: f64 = 100.0;
+/// Ten times a centrifuge for rockets' parts.
+const MOST_GRAVITY_M_S2: f64 = 1e3;
+/// A thousand times what stands for rigid.
+const MOST_STIFFNESS_N_M: f64 = 1e10;
+/// A parameter of a formula.
+const MOST_PARAMETER: f64 = 1e12;
+/// Of a contact; pads have milliseconds.
+const MOST_DAMPING_S: f64 = 1e3;
+
 /// Refuses what the step cannot work with.
 pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), ModelError> {
-    let positive = |x: R| x.finite() && x > R::zero();
-    if !cfg!(feature = "pyramids") && model.formulation == Formulation::Lcp {
+    // What no rig has would end beyond the numbers' range, not in a prediction.
+    let within = |x: R, most: f64| x > R::zero() && x <= R::of(most);
+    let positive = |x: R| within(x, MOST_LENGTH_M);
+    if !cfg!(feature = "pyramids") && (model.formulation == Formulation::Lcp || model.witness) {
         return Err(ModelError::Formulation);
     }
     let object = &scene.object;
-    let diagonal = (0..3).all(|k| positive(object.inertia_kg_m2[k][k]));
-    if !positive(object.mass_kg) || !diagonal || !object.inertia_kg_m2.iter().flatten().all(|x| x.finite()) {
+    let diagonal = (0..3).all(|k| within(object.inertia_kg_m2[k][k], MOST_INERTIA_KG_M2));
+    let bounded = |x: &R| x.abs() <= R::of(MOST_INERTIA_KG_M2);
+    if !within(object.mass_kg, MOST_MASS_KG)
+        || !diagonal
+        || !object.inertia_kg_m2.iter().flatten().all(bounded)
+    {
         return Err(ModelError::Mass);
     }
+    let near = |x: &R| x.abs() <= R::of(MOST_LENGTH_M);
     let shape_good = match &object.shape {
         Shape::Prism { length_m, side_m } => positive(*length_m) && positive(*side_m),
         Shape::Cylinder { length_m, diameter_m, across_flats_m } => {
@@ -120,7 +140,7 @@ pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), Model
                 && *across_flats_m <= *diameter_m
         }
         Shape::Polygon { vertices_m, height_m } => {
-            positive(*height_m) && vertices_m.len() >= 3 && vertices_m.iter().flatten().all(|x| x.finite())
+            positive(*height_m) && vertices_m.len() >= 3 && vertices_m.iter().flatten().all(near)
         }
     };
     if let Shape::Polygon { vertices_m, .. } = &object.shape
@@ -131,14 +151,14 @@ pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), Model
     }
     let pusher_good = match scene.pusher {
         Some(PusherContact::Line { length_m }) => positive(length_m),
-        Some(PusherContact::Point { tip_radius_m }) => tip_radius_m.finite() && tip_radius_m >= R::zero(),
+        Some(PusherContact::Point { tip_radius_m }) => tip_radius_m >= R::zero() && near(&tip_radius_m),
         Some(PusherContact::Plane) | None => true,
     };
     if !pusher_good {
         return Err(ModelError::Pusher);
     }
     if let Some(SupportContact::Points(feet)) = &scene.support
-        && (feet.is_empty() || !feet.iter().flatten().all(|x| x.finite()))
+        && (feet.is_empty() || !feet.iter().flatten().all(near))
     {
         return Err(ModelError::Support);
     }
@@ -149,7 +169,7 @@ pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), Model
     if !shape_good || !finger_good {
         return Err(ModelError::Geometry);
     }
-    if !scene.gravity_m_s2.iter().all(|x| x.finite()) {
+    if !scene.gravity_m_s2.iter().all(|x| x.abs() <= R::of(MOST_GRAVITY_M_S2)) {
         return Err(ModelError::Gravity);
     }
     let f = &model.friction;
@@ -157,10 +177,10 @@ pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), Model
         return Err(ModelError::Friction);
     }
     if let crate::model::Base::Soft { normal_n_m, tangential_n_m, damping_s } = model.base
-        && (!positive(normal_n_m)
-            || !positive(tangential_n_m)
-            || !damping_s.finite()
-            || damping_s < R::zero())
+        && !(within(normal_n_m, MOST_STIFFNESS_N_M)
+            && within(tangential_n_m, MOST_STIFFNESS_N_M)
+            && damping_s >= R::zero()
+            && damping_s <= R::of(MOST_DAMPING_S))
     {
         return Err(ModelError::Compliance);
     }
@@ -176,7 +196,9 @@ pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), Model
             let slack = R::of(1e-6) * (high - low);
             p.finite() && *p >= low - slack && *p <= high + slack
         };
-        if !e.parameters.iter().zip(info.parameters).all(inside) {
+        // Those without a description: of a formula its own, of other effects zero.
+        let rest = e.parameters.iter().skip(info.parameters.len()).all(|p| p.abs() <= R::of(MOST_PARAMETER));
+        if !rest || !e.parameters.iter().zip(info.parameters).all(inside) {
             return Err(ModelError::EffectParameter);
         }
     }

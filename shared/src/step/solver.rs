@@ -9,14 +9,9 @@ use crate::lcp::step::Workspace as Pyramids;
 use crate::lcp::step::{Past, PyramidParams};
 use crate::model::Formulation;
 use crate::real::Real;
-#[cfg(feature = "pyramids")]
-use crate::solve::SolveStatus;
 use crate::solve::{Answer, Bodies, ContactPoint, DOF, SolveBudget, Solved};
-
-/// What a unit of work of the pyramids costs, in the cone's: `make cost` counts 5,000 instructions for a kink or an
-/// evaluation and 20,000 for a factorisation with what belongs to it.
 #[cfg(feature = "pyramids")]
-const PYRAMIDS_COST: u32 = 2;
+use crate::solve::{PYRAMIDS_COST, SolveStatus};
 
 /// Which formulation the forces of a step come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -73,7 +68,7 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
     }
 
     /// Solves for the velocity at the end of the step, from `guess`: with pyramids where they are asked for, and
-    /// with the cone where they are not solved within half of the work.
+    /// with the cone where they are not solved within half of the work ([`SolveBudget::cone_instead`]).
     #[inline(never)]
     #[cfg_attr(not(feature = "pyramids"), expect(unused_variables))]
     pub fn solve(
@@ -88,15 +83,16 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
         }
         #[cfg(feature = "pyramids")]
         {
-            let bounded = budget.within(budget.work() / 2 / PYRAMIDS_COST);
-            let mut first = self.pyramids.solve(bodies, guess, &bounded, params);
+            let share = if budget.cone_instead { 2 } else { 1 };
+            let bounded = budget.within(budget.max_work / share / PYRAMIDS_COST);
+            let mut first = self.pyramids.solve(bodies, guess, &bounded, params, &mut self.cone.kept);
             first.iterations = first.iterations.saturating_mul(PYRAMIDS_COST);
             first.evaluations = first.evaluations.saturating_mul(PYRAMIDS_COST);
-            if first.status == SolveStatus::Solved {
+            if first.status == SolveStatus::Solved || !budget.cone_instead {
                 return (first, SolvedBy::Pyramids);
             }
             self.hand_over();
-            let left = budget.work().saturating_sub(first.work());
+            let left = budget.max_work.saturating_sub(first.work());
             let mut second = self.cone.solve(bodies, guess, &budget.within(left));
             second.iterations = second.iterations.saturating_add(first.iterations);
             second.evaluations = second.evaluations.saturating_add(first.evaluations);

@@ -2,15 +2,13 @@
 //! user a round trip, on the board because a host may be wrong.
 
 use super::SAMPLE_QUEUE;
-use super::messages::{Calibration, Field, Grasp, GripLimits, Refusal, StartRequest};
+use super::messages::{Calibration, Field, Grasp, GripLimits, MAX_REACH_M, Refusal, StartRequest};
 use crate::predictor::plan::{Plan, Segment};
 
 /// Largest grip force, N.
 pub const MAX_GRIP_N: f32 = 500.0;
 /// Fastest change of a grip force, N/s: a stiff jaw's whole range in 5 ms.
 pub const MAX_GRIP_RATE_N_S: f32 = 1.0e5;
-/// Farthest that a stored pose may lie from the world's origin, m.
-pub const MAX_REACH_M: f32 = 100.0;
 /// Largest speed of the gripper, m/s.
 pub const MAX_SPEED_M_S: f32 = 5.0;
 /// Largest angular speed of the gripper, rad/s.

@@ -13,6 +13,9 @@ pub const CHUNK: usize = 96;
 /// Longest serialised scene and model, bytes.
 pub const MAX_MODEL_BYTES: usize = 1536;
 
+/// Farthest that a pose may lie from the world's origin, m: there single precision has steps of 8 um.
+pub const MAX_REACH_M: f32 = 100.0;
+
 /// World pose.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Pose {
@@ -43,13 +46,16 @@ pub struct Sample {
 
 impl Pose {
     fn checked<R: Real>(&self) -> Option<track::Pose<R>> {
+        if !self.position_m.iter().all(|x| x.abs() <= MAX_REACH_M) {
+            return None;
+        }
         let widen = |x: f32| R::of(f64::from(x));
         track::Pose::new(self.position_m.map(widen), self.quaternion.map(widen))
     }
 }
 
 impl Sample {
-    /// As the predictor takes it, at `t_s` by its own clock. A pose whose quaternion is not one
+    /// As the predictor takes it, at `t_s` by its own clock. A pose whose quaternion is not one, or that is out of reach,
     /// counts as not measured.
     pub fn at<R: Real>(&self, t_s: R) -> types::Sample<R> {
         types::Sample {
@@ -298,6 +304,8 @@ pub enum Refusal {
         /// 0 or 1.
         finger: u8,
     },
+    /// In a run: a model of another scene (object, pads, pusher, table) than the one in which it began.
+    OtherScene,
 }
 
 /// What a number was meant for.
@@ -492,7 +500,7 @@ pub struct Statistics {
     pub samples_unasked: u32,
     /// Reports for which no room was left.
     pub reports_dropped: u32,
-    /// Bytes that the receiver had no room for.
+    /// Bytes that the receiver had no room for; where it cannot tell how many, one each time.
     pub bytes_lost: u32,
     /// Frames with a wrong checksum, or no frame at all.
     pub frames_damaged: u32,
@@ -510,6 +518,10 @@ pub struct Statistics {
     pub solver_marks: u32,
     /// Samples that a sensor check marked.
     pub sensor_marks: u32,
+    /// Steps that both formulations solved, where the model asks for the other one as a witness.
+    pub witnessed: u32,
+    /// Of them those in which a point sticks in one and slides in the other.
+    pub witness_apart: u32,
     /// Sensors' frames that were damaged or not understood, scans of converters that failed, and times that
     /// the bus was disturbed.
     pub readings_damaged: u32,

@@ -39,8 +39,9 @@ fn point(x: f32, y: f32, normal: Vec3<f32>, approach_m_s: f32) -> ContactPoint<f
 fn solved(points: &Points, bodies: &Bodies<f32>) -> Solution<f32, 16> {
     let options = SolveBudget::present();
     let s = solve(points, bodies, &[0.0; 7], &options);
-    assert!(s.evaluations <= options.max_evaluations + 24, "{} evaluations", s.evaluations);
-    assert!(s.iterations <= options.max_iterations);
+    // A Newton step is four evaluations; what has begun may add some.
+    let work = 4 * s.iterations + s.evaluations;
+    assert!(work <= options.max_work + 8, "{work} evaluations");
     if s.status != SolveStatus::BadInput {
         assert!(s.velocity.iter().all(|v| v.is_finite()), "{s:?}");
     }

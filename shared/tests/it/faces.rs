@@ -121,7 +121,7 @@ fn an_answer_far_from_solved_leaves_the_state_and_says_so() {
     drive.pusher = Some(Moving { velocity_m_s: at(0.02, 0.0, 0.0), ..struck });
     let mut state: S = State::held(&scene, &model, &drive, Vec3::zeros(), UnitQuaternion::identity());
     let before = state.clone();
-    let hurried = SolveBudget { max_iterations: 1, max_evaluations: 1, ..SolveBudget::present() };
+    let hurried = SolveBudget { max_work: 1, ..SolveBudget::present() };
     let out = step_in(&scene, &model, &mut state, &drive, &hurried, &mut Workspace::new());
     assert_ne!(out.status, SolveStatus::Solved);
     assert!(out.residual_n > 10.0, "{} N", out.residual_n);

@@ -15,6 +15,7 @@ mod formula;
 mod free_motion;
 mod lift;
 mod linear_push;
+mod messages;
 mod model_package;
 mod no_solution;
 mod observer;
@@ -32,6 +33,7 @@ mod soft;
 mod stuck_sensor;
 mod support_pressure;
 mod swap;
+mod witness;
 
 // What the template of an effect calls `crate::contact`, `crate::real` and `crate::effects`.
 pub use stickslip_shared::{contact, real};

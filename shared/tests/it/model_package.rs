@@ -49,7 +49,11 @@ fn lists_longer_than_the_board_holds_are_refused() {
     // The model's own fields one by one, with one effect more than fit.
     let effects: heapless::Vec<_, { MAX_EFFECTS + 1 }> =
         model.effects.iter().chain(&model.effects[..1]).copied().collect();
-    let package = (scene, (&model.base, &model.friction, effects, &model.formulas), limits);
+    let package = (
+        scene,
+        (&model.base, model.formulation, model.witness, &model.friction, effects, &model.formulas),
+        limits,
+    );
     let bytes = postcard::to_slice(&package, &mut buffer).unwrap();
     assert_eq!(decode(bytes), None);
 }

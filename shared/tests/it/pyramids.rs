@@ -2,7 +2,7 @@
 //! and small cases by hand.
 
 use crate::common::grasps::*;
-use stickslip_shared::cone;
+use stickslip_shared::cone::{self, Kept};
 use stickslip_shared::lcp::dense::Dense;
 use stickslip_shared::lcp::factors::{Contact, Factors, Impulses};
 use stickslip_shared::lcp::step::{self, FirstEdge, Past, PyramidParams, Workspace};
@@ -306,9 +306,21 @@ fn a_step_like_the_last_takes_one_factorisation() {
         let spring_m = [1, 2].map(|k| -f[k] * bodies.dt_s / p.stiffness_n_s_m[k]);
         work.add(p, Some(Past { before, spring_m }));
     }
-    let again = work.solve(&bodies, &first.velocity, &SolveBudget::present(), &PyramidParams::default());
+    let (budget, params) = (SolveBudget::present(), PyramidParams::default());
+    let mut kept = Kept::nothing();
+    let again = work.solve(&bodies, &first.velocity, &budget, &params, &mut kept);
     assert_eq!((again.status, again.iterations), (SolveStatus::Solved, 1));
     assert!(again.evaluations <= 4, "{}", again.evaluations);
+    let forces =
+        |work: &Workspace<f64, CAPACITY>| work.answers().iter().map(|a| a.force_n).collect::<Vec<_>>();
+    let before = forces(&work);
+
+    // Once more: with the factors at hand, and the same forces.
+    let repeated = work.solve(&bodies, &first.velocity, &budget, &params, &mut kept);
+    assert_eq!((repeated.status, repeated.iterations), (SolveStatus::Solved, 0));
+    for (a, b) in forces(&work).iter().flatten().zip(before.iter().flatten()) {
+        near(*a, *b, 1e-6);
+    }
 }
 
 #[test]

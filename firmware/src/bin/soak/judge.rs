@@ -54,6 +54,9 @@ pub async fn watch() -> ! {
     }
 }
 
+/// Of a tick: four fifths of what 4 ms hold.
+const MOST_INSTRUCTIONS: u32 = 400_000;
+
 #[embassy_executor::task]
 pub async fn judge(ticks: u32) {
     // In a run on its sensors the unit counts samples that the host never sent.
@@ -161,6 +164,7 @@ pub async fn judge(ticks: u32) {
     // Slack: what is on its way at this moment.
     let held = [
         ("no tick began late", s.ticks_missed == 0),
+        ("no tick takes 400,000 instructions", s.worst_cost < MOST_INSTRUCTIONS / 5),
         ("the stack keeps within its budget", s.stack_bytes <= BUDGET_BYTES),
         ("every sound sample is accounted for", near(value(&d.sound), taken, 2)),
         ("every missing sample is counted", near(missing, s.samples_lost, 2)),

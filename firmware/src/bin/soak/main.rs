@@ -8,7 +8,7 @@
 //! What is done to the board is counted here, independently of the board's own counts, and
 //! both are held against each other at the end. Run by `make soak` under QEMU's `-icount`,
 //! where time is instructions: no tick may begin late, no loss may go uncounted. The number
-//! of ticks is the program's argument.
+//! of ticks is the program's argument; a second one is the seed, so that the beginning of a longer soak can be run alone.
 #![no_std]
 #![no_main]
 
@@ -62,18 +62,22 @@ async fn bus(seed: u32) -> ! {
     stickslip_firmware::sensors::bus(sensors::SimulatedBus::new(Draw(seed))).await
 }
 
-/// The number in the program's arguments.
-fn argument() -> Option<u32> {
+/// The numbers in the program's arguments: ticks, and the seed of what goes wrong (as many as ticks, if it is not named).
+fn arguments() -> (u32, u32) {
     let mut text = [0_u8; 64];
+    let mut words = command_line(&mut text).split_whitespace().filter_map(|word| word.parse().ok());
+    let ticks = words.next().unwrap_or(TICKS);
+    (ticks, words.next().unwrap_or(ticks))
+}
+
+/// The program's arguments, written to `text`; empty where they cannot be read.
+fn command_line(text: &mut [u8; 64]) -> &str {
     let mut block = [text.as_mut_ptr() as usize, text.len()];
     // SAFETY: SYS_GET_CMDLINE (0x15) writes at most `block[1]` bytes to `block[0]`, and
     // their number to `block[1]`.
     let failed = unsafe { cortex_m_semihosting::syscall1(0x15, block.as_mut_ptr() as usize) };
-    if failed != 0 {
-        return None;
-    }
-    let length = block[1].min(text.len());
-    core::str::from_utf8(text.get(..length)?).ok()?.split_whitespace().find_map(|word| word.parse().ok())
+    let length = if failed == 0 { block[1].min(text.len()) } else { 0 };
+    text.get(..length).and_then(|text| core::str::from_utf8(text).ok()).unwrap_or_default()
 }
 
 /// Brings everything up; its stack is free again before anything runs.
@@ -86,21 +90,21 @@ fn start() {
     let (app, link) = state::init(board.gauges, board.alarms, board.flash, started);
     let upper = board::control_executor();
     let lower = board::communication_executor();
-    let ticks = argument().unwrap_or(TICKS);
+    let (ticks, seed) = arguments();
     // Each task is spawned once, so its one place is free.
-    if let Ok(token) = receive(link, 0x9e37_79b9 ^ ticks, models()) {
+    if let Ok(token) = receive(link, 0x9e37_79b9 ^ seed, models()) {
         lower.spawn(token);
     }
-    if let Ok(token) = transmit(0x85eb_ca6b ^ ticks) {
+    if let Ok(token) = transmit(0x85eb_ca6b ^ seed) {
         lower.spawn(token);
     }
-    if let Ok(token) = gauges(0xc2b2_ae35 ^ ticks) {
+    if let Ok(token) = gauges(0xc2b2_ae35 ^ seed) {
         lower.spawn(token);
     }
-    if let Ok(token) = serial(0x27d4_eb2f ^ ticks) {
+    if let Ok(token) = serial(0x27d4_eb2f ^ seed) {
         lower.spawn(token);
     }
-    if let Ok(token) = bus(0x1656_67b1 ^ ticks) {
+    if let Ok(token) = bus(0x1656_67b1 ^ seed) {
         lower.spawn(token);
     }
     if let Ok(token) = watch() {

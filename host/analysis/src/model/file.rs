@@ -41,6 +41,8 @@ pub struct ModelFile {
     pub base: Base<f64>,
     /// How friction enters the step.
     pub formulation: Formulation,
+    /// Whether the other formulation is a witness of each step.
+    pub witness: bool,
     /// Coefficients.
     pub friction: Friction<f64>,
     /// Of `finger`, `pusher`, `support`, where known.
@@ -74,6 +76,8 @@ struct Raw {
     format: Spanned<String>,
     base: Option<Spanned<String>>,
     formulation: Option<Spanned<String>>,
+    #[serde(default)]
+    witness: bool,
     soft: Option<Spanned<RawSoft>>,
     friction: Spanned<RawFriction>,
     #[serde(default)]
@@ -110,7 +114,14 @@ impl ModelFile {
     /// A model without effects.
     pub fn new(base: Base<f64>, friction: Friction<f64>) -> Self {
         let formulation = Formulation::default();
-        Self { base, formulation, friction, friction_intervals: Intervals::new(), effects: Vec::new() }
+        Self {
+            base,
+            formulation,
+            witness: false,
+            friction,
+            friction_intervals: Intervals::new(),
+            effects: Vec::new(),
+        }
     }
 
     /// Reads and checks the file.
@@ -176,6 +187,7 @@ impl ModelFile {
             },
         );
         file.formulation = formulation(&raw)?;
+        file.witness = raw.witness;
         check_intervals(&f.intervals, ["finger", "pusher", "support"].into_iter())
             .map_err(|m| (raw.friction.span(), m))?;
         file.friction_intervals = f.intervals.clone();
@@ -197,7 +209,8 @@ impl ModelFile {
 
     /// What the predictor runs.
     pub fn to_model(&self) -> Model<f64> {
-        let mut model = Model { formulation: self.formulation, ..Model::base(self.base, self.friction) };
+        let (formulation, witness) = (self.formulation, self.witness);
+        let mut model = Model { formulation, witness, ..Model::base(self.base, self.friction) };
         for e in self.effects.iter().take(MAX_EFFECTS) {
             let mut parameters = [0.0; MAX_PARAMETERS];
             for (to, v) in parameters.iter_mut().zip(&e.values) {
@@ -261,6 +274,7 @@ impl ModelFile {
     pub fn set_values(&mut self, model: &Model<f64>) {
         self.base = model.base;
         self.formulation = model.formulation;
+        self.witness = model.witness;
         self.friction = model.friction;
         for (entry, effect) in self.effects.iter_mut().zip(&model.effects) {
             for (to, v) in entry.values.iter_mut().zip(&effect.parameters) {
@@ -300,6 +314,9 @@ impl ModelFile {
         });
         if self.formulation == Formulation::Lcp {
             s.push_str("formulation = \"lcp\"\n");
+        }
+        if self.witness {
+            s.push_str("witness = true\n");
         }
         match self.base {
             Base::Hard => {}

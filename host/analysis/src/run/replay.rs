@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 use nalgebra::Vector3;
 use stickslip_shared::model::{Model, Scene};
 use stickslip_shared::predictor::{
-    HASH_START, Intent, Limits, MAX_SEGMENTS, ModelError, Plan, Prediction, Predictor, Segment,
+    HASH_START, Intent, Limits, MAX_SEGMENTS, ModelError, Plan, Prediction, Predictor, Segment, Testimony,
 };
 use stickslip_shared::track::Pose;
 use stickslip_shared::wire;
@@ -54,6 +54,8 @@ pub struct Replayed {
     pub predictions: Vec<Prediction>,
     /// Hash of every output word.
     pub hash: u32,
+    /// What the other formulation said of the steps; `None`: the model asks for no witness.
+    pub testimony: Option<Testimony>,
 }
 
 /// Scene, plan and samples of a trial.
@@ -153,7 +155,8 @@ pub fn run(
         done(some.len());
     }
     let hash = hash(&predictions);
-    Ok(Replayed { predictions, hash })
+    let testimony = model.witness.then(|| predictor.testimony());
+    Ok(Replayed { predictions, hash, testimony })
 }
 
 /// Hash of every output word of a run.

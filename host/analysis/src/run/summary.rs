@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use stickslip_shared::predictor::{Intent, Plan, Prediction, Slip, validity};
+use stickslip_shared::predictor::{Intent, Plan, Prediction, Slip, Testimony, validity};
 
 use super::replay::{Difference, FLAGS, Replayed, Span, VALIDITY, spans};
 
@@ -59,12 +59,25 @@ pub struct Solver {
     pub ticks: BTreeMap<&'static str, usize>,
     /// Share of the ticks in which a step asked for friction pyramids and was solved with the cone.
     pub cone_instead_share: f64,
+    /// What the other formulation said; `null`: the model asks for no witness.
+    pub witness: Option<Witness>,
     /// Largest momentum error, N.
     pub worst_residual_n: f32,
     /// Newton steps, mean over the ticks.
     pub mean_iterations: f64,
     /// Newton steps, most in a tick.
     pub most_iterations: u16,
+}
+
+/// The other formulation as a witness of the steps from sample to sample.
+#[derive(Clone, Copy, Debug, JsonSchema, Serialize)]
+pub struct Witness {
+    /// Steps for which it was asked.
+    pub asked: u32,
+    /// Those that both solved within the work of a tick.
+    pub compared: u32,
+    /// Of those the ones in which every loaded point sticks or slides in both alike.
+    pub alike: u32,
 }
 
 /// A segment of the plan.
@@ -116,7 +129,7 @@ impl Document {
             flags: spans(t_s, predictions, &FLAGS, |p| p.flags),
             doubts: spans(t_s, predictions, &VALIDITY, |p| p.validity),
             prediction: summary(t_s, predictions),
-            solver: solver(predictions),
+            solver: solver(predictions, replayed.testimony),
             plan: plan_rows(plan),
             against,
         }
@@ -145,7 +158,7 @@ fn summary(t_s: &[f64], predictions: &[Prediction]) -> Summary {
     }
 }
 
-fn solver(predictions: &[Prediction]) -> Solver {
+fn solver(predictions: &[Prediction], said: Option<Testimony>) -> Solver {
     let mut ticks = BTreeMap::new();
     for p in predictions {
         *ticks.entry(p.solver_status.name()).or_insert(0) += 1;
@@ -155,6 +168,7 @@ fn solver(predictions: &[Prediction]) -> Solver {
     Solver {
         ticks,
         cone_instead_share: instead as f64 / predictions.len().max(1) as f64,
+        witness: said.map(|Testimony { asked, compared, alike }| Witness { asked, compared, alike }),
         worst_residual_n: predictions.iter().map(|p| p.solver_residual_n).fold(0.0, f32::max),
         mean_iterations: sum / predictions.len().max(1) as f64,
         most_iterations: predictions.iter().map(|p| p.solver_iterations).max().unwrap_or(0),

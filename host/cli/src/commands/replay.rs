@@ -181,6 +181,15 @@ fn print(d: &Document, output: &Output) {
             100.0 * d.solver.cone_instead_share
         ));
     }
+    if let Some(w) = &d.solver.witness {
+        output.text(format_args!(
+            "the other formulation: {} of {} steps solved by both, points stick and slide alike in {} of them ({:.2} %)",
+            w.compared,
+            w.asked,
+            w.alike,
+            100.0 * f64::from(w.alike) / f64::from(w.compared.max(1))
+        ));
+    }
     let mut shown = table(["flag", "rises, s", "falls, s", "ticks"]);
     for s in d.flags.iter().chain(&d.doubts).take(40) {
         let falls = s.falls_s.map_or_else(|| "-".to_owned(), |t| format!("{t:.3}"));

@@ -172,6 +172,12 @@ fn report(output: &Output, outcome: &Outcome) {
         s.frames_damaged,
         outcome.frames_damaged
     ));
+    if s.witnessed > 0 {
+        output.text(format_args!(
+            "the other formulation: {} steps solved by both, in {} of them a point sticks in one and slides in the other",
+            s.witnessed, s.witness_apart
+        ));
+    }
     output.text(format_args!(
         "memory of the board: {} bytes, stack {} at the deepest",
         s.static_bytes, s.stack_bytes

@@ -184,6 +184,49 @@ fn a_refused_command_names_field_value_and_limits_and_changes_nothing() {
 
 #[test]
 #[ignore = "needs the firmware: make hil"]
+fn a_model_of_another_scene_is_refused_in_a_run_which_goes_on() {
+    let name = firmware();
+    let mut device = Device::open(&name).unwrap();
+    let (package, mut other) = (package(), package());
+    device.load_model(&package.bytes().unwrap()).unwrap();
+    session::await_model(&mut device).unwrap();
+    let start = wire::StartRequest { source: wire::Source::Link, trial: 0.0, prefill: 1, length: None };
+    device.command::<wire::Start>(&start).unwrap();
+    std::thread::sleep(Duration::from_millis(100));
+    let crc = device.request::<wire::GetInfo>(&()).unwrap().model_crc;
+    other.model.0.object.mass_kg *= 2.0;
+    let error = device.load_model(&other.bytes().unwrap()).unwrap_err();
+    assert!(matches!(error, DeviceError::Refused { refusal: Refusal::OtherScene, .. }), "{error}");
+    std::thread::sleep(Duration::from_millis(100));
+    let info = device.request::<wire::GetInfo>(&()).unwrap();
+    assert_eq!((info.mode, info.model_crc), (Mode::Running, crc));
+    // Another friction is none: it is taken.
+    other = package.clone();
+    other.model.1.friction.finger *= 1.5;
+    device.load_model(&other.bytes().unwrap()).unwrap();
+    // Once the run is over any scene is.
+    device.command::<wire::Stop>(&()).unwrap();
+    std::thread::sleep(Duration::from_millis(100));
+    other.model.0.object.mass_kg *= 2.0;
+    device.load_model(&other.bytes().unwrap()).unwrap();
+}
+
+#[test]
+#[ignore = "needs the firmware: make hil"]
+fn the_board_counts_what_the_other_formulation_says_and_predicts_the_same() {
+    let name = firmware();
+    let mut package = package();
+    package.model.1.witness = true;
+    let outcome = stream(&mut Device::open(&name).unwrap(), &package, None);
+    assert_eq!((outcome.taken, outcome.first_difference), (outcome.samples, None));
+    let counted = outcome.statistics;
+    println!("{} steps solved by both, {} of them apart", counted.witnessed, counted.witness_apart);
+    assert!(counted.witnessed > 100 && 5 * counted.witness_apart < counted.witnessed, "{counted:?}");
+    assert_eq!(counted.ticks_missed, 0);
+}
+
+#[test]
+#[ignore = "needs the firmware: make hil"]
 fn a_reset_board_is_safe_says_why_it_started_and_runs_again() {
     let name = firmware();
     let mut device = Device::open(&name).unwrap();

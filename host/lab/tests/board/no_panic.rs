@@ -91,11 +91,17 @@ fn the_control_task_cannot_panic() {
         let (start, name) = (symbol.address() & !1, symbol.name().unwrap_or_default().to_owned());
         functions.insert(start, Function { name, end: start + symbol.size() });
     }
-    let text = file.section_by_name(".text").expect("a text section");
-    let code = text.data().expect("its bytes");
+    let thunks = thunks(&file);
+    functions.retain(|at, _| !thunks.contains_key(at));
+    let texts = [".text", ".fast"].map(|name| {
+        let text = file.section_by_name(name).unwrap_or_else(|| panic!("a section {name}"));
+        (text.address(), text.data().expect("its bytes"))
+    });
     let half = |address: u64| {
-        let at = address.checked_sub(text.address()).and_then(|at| usize::try_from(at).ok())?;
-        Some(u16::from_le_bytes([*code.get(at)?, *code.get(at + 1)?]))
+        texts.iter().find_map(|(from, code)| {
+            let at = address.checked_sub(*from).and_then(|at| usize::try_from(at).ok())?;
+            Some(u16::from_le_bytes([*code.get(at)?, *code.get(at + 1)?]))
+        })
     };
     let marks = marks(&file);
     assert!(
@@ -127,7 +133,7 @@ fn the_control_task_cannot_panic() {
             if let Some(target) = second.and_then(|second| branch(at, first, second))
                 && !(start..function.end).contains(&target)
             {
-                calls.entry(start).or_default().insert(target);
+                calls.entry(start).or_default().insert(*thunks.get(&target).unwrap_or(&target));
             }
             at += 4;
         }
@@ -197,6 +203,21 @@ fn branch(at: u64, first: u16, second: u16) -> Option<u64> {
     let offset = sign << 24 | i1 << 23 | i2 << 22 | (first & 0x3ff) << 12 | (second & 0x7ff) << 1;
     let offset = offset.wrapping_sub(sign << 25);
     Some(at.wrapping_add(4).wrapping_add(offset))
+}
+
+/// Where the linker's thunks lead, by their addresses: what is too far for a branch is called through one, whose name is that
+/// of the function with this before it.
+fn thunks(file: &object::File<'_>) -> BTreeMap<u64, u64> {
+    const THUNK: &str = "__Thumbv7ABSLongThunk_";
+    let by_name: BTreeMap<&str, u64> =
+        file.symbols().filter_map(|s| Some((s.name().ok()?, s.address() & !1))).collect();
+    let thunks = file.symbols().filter_map(|s| {
+        let function = s.name().ok()?.strip_prefix(THUNK)?;
+        let target =
+            by_name.get(function).unwrap_or_else(|| panic!("a thunk to {function}, which is not there"));
+        Some((s.address() & !1, *target))
+    });
+    thunks.collect()
 }
 
 /// From where on there is code (`$t`) or data (`$d`).

@@ -82,8 +82,9 @@ fn steps_of_the_worst_runs_balance_momentum_or_are_marked() {
         let options = SolveBudget::<f32>::present();
         walk(&case.package(), |walked| {
             let out = walked.out;
-            assert!(out.iterations <= options.max_iterations, "{name}");
-            assert!(out.evaluations <= options.max_evaluations + 24, "{name}: {}", out.evaluations);
+            // A Newton step is four evaluations; what has begun may add some.
+            let work = 4 * out.iterations + out.evaluations;
+            assert!(work <= options.max_work + 8, "{name}: {work}");
             if out.status != SolveStatus::Solved {
                 return;
             }

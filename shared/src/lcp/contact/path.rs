@@ -31,8 +31,9 @@ pub(in crate::lcp) struct Equations<'a, R, const ND: usize> {
     pub polygon: &'a Polygon<R>,
     /// `M`; `None`: one for every degree of freedom.
     pub mass: Option<&'a [[R; ND]; ND]>,
-    /// `M + G'K G`.
+    /// `M + G'K G`, where `built`.
     pub matrix: [[R; ND]; ND],
+    built: bool,
     /// Its inverse as factors, and, after a kink, as it is.
     factors: Lu<R, ND>,
     inverse: Option<[[R; ND]; ND]>,
@@ -40,12 +41,34 @@ pub(in crate::lcp) struct Equations<'a, R, const ND: usize> {
 
 impl<'a, R: Real, const ND: usize> Equations<'a, R, ND> {
     pub(in crate::lcp) fn new(polygon: &'a Polygon<R>, mass: Option<&'a [[R; ND]; ND]>) -> Self {
-        Self { polygon, mass, matrix: [[R::zero(); ND]; ND], factors: Lu::none(), inverse: None }
+        let matrix = [[R::zero(); ND]; ND];
+        Self { polygon, mass, matrix, built: false, factors: Lu::none(), inverse: None }
+    }
+
+    /// Takes factors of an earlier problem for those of this one.
+    pub(in crate::lcp) fn borrow(&mut self, factors: &Lu<R, ND>) {
+        self.factors = *factors;
+        self.inverse = None;
+        self.built = false;
+    }
+
+    /// Sees to it that the matrix is that of the modes of `tracks`, where factors were borrowed.
+    pub(in crate::lcp) fn build(&mut self, tracks: &[Track<R, ND>]) {
+        if !self.built {
+            self.begin(tracks);
+        }
+    }
+
+    /// Factors in the present modes.
+    pub(in crate::lcp) fn factors(&self) -> Lu<R, ND> {
+        // After a kink they are those of before it.
+        if self.inverse.is_some() { Lu::of(&self.matrix) } else { self.factors }
     }
 
     /// Takes them up in the modes of `tracks`.
     fn begin(&mut self, tracks: &[Track<R, ND>]) {
         self.inverse = None;
+        self.built = true;
         self.matrix = match self.mass {
             Some(mass) => *mass,
             None => [[R::zero(); ND]; ND],

@@ -3,7 +3,8 @@
 use super::slide::unit;
 use crate::lcp::contact::law::Track;
 use crate::lcp::contact::polygon::Polygon;
-use crate::real::{Real, sqrt};
+use crate::linear::Vec7;
+use crate::real::{Real, Vec3, sqrt};
 use crate::solve::{Before, ContactPoint, DOF};
 
 /// What a point did in the step before.
@@ -19,6 +20,8 @@ pub struct Past<R> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Point<R: Real> {
     pub given: ContactPoint<R>,
+    /// From the centre of mass, over the radius of gyration.
+    pub arm: Vec3<R>,
     pub past: Option<Past<R>>,
     /// Factors of the tangents: friction coefficients, or one where there is no friction.
     pub factor: [R; 2],
@@ -33,6 +36,34 @@ impl<R: Real> Point<R> {
     pub fn held(&self) -> Option<[R; 2]> {
         let Past { before: Before::Slid { .. }, spring_m } = self.past? else { return None };
         unit([0, 1].map(|k| -spring_m[k] * self.factor[k]))
+    }
+
+    /// Separation and slip at `v`: as [`Track::speeds_at`], by the velocity at the point, which its three rows share.
+    #[inline(always)]
+    pub fn speeds_at(&self, track: &Track<R, DOF>, v: &Vec7<R>) -> [R; 3] {
+        let at = Vec3::new(v[0], v[1], v[2]) + Vec3::new(v[3], v[4], v[5]).cross(&self.arm);
+        let along = |k: usize| {
+            let row = &track.rows[k];
+            row[0] * at.x + row[1] * at.y + row[2] * at.z + track.constant[k]
+        };
+        [along(0) + track.rows[0][6] * v[6], along(1), along(2)]
+    }
+
+    /// Takes the force `[normal, first, second]` along the track's rows off a balance.
+    #[inline(always)]
+    pub fn take_off(&self, track: &Track<R, DOF>, force: [R; 3], rest: &mut Vec7<R>) {
+        let along = |k: usize| {
+            force[0] * track.rows[0][k] + force[1] * track.rows[1][k] + force[2] * track.rows[2][k]
+        };
+        let force_n = Vec3::new(along(0), along(1), along(2));
+        let moment = self.arm.cross(&force_n);
+        rest[0] -= force_n.x;
+        rest[1] -= force_n.y;
+        rest[2] -= force_n.z;
+        rest[3] -= moment.x;
+        rest[4] -= moment.y;
+        rest[5] -= moment.z;
+        rest[6] -= force[0] * track.rows[0][6];
     }
 
     /// A vector along the pyramid's axes, along the scaled tangents.
