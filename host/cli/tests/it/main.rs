@@ -10,6 +10,7 @@ mod diagnose_command;
 mod docs_links;
 mod documents;
 mod lcp_command;
+mod monitor;
 mod one_number;
 mod pages;
 mod readme;
