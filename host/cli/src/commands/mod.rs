@@ -16,6 +16,7 @@ pub mod diagnose;
 pub mod effects;
 mod fitted;
 pub mod import;
+mod import_clocks;
 pub mod lcp;
 pub mod man;
 pub mod monitor;

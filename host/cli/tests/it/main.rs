@@ -9,6 +9,7 @@ mod compare;
 mod diagnose_command;
 mod docs_links;
 mod documents;
+mod import_clocks;
 mod lcp_command;
 mod monitor;
 mod one_number;
