@@ -55,9 +55,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         .collect();
         if t_s - said > 0.25 || !events.is_empty() {
             said = t_s;
-            let used = p.finger[0].measured_utilisation.unwrap_or(f32::NAN);
+            let used = p.finger[0].measured_utilisation.map_or("-".to_owned(), |share| format!("{share:.2}"));
             println!(
-                "{t_s:6.2} s     {used:4.2}     {:4.2}      {push_n:5.1} N  {:5.1} N   {:5.2} mm  {:5.2} mm  {}",
+                "{t_s:6.2} s     {used:>4}     {:4.2}      {push_n:5.1} N  {:5.1} N   {:5.2} mm  {:5.2} mm  {}",
                 p.finger[0].model_utilisation,
                 p.pusher_force_n[0],
                 (first_m - height_m) * 1e3,
