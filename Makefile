@@ -26,7 +26,7 @@ setup: ## Install what is missing: thumbv7em target, QEMU
 mujoco-setup: ## A Python environment with MuJoCo for `stickslip-lab mujoco`, outside the repository
 	@tools/mujoco/setup.sh
 
-first: ## A first look, built in seconds: a recorded push through the predictor
+first: ## A first look before the long build: a recorded push through the predictor
 	cargo run -p stickslip-first
 
 demo: first setup firmware ## A first look; a push through the firmware in QEMU, replayed and compared; drops prevented on the rig
