@@ -15,7 +15,7 @@ export CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS := \
 FLASH_LIMIT := 262144
 RAM_LIMIT := 32768
 
-.PHONY: help setup mujoco-setup test test-full python lint lint-boards studies test-host hil hil-probe soak soak-program soak-short firmware firmware-g474 flash-g474 size no-panic cost demo fuzz bench
+.PHONY: help book first setup mujoco-setup test test-full python lint lint-boards studies test-host hil hil-probe soak soak-program soak-short firmware firmware-g474 flash-g474 size no-panic cost demo fuzz bench
 
 help: ## This list
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -26,8 +26,16 @@ setup: ## Install what is missing: thumbv7em target, QEMU
 mujoco-setup: ## A Python environment with MuJoCo for `stickslip-lab mujoco`, outside the repository
 	@tools/mujoco/setup.sh
 
-demo: setup firmware ## A recorded push through the firmware in QEMU, replayed and compared; drops prevented on the rig
+first: ## A first look before the long build: a recorded push through the predictor
+	cargo run -p stickslip-first
+
+demo: first setup firmware ## A first look; a push through the firmware in QEMU, replayed and compared; drops prevented on the rig
 	cargo run --release -p stickslip-cli -- demo
+
+book: ## The manual as pages with a search, in book/ (installs mdBook into target/tools where there is none)
+	command -v mdbook >/dev/null || [ -x target/tools/bin/mdbook ] || \
+		cargo install --locked --root target/tools mdbook@0.5.4 --no-default-features --features search
+	PATH="$$PATH:$(CURDIR)/target/tools/bin" mdbook build
 
 test: setup lint test-host hil firmware-g474 size no-panic ## Everything CI runs
 

@@ -31,6 +31,21 @@ pub struct Options {
     pub limits: GripLimits,
 }
 
+impl Options {
+    /// Lifts of one object, steady ones and each way of losing it. The advice was developed on another seed
+    /// (docs/lab/grip-loop.md).
+    #[must_use]
+    pub fn demonstration() -> Self {
+        Self {
+            plan: PlanName::Lift,
+            objects: vec!["obj4".to_owned()],
+            seed: 2,
+            sees_object: true,
+            limits: GripLimits::default(),
+        }
+    }
+}
+
 /// One trial, without and with the loop.
 #[derive(Clone, Debug, Serialize)]
 pub struct Pair {
@@ -53,6 +68,14 @@ pub struct Trial {
     pub pair: Pair,
     /// Each moment, with the planned grip and with the advised one.
     pub exact: [Vec<Exact>; 2],
+}
+
+impl Trial {
+    /// Is the object lost with the planned grip and kept with the advised one?
+    #[must_use]
+    pub fn saved(&self) -> bool {
+        !self.pair.open.kept && self.pair.closed.kept
+    }
 }
 
 /// How a run went.

@@ -2,3 +2,4 @@
 
 pub mod commands;
 pub mod grip_loop;
+pub mod moving;

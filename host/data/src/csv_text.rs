@@ -4,40 +4,61 @@
 //! the tabulator, as spreadsheets of many countries write it. With those a number may have a
 //! decimal comma; between commas it cannot.
 
+use std::collections::VecDeque;
+use std::io::Read;
 use std::path::Path;
 
 use csv::ByteRecord;
 
 use super::error::{DatasetError, Line, Problem};
 
-/// A CSV text being read.
-pub struct CsvText<'a> {
-    bytes: &'a [u8],
+/// Read ahead of the row in hand, bytes: of a file of any length no more than this is in memory.
+const BLOCK: usize = 1 << 16;
+/// The header line is not longer, bytes.
+const HEADER: u64 = 1 << 20;
+
+/// A CSV text being read, from bytes or block by block from a stream.
+pub struct CsvText<'a, R = &'a [u8]> {
     file: &'a Path,
-    reader: csv::Reader<&'a [u8]>,
+    reader: csv::Reader<Lines<R>>,
     header: Vec<String>,
     separator: u8,
     columns: &'a [&'a str],
     /// By column of `columns`: its place in the header.
     places: Vec<Option<usize>>,
     record: ByteRecord,
+    /// Of the current row.
+    line: u64,
+    /// The stream cannot be read further.
+    failed: bool,
 }
 
 impl<'a> CsvText<'a> {
+    /// Reads the header of `bytes`.
+    ///
+    /// # Errors
+    /// As [`CsvText::over`].
+    pub fn open(bytes: &'a [u8], file: &'a Path, columns: &'a [&'a str]) -> Result<Self, DatasetError> {
+        Self::over(bytes, file, columns)
+    }
+}
+
+impl<'a, R: Read> CsvText<'a, R> {
     /// Reads the header; the known `columns` may be in any order, others may stand between.
     ///
     /// # Errors
-    /// An empty file, or a known column twice.
-    pub fn open(bytes: &'a [u8], file: &'a Path, columns: &'a [&'a str]) -> Result<Self, DatasetError> {
-        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        let separator = separator(bytes);
+    /// An empty file, a known column twice, or what reading answers.
+    pub fn over(stream: R, file: &'a Path, columns: &'a [&'a str]) -> Result<Self, DatasetError> {
+        let refuse = |problem| DatasetError::of_file(file, problem).at(Line::Text(1));
+        let lines = Lines::begin(stream).map_err(|error| refuse(Problem::Csv(error.to_string())))?;
+        let separator = separator(&lines.head);
         let mut reader = csv::ReaderBuilder::new()
             .has_headers(false)
             .flexible(true)
             .delimiter(separator)
-            .from_reader(bytes);
+            .buffer_capacity(BLOCK)
+            .from_reader(lines);
         let mut record = ByteRecord::new();
-        let refuse = |problem| DatasetError::of_file(file, problem).at(Line::Text(1));
         if !reader.read_byte_record(&mut record).unwrap_or(false) {
             return Err(refuse(Problem::Csv("the file is empty; write a header line".to_owned())));
         }
@@ -51,7 +72,9 @@ impl<'a> CsvText<'a> {
                 return Err(refuse(Problem::DuplicateColumn).column(*column));
             }
         }
-        Ok(CsvText { bytes, file, reader, header, separator, columns, places, record })
+        let text =
+            CsvText { file, reader, header, separator, columns, places, record, line: 1, failed: false };
+        Ok(text)
     }
 
     /// Refuses a header without `column` (index into the known columns).
@@ -83,7 +106,15 @@ impl<'a> CsvText<'a> {
     /// # Errors
     /// A row whose number of cells is not the header's. Reading can go on.
     pub fn next_row(&mut self) -> Option<Result<(), DatasetError>> {
-        match self.reader.read_byte_record(&mut self.record) {
+        if self.failed {
+            return None;
+        }
+        let read = self.reader.read_byte_record(&mut self.record);
+        if let Some(position) = self.record.position() {
+            let start = position.byte();
+            self.line = self.reader.get_mut().line_at(start).unwrap_or(self.line);
+        }
+        match read {
             Ok(false) => None,
             Ok(true) if self.record.len() == self.header.len() => Some(Ok(())),
             Ok(true) => {
@@ -96,7 +127,11 @@ impl<'a> CsvText<'a> {
                 let text = format!("the row has {cells} cells, the header has {columns}; {cause}");
                 Some(Err(self.refuse(Problem::Csv(text))))
             }
-            Err(error) => Some(Err(self.refuse(Problem::Csv(error.to_string())))),
+            Err(error) => {
+                // The next try would fail the same way, without end.
+                self.failed = error.is_io_error();
+                Some(Err(self.refuse(Problem::Csv(error.to_string()))))
+            }
         }
     }
 
@@ -143,18 +178,102 @@ impl<'a> CsvText<'a> {
     /// Does the text end within a line? Its last number may be cut then.
     #[must_use]
     pub fn ends_within_line(&self) -> bool {
-        !self.bytes.ends_with(b"\n") && !self.bytes.ends_with(b"\r")
+        !matches!(self.reader.get_ref().last, b'\n' | b'\r')
     }
 
-    /// Line of the current row, from 1. Counted here because the reader's own count starts
-    /// before blank lines and the second half of CRLF.
+    /// Line of the current row, from 1.
     #[must_use]
     pub fn line(&self) -> u64 {
-        let start = self.record.position().map_or(0, csv::Position::byte) as usize;
-        let blank = self.bytes.get(start..).unwrap_or_default();
-        let start = start + blank.iter().take_while(|byte| matches!(byte, b'\r' | b'\n')).count();
-        let before = self.bytes.get(..start).unwrap_or(self.bytes);
-        before.iter().filter(|byte| **byte == b'\n').count() as u64 + 1
+        self.line
+    }
+}
+
+/// Bytes on their way to the CSV reader. Counts lines: the reader's own count starts before blank lines and the second
+/// half of CRLF.
+struct Lines<R> {
+    stream: R,
+    /// What was read to see the header line.
+    head: Vec<u8>,
+    /// Bytes of `head` that were handed on.
+    handed: usize,
+    /// Offset of the next byte.
+    at: u64,
+    /// Line that it is on.
+    line: u64,
+    /// Is the line blank so far?
+    blank: bool,
+    /// Offset of the first byte, and number, of lines that are not blank and are not passed yet.
+    starts: VecDeque<(u64, u64)>,
+    last: u8,
+}
+
+impl<R: Read> Lines<R> {
+    fn begin(mut stream: R) -> std::io::Result<Self> {
+        let mut head = Vec::new();
+        let ended = |head: &[u8]| {
+            let line = head.iter().skip_while(|byte| matches!(byte, b'\r' | b'\n'));
+            line.clone().any(|byte| matches!(byte, b'\r' | b'\n'))
+        };
+        while !ended(&head) && (head.len() as u64) < HEADER {
+            if stream.by_ref().take(BLOCK as u64).read_to_end(&mut head)? == 0 {
+                break;
+            }
+        }
+        if head.starts_with(b"\xef\xbb\xbf") {
+            head.drain(..3);
+        }
+        let starts = VecDeque::new();
+        Ok(Lines { stream, head, handed: 0, at: 0, line: 1, blank: true, starts, last: b'\n' })
+    }
+}
+
+impl<R> Lines<R> {
+    /// Line of the first row that begins at offset `start` or, after blank lines, later.
+    fn line_at(&mut self, start: u64) -> Option<u64> {
+        while self.starts.front().is_some_and(|(at, _)| *at < start) {
+            self.starts.pop_front();
+        }
+        self.starts.front().map(|(_, line)| *line)
+    }
+
+    fn count(&mut self, bytes: &[u8]) {
+        let mut rest = bytes;
+        while let Some(first) = rest.first() {
+            let run = if *first == b'\n' {
+                self.line += 1;
+                self.blank = true;
+                1
+            } else if self.blank && *first == b'\r' {
+                1
+            } else {
+                if self.blank {
+                    self.starts.push_back((self.at, self.line));
+                    self.blank = false;
+                }
+                rest.iter().position(|byte| *byte == b'\n').unwrap_or(rest.len())
+            };
+            self.at += run as u64;
+            rest = rest.get(run..).unwrap_or_default();
+        }
+        self.last = bytes.last().copied().unwrap_or(self.last);
+    }
+}
+
+impl<R: Read> Read for Lines<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let waiting = self.head.get(self.handed..).unwrap_or_default();
+        let count = if waiting.is_empty() {
+            self.head = Vec::new();
+            self.handed = 0;
+            self.stream.read(buffer)?
+        } else {
+            let count = waiting.len().min(buffer.len());
+            buffer[..count].copy_from_slice(&waiting[..count]);
+            self.handed += count;
+            count
+        };
+        self.count(&buffer[..count]);
+        Ok(count)
     }
 }
 
@@ -174,10 +293,92 @@ fn parse_number(cell: &[u8], decimal_comma: bool) -> Result<f64, Problem> {
         return Ok(f64::NAN);
     }
     let text = std::str::from_utf8(cell).map_err(|_| Problem::NotANumber)?;
-    let with_point = match decimal_comma && !text.contains('.') {
-        true => text.replacen(',', ".", 1),
-        false => text.to_owned(),
-    };
-    let number: f64 = with_point.parse().map_err(|_| Problem::NotANumber)?;
+    let number: f64 = match decimal_comma && text.contains(',') && !text.contains('.') {
+        true => text.replacen(',', ".", 1).parse(),
+        false => text.parse(),
+    }
+    .map_err(|_| Problem::NotANumber)?;
     if number.is_finite() { Ok(number) } else { Err(Problem::NonFinite) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    /// Rows made as they are read: a file of any length.
+    struct Rows<'c> {
+        left: u64,
+        made: Vec<u8>,
+        read: &'c Cell<u64>,
+    }
+
+    impl Read for Rows<'_> {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            while self.made.len() < buffer.len() && self.left > 0 {
+                self.left -= 1;
+                self.made.extend_from_slice(b"0.004,1.25,-3.5e-2,7\n");
+            }
+            let count = self.made.len().min(buffer.len());
+            buffer[..count].copy_from_slice(&self.made[..count]);
+            self.made.drain(..count);
+            self.read.set(self.read.get() + count as u64);
+            Ok(count)
+        }
+    }
+
+    #[test]
+    fn of_a_long_file_no_more_than_two_blocks_are_in_memory() {
+        let (rows, read) = (400_000, Cell::new(0));
+        let header = b"t,a,b,c\n".to_vec();
+        let stream = Rows { left: rows, made: header, read: &read };
+        let mut text = CsvText::over(stream, Path::new("long.csv"), &["t", "b"]).expect("a header");
+        let mut used = 8;
+        for row in 0..rows {
+            text.next_row().expect("a row").expect("sound");
+            used += 21;
+            assert!(read.get() - used <= 2 * BLOCK as u64, "row {row}: {} bytes ahead", read.get() - used);
+            assert!(text.reader.get_ref().starts.len() <= 2 * BLOCK / 21 + 2);
+        }
+        assert_eq!((text.line(), text.number(1).ok()), (rows + 1, Some(-3.5e-2)));
+        assert!(text.next_row().is_none());
+    }
+
+    /// Fails after some blocks, as a disk does.
+    struct Broken(usize);
+
+    impl Read for Broken {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            if self.0 > 4 * BLOCK {
+                return Err(std::io::Error::other("the disk is gone"));
+            }
+            let count = (buffer.len() / 4 * 4).min(20_000);
+            buffer[..count].copy_from_slice(&b"1,2\n".repeat(count / 4));
+            self.0 += count;
+            Ok(count)
+        }
+    }
+
+    #[test]
+    fn a_stream_that_fails_is_told_once_and_ends() {
+        let mut text = CsvText::over(Broken(0), Path::new("a.csv"), &["1"]).expect("a header");
+        let rows: Vec<Result<(), DatasetError>> = std::iter::from_fn(|| text.next_row()).collect();
+        let errors: Vec<String> =
+            rows.iter().filter_map(|row| Some(row.as_ref().err()?.to_string())).collect();
+        assert!(rows.len() > BLOCK, "{}", rows.len());
+        assert!(errors.len() == 1 && errors[0].contains("the disk is gone"), "{errors:?}");
+    }
+
+    #[test]
+    fn lines_are_those_of_an_editor_whatever_is_blank_quoted_or_crlf() {
+        let text = "\u{feff}\r\n\nt,a\r\n1,2\r\n\r\n3,\"x\ny\"\r\n\n\n5,6";
+        let mut rows = CsvText::open(text.as_bytes(), Path::new("a.csv"), &["t"]).expect("a header");
+        let mut lines = Vec::new();
+        while let Some(row) = rows.next_row() {
+            row.expect("sound");
+            lines.push((rows.number(0).expect("a number"), rows.line()));
+        }
+        assert_eq!(lines, [(1.0, 4), (3.0, 6), (5.0, 10)]);
+        assert!(rows.ends_within_line());
+    }
 }

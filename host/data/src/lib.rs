@@ -16,6 +16,7 @@ mod parquet_table;
 mod read;
 pub mod schema;
 pub mod series;
+pub mod signal;
 pub mod spelling;
 mod stage;
 mod table;

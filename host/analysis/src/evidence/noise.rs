@@ -5,6 +5,8 @@
 //! over conditions, `sum (x - mean)^2 / sum (n - 1)`, and the noise from sample to sample make
 //! the floor. Without repetitions there is none: `None`, never zero.
 
+pub use stickslip_data::signal::white_noise;
+
 /// Sections of equal length into which a phase is cut.
 pub const SECTIONS: usize = 8;
 /// Fewer samples than this say nothing about a phase.
@@ -108,27 +110,6 @@ impl Pool {
         let between = (self.squares / self.degrees - white_sq / in_section).max(0.0);
         Some((between + white_sq).sqrt())
     }
-}
-
-/// Standard deviation of white noise, from the median of the differences of neighbouring
-/// samples: motion and steps hardly enter it. `None` for fewer than eight differences.
-pub fn white_noise(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut last = f64::NAN;
-    let mut differences: Vec<f64> = values
-        .map(|x| {
-            let d = (x - last).abs();
-            last = x;
-            d
-        })
-        .filter(|d| d.is_finite())
-        .collect();
-    if differences.len() < 8 {
-        return None;
-    }
-    let middle = differences.len() / 2;
-    let (_, median, _) = differences.select_nth_unstable_by(middle, f64::total_cmp);
-    // The median of |d| is 0.6745 sqrt(2) sigma.
-    Some(*median / (0.6745 * std::f64::consts::SQRT_2))
 }
 
 #[cfg(test)]

@@ -9,12 +9,11 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::board_set::SetArgs;
-use super::telemetry::{describe, doubt_names, flag_names};
-use stickslip_analysis::model::file::model_or_default;
-use stickslip_analysis::run::replay::feed;
+use super::package::of_trial;
+use super::telemetry::describe;
 use stickslip_device::clock::Clock;
-use stickslip_device::package::Package;
 use stickslip_device::{Device, log};
+use stickslip_live::words::{doubt_names, flag_names};
 use stickslip_report::terminal::Output;
 use stickslip_shared::wire::{
     self, Calibration, Port, Recalled, Sensor, Sensors, Source, StartRequest, TelemetryReport, check,
@@ -180,7 +179,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         _ => None,
     };
     let package = match &args.what {
-        What::Load(load) => Some(package(load, output)?),
+        What::Load(load) => {
+            Some(of_trial(&load.data, load.trial.as_deref(), load.model.as_deref(), output)?.0)
+        }
         _ => None,
     };
     let mut device = Device::open(&args.device)?;
@@ -235,7 +236,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         }
         What::Log { file, span } => {
             let for_s = span.check()?;
-            let meta = json!({ "device": args.device, "board": device.info().board.as_str() });
+            let info = device.info();
+            let meta =
+                json!({ "device": args.device, "board": info.board.as_str(), "timer_hz": info.timer_hz });
             let mut writer = log::Writer::create(file, &log::Header { scene: vec![], model: vec![], meta })?;
             let began = Instant::now();
             let reports = watch(&mut device, for_s, |report| {
@@ -276,15 +279,6 @@ fn read_matrices(file: &std::path::Path) -> anyhow::Result<Vec<Calibration>> {
     }
     ensure!(!all.is_empty(), "{}: no [[finger]] in it", named());
     Ok(all)
-}
-
-fn package(load: &Load, output: &Output) -> anyhow::Result<Package> {
-    let reader = stickslip_report::data::open(&load.data, output)?;
-    let (ordinal, info) = reader.find(load.trial.as_deref())?;
-    let trial = reader.read_trial(info)?;
-    let model = model_or_default(load.model.as_deref())?;
-    let fed = feed(&reader.description, &trial)?;
-    Ok(Package::new(fed.scene, &model, fed.plan, fed.samples, ordinal))
 }
 
 /// What a board was told to do and did.

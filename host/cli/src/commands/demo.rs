@@ -9,11 +9,10 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::grip_loop::{self, Options, Trial};
+use crate::moving;
 use stickslip_report::html;
 use stickslip_report::plot::{Chart, Line, MEASURED, MODELS};
 use stickslip_report::terminal::{Output, Style};
-use stickslip_rig::plan::PlanName;
-use stickslip_shared::wire::GripLimits;
 
 /// Command line of `stickslip demo`.
 #[derive(Debug, clap::Args)]
@@ -138,20 +137,10 @@ struct Lifts {
     peak_over_planned_most: f64,
 }
 
-/// Seed of the lifts: the advice was developed on another (docs/lab/grip-loop.md).
-const LIFT_SEED: u64 = 2;
-
 /// One object of the rig, 18 lifts: steady ones and each way of losing it. The prediction is this machine's, bit for bit
 /// the board's.
 fn lift(output: &Output, page: &Path) -> anyhow::Result<Lifts> {
-    let options = Options {
-        plan: PlanName::Lift,
-        objects: vec!["obj4".to_owned()],
-        seed: LIFT_SEED,
-        sees_object: true,
-        limits: GripLimits::default(),
-    };
-    let trials = grip_loop::run(&options)?;
+    let trials = grip_loop::run(&Options::demonstration())?;
     let count = |of: &dyn Fn(&Trial) -> bool| trials.iter().filter(|t| of(t)).count();
     let peaks: Vec<f64> = trials.iter().map(|t| t.pair.closed.peak_n / t.pair.planned_n).collect();
     let lifts = Lifts {
@@ -171,7 +160,7 @@ fn lift(output: &Output, page: &Path) -> anyhow::Result<Lifts> {
         lifts.peak_over_planned_mean,
         lifts.peak_over_planned_most
     ));
-    if let Some(saved) = trials.iter().find(|t| !t.pair.open.kept && t.pair.closed.kept) {
+    if let Some(saved) = trials.iter().find(|t| t.saved()) {
         output.page(page, picture(saved))?;
     }
     Ok(lifts)
@@ -208,9 +197,10 @@ fn picture(trial: &Trial) -> String {
         "A drop prevented",
         &format!(
             "<h1>A drop prevented</h1>\n<p>{} ({}), lifted twice from the same seed: grey with the planned grip, blue \
-             with the one that the prediction advises. A line that ends: the object has left the pads.</p>\n{place}\n{grip}\n",
+             with the one that the prediction advises. A line that ends: the object has left the pads.</p>\n{}{place}\n{grip}\n",
             html::escape(&trial.pair.label),
-            html::escape(trial.pair.scenario)
+            html::escape(trial.pair.scenario),
+            moving::picture(trial)
         ),
     )
 }

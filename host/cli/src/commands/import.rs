@@ -25,7 +25,7 @@ enum Source {
     /// Any recording, by a mapping file that `stickslip new` begins
     #[command(
         after_help = "Example:\n  stickslip new raw/obj4_r1_ft.csv raw/obj4_r1_mocap.csv --out mapping.toml\n  \
-                      stickslip import recording mapping.toml --out data/mine --html mine.html"
+                      stickslip import recording mapping.toml --out data/mine --html mine.html --clocks clocks.html"
     )]
     Recording(RecordingArgs),
     /// Planar pushes of the CMU Manipulation Lab (MLab_EXP/PushExp/sensor_log)
@@ -57,6 +57,9 @@ struct RecordingArgs {
     /// Write a page that shows signals and frames as they were understood
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    /// Write a page on the clocks that were estimated: force and motion about the contact, by one clock
+    #[arg(long, value_name = "FILE")]
+    clocks: Option<PathBuf>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -100,7 +103,7 @@ pub(super) struct Report<'r, V> {
 /// A file that is not there or not of its kind, and what writing answers.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     match &args.source {
-        Source::Recording(args) => recorded(&args.files, args.html.as_deref(), output),
+        Source::Recording(args) => recorded(args, output),
         Source::CmuPush(args) => cmu(args, output),
         Source::Tribometer(files) => {
             let (text, name) = read(&files.file)?;
@@ -141,6 +144,8 @@ pub(super) struct RecordingReport<'r> {
     signals: &'r [recording::Signal],
     /// Mean that `tare_s` took off, N and N m: trial, signal, wrench.
     tares: &'r [(String, String, [f64; 6])],
+    /// Clocks that were estimated, by trial and stream.
+    offsets: &'r [recording::Offset],
     /// Trials and rows of the table that were left out, with the reason.
     refused: &'r [String],
     /// Rows that could not be used, by file.
@@ -149,9 +154,15 @@ pub(super) struct RecordingReport<'r> {
     physics: Vec<String>,
 }
 
-fn recorded(files: &Files, html: Option<&Path>, output: &Output) -> anyhow::Result<()> {
+fn recorded(args: &RecordingArgs, output: &Output) -> anyhow::Result<()> {
+    let RecordingArgs { files, html, clocks } = args;
     let import = recording::import(&files.file)?;
-    let recording::Import { dataset, signals, refused, bad_rows, tares } = &import;
+    let recording::Import { dataset, signals, refused, bad_rows, tares, offsets } = &import;
+    anyhow::ensure!(
+        clocks.is_none() || !offsets.is_empty(),
+        "--clocks: no stream of {} has time.clock = \"estimated\"",
+        files.file.display()
+    );
     let stage = Stage::begin(&files.out)?;
     stickslip_data::write_as(dataset, stage.folder(), files.tables)?;
     stage.finish()?;
@@ -169,6 +180,12 @@ fn recorded(files: &Files, html: Option<&Path>, output: &Output) -> anyhow::Resu
     }
     output.text("What was assumed:");
     output.table(&rows);
+    for line in super::import_clocks::lines(offsets) {
+        output.text(line);
+    }
+    if let Some(path) = clocks {
+        output.page(path, super::import_clocks::page(offsets))?;
+    }
     for (trial, signal, offset) in tares.iter().take(5) {
         let offset: Vec<String> = offset.iter().map(|value| format!("{value:.4}")).collect();
         output.text(format_args!("tare of {signal} in {trial}: [{}] N, N m", offset.join(", ")));
@@ -203,6 +220,7 @@ fn recorded(files: &Files, html: Option<&Path>, output: &Output) -> anyhow::Resu
         samples,
         signals,
         tares,
+        offsets,
         refused,
         bad_rows,
         physics: physics.clone(),

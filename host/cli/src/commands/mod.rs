@@ -16,9 +16,12 @@ pub mod diagnose;
 pub mod effects;
 mod fitted;
 pub mod import;
+mod import_clocks;
 pub mod lcp;
 pub mod man;
+pub mod monitor;
 pub mod new;
+mod package;
 pub mod refit;
 pub mod replay;
 pub mod rig;
@@ -89,6 +92,8 @@ enum Command {
     Man(man::Args),
     /// Set up, watch and check a board: info, load, set, sensors, tare, calibrate, monitor, selftest, log
     Board(board::Args),
+    /// Watch what a board predicts as it happens, in the terminal or in Foxglove; or a log played again
+    Monitor(monitor::Args),
     /// Stream a recorded trial to a board (or the firmware in QEMU) and watch its predictions
     Stream(stream::Args),
 }
@@ -116,6 +121,7 @@ impl Command {
             Command::Completions(args) => completions::run(args, Cli::command(), output),
             Command::Man(args) => man::run(args, Cli::command(), output),
             Command::Board(args) => board::run(args, output),
+            Command::Monitor(args) => monitor::run(args, output),
             Command::Stream(args) => stream::run(args, output),
         }
     }

@@ -129,6 +129,7 @@ fn write_log(
     let mut writer = log::Writer::create(path, &header)?;
     for (sample, prediction) in samples.iter().zip(predictions) {
         let ns = u64::from(sample.t_us) * 1000;
+        writer.record(ns, Entry::Sample(sample))?;
         writer.record(ns, Entry::Prediction(prediction))?;
     }
     Ok(writer.sync()?)

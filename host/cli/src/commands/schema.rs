@@ -9,7 +9,7 @@ use stickslip_data::import::{cmu_push, tribometer};
 use stickslip_device::session;
 use stickslip_report::terminal::{Output, table};
 
-use super::{board, calibrate, demo, effects, fitted, import, lcp, man, new, rig};
+use super::{board, calibrate, demo, effects, fitted, import, lcp, man, monitor, new, rig};
 
 /// Command line of `stickslip schema`.
 #[derive(Debug, clap::Args)]
@@ -58,6 +58,7 @@ fn documents() -> Vec<Document> {
         first("replay", of::<run::summary::Document>),
         first("score", of::<score::document::Document>),
         first("stream", of::<session::Outcome>),
+        first("monitor", of::<monitor::Summary>),
         first("board", of::<board::Done>),
         first("board info", of::<board::Told>),
         first("board selftest", of::<board::Checks>),

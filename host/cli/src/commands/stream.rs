@@ -6,10 +6,8 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use stickslip_shared::wire::{self, TelemetryReport};
 
-use super::replay::every_so_many;
+use super::package::of_trial;
 use super::telemetry::{describe, live};
-use stickslip_analysis::model::file::model_or_default;
-use stickslip_analysis::run::replay::{Feed, at_board_rate, feed, interpolated_poses};
 use stickslip_device::Device;
 use stickslip_device::log::{self, Entry};
 use stickslip_device::package::Package;
@@ -53,20 +51,7 @@ pub struct Args {
 /// Where data or model cannot be read, the device is not there, refuses, falls silent or
 /// is cut off, or its predictions differ from this host's.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let reader = stickslip_report::data::open(&args.data, output)?;
-    let (ordinal, info) = reader.find(args.trial.as_deref())?;
-    let (trial, every) = at_board_rate(reader.read_trial(info)?);
-    if every > 1 {
-        output.note(every_so_many(&info.trial, every));
-    }
-    if let Some(text) = interpolated_poses(&trial) {
-        output.note(format_args!("trial {}: {text}", info.trial));
-    }
-    let model = model_or_default(args.model.as_deref())?;
-    let package = {
-        let Feed { scene, plan, samples, .. } = feed(&reader.description, &trial)?;
-        Package::new(scene, &model, plan, samples, ordinal)
-    };
+    let (package, trial) = of_trial(&args.data, args.trial.as_deref(), args.model.as_deref(), output)?;
 
     let mut device = Device::open(&args.device)?;
     output.text(describe(device.info()));
@@ -76,8 +61,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
              or their predictions may differ",
         );
     }
-    output.text(format_args!("trial {}: {} samples", info.trial, package.samples.len()));
-    let mut log = args.log.as_deref().map(|path| start_log(path, &package, &info.trial)).transpose()?;
+    output.text(format_args!("trial {trial}: {} samples", package.samples.len()));
+    let mut log =
+        args.log.as_deref().map(|path| start_log(path, &package, &trial, device.info())).transpose()?;
     let began = Instant::now();
     let mut display = Display::new(output.progress(package.samples.len() as u64, "streaming"));
     let outcome = session::stream(&mut device, &package, args.line_faults, &mut |event| {
@@ -110,12 +96,12 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
 }
 
 /// A log whose header holds what the board was told.
-fn start_log(path: &Path, package: &Package, trial: &str) -> anyhow::Result<log::Writer> {
+fn start_log(path: &Path, package: &Package, trial: &str, info: &wire::Info) -> anyhow::Result<log::Writer> {
     let (scene, model, _) = &package.model;
     let header = log::Header {
         scene: postcard::to_allocvec(scene)?,
         model: postcard::to_allocvec(model)?,
-        meta: serde_json::json!({ "trial": trial, "device": "stream" }),
+        meta: serde_json::json!({ "trial": trial, "device": "stream", "timer_hz": info.timer_hz }),
     };
     Ok(log::Writer::create(path, &header)?)
 }

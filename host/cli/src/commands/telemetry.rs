@@ -1,6 +1,6 @@
 //! What a board says, in words: for `stream` and `board`.
 
-use stickslip_analysis::run::replay::{FLAGS, VALIDITY};
+use stickslip_live::words::{doubt_names, flag_names, when};
 use stickslip_report::terminal::table;
 use stickslip_shared::wire::{Info, TelemetryReport};
 
@@ -41,28 +41,4 @@ pub fn live(report: &TelemetryReport) -> String {
         flag_names(p.flags),
         doubt_names(p.validity),
     )
-}
-
-fn when(seconds: Option<f32>) -> String {
-    match seconds {
-        None => "not ahead".into(),
-        Some(0.0) => "now".into(),
-        Some(seconds) => format!("in {:.0} ms", seconds * 1e3),
-    }
-}
-
-/// Names of the flags that are up.
-pub fn flag_names(bits: u32) -> String {
-    names(bits, &FLAGS)
-}
-
-/// Names of the doubts.
-pub fn doubt_names(bits: u32) -> String {
-    names(bits, &VALIDITY)
-}
-
-fn names(bits: u32, of: &[&str]) -> String {
-    let set = of.iter().enumerate().filter(|(bit, _)| bits >> bit & 1 == 1);
-    let set: Vec<&str> = set.map(|(_, name)| name.strip_prefix("doubt: ").unwrap_or(name)).collect();
-    if set.is_empty() { "none".into() } else { set.join(", ") }
 }

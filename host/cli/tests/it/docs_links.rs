@@ -1,4 +1,4 @@
-//! Links of README.md and of the pages in docs/ lead to files that exist.
+//! Links of README.md, CHANGELOG.md and of the pages in docs/ lead to files that exist, in the repository and in the book.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -46,9 +46,9 @@ fn links(text: &str) -> Vec<(usize, String)> {
 }
 
 #[test]
-fn every_relative_link_of_readme_and_docs_leads_to_a_file() {
+fn every_relative_link_of_readme_changelog_and_docs_leads_to_a_file() {
     let top = top();
-    let mut files = vec![top.join("README.md")];
+    let mut files = vec![top.join("README.md"), top.join("CHANGELOG.md")];
     pages(&top.join("docs"), &mut files);
     let (mut seen, mut broken) = (0, Vec::new());
     for file in &files {
@@ -75,9 +75,37 @@ fn every_page_of_docs_is_in_a_table_of_contents() {
         let text = fs::read_to_string(top.join(contents)).expect("a table of contents");
         for entry in fs::read_dir(top.join(folder)).expect("a folder of pages") {
             let name = entry.expect("an entry").file_name().to_string_lossy().into_owned();
-            if name.ends_with(".md") && name != "README.md" {
+            if name.ends_with(".md") && !["README.md", "SUMMARY.md"].contains(&name.as_str()) {
                 assert!(text.contains(&format!("({name})")), "{contents} does not list {folder}/{name}");
             }
         }
     }
+}
+
+/// mdBook makes a page of each file that SUMMARY.md names, and of no other; links to pages become links to these.
+#[test]
+fn the_book_has_every_page_of_docs_and_no_link_to_a_page_outside() {
+    let docs = top().join("docs");
+    let summary = fs::read_to_string(docs.join("SUMMARY.md")).expect("docs/SUMMARY.md");
+    let chapters: Vec<PathBuf> = links(&summary).into_iter().map(|(_, target)| docs.join(target)).collect();
+    let mut files = Vec::new();
+    pages(&docs, &mut files);
+    files.retain(|file| !file.ends_with("SUMMARY.md"));
+    let missing: Vec<&PathBuf> = files.iter().filter(|file| !chapters.contains(file)).collect();
+    assert!(missing.is_empty(), "docs/SUMMARY.md does not name {missing:?}");
+    let stray: Vec<&PathBuf> = chapters.iter().filter(|chapter| !files.contains(chapter)).collect();
+    assert!(stray.is_empty(), "docs/SUMMARY.md names {stray:?}, which are not there");
+    let book = docs.canonicalize().expect("docs/");
+    let mut outside = Vec::new();
+    for file in &files {
+        for (line, target) in links(&fs::read_to_string(file).expect("a page")) {
+            let path = target.split('#').next().unwrap_or_default();
+            let there =
+                file.parent().map(|folder| folder.join(path)).and_then(|path| path.canonicalize().ok());
+            if path.ends_with(".md") && !there.is_some_and(|there| there.starts_with(&book)) {
+                outside.push(format!("{}:{line}: {target}", file.display()));
+            }
+        }
+    }
+    assert!(outside.is_empty(), "mdBook makes pages of these links, which the book has not: {outside:?}");
 }

@@ -85,3 +85,22 @@ fn the_picture_is_that_of_todays_comparison() {
         "docs/comparison.svg is not of today: run this test with STICKSLIP_WRITE_PICTURE=1 and look at it"
     );
 }
+
+#[test]
+fn the_moving_picture_is_that_of_todays_lift() {
+    let trials =
+        stickslip_cli::grip_loop::run(&stickslip_cli::grip_loop::Options::demonstration()).expect("lifts");
+    let saved =
+        trials.iter().find(|trial| trial.saved()).expect("an object that is kept by the advice alone");
+    let now = stickslip_cli::moving::picture(saved);
+    roxmltree::Document::parse(&now).expect("SVG");
+    let file = repository().join("docs/lift.svg");
+    if std::env::var_os("STICKSLIP_WRITE_PICTURE").is_some() {
+        std::fs::write(&file, &now).expect("docs/lift.svg");
+    }
+    let drawn = std::fs::read_to_string(&file).unwrap_or_default();
+    assert!(
+        drawn == now,
+        "docs/lift.svg is not of today: run this test with STICKSLIP_WRITE_PICTURE=1 and look at it"
+    );
+}

@@ -1,8 +1,10 @@
 //! Tests of the crate from outside, in one program: it links once.
 
+mod clocks;
 mod dataset_refusals;
 mod dataset_round_trip;
 mod imports;
+mod long_csv;
 mod memory;
 mod recordings;
 mod schema;

@@ -155,7 +155,7 @@ class Dataset:
 
     @property
     def imported(self) -> Fields | None:
-        """Of a recording: what was assumed of each signal, tares, rows that could not be used."""
+        """Of a recording: what was assumed of each signal, tares, clocks that were estimated, rows that could not be used."""
         return self._imported
 
     def columns(self, trial: str | None = None) -> dict[str, NDArray[np.float64]]:

@@ -15,22 +15,15 @@
 //! Which trials show it, and why others do not, is part of the report: a clock that nobody could
 //! compare is not one that is right.
 
-use nalgebra::{SMatrix, SVector};
 use schemars::JsonSchema;
 use serde::Serialize;
+use stickslip_data::signal::onset;
 use stickslip_data::{Sample, Trial};
 
 use super::breach::{Breach, Cause};
 use crate::channels;
-use crate::evidence::noise::white_noise;
 use crate::evidence::statistics::quantile;
 
-/// The rest at the start that gives the baseline, s.
-const BASELINE_S: f64 = 0.05;
-/// Beyond so many standard deviations a signal has left its baseline, in three samples in a row.
-const LEAVES: f64 = 6.0;
-/// The line of the motion is fitted up to so many of them.
-const FITTED: f64 = 30.0;
 /// Rotation counts at this arm, m.
 const ARM_M: f64 = 0.03;
 /// Offsets below this are within what filters and exposure times make, s.
@@ -154,61 +147,6 @@ fn in_gripper(s: &Sample) -> Option<(f64, [f64; 6])> {
     let local = gripper.to_local(&object);
     let (p, r) = (local.position_m, local.rotation.scaled_axis() * ARM_M);
     Some((s.t_s, [p.x, p.y, p.z, r.x, r.y, r.z]))
-}
-
-/// When a signal leaves its baseline: the corner of the broken line, level before and straight
-/// after, that fits to it by least squares. Corners whose sum of squares is within one variance of
-/// the least are as likely: their middle and half their range are the onset and its standard
-/// deviation. Whether it has left is judged by means of `over` samples.
-fn onset(signal: &[(f64, [f64; 6])], over: usize) -> Option<(f64, f64)> {
-    let (start_s, _) = signal.first()?;
-    let early = signal.iter().take_while(|(t, _)| t - start_s <= BASELINE_S).count();
-    let rest = signal.get(..early).filter(|rest| rest.len() >= 3)?;
-    let base: [f64; 6] = std::array::from_fn(|k| rest.iter().map(|(_, x)| x[k]).sum::<f64>() / early as f64);
-    let sigma: [f64; 6] =
-        std::array::from_fn(|k| white_noise(signal.iter().map(|(_, x)| x[k])).unwrap_or(0.0));
-    let total = sigma.iter().map(|s| s * s).sum::<f64>().sqrt();
-    let away: Vec<[f64; 6]> = signal.iter().map(|(_, x)| std::array::from_fn(|k| x[k] - base[k])).collect();
-    let size = |x: &[f64; 6]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let largest = away.iter().map(size).fold(0.0, f64::max);
-    let means: Vec<f64> = away
-        .windows(over)
-        .map(|w| size(&std::array::from_fn(|k| w.iter().map(|x| x[k]).sum::<f64>() / over as f64)))
-        .collect();
-    let sigma = total / (over as f64).sqrt();
-    let beyond = |limit: f64| means.windows(3).position(|three| three.iter().all(|x| *x > limit));
-    let left = beyond((LEAVES * sigma).max(0.02 * largest))?;
-    let until = beyond((FITTED * sigma).max(0.06 * largest)).unwrap_or(left).max(left) + over;
-    // One channel: the way along which it leaves.
-    let to = away.get(until.min(away.len() - 1))?;
-    let scale = size(to);
-    let along: Vec<(f64, f64)> = signal
-        .iter()
-        .zip(&away)
-        .take(until)
-        .map(|((t, _), x)| (*t, x.iter().zip(to).map(|(a, b)| a * b).sum::<f64>() / scale))
-        .collect();
-    let corner = |at_s: f64| {
-        let (mut a, mut b) = (SMatrix::<f64, 2, 2>::zeros(), SVector::<f64, 2>::zeros());
-        for (t, x) in &along {
-            let h = SVector::<f64, 2>::new(1.0, (t - at_s).max(0.0));
-            a += h * h.transpose();
-            b += h * *x;
-        }
-        let solved = a.cholesky().map(|c| c.solve(&b))?;
-        let left = |(t, x): &(f64, f64)| (x - solved[0] - solved[1] * (t - at_s).max(0.0)).powi(2);
-        Some(along.iter().map(left).sum::<f64>())
-    };
-    let (first_s, last_s) = (along.first()?.0, along.last()?.0);
-    let step_s = (last_s - first_s) / along.len().saturating_sub(1).max(1) as f64;
-    let tried = (3..4 * along.len().saturating_sub(1)).map(|k| first_s + 0.25 * step_s * k as f64);
-    let fits: Vec<(f64, f64)> = tried.filter_map(|at| Some((at, corner(at)?))).collect();
-    let least = fits.iter().map(|(_, squares)| *squares).reduce(f64::min)?;
-    let variance = least / along.len().max(3) as f64 + f64::MIN_POSITIVE;
-    let likely = || fits.iter().filter(|(_, squares)| *squares <= least + variance).map(|(at, _)| *at);
-    let (low, high) = (likely().reduce(f64::min)?, likely().reduce(f64::max)?);
-    // The corners tried lie a quarter of a sample apart.
-    Some((0.5 * (low + high), (0.5 * (high - low)).hypot(0.25 * step_s)))
 }
 
 /// What the trials of one primitive say of the clocks.

@@ -158,7 +158,10 @@ pub fn files(mapping: &Path, pattern: &str) -> Result<BTreeMap<String, PathBuf>,
     let before = if pattern.starts_with('/') && at == 1 { PathBuf::from("/") } else { before };
     let after: PathBuf = parts[at + 1..].iter().collect();
     let (head, tail) = parts[at].split_once("{trial}").unwrap_or((parts[at], ""));
-    let folder = beside(mapping, &before);
+    let folder = match beside(mapping, &before) {
+        here if here.as_os_str().is_empty() => PathBuf::from("."),
+        folder => folder,
+    };
     let io = |error: std::io::Error| RecordingError::Io { file: folder.clone(), error: error.to_string() };
     for entry in std::fs::read_dir(&folder).map_err(io)? {
         let name = entry.map_err(io)?.file_name().to_string_lossy().into_owned();

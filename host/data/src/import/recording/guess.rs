@@ -281,7 +281,7 @@ fn stream(look: &Look, used: &mut Vec<&'static str>, text: &mut String) {
         }
     }
     text.push_str(
-        "# time.clock = \"starts_together\" or time.offset_s where this device has its own clock\n",
+        "# time.clock = \"estimated\", \"starts_together\" or time.offset_s where this device has its own clock\n",
     );
     let mut left = Vec::new();
     for (body, group) in &groups {

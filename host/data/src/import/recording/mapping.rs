@@ -104,6 +104,8 @@ pub enum Clock {
     Shared,
     /// Its own; both recordings of a trial begin at the same moment.
     StartsTogether,
+    /// Its own; its offset is found from the data (`offset.rs`).
+    Estimated,
 }
 
 /// Columns of a wrench.
@@ -268,6 +270,13 @@ impl Mapping {
 
     fn check(&self) -> Result<(), String> {
         let first = self.streams.first().ok_or("no [[streams]]: name at least one file of signals")?;
+        if first.time.clock == Clock::Estimated {
+            return Err(format!(
+                "streams.{}.time.clock: the first stream's clock is the one that others are brought to; put \
+                 \"estimated\" into another stream",
+                first.name
+            ));
+        }
         let mut owners: BTreeMap<&str, &str> = BTreeMap::new();
         for (index, stream) in self.streams.iter().enumerate() {
             let name = &stream.name;

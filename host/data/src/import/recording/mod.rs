@@ -12,6 +12,7 @@ pub mod frames;
 pub mod grid;
 pub mod guess;
 pub mod mapping;
+pub mod offset;
 pub mod source;
 pub mod units;
 
@@ -28,6 +29,7 @@ pub use error::RecordingError;
 use frames::pose;
 use grid::Tick;
 use mapping::{Clock, Mapping, PoseColumns, Stream, WrenchColumns};
+pub use offset::Offset;
 use source::Source;
 
 /// One signal, as it was understood.
@@ -64,6 +66,8 @@ pub struct Import {
     pub bad_rows: Vec<(PathBuf, BadRow)>,
     /// Mean that `tare_s` took off, N and N m, by trial and signal.
     pub tares: Vec<(String, String, [f64; 6])>,
+    /// Of clocks that are `"estimated"`, by trial and stream.
+    pub offsets: Vec<Offset>,
 }
 
 /// Reads the mapping at `path` and all recordings that it names.
@@ -77,7 +81,10 @@ pub fn import(path: &Path) -> Result<Import, RecordingError> {
     let mapping = Mapping::parse(&text, path)?;
     let recordings =
         if mapping.one_recording() { one_file_of_all(&mapping)? } else { one_file_a_trial(&mapping)? };
-    let Recordings { trials, mut refused, bad_rows } = recordings;
+    let Recordings { mut trials, mut refused, bad_rows, mut offsets } = recordings;
+    if !mapping.one_recording() {
+        offsets = estimate(&mapping, &mut trials, &mut refused);
+    }
     let built: Vec<_> = trials
         .into_par_iter()
         .map(|recorded| {
@@ -104,7 +111,7 @@ pub fn import(path: &Path) -> Result<Import, RecordingError> {
         return Err(RecordingError::NoTrials { file: path.to_owned(), why });
     }
     let signals = signals(&mapping, &facts);
-    Ok(Import { dataset, signals, refused, bad_rows, tares })
+    Ok(Import { dataset, signals, refused, bad_rows, tares, offsets })
 }
 
 /// The rows of each stream of one trial, on the first stream's clock.
@@ -118,6 +125,8 @@ struct Recordings {
     trials: Vec<Recorded>,
     refused: Vec<String>,
     bad_rows: Vec<(PathBuf, BadRow)>,
+    /// Of clocks of the whole recording.
+    offsets: Vec<Offset>,
 }
 
 fn read(stream: &Stream, file: &Path, further: Option<&str>) -> Result<Source, RecordingError> {
@@ -193,11 +202,24 @@ fn one_file_of_all(mapping: &Mapping) -> Result<Recordings, RecordingError> {
         streams.push(source);
     }
     align(mapping, &mut streams);
+    for (index, stream) in mapping.streams.iter().enumerate() {
+        if stream.time.clock != Clock::Estimated {
+            continue;
+        }
+        // By the first contact in it.
+        let own = offset::of_trial(mapping, &streams, index);
+        for found in offset::pooled(&stream.name, vec!["the recording".to_owned()], vec![own]) {
+            let found =
+                found.map_err(|advice| RecordingError::Mapping { file: mapping.path.clone(), advice })?;
+            streams[index].t_s.iter_mut().for_each(|t| *t += found.offset_s);
+            recordings.offsets.push(found);
+        }
+    }
     let mut spans: BTreeMap<String, [f64; 2]> = BTreeMap::new();
     let found = match &mapping.trials.cut_by {
         Some(column) => {
-            let first = streams.first().cloned().unwrap_or_default();
-            for (name, span) in runs(&first.t_s, &first.column(column)) {
+            let of_first = streams.first().map(|first| runs(&first.t_s, &first.column(column)));
+            for (name, span) in of_first.unwrap_or_default() {
                 if spans.insert(name.clone(), span).is_some() {
                     recordings.refused.push(format!(
                         "trial {name}: its number stands at two places of column {column:?}; the later is used"
@@ -259,13 +281,43 @@ fn align(mapping: &Mapping, streams: &mut [Source]) {
     let start = streams.first().and_then(|source| source.t_s.first()).copied().unwrap_or(0.0);
     for (stream, source) in mapping.streams.iter().zip(streams) {
         let own = match stream.time.clock {
-            Clock::Shared => 0.0,
+            // What is estimated is so from the time stamps that the mapping leaves.
+            Clock::Shared | Clock::Estimated => 0.0,
             Clock::StartsTogether => start - source.t_s.first().copied().unwrap_or(start),
         };
         for t in &mut source.t_s {
             *t += own + stream.time.offset_s;
         }
     }
+}
+
+/// Brings the streams whose clocks are to be estimated on the first one's; trials where that cannot be are left out.
+fn estimate(mapping: &Mapping, trials: &mut Vec<Recorded>, refused: &mut Vec<String>) -> Vec<Offset> {
+    let mut found = Vec::new();
+    for (index, stream) in mapping.streams.iter().enumerate() {
+        if stream.time.clock != Clock::Estimated {
+            continue;
+        }
+        let own: Vec<_> =
+            trials.par_iter().map(|recorded| offset::of_trial(mapping, &recorded.streams, index)).collect();
+        let names = trials.iter().map(|recorded| recorded.info.trial.clone()).collect();
+        let offsets = offset::pooled(&stream.name, names, own);
+        let mut kept = Vec::with_capacity(trials.len());
+        for (mut recorded, offset) in trials.drain(..).zip(offsets) {
+            match offset {
+                Ok(offset) => {
+                    if let Some(source) = recorded.streams.get_mut(index) {
+                        source.t_s.iter_mut().for_each(|t| *t += offset.offset_s);
+                    }
+                    found.push(offset);
+                    kept.push(recorded);
+                }
+                Err(why) => refused.push(format!("trial {}: {why}", recorded.info.trial)),
+            }
+        }
+        *trials = kept;
+    }
+    found
 }
 
 struct Built {
@@ -300,7 +352,7 @@ fn build(mapping: &Mapping, recorded: Recorded) -> Result<Built, String> {
             format!("{} {first:.3} to {last:.3} s", stream.name)
         });
         return Err(format!(
-            "its streams never run at the same time ({}); give clock = \"starts_together\" or offset_s",
+            "its streams never run at the same time ({}); give clock = \"estimated\", \"starts_together\" or offset_s",
             spans.collect::<Vec<_>>().join(", ")
         ));
     }
@@ -407,25 +459,7 @@ fn poses(
     source: &Source,
     base: &[Tick],
 ) -> Result<Vec<Option<Isometry3<f64>>>, String> {
-    let frame = columns.frame()?;
-    let [length, angle] = columns.scales()?;
-    let cells: Vec<Vec<f64>> = columns.columns().iter().map(|name| source.column(name)).collect();
-    let recorded: Vec<Option<Isometry3<f64>>> = (0..source.t_s.len())
-        .map(|at| {
-            let of = |column: usize| cells.get(column).map_or(f64::NAN, |cells| cells[at]);
-            let position = Vector3::new(of(0), of(1), of(2)) * length;
-            let rotation = if columns.quaternion_wxyz.is_some() {
-                let quaternion = nalgebra::Quaternion::new(of(3), of(4), of(5), of(6));
-                // Tracking systems write zeros for a body that they do not see.
-                ((quaternion.norm() - 1.0).abs() < 0.01)
-                    .then(|| UnitQuaternion::from_quaternion(quaternion))?
-            } else {
-                UnitQuaternion::from_euler_angles(of(3) * angle, of(4) * angle, of(5) * angle)
-            };
-            let at = frame.apply(position, rotation);
-            at.to_homogeneous().iter().all(|number| number.is_finite()).then_some(at)
-        })
-        .collect();
+    let recorded = source.poses(columns)?;
     Ok(base
         .iter()
         .map(|tick| match *tick {

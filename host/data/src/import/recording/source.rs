@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+
 use super::error::RecordingError;
-use super::mapping::Stream;
+use super::mapping::{PoseColumns, Stream};
 use crate::csv_text::CsvText;
 use crate::import::BadRow;
 use crate::spelling;
@@ -34,133 +36,53 @@ impl Source {
         }
         #[cfg(feature = "mcap")]
         if let Some(topic) = &stream.topic {
-            let mut source = Source::of(&wanted);
+            let mut reading = Reading::of(&wanted);
             let table = super::bag::read(file, topic, stream.child_frame.as_deref())?;
-            source.table(&table.names, table.rows, file, &wanted, factor)?;
-            source.bad_rows.extend(table.cut.map(|why| BadRow::new(table.messages + 1, "", why)));
-            return source.filled(file);
+            reading.table(&table.names, table.rows, file, factor)?;
+            reading.bad_rows.extend(table.cut.map(|why| BadRow::new(table.messages + 1, "", why)));
+            return reading.finish(file);
         }
-        let bytes = std::fs::read(file)
-            .map_err(|error| RecordingError::Io { file: file.to_owned(), error: error.to_string() })?;
-        let mut source = Source::of(&wanted);
+        let io =
+            |error: std::io::Error| RecordingError::Io { file: file.to_owned(), error: error.to_string() };
+        let mut reading = Reading::of(&wanted);
         match file.extension().and_then(|extension| extension.to_str()) {
             #[cfg(feature = "parquet")]
-            Some("parquet") => source.parquet(bytes, file, &wanted, factor)?,
-            _ => source.csv(&bytes, file, &wanted, factor)?,
+            Some("parquet") => reading.parquet(std::fs::read(file).map_err(io)?, file, factor)?,
+            _ => reading.csv(std::fs::File::open(file).map_err(io)?, file, factor)?,
         }
-        source.filled(file)
-    }
-
-    fn of(wanted: &[&str]) -> Self {
-        Source {
-            columns: wanted.iter().map(|name| ((*name).to_owned(), Vec::new())).collect(),
-            ..Source::default()
-        }
-    }
-
-    fn filled(self, file: &Path) -> Result<Self, RecordingError> {
-        if self.t_s.is_empty() {
-            return Err(RecordingError::Empty { file: file.to_owned(), bad_rows: self.bad_rows.len() });
-        }
-        Ok(self)
-    }
-
-    /// Rows whose cells are named by `names`.
-    #[cfg(feature = "mcap")]
-    fn table(
-        &mut self,
-        names: &[String],
-        rows: Vec<Vec<f64>>,
-        file: &Path,
-        wanted: &[&str],
-        factor: f64,
-    ) -> Result<(), RecordingError> {
-        let known: Vec<&str> = names.iter().map(String::as_str).collect();
-        let place =
-            |name: &&str| known.iter().position(|k| k == name).ok_or_else(|| missing(file, name, &known));
-        let places = wanted.iter().map(place).collect::<Result<Vec<_>, _>>()?;
-        for (number, row) in (1..).zip(rows) {
-            let cells: Vec<f64> =
-                places.iter().map(|place| row.get(*place).copied().unwrap_or(f64::NAN)).collect();
-            self.push(&cells, wanted, factor, number);
-        }
-        Ok(())
-    }
-
-    fn csv(&mut self, bytes: &[u8], file: &Path, wanted: &[&str], factor: f64) -> Result<(), RecordingError> {
-        let mut text = CsvText::open(bytes, file, wanted)?;
-        for (column, name) in wanted.iter().enumerate() {
-            if !text.has(column) {
-                let known: Vec<&str> = text.unknown().collect();
-                return Err(missing(file, name, &known));
-            }
-        }
-        let mut row = vec![f64::NAN; wanted.len()];
-        while let Some(next) = text.next_row() {
-            let read = next.and_then(|()| {
-                for (column, cell) in row.iter_mut().enumerate() {
-                    *cell = text.number(column)?;
-                }
-                Ok(())
-            });
-            match read {
-                Err(error) => self.bad_rows.push(BadRow::new(text.line() as usize, "", error.to_string())),
-                Ok(()) => self.push(&row, wanted, factor, text.line() as usize),
-            }
-        }
-        Ok(())
-    }
-
-    #[cfg(feature = "parquet")]
-    fn parquet(
-        &mut self,
-        bytes: Vec<u8>,
-        file: &Path,
-        wanted: &[&str],
-        factor: f64,
-    ) -> Result<(), RecordingError> {
-        let columns = crate::parquet_table::columns(bytes, file, wanted)?;
-        for (column, name) in columns.found.iter().zip(wanted) {
-            if column.is_none() {
-                let known: Vec<&str> = columns.names.iter().map(String::as_str).collect();
-                return Err(missing(file, name, &known));
-            }
-        }
-        let found: Vec<Vec<f64>> = columns.found.into_iter().flatten().collect();
-        let rows = found.iter().map(Vec::len).min().unwrap_or(0);
-        for at in 0..rows {
-            let row: Vec<f64> = found.iter().map(|column| column[at]).collect();
-            self.push(&row, wanted, factor, at + 1);
-        }
-        Ok(())
-    }
-
-    /// One row: its time stamp first.
-    fn push(&mut self, row: &[f64], wanted: &[&str], factor: f64, line: usize) {
-        let bad = |reason: &str| BadRow::new(line, "", reason);
-        let t_s = row.first().copied().unwrap_or(f64::NAN) * factor;
-        if !t_s.is_finite() {
-            self.bad_rows.push(bad("no time stamp"));
-            return;
-        }
-        if let Some(last) = self.t_s.last()
-            && t_s <= *last
-        {
-            self.bad_rows.push(bad(&format!("time does not rise: {t_s} s after {last} s")));
-            return;
-        }
-        self.t_s.push(t_s);
-        for (name, cell) in wanted.iter().zip(row) {
-            if let Some(column) = self.columns.get_mut(*name) {
-                column.push(*cell);
-            }
-        }
+        reading.finish(file)
     }
 
     /// Cells of a column; all NaN for an empty name.
     #[must_use]
     pub fn column(&self, name: &str) -> Vec<f64> {
         self.columns.get(name).cloned().unwrap_or_else(|| vec![f64::NAN; self.t_s.len()])
+    }
+
+    /// Poses of every row, our frames; `None`: not measured.
+    ///
+    /// # Errors
+    /// Axes or units that are none.
+    pub fn poses(&self, columns: &PoseColumns) -> Result<Vec<Option<Isometry3<f64>>>, String> {
+        let frame = columns.frame()?;
+        let [length, angle] = columns.scales()?;
+        let cells: Vec<Vec<f64>> = columns.columns().iter().map(|name| self.column(name)).collect();
+        Ok((0..self.t_s.len())
+            .map(|at| {
+                let of = |column: usize| cells.get(column).map_or(f64::NAN, |cells| cells[at]);
+                let position = Vector3::new(of(0), of(1), of(2)) * length;
+                let rotation = if columns.quaternion_wxyz.is_some() {
+                    let quaternion = nalgebra::Quaternion::new(of(3), of(4), of(5), of(6));
+                    // Tracking systems write zeros for a body that they do not see.
+                    ((quaternion.norm() - 1.0).abs() < 0.01)
+                        .then(|| UnitQuaternion::from_quaternion(quaternion))?
+                } else {
+                    UnitQuaternion::from_euler_angles(of(3) * angle, of(4) * angle, of(5) * angle)
+                };
+                let at = frame.apply(position, rotation);
+                at.to_homogeneous().iter().all(|number| number.is_finite()).then_some(at)
+            })
+            .collect())
     }
 
     /// The rows from `from_s` to `to_s`, both included.
@@ -184,6 +106,132 @@ impl Source {
     pub fn period_s(&self) -> f64 {
         let steps = super::super::sorted(self.t_s.windows(2).map(|pair| pair[1] - pair[0]));
         super::super::quantile(&steps, 0.5)
+    }
+}
+
+/// Bad rows that are listed one by one; the others of a file are counted.
+const LISTED: usize = 1000;
+
+/// A file being read: of its rows only the cells that are wanted.
+struct Reading<'a> {
+    /// Columns; the time stamps' first.
+    wanted: &'a [&'a str],
+    t_s: Vec<f64>,
+    /// By column of `wanted`.
+    cells: Vec<Vec<f64>>,
+    bad_rows: Vec<BadRow>,
+    further_bad: usize,
+}
+
+impl<'a> Reading<'a> {
+    fn of(wanted: &'a [&'a str]) -> Self {
+        let cells = vec![Vec::new(); wanted.len()];
+        Reading { wanted, t_s: Vec::new(), cells, bad_rows: Vec::new(), further_bad: 0 }
+    }
+
+    fn finish(mut self, file: &Path) -> Result<Source, RecordingError> {
+        if self.t_s.is_empty() {
+            let bad_rows = self.bad_rows.len() + self.further_bad;
+            return Err(RecordingError::Empty { file: file.to_owned(), bad_rows });
+        }
+        if self.further_bad > 0 {
+            let why = format!("and {} more rows that cannot be used", self.further_bad);
+            self.bad_rows.push(BadRow::new(self.t_s.len(), "", why));
+        }
+        let columns = self.wanted.iter().map(|name| (*name).to_owned()).zip(self.cells).collect();
+        Ok(Source { t_s: self.t_s, columns, bad_rows: self.bad_rows })
+    }
+
+    fn refuse(&mut self, line: usize, reason: impl Into<String>) {
+        if self.bad_rows.len() < LISTED {
+            self.bad_rows.push(BadRow::new(line, "", reason));
+        } else {
+            self.further_bad += 1;
+        }
+    }
+
+    /// Rows whose cells are named by `names`.
+    #[cfg(feature = "mcap")]
+    fn table(
+        &mut self,
+        names: &[String],
+        rows: Vec<Vec<f64>>,
+        file: &Path,
+        factor: f64,
+    ) -> Result<(), RecordingError> {
+        let known: Vec<&str> = names.iter().map(String::as_str).collect();
+        let place =
+            |name: &&str| known.iter().position(|k| k == name).ok_or_else(|| missing(file, name, &known));
+        let places = self.wanted.iter().map(place).collect::<Result<Vec<_>, _>>()?;
+        for (number, row) in (1..).zip(rows) {
+            let cells: Vec<f64> =
+                places.iter().map(|place| row.get(*place).copied().unwrap_or(f64::NAN)).collect();
+            self.push(&cells, factor, number);
+        }
+        Ok(())
+    }
+
+    fn csv(&mut self, stream: std::fs::File, file: &Path, factor: f64) -> Result<(), RecordingError> {
+        let wanted = self.wanted;
+        let mut text = CsvText::over(stream, file, wanted)?;
+        for (column, name) in wanted.iter().enumerate() {
+            if !text.has(column) {
+                let known: Vec<&str> = text.unknown().collect();
+                return Err(missing(file, name, &known));
+            }
+        }
+        let mut row = vec![f64::NAN; wanted.len()];
+        while let Some(next) = text.next_row() {
+            let read = next.and_then(|()| {
+                for (column, cell) in row.iter_mut().enumerate() {
+                    *cell = text.number(column)?;
+                }
+                Ok(())
+            });
+            match read {
+                Err(error) => self.refuse(text.line() as usize, error.to_string()),
+                Ok(()) => self.push(&row, factor, text.line() as usize),
+            }
+        }
+        Ok(())
+    }
+
+    #[cfg(feature = "parquet")]
+    fn parquet(&mut self, bytes: Vec<u8>, file: &Path, factor: f64) -> Result<(), RecordingError> {
+        let columns = crate::parquet_table::columns(bytes, file, self.wanted)?;
+        for (column, name) in columns.found.iter().zip(self.wanted) {
+            if column.is_none() {
+                let known: Vec<&str> = columns.names.iter().map(String::as_str).collect();
+                return Err(missing(file, name, &known));
+            }
+        }
+        let found: Vec<Vec<f64>> = columns.found.into_iter().flatten().collect();
+        let rows = found.iter().map(Vec::len).min().unwrap_or(0);
+        for at in 0..rows {
+            let row: Vec<f64> = found.iter().map(|column| column[at]).collect();
+            self.push(&row, factor, at + 1);
+        }
+        Ok(())
+    }
+
+    /// One row: its time stamp first.
+    fn push(&mut self, row: &[f64], factor: f64, line: usize) {
+        let t_s = row.first().copied().unwrap_or(f64::NAN) * factor;
+        if !t_s.is_finite() {
+            self.refuse(line, "no time stamp");
+            return;
+        }
+        if let Some(last) = self.t_s.last()
+            && t_s <= *last
+        {
+            let reason = format!("time does not rise: {t_s} s after {last} s");
+            self.refuse(line, reason);
+            return;
+        }
+        self.t_s.push(t_s);
+        for (column, cell) in self.cells.iter_mut().zip(row) {
+            column.push(*cell);
+        }
     }
 }
 

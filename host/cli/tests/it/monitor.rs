@@ -1,0 +1,38 @@
+//! `stickslip monitor` over a log that `replay` wrote, without a terminal.
+
+use crate::common::push;
+use crate::documents::{document, stickslip};
+
+#[test]
+fn a_log_is_watched_in_lines_with_its_alarms_and_as_one_document() {
+    let (_keep, data) = push(|text| text);
+    let replay =
+        stickslip().current_dir(&data).args(["replay", ".", "--log", "run.mcap"]).output().expect("run");
+    assert!(replay.status.success(), "{}", String::from_utf8_lossy(&replay.stderr));
+    let watch = ["monitor", "--device", "replay:run.mcap", "--speed", "1000"];
+
+    let lines = stickslip().current_dir(&data).args(watch).output().expect("run");
+    assert!(lines.status.success(), "{}", String::from_utf8_lossy(&lines.stderr));
+    let text = String::from_utf8_lossy(&lines.stdout);
+    assert_eq!(text.lines().filter(|line| line.contains("of friction")).count(), 3, "{text}");
+    assert!(text.contains("ALARM") && text.contains("slip ahead, finger 1, foreseen in"), "{text}");
+
+    let json = stickslip().current_dir(&data).arg("--json").args(watch).output().expect("run");
+    let told = document("monitor", &json.stdout);
+    assert_eq!(told["predictions"], 501);
+    assert_eq!(told["alarms"].as_array().expect("alarms").len() as u64, told["alarms_counted"]);
+}
+
+#[test]
+fn what_cannot_be_watched_says_what_can() {
+    for (words, part) in [
+        (["--device", "can:can0"], "serial:PORT"),
+        (["--device", "replay:no.mcap"], "no.mcap"),
+        (["--speed", "0"], "0.01 to 1000"),
+        (["--foxglove", "here"], "127.0.0.1:8765"),
+    ] {
+        let output = stickslip().arg("monitor").args(words).output().expect("run");
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && text.contains(part), "{words:?}: {text}");
+    }
+}

@@ -1,0 +1,13 @@
+//! What a board predicts, as it happens: for eyes and for programs.
+//!
+//! [`source`] brings reports from a board, from a board that takes a recorded trial, or from a log played again;
+//! [`state`] keeps what a reader wants to know of them (pure: events in, state out); [`view`] draws it in a terminal,
+//! [`plain`] says it in a line, [`foxglove`] serves it to viewers.
+
+pub mod foxglove;
+pub mod plain;
+pub mod scene;
+pub mod source;
+pub mod state;
+pub mod view;
+pub mod words;

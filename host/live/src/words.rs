@@ -1,0 +1,31 @@
+//! Predictions in words.
+
+use stickslip_analysis::run::replay::{FLAGS, VALIDITY};
+
+/// When something begins, s from now.
+#[must_use]
+pub fn when(seconds: Option<f32>) -> String {
+    match seconds {
+        None => "not ahead".into(),
+        Some(0.0) => "now".into(),
+        Some(seconds) => format!("in {:.0} ms", seconds * 1e3),
+    }
+}
+
+/// Names of the flags that are up.
+#[must_use]
+pub fn flag_names(bits: u32) -> String {
+    names(bits, &FLAGS)
+}
+
+/// Names of the doubts.
+#[must_use]
+pub fn doubt_names(bits: u32) -> String {
+    names(bits, &VALIDITY)
+}
+
+fn names(bits: u32, of: &[&str]) -> String {
+    let set = of.iter().enumerate().filter(|(bit, _)| bits >> bit & 1 == 1);
+    let set: Vec<&str> = set.map(|(_, name)| name.strip_prefix("doubt: ").unwrap_or(name)).collect();
+    if set.is_empty() { "none".into() } else { set.join(", ") }
+}
