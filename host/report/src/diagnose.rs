@@ -506,7 +506,7 @@ fn parameters(report: &Report) -> Markup {
     unfold(
         "All fitted parameters",
         &html! {
-            table {
+            div class="scroll" { table {
                 caption { "Fitted parameters" }
                 thead { tr { @for h in ["parameter", "value", "95 % interval", "unit"] { th scope="col" { (h) } } } }
                 tbody {
@@ -519,7 +519,7 @@ fn parameters(report: &Report) -> Markup {
                         }
                     }
                 }
-            }
+            } }
         },
     )
 }
