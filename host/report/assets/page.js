@@ -27,7 +27,7 @@ const unpack = ({a, s, b}) => {
   }
   return out;
 };
-const shown = x => x == null ? '–' : Math.abs(x) >= 100 ? x.toFixed(0) : Math.abs(x) >= 10 ? x.toFixed(1)
+const shown = x => x == null ? '–' : Math.abs(x) < 5e-4 ? '0' : Math.abs(x) >= 100 ? x.toFixed(0) : Math.abs(x) >= 10 ? x.toFixed(1)
   : Math.abs(x) >= 1 ? x.toFixed(2) : x.toFixed(3);
 
 $(document, '.viewer').forEach((root, number) => {

@@ -31,6 +31,8 @@ const SHADE_CLASSES: [&str; 5] = ["rest", "", "onset", "sliding", "rest"];
 const OPEN: RGBColor = RGBColor(0x00, 0x9e, 0x73);
 const SIZE: (u32, u32) = (360, 170);
 const POINTS: usize = 260;
+/// What a plot spans at least, in the unit that it shows: less is nothing to a reader.
+const LEAST: f64 = 0.02;
 /// Plots that are shown at first where none fails.
 const FEWEST: usize = 3;
 /// And at most.
@@ -99,7 +101,7 @@ fn one_plot(channels: &[usize], first: bool, models: &[&str]) -> Plot {
         id: plot_id(channels[0]),
         title: if both { words.replace("finger 1", "fingers 1 and 2,") } else { words },
         unit,
-        least: 0.0,
+        least: LEAST,
         lines,
         first,
     }
