@@ -107,10 +107,12 @@ pub fn compare(
             held_out,
             tare: if tare { Tare::BeforeContact } else { Tare::None },
             forces: if force_bands { Forces::OutsideBand } else { Forces::AsReturned },
+            drawn: pages::compare::DRAWN,
         };
         let comparison = analysis::compare(&index, &models, &options, progress)
             .with_context(|| index.folder.display().to_string())?;
-        Ok(Report::new("compare", &comparison)?.page(move || pages::compare::page(&comparison)))
+        Ok(Report::new("compare", &comparison)?
+            .page(move || pages::compare::page(&comparison, "stickslip.diagnose(data, model)")))
     })
 }
 
@@ -145,7 +147,7 @@ pub fn diagnose(
             _ => "stickslip.compare(data, model)".to_owned(),
         };
         let name = data.description.name.clone();
-        Ok(report.page(move || pages::diagnose::html(&found, &name, &next)))
+        Ok(report.page(move || pages::diagnose::html(&found, &name, &next, None)))
     })
 }
 
@@ -225,7 +227,8 @@ pub fn score(
     watched(py, told, move |progress| {
         let options = scoring::document::Options { object_pose, ratio, rate_n_s };
         let document = analysis::score(&index, &model, &options, progress)?;
-        Ok(Report::new("score", &document)?.page(move || pages::score::page(&document)))
+        Ok(Report::new("score", &document)?
+            .page(move || pages::score::page(&document, "stickslip.replay(data, trial, model)")))
     })
 }
 
@@ -264,7 +267,17 @@ pub fn replay(
         let report = Report::new("replay", &document)?;
         let predictions = Arc::new(replayed.predictions);
         let shown = Arc::clone(&predictions);
-        let report = report.page(move || pages::replay::page(&document, &t_s, &shown));
+        let trial = Arc::new(trial);
+        let (drawn, again, run) = (Arc::clone(&index), Arc::clone(&trial), model.clone());
+        let report = report.page(move || {
+            let prepared = prepare(&drawn.description, &again, at).ok();
+            let (scenery, spans) = prepared.map_or_else(Default::default, |prepared| {
+                pages::replay::drawn(&drawn.description, &prepared, &prepared.simulate(&run))
+            });
+            let next = "stickslip.compare(data, model)";
+            let shown = pages::replay::Shown { t_s: &t_s, predictions: &shown, scenery, spans, next };
+            pages::replay::page(&document, &shown)
+        });
         let report = report.series(move || {
             let prepared = prepare(&index.description, &trial, at)?;
             let simulated = prepared.simulate(&model);

@@ -1,327 +1,462 @@
-//! The page of `stickslip compare`.
+//! The page of `stickslip compare`: the verdict, its worst places as bars, the bench and the traces, and the
+//! channels and phases that fail; all else unfolds.
 
-use super::html::{escape, heat, page as whole, tabs};
-use super::overlay::panel;
+use maud::{Markup, html};
+
+use super::bars::bars;
+use super::figures::Figure;
+use super::html::{Tone, figure, first_screen, heat, page as whole, unfold};
+use super::overlay::{chart, plot_id, section, trace_figures};
 use super::plot::{Chart, Line, MEASURED, MODELS};
+use super::words::{first_sentence, times};
 use stickslip_analysis::channels::{COUNT, channel_words};
-use stickslip_analysis::compare::document::{Comparison, ErrorRow, Fate, ModelReport, Region, Size, Trend};
+use stickslip_analysis::compare::document::{
+    Change, Comparison, ErrorRow, Fate, ModelReport, Region, Size, Trend,
+};
 use stickslip_analysis::compare::noise::Source;
 use stickslip_analysis::compare::rows::many_primitives;
 use stickslip_analysis::compare::verdict::{place_words, readable, scale};
 use stickslip_analysis::evidence::conditions::{Variable, trimmed};
 use stickslip_analysis::evidence::phases::PHASES;
 
+/// Most trials whose signals a page shows; [`stickslip_analysis::compare::Options::drawn`].
+pub const DRAWN: usize = 36;
 /// Most trends that are drawn.
 const TRENDS: usize = 9;
 /// Most trials in the table.
 const TRIALS: usize = 100;
+/// Most bars of the first picture.
+const BARS: usize = 6;
 
-/// The whole page.
-pub fn page(comparison: &Comparison) -> String {
-    let mut body = header(comparison);
-    if let Some(report) = comparison.models.last() {
-        let repeated = comparison.data.noise_floor == Source::Repetitions;
-        body += "<h2>Residuals and errors by channel and phase</h2>\n<p class=\"soft\">Residual: RMS of model minus \
-                 measurement, noise included. Error: the part of it beyond the tolerance.";
-        body += match repeated {
-            true => {
-                " In multiples of the noise floor (residual of a perfect model: 1), and in units. Bold: fails.</p>\n"
-            }
-            false => {
-                " In units: without repetitions there is no noise floor. Bold: beyond the sensors' uncertainty for \
-                 0.1 s or longer.</p>\n"
-            }
-        };
-        let mut panes: Vec<(String, String)> = Vec::new();
-        for m in comparison.models.iter().rev() {
-            panes.push((format!("error, model {}", m.name), matrix(m, repeated, &|r| r.error)));
-            panes.push((format!("residual, model {}", m.name), matrix(m, repeated, &|r| r.residual)));
+/// Which part of the errors a table shows.
+type Part<'a> = &'a dyn Fn(&ErrorRow) -> Size;
+
+/// The whole page; `next` is the command that comes next.
+pub fn page(comparison: &Comparison, next: &str) -> String {
+    let c = comparison;
+    let (lead, rest) = first_sentence(&c.summary);
+    let names: Vec<&str> = c.models.iter().map(|m| m.name.as_str()).collect();
+    let last = c.models.last();
+    let body = html! {
+        (first_screen(("compare", &c.data.name), (tone(c), lead), &picture(c), next))
+        @if !rest.is_empty() { p { (rest) } }
+        (facts(c))
+        @if let Some(report) = last {
+            (section(&c.traces, &names, &report.errors))
+            (tables(c))
+            @if !c.changes.is_empty() { (changes(c)) }
+            (regions(report))
+            (trends(report))
+            (ranking(report))
+            (offsets(report))
+            (trials(report))
         }
-        body += &tabs("matrix", &panes);
-        if !comparison.changes.is_empty() {
-            body += &changes(comparison);
+        (unfold("Notes: how to read the figures", &html! { ul { @for note in &c.notes { li { (note) } } } }))
+        @if !c.skipped.is_empty() {
+            (unfold("Trials that could not be compared", &html! {
+                ul { @for s in &c.skipped { li { (s.trial) ": " (s.reason) } } }
+            }))
         }
-        let names: Vec<&str> = comparison.models.iter().map(|m| m.name.as_str()).collect();
-        body += "<h2>Signals</h2>\n";
-        let panes: Vec<(String, String)> =
-            comparison.traces.iter().map(|t| (t.role.to_owned(), panel(t, &names))).collect();
-        body += &tabs("signals", &panes);
-        body += &regions(report);
-        body += &trends(report);
-        body += &ranking(report);
-        body += &offsets(report);
-        body += &trials(report);
-    }
-    body += "<h2>Notes</h2>\n<ul>\n";
-    for note in &comparison.notes {
-        body += &format!("<li>{}</li>\n", escape(note));
-    }
-    body += "</ul>\n";
-    if !comparison.skipped.is_empty() {
-        body += "<details><summary>Trials that could not be compared</summary><ul>\n";
-        for s in &comparison.skipped {
-            body += &format!("<li>{}: {}</li>\n", escape(&s.trial), escape(&s.reason));
-        }
-        body += "</ul></details>\n";
-    }
-    whole(&format!("stickslip compare: {}", comparison.data.name), &body)
+    };
+    whole(&format!("stickslip compare: {}", c.data.name), body)
 }
 
-fn header(c: &Comparison) -> String {
-    let worst = c.models.last().and_then(|m| m.errors.first());
-    let tone = match worst {
-        Some(r) if r.fails && r.error.multiples.unwrap_or(0.0) >= 1.5 => "bad",
+fn tone(c: &Comparison) -> Tone {
+    match c.models.last().and_then(|m| m.errors.first()) {
+        Some(r) if r.fails && r.error.multiples.unwrap_or(0.0) >= 1.5 => Tone::Bad,
         Some(r)
             if r.fails
                 || r.noise_source != Source::Repetitions
                 || r.error.multiples.is_some_and(|m| m >= 2.0) =>
         {
-            "fair"
+            Tone::Fair
         }
-        Some(_) => "good",
-        None => "fair",
+        Some(_) => Tone::Good,
+        None => Tone::Fair,
+    }
+}
+
+/// Largest errors as bars; where there is no noise floor, the worst channel's course.
+fn picture(c: &Comparison) -> Markup {
+    let Some(report) = c.models.last() else { return html! {} };
+    let rows = worst(c);
+    if !rows.is_empty() {
+        let two = c.models.len() > 1;
+        let words = "largest errors beyond the tolerance, in noise floors";
+        let drawn = worst_chart(&rows).svg();
+        return html! {
+            @if two {
+                div class="legend" {
+                    @for (k, m) in [&c.models[0], report].into_iter().enumerate() {
+                        (super::html::swatch(&format!("m{k}"), &format!("model {}", m.name)))
+                    }
+                }
+            }
+            (figure("Where the model misses most", "", words, &drawn))
+        };
+    }
+    let Some((trace, row)) = c.traces.first().zip(report.errors.first()) else { return html! {} };
+    let mut drawn = chart(trace, row.index);
+    drawn.size = (820, 220);
+    let title = format!("{} in trial {}", channel_words(row.place.channel), trace.trial);
+    figure(&title, scale(row.unit).1, &title, &drawn.svg())
+}
+
+fn worst_chart(rows: &[(String, Vec<f64>)]) -> Chart {
+    bars(rows, "error beyond the tolerance, noise floors (no bar: below 0.1)", 1.0)
+}
+
+/// The worst channels and phases with their errors in noise floors, before and after where there are two models.
+fn worst(c: &Comparison) -> Vec<(String, Vec<f64>)> {
+    let Some(report) = c.models.last() else { return Vec::new() };
+    let many = !report.errors.is_empty() && many_primitives(&report.errors);
+    let mut rows: Vec<(String, Vec<f64>)> = if c.models.len() > 1 {
+        let both = |x: &Change| Some(vec![x.before.multiples?, x.after.multiples?]);
+        c.changes.iter().filter_map(|x| Some((place_words(&x.place, many), both(x)?))).collect()
+    } else {
+        // In their order, as the verdict names the worst: what fails first.
+        let of = |r: &ErrorRow| Some((place_words(&r.place, many), vec![r.error.multiples?]));
+        let some = report.errors.iter().any(|r| r.fails);
+        report.errors.iter().filter(|r| r.fails || !some).filter_map(of).collect()
     };
+    if c.models.len() > 1 {
+        let most = |v: &[f64]| v.iter().copied().fold(0.0, f64::max);
+        rows.sort_by(|a, b| most(&b.1).total_cmp(&most(&a.1)));
+    }
+    rows.truncate(BARS);
+    rows
+}
+
+fn facts(c: &Comparison) -> Markup {
     let d = &c.data;
     let floor = match d.noise_floor {
         Source::Repetitions => "scatter of repetitions",
         Source::SensorNoise => "sensor noise only (no repetitions)",
         Source::Unknown => "not known",
     };
-    let mut out = format!(
-        "<h1>stickslip compare: {}</h1>\n<p class=\"verdict {tone}\">{}</p>\n<div class=\"facts\"><span><b>{}</b> \
-         trials</span><span><b>{}</b> conditions, {} repeated</span><span>noise floor: <b>{floor}</b></span>",
-        escape(&d.name),
-        escape(&c.summary),
-        d.trials,
-        d.conditions,
-        d.repeated_conditions
-    );
-    if d.held_out {
-        out += "<span><b>held out</b> from calibration</span>";
+    html! {
+        div class="facts" {
+            span { b { (d.trials) } " trials" }
+            span { b { (d.conditions) } " conditions, " (d.repeated_conditions) " repeated" }
+            span { "noise floor: " b { (floor) } }
+            @if d.held_out { span { b { "held out" } " from calibration" } }
+        }
+        @for m in &c.models { div class="soft" { "model " b { (m.name) } ": " (describe(m)) } }
     }
-    out += "</div>\n";
-    for m in &c.models {
-        out += &format!(
-            "<div class=\"soft\">model <b>{}</b>: {}</div>\n",
-            escape(&m.name),
-            escape(&describe(m))
-        );
-    }
-    out
 }
 
-/// Channels by phases.
-fn matrix(report: &ModelReport, repeated: bool, of: &dyn Fn(&ErrorRow) -> Size) -> String {
-    let many = report.errors.first().is_some_and(|_| many_primitives(&report.errors));
+/// Errors and residuals by channel and phase: the failing channels, the rest folded.
+fn tables(c: &Comparison) -> Markup {
+    let repeated = c.data.noise_floor == Source::Repetitions;
+    let explained = match repeated {
+        true => {
+            "RMS error beyond the tolerance, in multiples of the noise floor and in units; bold: fails. A cell leads to its traces."
+        }
+        false => {
+            "RMS error beyond the tolerance, in units: without repetitions there is no noise floor. Bold: beyond the sensors' uncertainty for 0.1 s or longer. A cell leads to its traces."
+        }
+    };
+    html! {
+        h2 { "Channels and phases" }
+        p class="soft" { (explained) }
+        @for (k, m) in c.models.iter().rev().enumerate() {
+            @if k == 0 { (failing(m, repeated)) }
+            @else {
+                (unfold(&format!("Error of model {}", m.name), &matrix(m, repeated, &|r| r.error, &|_| true)))
+            }
+            (unfold(
+                &format!("Whole residual of model {}: model minus measurement, noise included (a perfect model: 1\u{d7})", m.name),
+                &matrix(m, repeated, &|r| r.residual, &|_| true)
+            ))
+        }
+    }
+}
+
+fn is_bold(r: &ErrorRow, repeated: bool) -> bool {
+    if repeated { r.fails } else { r.sustained == Some(true) }
+}
+
+fn failing(report: &ModelReport, repeated: bool) -> Markup {
+    let bold = |index: usize| report.errors.iter().any(|r| r.index == index && is_bold(r, repeated));
+    let (some, all) = ((0..COUNT).any(bold), (0..COUNT).all(bold));
+    html! {
+        @if some { (matrix(report, repeated, &|r| r.error, &bold)) } @else { p { "No channel fails." } }
+        @if !all {
+            (unfold("Channels that fit", &matrix(report, repeated, &|r| r.error, &|index| !bold(index))))
+        }
+    }
+}
+
+/// Channels by phases, of the channels that are `wanted`.
+fn matrix(report: &ModelReport, repeated: bool, of: Part, wanted: &dyn Fn(usize) -> bool) -> Markup {
+    let many = !report.errors.is_empty() && many_primitives(&report.errors);
     let mut primitives: Vec<&str> = report.errors.iter().map(|r| r.place.primitive.as_str()).collect();
     primitives.sort_unstable();
     primitives.dedup();
-    let mut out =
-        String::from("<div class=\"scroll\"><table class=\"matrix\"><tr><th class=\"left\">channel</th>");
-    for phase in PHASES {
-        out += &format!("<th>{}</th>", phase.label());
-    }
-    out += "</tr>\n";
-    for primitive in primitives {
-        for channel in 0..COUNT {
-            let rows: Vec<&ErrorRow> = report
-                .errors
-                .iter()
-                .filter(|r| r.index == channel && r.place.primitive == primitive)
-                .collect();
-            let Some(first) = rows.first() else { continue };
-            let name = channel_words(first.place.channel);
-            let name = if many { format!("{}: {name}", primitive.replace('_', " ")) } else { name };
-            out += &format!("<tr><td class=\"left\">{}</td>", escape(&name));
-            for phase in PHASES {
-                match rows.iter().find(|r| r.place.phase == phase) {
-                    None => out += "<td class=\"soft\">-</td>",
-                    Some(r) => {
-                        let bold = if repeated { r.fails } else { r.sustained == Some(true) };
-                        let class = if bold { " class=\"fails\"" } else { "" };
-                        let size = readable(of(r).rms, r.unit);
-                        out += &match of(r).multiples.filter(|_| repeated) {
-                            Some(m) => format!(
-                                "<td{class} style=\"{}\">{}\u{d7}<small>{size}</small></td>",
-                                heat(m),
-                                short(m)
-                            ),
-                            None => format!("<td{class}>{size}</td>"),
-                        };
+    let row = |primitive: &str, channel: usize| -> Vec<&ErrorRow> {
+        let of = |r: &&ErrorRow| r.index == channel && r.place.primitive == primitive;
+        report.errors.iter().filter(of).collect()
+    };
+    html! {
+        div class="scroll" {
+            table class="matrix" {
+                caption { "Model " (report.name) }
+                thead {
+                    tr {
+                        th scope="col" class="left" { "channel" }
+                        @for phase in PHASES { th scope="col" { (phase.label()) } }
+                    }
+                }
+                tbody {
+                    @for primitive in primitives {
+                        @for (channel, rows) in (0..COUNT).filter(|k| wanted(*k)).map(|k| (k, row(primitive, k))) {
+                            @if let Some(first) = rows.first() {
+                                tr {
+                                    th scope="row" {
+                                        @if many { (primitive.replace('_', " ")) ": " }
+                                        (channel_words(first.place.channel))
+                                    }
+                                    @for phase in PHASES {
+                                        @match rows.iter().find(|r| r.place.phase == phase) {
+                                            None => { td class="soft" { "–" } }
+                                            Some(r) => { (cell(r, of(r), repeated, channel)) }
+                                        }
+                                    }
+                                }
+                            }
+                        }
                     }
                 }
             }
-            out += "</tr>\n";
         }
     }
-    out + "</table></div>\n"
 }
 
-fn short(m: f64) -> String {
-    if m >= 10.0 { format!("{m:.0}") } else { format!("{m:.1}") }
+fn cell(r: &ErrorRow, size: Size, repeated: bool, channel: usize) -> Markup {
+    let class = if is_bold(r, repeated) { "fails" } else { "fits" };
+    let goto = plot_id(channel);
+    let multiples = size.multiples.filter(|_| repeated);
+    let inner = html! {
+        button type="button" data-goto=(goto) data-phase=(r.place.phase.label()) {
+            @match multiples {
+                Some(m) => { (times(m)) small { (readable(size.rms, r.unit)) } }
+                None => { (readable(size.rms, r.unit)) }
+            }
+        }
+    };
+    html! {
+        @match multiples {
+            Some(m) => { td class=(class) style=(heat(m)) { (inner) } }
+            None => { td class=(class) { (inner) } }
+        }
+    }
 }
 
-fn changes(c: &Comparison) -> String {
+fn changes(c: &Comparison) -> Markup {
     let many = c.models.first().is_some_and(|m| !m.errors.is_empty() && many_primitives(&m.errors));
     let (first, last) = (&c.models[0].name, &c.models[c.models.len() - 1].name);
     let repeated = c.data.noise_floor == Source::Repetitions;
-    let mut out = format!(
-        "<h2>Before and after</h2>\n<p class=\"soft\">Errors beyond the tolerance of {0}, for both models alike; and \
-         the whole residuals.</p>\n<div class=\"scroll\"><table><tr><th class=\"left\">channel and phase</th><th>{0}\
-         </th><th>{1}</th><th class=\"left\">failure</th><th>residual, {0}</th><th>residual, {1}</th></tr>\n",
-        escape(first),
-        escape(last)
-    );
-    let shown = c.changes.iter().filter(|c| {
-        c.fate != Fate::Fits || c.before.multiples.unwrap_or(0.0).max(c.after.multiples.unwrap_or(0.0)) > 2.0
-    });
-    for change in shown {
-        let cell = |s: &Size| {
-            let m = s.multiples.filter(|_| repeated);
-            let style = m.map_or_else(String::new, |m| format!(" style=\"{}\"", heat(m)));
-            let multiples = m.map_or_else(String::new, |m| format!("{}\u{d7}", short(m)));
-            format!("<td{style}>{multiples}<small>{}</small></td>", readable(s.rms, change.unit))
-        };
-        out += &format!(
-            "<tr><td class=\"left\">{}</td>{}{}<td class=\"left\">{}</td>{}{}</tr>\n",
-            escape(&place_words(&change.place, many)),
-            cell(&change.before),
-            cell(&change.after),
-            fate_words(change.fate),
-            cell(&change.residual_before),
-            cell(&change.residual_after),
-        );
+    let cell = |s: &Size, unit: &str| {
+        let m = s.multiples.filter(|_| repeated);
+        html! {
+            @match m {
+                Some(m) => { td style=(heat(m)) { (times(m)) small { (readable(s.rms, unit)) } } }
+                None => { td { small { (readable(s.rms, unit)) } } }
+            }
+        }
+    };
+    let table = |rows: &[&Change]| {
+        html! {
+            div class="scroll" {
+                table {
+                    caption { "Errors beyond the tolerance of " (first) ", for both models alike; and the whole residuals" }
+                    thead {
+                        tr {
+                            th scope="col" class="left" { "channel and phase" }
+                            th scope="col" { (first) } th scope="col" { (last) }
+                            th scope="col" class="left" { "failure" }
+                            th scope="col" { "residual, " (first) } th scope="col" { "residual, " (last) }
+                        }
+                    }
+                    tbody {
+                        @for x in rows {
+                            tr {
+                                th scope="row" { (place_words(&x.place, many)) }
+                                (cell(&x.before, x.unit)) (cell(&x.after, x.unit))
+                                td class="left" { (fate_words(x.fate)) }
+                                (cell(&x.residual_before, x.unit)) (cell(&x.residual_after, x.unit))
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    };
+    let noticed = |x: &&Change| {
+        x.fate != Fate::Fits || x.before.multiples.unwrap_or(0.0).max(x.after.multiples.unwrap_or(0.0)) > 2.0
+    };
+    let shown: Vec<&Change> = c.changes.iter().filter(noticed).collect();
+    let (at_first, folded) = shown.split_at(shown.len().min(8));
+    html! {
+        h2 { "Before and after" }
+        (table(at_first))
+        @if !folded.is_empty() { (unfold(&format!("{} more", folded.len()), &table(folded))) }
     }
-    out + "</table></div>\n"
 }
 
-fn regions(report: &ModelReport) -> String {
-    if report.regions.is_empty() {
-        return String::new();
-    }
-    let many = many_primitives(&report.errors);
-    let mut panes: Vec<(String, String)> = Vec::new();
+fn regions(report: &ModelReport) -> Markup {
+    let many = !report.errors.is_empty() && many_primitives(&report.errors);
+    let mut places: Vec<(String, Vec<&Region>)> = Vec::new();
     for region in &report.regions {
         let label = place_words(&region.place, many);
-        if panes.last().is_none_or(|p| p.0 != label) {
-            panes.push((label, "<div class=\"flow\">\n".into()));
-        }
-        if let Some(pane) = panes.last_mut() {
-            pane.1 += &heat_map(region);
+        match places.last_mut().filter(|p| p.0 == label) {
+            Some(place) => place.1.push(region),
+            None => places.push((label, vec![region])),
         }
     }
-    for pane in &mut panes {
-        pane.1 += "</div>\n";
+    let maps = |regions: &[&Region]| html! { div class="flow" { @for r in regions { (heat_map(r)) } } };
+    html! {
+        @if let Some(((label, regions), folded)) = places.split_first() {
+            h2 { "Where in the conditions" }
+            p class="soft" { "RMS error beyond the tolerance, in noise floors, over pairs of conditions. Worst: " b { (label) } "." }
+            (maps(regions))
+            @for (label, regions) in folded { (unfold(label, &maps(regions))) }
+        }
     }
-    format!(
-        "<h2>Where in the conditions</h2>\n<p class=\"soft\">RMS error beyond the tolerance, in multiples of the noise floor, over pairs of \
-         conditions.</p>\n{}",
-        tabs("regions", &panes)
-    )
 }
 
-fn heat_map(region: &Region) -> String {
-    let mut out = format!(
-        "<figure><div class=\"scroll\"><table class=\"heat\"><tr><th></th><th colspan=\"{}\">{}</th></tr><tr><th \
-         class=\"level\">{}</th>",
-        region.x_levels.len(),
-        region.x.label(),
-        region.y.label()
-    );
-    for x in &region.x_levels {
-        out += &format!("<th>{}</th>", escape(x));
-    }
-    out += "</tr>\n";
-    for (y, row) in region.y_levels.iter().zip(&region.multiples) {
-        out += &format!("<tr><th class=\"level\">{}</th>", escape(y));
-        for m in row {
-            out += &m.map_or_else(
-                || "<td class=\"soft\">-</td>".to_owned(),
-                |m| format!("<td style=\"{}\">{}</td>", heat(m), short(m)),
-            );
+fn heat_map(region: &Region) -> Markup {
+    html! {
+        figure role="group" aria-label=(format!("errors by {} and {}", region.x.label(), region.y.label())) {
+            div class="scroll" {
+                table class="heat" {
+                    caption { (region.x.label()) " across" }
+                    thead {
+                        tr {
+                            th scope="col" class="level" { (region.y.label()) }
+                            @for x in &region.x_levels { th scope="col" { (x) } }
+                        }
+                    }
+                    tbody {
+                        @for (y, row) in region.y_levels.iter().zip(&region.multiples) {
+                            tr {
+                                th scope="row" class="level" { (y) }
+                                @for m in row {
+                                    @match m {
+                                        None => { td class="soft" { "–" } }
+                                        Some(m) => { td style=(heat(*m)) { (times(*m)) } }
+                                    }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
         }
-        out += "</tr>\n";
     }
-    out + "</table></div></figure>\n"
 }
 
-fn trends(report: &ModelReport) -> String {
-    if report.trends_tested == 0 {
-        return String::new();
-    }
-    let many = report.errors.first().is_some_and(|_| many_primitives(&report.errors));
-    let mut out = format!(
-        "<h2>What the mean error depends on</h2>\n<p class=\"soft\">{} of {} trends are significant (corrected p below \
-         0.05){}. Dots: mean error of each condition (order: of each run, less the mean of its repetitions).</p>\n",
+fn trends(report: &ModelReport) -> Markup {
+    let many = !report.errors.is_empty() && many_primitives(&report.errors);
+    let words = format!(
+        "{} of {} trends are significant (corrected p below 0.05). Dots: mean error of each condition (order: of each \
+         run, less the mean of its repetitions).",
         report.trends.len(),
-        report.trends_tested,
-        if report.trends.len() > TRENDS {
-            format!("; the {TRENDS} largest are drawn")
-        } else {
-            String::new()
-        }
+        report.trends_tested
     );
-    out += "<div class=\"grid\">\n";
-    for t in report.trends.iter().take(TRENDS) {
-        out += &trend(t, report, many);
+    let drawn: Vec<Markup> = report.trends.iter().take(TRENDS).map(|t| trend(t, report, many)).collect();
+    let (at_first, folded) = drawn.split_at(drawn.len().min(3));
+    let grid = |some: &[Markup]| html! { div class="grid" { @for one in some { (one) } } };
+    html! {
+        @if !report.trends.is_empty() {
+            h2 { "What the mean error depends on" }
+            p class="soft" { (words) }
+            (grid(at_first))
+            @if !folded.is_empty() { (unfold(&format!("{} more", folded.len()), &grid(folded))) }
+        }
     }
-    out + "</div>\n"
 }
 
-fn trend(t: &Trend, report: &ModelReport, many: bool) -> String {
+/// A trend as a chart.
+fn trend_chart(t: &Trend, report: &ModelReport) -> Chart {
     let unit = report.errors.iter().find(|r| r.place == t.place).map_or("N", |r| r.unit);
     let (factor, shown) = scale(unit);
     let x = |v: f64| if t.variable == Variable::Order { v } else { t.variable.shown(v) };
-    let dots: Vec<(f64, f64)> = t.points.iter().map(|p| (x(p.0), p.1 * factor)).collect();
     let ends = [f64::INFINITY, f64::NEG_INFINITY];
     let low = t.points.iter().map(|p| p.0).fold(ends[0], f64::min);
     let high = t.points.iter().map(|p| p.0).fold(ends[1], f64::max);
     let on_line = |v: f64| (x(v), (t.intercept + t.slope * v) * factor);
-    let chart = Chart {
+    Chart {
         size: (360, 190),
         x_label: t.variable.label().into(),
         y_label: format!("mean error, {shown}"),
         lines: vec![Line { points: vec![on_line(low), on_line(high)], colour: MODELS[0], width: 2 }],
-        dots: dots.into_iter().map(|(x, y)| (x, y, MEASURED)).collect(),
+        dots: t.points.iter().map(|p| (x(p.0), p.1 * factor, MEASURED)).collect(),
         ..Chart::default()
-    };
-    let span =
-        t.span_multiples.map_or_else(String::new, |m| format!("{}\u{d7} over the range, ", short(m.abs())));
-    format!(
-        "<figure><figcaption>{}<span>{span}p {}</span></figcaption>{}</figure>\n",
-        escape(&place_words(&t.place, many)),
-        probability(t.p_corrected),
-        chart.svg()
-    )
+    }
+}
+
+fn trend(t: &Trend, report: &ModelReport, many: bool) -> Markup {
+    let span = t.span_multiples.map_or_else(String::new, |m| format!("{} over the range, ", times(m.abs())));
+    let title = place_words(&t.place, many);
+    let words = format!("{title} against {}", t.variable.label());
+    figure(&title, &format!("{span}p {}", probability(t.p_corrected)), &words, &trend_chart(t, report).svg())
 }
 
 fn probability(p: f64) -> String {
-    if p < 1e-4 { "&lt; 0.0001".into() } else { format!("= {p:.4}") }
+    if p < 1e-4 { "< 0.0001".into() } else { format!("= {p:.4}") }
 }
 
-fn ranking(report: &ModelReport) -> String {
-    let many = report.errors.first().is_some_and(|_| many_primitives(&report.errors));
-    let mut out = String::from(
-        "<details><summary>All errors, worst first</summary>\n<div class=\"scroll\"><table><tr><th \
-         class=\"left\">channel and phase</th><th>trials</th><th>residual RMS</th><th>mean</th><th>largest</th><th>RMS with \
-         offset</th><th>mean with offset</th><th>error beyond tolerance, RMS</th><th>mean</th><th>noise \
-         floor</th><th>residual / floor</th><th>error / floor</th><th>F</th><th>p, \
-         corrected</th></tr>\n",
-    );
-    for r in &report.errors {
+/// A table with a heading for each column.
+fn table(caption: &str, header: &[&str], rows: &[(bool, Vec<String>)]) -> Markup {
+    html! {
+        div class="scroll" {
+            table {
+                caption { (caption) }
+                thead { tr { @for h in header { th scope="col" { (h) } } } }
+                tbody {
+                    @for (bold, cells) in rows {
+                        tr class=(if *bold { "fails" } else { "fits" }) {
+                            @for (k, cell) in cells.iter().enumerate() {
+                                @if k == 0 { th scope="row" { (cell) } } @else { td { (cell) } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn ranking(report: &ModelReport) -> Markup {
+    let many = !report.errors.is_empty() && many_primitives(&report.errors);
+    let header = [
+        "channel and phase",
+        "trials",
+        "residual RMS",
+        "mean",
+        "largest",
+        "RMS with offset",
+        "mean with offset",
+        "error beyond tolerance, RMS",
+        "mean",
+        "noise floor",
+        "residual / floor",
+        "error / floor",
+        "F",
+        "p, corrected",
+    ];
+    let dash = || "–".to_owned();
+    let row = |r: &ErrorRow| {
         let size = |x: f64| readable(x, r.unit);
-        let floor = r.noise_floor.map_or_else(|| "-".into(), size);
-        let multiples = |s: Size| s.multiples.map_or_else(|| "-".into(), short);
+        let multiples = |s: Size| s.multiples.map_or_else(dash, times);
         let (f, p) = r.lack_of_fit.map_or_else(
-            || ("-".into(), "-".into()),
+            || (dash(), dash()),
             |t| (trimmed(t.f, 3), probability(t.p_corrected).trim_start_matches("= ").to_owned()),
         );
-        let class = if r.fails { " class=\"fails\"" } else { "" };
-        out += &format!(
-            "<tr{class}><td class=\"left\">{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>\
-             {floor}</td><td>{}</td><td>{}</td><td>{f}</td><td>{p}</td></tr>\n",
-            escape(&place_words(&r.place, many)),
-            r.trials,
+        let cells = vec![
+            place_words(&r.place, many),
+            r.trials.to_string(),
             size(r.residual.rms),
             size(r.residual.mean),
             size(r.residual.largest),
@@ -329,64 +464,67 @@ fn ranking(report: &ModelReport) -> String {
             size(r.bias_with_offset),
             size(r.error.rms),
             size(r.error.mean),
+            r.noise_floor.map_or_else(dash, size),
             multiples(r.residual),
-            multiples(r.error)
-        );
-    }
-    out + "</table></div></details>\n"
+            multiples(r.error),
+            f,
+            p,
+        ];
+        (r.fails, cells)
+    };
+    let rows: Vec<_> = report.errors.iter().map(row).collect();
+    unfold("All errors, worst first", &table("Residuals and errors", &header, &rows))
 }
 
-fn offsets(report: &ModelReport) -> String {
+fn offsets(report: &ModelReport) -> Markup {
     if report.offsets.channels.is_empty() {
-        return String::new();
+        return html! {};
     }
-    let mut out = String::from(
-        "<details><summary>Sensor offsets</summary>\n<p class=\"soft\">Measurement minus model before \
-         contact.</p>\n<div class=\"scroll\"><table><tr><th class=\"left\">channel</th><th>mean</th><th>from trial to \
-         trial</th><th>stated bound</th></tr>\n",
-    );
-    for o in &report.offsets.channels {
-        let class = if o.beyond_bound { " class=\"fails\"" } else { "" };
-        let bound = if o.stated_bound > 0.0 { readable(o.stated_bound, o.unit) } else { "-".into() };
-        out += &format!(
-            "<tr{class}><td class=\"left\">{}</td><td>{}</td><td>{}</td><td>{bound}</td></tr>\n",
-            channel_words(o.channel),
-            readable(o.mean, o.unit),
-            readable(o.deviation, o.unit)
-        );
-    }
-    out + "</table></div></details>\n"
+    let rows = report.offsets.channels.iter().map(|o| {
+        let bound = if o.stated_bound > 0.0 { readable(o.stated_bound, o.unit) } else { "–".into() };
+        let cells =
+            vec![channel_words(o.channel), readable(o.mean, o.unit), readable(o.deviation, o.unit), bound];
+        (o.beyond_bound, cells)
+    });
+    let rows: Vec<_> = rows.collect();
+    let header = ["channel", "mean", "from trial to trial", "stated bound"];
+    unfold("Sensor offsets", &table("Measurement minus model before contact", &header, &rows))
 }
 
-fn trials(report: &ModelReport) -> String {
+fn trials(report: &ModelReport) -> Markup {
     let mut rows: Vec<_> = report.trials.iter().collect();
     rows.sort_by(|a, b| b.multiples.unwrap_or(0.0).total_cmp(&a.multiples.unwrap_or(0.0)));
-    let mut out = format!(
-        "<details><summary>Trials, worst first{}</summary>\n<div class=\"scroll\"><table><tr><th \
-         class=\"left\">trial</th><th>error / floor</th><th class=\"left\">worst in</th><th>contact, s</th><th>sliding, \
-         s</th><th>unsolved steps</th></tr>\n",
-        if rows.len() > TRIALS { format!(" (the worst {TRIALS} of {})", rows.len()) } else { String::new() }
-    );
-    for t in rows.into_iter().take(TRIALS) {
-        let time = |phase: &str| {
-            t.phases.get(phase).filter(|p| p[1] > p[0]).map_or_else(|| "-".into(), |p| format!("{:.3}", p[0]))
-        };
-        out += &format!(
-            "<tr><td class=\"left\">{}</td><td>{}</td><td class=\"left\">{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
-            escape(&t.trial),
-            t.multiples.map_or_else(|| "-".into(), short),
-            t.worst.as_ref().map_or_else(|| "-".into(), |w| escape(&place_words(w, false))),
-            time("sticking"),
-            time("sliding"),
-            t.unsolved_steps
-        );
-    }
-    out + "</table></div></details>\n"
+    let title = match rows.len() {
+        n if n > TRIALS => format!("Trials, worst first (the worst {TRIALS} of {n})"),
+        _ => "Trials, worst first".to_owned(),
+    };
+    let rows: Vec<_> = rows
+        .into_iter()
+        .take(TRIALS)
+        .map(|t| {
+            let time = |phase: &str| {
+                let known = t.phases.get(phase).filter(|p| p[1] > p[0]);
+                known.map_or_else(|| "–".to_owned(), |p| format!("{:.3}", p[0]))
+            };
+            let cells = vec![
+                t.trial.clone(),
+                t.multiples.map_or_else(|| "–".into(), times),
+                t.worst.as_ref().map_or_else(|| "–".into(), |w| place_words(w, false)),
+                time("sticking"),
+                time("sliding"),
+                t.unsolved_steps.to_string(),
+            ];
+            (false, cells)
+        })
+        .collect();
+    let header = ["trial", "error / floor", "worst in", "contact, s", "sliding, s", "unsolved steps"];
+    unfold(&title, &table("Trials", &header, &rows))
 }
 
 /// Origin and parameters of a model.
 pub fn describe(report: &ModelReport) -> String {
-    let friction: Vec<String> = report.friction.iter().map(|(k, v)| format!("{k} {v:.3}")).collect();
+    let friction: Vec<String> =
+        report.friction.iter().map(|(k, v)| format!("{} {v:.3}", k.replace('_', " "))).collect();
     let effects = if report.effects.is_empty() { "no effects".to_owned() } else { report.effects.join(", ") };
     let open = report
         .open_force_n
@@ -405,4 +543,24 @@ pub fn fate_words(fate: Fate) -> &'static str {
         Fate::New => "new failure",
         Fate::Fits => "",
     }
+}
+
+/// Every plot of the page.
+#[must_use]
+pub fn figures(c: &Comparison) -> Vec<Figure> {
+    let mut out = Vec::new();
+    let rows = worst(c);
+    if !rows.is_empty() {
+        out.push(Figure::of("worst-places", &worst_chart(&rows)));
+    }
+    for trace in c.traces.iter().take(2) {
+        out.extend(trace_figures(trace));
+    }
+    if let Some(report) = c.models.last() {
+        for (k, t) in report.trends.iter().take(TRENDS).enumerate() {
+            let name = format!("trend-{}-{}-{}", k + 1, place_words(&t.place, false), t.variable.label());
+            out.push(Figure::of(&name, &trend_chart(t, report)));
+        }
+    }
+    out
 }

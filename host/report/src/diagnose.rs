@@ -1,77 +1,101 @@
-//! The diagnosis as one page: the verdict in plain words, one picture of the misfit before and
-//! after, the next command; then a card for each effect that is named or nearly so, and the
-//! misfit of every channel in every phase.
+//! The diagnosis as one page: the verdict in plain words, the largest misfits before and after, the next
+//! command; then a card for each effect that is named or nearly so, the bench and the traces without and with
+//! it, what else was tried, and what these data cannot tell.
 
 use std::collections::BTreeMap;
 
-use plotters::style::RGBColor;
+use maud::{Markup, html};
 
-use crate::html::{escape, heat, page};
-use crate::plot::{Bar, Chart, Line, MEASURED, MODELS};
-use crate::words::{interval, short};
+use crate::bars::{bars, shares};
+use crate::figures::Figure;
+use crate::html::{Tone, figure, first_screen, heat, list, page, swatch, unfold};
+use crate::overlay::{section, trace_figures};
+use crate::plot::{Chart, Line, MODELS};
+use crate::words::{first_sentence, interval, short};
 use stickslip_analysis::channels::channel_words;
+use stickslip_analysis::compare::document::Comparison;
+use stickslip_analysis::compare::verdict::readable;
 use stickslip_analysis::diagnose::RELEVANT;
 use stickslip_analysis::diagnose::detection::UpperLimit;
+use stickslip_analysis::diagnose::experiment::Experiment;
 use stickslip_analysis::diagnose::posterior::Weighed;
 use stickslip_analysis::diagnose::report::{CandidateReport, Place, Report, Verdict};
+use stickslip_analysis::diagnose::signature::Mark;
 use stickslip_analysis::diagnose::structure::Structure;
 use stickslip_analysis::fit::phases::Phase;
 
 /// Places of the first picture.
-const DRAWN: usize = 8;
+const DRAWN: usize = 6;
 /// Cards of effects that are not named.
 const NEAR: usize = 2;
 /// Such an effect explains at least this share of the excess error.
 const NEARLY: f64 = 0.5;
-/// What is smaller is drawn as this, in run spreads.
-const SMALLEST: f64 = 0.1;
-const BEFORE: RGBColor = MODELS[0];
-const AFTER: RGBColor = MODELS[1];
+/// Places on a card.
+const MARKS: usize = 5;
+/// Effects of which the figures are shown at first.
+const AT_FIRST: usize = 5;
 
-/// The page; `next` is the command that comes next.
-pub fn html(report: &Report, name: &str, next: &str) -> String {
+/// The page; `next` is the command that comes next, `traces` a comparison of the model as given with that of
+/// the diagnosis.
+pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>) -> String {
     let tone = match report.verdict {
-        Verdict::NothingMissing => "good",
-        Verdict::Effect | Verdict::Ambiguous | Verdict::Inconclusive => "fair",
-        Verdict::Unexplained => "bad",
+        Verdict::NothingMissing => Tone::Good,
+        Verdict::Effect | Verdict::Ambiguous | Verdict::Inconclusive => Tone::Fair,
+        Verdict::Unexplained => Tone::Bad,
     };
     let e = &report.error;
-    let mut body = format!(
-        "<h1>stickslip diagnose: {}</h1>\n<p class=\"verdict {tone}\">{}</p>\n",
-        escape(name),
-        escape(&plain(report))
-    );
-    if let Some(would_tell) = &report.would_tell {
-        body += &format!("<p><b>What would tell:</b> {}.</p>\n", escape(would_tell));
-    }
-    body += &misfit_bars(report);
-    body += &format!("<p><b>Next:</b></p>\n<pre class=\"next\">{}</pre>\n", escape(next));
-    body += &format!(
-        "<div class=\"facts\"><span><b>{}</b> trials</span><span><b>{}</b> conditions</span><span>held-out error \
-         before: <b>{:.2}</b> run spreads</span>",
-        report.trials, report.conditions, e.before
-    );
-    if has_after(report) {
-        body += &format!("<span>after: <b>{:.2}</b></span>", e.after);
-    }
-    body += &format!("<span>a perfect model: <b>{:.2}</b></span></div>\n", e.perfect_model);
-    body += &cards(report);
-    body += &credible_bars(report);
-    body += &tried(report);
-    body += &maps(report);
-    body += &left(report);
-    body += &parameters(report);
-    if !has_after(report) {
-        let rows = limits_on_effects(report).into_iter();
-        let row = |[effect, name, upper, typical]: [String; 4]| {
-            escape(&format!("{effect}, {name}: {upper} (typical: {typical})"))
-        };
-        body += &list("What may still be there (95 %)", rows.map(row));
-    }
-    let classes = report.classes.iter();
-    body += &list("Effects that these trials cannot tell apart", classes.map(|c| escape(&c.join(", "))));
-    body += &list("What cannot be concluded", report.limits.iter().map(|l| escape(l)));
-    page(&format!("stickslip diagnose: {name}"), &body)
+    let sentence = plain(report);
+    let (lead, rest) = first_sentence(&sentence);
+    let picture = html! {
+        @if !rest.is_empty() { p { (rest) } }
+        @if let Some(would_tell) = &report.would_tell { p { b { "What would tell:" } " " (would_tell) "." } }
+        (misfit_bars(report))
+    };
+    let limits = limits_on_effects(report);
+    let body = html! {
+        (first_screen(("diagnose", name), (tone, lead), &picture, next))
+        div class="facts" {
+            span { b { (report.trials) } " trials" }
+            span { b { (report.conditions) } " conditions" }
+            span { "held-out error before: " b { (format!("{:.2}", e.before)) } " run spreads" }
+            @if has_after(report) { span { "after: " b { (format!("{:.2}", e.after)) } } }
+            span { "a perfect model: " b { (format!("{:.2}", e.perfect_model)) } }
+        }
+        (cards(report))
+        @if let Some(c) = traces {
+            (section(&c.traces, &c.models.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), first_errors(c)))
+        }
+        (credible_bars(report))
+        (tried(report))
+        (maps(report))
+        (list("Remaining misfit", &report.unexplained.iter().map(structure_words).collect::<Vec<_>>()))
+        @if let Some(experiment) = &report.suggested_experiment { (drawn_experiment(experiment)) }
+        @if !has_after(report) && !limits.is_empty() {
+            h2 { "What may still be there" }
+            (limit_table(&limits))
+        }
+        @if !report.classes.is_empty() {
+            h2 { "What these trials cannot tell apart" }
+            div class="flow" {
+                @for class in &report.classes {
+                    div class="card" { @for (k, id) in class.iter().enumerate() { @if k > 0 { " = " } b { (words(id)) } } }
+                }
+            }
+        }
+        (parameters(report))
+        (list("What cannot be concluded", &report.limits))
+    };
+    page(&format!("stickslip diagnose: {name}"), body)
+}
+
+/// An identifier as words.
+fn words(id: &str) -> String {
+    id.replace('_', " ")
+}
+
+/// Errors of the first model: what fails before decides what is shown.
+fn first_errors(c: &Comparison) -> &[stickslip_analysis::compare::document::ErrorRow] {
+    c.models.first().map_or(&[], |m| &m.errors)
 }
 
 /// The verdict without identifiers in the lead.
@@ -106,9 +130,16 @@ fn place_words(p: &Place) -> String {
 
 /// Structure that is left, in words.
 pub fn structure_words(s: &Structure) -> String {
-    let on: Vec<String> = s.depends_on.iter().map(|(q, x)| format!("{q} ({:.0} %)", 100.0 * x)).collect();
+    let on: Vec<String> =
+        s.depends_on.iter().map(|(q, x)| format!("{} ({:.0} %)", quantity_words(q), 100.0 * x)).collect();
     let on = if on.is_empty() { "no named quantity".into() } else { on.join(", ") };
     format!("{} ({}), {:.1} run spreads, depends on {on}", channel_words(&s.channel), s.phase, s.size)
+}
+
+/// A quantity without its unit.
+fn quantity_words(name: &str) -> String {
+    let cut = ["_kg", "_rad", "_m", "_n"].iter().find_map(|unit| name.strip_suffix(unit));
+    words(cut.unwrap_or(name))
 }
 
 /// Share of the excess error that an effect explains.
@@ -125,42 +156,39 @@ pub fn percent(probability: f64) -> String {
     }
 }
 
+/// A set of effects in words.
+fn set_words(s: &Weighed) -> String {
+    match s.effects.as_slice() {
+        [] => "nothing is missing".to_owned(),
+        effects => effects.join(" + "),
+    }
+}
+
 /// The credible sets in words, one a line, and what is none of them; nothing where nothing had to be explained.
 pub fn credible(report: &Report) -> Vec<String> {
     let Some(d) = &report.discrepancy else { return Vec::new() };
-    let set = |s: &Weighed| match s.effects.as_slice() {
-        [] => "nothing is missing".to_owned(),
-        effects => effects.join(" + "),
-    };
-    let each = report.credible_sets.iter().map(|s| format!("{}: {}", set(s), percent(s.probability)));
+    let each = report.credible_sets.iter().map(|s| format!("{}: {}", set_words(s), percent(s.probability)));
     each.chain([format!("none of the sets tried: {}", percent(d.probability))]).collect()
 }
 
-/// Probabilities of the credible sets as bars.
-fn credible_bars(report: &Report) -> String {
-    let lines = credible(report);
-    let Some(d) = report.discrepancy.as_ref().filter(|_| has_after(report)) else { return String::new() };
-    let rows = lines.len();
-    let mut chart = Chart {
-        size: (820, 60 + 24 * rows as u32),
-        x_label: "probability, %".into(),
-        x: (0.0, 104.0),
-        ..Chart::default()
-    };
-    let values = report.credible_sets.iter().map(|s| s.probability).chain([d.probability]);
-    for (k, value) in values.enumerate() {
-        let y = (rows - 1 - k) as f64;
-        let colour = if k + 1 == rows { MEASURED } else { AFTER };
-        chart.bars.push(Bar { x: (0.0, 100.0 * value), y: (y - 0.3, y + 0.3), colour });
+/// Probabilities of the credible sets, and of none of them, as bars.
+fn credible_chart(report: &Report) -> Option<Chart> {
+    let d = report.discrepancy.as_ref().filter(|_| has_after(report))?;
+    let mut rows: Vec<(String, f64, bool)> =
+        report.credible_sets.iter().map(|s| (set_words(s), s.probability, true)).collect();
+    rows.push(("none of the sets tried".into(), d.probability, false));
+    Some(shares(&rows, "probability, %"))
+}
+
+fn credible_bars(report: &Report) -> Markup {
+    let Some((chart, d)) = credible_chart(report).zip(report.discrepancy.as_ref()) else { return html! {} };
+    html! {
+        h2 { "How probable" }
+        (figure("Sets of effects that were fitted", "", &credible(report).join("; "), &chart.svg()))
+        p class="soft" {
+            (report.conditions) " conditions count as " (format!("{:.1}", d.effective_conditions)) " independent ones."
+        }
     }
-    chart.y_names = lines.iter().rev().map(|l| l.split(": ").next().unwrap_or_default().to_owned()).collect();
-    format!(
-        "<h2>How probable</h2>\n<figure><figcaption>Sets of effects that were fitted<span></span></figcaption>{}</figure>\n\
-         <p class=\"soft\">{} conditions count as {:.1} independent ones.</p>\n",
-        chart.svg(),
-        report.conditions,
-        d.effective_conditions
-    )
 }
 
 /// How strong each effect may be although it is not named: effect, parameter, upper limit, typical size.
@@ -186,71 +214,48 @@ fn has_after(report: &Report) -> bool {
     matches!(report.verdict, Verdict::Effect | Verdict::Ambiguous)
 }
 
-/// The largest misfits as bars, before and after.
-fn misfit_bars(report: &Report) -> String {
-    let places: Vec<&Place> = report.places.iter().take(DRAWN).collect();
-    if places.is_empty() {
-        return String::new();
-    }
-    let log = |x: f64| x.max(SMALLEST).log10();
+/// The largest misfits, before and after.
+fn misfit_chart(report: &Report) -> Option<Chart> {
     let after = has_after(report);
-    let rows = places.len();
-    let mut chart = Chart {
-        size: (820, 60 + 34 * rows as u32),
-        x_label: "systematic misfit, run spreads of one run (no bar: below 0.1)".into(),
-        x_decades: true,
-        ..Chart::default()
-    };
-    for (k, p) in places.iter().enumerate() {
-        let y = (rows - 1 - k) as f64;
-        let bar = |value: f64, y: (f64, f64), colour| Bar { x: (log(0.0), log(value)), y, colour };
-        if after {
-            chart.bars.push(bar(p.before, (y, y + 0.36), BEFORE));
-            chart.bars.push(bar(p.after, (y - 0.36, y), AFTER));
-        } else {
-            chart.bars.push(bar(p.before, (y - 0.3, y + 0.3), BEFORE));
+    let rows: Vec<(String, Vec<f64>)> = report
+        .places
+        .iter()
+        .take(DRAWN)
+        .map(|p| (place_words(p), if after { vec![p.before, p.after] } else { vec![p.before] }))
+        .collect();
+    let label = "systematic misfit, run spreads of one run (no bar: below 0.1)";
+    (!rows.is_empty()).then(|| bars(&rows, label, RELEVANT))
+}
+
+fn misfit_bars(report: &Report) -> Markup {
+    let Some(chart) = misfit_chart(report) else { return html! {} };
+    html! {
+        div class="legend" {
+            (swatch("m0", "the model as given, friction refitted"))
+            @if has_after(report) { (swatch("m1", "with the named effects")) }
+            (swatch("line measured", &format!("{RELEVANT} run spreads: above, an effect is looked for")))
         }
+        (figure("Where the model misses most", "", "largest systematic misfits by channel and phase", &chart.svg()))
     }
-    chart.y_names = places.iter().rev().map(|p| place_words(p)).collect();
-    let largest = places.iter().map(|p| log(p.before.max(p.after))).fold(log(RELEVANT), f64::max);
-    chart.x = (log(0.0), largest.ceil().max(1.0) + 0.1);
-    let (low, high) = (-0.5, rows as f64 - 0.5);
-    chart.lines.push(Line {
-        points: vec![(log(RELEVANT), low), (log(RELEVANT), high)],
-        colour: MEASURED,
-        width: 1,
-    });
-    let swatch = |RGBColor(r, g, b): RGBColor, what: &str| {
-        format!("<span><i class=\"swatch\" style=\"background:rgb({r} {g} {b})\"></i>{what}</span>")
-    };
-    let mut legend = swatch(BEFORE, "the model as given, friction refitted");
-    if after {
-        legend += &swatch(AFTER, "with the named effects");
-    }
-    legend += &format!(
-        "<span><i class=\"swatch line measured\"></i>{RELEVANT} run spreads: above, an effect is looked for</span>"
-    );
-    format!(
-        "<div class=\"legend\">{legend}</div>\n<figure><figcaption>Where the model misses most<span></span></figcaption>{}</figure>\n",
-        chart.svg()
-    )
 }
 
 /// A card for each effect that is named, does as well, or nearly so.
-fn cards(report: &Report) -> String {
+fn cards(report: &Report) -> Markup {
     let named = |c: &&CandidateReport| has_after(report) && report.effects.contains(&c.id);
     let equal = |c: &&CandidateReport| report.ambiguous_with.iter().flatten().any(|id| *id == c.id);
     let near = |c: &&CandidateReport| !named(c) && !equal(c) && c.explained > NEARLY;
     let all = || report.candidates.iter();
-    let mut out: Vec<String> =
-        all().filter(named).map(|c| card(c, "named", &role(c, "named: the model lacks it"))).collect();
+    let mut out: Vec<Markup> =
+        all().filter(named).map(|c| card(c, "card named", &role(c, "named: the model lacks it"))).collect();
     let as_well = |c: &&CandidateReport| equal(c) && !named(c);
-    out.extend(all().filter(as_well).map(|c| card(c, "named", &role(c, "explains the data as well"))));
-    out.extend(all().filter(near).take(NEAR).map(|c| card(c, "", &role(c, "not named"))));
-    if out.is_empty() || report.verdict == Verdict::NothingMissing {
-        return String::new();
+    out.extend(all().filter(as_well).map(|c| card(c, "card named", &role(c, "explains the data as well"))));
+    out.extend(all().filter(near).take(NEAR).map(|c| card(c, "card", &role(c, "not named"))));
+    html! {
+        @if !out.is_empty() && report.verdict != Verdict::NothingMissing {
+            h2 { "What it is" }
+            div class="cards" { @for card in &out { (card) } }
+        }
     }
-    format!("<h2>What it is</h2>\n<div class=\"cards\">\n{}</div>\n", out.concat())
 }
 
 fn role(c: &CandidateReport, what: &str) -> String {
@@ -261,29 +266,80 @@ fn role(c: &CandidateReport, what: &str) -> String {
     )
 }
 
-fn card(c: &CandidateReport, class: &str, role: &str) -> String {
-    let mut out = format!(
-        "<div class=\"card {class}\">\n<h3>{}</h3>\n<p class=\"soft\">{}</p>\n<p>{}.</p>\n<p>In data: {}.</p>\n<p class=\"soft\">Source: {}.</p>\n",
-        escape(c.id),
-        escape(role),
-        escape(&capital(c.info.summary)),
-        escape(c.info.signature),
-        escape(c.info.source)
-    );
-    out += "<table><tr><th>parameter</th><th>value</th><th>95 % interval</th><th>unit</th><th>typical</th><th class=\"left\">meaning</th></tr>\n";
-    for p in c.info.parameters {
-        let Some(v) = c.parameters.get(p.name) else { continue };
-        out += &format!(
-            "<tr><td class=\"left\">{}</td><td><b>{}</b></td><td>{}</td><td>{}</td><td>{}</td><td class=\"text\">{}</td></tr>\n",
-            escape(p.name),
-            short(v.value),
-            interval(v.low, v.high),
-            escape(p.unit),
-            short(p.typical),
-            escape(p.what)
-        );
+fn card(c: &CandidateReport, class: &str, role: &str) -> Markup {
+    html! {
+        article class=(class) {
+            h3 { (c.id) }
+            p class="soft" { (role) }
+            p { (capital(c.info.summary)) "." }
+            p { "In data: " (c.info.signature) "." }
+            (signature(&c.signature))
+            @if class == "card" { (unfold("Strength", &strength(c))) } @else { (strength(c)) }
+            p class="soft" { "Source: " (c.info.source) "." }
+        }
     }
-    out + "</table>\n</div>\n"
+}
+
+/// Its parameters with intervals.
+fn strength(c: &CandidateReport) -> Markup {
+    html! {
+        table {
+            caption { "Strength" }
+            thead {
+                tr {
+                    th scope="col" { "parameter" } th scope="col" { "value" } th scope="col" { "95 % interval" }
+                    th scope="col" { "unit" } th scope="col" { "typical" } th scope="col" class="left" { "meaning" }
+                }
+            }
+            tbody {
+                @for p in c.info.parameters {
+                    @if let Some(v) = c.parameters.get(p.name) {
+                        tr {
+                            td class="left" { (words(p.name)) }
+                            td { b { (short(v.value)) } }
+                            td { (interval(v.low, v.high)) }
+                            td { (if p.unit == "1" { "–" } else { p.unit }) }
+                            td { (short(p.typical)) }
+                            td class="text" { (p.what) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// What an effect changes beside what the data show.
+fn signature_chart(marks: &[Mark]) -> Option<Chart> {
+    let mut shown: Vec<&Mark> = marks.iter().collect();
+    shown.sort_by(|a, b| b.left.max(b.change).total_cmp(&a.left.max(a.change)));
+    let name = |m: &Mark| format!("{}, {}", channel_words(&m.channel), m.phase);
+    let rows: Vec<(String, Vec<f64>)> =
+        shown.iter().take(MARKS).map(|m| (name(m), vec![m.left, m.change])).collect();
+    (!rows.is_empty()).then(|| {
+        let mut chart = bars(&rows, "run spreads", 1.0);
+        chart.size = (480, 60 + 30 * rows.len() as u32);
+        chart
+    })
+}
+
+fn signature(marks: &[Mark]) -> Markup {
+    let Some(chart) = signature_chart(marks) else { return html! {} };
+    let mut largest: Vec<String> = Vec::new();
+    for m in marks {
+        let text = format!("{} by {}", channel_words(&m.channel), readable(m.change_si, m.unit));
+        if largest.len() < 3 && !largest.iter().any(|l| l.starts_with(&channel_words(&m.channel))) {
+            largest.push(text);
+        }
+    }
+    html! {
+        div class="legend" {
+            (swatch("m0", "what the data show that the model lacks"))
+            (swatch("m1", "what the effect changes"))
+        }
+        (figure("Its signature", "", "what the effect changes beside what the model lacks", &chart.svg()))
+        p { "On this bench it changes " (largest.join("; ")) " (root mean square)." }
+    }
 }
 
 fn capital(text: &str) -> String {
@@ -291,127 +347,204 @@ fn capital(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// All effects that were refitted, as bars and in a table.
-fn tried(report: &Report) -> String {
-    if report.candidates.is_empty() {
-        return String::new();
-    }
-    let rows = report.candidates.len();
-    let mut chart = Chart {
-        size: (820, 60 + 24 * rows as u32),
-        x_label: "share of the excess error explained, %".into(),
-        x: (0.0, 104.0),
-        ..Chart::default()
+/// All effects that were refitted, as bars.
+fn tried_chart(report: &Report) -> Option<Chart> {
+    let named = |id: &str| has_after(report) && report.effects.contains(&id);
+    let rows: Vec<(String, f64, bool)> =
+        report.candidates.iter().map(|c| (c.id.to_owned(), c.explained, named(c.id))).collect();
+    (!rows.is_empty()).then(|| shares(&rows, "share of the excess error explained, %"))
+}
+
+fn tried(report: &Report) -> Markup {
+    let Some(chart) = tried_chart(report) else { return html! {} };
+    let row = |c: &CandidateReport| {
+        html! {
+            tr {
+                th scope="row" { (c.id) }
+                td { (percent(c.probability)) }
+                td { (share(c.explained)) }
+                td { (format!("{:.2}", c.held_out_error)) }
+                td { (format!("{:.1e}", c.p_value)) }
+                td class="left" {
+                    @for (n, v) in &c.parameters {
+                        div { (words(n)) " " (short(v.value)) " (" (interval(v.low, v.high)) ") " (if v.unit == "1" { "" } else { v.unit }) }
+                    }
+                }
+            }
+        }
     };
-    for (k, c) in report.candidates.iter().enumerate() {
-        let y = (rows - 1 - k) as f64;
-        let named = has_after(report) && report.effects.contains(&c.id);
-        let colour = if named { AFTER } else { MEASURED };
-        let share = (100.0 * c.explained).clamp(0.0, 100.0);
-        chart.bars.push(Bar { x: (0.0, share), y: (y - 0.3, y + 0.3), colour });
+    let table = html! {
+        div class="scroll" {
+            table {
+                caption { "Each added on its own, judged on held-out conditions" }
+                thead {
+                    tr {
+                        @for h in ["effect", "probability", "explains", "held-out error, run spreads", "p"] { th scope="col" { (h) } }
+                        th scope="col" class="left" { "parameters (95 % interval)" }
+                    }
+                }
+                tbody { @for c in &report.candidates { (row(c)) } }
+            }
+        }
+    };
+    let drawn =
+        figure("Share of the excess error that each explains on its own", "", "effects tried", &chart.svg());
+    html! {
+        @if report.candidates.len() <= AT_FIRST || has_after(report) {
+            h2 { "Effects tried" }
+            (drawn)
+            (unfold("Figures of all effects tried", &table))
+        } @else {
+            (unfold("Effects tried", &html! { (drawn) (table) }))
+        }
     }
-    chart.y_names = report.candidates.iter().rev().map(|c| c.id.to_owned()).collect();
-    let mut out = format!(
-        "<h2>Effects tried</h2>\n<figure><figcaption>Each added on its own to the model, judged on held-out \
-         conditions<span></span></figcaption>{}</figure>\n",
-        chart.svg()
-    );
-    out += "<details><summary>Figures of all effects tried</summary>\n<div class=\"scroll\"><table><tr><th>effect</th>\
-            <th>probability</th><th>explains</th><th>held-out error</th><th>p</th><th class=\"left\">parameters (95 % interval)</th></tr>\n";
-    for c in &report.candidates {
-        let parameters: Vec<String> = c
-            .parameters
-            .iter()
-            .map(|(n, v)| {
-                format!("{} = {} ({}) {}", escape(n), short(v.value), interval(v.low, v.high), escape(v.unit))
-            })
-            .collect();
-        out += &format!(
-            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{:.2}</td><td>{:.1e}</td><td class=\"left\">{}</td></tr>\n",
-            escape(c.id),
-            percent(c.probability),
-            share(c.explained),
-            c.held_out_error,
-            c.p_value,
-            parameters.join("<br/>")
-        );
-    }
-    out + "</table></div></details>\n"
 }
 
 /// Misfit of each channel in each phase, before and after.
-fn maps(report: &Report) -> String {
-    if report.places.is_empty() {
-        return String::new();
-    }
+fn maps(report: &Report) -> Markup {
     let mut channels: Vec<&str> = Vec::new();
     for p in report.places.iter().filter(|p| p.before.max(p.after) > 1.0) {
         if !channels.contains(&p.channel.as_str()) {
             channels.push(&p.channel);
         }
     }
-    let mut out = String::from(
-        "<h2>Systematic misfit by channel and phase</h2>\n<p class=\"soft\">Root mean square over the conditions, in \
-         run spreads of one run. Channels within one run spread everywhere are left out.</p>\n<div class=\"flow\">\n",
-    );
+    let phases: Vec<&str> = Phase::ALL
+        .iter()
+        .map(|p| p.name())
+        .filter(|name| report.places.iter().any(|p| p.phase == *name))
+        .collect();
     let map = |title: &str, size: fn(&Place) -> f64| {
-        let phases: Vec<&str> = Phase::ALL
-            .iter()
-            .map(|p| p.name())
-            .filter(|name| report.places.iter().any(|p| p.phase == *name))
-            .collect();
-        let mut map = format!(
-            "<div class=\"scroll\"><h3>{title}</h3><table class=\"heat\"><tr><th class=\"level\">channel</th>"
-        );
-        for phase in &phases {
-            map += &format!("<th>{phase}</th>");
-        }
-        map += "</tr>\n";
-        for channel in &channels {
-            map += &format!("<tr><th class=\"level\">{}</th>", escape(&channel_words(channel)));
-            for phase in &phases {
-                match report.places.iter().find(|p| p.channel == *channel && p.phase == *phase) {
-                    Some(p) => map += &format!("<td style=\"{}\">{:.1}</td>", heat(size(p)), size(p)),
-                    None => map += "<td>-</td>",
+        html! {
+            div class="scroll" {
+                table class="heat" {
+                    caption { (title) }
+                    thead {
+                        tr {
+                            th scope="col" class="level" { "channel" }
+                            @for phase in &phases { th scope="col" { (phase) } }
+                        }
+                    }
+                    tbody {
+                        @for channel in &channels {
+                            tr {
+                                th scope="row" class="level" { (channel_words(channel)) }
+                                @for phase in &phases {
+                                    @match report.places.iter().find(|p| p.channel == *channel && p.phase == *phase) {
+                                        Some(p) => { td style=(heat(size(p))) { (format!("{:.1}", size(p))) } }
+                                        None => { td { "–" } }
+                                    }
+                                }
+                            }
+                        }
+                    }
                 }
             }
-            map += "</tr>\n";
         }
-        map + "</table></div>\n"
     };
-    out += &map("the model as given, friction refitted", |p| p.before);
-    if has_after(report) {
-        out += &map("with the named effects", |p| p.after);
+    html! {
+        @if !channels.is_empty() {
+            h2 { "Systematic misfit by channel and phase" }
+            p class="soft" {
+                "Root mean square over the conditions, in run spreads of one run. Channels within one run spread \
+                 everywhere are left out."
+            }
+            div class="flow" {
+                (map("The model as given, friction refitted", |p| p.before))
+                @if has_after(report) { (map("With the named effects", |p| p.after)) }
+            }
+        }
     }
-    out + "</div>\n"
 }
 
-fn left(report: &Report) -> String {
-    list("Remaining misfit", report.unexplained.iter().map(|u| escape(&structure_words(u))))
+/// Two predictions of a run as bells, as far apart as the experiment tells them.
+fn experiment_chart(e: &Experiment) -> Chart {
+    let apart = e.standard_deviations.clamp(0.0, 12.0);
+    let bell = |centre: f64| -> Vec<(f64, f64)> {
+        let x = (0..=160).map(|k| -4.0 + (apart + 8.0) * f64::from(k) / 160.0);
+        x.map(|x| (x, (-0.5 * (x - centre).powi(2)).exp())).collect()
+    };
+    Chart {
+        size: (560, 200),
+        x_label: format!("{} ({}), standard deviations of one run", channel_words(&e.channel), e.phase),
+        y_label: "likely".into(),
+        lines: vec![
+            Line { points: bell(0.0), colour: MODELS[0], width: 2 },
+            Line { points: bell(apart), colour: MODELS[1], width: 2 },
+        ],
+        ..Chart::default()
+    }
+}
+
+fn drawn_experiment(e: &Experiment) -> Markup {
+    let words = format!("the two models' predictions {:.1} standard deviations apart", e.standard_deviations);
+    html! {
+        h2 { "What to measure next" }
+        p { (e.summary) }
+        (figure("What each of the two models predicts for one run", "", &words, &experiment_chart(e).svg()))
+        p class="soft" { "Repeat the motion of trial " (e.like_trial) "." }
+    }
+}
+
+fn limit_table(limits: &[[String; 4]]) -> Markup {
+    html! {
+        div class="scroll" {
+            table {
+                caption { "How strong an effect may be all the same (95 %)" }
+                thead { tr { @for h in ["effect", "strength", "limit", "typical"] { th scope="col" { (h) } } } }
+                tbody {
+                    @for [effect, name, upper, typical] in limits {
+                        tr { th scope="row" { (effect) } td { (words(name)) } td { (upper) } td { (typical) } }
+                    }
+                }
+            }
+        }
+    }
 }
 
 /// Fitted parameters of the model that is judged.
-fn parameters(report: &Report) -> String {
-    let mut out = String::from(
-        "<details><summary>All fitted parameters</summary>\n<table><tr><th>parameter</th><th>value</th><th>95 % \
-         interval</th><th>unit</th></tr>\n",
-    );
-    for (name, v) in &report.parameters {
-        out += &format!(
-            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
-            escape(name),
-            short(v.value),
-            interval(v.low, v.high),
-            escape(v.unit)
-        );
-    }
-    out + "</table></details>\n"
+fn parameters(report: &Report) -> Markup {
+    unfold(
+        "All fitted parameters",
+        &html! {
+            div class="scroll" { table {
+                caption { "Fitted parameters" }
+                thead { tr { @for h in ["parameter", "value", "95 % interval", "unit"] { th scope="col" { (h) } } } }
+                tbody {
+                    @for (name, v) in &report.parameters {
+                        tr {
+                            th scope="row" { (words(name)) }
+                            td { (short(v.value)) }
+                            td { (interval(v.low, v.high)) }
+                            td { (if v.unit == "1" { "–" } else { v.unit }) }
+                        }
+                    }
+                }
+            } }
+        },
+    )
 }
 
-fn list(title: &str, items: impl Iterator<Item = String>) -> String {
-    let items: Vec<String> = items.map(|i| format!("<li>{i}</li>\n")).collect();
-    if items.is_empty() {
-        return String::new();
+/// Every plot of the page.
+#[must_use]
+pub fn figures(report: &Report, traces: Option<&Comparison>) -> Vec<Figure> {
+    let mut out = Vec::new();
+    let mut add = |name: &str, chart: Option<Chart>| out.extend(chart.map(|c| Figure::of(name, &c)));
+    add("misfit", misfit_chart(report));
+    add("probabilities", credible_chart(report));
+    add("effects-tried", tried_chart(report));
+    for c in report.candidates.iter().filter(|c| is_near(report, c)) {
+        add(&format!("signature-{}", c.id), signature_chart(&c.signature));
     }
-    format!("<h2>{title}</h2>\n<ul>\n{}</ul>\n", items.concat())
+    add("next-experiment", report.suggested_experiment.as_ref().map(experiment_chart));
+    for trace in traces.iter().flat_map(|c| &c.traces).take(1) {
+        out.extend(trace_figures(trace));
+    }
+    out
+}
+
+/// Whether an effect is named, does as well, or explains much.
+fn is_near(report: &Report, c: &CandidateReport) -> bool {
+    report.effects.contains(&c.id)
+        || report.ambiguous_with.iter().flatten().any(|id| *id == c.id)
+        || c.explained > NEARLY
 }

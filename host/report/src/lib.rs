@@ -1,16 +1,22 @@
-//! Pages that people open from a file: self-contained HTML with plots as inline SVG.
+//! Pages that people open from a file, figures, and what commands print.
 //!
-//! Nothing is fetched, everything works without JavaScript, and colours follow the
-//! reader's light or dark setting.
+//! A page is self-contained: nothing is fetched. Its text, tables and static figures need no script; traces
+//! and the moving bench are drawn by the script inside it. Colours follow the reader's light or dark setting.
 
+pub mod bars;
+pub mod bench;
 pub mod compare;
 pub mod data;
 pub mod diagnose;
+pub mod figures;
 pub mod html;
+mod outline;
 pub mod overlay;
+mod packed;
 pub mod plot;
 pub mod replay;
 pub mod score;
 pub mod signals;
 pub mod terminal;
+pub mod viewer;
 pub mod words;

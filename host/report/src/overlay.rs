@@ -1,85 +1,307 @@
-//! Measured and modelled signals of one trial, one chart for each channel.
+//! Measured and modelled signals of trials: as plots of a page, and as drawings.
 
+use std::collections::{BTreeMap, BTreeSet};
+
+use maud::{Markup, html};
 use plotters::style::RGBColor;
 
-use super::html::escape;
-use super::plot::{Chart, Line, MEASURED, MODELS, thinned};
+use crate::bench::Scenery;
+use crate::figures::Figure;
+use crate::html::{heat, swatch};
+use crate::plot::{self, Chart, MEASURED, MODELS, thinned};
+use crate::viewer::{self, Plot, Run, Span};
+use crate::words::times;
 use stickslip_analysis::channels::{COUNT, NAMES, channel_words, quantity};
-use stickslip_analysis::compare::document::Trace;
+use stickslip_analysis::compare::document::{ErrorRow, Trace};
 use stickslip_analysis::compare::verdict::scale;
-use stickslip_analysis::evidence::phases::PHASES;
+use stickslip_analysis::evidence::conditions::Variable;
+use stickslip_analysis::evidence::phases::{PHASES, Phases};
 
-/// Shading of the phases; contact before motion stays white.
-pub const SHADES: [Option<(RGBColor, f64)>; 5] = [
+/// Shading of the phases in drawings; contact before motion stays white.
+const SHADES: [Option<(RGBColor, f64)>; 5] = [
     Some((RGBColor(0x99, 0x99, 0x99), 0.18)),
     None,
     Some((RGBColor(0xe6, 0x9f, 0x00), 0.22)),
     Some((RGBColor(0x56, 0xb4, 0xe9), 0.14)),
     Some((RGBColor(0x99, 0x99, 0x99), 0.18)),
 ];
+/// The same in pages, as classes.
+const SHADE_CLASSES: [&str; 5] = ["rest", "", "onset", "sliding", "rest"];
 /// Forces that are not determined.
 const OPEN: RGBColor = RGBColor(0x00, 0x9e, 0x73);
 const SIZE: (u32, u32) = (360, 170);
 const POINTS: usize = 260;
+/// What a plot spans at least, in the unit that it shows: less is nothing to a reader.
+const LEAST: f64 = 0.02;
+/// Plots that are shown at first where none fails.
+const FEWEST: usize = 3;
+/// And at most.
+const MOST: usize = 6;
 
-/// Legend and charts of a trace; `models` are their names.
-pub fn panel(trace: &Trace, models: &[&str]) -> String {
-    let mut out =
-        format!("<p>{} <b>{}</b>: {}</p>\n", trace.role, escape(&trace.trial), escape(&trace.conditions));
-    out += &legend(models, !trace.force_bands.is_empty());
-    out += "<div class=\"grid\">\n";
-    for channel in (0..COUNT).filter(|k| trace.measured.iter().any(|s| s[*k].is_finite())) {
-        out += &figure(trace, channel);
+/// The channels that share axes with `channel`: those of both fingers.
+fn together(channel: usize) -> Vec<usize> {
+    match channel {
+        6..=11 => vec![channel, channel + 6],
+        12..=17 => vec![channel - 6, channel],
+        _ => vec![channel],
     }
-    let unmeasured: Vec<&str> = (0..COUNT)
-        .filter(|k| trace.measured.iter().all(|s| !s[*k].is_finite()))
-        .filter(|k| trace.modelled.iter().flatten().any(|s| s[*k].is_finite()))
-        .map(|k| NAMES[k])
+}
+
+/// The plot that shows a channel.
+#[must_use]
+pub fn plot_id(channel: usize) -> String {
+    NAMES[together(channel)[0]].replace('_', "-").replace("finger1", "fingers")
+}
+
+/// Traces of a comparison with the trials to choose from; `errors` say which channels fail.
+#[must_use]
+pub fn section(traces: &[Trace], models: &[&str], errors: &[ErrorRow]) -> Markup {
+    let groups = groups(traces, errors);
+    let plots: Vec<Plot> =
+        groups.iter().map(|(channels, first)| one_plot(channels, *first, models)).collect();
+    let runs: Vec<Run> = traces.iter().map(|t| run(t, &groups)).collect();
+    let open = traces.iter().any(|t| !t.force_bands.is_empty());
+    viewer::viewer("How the model goes wrong", &legend(models, open), &chooser(traces), &plots, &runs)
+}
+
+/// Channels that are drawn together, and whether one fails; failing ones first, the worst of them ahead.
+fn groups(traces: &[Trace], errors: &[ErrorRow]) -> Vec<(Vec<usize>, bool)> {
+    let measured = |c: &usize| traces.iter().any(|t| t.measured.iter().any(|s| s[*c].is_finite()));
+    let mut out: Vec<(Vec<usize>, bool, f64)> = (0..COUNT)
+        .map(together)
+        .collect::<BTreeSet<_>>()
+        .into_iter()
+        .map(|channels| channels.into_iter().filter(measured).collect::<Vec<_>>())
+        .filter(|channels| !channels.is_empty())
+        .map(|channels| {
+            let rows = || errors.iter().filter(|r| channels.contains(&r.index));
+            let worst = rows().filter_map(|r| r.error.multiples).fold(0.0, f64::max);
+            (channels.clone(), rows().any(|r| r.fails || r.sustained == Some(true)), worst)
+        })
         .collect();
-    out += "</div>\n";
-    if !unmeasured.is_empty() {
-        out += &format!("<p class=\"soft\">Not measured: {}.</p>\n", unmeasured.join(", "));
+    out.sort_by(|a, b| b.1.cmp(&a.1).then(b.2.total_cmp(&a.2)));
+    let failing = out.iter().filter(|g| g.1).count();
+    let shown = if failing == 0 { FEWEST } else { failing.min(MOST) };
+    out.into_iter().enumerate().map(|(k, (channels, ..))| (channels, k < shown)).collect()
+}
+
+fn one_plot(channels: &[usize], first: bool, models: &[&str]) -> Plot {
+    let (_, unit) = scale(quantity(channels[0]).unit());
+    let both = channels.len() > 1;
+    let words = channel_words(NAMES[channels[0]]);
+    let mut lines = Vec::new();
+    for (k, _) in channels.iter().enumerate() {
+        let of = |what: &str| if both { format!("{what}, finger {}", k + 1) } else { what.to_owned() };
+        lines.push(viewer::Line { label: of("measured"), ink: "measured".into(), dash: k > 0 });
+        for (m, name) in models.iter().enumerate().take(MODELS.len()) {
+            lines.push(viewer::Line { label: of(name), ink: format!("m{m}"), dash: k > 0 });
+        }
+    }
+    Plot {
+        id: plot_id(channels[0]),
+        title: if both { words.replace("finger 1", "fingers 1 and 2,") } else { words },
+        unit,
+        least: LEAST,
+        lines,
+        first,
+    }
+}
+
+fn run(trace: &Trace, groups: &[(Vec<usize>, bool)]) -> Run {
+    let models = trace.modelled.len().min(MODELS.len());
+    let at = |i: usize| trace.t_s.get(i).or(trace.t_s.last()).copied().unwrap_or(0.0);
+    let factor = |c: usize| scale(quantity(c).unit()).0;
+    let column = |rows: &[stickslip_analysis::channels::Signals], c: usize| -> Vec<f64> {
+        rows.iter().map(|s| s[c] * factor(c)).collect()
+    };
+    let mut values = Vec::new();
+    let mut half = Vec::new();
+    let mut open = Vec::new();
+    for (channels, _) in groups {
+        let mut lines = Vec::new();
+        let mut bands = Vec::new();
+        let mut gaps = Vec::new();
+        for c in channels {
+            for (phase, width) in PHASES.iter().zip(&trace.band[*c]) {
+                let r = trace.phases.range(*phase);
+                if !r.is_empty() && width.is_finite() {
+                    bands.push((lines.len(), at(r.start), at(r.end), width * factor(*c)));
+                }
+            }
+            lines.push(column(&trace.measured, *c));
+            lines.extend(trace.modelled.iter().take(models).map(|rows| column(rows, *c)));
+            let ends: Vec<[f64; 3]> = ends(trace, *c).into_iter().map(|(t, a, b)| [t, a, b]).collect();
+            if ends.len() > 1 {
+                gaps.push(ends);
+            }
+        }
+        values.push(lines);
+        half.push(bands);
+        open.push(gaps);
+    }
+    Run {
+        id: trace.trial.clone(),
+        role: trace.role.to_owned(),
+        words: trace.conditions.clone(),
+        t_s: trace.t_s.clone(),
+        values,
+        spans: spans(&trace.phases, &trace.t_s),
+        half,
+        open,
+        scenery: Some(scenery(trace)),
+    }
+}
+
+/// The phases of a trial as spans of time.
+pub(crate) fn spans(phases: &Phases, t_s: &[f64]) -> Vec<Span> {
+    let at = |i: usize| t_s.get(i).or(t_s.last()).copied().unwrap_or(0.0);
+    let each = PHASES.iter().zip(SHADE_CLASSES).map(|(p, class)| (phases.range(*p), class, p.label()));
+    each.filter(|(r, ..)| !r.is_empty())
+        .map(|(r, class, label)| (class, at(r.start), at(r.end), label))
+        .collect()
+}
+
+/// The bench of a trace.
+#[must_use]
+pub fn scenery(trace: &Trace) -> Scenery {
+    Scenery::new(&trace.bench, &trace.t_s, &trace.measured, &trace.modelled)
+}
+
+/// Time and ends of the intervals of an undetermined force, in the unit that is shown.
+fn ends(trace: &Trace, channel: usize) -> Vec<(f64, f64, f64)> {
+    if channel < 6 {
+        return Vec::new();
+    }
+    let (factor, _) = scale(quantity(channel).unit());
+    let all = trace.force_bands.iter();
+    all.map(|(t, band)| (*t, band[channel].0 * factor, band[channel].1 * factor))
+        .filter(|p| p.1.is_finite() && p.2.is_finite())
+        .collect()
+}
+
+fn legend(models: &[&str], open: bool) -> Markup {
+    html! {
+        div class="legend" {
+            (swatch("line measured", "measured (sensor offset removed), with its noise floor"))
+            @for (k, name) in models.iter().enumerate().take(MODELS.len()) {
+                (swatch(&format!("line m{k}"), &format!("model {name}")))
+            }
+            (swatch("dash", "dashed: finger 2; in the drawing the model"))
+            @if open { (swatch("m2", "forces that rigid contact leaves undetermined")) }
+            (swatch("rest", "before contact, end"))
+            (swatch("none", "sticking"))
+            (swatch("onset", "onset"))
+            (swatch("sliding", "sliding"))
+        }
+    }
+}
+
+/// The trials to choose from, as a matrix of their conditions.
+fn chooser(traces: &[Trace]) -> Markup {
+    if traces.len() < 2 {
+        return html! {};
+    }
+    let primitives: BTreeSet<&str> = traces.iter().map(|t| t.primitive.as_str()).collect();
+    html! {
+        p class="soft" { "Choose a trial: the error of each in noise floors." }
+        div class="flow" { @for p in primitives { (matrix(traces, p)) } }
+    }
+}
+
+/// Trials of one primitive: the variable of most levels across, the others down.
+fn matrix(traces: &[Trace], primitive: &str) -> Markup {
+    let of: Vec<(usize, &Trace)> =
+        traces.iter().enumerate().filter(|(_, t)| t.primitive == primitive).collect();
+    let mut levels: BTreeMap<Variable, Vec<String>> = BTreeMap::new();
+    for (variable, level) in of.iter().flat_map(|(_, t)| &t.levels) {
+        let all = levels.entry(*variable).or_default();
+        if !all.contains(level) {
+            all.push(level.clone());
+        }
+    }
+    let number = |text: &str| text.parse::<f64>().unwrap_or(f64::NAN);
+    for all in levels.values_mut() {
+        all.sort_by(|a, b| number(a).total_cmp(&number(b)).then(a.cmp(b)));
+    }
+    levels.retain(|_, all| all.len() > 1);
+    let across = levels.iter().max_by_key(|(_, all)| all.len()).map(|(v, all)| (*v, all.clone()));
+    let level = |t: &Trace, v: Variable| {
+        t.levels.iter().find(|(k, _)| *k == v).map_or_else(String::new, |(_, l)| l.clone())
+    };
+    let down: Vec<Variable> =
+        levels.keys().copied().filter(|v| Some(*v) != across.as_ref().map(|a| a.0)).collect();
+    let row = |t: &Trace| down.iter().map(|v| level(t, *v)).collect::<Vec<_>>();
+    let mut rows: Vec<Vec<String>> = of.iter().map(|(_, t)| row(t)).collect();
+    rows.sort_by(|a, b| {
+        let pairs = a.iter().zip(b);
+        pairs
+            .map(|(a, b)| number(a).total_cmp(&number(b)).then(a.cmp(b)))
+            .find(|o| o.is_ne())
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
+    rows.dedup();
+    let columns = across.as_ref().map_or_else(|| vec![String::new()], |a| a.1.clone());
+    let cells = |r: &[String], c: &str| -> Vec<(usize, &Trace)> {
+        let here = |t: &Trace| row(t) == r && across.as_ref().is_none_or(|(v, _)| level(t, *v) == *c);
+        of.iter().copied().filter(|(_, t)| here(t)).collect()
+    };
+    html! {
+        div class="scroll" {
+            table class="heat" {
+                caption { (primitive.replace('_', " ")) @if let Some((v, _)) = &across { ": " (v.label()) " across" } }
+                thead {
+                    tr {
+                        @for v in &down { th scope="col" class="level" { (v.label()) } }
+                        @if down.is_empty() { th scope="col" class="level" { "condition" } }
+                        @for c in &columns { th scope="col" { (c) } }
+                    }
+                }
+                tbody {
+                    @for r in &rows {
+                        tr {
+                            @for l in r { th scope="row" class="level" { (l) } }
+                            @if r.is_empty() { th scope="row" class="level" { "all" } }
+                            @for c in &columns { (cell(&cells(r, c))) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn cell(trials: &[(usize, &Trace)]) -> Markup {
+    let worst = trials.iter().filter_map(|(_, t)| t.multiples).fold(0.0, f64::max);
+    html! {
+        @if trials.is_empty() { td class="soft" { "–" } }
+        @else {
+            td style=(heat(worst)) {
+                @for (k, t) in trials {
+                    button type="button" data-run=(k) aria-pressed="false" title=(format!("{} {}", t.role, t.trial)) {
+                        (t.multiples.map_or_else(|| "show".to_owned(), times))
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The bench and every measured channel of a trace as files.
+#[must_use]
+pub fn trace_figures(trace: &Trace) -> Vec<Figure> {
+    let scenery = scenery(trace);
+    let name = |what: &str| format!("{} {what}", trace.role);
+    let mut out = Vec::new();
+    if scenery.is_seen() {
+        out.push(Figure::new(&name("bench"), scenery.svg(scenery.farthest()).into_string()));
+    }
+    for c in (0..COUNT).filter(|c| trace.measured.iter().any(|s| s[*c].is_finite())) {
+        let mut drawn = chart(trace, c);
+        drawn.y_label = format!("{}, {}", channel_words(NAMES[c]), scale(quantity(c).unit()).1);
+        drawn.size = (560, 260);
+        out.push(Figure::of(&name(&channel_words(NAMES[c])), &drawn));
     }
     out
-}
-
-fn hex(c: RGBColor) -> String {
-    format!("#{:02x}{:02x}{:02x}", c.0, c.1, c.2)
-}
-
-fn legend(models: &[&str], open: bool) -> String {
-    let mut out = String::from(
-        "<div class=\"legend\"><span><i class=\"swatch line measured\"></i>measured, sensor offset removed</span>",
-    );
-    for (name, colour) in models.iter().zip(MODELS) {
-        out += &format!(
-            "<span><i class=\"swatch line\" style=\"background:{}\"></i>model {}</span>",
-            hex(colour),
-            escape(name)
-        );
-    }
-    if let Some((name, colour)) = models.iter().zip(MODELS).next_back() {
-        let RGBColor(r, g, b) = colour;
-        out += &format!(
-            "<span><i class=\"swatch\" style=\"background:rgb({r} {g} {b}/.22)\"></i>{} \u{b1} noise floor</span>",
-            escape(name)
-        );
-    }
-    if open {
-        let RGBColor(r, g, b) = OPEN;
-        out += &format!(
-            "<span><i class=\"swatch\" style=\"background:rgb({r} {g} {b}/.22)\"></i>forces that rigid contact leaves \
-             undetermined</span>"
-        );
-    }
-    for (phase, shade) in PHASES.iter().zip(SHADES) {
-        let style = shade.map_or_else(
-            || "border:1px solid var(--line)".to_owned(),
-            |(RGBColor(r, g, b), opacity)| format!("background:rgb({r} {g} {b}/{})", 1.6 * opacity),
-        );
-        out += &format!("<span><i class=\"swatch\" style=\"{style}\"></i>{}</span>", phase.label());
-    }
-    out + "</div>\n"
 }
 
 /// Charts of `channels` in two columns, as one SVG on white: for documents that are no page of ours.
@@ -109,22 +331,8 @@ pub fn picture(trace: &Trace, channels: &[usize]) -> String {
     out + "</svg>\n"
 }
 
-fn figure(trace: &Trace, channel: usize) -> String {
-    let (_, unit) = scale(quantity(channel).unit());
-    let chart = chart(trace, channel);
-    let (left, right) = chart.inside();
-    format!(
-        "<figure data-from=\"{}\" data-to=\"{}\" data-left=\"{left:.4}\" data-right=\"{right:.4}\" data-unit=\"{unit}\">\
-         <figcaption>{}<span>{unit}</span></figcaption>{}</figure>\n",
-        chart.x.0,
-        chart.x.1,
-        channel_words(NAMES[channel]),
-        chart.svg()
-    )
-}
-
 /// The channel as measured and as modelled, with bands and phases.
-fn chart(trace: &Trace, channel: usize) -> Chart {
+pub fn chart(trace: &Trace, channel: usize) -> Chart {
     let (factor, _) = scale(quantity(channel).unit());
     let t = &trace.t_s;
     let column = |rows: &[stickslip_analysis::channels::Signals]| -> Vec<f64> {
@@ -134,17 +342,10 @@ fn chart(trace: &Trace, channel: usize) -> Chart {
     let mut chart =
         Chart { size: SIZE, x_label: "time, s".into(), x: (at(0), at(usize::MAX)), ..Chart::default() };
     let measured = column(&trace.measured);
-    chart.lines.push(Line { points: thinned(t, &measured, POINTS), colour: MEASURED, width: 1 });
-    if channel >= 6 && !trace.force_bands.is_empty() {
-        let ends: Vec<(f64, f64, f64)> = trace
-            .force_bands
-            .iter()
-            .map(|(t, band)| (*t, band[channel].0 * factor, band[channel].1 * factor))
-            .filter(|p| p.1.is_finite() && p.2.is_finite())
-            .collect();
-        if ends.len() > 1 {
-            chart.bands.push((ends, OPEN));
-        }
+    chart.lines.push(plot::Line { points: thinned(t, &measured, POINTS), colour: MEASURED, width: 1 });
+    let open = ends(trace, channel);
+    if open.len() > 1 {
+        chart.bands.push((open, OPEN));
     }
     let mut widest = 0.0f64;
     for (k, (rows, colour)) in trace.modelled.iter().zip(MODELS).enumerate() {
@@ -169,7 +370,7 @@ fn chart(trace: &Trace, channel: usize) -> Chart {
                 }
             }
         }
-        chart.lines.push(Line { points, colour, width: 2 });
+        chart.lines.push(plot::Line { points, colour, width: 2 });
     }
     // Noise alone shall not fill the chart.
     chart.least_span = 6.0 * widest;

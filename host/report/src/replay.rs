@@ -1,125 +1,240 @@
-//! The page of `stickslip replay`: predictions and flags over time.
+//! The page of `stickslip replay`: when flags are up, the bench, and the predictions over time.
 
-use plotters::style::RGBColor;
+use maud::{Markup, html};
 
-use super::html::{escape, page as whole};
-use super::plot::{Chart, Line, MEASURED, MODELS, thinned};
+use super::bench::Scenery;
+use super::figures::Figure;
+use super::html::{Tone, figure, first_screen, page as whole, swatch};
+use super::overlay::spans;
+use super::plot::{Chart, Line, MODELS};
+use super::viewer::{self, Plot, Run, Span, chart_of, viewer};
+use stickslip_analysis::compare::noise::sensor_noise;
+use stickslip_analysis::evidence::phases::split;
+use stickslip_analysis::run::bench::Bench;
 use stickslip_analysis::run::replay::FLAGS;
+use stickslip_analysis::run::simulate::{Prepared, Simulated};
 use stickslip_analysis::run::summary::Document;
+use stickslip_data::Description;
 use stickslip_shared::predictor::Prediction;
 
-const SIZE: (u32, u32) = (360, 170);
-const POINTS: usize = 300;
+/// What a page shows beside the document.
+pub struct Shown<'a> {
+    /// Time stamps of the predictions.
+    pub t_s: &'a [f64],
+    /// One for each time stamp.
+    pub predictions: &'a [Prediction],
+    /// The bodies; `None`: not drawn.
+    pub scenery: Option<Scenery>,
+    /// Phases of the trial.
+    pub spans: Vec<Span>,
+    /// The command that comes next.
+    pub next: &'a str,
+}
 
-/// The whole page; `t_s` goes with `predictions`.
-pub fn page(document: &Document, t_s: &[f64], predictions: &[Prediction]) -> String {
+/// The bodies and the phases of a trial with the model run along it.
+#[must_use]
+pub fn drawn(
+    description: &Description,
+    prepared: &Prepared,
+    simulated: &Simulated,
+) -> (Option<Scenery>, Vec<Span>) {
+    let phases = split(prepared, simulated, &sensor_noise(description));
+    let modelled = std::slice::from_ref(&simulated.signals);
+    let bench = Bench::of(prepared);
+    let scenery = Scenery::new(&bench, &prepared.t_s, &prepared.measured, modelled);
+    (Some(scenery), spans(&phases, &prepared.t_s))
+}
+
+/// The whole page.
+pub fn page(document: &Document, shown: &Shown) -> String {
+    let sentence = sentence(document);
+    let warned = document.prediction.first_slip_s.is_some() || document.prediction.first_warning_s.is_some();
+    let tone = if warned { Tone::Fair } else { Tone::Good };
+    let flags = flag_chart(document, shown.t_s);
+    let picture = match &flags {
+        Some(chart) => figure("Flags", "", "when each flag of the prediction is up", &chart.svg()),
+        None => html! { p { "No flag rose." } },
+    };
+    let body = html! {
+        (first_screen(("replay", &document.trial), (tone, &sentence), &picture, shown.next))
+        div class="facts" {
+            span { b { (document.ticks) } " ticks" }
+            span { "hash " b { (document.hash) } }
+        }
+        (predictions(document, shown))
+    };
+    whole(&format!("stickslip replay: {}", document.trial), body)
+}
+
+/// What was predicted, in words.
+fn sentence(document: &Document) -> String {
     let p = &document.prediction;
-    let time = |t: Option<f64>| t.map_or_else(|| "never".to_owned(), |t| format!("at {t:.3} s"));
-    let mut body = format!(
-        "<h1>stickslip replay: {}</h1>\n<p class=\"verdict\">Slip warning {}, slip {}; sag at most {:.2} mm, \
-         rotation {:.1} mrad.</p>\n<div class=\"facts\"><span><b>{}</b> ticks</span><span>hash <b>{}</b></span></div>\n",
-        escape(&document.trial),
-        time(p.first_warning_s),
-        time(p.first_slip_s),
+    let slip = match (p.first_warning_s, p.first_slip_s) {
+        (Some(warning), Some(slip)) if warning < slip => {
+            format!("Slip is announced at {warning:.3} s and begins at {slip:.3} s")
+        }
+        (_, Some(slip)) => format!("Slip begins at {slip:.3} s without a warning before it"),
+        (Some(warning), None) => format!("Slip is announced at {warning:.3} s and does not come"),
+        (None, None) => "No slip is predicted".to_owned(),
+    };
+    format!(
+        "{slip}; the object sags by at most {:.2} mm and turns by at most {:.1} mrad in the grasp.",
         p.peak_sag_m * 1e3,
-        p.peak_rotation_rad * 1e3,
-        document.ticks,
-        document.hash
-    );
-    body += "<h2>Flags</h2>\n<div class=\"grid wide\">\n";
-    body += &flags(document, t_s);
-    body += "</div>\n<h2>Predictions</h2>\n<div class=\"legend\"><span><i class=\"swatch line measured\"></i>by the \
-             sensors, or finger 2</span><span><i class=\"swatch line\" style=\"background:#d55e00\"></i>by the model, \
-             finger 1</span><span><i class=\"swatch line\" style=\"background:#0072b2\"></i>ahead, at the \
-             horizon</span></div>\n<div class=\"grid\">\n";
-    let series = |f: &dyn Fn(&Prediction) -> f32| -> Vec<(f64, f64)> {
-        let values: Vec<f64> = predictions.iter().map(|p| f64::from(f(p))).collect();
-        thinned(t_s, &values, POINTS)
+        p.peak_rotation_rad * 1e3
+    )
+}
+
+/// A value of a prediction, and its line.
+type Get<'a> = (&'a str, &'a str, bool, &'a dyn Fn(&Prediction) -> f32);
+
+/// The plots, and the trial's values.
+fn courses(document: &Document, shown: &Shown) -> (Vec<Plot>, Run) {
+    let mut plots: Vec<Plot> = Vec::new();
+    let mut values: Vec<Vec<Vec<f64>>> = Vec::new();
+    let mut add = |(id, title): (&str, &str), unit: &'static str, least: f64, first: bool, lines: &[Get]| {
+        let columns: Vec<Vec<f64>> = lines
+            .iter()
+            .map(|(.., get)| shown.predictions.iter().map(|p| f64::from(get(p))).collect())
+            .collect();
+        // A row of zeros says nothing at first.
+        let moves = columns.iter().flatten().any(|x: &f64| x.is_finite() && x.abs() > 1e-3);
+        let lines = lines.iter().map(|(label, ink, dash, _)| viewer::Line {
+            label: (*label).to_owned(),
+            ink: (*ink).to_owned(),
+            dash: *dash,
+        });
+        plots.push(Plot {
+            id: id.to_owned(),
+            title: title.to_owned(),
+            unit,
+            least,
+            lines: lines.collect(),
+            first: first && moves,
+        });
+        values.push(columns);
     };
-    type Get = dyn Fn(&Prediction) -> f32;
-    let mut add = |title: &str, unit: &str, lines: &[(&Get, RGBColor)], least: f64| {
-        let chart = Chart {
-            size: SIZE,
-            x_label: "time, s".into(),
-            x: ends(t_s),
-            least_span: least,
-            lines: lines
-                .iter()
-                .map(|(f, colour)| Line { points: series(f), colour: *colour, width: 2 })
-                .collect(),
-            ..Chart::default()
-        };
-        body += &figure(title, unit, &chart);
-    };
-    for k in 0..2 {
-        add(
-            &format!("finger {}: utilisation", k + 1),
-            "",
-            &[
-                (&move |p: &Prediction| p.finger[k].measured_utilisation.unwrap_or(f32::NAN), MEASURED),
-                (&move |p: &Prediction| p.finger[k].peak_utilisation, MODELS[1]),
-                (&move |p: &Prediction| p.finger[k].model_utilisation, MODELS[0]),
-            ],
-            0.5,
-        );
-    }
+    let measured = |k: usize| move |p: &Prediction| p.finger[k].measured_utilisation.unwrap_or(f32::NAN);
+    let model = |k: usize| move |p: &Prediction| p.finger[k].model_utilisation;
+    let ahead = |k: usize| move |p: &Prediction| p.finger[k].peak_utilisation;
+    let slip = |k: usize| move |p: &Prediction| p.finger[k].slip_speed_m_s * 1e3;
     add(
-        "slip speed",
-        "mm/s",
+        ("utilisation", "friction used, fingers 1 and 2"),
+        "1",
+        0.5,
+        true,
         &[
-            (&|p: &Prediction| p.finger[1].slip_speed_m_s * 1e3, MEASURED),
-            (&|p: &Prediction| p.finger[0].slip_speed_m_s * 1e3, MODELS[0]),
+            ("by the sensors, finger 1", "measured", false, &measured(0)),
+            ("model, finger 1", "m0", false, &model(0)),
+            ("ahead, finger 1", "m1", false, &ahead(0)),
+            ("by the sensors, finger 2", "measured", true, &measured(1)),
+            ("model, finger 2", "m0", true, &model(1)),
+            ("ahead, finger 2", "m1", true, &ahead(1)),
         ],
-        1.0,
     );
     add(
-        "sag",
-        "mm",
-        &[(&|p: &Prediction| p.sag_ahead_m * 1e3, MODELS[1]), (&|p: &Prediction| p.sag_m * 1e3, MODELS[0])],
-        0.2,
+        ("slip", "slip speed"),
+        "mm/s",
+        1.0,
+        true,
+        &[("finger 1", "m0", false, &slip(0)), ("finger 2", "m0", true, &slip(1))],
     );
-    add("rotation in the grasp", "mrad", &[(&|p: &Prediction| p.rotation_rad * 1e3, MODELS[0])], 1.0);
-    add("Newton steps a tick", "", &[(&|p: &Prediction| f32::from(p.solver_iterations), MODELS[0])], 5.0);
-    body += "</div>\n";
-    whole(&format!("stickslip replay: {}", document.trial), &body)
+    add(
+        ("sag", "sag"),
+        "mm",
+        0.2,
+        true,
+        &[
+            ("now", "m0", false, &|p: &Prediction| p.sag_m * 1e3),
+            ("ahead", "m1", false, &|p: &Prediction| p.sag_ahead_m * 1e3),
+        ],
+    );
+    add(
+        ("rotation", "rotation in the grasp"),
+        "mrad",
+        1.0,
+        true,
+        &[("now", "m0", false, &|p: &Prediction| p.rotation_rad * 1e3)],
+    );
+    add(
+        ("steps", "Newton steps a tick"),
+        "1",
+        5.0,
+        false,
+        &[("steps", "m0", false, &|p: &Prediction| f32::from(p.solver_iterations))],
+    );
+    let run = Run {
+        id: document.trial.clone(),
+        role: String::new(),
+        words: format!("{} ticks", document.ticks),
+        t_s: shown.t_s.to_vec(),
+        half: vec![Vec::new(); values.len()],
+        open: vec![Vec::new(); values.len()],
+        values,
+        spans: shown.spans.clone(),
+        scenery: shown.scenery.clone(),
+    };
+    (plots, run)
 }
 
-fn ends(t_s: &[f64]) -> (f64, f64) {
-    (t_s.first().copied().unwrap_or(0.0), t_s.last().copied().unwrap_or(1.0))
+fn predictions(document: &Document, shown: &Shown) -> Markup {
+    let (plots, run) = courses(document, shown);
+    let legend = html! {
+        div class="legend" {
+            (swatch("line measured", "by the sensors"))
+            (swatch("line m0", "by the model"))
+            (swatch("line m1", "ahead, at the horizon"))
+            (swatch("dash", "dashed: finger 2; in the drawing the model"))
+            @if !run.spans.is_empty() {
+                (swatch("rest", "before contact, end"))
+                (swatch("onset", "onset"))
+                (swatch("sliding", "sliding"))
+            }
+        }
+    };
+    viewer("Predictions", &legend, &html! {}, &plots, &[run])
 }
 
-/// A row for each flag that was ever up.
-fn flags(document: &Document, t_s: &[f64]) -> String {
-    let rows: Vec<&str> =
-        FLAGS.iter().rev().copied().filter(|f| document.flags.iter().any(|s| s.flag == *f)).collect();
+/// A row for each flag that was ever up; `None` where none was.
+fn flag_chart(document: &Document, t_s: &[f64]) -> Option<Chart> {
+    let up = |f: &&str| document.flags.iter().any(|s| s.flag == *f);
+    let rows: Vec<&str> = FLAGS.iter().rev().copied().filter(up).collect();
     if rows.is_empty() {
-        return "<p>No flag rose.</p>\n".into();
+        return None;
     }
-    let (_, end) = ends(t_s);
+    let ends = (t_s.first().copied().unwrap_or(0.0), t_s.last().copied().unwrap_or(1.0));
     let lines = document.flags.iter().filter_map(|s| {
         let row = rows.iter().position(|r| *r == s.flag)? as f64;
-        let points = vec![(s.rises_s, row), (s.falls_s.unwrap_or(end), row)];
+        let points = vec![(s.rises_s, row), (s.falls_s.unwrap_or(ends.1), row)];
         Some(Line { points, colour: MODELS[0], width: 7 })
     });
-    let chart = Chart {
-        size: (1120, 60 + 26 * rows.len() as u32),
+    Some(Chart {
+        size: (820, 60 + 26 * rows.len() as u32),
         x_label: "time, s".into(),
-        x: ends(t_s),
+        x: ends,
         least_span: rows.len() as f64,
         lines: lines.collect(),
         y_names: rows.iter().map(|r| (*r).to_owned()).collect(),
         ..Chart::default()
-    };
-    figure("flags", "", &chart)
+    })
 }
 
-fn figure(title: &str, unit: &str, chart: &Chart) -> String {
-    let (left, right) = chart.inside();
-    format!(
-        "<figure data-from=\"{}\" data-to=\"{}\" data-left=\"{left:.4}\" data-right=\"{right:.4}\" data-unit=\"{unit}\">\
-         <figcaption>{title}<span>{unit}</span></figcaption>{}</figure>\n",
-        chart.x.0,
-        chart.x.1,
-        chart.svg()
-    )
+/// Every plot of the page.
+#[must_use]
+pub fn figures(document: &Document, shown: &Shown) -> Vec<Figure> {
+    let mut out: Vec<Figure> =
+        flag_chart(document, shown.t_s).iter().map(|c| Figure::of("flags", c)).collect();
+    let (plots, run) = courses(document, shown);
+    out.extend(
+        run.scenery
+            .iter()
+            .filter(|s| s.is_seen())
+            .map(|s| Figure::new("bench", s.svg(s.farthest()).into_string())),
+    );
+    out.extend(
+        plots
+            .iter()
+            .zip(&run.values)
+            .map(|(plot, values)| Figure::of(&plot.id, &chart_of(plot, &run.t_s, values))),
+    );
+    out
 }

@@ -1,6 +1,10 @@
-//! The page of `stickslip score`: the table, and how lead times are spread.
+//! The page of `stickslip score`: which events were warned of in time, the table, how lead times are spread.
 
-use super::html::{escape, page as whole};
+use maud::{Markup, html};
+
+use super::bars::shares;
+use super::figures::Figure;
+use super::html::{Tone, figure, first_screen, page as whole, swatch, unfold};
 use super::plot::{Chart, Line, MEASURED, MODELS};
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::calibration::Calibration;
@@ -10,45 +14,166 @@ use stickslip_analysis::score::rate::Rate;
 
 const SIZE: (u32, u32) = (560, 240);
 
-/// The whole page.
-pub fn page(d: &Document) -> String {
-    let mut body = format!(
-        "<h1>stickslip score: {}</h1>\n<div class=\"facts\"><span><b>{}</b> trials</span><span><b>{}</b></span><span>object's pose: <b>{}</b></span>\
-         <span>not scored: <b>{}</b> trials</span><span>sample not trusted: <b>{:.2} %</b> of the ticks</span></div>\n\
-         <div class=\"scroll\"><table><tr><th>event</th><th class=\"left\">method</th><th>events</th><th>found</th><th>in time</th><th>lead<br/>5/50/95 %, ms</th>\
-         <th>false</th><th>near</th><th>onset<br/>error, ms</th></tr>\n",
-        escape(&d.data.display().to_string()),
-        d.trials,
-        time(d.hours),
-        match d.object_pose {
-            ObjectPose::Every => "in every sample",
-            ObjectPose::Start => "at the start only",
-        },
-        d.passed_over.len(),
-        d.doubtful_share * 100.0
-    );
-    for r in shown(&d.rows) {
-        // The interval on a line of its own: the table fits the page.
-        let cell = |(k, c): (usize, &String)| {
-            let text = escape(c).replace(" (", "<br/>(").replace(" an hour)", "/h)");
-            format!("<td{}>{text}</td>", if k < 2 { " class=\"left\"" } else { "" })
-        };
-        let row: Vec<String> = cells(r).iter().enumerate().map(cell).collect();
-        body += &format!("<tr>{}</tr>\n", row.concat());
+/// The whole page; `next` is the command that comes next.
+pub fn page(d: &Document, next: &str) -> String {
+    let picture = match in_time_chart(d) {
+        Some(chart) => {
+            figure("Events that were warned of in time", "", "share of events in time", &chart.svg())
+        }
+        None => html! {},
+    };
+    let name = d.data.display().to_string();
+    let (tone, sentence) = verdict(d);
+    let facts = html! {
+        div class="facts" {
+            span { b { (d.trials) } " trials" }
+            span { b { (time(d.hours)) } }
+            span {
+                "object's pose: "
+                b { (match d.object_pose { ObjectPose::Every => "in every sample", ObjectPose::Start => "at the start only" }) }
+            }
+            @if !d.passed_over.is_empty() { span { "not scored: " b { (d.passed_over.len()) } " trials" } }
+            span { "sample not trusted: " b { (format!("{:.2} %", d.doubtful_share * 100.0)) } " of the ticks" }
+        }
+    };
+    let leads: Vec<Markup> = lead_charts(d)
+        .iter()
+        .map(|(title, methods, chart)| {
+            html! {
+                div {
+                    div class="legend" {
+                        @for (k, m) in methods.iter().enumerate() { (swatch(&format!("line m{k}"), m)) }
+                    }
+                    (figure(title, "", &format!("{title}: share warned at least this long ahead"), &chart.svg()))
+                }
+            }
+        })
+        .collect();
+    let stated: Vec<Markup> = stated_charts(d)
+        .iter()
+        .map(|(title, chart)| figure(title, "", &format!("{title}: stated against actual"), &chart.svg()))
+        .collect();
+    let body = html! {
+        (first_screen(("score", &name), (tone, &sentence), &picture, next))
+        (facts)
+        h2 { "Events and alarms" }
+        (table(d))
+        @if !leads.is_empty() {
+            h2 { "Lead times: share of events warned at least this long ahead" }
+            div class="grid" { @for one in &leads { (one) } }
+        }
+        @if !stated.is_empty() {
+            (unfold("Stated against actual values", &html! { div class="grid" { @for one in &stated { (one) } } }))
+        }
+        (missed(d))
+    };
+    whole("stickslip score", body)
+}
+
+/// The predictor's rows of events that there were.
+fn ours(d: &Document) -> impl Iterator<Item = &Row> {
+    let method = d.rows.first().map(|r| r.method.as_str());
+    d.rows.iter().filter(move |r| r.events > 0 && Some(r.method.as_str()) == method)
+}
+
+/// How early the predictor warns and how often in vain, in a sentence.
+#[must_use]
+pub fn verdict(d: &Document) -> (Tone, String) {
+    let class = |r: &Row| {
+        let ahead = r.lead_s.map_or_else(String::new, |[_, middle, _]| match (1e3 * middle).round() {
+            ms if ms >= 0.0 => format!(", {ms:.0} ms ahead"),
+            ms => format!(", {:.0} ms late", -ms),
+        });
+        format!("{} of {} ({}{ahead})", r.in_time, r.events, r.class.name())
+    };
+    let classes: Vec<String> = ours(d).map(class).collect();
+    let in_vain = ours(d)
+        .filter_map(|r| r.false_alarm_rate)
+        .map(|r| r.count)
+        .fold(None, |sum: Option<usize>, n| Some(sum.unwrap_or(0) + n));
+    let alarms = in_vain.map_or_else(String::new, |n| format!("; false alarms: {n}"));
+    let late = ours(d).any(|r| 10 * r.in_time < 9 * r.events);
+    match classes.as_slice() {
+        [] => (Tone::Plain, format!("No event to be warned of in {} trials, {}.", d.trials, time(d.hours))),
+        some => {
+            let tone = if late || in_vain.is_some_and(|n| n > 0) { Tone::Fair } else { Tone::Good };
+            (tone, format!("Warned in time: {}{alarms}.", some.join(", ")))
+        }
     }
-    body += &format!("</table></div>\n<p>{}</p>\n", escape(LEGEND));
-    body += "<h2>Lead times: share of events warned at least this long ahead</h2>\n<div class=\"grid\">\n";
+}
+
+/// Share of the events that each method warned of in time.
+fn in_time_chart(d: &Document) -> Option<Chart> {
+    let ours = d.rows.first().map(|r| r.method.clone()).unwrap_or_default();
+    let of = d.rows.iter().filter(|r| r.events > 0);
+    let row = |r: &Row| {
+        let share = r.in_time as f64 / r.events as f64;
+        (format!("{}: {}", r.class.name(), r.method), share, r.method == ours)
+    };
+    let rows: Vec<(String, f64, bool)> = of.map(row).collect();
+    (!rows.is_empty()).then(|| shares(&rows, "warned in time, % of the events"))
+}
+
+fn table(d: &Document) -> Markup {
+    let header = [
+        "event",
+        "method",
+        "events",
+        "found",
+        "in time",
+        "lead 5/50/95 %, ms",
+        "false alarms",
+        "near alarms",
+        "onset error, ms",
+    ];
+    html! {
+        div class="scroll" {
+            table {
+                caption { "Events found, and alarms without one" }
+                thead { tr { @for (k, h) in header.iter().enumerate() { th scope="col" class=(if k < 2 { "left" } else { "number" }) { (h) } } } }
+                tbody {
+                    @for r in shown(&d.rows) {
+                        tr {
+                            @for (k, cell) in cells(r).iter().enumerate() {
+                                @if k == 0 { th scope="row" { (cell) } }
+                                @else if k == 1 { td class="left" { (cell) } }
+                                @else {
+                                    // The interval on a line of its own: the table fits the page.
+                                    @match cell.split_once(" (") {
+                                        Some((count, rate)) => { td { (count) div class="soft" { "(" (rate) } } }
+                                        None => { td { (cell) } }
+                                    }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        (unfold("What the columns mean", &html! { p { (LEGEND) } }))
+    }
+}
+
+/// Trials with an event that was missed or late.
+fn missed(d: &Document) -> Markup {
+    let rows: Vec<&Row> = ours(d).filter(|r| !r.not_in_time.is_empty()).collect();
+    html! {
+        @if !rows.is_empty() {
+            (unfold("Trials with an event missed or late", &html! {
+                ul { @for r in rows { li { b { (r.class.name()) } ": " (r.not_in_time.join(", ")) } } }
+            }))
+        }
+    }
+}
+
+/// Title, methods and curves of the lead times of each class.
+fn lead_charts(d: &Document) -> Vec<(String, Vec<String>, Chart)> {
+    let mut out = Vec::new();
     for class in Class::ALL {
         let of = || d.rows.iter().filter(move |r| r.class == class && r.events > 0);
         if of().next().is_none() {
             continue;
         }
-        let names: Vec<String> = of()
-            .zip(MODELS)
-            .map(|(r, c)| {
-                format!("<b style=\"color:rgb({},{},{})\">{}</b>", c.0, c.1, c.2, escape(&r.method))
-            })
-            .collect();
         let lines = of().zip(MODELS).map(|(r, colour)| Line {
             // A step down at each event's lead: also one event alone is a line.
             points: r
@@ -71,13 +196,15 @@ pub fn page(d: &Document) -> String {
             least_span: 100.0,
             ..Chart::default()
         };
-        // One item: the caption lays its items out side by side.
-        let caption = format!("<span>{}: {}</span>", class.name(), names.join(", "));
-        body += &figure(&caption, &chart);
+        out.push((class.name().to_owned(), of().map(|r| r.method.clone()).collect(), chart));
     }
-    body += "</div>\n<h2>Stated against actual values</h2>\n<div class=\"grid\">\n";
+    out
+}
+
+/// Stated against actual values: title and chart.
+fn stated_charts(d: &Document) -> Vec<(String, Chart)> {
+    let mut out = Vec::new();
     for (c, colour) in d.calibration.iter().zip(MODELS) {
-        let name = escape(&c.method);
         if !c.utilisation.is_empty() {
             let points =
                 c.utilisation.iter().map(|b| (0.5 * (b.stated[0] + b.stated[1]), 100.0 * b.actual[0]));
@@ -89,7 +216,7 @@ pub fn page(d: &Document) -> String {
                 least_span: 10.0,
                 ..Chart::default()
             };
-            body += &figure(&format!("{name}: utilisation"), &chart);
+            out.push((format!("{}: utilisation", c.method), chart));
         }
         if !c.time_left.is_empty() {
             let of = |k: usize| {
@@ -107,15 +234,10 @@ pub fn page(d: &Document) -> String {
                 lines: lines.into_iter().chain([exact]).collect(),
                 ..Chart::default()
             };
-            body += &figure(&format!("{name}: time left until slip"), &chart);
+            out.push((format!("{}: time left until slip", c.method), chart));
         }
     }
-    body += "</div>\n";
-    whole("stickslip score", &body)
-}
-
-fn figure(caption: &str, chart: &Chart) -> String {
-    format!("<figure><figcaption>{caption}</figcaption>{}</figure>\n", chart.svg())
+    out
 }
 
 /// What the table's columns mean.
@@ -210,4 +332,13 @@ pub fn cells(r: &Row) -> [String; 9] {
         alarms(r.near_alarm_rate),
         ms(r.onset_error_s),
     ]
+}
+
+/// Every plot of the page.
+#[must_use]
+pub fn figures(d: &Document) -> Vec<Figure> {
+    let mut out: Vec<Figure> = in_time_chart(d).iter().map(|c| Figure::of("warned-in-time", c)).collect();
+    out.extend(lead_charts(d).iter().map(|(title, _, c)| Figure::of(&format!("lead {title}"), c)));
+    out.extend(stated_charts(d).iter().map(|(title, c)| Figure::of(&format!("stated {title}"), c)));
+    out
 }

@@ -8,10 +8,15 @@ use nalgebra::Vector3;
 use plotters::style::RGBColor;
 use stickslip_analysis::channels;
 use stickslip_analysis::check::Report;
-use stickslip_data::{Description, Index, ObjectSpec, Pose, Sample, Trial, Wrench};
+use stickslip_analysis::run::simulate::scene;
+use stickslip_data::{Description, Index, Pose, Sample, Trial, Wrench};
+use stickslip_shared::model::Shape;
 use stickslip_shared::track;
 
-use super::html::{escape, page as whole};
+use maud::{Markup, html};
+
+use super::html::{Tone, figure, first_screen, page as whole};
+use super::outline::{corners, hull};
 use super::plot::{Chart, Line, MEASURED, MODELS, thinned};
 
 const SIZE: (u32, u32) = (360, 170);
@@ -53,50 +58,39 @@ pub fn page(report: &Report, description: &Description, trials: &[Trial]) -> Str
         1 => "1 physics error: the data cannot be as they stand.".to_owned(),
         count => format!("{count} physics errors: the data cannot be as they stand."),
     };
-    let mut body = format!(
-        "<h1>stickslip check: {}</h1>\n<p class=\"verdict\">{verdict}</p>\n<div class=\"facts\"><span><b>{}</b> \
-         trials</span><span><b>{}</b> samples</span></div>\n",
-        escape(&report.name),
-        report.trials,
-        report.samples
-    );
-    for finding in &findings {
-        let _ = writeln!(body, "<p>{}</p>", escape(finding));
-    }
-    body += "<p>Below, one trial of each primitive as it was understood. The arrows are mean forces on the object over \
-             the loaded part of the trial: finger 1 presses towards -Y of the gripper, finger 2 towards +Y, a pusher \
-             away from itself.</p>\n<div class=\"legend\">";
-    for (name, colour) in ["finger 1", "finger 2", "pusher"].into_iter().zip(BODIES) {
-        let _ = write!(
-            body,
-            "<span><i class=\"swatch line\" style=\"background:{}\"></i>{name}</span>",
-            hex(colour).to_lowercase()
-        );
-    }
-    body += "</div>\n";
-    for trial in trials {
-        body += &section(description, trial);
-    }
-    whole(&format!("stickslip check: {}", report.name), &body)
+    let tone = if findings.is_empty() { Tone::Good } else { Tone::Bad };
+    let explained = "One trial of each primitive as it was understood. The arrows are mean forces on the object over the \
+                     loaded part of the trial: finger 1 presses towards -Y of the gripper, finger 2 towards +Y, a pusher \
+                     away from itself.";
+    let body = html! {
+        (first_screen(("check", &report.name), (tone, &verdict), &html! {}, ""))
+        div class="facts" {
+            span { b { (report.trials) } " trials" }
+            span { b { (report.samples) } " samples" }
+        }
+        @for finding in &findings { p { (finding) } }
+        h2 { "What was understood" }
+        p { (explained) }
+        div class="legend" {
+            @for (k, name) in ["finger 1", "finger 2", "pusher"].into_iter().enumerate() {
+                (super::html::swatch(&format!("line m{k}"), name))
+            }
+        }
+        @for trial in trials { (section(description, trial)) }
+    };
+    whole(&format!("stickslip check: {}", report.name), body)
 }
 
-fn section(description: &Description, trial: &Trial) -> String {
-    let mut text = format!(
-        "<h2>{}</h2>\n<p>{}, {}</p>\n<div class=\"grid\">\n",
-        escape(&trial.info.trial),
-        escape(&trial.info.primitive),
-        escape(&trial.info.object)
-    );
-    let object = description.objects.iter().find(|object| object.id == trial.info.object);
-    for (title, right, up) in
+fn section(description: &Description, trial: &Trial) -> Markup {
+    let shape = scene(description, trial).ok().map(|scene| scene.object.shape);
+    let mut figures: Vec<Markup> =
         [("from the side: x, z", 0, 2), ("from above: x, y", 0, 1), ("from the end: y, z", 1, 2)]
-    {
-        let _ = writeln!(
-            text,
-            "<figure><figcaption>{title}<span>world, mm</span></figcaption>{}</figure>",
-            drawing(object, trial, right, up)
-        );
-    }
+            .into_iter()
+            .map(|(title, right, up)| {
+                let drawn = drawing(shape.as_ref(), trial, right, up);
+                figure(title, "world, mm", &format!("the bench {title}"), &drawn)
+            })
+            .collect();
     let times: Vec<f64> = trial.samples.iter().map(|sample| sample.t_s).collect();
     let mut chart = |title: &str, unit: &str, lines: Vec<(Vec<f64>, RGBColor)>| {
         if lines.iter().all(|(values, _)| values.iter().all(|value| !value.is_finite())) {
@@ -111,11 +105,7 @@ fn section(description: &Description, trial: &Trial) -> String {
                 .collect(),
             ..Chart::default()
         };
-        let _ = writeln!(
-            text,
-            "<figure><figcaption>{title}<span>{unit}</span></figcaption>{}</figure>",
-            chart.svg()
-        );
+        figures.push(figure(title, unit, &format!("{title} over time"), &chart.svg()));
     };
     let of = |get: &dyn Fn(&Sample) -> Option<f64>| -> Vec<f64> {
         trial.samples.iter().map(|sample| get(sample).unwrap_or(f64::NAN)).collect()
@@ -148,7 +138,11 @@ fn section(description: &Description, trial: &Trial) -> String {
             );
         }
     }
-    text + "</div>\n"
+    html! {
+        h2 { (trial.info.trial) }
+        p { (trial.info.primitive.replace('_', " ")) ", " (trial.info.object) }
+        div class="grid" { @for one in &figures { (one) } }
+    }
 }
 
 /// The cells that were measured, thinned: an empty cell is no gap in the line of a slower sensor.
@@ -156,28 +150,6 @@ fn measured(times: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
     let (t, v): (Vec<f64>, Vec<f64>) =
         times.iter().zip(values).filter(|(_, value)| value.is_finite()).unzip();
     thinned(&t, &v, POINTS)
-}
-
-/// Corners of the object about its centre, object axes.
-fn corners(object: &ObjectSpec) -> Vec<Vector3<f64>> {
-    let both = [-0.5, 0.5];
-    if let Some(vertices) = &object.vertices_m {
-        let height = object.height_m.unwrap_or_default();
-        return both
-            .iter()
-            .flat_map(|z| vertices.iter().map(move |[x, y]| Vector3::new(*x, *y, z * height)))
-            .collect();
-    }
-    let (length, side) = (object.length_m.unwrap_or_default(), object.side_m.unwrap_or_default());
-    let ring: Vec<[f64; 2]> = if object.shape == "cylinder" {
-        (0..24)
-            .map(|k| f64::from(k) * std::f64::consts::TAU / 24.0)
-            .map(|angle| [angle.cos() * side / 2.0, angle.sin() * side / 2.0])
-            .collect()
-    } else {
-        both.iter().flat_map(|y| both.map(|z| [y * side, z * side])).collect()
-    };
-    both.iter().flat_map(|x| ring.iter().map(move |[y, z]| Vector3::new(x * length, *y, *z))).collect()
 }
 
 /// What a body exerts, drawn as an arrow.
@@ -188,20 +160,21 @@ struct Arrow {
 }
 
 /// The bench at the trial's start, seen along the axis that is neither `right` nor `up`.
-fn drawing(object: Option<&ObjectSpec>, trial: &Trial, right: usize, up: usize) -> String {
+fn drawing(object: Option<&Shape<f64>>, trial: &Trial, right: usize, up: usize) -> String {
     let first = |measured: fn(&Sample) -> Option<Pose>| {
         trial.samples.iter().find_map(measured).as_ref().map(channels::pose)
     };
-    let (Some(spec), Some(at)) = (object, first(|sample| sample.object)) else {
+    let (Some(shape), Some(at)) = (object, first(|sample| sample.object)) else {
         return "<p>The object's pose is not measured.</p>".to_owned();
     };
     let place = |at: &track::Pose<f64>, local: Vector3<f64>| at.position_m + at.rotation * local;
-    let outline: Vec<[f64; 2]> =
-        hull(corners(spec).into_iter().map(|corner| place(&at, corner)).map(|p| [p[right], p[up]]).collect());
+    let outline: Vec<[f64; 2]> = hull(
+        corners(shape).into_iter().map(|corner| place(&at, corner)).map(|p| [p[right], p[up]]).collect(),
+    );
     let mut arrows = Vec::new();
     let mut points = outline.clone();
     if let Some(gripper) = first(|sample| sample.gripper) {
-        let half = spec.side_m.unwrap_or(0.02) / 2.0;
+        let half = corners(shape).iter().map(|c| c.y).fold(0.0, f64::max);
         for (finger, side) in [1.0, -1.0].into_iter().enumerate() {
             let from = place(&gripper, Vector3::new(0.0, side * half, 0.0));
             points.push([from[right], from[up]]);
@@ -289,41 +262,7 @@ fn mean(trial: &Trial, of: impl Fn(&Sample) -> Option<Wrench>) -> Option<Vector3
     (!forces.is_empty()).then(|| forces.iter().sum::<Vector3<f64>>() / count)
 }
 
-/// Convex outline of points, counter-clockwise (Andrew's monotone chain).
-fn hull(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
-    points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-    let turn =
-        |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-    let half = |points: &mut dyn Iterator<Item = [f64; 2]>| {
-        let mut chain: Vec<[f64; 2]> = Vec::new();
-        for point in points {
-            while let [.., a, b] = chain[..]
-                && turn(a, b, point) <= 0.0
-            {
-                chain.pop();
-            }
-            chain.push(point);
-        }
-        chain.pop();
-        chain
-    };
-    let mut outline = half(&mut points.iter().copied());
-    outline.extend(half(&mut points.iter().rev().copied()));
-    outline
-}
-
 fn hex(colour: RGBColor) -> String {
     let RGBColor(r, g, b) = colour;
     format!("#{r:02X}{g:02X}{b:02X}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::hull;
-
-    #[test]
-    fn the_outline_of_a_square_with_points_inside_is_the_square() {
-        let points = vec![[0.0, 0.0], [1.0, 1.0], [0.5, 0.5], [1.0, 0.0], [0.2, 0.7], [0.0, 1.0]];
-        assert_eq!(hull(points), [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
-    }
 }

@@ -18,6 +18,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use stickslip_analysis::Progress;
 
+use crate::figures::{self, Figure};
+
 /// For whom is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
@@ -136,6 +138,16 @@ impl Output {
     pub fn page(&self, path: &Path, html: impl AsRef<[u8]>) -> anyhow::Result<()> {
         std::fs::write(path, html).with_context(|| format!("cannot write {}", path.display()))?;
         self.note(format_args!("page written to {}", path.display()));
+        Ok(())
+    }
+
+    /// Writes plots into a new folder and says where it is.
+    ///
+    /// # Errors
+    /// As [`figures::write`].
+    pub fn figures(&self, folder: &Path, drawn: &[Figure]) -> anyhow::Result<()> {
+        figures::write(folder, drawn)?;
+        self.note(format_args!("{} figures written to {}", drawn.len(), folder.display()));
         Ok(())
     }
 

@@ -12,3 +12,18 @@ pub fn interval(low: f64, high: f64) -> String {
         false => "no interval".into(),
     }
 }
+
+/// 'So many times' with two or three digits.
+pub fn times(x: f64) -> String {
+    if x >= 10.0 { format!("{x:.0}\u{d7}") } else { format!("{x:.1}\u{d7}") }
+}
+
+/// The first sentence, and what follows.
+pub fn first_sentence(text: &str) -> (&str, &str) {
+    let ends = text.match_indices(". ").map(|(at, _)| at);
+    let begins = |at: &usize| text[at + 2..].starts_with(|c: char| c.is_uppercase());
+    match ends.into_iter().find(begins) {
+        Some(at) => (&text[..=at], &text[at + 2..]),
+        None => (text, ""),
+    }
+}

@@ -17,6 +17,7 @@ use crate::evidence::conditions::Variable;
 use crate::evidence::contact::Evidence;
 use crate::evidence::force_bands::Band;
 use crate::evidence::phases::{Phase, Phases};
+use crate::run::bench::Bench;
 
 /// Name of the document's format.
 pub const SCHEMA: &str = "stickslip-compare/2";
@@ -322,10 +323,20 @@ pub struct Skipped {
 pub struct Trace {
     /// Id.
     pub trial: String,
-    /// Why it is shown: `worst trial`, `median trial`, `chosen trial`.
+    /// Why it is shown: `worst trial`, `median trial`, `chosen trial`, `worst of its condition`.
     pub role: &'static str,
     /// Its conditions in words.
     pub conditions: String,
+    /// Primitive.
+    pub primitive: String,
+    /// Condition number, shared by repetitions; see [`TrialRow`].
+    pub condition: usize,
+    /// What was set, and the level of each as text in the unit of its label.
+    pub levels: Vec<(Variable, String)>,
+    /// Root mean square of the multiples of its channels and phases; see [`TrialRow`].
+    pub multiples: Option<f64>,
+    /// The bodies.
+    pub bench: Bench,
     /// Time stamps.
     pub t_s: Vec<f64>,
     /// Measured, sensor offsets taken out as in the errors.

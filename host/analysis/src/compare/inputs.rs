@@ -63,10 +63,19 @@ pub struct Options {
     pub tare: Tare,
     /// Forces that are not determined.
     pub forces: Forces,
+    /// Most trials whose signals are kept for a page: the worst and the median one, then the worst run of
+    /// each further condition.
+    pub drawn: usize,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { trial: None, held_out: HeldOut::Nothing, tare: Tare::BeforeContact, forces: Forces::default() }
+        Self {
+            trial: None,
+            held_out: HeldOut::Nothing,
+            tare: Tare::BeforeContact,
+            forces: Forces::default(),
+            drawn: 2,
+        }
     }
 }

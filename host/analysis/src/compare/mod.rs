@@ -171,6 +171,7 @@ pub fn compare(
         &floors,
         trial_rows,
         chosen.single,
+        options.drawn,
     );
     let sources: BTreeSet<Source> = reports[0].errors.iter().map(|r| r.noise_source).collect();
     let noise_floor = [Source::Repetitions, Source::SensorNoise]

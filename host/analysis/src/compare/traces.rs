@@ -1,6 +1,8 @@
 //! The trials that a page draws.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+
+use rayon::prelude::*;
 
 use super::document::{Trace, TrialRow};
 use super::inputs::load;
@@ -11,6 +13,7 @@ use crate::channels::{COUNT, Signals};
 use crate::evidence::conditions::VARIABLES;
 use crate::evidence::force_bands::{Band, bands};
 use crate::evidence::phases::{PHASES, Phases};
+use crate::run::bench::Bench;
 use crate::run::simulate::{Prepared, prepare};
 use stickslip_data::Index;
 use stickslip_shared::model::Model;
@@ -18,7 +21,8 @@ use stickslip_shared::model::Model;
 /// Samples at which the intervals of undetermined forces are found.
 const DRAWN_BANDS: usize = 48;
 
-/// Signals of the worst and the median trial (or of the one chosen), simulated once more.
+/// Signals of the worst and the median trial (or of the one chosen), and of the worst run of further
+/// conditions, `most` trials in all: simulated once more.
 #[allow(clippy::too_many_arguments)]
 pub fn traces(
     data: &Index,
@@ -30,6 +34,7 @@ pub fn traces(
     floors: &BTreeMap<rows::Key, Floor>,
     rows: &[TrialRow],
     single: bool,
+    most: usize,
 ) -> Vec<Trace> {
     let at =
         |row: &TrialRow| places.iter().position(|i| data.trials[*i].trial == row.trial).unwrap_or_default();
@@ -47,9 +52,17 @@ pub fn traces(
             wanted.push((ranked[ranked.len() / 2], "median trial"));
         }
     }
+    let bands = wanted.len();
+    let mut shown: BTreeSet<usize> = wanted.iter().map(|(row, _)| row.condition).collect();
+    for row in &ranked {
+        if wanted.len() < most && shown.insert(row.condition) {
+            wanted.push((row, "worst of its condition"));
+        }
+    }
     wanted
-        .into_iter()
-        .filter_map(|(row, role)| {
+        .into_par_iter()
+        .enumerate()
+        .filter_map(|(place, (row, role))| {
             let k = at(row);
             let i = places[k];
             let trial = load(data, i).0.ok()?;
@@ -59,9 +72,11 @@ pub fn traces(
                 .map(|m| m.simulate(&data.trials[i], &prepared).map(|s| s.signals))
                 .collect::<Result<_, _>>()
                 .ok()?;
-            let rigid = models.last().filter(|m| m.is_rigid());
+            // The intervals cost more than the simulation.
+            let rigid = models.last().filter(|m| m.is_rigid() && place < bands);
             let force_bands =
                 rigid.map_or_else(Vec::new, |m| drawn_bands(&prepared, m.of(&data.trials[i].primitive)));
+            let bench = Bench::of(&prepared);
             let mut measured = prepared.measured;
             for row in &mut measured {
                 for (x, tare) in row.iter_mut().zip(&tares[k]) {
@@ -75,17 +90,23 @@ pub fn traces(
                 })
                 .collect();
             let info = &data.trials[i];
-            let levels = VARIABLES.iter().filter_map(|v| {
+            let levels: Vec<_> = VARIABLES.into_iter().filter_map(|v| Some((v, v.level(info)?))).collect();
+            let words = levels.iter().map(|(v, l)| {
                 let (name, unit) = v.label().split_once(", ").unwrap_or((v.label(), ""));
-                v.level(info).map(|l| format!("{name} {l} {unit}").trim_end().to_owned())
+                format!("{name} {l} {unit}").trim_end().to_owned()
             });
             Some(Trace {
                 trial: row.trial.clone(),
                 role,
                 conditions: std::iter::once(info.primitive.replace('_', " "))
-                    .chain(levels)
+                    .chain(words)
                     .collect::<Vec<_>>()
                     .join(", "),
+                primitive: info.primitive.clone(),
+                condition: row.condition,
+                levels,
+                multiples: row.multiples,
+                bench,
                 t_s: prepared.t_s,
                 measured,
                 modelled,

@@ -15,6 +15,7 @@ pub mod posterior;
 pub mod report;
 pub mod rivals;
 pub mod select;
+pub mod signature;
 pub mod structure;
 pub mod swing;
 pub mod verdict;

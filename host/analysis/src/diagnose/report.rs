@@ -14,6 +14,7 @@ use crate::diagnose::findings::Findings;
 use crate::diagnose::misfit::{self, Misfit};
 use crate::diagnose::posterior::Weighed;
 use crate::diagnose::select::{Candidate, Held, explained};
+use crate::diagnose::signature::{Mark, signature};
 use crate::diagnose::structure::{self, Structure};
 use crate::diagnose::swing::Swing;
 use crate::diagnose::verdict::{self, Doubt, FEWEST_CONDITIONS, RELEVANT, UNEXPLAINED};
@@ -61,6 +62,9 @@ pub struct CandidateReport {
     /// What it is, in words.
     #[serde(skip)]
     pub info: &'static Info,
+    /// What it changes, beside what the data show; for the page.
+    #[serde(skip)]
+    pub signature: Vec<Mark>,
 }
 
 /// Error before and after, in run spreads (see [`crate::diagnose::misfit`]).
@@ -335,6 +339,7 @@ fn candidate(problem: &Problem, base: &Held, c: &Candidate) -> CandidateReport {
         explained: explained(&base.misfit, &c.held.misfit),
         worst: c.held.misfit.places.first().map(|p| (channel_name(p.channel), p.phase.name(), p.size)),
         parameters,
+        signature: signature(problem, base, &c.held),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Models along recorded trials: the contact model by itself, and the predictor as on the board.
 
+pub mod bench;
 pub mod motion;
 pub mod replay;
 pub mod series;

@@ -6,11 +6,11 @@ use anyhow::Context;
 use comfy_table::{Cell, CellAlignment};
 use rayon::prelude::*;
 
-use stickslip_analysis::compare::document::{Comparison, ErrorRow, Fate, ModelReport, Size};
+use stickslip_analysis::compare::document::{Change, Comparison, ErrorRow, Fate, ModelReport, Size};
 use stickslip_analysis::compare::noise::Source;
 use stickslip_analysis::compare::rows::many_primitives;
 use stickslip_analysis::compare::tare::Tare;
-use stickslip_analysis::compare::verdict::{place_words, scale};
+use stickslip_analysis::compare::verdict::{place_words, readable, scale};
 use stickslip_analysis::compare::{Forces, NamedModel, Options, compare};
 use stickslip_analysis::evidence::conditions::HeldOut;
 use stickslip_analysis::evidence::phases::PHASES;
@@ -18,7 +18,7 @@ use stickslip_analysis::run::series;
 use stickslip_analysis::run::simulate::prepare;
 use stickslip_data::Index;
 use stickslip_data::series::SeriesWriter;
-use stickslip_report::terminal::{Output, table};
+use stickslip_report::terminal::{Output, command_line, table};
 
 /// Arguments of `stickslip compare`.
 #[derive(Debug, clap::Args)]
@@ -43,6 +43,12 @@ pub struct Args {
     /// Write a page with all plots; it needs no network
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
+    /// Write every plot as SVG into a new folder
+    #[arg(long, value_name = "DIR")]
+    pub figures: Option<PathBuf>,
+    /// Print the tables of all channels and phases, and how to read them
+    #[arg(long)]
+    pub verbose: bool,
     /// Write the time series of measurement and models as recorded and as simulated, one row a
     /// sample of each compared trial
     #[arg(long, value_name = "FILE.csv|FILE.parquet")]
@@ -69,23 +75,33 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         held_out: args.held_out.clone().unwrap_or_default(),
         tare: if args.no_tare { Tare::None } else { Tare::BeforeContact },
         forces: if args.no_force_bands { Forces::AsReturned } else { Forces::OutsideBand },
+        drawn: if args.html.is_some() || args.figures.is_some() {
+            stickslip_report::compare::DRAWN
+        } else {
+            2
+        },
     };
     let comparison =
         compare(&index, &models, &options, output).with_context(|| args.data.display().to_string())?;
     comparison.refused.iter().for_each(|refused| output.refused(refused));
+    let (data, model) =
+        (args.data.display().to_string(), args.models.last().map(|m| m.display().to_string()));
+    let next = || match &model {
+        Some(model) => ["diagnose", &data, "--model", model],
+        None => ["calibrate", &data, "--out", "model.toml"],
+    };
     if let Some(path) = &args.series {
         let models = comparison.calibrated.as_ref().map_or(&models[..], std::slice::from_ref);
         write_series(&index, models, &options, path, output)?;
     }
     if let Some(path) = &args.html {
-        output.page(path, stickslip_report::compare::page(&comparison))?;
+        output.page(path, stickslip_report::compare::page(&comparison, &command_line(next())))?;
     }
-    print(&comparison, output);
-    let data = args.data.display().to_string();
-    match args.models.last() {
-        Some(model) => output.next(["diagnose", &data, "--model", &model.display().to_string()]),
-        None => output.next(["calibrate", &data, "--out", "model.toml"]),
+    if let Some(folder) = &args.figures {
+        output.figures(folder, &stickslip_report::compare::figures(&comparison))?;
     }
+    print(&comparison, args.verbose, output);
+    output.next(next());
     output.document(&comparison)
 }
 
@@ -127,7 +143,10 @@ fn write_series(
     Ok(())
 }
 
-fn print(comparison: &Comparison, output: &Output) {
+/// Failures that are listed without `--verbose`.
+const LISTED: usize = 5;
+
+fn print(comparison: &Comparison, verbose: bool, output: &Output) {
     output.text(&comparison.summary);
     let d = &comparison.data;
     output.text(format_args!(
@@ -141,6 +160,14 @@ fn print(comparison: &Comparison, output: &Output) {
     for report in &comparison.models {
         output.text(format_args!("model {}: {}", report.name, stickslip_report::compare::describe(report)));
     }
+    if !verbose {
+        print_worst(comparison, output);
+        output.text(format_args!(
+            "\nAll channels, phases and {} note(s) on how to read them: --verbose, or --html for the page",
+            comparison.notes.len()
+        ));
+        return;
+    }
     if comparison.models.len() > 1 {
         print_changes(comparison, output);
     } else if let Some(report) = comparison.models.first() {
@@ -149,6 +176,43 @@ fn print(comparison: &Comparison, output: &Output) {
     output.text("");
     for note in &comparison.notes {
         output.text(format_args!("- {note}"));
+    }
+}
+
+/// The worst places of the last model, one a line.
+fn print_worst(comparison: &Comparison, output: &Output) {
+    let Some(report) = comparison.models.last() else { return };
+    let many = !report.errors.is_empty() && many_primitives(&report.errors);
+    let times =
+        |s: &Size| s.multiples.map_or_else(String::new, |m| format!(", {m:.1} times the noise floor"));
+    if comparison.models.len() > 1 {
+        let size = |c: &Change| c.before.multiples.unwrap_or(0.0).max(c.after.multiples.unwrap_or(0.0));
+        let mut shown: Vec<&Change> = comparison.changes.iter().filter(|c| c.fate != Fate::Fits).collect();
+        shown.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        let more = shown.len().saturating_sub(LISTED);
+        for c in shown.into_iter().take(LISTED) {
+            output.text(format_args!(
+                "  {}: from {} to {}{} ({})",
+                place_words(&c.place, many),
+                readable(c.before.rms, c.unit),
+                readable(c.after.rms, c.unit),
+                times(&c.after),
+                stickslip_report::compare::fate_words(c.fate)
+            ));
+        }
+        if more > 0 {
+            output.text(format_args!("  and {more} more"));
+        }
+        return;
+    }
+    let wrong = |r: &&ErrorRow| r.fails || r.sustained == Some(true);
+    let more = report.errors.iter().filter(wrong).count().saturating_sub(LISTED);
+    for r in report.errors.iter().filter(wrong).take(LISTED) {
+        let place = place_words(&r.place, many);
+        output.text(format_args!("  {place}: off by {}{}", readable(r.error.rms, r.unit), times(&r.error)));
+    }
+    if more > 0 {
+        output.text(format_args!("  and {more} more"));
     }
 }
 

@@ -177,14 +177,14 @@ fn picture(trial: &Trial) -> String {
     let colours = [MEASURED, MODELS[1]];
     let chart = |y_label: &str, of: Course| {
         let lines = trial.exact.iter().zip(colours);
-        Chart {
+        let drawn = Chart {
             size: (760, 240),
             x_label: "time, s".to_owned(),
             y_label: y_label.to_owned(),
             lines: lines.map(|(exact, colour)| Line { points: of(exact), colour, width: 2 }).collect(),
             ..Chart::default()
-        }
-        .svg()
+        };
+        html::figure(y_label, "", &format!("{y_label} over time, with both grips"), &drawn.svg())
     };
     let place = chart("object in the grasp, mm", &|exact| {
         let held = |e: &stickslip_rig::Exact| e.object.0[2] - e.gripper.0[2];
@@ -193,15 +193,25 @@ fn picture(trial: &Trial) -> String {
         moved.map(|(t_s, m)| (t_s, m * 1e3)).collect()
     });
     let grip = chart("grip commanded, N", &|exact| exact.iter().map(|e| (e.t_s, e.grip_n)).collect());
-    html::page(
+    let sentence = format!(
+        "{} ({}), lifted twice from the same seed: one object is lost, the other kept. A line that ends: the object has \
+         left the pads.",
+        trial.pair.label, trial.pair.scenario
+    );
+    html::figures_page(
         "A drop prevented",
-        &format!(
-            "<h1>A drop prevented</h1>\n<p>{} ({}), lifted twice from the same seed: grey with the planned grip, blue \
-             with the one that the prediction advises. A line that ends: the object has left the pads.</p>\n{}{place}\n{grip}\n",
-            html::escape(&trial.pair.label),
-            html::escape(trial.pair.scenario),
-            moving::picture(trial)
-        ),
+        &sentence,
+        &[("line measured", "the planned grip"), ("line m1", "the grip that the prediction advises")],
+        &[
+            html::figure(
+                "both lifts",
+                "",
+                "the object in the grasp, moving, with both grips",
+                &moving::picture(trial),
+            ),
+            place,
+            grip,
+        ],
     )
 }
 

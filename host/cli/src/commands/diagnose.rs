@@ -6,12 +6,16 @@ use comfy_table::{Cell, CellAlignment};
 
 use crate::commands::fitted::{file_or_default, write};
 use stickslip_analysis::channels::channel_words;
+use stickslip_analysis::compare::document::Comparison;
+use stickslip_analysis::compare::{self, Forces, NamedModel};
 use stickslip_analysis::diagnose;
 use stickslip_analysis::diagnose::report::{Report, Verdict};
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::{EffectEntry, ModelFile};
+use stickslip_data::Index;
 use stickslip_report::terminal::{Output, command_line, table};
 use stickslip_report::words::{interval, short};
+use stickslip_shared::model::Model;
 
 /// Arguments of `stickslip diagnose`.
 #[derive(Debug, clap::Args)]
@@ -35,6 +39,12 @@ pub struct Args {
     /// Write a page with tables and plots; it needs no network
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
+    /// Write every plot as SVG into a new folder
+    #[arg(long, value_name = "DIR")]
+    pub figures: Option<PathBuf>,
+    /// Print all effects tried, misfits, limits and classes
+    #[arg(long)]
+    pub verbose: bool,
 }
 
 /// Diagnoses and reports.
@@ -57,12 +67,21 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     let next = next(args, &report, written);
     let next: Vec<&str> = next.iter().map(String::as_str).collect();
+    let drawn = args.html.is_some() || args.figures.is_some();
+    // A picture is no reason to lose the diagnosis.
+    let traces = drawn.then(|| traces(&args.data, file.to_model(), &report, output)).and_then(|found| {
+        found.inspect_err(|why| output.note(format_args!("no traces can be shown: {why:#}"))).ok()
+    });
     if let Some(path) = &args.html {
         let name = &dataset.description.name;
-        let page = stickslip_report::diagnose::html(&report, name, &command_line(next.iter().copied()));
+        let line = command_line(next.iter().copied());
+        let page = stickslip_report::diagnose::html(&report, name, &line, traces.as_ref());
         output.page(path, page)?;
     }
-    print(&report, output);
+    if let Some(folder) = &args.figures {
+        output.figures(folder, &stickslip_report::diagnose::figures(&report, traces.as_ref()))?;
+    }
+    print(&report, args.verbose, output);
     match (&args.out, written) {
         (_, Some(path)) => output.text(format_args!("written to {}", path.display())),
         (Some(path), None) => {
@@ -72,6 +91,22 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     output.next(next);
     output.document(&report)
+}
+
+/// Most trials whose traces a page shows.
+const DRAWN: usize = 12;
+
+/// The data with the model as given and with that of the diagnosis.
+fn traces(data: &Path, given: Model<f64>, report: &Report, output: &Output) -> anyhow::Result<Comparison> {
+    let named = matches!(report.verdict, Verdict::Effect | Verdict::Ambiguous);
+    let after = if named { "with the named effects" } else { "friction refitted" };
+    let models = [
+        NamedModel::own("as given", "before the diagnosis", given),
+        NamedModel::own(after, "by the diagnosis", report.model.clone()),
+    ];
+    // As recorded forces go without intervals: the page shows lines, not a verdict.
+    let options = compare::Options { drawn: DRAWN, forces: Forces::AsReturned, ..Default::default() };
+    Ok(compare::compare(&Index::open(data)?, &models, &options, output)?)
 }
 
 /// The command that the verdict asks for.
@@ -116,7 +151,10 @@ fn next(args: &Args, report: &Report, written: Option<&Path>) -> Vec<String> {
     }
 }
 
-fn print(report: &Report, output: &Output) {
+/// Effects and misfits that are listed without `--verbose`.
+const LISTED: usize = 3;
+
+fn print(report: &Report, verbose: bool, output: &Output) {
     output.text(&report.summary);
     if let Some(would_tell) = &report.would_tell {
         output.text(format_args!("What would tell: {would_tell}."));
@@ -133,6 +171,53 @@ fn print(report: &Report, output: &Output) {
         report.error.perfect_model,
         report.seconds
     ));
+    if verbose {
+        print_all(report, output);
+    } else {
+        print_first(report, output);
+    }
+    if let Some(e) = &report.suggested_experiment {
+        output.text(format_args!("next experiment: {}", e.summary));
+    }
+}
+
+/// The best candidates and the largest misfits, one a line.
+fn print_first(report: &Report, output: &Output) {
+    if report.verdict != Verdict::NothingMissing {
+        for (k, c) in report.candidates.iter().take(LISTED).enumerate() {
+            let strength = c.parameters.iter().filter(|_| k == 0).map(|(name, v)| {
+                let unit = if v.unit == "1" { "" } else { v.unit };
+                let text = format!(
+                    "{} {} ({}) {unit}",
+                    name.replace('_', " "),
+                    short(v.value),
+                    interval(v.low, v.high)
+                );
+                text.trim_end().to_owned()
+            });
+            let strength: Vec<String> = strength.collect();
+            let colon = if strength.is_empty() { "" } else { ": " };
+            let share = stickslip_report::diagnose::share(c.explained);
+            output.text(format_args!("  {} explains {share}{colon}{}", c.id, strength.join(", ")));
+        }
+    }
+    for p in report.places.iter().filter(|p| p.before.max(p.after) > 1.0).take(LISTED) {
+        output.text(format_args!(
+            "  {}, {}: off by {:.1} run spreads before, {:.1} after",
+            channel_words(&p.channel),
+            p.phase,
+            p.before,
+            p.after
+        ));
+    }
+    output.text(format_args!(
+        "All effects tried, misfits, {} limit(s) of these data: --verbose, or --html for the page",
+        report.limits.len()
+    ));
+}
+
+/// Everything, as tables.
+fn print_all(report: &Report, output: &Output) {
     let right = |s: String| Cell::new(s).set_alignment(CellAlignment::Right);
     if !report.candidates.is_empty() && report.verdict != Verdict::NothingMissing {
         let mut t = table(["effect", "probability", "explains", "held-out error", "p", "parameters"]);
@@ -186,8 +271,5 @@ fn print(report: &Report, output: &Output) {
     }
     for limit in &report.limits {
         output.text(format_args!("limit: {limit}"));
-    }
-    if let Some(e) = &report.suggested_experiment {
-        output.text(format_args!("next experiment: {}", e.summary));
     }
 }

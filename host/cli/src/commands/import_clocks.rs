@@ -1,7 +1,5 @@
 //! Clocks that `import` estimated: in lines, and drawn.
 
-use std::fmt::Write as _;
-
 use stickslip_data::import::recording::Offset;
 use stickslip_report::html;
 use stickslip_report::plot::{Chart, Line, MEASURED, MODELS};
@@ -42,16 +40,15 @@ fn interval(offset_s: f64, half_s: f64) -> String {
 
 /// Force and way of the object about the contact, by one clock: their corners lie at one time.
 pub fn page(offsets: &[Offset]) -> String {
-    let mut body = String::from(
-        "<h1>Clocks</h1>\n<p>When the object touches, the force rises and the object begins to move in the gripper at \
-         one instant. Each curve is the distance from the rest before, by the first stream's clock. Blue: where the \
-         contact is, with the 95 % interval of the clock. The corners of both curves should lie there.</p>\n",
+    let mut sentence = String::from(
+        "When the object touches, the force rises and the object begins to move in the gripper at one instant: the \
+         corners of both curves lie where the contact is.",
     );
     for line in lines(offsets) {
-        let _ = writeln!(body, "<p>{}</p>", html::escape(&line));
+        sentence += &format!(" {line}.");
     }
+    let mut figures = Vec::new();
     for offset in offsets.iter().filter(|offset| offset.contact_s.is_some()).take(SHOWN) {
-        let _ = writeln!(body, "<h2>{}</h2>", html::escape(&offset.trial));
         let contact_s = offset.contact_s.unwrap_or_default();
         // A line where the interval is narrower than a pixel.
         let half_s = offset.uncertainty_s.max(4e-4);
@@ -68,8 +65,13 @@ pub fn page(offsets: &[Offset]) -> String {
                 lines: vec![Line { points, colour: MEASURED, width: 2 }],
                 ..Chart::default()
             };
-            let _ = writeln!(body, "{}", chart.svg());
+            let words = format!("{name}, of {}, about the contact", offset.trial);
+            figures.push(html::figure(&format!("{}: {name}", offset.trial), "", &words, &chart.svg()));
         }
     }
-    html::page("Clocks", &body)
+    let legend = [
+        ("line measured", "distance from the rest before, by the first stream's clock"),
+        ("line m1", "the contact, with the 95 % interval of the clock"),
+    ];
+    html::figures_page("Clocks", &sentence, &legend, &figures)
 }

@@ -15,7 +15,8 @@ use stickslip_analysis::run::summary::{Against, Document};
 use stickslip_data::series::SeriesWriter;
 use stickslip_device::log::{self, Entry};
 use stickslip_device::records::read_predictions;
-use stickslip_report::terminal::{Output, table};
+use stickslip_report::replay::Shown;
+use stickslip_report::terminal::{Output, command_line, table};
 
 /// Arguments of `stickslip replay`.
 #[derive(Debug, clap::Args)]
@@ -45,6 +46,9 @@ pub struct Args {
     /// Write a page with plots of the predictions
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
+    /// Write every plot as SVG into a new folder
+    #[arg(long, value_name = "DIR")]
+    pub figures: Option<PathBuf>,
 }
 
 /// Replays and reports.
@@ -95,15 +99,41 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         output.note(format_args!("time series written to {}", path.display()));
     }
     let document = Document::new(&info.trial, &t_s, &feed.plan, &replayed, against);
-    if let Some(path) = &args.html {
-        output.page(path, stickslip_report::replay::page(&document, &t_s, &replayed.predictions))?;
+    if args.html.is_some() || args.figures.is_some() {
+        let next = command_line(next(args).iter().map(String::as_str));
+        let (scenery, spans) = match prepare(&index.description, &trial, at) {
+            Ok(p) if p.t_s.len() <= LONGEST_DRAWN => {
+                stickslip_report::replay::drawn(&index.description, &p, &p.simulate(&model))
+            }
+            _ => Default::default(),
+        };
+        let shown = Shown { t_s: &t_s, predictions: &replayed.predictions, scenery, spans, next: &next };
+        if let Some(path) = &args.html {
+            output.page(path, stickslip_report::replay::page(&document, &shown))?;
+        }
+        if let Some(folder) = &args.figures {
+            output.figures(folder, &stickslip_report::replay::figures(&document, &shown))?;
+        }
     }
     print(&document, output);
+    output.next(next(args).iter().map(String::as_str));
     output.document(&document)?;
     if let Some(a) = &document.against {
         anyhow::ensure!(a.equal, "{}: the log differs from the replay", a.file);
     }
     Ok(())
+}
+
+/// A longer record's bench is not drawn: the model would have to be run along all of it.
+const LONGEST_DRAWN: usize = 20_000;
+
+/// The same trial's measured forces against the model's.
+fn next(args: &Args) -> Vec<String> {
+    let mut line = vec!["compare".to_owned(), args.data.display().to_string()];
+    line.extend(args.trial.iter().flat_map(|t| ["--trial".to_owned(), t.clone()]));
+    line.extend(args.model.iter().flat_map(|m| ["--model".to_owned(), m.display().to_string()]));
+    line.extend(["--html".to_owned(), "compare.html".to_owned()]);
+    line
 }
 
 /// That not all samples of a record are used.

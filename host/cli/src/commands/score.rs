@@ -7,7 +7,7 @@ use stickslip_analysis::score;
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::document::{Document, Options};
 use stickslip_report::score::{LEGEND, cells, shown, time, time_left, utilisation};
-use stickslip_report::terminal::{Output, table};
+use stickslip_report::terminal::{Output, command_line, table};
 
 /// Command line of `stickslip score`.
 #[derive(Debug, clap::Args)]
@@ -34,6 +34,9 @@ pub struct Args {
     /// Write a page with the table and plots
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
+    /// Write every plot as SVG into a new folder
+    #[arg(long, value_name = "DIR")]
+    pub figures: Option<PathBuf>,
 }
 
 /// Scores and reports.
@@ -49,11 +52,30 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let options = Options { object_pose: args.object_pose, ratio: args.ratio, rate_n_s: args.rate };
     let document = score(&index, &model, &options, output)?;
     document.refused.iter().for_each(|refused| output.refused(refused));
+    let next = next(args, &document);
+    let next: Vec<&str> = next.iter().map(String::as_str).collect();
     if let Some(path) = &args.html {
-        output.page(path, stickslip_report::score::page(&document))?;
+        let line = command_line(next.iter().copied());
+        output.page(path, stickslip_report::score::page(&document, &line))?;
+    }
+    if let Some(folder) = &args.figures {
+        output.figures(folder, &stickslip_report::score::figures(&document))?;
     }
     print(&document, output);
+    output.next(next);
     output.document(&document)
+}
+
+/// To look at a trial with an event that was missed or late, or at the first one.
+fn next(args: &Args, d: &Document) -> Vec<String> {
+    let mut line = vec!["replay".to_owned(), args.data.display().to_string()];
+    let ours = d.rows.first().map(|r| r.method.as_str());
+    let missed =
+        d.rows.iter().filter(|r| Some(r.method.as_str()) == ours).flat_map(|r| &r.not_in_time).next();
+    line.extend(missed.into_iter().flat_map(|trial| ["--trial".to_owned(), trial.clone()]));
+    line.extend(args.model.iter().flat_map(|m| ["--model".to_owned(), m.display().to_string()]));
+    line.extend(["--html".to_owned(), "replay.html".to_owned()]);
+    line
 }
 
 /// Trials passed over that are named.
@@ -70,6 +92,7 @@ fn print(d: &Document, output: &Output) {
         output
             .note(format_args!("{} more trials not scored (--json lists all)", d.passed_over.len() - NAMED));
     }
+    output.text(stickslip_report::score::verdict(d).1);
     output.text(format_args!(
         "{}: {} trials, {} scored; sample unusable in {:.2} % of the ticks\n",
         d.data.display(),

@@ -428,15 +428,35 @@ fn the_page_holds_its_figures_and_needs_nothing_from_elsewhere() {
     let data = pushes(2, Nuisance::PAPER);
     let c = compare(&data.clone().into(), &[named("a", 0.3), named("b", 0.4)], &Options::default(), &())
         .expect("compared");
-    let page = stickslip_report::compare::page(&c);
-    // Both overlaid trials show every measured channel.
-    assert!(page.matches("<svg").count() >= 2 * COUNT, "{}", page.matches("<svg").count());
-    for outside in ["http", "src=", "@import", "url("] {
-        assert!(!page.contains(outside), "{outside}");
+    let page = stickslip_report::compare::page(&c, "stickslip diagnose x");
+    // Both overlaid trials show every measured channel: those of the fingers share axes.
+    let json = page
+        .split_once("<script type=\"application/json\">")
+        .and_then(|(_, rest)| rest.split_once("</script>"));
+    let shown: serde_json::Value = serde_json::from_str(json.expect("traces").0).expect("JSON");
+    let lines = |run: &serde_json::Value| -> usize {
+        let plots = run["v"].as_array().expect("plots").iter();
+        plots.map(|lines| lines.as_array().expect("lines").iter().filter(|l| l.is_object()).count()).sum()
+    };
+    let runs = shown["runs"].as_array().expect("runs");
+    assert!(
+        runs.len() >= 2 && runs.iter().all(|r| lines(r) >= 3 * COUNT),
+        "{:?}",
+        runs.iter().map(lines).collect::<Vec<_>>()
+    );
+    let words = crate::pages::words(&page);
+    for outside in ["http", "src=", "@import", "url(", "NaN"] {
+        assert!(!words.contains(outside), "{outside}");
     }
-    assert!(page.contains(&stickslip_report::html::escape(&c.summary)));
-    assert!(page.contains("Before and after") && page.contains("worst trial"));
-    assert!(!page.contains("NaN"));
+    let first = page.split("<h2>").next().expect("a first screen");
+    for sentence in c.summary.split_inclusive(". ").map(str::trim) {
+        assert!(first.contains(&stickslip_report::html::escape(sentence)), "{sentence}");
+    }
+    assert!(
+        first.contains("<svg") && first.contains("stickslip diagnose x"),
+        "a picture and the next command"
+    );
+    assert!(words.contains("Before and after") && words.contains("worst trial"));
 }
 
 #[test]

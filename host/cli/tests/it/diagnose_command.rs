@@ -136,13 +136,13 @@ fn a_diagnosis_writes_the_named_model_and_a_page_and_says_what_comes_next() {
     let first = page.split("<h2>").next().expect("a first screen");
     assert!(first.contains("the grip that acts is below the commanded one"), "plain words");
     assert!(first.contains("<svg") && first.contains(next), "a picture and the next command");
-    for words in
+    for told in
         ["share of the command that is lost", "Townsend and Salisbury", "finger 1 less finger 2, force y"]
     {
-        assert!(page.contains(words), "{words}");
+        assert!(page.contains(told), "{told}");
     }
     for raw in ["finger_sum", "finger_difference", "_nm<", "http", "src=", "url(", "NaN"] {
-        assert!(!page.contains(raw), "{raw}");
+        assert!(!crate::pages::words(&page).contains(raw), "{raw}");
     }
 }
 

@@ -23,6 +23,39 @@ fn every_command_with_a_page_writes_one_that_is_whole_and_needs_no_network() {
     assert!(commands >= 4, "compare, diagnose, replay and score, not {commands}");
 }
 
+#[test]
+fn figures_are_whole_drawings_in_a_folder_of_their_own_and_none_is_overwritten() {
+    let (folder, data) = push(|text| text);
+    for name in ["compare", "diagnose", "replay", "score"] {
+        let out = folder.path().join(format!("{name}-figures"));
+        let figures = || {
+            let mut run = Command::cargo_bin("stickslip").expect("the binary");
+            run.arg(name).arg(&data).arg("--figures").arg(&out);
+            run.assert()
+        };
+        figures().success();
+        let mut drawn = 0;
+        for entry in std::fs::read_dir(&out).expect("the folder") {
+            let path = entry.expect("a file").path();
+            assert_eq!(path.extension().and_then(|e| e.to_str()), Some("svg"), "{}", path.display());
+            let text = std::fs::read_to_string(&path).expect("text");
+            roxmltree::Document::parse(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+            drawn += 1;
+        }
+        assert!(drawn > 0, "{name}");
+        figures().failure();
+    }
+}
+
+/// The page without the numbers of its traces, which are letters that may spell anything, and without scripts.
+pub fn words(page: &str) -> String {
+    let mut out = String::new();
+    for (k, piece) in page.split("<script").enumerate() {
+        out += if k == 0 { piece } else { piece.split_once("</script>").expect("an end").1 };
+    }
+    out
+}
+
 /// The page's body is well-formed, has a heading, no number that is none, and every style is made of
 /// properties with values that a browser takes. Number of cells with a colour of their own.
 pub fn check(name: &str, page: &str) -> usize {
@@ -42,7 +75,7 @@ pub fn check(name: &str, page: &str) -> usize {
     );
     let mut coloured = 0;
     for node in document.descendants() {
-        let text = node.text().unwrap_or_default();
+        let text = node.text().filter(|_| !node.has_tag_name("script")).unwrap_or_default();
         assert!(!text.split(|c: char| !c.is_alphanumeric()).any(|w| w == "NaN"), "{name}: {text}");
         for declaration in node.attribute("style").into_iter().flat_map(|s| s.split(';')) {
             let (property, value) = declaration.split_once(':').expect("property: value");

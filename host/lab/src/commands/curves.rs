@@ -115,17 +115,15 @@ fn page(ours: &Figures, curves: &[Vec<Point>; 3]) -> String {
             dots: vec![(x(ours), y(what(ours)), MEASURED)],
             ..Chart::default()
         };
-        format!("<figure><figcaption>{}</figcaption>{}</figure>\n", html::escape(name), chart.svg())
+        html::figure(name, "", name, &chart.svg())
     });
-    let legend = DETECTORS.iter().zip(&MODELS).map(|(name, c)| {
-        let (r, g, b) = (c.0, c.1, c.2);
-        format!("<span><i class=\"swatch line\" style=\"background:rgb({r} {g} {b})\"></i>{name}</span>")
-    });
-    let body = format!(
-        "<p class=\"verdict\">Warnings in time against false alarms, each level of a detector a point; the dot is the \
-         predictor.</p>\n<p class=\"legend\">{}</p>\n<div class=\"grid\">{}</div>\n",
-        legend.collect::<String>(),
-        charts.concat()
-    );
-    html::page("stickslip-lab curves", &body)
+    let legend: Vec<(String, &str)> =
+        DETECTORS.iter().enumerate().map(|(k, name)| (format!("line m{k}"), *name)).collect();
+    let legend: Vec<(&str, &str)> = legend.iter().map(|(class, name)| (class.as_str(), *name)).collect();
+    html::figures_page(
+        "stickslip-lab curves",
+        "Warnings in time against false alarms, each level of a detector a point; the dot is the predictor.",
+        &legend,
+        &charts,
+    )
 }

@@ -170,9 +170,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             tare: Tare::BeforeContact,
             // Recorded signals have no intervals of undetermined forces.
             forces: Forces::AsReturned,
+            drawn: stickslip_report::compare::DRAWN,
         };
         let comparison = compare(&index, &models, &options, output)?;
-        output.page(path, stickslip_report::compare::page(&comparison))?;
+        output.page(path, stickslip_report::compare::page(&comparison, ""))?;
     }
     output.document(&rows)
 }

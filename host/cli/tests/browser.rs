@@ -1,0 +1,128 @@
+//! The pages in a real browser: everything that can be clicked is, and nothing is written to its console.
+//!
+//! Needs Chromium or Chrome. Without one the tests count as ignored, and the reason is printed.
+
+#[allow(dead_code)]
+#[path = "it/common.rs"]
+mod common;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use libtest_mimic::{Arguments, Trial};
+
+/// Widths of a phone and of a large screen, px.
+const WIDTHS: [u32; 2] = [390, 1600];
+
+/// Clicks all that can be clicked, moves all sliders, and leaves what happened in the document.
+const VISIT: &str = r#"<script>
+const wrong = [];
+addEventListener('error', e => wrong.push('error: ' + e.message));
+addEventListener('unhandledrejection', e => wrong.push('rejected: ' + e.reason));
+const said = console.error;
+console.error = (...words) => { wrong.push('console: ' + words.join(' ')); said(...words); };
+addEventListener('load', () => setTimeout(() => {
+  let clicked = 0;
+  for (const details of document.querySelectorAll('details')) { details.open = true; }
+  for (const element of document.querySelectorAll('button, summary')) { element.click(); clicked++; }
+  for (const details of document.querySelectorAll('details')) { details.open = true; }
+  for (const slider of document.querySelectorAll('input[type=range]')) {
+    for (const share of [0, 0.3, 1]) {
+      slider.value = Math.round(share * slider.max);
+      slider.dispatchEvent(new Event('input'));
+      clicked++;
+    }
+  }
+  for (const select of document.querySelectorAll('select')) {
+    for (const option of select.options) {
+      select.value = option.value;
+      select.dispatchEvent(new Event('change'));
+      clicked++;
+    }
+  }
+  dispatchEvent(new Event('beforeprint'));
+  dispatchEvent(new Event('afterprint'));
+  setTimeout(() => {
+    const figures = [...document.querySelectorAll('figure[data-plot]')].filter(f => !f.hidden);
+    const empty = figures.filter(f => !f.querySelector('canvas')).length;
+    const over = document.documentElement.scrollWidth - innerWidth;
+    const report = document.createElement('pre');
+    report.id = 'visit';
+    report.textContent = JSON.stringify({clicked, wrong, empty, over});
+    document.body.append(report);
+  }, 300);
+}, 300));
+</script>"#;
+
+/// Where a browser is, if there is one.
+fn browser() -> Option<PathBuf> {
+    let names = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+    let folders: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH")?).collect();
+    let found = names.iter().flat_map(|n| folders.iter().map(move |f| f.join(n)));
+    found.into_iter().find(|p| p.is_file())
+}
+
+/// Opens the page `html` in a window of `width` pixels and clicks through it.
+fn visit(browser: &Path, name: &str, html: &str, width: u32) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let page = folder.path().join("page.html");
+    let (before, after) = html.split_once("</title>").expect("a title");
+    std::fs::write(&page, format!("{before}</title>{VISIT}{after}")).expect("written");
+    let output = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--dump-dom", "--virtual-time-budget=20000"])
+        .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
+        .arg(format!("--window-size={width},900"))
+        .arg(format!("file://{}", page.display()))
+        .output()
+        .expect("the browser runs");
+    let dom = String::from_utf8_lossy(&output.stdout);
+    let report = dom.split_once("<pre id=\"visit\">").and_then(|(_, rest)| rest.split_once("</pre>"));
+    let report = report
+        .unwrap_or_else(|| {
+            panic!("{name}: the visit did not end: {}", String::from_utf8_lossy(&output.stderr))
+        })
+        .0;
+    let report: serde_json::Value =
+        serde_json::from_str(&report.replace("&gt;", ">").replace("&amp;", "&").replace("&lt;", "<"))
+            .expect("JSON");
+    assert_eq!(report["wrong"], serde_json::json!([]), "{name}");
+    assert_eq!(report["empty"], 0, "{name}: a plot without a drawing");
+    assert!(name == "check" || report["clicked"].as_u64().is_some_and(|n| n > 0), "{name}: nothing to click");
+    assert!(
+        report["over"].as_i64().is_some_and(|n| n <= 0),
+        "{name}: wider than {width} px by {}",
+        report["over"]
+    );
+}
+
+/// The page of a command on `data`.
+fn page(command: &str, data: &Path) -> String {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("page.html");
+    let mut run = assert_cmd::Command::cargo_bin("stickslip").expect("the binary");
+    run.arg(command).arg(data).arg("--html").arg(&path).assert().success();
+    std::fs::read_to_string(&path).expect("the page")
+}
+
+fn main() {
+    let browser = browser();
+    if browser.is_none() {
+        eprintln!("no Chromium or Chrome on the PATH: the pages are not clicked through");
+    }
+    // Several trials to choose from where the page has a choice; else one.
+    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo");
+    let trials = ["check", "compare", "diagnose", "replay", "score"].map(|command| {
+        let (browser, demo) = (browser.clone(), demo.clone());
+        let ignored = browser.is_none();
+        Trial::test(format!("the_page_of_{command}_is_clicked_through_without_an_error"), move || {
+            let (_folder, push) = common::push(|text| text);
+            let html = page(command, if command == "compare" { &demo } else { &push });
+            for width in WIDTHS {
+                visit(&browser.clone().expect("a browser"), command, &html, width);
+            }
+            Ok(())
+        })
+        .with_ignored_flag(ignored)
+    });
+    libtest_mimic::run(&Arguments::from_args(), trials.into_iter().collect()).exit();
+}

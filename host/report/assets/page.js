@@ -1,0 +1,282 @@
+// What a page does: copies commands; draws traces; moves the bench with the time that all traces share.
+(() => {
+'use strict';
+const $ = (of, what) => [...of.querySelectorAll(what)];
+const css = name => getComputedStyle(document.documentElement).getPropertyValue('--' + name).trim();
+const make = (tag, set) => Object.assign(document.createElement(tag), set);
+
+$(document, '.copy').forEach(button => button.addEventListener('click', async () => {
+  const pre = button.parentElement.querySelector('pre');
+  try { await navigator.clipboard.writeText(pre.textContent); } catch {
+    const range = document.createRange();
+    range.selectNodeContents(pre);
+    getSelection().removeAllRanges();
+    getSelection().addRange(range);
+    document.execCommand('copy');
+  }
+  button.textContent = 'Copied';
+  setTimeout(() => { button.textContent = 'Copy'; }, 1500);
+}));
+
+// Sixteen-bit codes between the smallest and the largest number; the last code is none.
+const unpack = ({a, s, b}) => {
+  const bytes = atob(b), out = new Array(bytes.length / 2);
+  for (let i = 0; i < out.length; i++) {
+    const code = bytes.charCodeAt(2 * i) | bytes.charCodeAt(2 * i + 1) << 8;
+    out[i] = code === 65535 ? null : a + s * code;
+  }
+  return out;
+};
+const shown = x => x == null ? '–' : Math.abs(x) < 5e-4 ? '0' : Math.abs(x) >= 100 ? x.toFixed(0) : Math.abs(x) >= 10 ? x.toFixed(1)
+  : Math.abs(x) >= 1 ? x.toFixed(2) : x.toFixed(3);
+
+$(document, '.viewer').forEach((root, number) => {
+  const data = JSON.parse(root.querySelector('script').textContent);
+  const plots = new Map();
+  const figures = $(root, 'figure[data-plot]');
+  const bench = root.querySelector('.bench');
+  const key = 'viewer' + number;
+  let now = 0, at = 0, run = null, moving = false, enlarged = null;
+
+  // Of a run, unpacked once.
+  const read = k => {
+    const of = data.runs[k];
+    if (!of.read) {
+      of.read = {
+        t: unpack(of.t),
+        v: of.v.map(lines => lines.map(line => line && unpack(line))),
+        course: of.course && {
+          ...of.course,
+          parts: of.course.parts.map(([name, p]) => [name, p.map(unpack)]),
+          forces: of.course.forces.map(([name, where, p]) => [name, where, p.map(unpack)]),
+          grip: unpack(of.course.grip),
+        },
+      };
+    }
+    return {...of, ...of.read};
+  };
+
+  // Phases, noise band, and forces that are open, behind the lines.
+  const shade = index => u => {
+    const c = u.ctx, x = t => u.valToPos(t, 'x', true), y = v => u.valToPos(v, 'y', true);
+    const {left, top, width, height} = u.bbox;
+    c.save();
+    c.beginPath(); c.rect(left, top, width, height); c.clip();
+    for (const [kind, from, to] of run.spans) {
+      if (!kind) continue;
+      c.fillStyle = css(kind);
+      c.fillRect(x(from), top, x(to) - x(from), height);
+    }
+    const area = (points, ink, alpha) => {
+      if (points.length < 2) return;
+      c.globalAlpha = alpha; c.fillStyle = css(ink); c.beginPath();
+      points.forEach((p, i) => i ? c.lineTo(x(p[0]), y(p[1])) : c.moveTo(x(p[0]), y(p[1])));
+      points.slice().reverse().forEach(p => c.lineTo(x(p[0]), y(p[2])));
+      c.closePath(); c.fill(); c.globalAlpha = 1;
+    };
+    (run.open[index] || []).forEach(points => area(points, 'm2', 0.2));
+    (run.half[index] || []).forEach(([line, from, to, half]) => {
+      const v = run.v[index][line] || [], points = [];
+      v.forEach((m, i) => {
+        if (m != null && run.t[i] >= from && run.t[i] <= to) points.push([run.t[i], m - half, m + half]);
+      });
+      area(points, 'measured', 0.22);
+    });
+    c.restore();
+  };
+
+  const draw = figure => {
+    const index = +figure.dataset.plot, of = data.plots[index];
+    const host = figure.querySelector('.plot');
+    plots.get(figure)?.destroy();
+    plots.delete(figure);
+    // What is folded is drawn when it is unfolded.
+    if (!host.clientWidth) return;
+    const lines = run.v[index];
+    const known = of.lines.map((line, i) => ({...line, i})).filter(line => lines[line.i]);
+    figure.hidden = !known.length;
+    if (!known.length) return;
+    const axis = {stroke: css('ink'), font: '12px system-ui,sans-serif', ticks: {stroke: css('line'), size: 4}};
+    const u = new uPlot({
+      width: host.clientWidth, height: +figure.dataset.height || 170,
+      cursor: {sync: {key}, y: false, drag: {x: true, y: false}},
+      scales: {x: {time: false}, y: {range: (_, low, high) => {
+        const least = of.least || 0, half = Math.max((high - low) * 0.55, least / 2, 1e-9 * (1 + Math.abs(low)));
+        return [(low + high) / 2 - half, (low + high) / 2 + half];
+      }}},
+      axes: [{...axis, grid: {show: false}, size: 26}, {...axis, grid: {stroke: css('grid'), width: 1}, size: 52}],
+      series: [{label: 't', value: (_, v) => v == null ? '–' : v.toFixed(3) + ' s'}, ...known.map(line => ({
+        label: line.label, stroke: css(line.ink), width: line.ink === 'measured' ? 1.3 : 2, spanGaps: true,
+        dash: line.dash ? [6, 4] : undefined, points: {show: false}, value: (_, v) => shown(v),
+      }))],
+      hooks: {drawClear: [shade(index)], setCursor: [u => {
+        if (moving || u.cursor.idx == null || u.cursor.left < 0) return;
+        moment(u.cursor.idx, u);
+      }]},
+    }, [run.t, ...known.map(line => lines[line.i])], host);
+    plots.set(figure, u);
+  };
+  // While plots of two trials share a cursor, it is nobody's.
+  const drawAll = () => { moving = true; figures.forEach(draw); moving = false; };
+
+  // All plots and the bench at one time. `from` has its cursor there already.
+  const moment = (i, from) => {
+    at = Math.min(i, run.t.length - 1);
+    if (slider) { slider.value = at; slider.setAttribute('aria-valuetext', run.t[at].toFixed(3) + ' s'); }
+    moving = true;
+    if (!from) plots.forEach(u => u.setCursor({left: u.valToPos(run.t[at], 'x'), top: 10}, false, false));
+    moving = false;
+    move();
+  };
+
+  const arrow = ([x, y], [dx, dy]) => {
+    const length = Math.hypot(dx, dy);
+    if (!(length > 4)) return 'M0 0';
+    const ux = dx / length, uy = dy / length, tx = x + dx, ty = y + dy;
+    return `M${x} ${y}L${tx} ${ty}M${tx - 8 * ux - 5 * uy} ${ty - 8 * uy + 5 * ux}L${tx} ${ty}` +
+      `L${tx - 8 * ux + 5 * uy} ${ty - 8 * uy - 5 * ux}`;
+  };
+  const move = () => {
+    const c = run.course, svg = bench?.querySelector('svg');
+    if (!c || !svg) return;
+    const k = enlarged ?? c.k, place = {};
+    const px = (x, y) => [c.centre[0] + x * c.mm, c.centre[1] - y * c.mm];
+    const truth = c.parts[0][1].map(q => q[at] ?? 0);
+    for (const [name, p] of c.parts) {
+      const here = p.map(q => q[at] ?? 0);
+      const [x, y, a] = name === 'pusher' ? here : here.map((q, j) => truth[j] + k * (q - truth[j]));
+      place[name] = px(x, y);
+      svg.querySelector(`[data-part="${name}"]`)?.setAttribute('transform',
+        `translate(${place[name].map(q => q.toFixed(2)).join(' ')}) rotate(${(-a).toFixed(3)})`);
+    }
+    place.fingers = px(...c.fingers);
+    const [, , w, h] = svg.getAttribute('viewBox').split(' ').map(Number);
+    c.forces.forEach(([name, where, [fx, fy]], number) => {
+      const force = [fx[at] ?? 0, fy[at] ?? 0], d = [force[0] * c.n, -force[1] * c.n];
+      const from = place[where] || [0, 0];
+      svg.querySelector(`[data-force="${name}"]`)?.setAttribute('d', arrow(from, d));
+      const [what, ink] = name.split(' ');
+      const label = ink === 'measured' && svg.querySelector(`[data-label="${what}"]`);
+      if (label) {
+        label.setAttribute('x', Math.min(Math.max(from[0] + d[0] + 5, 5), w - 90));
+        label.setAttribute('y', Math.min(Math.max(from[1] + d[1] + c.labels[number], 52), h - 36));
+        label.textContent = `${what} ${Math.hypot(...force).toFixed(1)} N`;
+      }
+    });
+    const note = (name, text) => { const e = svg.querySelector(`[data-note="${name}"]`); if (e) e.textContent = text; };
+    note('time', `t = ${run.t[at].toFixed(3)} s`);
+    note('enlarged', k > 1 ? `what the model's object is off by is drawn ${k} times` : 'to scale');
+    if (c.grip[at] != null) note('grip', `grip ${c.grip[at].toFixed(1)} N`);
+  };
+
+  const choose = k => {
+    now = k;
+    run = read(k);
+    $(root, 'button[data-run]').forEach(b => b.setAttribute('aria-pressed', String(+b.dataset.run === k)));
+    $(root, '.chosen').forEach(e => { e.textContent = `${run.role ? run.role + ' ' : ''}${run.id}: ${run.words}`; });
+    if (bench) bench.innerHTML = run.svg || '';
+    if (slider) slider.max = run.t.length - 1;
+    if (select) select.value = String(enlarged ?? run.course?.k ?? 1);
+    drawAll();
+    moment(run.course ? run.course.start : Math.floor(run.t.length / 2));
+  };
+
+  // Controls that need a script.
+  let slider = null, select = null;
+  const controls = root.querySelector('.controls');
+  if (controls) {
+    const id = key + '-time';
+    slider = make('input', {type: 'range', min: 0, max: 1, step: 1, value: 0, id});
+    slider.addEventListener('input', () => moment(+slider.value));
+    controls.append(make('label', {htmlFor: id, textContent: 'time'}), slider);
+    if (bench) {
+      select = make('select', {});
+      select.setAttribute('aria-label', 'how far the model is off is drawn');
+      [1, 2, 5, 10, 20, 50].forEach(k => select.append(make('option', {value: k, textContent: k + ' times'})));
+      select.addEventListener('change', () => { enlarged = +select.value; move(); });
+      controls.append(make('span', {textContent: 'deviation drawn'}), select);
+    }
+    const whole = make('button', {type: 'button', textContent: 'whole time'});
+    whole.addEventListener('click', () => plots.forEach(u =>
+      u.setScale('x', {min: run.t[0], max: run.t[run.t.length - 1]})));
+    controls.append(whole);
+  }
+
+  // A cell of a table leads to its trial, its channel and its phase.
+  const scope = root.closest('main') || root;
+  $(scope, 'button[data-run], button[data-goto]').forEach(button => button.addEventListener('click', () => {
+    if (button.dataset.run != null) choose(+button.dataset.run);
+    const figure = figures.find(f => data.plots[+f.dataset.plot].id === button.dataset.goto);
+    if (!figure) return;
+    const folded = figure.closest('details');
+    if (folded) folded.open = true;
+    if (!plots.has(figure)) draw(figure);
+    const span = run.spans.find(s => s[3] === button.dataset.phase);
+    if (span) {
+      const room = 0.15 * (span[2] - span[1]) + 0.02;
+      const [min, max] = [Math.max(span[1] - room, run.t[0]), Math.min(span[2] + room, run.t[run.t.length - 1])];
+      if (max > min) plots.forEach(u => u.setScale('x', {min, max}));
+    }
+    figure.tabIndex = -1;
+    figure.focus({preventScroll: true});
+    figure.scrollIntoView({block: 'center'});
+  }));
+  $(root, 'details').forEach(d => d.addEventListener('toggle', () => {
+    if (d.open) figures.filter(f => d.contains(f) && !plots.has(f)).forEach(draw);
+  }));
+
+  // One channel in all trials.
+  const small = root.querySelector('.small');
+  if (small && data.runs.length > 1) {
+    const channel = make('select', {});
+    channel.setAttribute('aria-label', 'channel');
+    data.plots.forEach((p, i) => channel.append(make('option', {value: i, textContent: `${p.title}, ${p.unit}`})));
+    const tiles = () => {
+      const index = +channel.value;
+      small.replaceChildren(...data.runs.map((_, k) => {
+        const one = read(k), lines = one.v[index];
+        const all = lines.flatMap(v => v || []).filter(x => x != null);
+        const low = Math.min(...all), high = Math.max(...all), t0 = one.t[0], t1 = one.t[one.t.length - 1];
+        const path = v => {
+          let d = '';
+          v.forEach((y, i) => {
+            if (y == null) return;
+            d += `${d ? 'L' : 'M'}${(150 * (one.t[i] - t0) / (t1 - t0 || 1)).toFixed(1)} ` +
+              (66 - 62 * (y - low) / (high - low || 1)).toFixed(1);
+          });
+          return d;
+        };
+        const button = make('button', {type: 'button'});
+        const drawn = lines.map((v, i) => v && all.length
+          ? `<path d="${path(v)}" fill="none" stroke="${css(data.plots[index].lines[i].ink)}" stroke-width="1.4"` +
+            `${data.plots[index].lines[i].dash ? ' stroke-dasharray="4 3"' : ''}/>` : '').join('');
+        button.innerHTML = `<svg viewBox="0 0 150 70" aria-hidden="true">${drawn}</svg>`;
+        button.append(make('span', {textContent: one.words + (all.length ? ` (${shown(low)} to ${shown(high)})` : '')}));
+        button.addEventListener('click', () => { choose(k); root.scrollIntoView(); });
+        return button;
+      }));
+    };
+    channel.addEventListener('change', tiles);
+    small.before(channel);
+    small.closest('details').addEventListener('toggle', tiles, {once: true});
+  }
+
+  const fit = () => plots.forEach((u, f) => {
+    const width = f.querySelector('.plot').clientWidth;
+    if (width && width !== u.width) u.setSize({width, height: u.height});
+  });
+  choose(0);
+  new ResizeObserver(fit).observe(root);
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', drawAll);
+  // Paper is white and narrow.
+  addEventListener('beforeprint', () => {
+    document.documentElement.classList.add('light');
+    drawAll();
+    plots.forEach(u => u.setSize({width: 215, height: 130}));
+  });
+  addEventListener('afterprint', () => {
+    document.documentElement.classList.remove('light');
+    drawAll();
+  });
+});
+})();

@@ -1,0 +1,209 @@
+//! Signals over time that the page's script draws: the elements that hold them, and their numbers as
+//! compact JSON. A reader zooms, reads values at a cursor that all plots share, and moves the bench with it.
+
+use maud::{Markup, PreEscaped, html};
+use serde::Serialize;
+
+use crate::bench::{Course, Scenery};
+use crate::packed::Packed;
+use crate::plot::{Chart, MEASURED, MODELS, thinned};
+
+/// Most samples of a run in a page of few runs, and in one of many.
+const SAMPLES: [usize; 2] = [1200, 500];
+/// Points of a line in a drawing.
+const POINTS: usize = 400;
+/// A page of more runs has many.
+const MANY: usize = 6;
+
+/// A line of a plot.
+#[derive(Clone, Debug, Serialize)]
+pub struct Line {
+    /// In the legend.
+    pub label: String,
+    /// Name of its colour in the style sheet: `measured`, `m0` to `m3`.
+    pub ink: String,
+    /// Dashed: the second finger.
+    pub dash: bool,
+}
+
+/// Signals on common axes.
+#[derive(Clone, Debug, Serialize)]
+pub struct Plot {
+    /// Where links lead.
+    pub id: String,
+    /// In words.
+    pub title: String,
+    /// Of all lines.
+    pub unit: &'static str,
+    /// The y axis spans at least this much.
+    pub least: f64,
+    /// In the order of [`Run::values`].
+    pub lines: Vec<Line>,
+    /// Whether it is shown at first; the rest unfolds.
+    #[serde(skip)]
+    pub first: bool,
+}
+
+/// A shaded span of time: class of its shade (empty: none), from, to, what it is.
+pub type Span = (&'static str, f64, f64, &'static str);
+
+/// What is drawn of one trial.
+pub struct Run {
+    /// Of the trial.
+    pub id: String,
+    /// Why it is shown.
+    pub role: String,
+    /// Its conditions.
+    pub words: String,
+    /// Time stamps.
+    pub t_s: Vec<f64>,
+    /// By plot and line, one for each time stamp; empty: not known.
+    pub values: Vec<Vec<Vec<f64>>>,
+    /// Phases.
+    pub spans: Vec<Span>,
+    /// By plot: line, from, to, half width of its noise band.
+    pub half: Vec<Vec<(usize, f64, f64, f64)>>,
+    /// By plot: time and ends of the intervals of forces that are open, one row a line.
+    pub open: Vec<Vec<Vec<[f64; 3]>>>,
+    /// The bodies.
+    pub scenery: Option<Scenery>,
+}
+
+#[derive(Serialize)]
+struct Data<'a> {
+    plots: &'a [Plot],
+    runs: Vec<Packet>,
+}
+
+#[derive(Serialize)]
+struct Packet {
+    id: String,
+    role: String,
+    words: String,
+    t: Packed,
+    v: Vec<Vec<Option<Packed>>>,
+    spans: Vec<Span>,
+    half: Vec<Vec<(usize, f64, f64, f64)>>,
+    open: Vec<Vec<Vec<[f64; 3]>>>,
+    svg: Option<String>,
+    course: Option<Course>,
+}
+
+/// The section: the trial that is shown, `chooser`, the bench, the plots.
+pub fn viewer(title: &str, legend: &Markup, chooser: &Markup, plots: &[Plot], runs: &[Run]) -> Markup {
+    let Some(first) = runs.first() else { return html! {} };
+    let most = SAMPLES[usize::from(runs.len() > MANY)];
+    let data = Data { plots, runs: runs.iter().map(|r| packet(r, most)).collect() };
+    let json = serde_json::to_string(&data).unwrap_or_else(|_| "{\"plots\":[],\"runs\":[]}".to_owned());
+    // Inside an element a page's reader must see no tag.
+    let json = json.replace('&', "\\u0026").replace('<', "\\u003c").replace('>', "\\u003e");
+    let shown = |k: usize| {
+        html! {
+            figure data-plot=(k) role="group" aria-label=(format!("{}, {}: over time", plots[k].title, plots[k].unit)) {
+                figcaption { (plots[k].title) span { (unit(&plots[k])) } }
+                div class="plot" {}
+            }
+        }
+    };
+    let (at_first, folded): (Vec<usize>, Vec<usize>) = (0..plots.len()).partition(|k| plots[*k].first);
+    let bench = first.scenery.as_ref().filter(|s| s.is_seen());
+    html! {
+        section class="viewer" aria-label=(title) {
+            h2 { (title) }
+            (chooser)
+            p class="chosen" aria-live="polite" { (format!("{} {}: {}", first.role, first.id, first.words)) }
+            @if let Some(scenery) = bench { div class="bench" { (scenery.svg(scenery.farthest())) } }
+            div class="controls" {}
+            (legend)
+            noscript { "The traces are drawn by the script of this page; with --figures they are files." }
+            div class="grid" { @for k in &at_first { (shown(*k)) } }
+            @if !folded.is_empty() {
+                details {
+                    summary { (folded.len()) " more" }
+                    div class="grid" { @for k in &folded { (shown(*k)) } }
+                }
+            }
+            @if runs.len() > 1 && !plots.is_empty() {
+                details { summary { "One channel in all of these trials" } div class="small" {} }
+            }
+            script type="application/json" { (PreEscaped(json)) }
+        }
+        "\n"
+    }
+}
+
+fn packet(run: &Run, most: usize) -> Packet {
+    let at = slots(run.t_s.len(), most);
+    let t: Vec<f64> = at.iter().map(|i| run.t_s[*i]).collect();
+    let bench = run.scenery.as_ref().filter(|s| s.is_seen());
+    Packet {
+        id: run.id.clone(),
+        role: run.role.clone(),
+        words: run.words.clone(),
+        t: Packed::of(&t),
+        v: run.values.iter().map(|lines| lines.iter().map(|line| column(line, &at)).collect()).collect(),
+        spans: run.spans.clone(),
+        half: run.half.clone(),
+        open: run.open.clone(),
+        svg: bench.map(|s| s.svg(s.farthest()).into_string()),
+        course: bench.map(|s| s.course(&at)),
+    }
+}
+
+/// What stands beside a plot's title: nothing where it is a ratio.
+fn unit(plot: &Plot) -> &str {
+    if plot.unit == "1" { "" } else { plot.unit }
+}
+
+/// A plot as a drawing.
+#[must_use]
+pub fn chart_of(plot: &Plot, t_s: &[f64], values: &[Vec<f64>]) -> Chart {
+    let colour = |ink: &str| match ink.strip_prefix('m').and_then(|k| k.parse::<usize>().ok()) {
+        Some(k) => MODELS[k.min(MODELS.len() - 1)],
+        None => MEASURED,
+    };
+    let line = |(line, values): (&Line, &Vec<f64>)| crate::plot::Line {
+        points: thinned(t_s, values, POINTS),
+        colour: colour(&line.ink),
+        width: if line.dash { 1 } else { 2 },
+    };
+    Chart {
+        size: (560, 260),
+        x_label: "time, s".into(),
+        y_label: format!("{}, {}", plot.title, plot.unit),
+        least_span: plot.least,
+        lines: plot.lines.iter().zip(values).map(line).collect(),
+        ..Chart::default()
+    }
+}
+
+/// Samples that stand for all: every one, or two of each stretch.
+fn slots(count: usize, most: usize) -> Vec<usize> {
+    if count <= most {
+        return (0..count).collect();
+    }
+    let stretches = most / 2;
+    (0..stretches).flat_map(|k| [k * count / stretches, (2 * k + 1) * count / (2 * stretches)]).collect()
+}
+
+/// The smallest and the largest value of each stretch in the order in which they come, so that peaks stay.
+fn column(values: &[f64], at: &[usize]) -> Option<Packed> {
+    if !values.iter().any(|x| x.is_finite()) {
+        return None;
+    }
+    if at.len() == values.len() {
+        return Some(Packed::of(values));
+    }
+    let mut out = Vec::with_capacity(at.len());
+    for k in (0..at.len()).step_by(2) {
+        let end = at.get(k + 2).copied().unwrap_or(values.len());
+        let stretch = at[k]..end;
+        let known = || stretch.clone().filter(|i| values[*i].is_finite());
+        let by = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
+        match (known().min_by(by), known().max_by(by)) {
+            (Some(a), Some(b)) => out.extend([values[a.min(b)], values[a.max(b)]]),
+            _ => out.extend([f64::NAN; 2]),
+        }
+    }
+    Some(Packed::of(&out))
+}
