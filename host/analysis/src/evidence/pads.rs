@@ -4,7 +4,7 @@
 //! stiffness of both: `u = F c / 2` across, `turn = T c / (2 r^2)` about the closing direction, with `c`
 //! the compliance of one whole pad and `r^2` its mean square radius (Johnson 1985, 3.7 and 7.2, here a
 //! layer of springs). Both sides are measured, so the slope of displacement against load is the compliance,
-//! whatever friction, pusher or plan are. Loads up to [`LOADED`] of a trial's largest count: beyond it the
+//! whatever friction, pusher or plan are. Loads up to half of a trial's largest count: beyond it the
 //! rim slides. The answer is the weighted median of all slopes: a pad that slides early or a wrong contact
 //! decides nothing.
 
