@@ -9,6 +9,7 @@ mod csv_table;
 mod csv_text;
 mod description;
 pub mod error;
+mod exact;
 pub mod import;
 pub mod memory;
 #[cfg(feature = "parquet")]
@@ -71,6 +72,7 @@ pub struct Description {
     /// Nominal; time stamps rule.
     pub sample_rate_hz: f64,
     /// World axes.
+    #[serde(deserialize_with = "exact::numbers")]
     pub gravity_m_s2: [f64; 3],
     /// All objects.
     pub objects: Vec<ObjectSpec>,
@@ -105,7 +107,7 @@ pub struct ObjectSpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub across_flats_m: Option<f64>,
     /// Polygon corners about the centre of mass.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "exact::rows")]
     pub vertices_m: Option<Vec<[f64; 2]>>,
     /// Polygon extrusion along Z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -113,7 +115,7 @@ pub struct ObjectSpec {
     /// Mass.
     pub mass_kg: f64,
     /// Optional; computed from shape and mass where absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "exact::matrix")]
     pub inertia_kg_m2: Option<[[f64; 3]; 3]>,
 }
 
@@ -132,7 +134,7 @@ pub struct ContactSpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tip_radius_m: Option<f64>,
     /// Point supports, object axes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "exact::rows")]
     pub points_m: Option<Vec<[f64; 2]>>,
 }
 

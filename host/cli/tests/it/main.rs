@@ -2,6 +2,7 @@
 
 mod balance;
 mod bench_bad_input;
+mod board_set;
 mod calibration;
 mod command_line;
 mod common;

@@ -140,6 +140,13 @@ fn a_number_that_does_not_parse_or_is_not_finite_is_refused() {
     let error = refusal("dataset.toml", "[0, 0, -9.81]", "[0, 0, nan]");
     assert_eq!(error.problem, Problem::NonFinite);
     assert_place(&error, 4, "gravity_m_s2[2]", Some("nan"));
+    for (given, said) in
+        [("[0, 0, -9.81, 4]", "4 number(s) where 3 are needed"), ("[0, -9.81]", "2 number(s)")]
+    {
+        let error = refusal("dataset.toml", "[0, 0, -9.81]", given);
+        assert_eq!(error.place.line, Some(Line::Text(4)), "{error}");
+        assert!(error.to_string().contains(said), "{error}");
+    }
     let error = refusal("dataset.toml", "length_m = 0.1", "length_m = \"long\"");
     assert_eq!(error.place.line, Some(Line::Text(10)), "{error}");
     assert_eq!(error.place.column.as_deref(), Some("12"), "{error}");

@@ -125,7 +125,7 @@ pub struct WrenchColumns {
     /// Sensor's axes.
     pub axes: Option<Axes>,
     /// The sensor's origin from the reference point, our axes, m.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::exact::numbers")]
     pub origin_m: [f64; 3],
     /// What the sensor's reading acts on.
     pub acts_on: ActsOn,
@@ -164,12 +164,12 @@ pub struct PoseColumns {
     /// The recording's world axes.
     pub world_axes: Option<Axes>,
     /// Our origin in the recording's world is at minus this, our axes, m.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::exact::numbers")]
     pub world_shift_m: [f64; 3],
     /// Our body axes x, y, z in the tracked body's axes.
     pub body_axes: Option<Axes>,
     /// Our body's origin in the tracked body's axes, m.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::exact::numbers")]
     pub body_origin_m: [f64; 3],
 }
 
@@ -199,6 +199,7 @@ pub struct Fixed {
 #[serde(deny_unknown_fields)]
 pub struct FixedPose {
     /// World, m.
+    #[serde(deserialize_with = "crate::exact::numbers")]
     pub position_m: [f64; 3],
     /// The body's x, y, z in our world, by names, or the quaternion `w, x, y, z` that turns them into it.
     pub axes: Option<Axes>,
