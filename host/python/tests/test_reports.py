@@ -25,7 +25,7 @@ def test_keys_are_attributes_at_every_depth(demo):
 def test_a_report_shows_its_page_in_a_notebook_and_a_sentence_in_a_terminal(demo, tmp_path):
     comparison = stickslip.compare(demo)
     page = comparison.page()
-    assert page.startswith("<!doctype html>") and "<svg" in page
+    assert page.lower().startswith("<!doctype html>") and "<svg" in page
     shown = comparison._repr_html_()
     assert shown.startswith("<iframe") and "<svg" not in shown and "&lt;svg" in shown
     comparison.save_html(tmp_path / "page.html")
