@@ -76,6 +76,14 @@ pub enum Role {
     Order,
 }
 
+impl Role {
+    /// Whether it is how pads give way.
+    #[must_use]
+    pub const fn is_compliance(self) -> bool {
+        matches!(self, Self::Compliance { .. })
+    }
+}
+
 /// Description of an effect.
 #[derive(Clone, Copy, Debug)]
 pub struct Info {

@@ -189,81 +189,75 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         let mut equations = Equations::new(&polygon, Some(&inertia.mass));
         let first = if self.points.iter().any(|p| p.past.is_some()) { Start::Before } else { Start::Guess };
         let mut begun = None;
-        if first == Start::Before && kept.dt_s == bodies.dt_s {
-            let at = self.start(&polygon, &inertial, &inertia, &guess, first);
-            solved.evaluations += 1;
-            if kept.modes == self.modes() {
-                equations.borrow(&kept.factors);
-                let end =
-                    self.repeat(&equations, &inertial, &inertia, &guess, &at, &budget, params, &mut solved);
-                if let Some(velocity) = end {
-                    self.finish(
-                        &mut equations,
+        let arrived = 'arrived: {
+            if first == Start::Before && kept.dt_s == bodies.dt_s {
+                let at = self.start(&polygon, &inertial, &inertia, &guess, first);
+                solved.evaluations += 1;
+                if kept.modes == self.modes() {
+                    equations.borrow(&kept.factors);
+                    let end = self.repeat(
+                        &equations,
                         &inertial,
                         &inertia,
-                        velocity,
-                        scale,
+                        &guess,
+                        &at,
                         &budget,
                         params,
                         &mut solved,
                     );
-                    self.keep(&equations, bodies.dt_s, kept);
-                    return solved;
+                    if let Some(velocity) = end {
+                        break 'arrived Some(velocity);
+                    }
+                } else {
+                    begun = Some(at);
                 }
-            } else {
-                begun = Some(at);
             }
-        }
-        kept.dt_s = R::zero();
-        for start in [first, Start::Guess, Start::Open] {
-            let mut velocity = if start == Start::Open { inertia.free } else { guess };
-            let mut at = match begun.take() {
-                Some(at) => at,
-                None => self.start(&polygon, &inertial, &inertia, &velocity, start),
-            };
-            // A repair that takes longer than a cold start is none.
-            let most = if start == Start::Open { 20 } else { 2 } * self.points.len() as u32 + 10;
-            for _ in 0..params.paths {
-                let left =
-                    budget.evaluations_beside(solved.iterations + 1).saturating_sub(solved.evaluations);
-                if left == 0 {
-                    solved.status = SolveStatus::IterationLimit;
-                    return solved;
-                }
-                solved.iterations += 1;
-                let limit = most.min(left);
-                let (end, kinks) = follow(&mut equations, &mut self.tracks, &mut velocity, &at.rest, limit);
-                solved.evaluations = solved.evaluations.saturating_add(kinks);
-                if end != End::Arrived {
-                    break;
-                }
-                if self.polish(
-                    &mut equations,
-                    &inertial,
-                    &inertia,
-                    &mut velocity,
-                    &budget,
-                    params,
-                    &mut solved,
-                ) {
-                    self.finish(
+            kept.dt_s = R::zero();
+            for start in [first, Start::Guess, Start::Open] {
+                let mut velocity = if start == Start::Open { inertia.free } else { guess };
+                let mut at = match begun.take() {
+                    Some(at) => at,
+                    None => self.start(&polygon, &inertial, &inertia, &velocity, start),
+                };
+                // A repair that takes longer than a cold start is none.
+                let most = if start == Start::Open { 20 } else { 2 } * self.points.len() as u32 + 10;
+                for _ in 0..params.paths {
+                    let left =
+                        budget.evaluations_beside(solved.iterations + 1).saturating_sub(solved.evaluations);
+                    if left == 0 {
+                        solved.status = SolveStatus::IterationLimit;
+                        return solved;
+                    }
+                    solved.iterations += 1;
+                    let limit = most.min(left);
+                    let (end, kinks) =
+                        follow(&mut equations, &mut self.tracks, &mut velocity, &at.rest, limit);
+                    solved.evaluations = solved.evaluations.saturating_add(kinks);
+                    if end != End::Arrived {
+                        break;
+                    }
+                    if self.polish(
                         &mut equations,
                         &inertial,
                         &inertia,
-                        velocity,
-                        scale,
+                        &mut velocity,
                         &budget,
                         params,
                         &mut solved,
-                    );
-                    self.keep(&equations, bodies.dt_s, kept);
-                    return solved;
-                }
-                at = self.balance(&inertial, &inertia, &velocity);
-                for track in &mut self.tracks {
-                    track.offset = [R::zero(); 3];
+                    ) {
+                        break 'arrived Some(velocity);
+                    }
+                    at = self.balance(&inertial, &inertia, &velocity);
+                    for track in &mut self.tracks {
+                        track.offset = [R::zero(); 3];
+                    }
                 }
             }
+            None
+        };
+        if let Some(velocity) = arrived {
+            self.finish(&mut equations, &inertial, &inertia, velocity, scale, &budget, params, &mut solved);
+            self.keep(&equations, bodies.dt_s, kept);
         }
         solved
     }

@@ -18,13 +18,13 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
-use stickslip_shared::effects::{Info, REGISTRY, Role};
-use stickslip_shared::model::{Base, MAX_EFFECTS, Model, RIGID_N_M};
+use stickslip_shared::effects::REGISTRY;
+use stickslip_shared::model::{MAX_EFFECTS, Model};
 use thiserror::Error;
 
 use crate::channels::{COUNT, Quantity, quantity};
 use crate::evidence::conditions::condition_of;
-use crate::evidence::pads::{self, Pads};
+use crate::evidence::pads::{self, Pads, Slope};
 use crate::model::file::{EffectEntry, ModelFile};
 use crate::progress::Progress;
 use crate::run::simulate::{SceneError, prepare};
@@ -112,7 +112,7 @@ pub struct Options {
     pub share: Share,
     /// Only trials of this primitive.
     pub primitive: Option<String>,
-    /// Whether pads that are measured to give way enter the model, where it has none.
+    /// Whether pads are read off, and enter the model where they give way and it has none.
     pub pads: bool,
 }
 
@@ -154,7 +154,7 @@ pub struct Calibration {
     /// Coefficients with their intervals or bounds.
     pub estimates: Vec<Estimate>,
     /// How the fingers' pads give way before they slide, read off the loading of all trials of the primitive;
-    /// null where that cannot be read off.
+    /// null where that cannot be read off or was not asked.
     pub pads: Option<PadStiffness>,
     /// Errors by quantity.
     pub errors: Vec<QuantityError>,
@@ -220,18 +220,21 @@ pub fn calibrate(
         return Err(options.primitive.clone().map_or(CalibrateError::Empty, CalibrateError::NoSuchPrimitive));
     }
     progress.begin("calibrating", primitives.len());
-    let all: Vec<(usize, &Trial)> = primitives.values().flatten().copied().collect();
-    let pads = read_off(&data.description, &all);
-    let model = &match pads.filter(|_| options.pads) {
+    let slopes: BTreeMap<&str, Vec<Slope>> = match options.pads {
+        true => primitives.iter().map(|(p, trials)| (*p, slopes(&data.description, trials))).collect(),
+        false => BTreeMap::new(),
+    };
+    let model = &match pads::measured(&slopes.values().flatten().cloned().collect::<Vec<_>>()) {
         Some(pads) => with_pads(model, &pads),
         None => model.clone(),
     };
-    let in_model = model.effects.iter().any(|e| e.info().is_some_and(is_compliance));
+    let in_model = gives_way(model);
     let base = model.to_model();
     let mut found = Vec::new();
     for (primitive, trials) in primitives {
         let mut of_it = of_primitive(&data.description, primitive, &trials, &base, options.share)?;
-        of_it.pads = read_off(&data.description, &trials).map(|p| PadStiffness::of(&p, in_model));
+        let pads = slopes.get(primitive).and_then(|s| pads::measured(s));
+        of_it.pads = pads.map(|p| PadStiffness::of(&p, in_model));
         found.push(of_it);
         progress.step(1);
     }
@@ -244,30 +247,25 @@ pub fn calibrate(
     Ok(Report { primitives: found, model })
 }
 
-/// What the loading of the pads shows in `trials`.
-fn read_off(description: &Description, trials: &[(usize, &Trial)]) -> Option<Pads> {
-    let ready: Vec<_> =
-        trials.par_iter().filter_map(|(at, trial)| prepare(description, trial, *at).ok()).collect();
-    pads::measured(ready.iter())
+/// The loadings of the pads in `trials`.
+fn slopes(description: &Description, trials: &[(usize, &Trial)]) -> Vec<Slope> {
+    let ready = trials.par_iter().filter_map(|(at, trial)| prepare(description, trial, *at).ok());
+    ready.flat_map_iter(|prepared| pads::loadings(&prepared)).collect()
 }
 
-fn is_compliance(info: &Info) -> bool {
-    matches!(info.role, Role::Compliance { .. })
+/// Whether `model` has pads that give way beside those of its base.
+fn gives_way(model: &ModelFile) -> bool {
+    model.effects.iter().any(|e| e.info().is_some_and(|i| i.role.is_compliance()))
 }
 
 /// `model` with `pads` that give way by more than the tolerance of rigid contact, where it has none: it loads
 /// before it slides.
 fn with_pads(model: &ModelFile, pads: &Pads) -> ModelFile {
     let mut model = model.clone();
-    let springs_n_m = match model.base {
-        Base::Hard => RIGID_N_M,
-        Base::Soft { tangential_n_m, .. } => tangential_n_m,
-    };
-    let pads = Some(*pads).filter(Pads::matter);
-    let has = model.effects.iter().any(|e| e.info().is_some_and(is_compliance));
-    let room = model.effects.len() < MAX_EFFECTS;
-    let Some(pads) = pads.and_then(|p| p.beyond(springs_n_m)).filter(|_| room && !has) else { return model };
-    let Some(info) = REGISTRY.iter().find(|i| is_compliance(i)) else { return model };
+    let beyond = Some(*pads).filter(Pads::matter).and_then(|p| p.beyond(model.base));
+    let room = model.effects.len() < MAX_EFFECTS && !gives_way(&model);
+    let Some(pads) = beyond.filter(|_| room) else { return model };
+    let Some(info) = REGISTRY.iter().find(|i| i.role.is_compliance()) else { return model };
     let mut entry = EffectEntry::typical(info);
     for (value, of) in entry.values.iter_mut().zip(info.parameters) {
         let Some((value_read, [low, high])) = pads.expected(of.name) else { continue };

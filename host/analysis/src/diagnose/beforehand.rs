@@ -37,8 +37,13 @@ pub struct Start<'a> {
 impl Start<'_> {
     /// With all that was found.
     pub fn held(&self) -> &Held {
-        self.found.last().map_or(&self.base, |c| &c.held)
+        last(&self.base, &self.found)
     }
+}
+
+/// The last of `found`, each on top of the one before; `base` where there is none.
+pub fn last<'a>(base: &'a Held, found: &'a [Candidate]) -> &'a Held {
+    found.last().map_or(base, |c| &c.held)
 }
 
 /// Friction of `model` fitted, and the pads where they are measured to give way.
@@ -83,7 +88,7 @@ fn padded(campaign: &Campaign, model: &Model<f64>) -> Option<(CandidateEffect, M
 }
 
 fn compliance() -> Option<CandidateEffect> {
-    CandidateEffect::listed().into_iter().find(|t| matches!(t.info.role, Role::Compliance { .. }))
+    CandidateEffect::listed().into_iter().find(|t| t.info.role.is_compliance())
 }
 
 /// The pads of `start`, which has them as its last effect, fitted on top of `base`.
@@ -98,9 +103,7 @@ fn with_pads(problem: &Problem, base: &Held, trial: &CandidateEffect, start: &Mo
 
 /// What was `found` around another model, fitted anew on `base` in `problem`.
 pub fn again(problem: &Problem, base: &Held, found: &[Candidate]) -> Vec<Candidate> {
-    let Some(pads) = found.iter().find(|c| matches!(c.info.role, Role::Compliance { .. })) else {
-        return Vec::new();
-    };
+    let Some(pads) = found.iter().find(|c| c.info.role.is_compliance()) else { return Vec::new() };
     let effect = pads.held.solution.model.effects.last().copied();
     let Some((trial, effect)) = compliance().zip(effect) else { return Vec::new() };
     vec![with_pads(problem, base, &trial, &trial.on(&base.solution.model, effect.parameters))]
@@ -108,13 +111,8 @@ pub fn again(problem: &Problem, base: &Held, found: &[Candidate]) -> Vec<Candida
 
 /// Where repetitions show that friction drifts with the order of trials: the start built
 /// anew around a model that has the drift (its noise is smaller). Means of
-/// repetitions made at different times would hide it from all that follows.
-pub fn drifting<'a>(start: Start<'a>) -> Start<'a> {
-    let Some(around) = drift(&start) else { return start };
-    around
-}
-
-fn drift<'a>(start: &Start<'a>) -> Option<Start<'a>> {
+/// repetitions made at different times would hide it from all that follows. `None` where they do not.
+pub fn drifting<'a>(start: &Start<'a>) -> Option<Start<'a>> {
     let problem = &start.problem;
     let crate::fit::noise::Drift { change, per_trial, t } = problem.noise.drift;
     let level = FALSE_ALARM / REGISTRY.len() as f64;
@@ -142,7 +140,7 @@ fn drift<'a>(start: &Start<'a>) -> Option<Start<'a>> {
     let base = fitted(&start.base.solution.model, &start.base.free);
     let mut found = again(&around, &base, &start.found);
     let with = fitted(&with.model, &free);
-    let before = found.last().map_or(&base, |c| &c.held);
+    let before = last(&base, &found);
     let explained = explained(&before.misfit, &with.misfit);
     let searched = Search::Thorough;
     found.push(Candidate {

@@ -72,7 +72,8 @@ pub fn diagnose(
     let model = model.into();
     let campaign = campaign_of(dataset, &model.model)?;
     tick();
-    let start = beforehand::drifting(beforehand::start(&campaign, &model));
+    let start = beforehand::start(&campaign, &model);
+    let start = beforehand::drifting(&start).unwrap_or(start);
     tick();
     let Start { mut problem, base, found, mut others } = start;
     others.push(given(&campaign, &base));
@@ -218,7 +219,7 @@ fn find(
     pass: Pass,
     tick: Tick,
 ) -> Findings {
-    let start = found.last().map_or(&base, |c| &c.held);
+    let start = beforehand::last(&base, &found);
     let drifts = found.iter().any(|c| c.info.role == Role::Order);
     let relevant = start.misfit.exceeds(RELEVANT) && start.misfit.excess > 0.0;
     let worth_a_name = relevant && problem.campaign.conditions >= FEWEST_CONDITIONS;
@@ -245,7 +246,7 @@ fn find(
         }
     }
     let Choice { chosen, equal, left, verdict, .. } = choice;
-    let last = chosen.last().map_or(start, |c| &c.held).clone();
+    let last = beforehand::last(start, &chosen).clone();
     // Ordinary pads are no finding.
     let is_finding = |c: &&Candidate| !small_compliance_in(problem, &last, c.info.id);
     let before: Vec<&'static str> = found.iter().filter(is_finding).map(|c| c.info.id).collect();

@@ -8,7 +8,7 @@
 //! it that are behind by less than two standard errors are as good.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
-use stickslip_shared::effects::{REGISTRY, Role};
+use stickslip_shared::effects::REGISTRY;
 use stickslip_shared::model::Model;
 
 use crate::diagnose::choice::{EQUAL, FALSE_ALARM, MOST_EFFECTS, Tick};
@@ -103,7 +103,7 @@ fn judge<'a>(
 
 /// How contacts give way before they slide belongs to the fit, and is no finding.
 fn is_finding(candidate: &Candidate) -> bool {
-    !matches!(candidate.info.role, Role::Compliance { .. })
+    !candidate.info.role.is_compliance()
 }
 
 /// Chooses among `trials` what predicts held-out trials better than the model of `base` does, one effect after

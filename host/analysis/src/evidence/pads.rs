@@ -9,15 +9,16 @@
 //! decides nothing.
 
 use nalgebra::Vector3;
-use stickslip_shared::model::FingerContact;
+use stickslip_shared::model::{Base, FingerContact, RIGID_N_M};
 
 use crate::channels::Signals;
 use crate::evidence::contact;
-use crate::evidence::statistics::quantile;
+use crate::evidence::statistics::{quantile, weighted_median};
 use crate::evidence::tolerance::RIGID;
 use crate::run::simulate::Prepared;
 
-/// Share of a trial's largest load up to which pads stick as a whole, about.
+/// Share of a trial's largest load up to which pads stick as a whole, about: chosen from 0.3, 0.5 and 0.7 looking
+/// at 20 data sets of the second rig (docs/lab/pads.md).
 const LOADED: f64 = 0.5;
 /// Time before contact that tells where the object rests, s.
 const REST_S: f64 = 0.05;
@@ -41,8 +42,8 @@ pub struct Pads {
     pub loadings: usize,
 }
 
-/// Factor by which a pad's springs may differ from what was read off: second rig, 20 data sets, all but two of
-/// those whose clocks agree within a sample are within 1.5.
+/// Factor by which a pad's springs may differ from what was read off: on the same 20 data
+/// sets all whose clocks agree within a sample are within 1.6.
 pub const SPRINGS: f64 = 2.0;
 /// A pad's normal compliance over its tangential one, and the range: a layer is pressed in less than it is
 /// sheared, a bonded one much less.
@@ -73,10 +74,13 @@ impl Pads {
         0.5 * self.tangential_m_n * self.largest_n
     }
 
-    /// In series with springs of `stiffness_n_m`, a whole contact's, that a model has already; `None` where these
-    /// give way by as much.
+    /// In series with the springs that `base` has already; `None` where these give way by as much.
     #[must_use]
-    pub fn beyond(self, stiffness_n_m: f64) -> Option<Self> {
+    pub fn beyond(self, base: Base<f64>) -> Option<Self> {
+        let stiffness_n_m = match base {
+            Base::Hard => RIGID_N_M,
+            Base::Soft { tangential_n_m, .. } => tangential_n_m,
+        };
         let tangential_m_n = self.tangential_m_n - 1.0 / stiffness_n_m;
         (tangential_m_n > 0.0).then_some(Self { tangential_m_n, ..self })
     }
@@ -89,44 +93,33 @@ impl Pads {
 }
 
 /// One loading: compliance of a pad and its variance.
-struct Slope {
+#[derive(Clone, Debug)]
+pub struct Slope {
     compliance_m_n: f64,
     variance: f64,
     /// Largest load of the trial, N; zero for a torque.
     largest_n: f64,
 }
 
-/// Compliance of the pads in `trials`; `None` where fewer than four loadings of a grasp are measured.
+/// Compliance of the pads from the loadings of trials; `None` of fewer than four.
 #[must_use]
-pub fn measured<'a>(trials: impl Iterator<Item = &'a Prepared>) -> Option<Pads> {
-    let slopes: Vec<Slope> = trials.flat_map(loadings).collect();
+pub fn measured(slopes: &[Slope]) -> Option<Pads> {
     if slopes.len() < FEWEST {
         return None;
     }
     // No loading is known better than a tenth of them: what is common to it (a rim that slides) is no noise.
     let certain = quantile(slopes.iter().map(|s| s.variance).collect(), 0.1)?;
     let weights: Vec<f64> = slopes.iter().map(|s| 1.0 / (s.variance + certain)).collect();
-    let total: f64 = weights.iter().sum();
-    let mut order: Vec<usize> = (0..slopes.len()).collect();
-    order.sort_by(|a, b| slopes[*a].compliance_m_n.total_cmp(&slopes[*b].compliance_m_n));
-    let mut below = 0.0;
-    let middle = order.iter().find(|k| {
-        below += weights[**k];
-        below >= 0.5 * total
-    })?;
-    let tangential_m_n = slopes[*middle].compliance_m_n;
+    let weighted = |of: &dyn Fn(&Slope) -> f64| {
+        weighted_median(slopes.iter().map(of).zip(weights.iter().copied()).collect())
+    };
+    let tangential_m_n = weighted(&|s| s.compliance_m_n)?;
     // A median's variance is that of the mean of signs over twice the density, which the weighted
     // deviations give: 1.48 for the standard deviation, 1.25 for the median.
-    let deviation = |s: &Slope| (s.compliance_m_n - tangential_m_n).abs();
-    let mut near = 0.0;
-    let mut by_deviation: Vec<usize> = (0..slopes.len()).collect();
-    by_deviation.sort_by(|a, b| deviation(&slopes[*a]).total_cmp(&deviation(&slopes[*b])));
-    let half = by_deviation.iter().find(|k| {
-        near += weights[**k];
-        near >= 0.5 * total
-    })?;
+    let deviation = weighted(&|s| (s.compliance_m_n - tangential_m_n).abs())?;
+    let total: f64 = weights.iter().sum();
     let effective = total * total / weights.iter().map(|w| w * w).sum::<f64>();
-    let sd_m_n = 1.25 * 1.48 * deviation(&slopes[*half]) / effective.sqrt();
+    let sd_m_n = 1.25 * 1.48 * deviation / effective.sqrt();
     let largest_n = slopes.iter().map(|s| s.largest_n).fold(0.0, f64::max);
     Some(Pads { tangential_m_n, sd_m_n, largest_n, loadings: slopes.len() })
 }
@@ -134,7 +127,9 @@ pub fn measured<'a>(trials: impl Iterator<Item = &'a Prepared>) -> Option<Pads> 
 /// Load and displacement of a grasp at one sample: along gripper X, along Z and about Y.
 type Loaded = [(f64, f64); 3];
 
-fn loadings(trial: &Prepared) -> Vec<Slope> {
+/// The loadings of a grasp in a trial: one for each direction that is loaded.
+#[must_use]
+pub fn loadings(trial: &Prepared) -> Vec<Slope> {
     let Some(fingers) = &trial.scene.fingers else { return Vec::new() };
     let mean_square_m2 = match fingers {
         FingerContact::Disc { diameter_m } => diameter_m * diameter_m / 8.0,

@@ -129,6 +129,19 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     quantile(values.into_iter().collect(), 0.5)
 }
 
+/// The value below which half of the weight lies, of values with their weights; `None` of none.
+#[must_use]
+pub fn weighted_median(mut values: Vec<(f64, f64)>) -> Option<f64> {
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = values.iter().map(|v| v.1).sum();
+    let mut below = 0.0;
+    let middle = values.iter().find(|(_, weight)| {
+        below += weight;
+        below >= 0.5 * total
+    });
+    middle.map(|v| v.0)
+}
+
 /// 5, 50 and 95 % of sorted values.
 #[must_use]
 pub fn quantiles(sorted: &[f64]) -> Option<[f64; 3]> {

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use stickslip_shared::effects::Role;
 use stickslip_shared::effects::formula::{Program, Variable};
-use stickslip_shared::model::{Base, Friction, Model, RIGID_N_M};
+use stickslip_shared::model::{Friction, Model};
 
 use crate::channels::{self, Quantity};
 use crate::evidence::conditions::condition_of;
@@ -125,12 +125,8 @@ impl Campaign {
         for (run, c) in runs.iter_mut().zip(of) {
             run.condition = c;
         }
-        let springs_n_m = match start.base {
-            Base::Hard => RIGID_N_M,
-            Base::Soft { tangential_n_m, .. } => tangential_n_m,
-        };
-        let pads = pads::measured(runs.iter().map(|r| &r.prepared)).filter(Pads::matter);
-        let pads = pads.and_then(|p| p.beyond(springs_n_m));
+        let loadings: Vec<_> = runs.iter().flat_map(|r| pads::loadings(&r.prepared)).collect();
+        let pads = pads::measured(&loadings).filter(Pads::matter).and_then(|p| p.beyond(start.base));
         let used = sensors_or_estimated(&dataset.description, dataset.trials.iter());
         Self {
             description: Description { sensors: used.sensors, ..dataset.description.clone() },

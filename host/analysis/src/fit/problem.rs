@@ -6,7 +6,7 @@
 
 use nalgebra::DVector;
 use rayon::prelude::*;
-use stickslip_shared::effects::{Role, find as find_effect};
+use stickslip_shared::effects::find as find_effect;
 use stickslip_shared::model::{Model, Scene};
 
 use crate::channels::COUNT;
@@ -257,8 +257,8 @@ impl<'a> Problem<'a> {
     /// What is read off of a parameter of the pads.
     fn of_pads(&self, free: &Free) -> Option<(f64, [f64; 2])> {
         let Free::Effect { of, effect, .. } = free else { return None };
-        let is_pads = matches!(find_effect(effect)?.role, Role::Compliance { .. });
-        self.campaign.pads.filter(|_| is_pads)?.expected(of.name)
+        let role = find_effect(effect)?.role;
+        self.campaign.pads.filter(|_| role.is_compliance())?.expected(of.name)
     }
 
     /// Mean and precision of the prior of a parameter that has one: friction, about the value given, and the

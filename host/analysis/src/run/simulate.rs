@@ -7,7 +7,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use stickslip_shared::cone::SolveStatus;
 use stickslip_shared::contact::{self, Body, Contacts, SLOTS};
-use stickslip_shared::effects::{Effect, Role};
+use stickslip_shared::effects::Effect;
 use stickslip_shared::model::{
     Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
 };
@@ -84,7 +84,7 @@ pub struct Simulated {
 
 /// Whether contacts of `model` give way.
 fn gives_way(model: &Model<f64>) -> bool {
-    let compliance = |e: &Effect<f64>| e.info().is_some_and(|i| matches!(i.role, Role::Compliance { .. }));
+    let compliance = |e: &Effect<f64>| e.info().is_some_and(|i| i.role.is_compliance());
     matches!(model.base, Base::Soft { .. }) || model.effects.iter().any(compliance)
 }
 
@@ -347,17 +347,7 @@ impl Prepared {
         mut each: impl FnMut(usize, &State<f64, SLOTS>, &StepOutput<f64, SLOTS>, &Drive<f64>),
     ) {
         let n = self.poses.len();
-        let Some(first) = self.poses.first() else {
-            return;
-        };
-        let unseated = first.pusher.map_or_else(Vector3::zeros, |p| p.position_m);
-        let still = Poses { t_s: first.t_s + 0.004, ..*first };
-        let Some(mut drive) = drive_between(first, &still, &unseated, self.grip_n[0], self.ordinal) else {
-            return;
-        };
-        // The object is at rest in the grasp; the carrier's own speed enters with the first step.
-        let mut state: State<f64, SLOTS> =
-            State::held(&self.scene, model, &drive, self.start.position_m, self.start.rotation);
+        let Some((mut drive, unseated, mut state)) = self.at_rest(model) else { return };
         let shift = seat(&self.scene, model, &state, &drive);
         if let Some(p) = &mut drive.pusher {
             p.position_m += drive.carrier.inverse_transform_vector(&shift);
@@ -395,6 +385,18 @@ impl Prepared {
         }
     }
 
+    /// Drive of a first step in which nothing moves, where the pusher is measured (m, the origin of its drive), and
+    /// the object at rest in the grasp: the carrier's own speed enters with the first step.
+    fn at_rest(&self, model: &Model<f64>) -> Option<(Drive<f64>, Vector3<f64>, State<f64, SLOTS>)> {
+        let first = self.poses.first()?;
+        let unseated = first.pusher.map_or_else(Vector3::zeros, |p| p.position_m);
+        let still = Poses { t_s: first.t_s + 0.004, ..*first };
+        let grip_n = self.grip_n.first().copied()?;
+        let drive = drive_between(first, &still, &unseated, grip_n, self.ordinal)?;
+        let state = State::held(&self.scene, model, &drive, self.start.position_m, self.start.rotation);
+        Some((drive, unseated, state))
+    }
+
     fn record(&self, step: &StepOutput<f64, SLOTS>, out: &mut Simulated) {
         let mut row = [f64::NAN; COUNT];
         let r = &step.reading;
@@ -418,14 +420,8 @@ impl Prepared {
 
     /// Whether the pusher is nearer to the object at the start than `gap_m`.
     pub fn pusher_touches(&self, gap_m: f64) -> bool {
-        let Some(first) = self.poses.first() else { return false };
-        let still = Poses { t_s: first.t_s + 0.004, ..*first };
-        let origin = first.pusher.map_or_else(Vector3::zeros, |p| p.position_m);
-        let grip_n = self.grip_n.first().copied().unwrap_or(0.0);
-        let Some(drive) = drive_between(first, &still, &origin, grip_n, self.ordinal) else { return false };
         let model = Model::base(Base::Hard, Friction { finger: 0.0, pusher: 0.0, support: 0.0 });
-        let state: State<f64, SLOTS> =
-            State::held(&self.scene, &model, &drive, self.start.position_m, self.start.rotation);
+        let Some((drive, _, state)) = self.at_rest(&model) else { return false };
         let mut found: Contacts<f64, SLOTS> = heapless::Vec::new();
         contact::find(&self.scene, &model, &state, &drive, &mut found);
         found.iter().any(|c| c.body == Body::Pusher && c.gap_m < gap_m)

@@ -1,9 +1,9 @@
 //! The compliance of the pads, read off without a model, against the rig's truth.
 
 use stickslip_analysis::calibrate::{Options, calibrate};
-use stickslip_analysis::evidence::pads::{Pads, measured};
+use stickslip_analysis::evidence::pads::{Pads, loadings, measured};
 use stickslip_analysis::model::file::ModelFile;
-use stickslip_analysis::run::simulate::{Prepared, prepare};
+use stickslip_analysis::run::simulate::prepare;
 use stickslip_data::{Dataset, Trial};
 use stickslip_rig::objects::bench;
 use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Setup, run};
@@ -26,19 +26,18 @@ fn trials(stiffness_n_m: f64, primitives: &[Primitive]) -> Vec<Trial> {
     out
 }
 
-fn prepared(trials: &[Trial]) -> Vec<Prepared> {
+fn read_off(stiffness_n_m: f64, primitives: &[Primitive]) -> Option<Pads> {
     let description = bench("pads");
-    trials.iter().enumerate().map(|(k, t)| prepare(&description, t, k).expect("a scene")).collect()
-}
-
-fn read_off(stiffness_n_m: f64, primitives: &[Primitive]) -> Pads {
-    measured(prepared(&trials(stiffness_n_m, primitives)).iter()).expect("loads are measured")
+    let prepared = |(k, t): (usize, &Trial)| prepare(&description, t, k).expect("a scene");
+    let trials = trials(stiffness_n_m, primitives);
+    measured(&trials.iter().enumerate().map(prepared).flat_map(|p| loadings(&p)).collect::<Vec<_>>())
 }
 
 #[test]
 fn stiffness_of_pads_is_read_off_pushes_and_pivots_within_a_half() {
     for stiffness_n_m in [1.5e4, 4e4, 1e5] {
-        let pads = read_off(stiffness_n_m, &[Primitive::LinearPush, Primitive::Pivot]);
+        let pads =
+            read_off(stiffness_n_m, &[Primitive::LinearPush, Primitive::Pivot]).expect("loads are measured");
         let ratio = pads.tangential_m_n * stiffness_n_m;
         assert!((1.0 / 1.5..1.5).contains(&ratio), "{stiffness_n_m}: {pads:?}");
         assert!(pads.matter(), "{stiffness_n_m}: {pads:?}");
@@ -47,13 +46,13 @@ fn stiffness_of_pads_is_read_off_pushes_and_pivots_within_a_half() {
 
 #[test]
 fn pads_as_stiff_as_a_rigid_model_may_be_do_not_matter() {
-    let pads = read_off(3e6, &[Primitive::LinearPush, Primitive::Pivot]);
+    let pads = read_off(3e6, &[Primitive::LinearPush, Primitive::Pivot]).expect("loads are measured");
     assert!(!pads.matter(), "{pads:?}");
 }
 
 #[test]
 fn nothing_is_read_off_where_nothing_is_gripped() {
-    assert_eq!(measured(prepared(&trials(4e4, &[Primitive::PlanarPush])).iter()), None);
+    assert_eq!(read_off(4e4, &[Primitive::PlanarPush]), None);
 }
 
 #[test]

@@ -8,26 +8,14 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stickslip_data::import::recording::{Import, import};
 
-const MAPPING: &str = r#"format = "stickslip-mapping/1"
+const MAPPING: &str = concat!(
+    r#"format = "stickslip-mapping/1"
 [trials]
 pattern = '^(?<object>obj4)_r(?<run>\d)$'
 constants = { primitive = "linear_push" }
-[dataset]
-name = "lab"
-sample_rate_hz = 250.0
-gravity_m_s2 = [0.0, 0.0, -9.81]
-[[dataset.objects]]
-id = "obj4"
-shape = "prism"
-length_m = 0.1
-side_m = 0.025
-mass_kg = 0.2
-[dataset.fingers]
-contact = "disc"
-diameter_m = 0.02
-[dataset.pushers.linear_push]
-contact = "plane"
-[[streams]]
+"#,
+    rig!(),
+    r#"[[streams]]
 name = "ft"
 file = "{trial}_ft.csv"
 time = { column = "t" }
@@ -44,7 +32,8 @@ roll_pitch_yaw = ["oa", "ob", "oc"]
 [streams.gripper]
 position = ["gx", "gy", "gz"]
 roll_pitch_yaw = ["ga", "gb", "gc"]
-"#;
+"#
+);
 
 /// When the object touches, by the forces' clock, s.
 const CONTACT_S: f64 = 0.8;

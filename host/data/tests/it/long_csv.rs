@@ -7,23 +7,13 @@ use std::time::Instant;
 
 use stickslip_data::import::recording::import;
 
-const MAPPING: &str = r#"format = "stickslip-mapping/1"
+const MAPPING: &str = concat!(
+    r#"format = "stickslip-mapping/1"
 [trials]
 constants = { object = "obj4", primitive = "lift" }
-[dataset]
-name = "long"
-sample_rate_hz = 250.0
-gravity_m_s2 = [0.0, 0.0, -9.81]
-[[dataset.objects]]
-id = "obj4"
-shape = "prism"
-length_m = 0.1
-side_m = 0.025
-mass_kg = 0.2
-[dataset.fingers]
-contact = "disc"
-diameter_m = 0.02
-[[streams]]
+"#,
+    rig!(),
+    r#"[[streams]]
 name = "ft"
 file = "long.csv"
 time = { column = "t" }
@@ -32,7 +22,8 @@ force = ["c1", "c2", "c3"]
 acts_on = "object"
 [fixed.gripper]
 position_m = [0.0, 0.0, 0.5]
-"#;
+"#
+);
 
 /// Columns beside the time.
 const COLUMNS: usize = 40;

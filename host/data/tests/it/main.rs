@@ -1,5 +1,8 @@
 //! Tests of the crate from outside, in one program: it links once.
 
+#[macro_use]
+mod rig;
+
 mod clocks;
 mod dataset_refusals;
 mod dataset_round_trip;

@@ -8,24 +8,6 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use stickslip_data::import::recording::{Import, guess, import};
 use stickslip_data::{Dataset, Sample, TrialInfo};
 
-const RIG: &str = r#"
-[dataset]
-name = "lab"
-sample_rate_hz = 250.0
-gravity_m_s2 = [0.0, 0.0, -9.81]
-[[dataset.objects]]
-id = "obj4"
-shape = "prism"
-length_m = 0.1
-side_m = 0.025
-mass_kg = 0.2
-[dataset.fingers]
-contact = "disc"
-diameter_m = 0.02
-[dataset.pushers.linear_push]
-contact = "plane"
-"#;
-
 /// What acts on the object from finger 1 at `t`, gripper axes about the patch: N, N m.
 fn wrench(t: f64) -> (Vector3<f64>, Vector3<f64>) {
     let force = Vector3::new(2.0 * t, -20.0 - 0.5 * (3.0 * t).sin(), 1.0 + 0.3 * (2.0 * t).cos());
@@ -116,7 +98,7 @@ position_m = [0.0, 0.0, 0.5]
 "#;
 
 fn mapping(trials: &str, streams: &str) -> String {
-    format!("format = \"stickslip-mapping/1\"\n[trials]\n{trials}\n{RIG}\n{streams}")
+    format!("format = \"stickslip-mapping/1\"\n[trials]\n{trials}\n{}\n{streams}", rig!())
 }
 
 fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
