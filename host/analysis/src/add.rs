@@ -213,7 +213,7 @@ fn with_effects(
         let mut best: Option<(f64, Fit)> = None;
         for with in fit::starts(campaign, &fitted.model, &all(slot), (&candidate, given)) {
             let fit = fit::calibrate(campaign, &with, &all(slot + 1), &Options::default())?;
-            let cost = fit::robust_cost(campaign, &fit.model);
+            let cost = fit::robust_cost(campaign, &fit.model, fit::MANY);
             if best.as_ref().is_none_or(|b| cost < b.0) {
                 best = Some((cost, fit));
             }

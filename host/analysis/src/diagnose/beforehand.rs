@@ -10,7 +10,8 @@ use stickslip_shared::effects::{MAX_PARAMETERS, REGISTRY, Role};
 use stickslip_shared::model::{MAX_EFFECTS, Model};
 
 use crate::diagnose::choice::FALSE_ALARM;
-use crate::diagnose::select::{Candidate, Held, Search, explained, hold_out, p_value, total};
+use crate::diagnose::search::Search;
+use crate::diagnose::select::{Candidate, Held, explained, hold_out, p_value, total};
 use crate::diagnose::verdict::RELEVANT;
 use crate::fit::campaign::Campaign;
 use crate::fit::problem::Problem;

@@ -19,6 +19,10 @@ use crate::fit::problem::Problem;
 /// one floor.
 const CHANCE: f64 = 1.732;
 
+/// Share of what an effect explains that its law may be wrong by: laws of friction, grip and stiffness are
+/// idealisations that hold to about a tenth. What is left within that share is no reason for a further effect.
+pub const FORM: f64 = 0.1;
+
 /// Misfit of a model. See the module.
 #[derive(Clone, Debug)]
 pub struct Misfit {
@@ -53,6 +57,23 @@ impl Misfit {
     /// Size of the worst place; zero where nothing is measured.
     pub fn worst(&self) -> f64 {
         self.places.first().map_or(0.0, |p| p.size)
+    }
+
+    /// What of it is beyond the form of the laws that explain the rest of `base`: each place less [`FORM`] of
+    /// what was explained there.
+    #[must_use]
+    pub fn beyond_form(&self, base: &Self) -> Self {
+        let of_base: BTreeMap<(usize, Phase), f64> =
+            base.places.iter().map(|p| ((p.channel, p.phase), p.size)).collect();
+        let beyond = |size: f64, form2: f64| (size * size - form2).max(0.0).sqrt();
+        let mut places: Vec<Place> = self.places.clone();
+        for p in &mut places {
+            let before = of_base.get(&(p.channel, p.phase)).copied().unwrap_or(0.0);
+            let form2 = FORM * FORM * (before * before - p.size * p.size).max(0.0);
+            (p.size, p.at_least) = (beyond(p.size, form2), beyond(p.at_least, form2));
+        }
+        places.sort_by(|a, b| b.size.total_cmp(&a.size));
+        Self { places, ..self.clone() }
     }
 
     /// Whether some place misses by more than `floors` run spreads, beyond chance.

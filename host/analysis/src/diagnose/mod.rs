@@ -14,6 +14,7 @@ pub mod misfit;
 pub mod posterior;
 pub mod report;
 pub mod rivals;
+pub mod search;
 pub mod select;
 pub mod signature;
 pub mod structure;
@@ -42,7 +43,8 @@ use findings::Findings;
 use misfit::Misfit;
 use posterior::{Posterior, posterior};
 use report::Report;
-use select::{Candidate, Held, Search, candidates, explained, hold_out, search_again};
+use search::Search;
+use select::{Candidate, Held, candidates, explained, hold_out, search_again};
 use stickslip_data::{Dataset, Description};
 use verdict::{Doubt, Left, Signs, Verdict};
 
@@ -252,7 +254,10 @@ fn find(
     let before: Vec<&'static str> = found.iter().filter(is_finding).map(|c| c.info.id).collect();
     let equal = sets(&before, &chosen, &equal, |c| small_compliance(problem, c));
     let swing = swing::missed(problem.campaign, &last.solution.model);
-    let explains = verdict::explains(explained(&base.misfit, &start.misfit), &Left::of(&start.misfit));
+    let explains = verdict::explains(
+        explained(&base.misfit, &start.misfit),
+        &Left::of(&start.misfit.beyond_form(&base.misfit)),
+    );
     let signs = Signs {
         equal: !equal.is_empty(),
         only_drift: drifts && chosen.is_empty(),

@@ -11,6 +11,9 @@
 //! probabilities are means over Dirichlet weights of the conditions (Bayesian bootstrap of held-out scores,
 //! pseudo-BMA+, Yao et al. 2018).
 //!
+//! The law of an effect may be wrong by [`FORM`] of what it explains: that much is noise of each set's own,
+//! in each place that it explains. An effect that only takes up what another's law leaves wins nothing by it.
+//!
 //! Before the data each of `n` effects is as likely as any other: a set of `k` has `n^-k` of the
 //! empty one. What is not listed is a set of the largest size that does as the best of the fitted sets, and leaves
 //! no place with a systematic misfit that would be worth a name ([`RELEVANT`]).
@@ -22,6 +25,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::effects::REGISTRY;
 
+use crate::diagnose::misfit::FORM;
 use crate::diagnose::select::Held;
 use crate::diagnose::verdict::RELEVANT;
 use crate::fit::Free;
@@ -86,7 +90,7 @@ impl Posterior {
 /// Square of the residual of each place of each condition, in run spreads.
 type Places = Vec<BTreeMap<(usize, Phase), f64>>;
 
-/// Weighs `fits`, each on held-out conditions; `unnamed` effects of a fit count as absent, and so do the
+/// Weighs `fits`, each on held-out conditions, the first of them without any effect to name; `unnamed` effects of a fit count as absent, and so do the
 /// first `given` of each model.
 pub fn posterior(
     problem: &Problem,
@@ -96,10 +100,11 @@ pub fn posterior(
 ) -> Posterior {
     let mut sets: BTreeMap<Vec<&'static str>, (f64, Places)> = BTreeMap::new();
     let mut best: Option<(f64, &Held, Places)> = None;
+    let base = fits.first().map_or_else(Places::new, |held| places(problem, &held.residual));
     for held in fits {
         let ids = effects(held, given, &unnamed);
         let places = places(problem, &held.residual);
-        let total = scores(&places).iter().sum::<f64>();
+        let total = scores(&places, &base).iter().sum::<f64>();
         if best.as_ref().is_none_or(|b| total > b.0) {
             best = Some((total, held, places.clone()));
         }
@@ -112,13 +117,13 @@ pub fn posterior(
     let tempered = 1.0 / (1.0 + (conditions - 1.0) * between_conditions(problem, &held.residual));
     let prior = -(REGISTRY.len() as f64).ln();
     let mut rows: Vec<(Vec<f64>, f64)> =
-        sets.iter().map(|(ids, (_, p))| (scores(p), prior * ids.len() as f64)).collect();
+        sets.iter().map(|(ids, (_, p))| (scores(p, &base), prior * ids.len() as f64)).collect();
     for p in held.misfit.places.iter().filter(|p| p.size > RELEVANT && p.at_least > 1.0) {
         for x2 in within.iter_mut().filter_map(|m| m.get_mut(&(p.channel, p.phase))) {
             *x2 *= (RELEVANT / p.size).powi(2);
         }
     }
-    rows.push((scores(&within), prior * UNLISTED));
+    rows.push((scores(&within, &base), prior * UNLISTED));
     let mean = weights(&rows, tempered);
     let unlisted = mean.last().copied().unwrap_or(0.0);
     let mut out: Vec<Weighed> =
@@ -166,10 +171,15 @@ fn places(problem: &Problem, residual: &[Features]) -> Places {
     sums.into_iter().map(|m| m.into_iter().map(|(k, (sum, n))| (k, sum / n)).collect()).collect()
 }
 
-/// Logarithm of the density of each condition, but for a constant.
-fn scores(places: &Places) -> Vec<f64> {
-    let one = |x2: &f64| -0.5 * (FREEDOM + 1.0) * (x2 / FREEDOM).ln_1p();
-    places.iter().map(|m| m.values().map(one).sum()).collect()
+/// Logarithm of the density of each condition, but for a constant; `base` is what the model misses without
+/// effects.
+fn scores(places: &Places, base: &Places) -> Vec<f64> {
+    let one = |x2: f64, base2: f64| {
+        let variance = 1.0 + FORM * FORM * (base2 - x2).max(0.0);
+        -0.5 * (FREEDOM + 1.0) * (x2 / variance / FREEDOM).ln_1p() - 0.5 * variance.ln()
+    };
+    let of_base = |c: usize, at: &(usize, Phase)| base.get(c).and_then(|m| m.get(at)).copied().unwrap_or(0.0);
+    places.iter().enumerate().map(|(c, m)| m.iter().map(|(at, x2)| one(*x2, of_base(c, at))).sum()).collect()
 }
 
 /// Mean correlation of the residuals between conditions, over features; at least zero.

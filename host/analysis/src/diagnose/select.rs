@@ -11,22 +11,21 @@ use crate::model::candidate::CandidateEffect;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 use stickslip_shared::effects::Info;
-use stickslip_shared::model::{MAX_EFFECTS, Model};
+use stickslip_shared::model::MAX_EFFECTS;
 
 use crate::diagnose::misfit::{self, Misfit};
+use crate::diagnose::search::{Ground, Search};
 use crate::fit::engine::FIXED;
 use crate::fit::features::Features;
 use crate::fit::gls::{self, Prior};
 use crate::fit::problem::Problem;
-use crate::fit::screen::{Screened, Start, screen};
+use crate::fit::screen::{Screened, Start};
 use crate::fit::{self, FOLDS, Free, Solution};
 
 /// Longest wave that counts as one where it shows in friction and in force, in paths.
 const LONGEST_WAVE: f64 = 3.0;
 /// A fit whose loss is beyond this many times what its linear model promises did not converge.
 const CONVERGED: f64 = 1.2;
-/// Gauss-Newton steps of a candidate.
-const STEPS: usize = 12;
 
 /// A fitted model and how it does on held-out conditions.
 #[derive(Clone, Debug)]
@@ -204,12 +203,12 @@ pub fn candidates(
     if model.effects.len() >= MAX_EFFECTS {
         return (Vec::new(), Vec::new());
     }
-    let bases: Vec<&Solution> = std::iter::once(&base.solution).chain(others).collect();
+    let ground = Ground::new(problem, (&base.solution, &base.free), others);
     let mut screened: Vec<Screened> = trials
         .iter()
         .filter(|t| !t.is_excluded_by(model))
         .map(|t| {
-            let s = screen(problem, &bases, &base.free, t);
+            let s = ground.screen(t);
             tick();
             s
         })
@@ -220,7 +219,7 @@ pub fn candidates(
     let kept = screened.into_iter().filter(|s| s.gain > 0.02 * most && s.gain > 1.0).take(survivors);
     let mut out: Vec<Candidate> = kept
         .filter_map(|s| {
-            let c = refit(problem, base, &bases, (s.trial.info, &s.starts), Search::Quick, None);
+            let c = refit((problem, base, &ground), (s.trial.info, &s.starts), Search::Quick, None);
             tick();
             c
         })
@@ -250,26 +249,6 @@ fn longest_path(problem: &Problem) -> f64 {
     problem.campaign.runs.iter().map(|r| r.prepared.drive_path()).fold(0.0, f64::max)
 }
 
-/// How much is tried to fit a candidate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Search {
-    /// One step from the best starts, and the best two of these to their end.
-    Quick,
-    /// Also the best on a grid of friction and of the effect's strength.
-    Grid,
-    /// As that, and from beside where it ended.
-    Thorough,
-}
-
-/// Factors on a parameter of the best fit from which a thorough search starts again.
-const BESIDE: [f64; 2] = [0.6, 1.6];
-/// Steps of a fit that only shows whether a start is worth more.
-const FEW_STEPS: usize = 4;
-/// Ways back to the best fit that a thorough search tries at most.
-const MOST_BESIDE: usize = 12;
-/// Places of the grid that are worth a few steps.
-const WORTH_STEPS: usize = 6;
-
 /// The `most` best of `candidates` fitted again from more starts, where least squares may have ended in a
 /// side valley; those that come out better take the place of what was there.
 pub fn search_again(
@@ -280,10 +259,10 @@ pub fn search_again(
     (most, search): (usize, Search),
     tick: &(dyn Fn() + Sync),
 ) {
-    let bases: Vec<&Solution> = std::iter::once(&base.solution).chain(others).collect();
+    let ground = Ground::new(problem, (&base.solution, &base.free), others);
     for c in candidates.iter_mut().take(most).filter(|c| c.searched < search) {
         let searched = (c.searched >= Search::Grid).then_some(&c.held.solution);
-        let again = refit(problem, base, &bases, (c.info, &c.starts), search, searched);
+        let again = refit((problem, base, &ground), (c.info, &c.starts), search, searched);
         match again.filter(|again| total(&again.held) < total(&c.held)) {
             Some(again) => *c = again,
             None => c.searched = search,
@@ -296,22 +275,14 @@ pub fn search_again(
 /// The effect fitted together with what `base` has, from its starts or from where it was `searched` for
 /// already; `None` where it does not apply.
 fn refit(
-    problem: &Problem,
-    base: &Held,
-    bases: &[&Solution],
+    (problem, base, ground): (&Problem, &Held, &Ground),
     (info, starts): (&'static Info, &[Start]),
     search: Search,
     searched: Option<&Solution>,
 ) -> Option<Candidate> {
     let mut free = base.free.clone();
     free.extend(Free::of_effect(info, base.solution.model.effects.len()));
-    let mut best = match searched {
-        Some(best) => best.clone(),
-        None => best_of_starts(problem, base, bases, (info, starts), &free, search)?,
-    };
-    if search == Search::Thorough {
-        best = beside(problem, best, &free);
-    }
+    let best = ground.fit((info, starts), &free, search, searched)?;
     if part_of_a_wave(problem, &best, &free, base.free.len(), info) {
         return None;
     }
@@ -323,81 +294,4 @@ fn refit(
     let p_value = combined(&[differences, ratios, parameters]);
     let explained = explained(&base.misfit, &held.misfit);
     Some(Candidate { info, held, p_value, explained, starts: starts.to_vec(), searched: search })
-}
-
-/// The effect fitted from its `starts` and, unless the search is quick, from the best places of a grid.
-fn best_of_starts(
-    problem: &Problem,
-    base: &Held,
-    bases: &[&Solution],
-    (info, starts): (&'static Info, &[Start]),
-    free: &[Free],
-    search: Search,
-) -> Option<Solution> {
-    let slot = base.solution.model.effects.len();
-    let begin = |start: &Start| {
-        let on = bases.get(start.on)?;
-        let model = fit::within_reach(problem, on, start, free, slot);
-        Some(fit::solve_with(problem, &model, free, 1, &on.columns))
-    };
-    // A few steps from each start show which are worth the rest.
-    let mut begun: Vec<Solution> = starts.iter().take(1 + bases.len()).filter_map(begin).collect();
-    if search != Search::Quick {
-        let few = |m: &Model<f64>| fit::solve(problem, m, free, FEW_STEPS);
-        begun.extend(on_grid(problem, starts, info, slot).iter().map(few));
-    }
-    begun.sort_by(|a, b| a.loss.1.total_cmp(&b.loss.1));
-    begun
-        .iter()
-        .take(2)
-        .map(|b| fit::solve_with(problem, &b.model, free, STEPS, &b.columns[..base.free.len()]))
-        .min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))
-}
-
-/// The best places of a grid: friction from little to much, the effect as in `starts` and at its typical
-/// strength either way.
-fn on_grid(problem: &Problem, starts: &[Start], info: &Info, slot: usize) -> Vec<Model<f64>> {
-    let mut models: Vec<Model<f64>> = starts.iter().map(|s| s.model.clone()).collect();
-    if let Some(start) = starts.first() {
-        for (k, p) in info.parameters.iter().enumerate().filter(|(_, p)| p.typical != p.neutral) {
-            for sign in [1.0, -1.0] {
-                let mut m = start.model.clone();
-                if let Some(e) = m.effects.get_mut(slot) {
-                    for (x, p) in e.parameters.iter_mut().zip(info.parameters) {
-                        *x = if p.typical == p.neutral { *x } else { p.neutral };
-                    }
-                    e.parameters[k] = (p.neutral + sign * (p.typical - p.neutral)).clamp(p.low, p.high);
-                }
-                if !models.contains(&m) {
-                    models.push(m);
-                }
-            }
-        }
-    }
-    let grid: Vec<Model<f64>> = models.iter().flat_map(|m| fit::friction_grid(problem.campaign, m)).collect();
-    let mut ranked: Vec<(f64, Model<f64>)> =
-        grid.into_iter().map(|m| (fit::robust_cost(problem.campaign, &m), m)).collect();
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    ranked.into_iter().take(WORTH_STEPS).map(|(_, m)| m).collect()
-}
-
-/// The best that is found from `best` with one parameter after the other moved away, as long as that
-/// gains anything.
-fn beside(problem: &Problem, mut best: Solution, free: &[Free]) -> Solution {
-    let ways: Vec<(&Free, f64)> = free.iter().flat_map(|f| BESIDE.map(|factor| (f, factor))).collect();
-    let mut since = 0;
-    for (f, factor) in ways.iter().cycle().take(MOST_BESIDE) {
-        if since == ways.len() {
-            break;
-        }
-        since += 1;
-        let mut model = best.model.clone();
-        f.set(&mut model, f.get(&best.model) * factor);
-        let found = fit::solve_with(problem, &model, free, FEW_STEPS, &best.columns);
-        if found.loss.1 < 0.98 * best.loss.1 {
-            best = fit::solve(problem, &found.model, free, STEPS);
-            since = 0;
-        }
-    }
-    best
 }

@@ -37,6 +37,22 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// The same for the groups at `places` of those in use only, so that it belongs to [`Problem::restricted`].
+    #[must_use]
+    pub fn restricted(&self, places: &[usize]) -> Self {
+        let of = |all: &[Features]| -> Vec<Features> { places.iter().map(|p| all[*p].clone()).collect() };
+        Self {
+            model: self.model.clone(),
+            grams: places.iter().map(|p| self.grams[*p].clone()).collect(),
+            predicted: of(&self.predicted),
+            residual: of(&self.residual),
+            columns: self.columns.iter().map(|c| of(c)).collect(),
+            at_edge: self.at_edge.clone(),
+            offsets: self.offsets.clone(),
+            ..*self
+        }
+    }
+
     /// As [`Problem::priors`], with the parameters held that stand at an edge.
     pub fn priors(&self, problem: &Problem, free: &[Free], more: usize) -> Prior {
         let mut out = problem.priors(free, more);

@@ -28,7 +28,9 @@ use crate::fit::problem::Problem;
 pub use engine::{Solution, loss_at, sensitivities, solve, solve_with};
 pub use free::{Free, base_parameters};
 pub use intervals::{Estimate, clustered_covariance};
-pub use search::{apart, basins, first_fit, friction_grid, robust_cost, rough_start, starts, within_reach};
+pub use search::{
+    MANY, apart, basins, first_fit, friction_grid, robust_cost, rough_start, starts, within_reach,
+};
 
 /// Parts of the conditions that are held out in turn.
 pub const FOLDS: usize = 10;

@@ -4,6 +4,8 @@
 //! Predictions are cheap ones with a correction: `f(theta) = fine(theta0) + coarse(theta) -
 //! coarse(theta0)`, coarse in time and for one run of each group.
 
+use std::sync::Arc;
+
 use nalgebra::DVector;
 use rayon::prelude::*;
 use stickslip_shared::effects::find as find_effect;
@@ -22,7 +24,7 @@ use crate::fit::{placing, unrepeated};
 use stickslip_data::Sensors;
 
 /// See the module.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Problem<'a> {
     /// The data.
     pub campaign: &'a Campaign,
@@ -31,7 +33,7 @@ pub struct Problem<'a> {
     /// For each group: features that the coarse model should show.
     pub targets: Vec<Features>,
     /// For each group.
-    pub whiteners: Vec<Whitener>,
+    pub whiteners: Arc<Vec<Whitener>>,
     /// Whitened offset columns of each group.
     pub offsets: Vec<Vec<DVector<f64>>>,
     /// Prior of the offsets.
@@ -201,7 +203,7 @@ impl<'a> Problem<'a> {
             campaign,
             noise,
             targets,
-            whiteners,
+            whiteners: Arc::new(whiteners),
             offsets,
             of_offsets,
             single_run,
@@ -210,6 +212,12 @@ impl<'a> Problem<'a> {
             groups,
             failed,
         }
+    }
+
+    /// The same with the groups at `places` of those in use only.
+    #[must_use]
+    pub fn restricted(&self, places: &[usize]) -> Self {
+        Self { groups: places.iter().map(|p| self.groups[*p]).collect(), ..self.clone() }
     }
 
     /// Standard deviation of the floor of a feature.

@@ -18,10 +18,13 @@ const FAR: f64 = 1.2;
 /// Friction coefficients tried before a fit: fingers, then pusher (rubber platforms grip hard).
 const TRIED: [&[f64]; 3] = [&[0.15, 0.4, 0.8], &[0.1, 0.25, 0.7, 2.5], &[0.15, 0.3, 0.6, 2.5]];
 
+/// Groups that friction is ranked on before a fit.
+pub const MANY: usize = 24;
+
 /// Cost of a model in which single failures of the simulation or of the model weigh little:
-/// the sum of `e^2 / (1 + e^2 / 100)` over features of at most 24 groups.
-pub fn robust_cost(campaign: &Campaign, model: &Model<f64>) -> f64 {
-    let step = campaign.groups.len().div_ceil(24).max(1);
+/// the sum of `e^2 / (1 + e^2 / 100)` over features of `most` groups.
+pub fn robust_cost(campaign: &Campaign, model: &Model<f64>, most: usize) -> f64 {
+    let step = campaign.groups.len().div_ceil(most.max(1)).max(1);
     let groups: Vec<usize> = (0..campaign.groups.len()).step_by(step).collect();
     let channels = noise::channel_noise(&campaign.description.sensors);
     let predicted = campaign.simulate_groups(model, &groups);
@@ -56,7 +59,7 @@ pub fn basins(campaign: &Campaign, model: &Model<f64>, free: &[Free], iterations
         tries.extend([from(&rough), rough]);
     }
     let mut ranked: Vec<(f64, Model<f64>)> =
-        tries.into_iter().map(|m| (robust_cost(campaign, &m), m)).collect();
+        tries.into_iter().map(|m| (robust_cost(campaign, &m, MANY), m)).collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut out: Vec<Model<f64>> = Vec::new();
     for (_, m) in ranked {
@@ -103,7 +106,7 @@ fn tried(free: &Free) -> &'static [f64] {
 /// else. A coefficient that is not free stays exactly where it is: moved here it would never come
 /// back, and take up what else the model lacks.
 pub fn rough_start(campaign: &Campaign, model: &Model<f64>, free: &[Free]) -> Model<f64> {
-    let cost = |model: &Model<f64>| robust_cost(campaign, model);
+    let cost = |model: &Model<f64>| robust_cost(campaign, model, MANY);
     let mut best = (cost(model), model.clone());
     for _ in 0..2 {
         for coefficient in free.iter().filter(|f| f.coefficient().is_some()) {

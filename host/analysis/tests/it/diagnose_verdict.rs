@@ -114,3 +114,25 @@ fn forces_that_do_not_balance_leave_no_verdict_that_nothing_is_missing() {
         assert_eq!(unbalanced(before, conditions), after, "{before:?} {conditions}");
     }
 }
+
+#[test]
+fn what_is_left_within_a_tenth_of_what_is_explained_there_asks_for_no_further_effect() {
+    let other = Place { channel: 7, ..place(9.0, 8.0) };
+    // Size before and after, whether that is worth a further effect, why.
+    for (before, after, relevant, why) in [
+        (185.0, 17.5, false, "the law of what explains the rest may be so far off"),
+        (185.0, 30.0, true, "more than a tenth"),
+        (8.0, 2.8, true, "a tenth of little is little"),
+        (9.0, 9.0, true, "nothing was explained here"),
+    ] {
+        let before = misfit(&[place(before, before - 1.0)]);
+        let left = misfit(&[place(after, after - 1.0)]).beyond_form(&before);
+        assert_eq!(left.exceeds(2.5), relevant, "{why}: {left:?}");
+    }
+    let before = misfit(&[place(185.0, 100.0), other]);
+    let left = misfit(&[place(17.5, 10.0), other]).beyond_form(&before);
+    assert_eq!(
+        left.places[0], other,
+        "another channel where nothing was explained stays as it is, and leads"
+    );
+}

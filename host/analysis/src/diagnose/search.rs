@@ -1,0 +1,227 @@
+//! Where the fit of an effect ends: least squares from many starts, on few conditions first.
+//!
+//! Which start leads where, twelve conditions tell as well as a hundred. All that is judged afterwards
+//! (loss, held-out conditions, probability) is of all conditions, from where the search ended. So the time of
+//! a search does not grow with the data.
+
+use std::collections::BTreeMap;
+
+use stickslip_shared::effects::Info;
+use stickslip_shared::model::Model;
+
+use crate::fit::problem::Problem;
+use crate::fit::screen::{Screened, Start, screen};
+use crate::fit::{self, Free, Solution};
+use crate::model::candidate::CandidateEffect;
+
+/// Gauss-Newton steps of a candidate.
+const STEPS: usize = 12;
+/// Factors on a parameter of the best fit from which a thorough search starts again.
+const BESIDE: [f64; 2] = [0.6, 1.6];
+/// Steps of a fit that only shows whether a start is worth more.
+const FEW_STEPS: usize = 4;
+/// Ways back to the best fit that a thorough search tries at most.
+const MOST_BESIDE: usize = 12;
+/// Places of the grid that are worth a few steps.
+const WORTH_STEPS: usize = 6;
+/// Conditions that a search uses, about.
+const FEW: usize = 12;
+/// ... and of each primitive at least.
+const FEW_EACH: usize = 4;
+/// A search on so many times fewer conditions is worth the fit on all of them after it.
+const WORTH: f64 = 1.5;
+
+/// How much is tried to fit a candidate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Search {
+    /// One step from the best starts, and the best two of these to their end.
+    Quick,
+    /// Also the best on a grid of friction and of the effect's strength.
+    Grid,
+    /// As that, and from beside where it ended.
+    Thorough,
+}
+
+/// What an effect is fitted on top of.
+pub struct Ground<'a> {
+    /// All conditions.
+    problem: &'a Problem<'a>,
+    /// Parameters that are free without the effect.
+    free: &'a [Free],
+    /// Where the effect may start: the base, and other ways of contact.
+    bases: Vec<&'a Solution>,
+    /// The same on few conditions, where there are many.
+    few: Option<(Problem<'a>, Vec<Solution>)>,
+}
+
+impl<'a> Ground<'a> {
+    /// On `base`, whose parameters `free` are, and on `others` beside it.
+    pub fn new(
+        problem: &'a Problem<'a>,
+        (base, free): (&'a Solution, &'a [Free]),
+        others: &'a [Solution],
+    ) -> Self {
+        let bases: Vec<&Solution> = std::iter::once(base).chain(others).collect();
+        let few = few(problem).map(|places| {
+            let bases = bases.iter().map(|b| b.restricted(&places)).collect();
+            (problem.restricted(&places), bases)
+        });
+        Self { problem, free, bases, few }
+    }
+
+    /// Where it is searched.
+    fn searched(&self) -> (&Problem<'a>, Vec<&Solution>) {
+        match &self.few {
+            Some((problem, bases)) => (problem, bases.iter().collect()),
+            None => (self.problem, self.bases.clone()),
+        }
+    }
+
+    /// Screens an effect; what few conditions do not show, all of them may.
+    pub fn screen(&self, trial: &CandidateEffect) -> Screened {
+        let (problem, bases) = self.searched();
+        let screened = screen(problem, &bases, self.free, trial);
+        match self.few {
+            Some(_) if screened.invisible => screen(self.problem, &self.bases, self.free, trial),
+            _ => screened,
+        }
+    }
+
+    /// The effect fitted together with what the base has, from its starts or from where it was `searched` for
+    /// already.
+    pub fn fit(
+        &self,
+        (info, starts): (&'static Info, &[Start]),
+        free: &[Free],
+        search: Search,
+        searched: Option<&Solution>,
+    ) -> Option<Solution> {
+        let (problem, bases) = self.searched();
+        let on_all = |s: &Solution| match self.few {
+            Some(_) => fit::solve(self.problem, &s.model, free, STEPS),
+            None => s.clone(),
+        };
+        let best = match searched {
+            Some(best) => best.clone(),
+            None => on_all(&best_of_starts(problem, self.free.len(), &bases, (info, starts), free, search)?),
+        };
+        if search != Search::Thorough {
+            return Some(best);
+        }
+        let from = match self.few {
+            Some(_) => fit::solve(problem, &best.model, free, FEW_STEPS),
+            None => best.clone(),
+        };
+        let before = from.loss.1;
+        let found = beside(problem, from, free);
+        if found.loss.1 >= before {
+            return Some(best);
+        }
+        Some(on_all(&found)).filter(|found| found.loss.1 < best.loss.1).or(Some(best))
+    }
+}
+
+/// Places of the groups of few conditions that stand for all of them: of each primitive as many as its share,
+/// evenly over the order of conditions. `None` where that is hardly fewer, or where noise is what a model leaves.
+fn few(problem: &Problem) -> Option<Vec<usize>> {
+    let campaign = problem.campaign;
+    let mut by_primitive: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for g in &problem.groups {
+        let group = &campaign.groups[*g];
+        let of_it = by_primitive.entry(&campaign.runs[group.runs[0]].info.primitive).or_default();
+        if !of_it.contains(&group.condition) {
+            of_it.push(group.condition);
+        }
+    }
+    let all: usize = by_primitive.values().map(Vec::len).sum();
+    let mut kept: Vec<usize> = Vec::new();
+    for conditions in by_primitive.values() {
+        let n = conditions.len();
+        let wanted = (FEW * n / all).max(FEW_EACH).min(n);
+        kept.extend((0..wanted).map(|k| conditions[k * (n - 1) / (wanted - 1).max(1)]));
+    }
+    if problem.noise.of_misfit.is_some() || (all as f64) < WORTH * kept.len() as f64 {
+        return None;
+    }
+    let place = |i: &usize| kept.contains(&campaign.groups[problem.groups[*i]].condition);
+    Some((0..problem.groups.len()).filter(place).collect())
+}
+
+/// The effect fitted from its `starts` and, unless the search is quick, from the best places of a grid; `known` of
+/// the `free` parameters the bases have already.
+fn best_of_starts(
+    problem: &Problem,
+    known: usize,
+    bases: &[&Solution],
+    (info, starts): (&'static Info, &[Start]),
+    free: &[Free],
+    search: Search,
+) -> Option<Solution> {
+    let slot = bases.first()?.model.effects.len();
+    let begin = |start: &Start| {
+        let on = bases.get(start.on)?;
+        let model = fit::within_reach(problem, on, start, free, slot);
+        Some(fit::solve_with(problem, &model, free, 1, &on.columns))
+    };
+    // A few steps from each start show which are worth the rest.
+    let mut begun: Vec<Solution> = starts.iter().take(1 + bases.len()).filter_map(begin).collect();
+    if search != Search::Quick {
+        let few = |m: &Model<f64>| fit::solve(problem, m, free, FEW_STEPS);
+        begun.extend(on_grid(problem, starts, info, slot).iter().map(few));
+    }
+    begun.sort_by(|a, b| a.loss.1.total_cmp(&b.loss.1));
+    begun
+        .iter()
+        .take(2)
+        .map(|b| fit::solve_with(problem, &b.model, free, STEPS, &b.columns[..known]))
+        .min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))
+}
+
+/// The best places of a grid: friction from little to much, the effect as in `starts` and at its typical
+/// strength either way.
+fn on_grid(problem: &Problem, starts: &[Start], info: &Info, slot: usize) -> Vec<Model<f64>> {
+    let mut models: Vec<Model<f64>> = starts.iter().map(|s| s.model.clone()).collect();
+    if let Some(start) = starts.first() {
+        for (k, p) in info.parameters.iter().enumerate().filter(|(_, p)| p.typical != p.neutral) {
+            for sign in [1.0, -1.0] {
+                let mut m = start.model.clone();
+                if let Some(e) = m.effects.get_mut(slot) {
+                    for (x, p) in e.parameters.iter_mut().zip(info.parameters) {
+                        *x = if p.typical == p.neutral { *x } else { p.neutral };
+                    }
+                    e.parameters[k] = (p.neutral + sign * (p.typical - p.neutral)).clamp(p.low, p.high);
+                }
+                if !models.contains(&m) {
+                    models.push(m);
+                }
+            }
+        }
+    }
+    let groups = problem.groups.len().min(FEW);
+    let grid: Vec<Model<f64>> = models.iter().flat_map(|m| fit::friction_grid(problem.campaign, m)).collect();
+    let mut ranked: Vec<(f64, Model<f64>)> =
+        grid.into_iter().map(|m| (fit::robust_cost(problem.campaign, &m, groups), m)).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ranked.into_iter().take(WORTH_STEPS).map(|(_, m)| m).collect()
+}
+
+/// The best that is found from `best` with one parameter after the other moved away, as long as that
+/// gains anything.
+fn beside(problem: &Problem, mut best: Solution, free: &[Free]) -> Solution {
+    let ways: Vec<(&Free, f64)> = free.iter().flat_map(|f| BESIDE.map(|factor| (f, factor))).collect();
+    let mut since = 0;
+    for (f, factor) in ways.iter().cycle().take(MOST_BESIDE) {
+        if since == ways.len() {
+            break;
+        }
+        since += 1;
+        let mut model = best.model.clone();
+        f.set(&mut model, f.get(&best.model) * factor);
+        let found = fit::solve_with(problem, &model, free, FEW_STEPS, &best.columns);
+        if found.loss.1 < 0.98 * best.loss.1 {
+            best = fit::solve(problem, &found.model, free, STEPS);
+            since = 0;
+        }
+    }
+    best
+}
