@@ -17,8 +17,10 @@ pub const NOISE_M: f32 = 2e-5;
 pub enum Held {
     /// A prism of 100 x 25 mm between discs, a flat pusher at its end: 16 points.
     Prism,
-    /// A prism of eight sides on a table between discs, a plate on its upper face: 36 points, all that there is room for.
+    /// A prism of eight sides on a table between discs, a plate on its upper face: 28 points.
     Octagon,
+    /// A prism on a table between discs, a plate on its upper face: 32 points, the most of any scene.
+    Plate,
 }
 
 impl Held {
@@ -27,7 +29,8 @@ impl Held {
     pub fn points(self) -> usize {
         match self {
             Self::Prism => 16,
-            Self::Octagon => 36,
+            Self::Octagon => 28,
+            Self::Plate => 32,
         }
     }
 
@@ -53,10 +56,11 @@ impl Held {
                     [near, -far],
                 ];
                 let shape = Shape::Polygon { vertices_m: corners.into_iter().collect(), height_m: 0.04 };
-                // Its X axis, the normal into the object, points down.
-                let down = std::f32::consts::FRAC_1_SQRT_2;
-                let pusher = Pose { position_m: [0.3, 0.1, 0.22], quaternion: [down, 0.0, down, 0.0] };
-                (scene(shape, Some(SupportContact::Patch)), pusher)
+                (scene(shape, Some(SupportContact::Patch)), above(0.02))
+            }
+            Self::Plate => {
+                let shape = Shape::Prism { length_m: 0.1, side_m: 0.025 };
+                (scene(shape, Some(SupportContact::Patch)), above(0.0125))
             }
         };
         let mut plan = Plan::default();
@@ -87,6 +91,12 @@ impl Held {
         });
         Package::new(scene, model, plan, samples.collect(), 0)
     }
+}
+
+/// A plate so far above the object's centre: its X axis, the normal into the object, points down.
+fn above(height_m: f32) -> Pose {
+    let down = std::f32::consts::FRAC_1_SQRT_2;
+    Pose { position_m: [0.3, 0.1, 0.2 + height_m], quaternion: [down, 0.0, down, 0.0] }
 }
 
 fn scene(shape: Shape<f32>, support: Option<SupportContact<f32>>) -> Scene<f32> {

@@ -237,7 +237,7 @@ fn a_tick_takes_fewer_than_400_000_instructions_in_either_formulation() {
         push.model.1.formulation = formulation;
         for (what, package) in [
             ("a push", push),
-            ("36 points at rest, measured with noise", Held::Octagon.package(&model, 200, NOISE_M)),
+            ("32 points at rest, measured with noise", Held::Plate.package(&model, 200, NOISE_M)),
         ] {
             let outcome = stream(&mut Device::open(&name).unwrap(), &package, None);
             assert_eq!((outcome.taken, outcome.first_difference), (outcome.samples, None));

@@ -10,7 +10,7 @@ fn an_object_at_rest_has_as_many_contact_points_as_its_scene_says_and_is_solved(
     let friction = Friction { finger: 0.4, pusher: 0.25, support: 0.3 };
     for formulation in [Formulation::Cone, Formulation::Lcp] {
         let model = Model { formulation, ..Model::base(Base::Hard, friction) };
-        for held in [Held::Prism, Held::Octagon] {
+        for held in [Held::Prism, Held::Octagon, Held::Plate] {
             let mut steps = 0;
             steps::walk(&held.package(&model, 50, 0.0), |walked| {
                 steps += 1;
