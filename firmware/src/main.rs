@@ -4,15 +4,9 @@
 
 use cortex_m_rt::entry;
 use stickslip_firmware::board::current as board;
-use stickslip_firmware::control::Control;
 use stickslip_firmware::link::{self, Link};
-use stickslip_firmware::state::{self, Started};
-use stickslip_firmware::{post_mortem, stack};
-
-#[embassy_executor::task]
-async fn control(control: &'static mut Control<board::Channels>, watchdog: board::Watchdog) -> ! {
-    control.run(watchdog).await
-}
+use stickslip_firmware::post_mortem;
+use stickslip_firmware::start::{self, Ends};
 
 #[embassy_executor::task]
 async fn receive(link: &'static mut Link, rx: board::Rx) -> ! {
@@ -36,45 +30,29 @@ async fn can_bus(can: board::CanBus) -> ! {
     stickslip_firmware::sensors::bus(can).await
 }
 
-/// Brings everything up; its stack is free again before anything runs.
-#[inline(never)]
-fn start() {
-    stack::guard();
-    let (recorder, post_mortem, boots) = post_mortem::begin();
-    let board = board::init(post_mortem.is_some());
-    defmt::info!("stickslip on {=str}, start {=u32}", board::NAME, boots);
-    let started = Started { cause: board.reset_cause, boots, post_mortem, recorder };
-    let (app, link) = state::init(board.gauges, board.alarms, board.flash, started);
-    let upper = board::control_executor();
-    let lower = board::communication_executor();
+fn spawn(ends: Ends, lower: embassy_executor::SendSpawner) {
     // Each task is spawned once, so its one place is free.
-    if let Ok(token) = receive(link, board.rx) {
+    if let Ok(token) = receive(ends.link, ends.rx) {
         lower.spawn(token);
     }
-    if let Ok(token) = transmit(board.tx) {
+    if let Ok(token) = transmit(ends.tx) {
         lower.spawn(token);
     }
     #[cfg(feature = "nucleo-g474re")]
     {
-        let (rx, tx) = board.sensor;
+        let (rx, tx) = ends.sensor;
         if let Ok(token) = serial_sensor(rx, tx) {
             lower.spawn(token);
         }
-        if let Ok(token) = can_bus(board.can) {
+        if let Ok(token) = can_bus(ends.can) {
             lower.spawn(token);
         }
-    }
-    if let Ok(token) = control(app, board::Watchdog::start()) {
-        upper.spawn(token);
     }
 }
 
 #[entry]
 fn main() -> ! {
-    start();
-    loop {
-        board::idle();
-    }
+    start::run(spawn)
 }
 
 #[panic_handler]

@@ -2,11 +2,11 @@
 //! processor for a page's erasure (22 ms).
 
 use embassy_futures::block_on;
-use stickslip_shared::wire::{Recalled, Refusal};
+use stickslip_shared::wire::{Mode, Recalled, Refusal};
 use stickslip_unit::memory::{Memory, MemoryFault, Settings};
 
 use crate::board::current::{self as board, Flash};
-use crate::queues::MODEL_CRC;
+use crate::queues::{MODEL_CRC, mode};
 use crate::slot::Slot;
 use crate::upload::Upload;
 
@@ -45,18 +45,28 @@ impl Stored {
         (settings, recalled)
     }
 
-    /// Stores the settings, and the model where the upload's bytes are those in use.
+    /// Stores the settings, and the model in use where it is another than the stored one.
     ///
     /// # Errors
-    /// No memory, or it fails.
+    /// No memory, or it fails; or the bytes of the model in use are gone, since others were sent that were refused: then
+    /// nothing is written.
     pub fn store(&mut self, settings: &Settings, upload: &Upload) -> Result<(), Refusal> {
         let memory = self.0.as_mut().ok_or(Refusal::NoMemory)?;
-        let failed = |_| Refusal::NotStored;
-        // Of a model that came out of the memory nothing is left to store.
-        if upload.crc() == MODEL_CRC.load(core::sync::atomic::Ordering::Relaxed) {
-            block_on(memory.store_model(upload.bytes())).map_err(failed)?;
+        let in_use = (mode() != Mode::Safe).then(|| MODEL_CRC.load(core::sync::atomic::Ordering::Relaxed));
+        let sent = in_use == Some(upload.crc());
+        if in_use.is_some() && !sent && model_crc(memory) != in_use {
+            return Err(Refusal::NotStored);
         }
-        block_on(memory.store_settings(settings)).map_err(failed)
+        let failed = |_| Refusal::NotStored;
+        block_on(memory.store_settings(settings)).map_err(failed)?;
+        // Looked at anew: memory that held something else was erased.
+        if in_use.is_none() || model_crc(memory) == in_use {
+            Ok(())
+        } else if sent {
+            block_on(memory.store_model(upload.bytes())).map_err(failed)
+        } else {
+            Err(Refusal::NotStored)
+        }
     }
 
     /// Forgets everything stored.
@@ -67,4 +77,11 @@ impl Stored {
         let memory = self.0.as_mut().ok_or(Refusal::NoMemory)?;
         block_on(memory.erase()).map_err(|_| Refusal::NotStored)
     }
+}
+
+/// Checksum of the stored model; `None` where none can be read.
+// A function of its own: its room is not on the stack while something is stored.
+#[inline(never)]
+fn model_crc(memory: &mut Memory<Flash>) -> Option<u32> {
+    block_on(memory.model_crc())
 }

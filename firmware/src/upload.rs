@@ -3,7 +3,7 @@
 use heapless::Vec;
 use stickslip_shared::on_board;
 use stickslip_shared::wire::frame::crc32;
-use stickslip_shared::wire::package::decode_in_parts;
+use stickslip_shared::wire::package::decode_into;
 use stickslip_shared::wire::{MAX_MODEL_BYTES, ModelChunk, ModelCommit, ModelPackage, Refusal};
 
 /// Bytes received so far.
@@ -43,9 +43,7 @@ impl Upload {
         if received != commit.crc {
             return Err(Refusal::Crc { received });
         }
-        let (package, scene) = checked(&self.bytes)?;
-        *place = Some(package);
-        Ok(scene)
+        checked(&self.bytes, place)
     }
 
     /// A model that was stored, as if it had been sent; its checksum and its scene's.
@@ -53,8 +51,7 @@ impl Upload {
     /// # Errors
     /// As [`Self::commit`].
     pub fn of_memory(&mut self, bytes: &[u8], place: &mut Option<ModelPackage>) -> Result<[u32; 2], Refusal> {
-        let (package, scene) = checked(bytes)?;
-        *place = Some(package);
+        let scene = checked(bytes, place)?;
         self.bytes.clear();
         Ok([crc32(bytes), scene])
     }
@@ -70,11 +67,16 @@ impl Upload {
     }
 }
 
+/// Decodes into `place`, where it stays only if it can be run here; the checksum of its scene.
+// In place: a tick may begin while this is on the stack.
 #[inline(never)]
-fn checked(bytes: &[u8]) -> Result<(ModelPackage, u32), Refusal> {
-    let (package, scene) = decode_in_parts(bytes).ok_or(Refusal::Undecodable)?;
-    on_board::check(&package).map_err(Refusal::Model)?;
-    Ok((package, crc32(bytes.get(..scene).unwrap_or_default())))
+fn checked(bytes: &[u8], place: &mut Option<ModelPackage>) -> Result<u32, Refusal> {
+    let scene = decode_into(bytes, place).ok_or(Refusal::Undecodable)?;
+    if let Some(Err(error)) = place.as_ref().map(on_board::check) {
+        *place = None;
+        return Err(Refusal::Model(error));
+    }
+    Ok(crc32(bytes.get(..scene).unwrap_or_default()))
 }
 
 fn short(length: usize) -> u16 {

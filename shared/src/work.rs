@@ -1,6 +1,8 @@
 //! The work of a tick, counted in evaluations of the momentum balance, not in time: both sides stop
 //! at the same place.
 
+#[cfg(feature = "pyramids")]
+use crate::model::Formulation;
 use crate::real::Real;
 #[cfg(feature = "pyramids")]
 use crate::solve::PYRAMIDS_COST;
@@ -65,10 +67,14 @@ impl Work {
         self.bounding(options, TICK_WORK)
     }
 
-    /// Whether this tick has room for a step that nothing depends on: the least solve in either formulation.
+    /// Whether this tick has room for a step that nothing depends on: the least solve in this formulation.
     #[cfg(feature = "pyramids")]
-    pub fn has_room(&self) -> bool {
-        self.done + AROUND_WORK + PYRAMIDS_COST * LEAST_WORK <= TICK_WORK
+    pub fn has_room(&self, formulation: Formulation) -> bool {
+        let least = match formulation {
+            Formulation::Cone => LEAST_WORK,
+            Formulation::Lcp => PYRAMIDS_COST * LEAST_WORK,
+        };
+        self.done + AROUND_WORK + least <= TICK_WORK
     }
 
     /// Whether this tick has room for a step of the look-ahead. One is done in nearly every

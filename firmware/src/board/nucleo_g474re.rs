@@ -354,6 +354,8 @@ pub fn init(_restarted: bool) -> Board {
         core.DWT.enable_cycle_counter();
     }
     let p = embassy_stm32::init(clocks());
+    // Off after a reset, and embassy leaves it so: flash has four wait states at this clock (RM0440, 3.3.4).
+    pac::FLASH.acr().modify(|w| w.set_prften(true));
     let mut config = usart::Config::default();
     config.baudrate = crate::BAUD;
     // What comes during the dearest tick (4 ms, 400 bytes), twice over.
@@ -381,7 +383,12 @@ pub fn init(_restarted: bool) -> Board {
     let can = CanBus(can.into_normal_mode());
     let line = |pin: Peri<'static, AnyPin>| Output::new(pin, Level::Low, Speed::Low);
     let alarms = Lines { slip: line(p.PC6.into()), drop: line(p.PC8.into()), sure: line(p.PC9.into()) };
-    let flash = Some(Flash(stm32_flash::Flash::new_blocking(p.FLASH)));
+    // With one bank, pages are twice as long, and the processor stands still while one is erased.
+    let banks = pac::FLASH.optr().read().dbank();
+    if !banks {
+        defmt::error!("the flash is one bank (option bit DBANK): nothing is stored");
+    }
+    let flash = banks.then(|| Flash(stm32_flash::Flash::new_blocking(p.FLASH)));
     let finger1 = [
         p.PA0.degrade_adc(),
         p.PA1.degrade_adc(),

@@ -12,6 +12,7 @@ use sequential_storage::Error;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 use serde::{Deserialize, Serialize};
+use stickslip_shared::wire::frame::crc32;
 use stickslip_shared::wire::{
     Calibration, Grasp, GripLimits, MAX_MODEL_BYTES, PROTOCOL, Refusal, Sensors, StartRequest, check,
 };
@@ -192,6 +193,12 @@ impl<F: NorFlash> Memory<F> {
         let mut room = [0; ROOM];
         let found = self.fetch(MODEL, &mut room).await?;
         found.map(|bytes| ModelBytes::from_slice(bytes).map_err(|_| MemoryFault::TooLarge)).transpose()
+    }
+
+    /// CRC-32 of the stored model's bytes; `None` where none can be read.
+    pub async fn model_crc(&mut self) -> Option<u32> {
+        let mut room = [0; ROOM];
+        self.fetch(MODEL, &mut room).await.ok().flatten().map(crc32)
     }
 
     /// Stores the settings.

@@ -156,7 +156,9 @@ pub fn reason(refusal: &Refusal) -> String {
         }
         Refusal::NoMemory => "it has no memory for settings".into(),
         Refusal::NotStored => {
-            "its memory could not be written: what was stored before may still be there".into()
+            "its memory could not be written: what was stored before may still be there; or a model was \
+                                refused after the one in use: load that again, then store"
+                .into()
         }
     }
 }

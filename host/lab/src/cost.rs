@@ -292,6 +292,9 @@ fn part(part: &'static str, mut values: Vec<f64>) -> Part {
     Part { part, number: values.len(), median: at(50), p99: at(99), worst: at(100) }
 }
 
+/// So many of the parts, from the first on, are of steps.
+pub const STEP_PARTS: usize = 7;
+
 /// Median, 99th percentile and largest of every part.
 #[must_use]
 pub fn summarise(counts: &Counts) -> Vec<Part> {

@@ -8,6 +8,7 @@ pub mod degrade;
 pub mod findings;
 pub mod formulations;
 pub mod grasps;
+pub mod held;
 pub mod hunt;
 pub mod mujoco;
 pub mod planar;

@@ -56,6 +56,10 @@ use slide::{Slide, unit};
 /// Turns of a pyramid below this are not made, rad: a hundredth of a degree changes nothing that is measured.
 const LEAST_TURN: f64 = 2e-4;
 
+/// Factors serve for a step that is longer or shorter by such a share: sample times in single precision differ by less, and
+/// what the factors are wrong by the balance shows.
+const SAME_DT: f64 = 1e-3;
+
 /// Working memory of a solve: points are added one by one, then solved for.
 #[derive(Clone, Debug)]
 pub struct Workspace<R: Real, const NC: usize> {
@@ -124,6 +128,11 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         self.lost |= self.points.push(point).is_err();
     }
 
+    /// How many points were added.
+    pub fn count(&self) -> usize {
+        self.points.len()
+    }
+
     /// The points that were added, with what they did before.
     pub fn points(&self) -> impl Iterator<Item = (&ContactPoint<R>, Option<Before<R>>)> {
         self.points.iter().map(|p| (&p.given, p.past.map(|past| past.before)))
@@ -190,10 +199,14 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         let first = if self.points.iter().any(|p| p.past.is_some()) { Start::Before } else { Start::Guess };
         let mut begun = None;
         let arrived = 'arrived: {
-            if first == Start::Before && kept.dt_s == bodies.dt_s {
+            if first == Start::Before {
                 let at = self.start(&polygon, &inertial, &inertia, &guess, first);
                 solved.evaluations += 1;
-                if kept.modes == self.modes() {
+                if self.rests(&at, &budget, params, &mut solved) {
+                    break 'arrived Some(guess);
+                }
+                let same_dt = abs(kept.dt_s - bodies.dt_s) <= bodies.dt_s * R::of(SAME_DT);
+                if same_dt && kept.modes == self.modes() {
                     equations.borrow(&kept.factors);
                     let end = self.repeat(
                         &equations,
@@ -257,9 +270,25 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         };
         if let Some(velocity) = arrived {
             self.finish(&mut equations, &inertial, &inertia, velocity, scale, &budget, params, &mut solved);
-            self.keep(&equations, bodies.dt_s, kept);
+            // Where nothing was solved, those at hand are still what they were.
+            if equations.has_factors() {
+                self.keep(&equations, bodies.dt_s, kept);
+            }
         }
         solved
+    }
+
+    /// Whether the guess is the answer already: every point does what it did, and that balances as exactly as is asked.
+    fn rests(
+        &self,
+        at: &Balance<R>,
+        budget: &SolveBudget<R>,
+        params: &PyramidParams<R>,
+        solved: &mut Solved<R>,
+    ) -> bool {
+        let tolerance_n = budget.tolerance * at.scale_n + at.rounding_n * params.roundings * R::EPSILON;
+        solved.residual_n = at.residual_n();
+        solved.residual_n <= tolerance_n && self.tracks.iter().all(|track| track.offset == [R::zero(); 3])
     }
 
     /// Steps with the equations at hand while every point does what they are for; whether that solves it.

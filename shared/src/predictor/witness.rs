@@ -79,13 +79,13 @@ impl<R: Real> Witness<R> {
     ) {
         said.asked = said.asked.saturating_add(1);
         let Some(own) = self.after else { return };
-        if !work.has_room() {
-            return;
-        }
         let (formulation, by) = match model.formulation {
             Formulation::Cone => (Formulation::Lcp, SolvedBy::Pyramids),
             Formulation::Lcp => (Formulation::Cone, SolvedBy::Cone),
         };
+        if !work.has_room(formulation) {
+            return;
+        }
         let other = Model { formulation, ..model.clone() };
         let alone = SolveBudget { cone_instead: false, ..SolveBudget::present() };
         let options = work.bounding_tick(&alone);

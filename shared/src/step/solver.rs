@@ -11,7 +11,7 @@ use crate::model::Formulation;
 use crate::real::Real;
 use crate::solve::{Answer, Bodies, ContactPoint, DOF, SolveBudget, Solved};
 #[cfg(feature = "pyramids")]
-use crate::solve::{PYRAMIDS_COST, SolveStatus};
+use crate::solve::{FIXED_POINTS, LEAST_WORK, PYRAMIDS_COST, SolveStatus, USUAL_POINTS};
 
 /// Which formulation the forces of a step come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -68,7 +68,8 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
     }
 
     /// Solves for the velocity at the end of the step, from `guess`: with pyramids where they are asked for, and
-    /// with the cone where they are not solved within half of the work ([`SolveBudget::cone_instead`]).
+    /// with the cone where they are not solved within half of the work, or where there is none for both
+    /// ([`SolveBudget::cone_instead`]).
     #[inline(never)]
     #[cfg_attr(not(feature = "pyramids"), expect(unused_variables))]
     pub fn solve(
@@ -83,11 +84,21 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
         }
         #[cfg(feature = "pyramids")]
         {
-            let share = if budget.cone_instead { 2 } else { 1 };
-            let bounded = budget.within(budget.max_work / share / PYRAMIDS_COST);
+            let (price, unit) = price(self.pyramids.count());
+            // Half of the work, or what the cone's least leaves of it.
+            let share = match budget.cone_instead {
+                true => (budget.max_work / 2).min(budget.max_work.saturating_sub(LEAST_WORK)),
+                false => budget.max_work,
+            };
+            let max_work = (share * unit / price).saturating_sub(SETUP_WORK);
+            if budget.cone_instead && max_work < LEAST_PYRAMIDS_WORK {
+                self.hand_over();
+                return (self.cone.solve(bodies, guess, budget), SolvedBy::ConeInstead);
+            }
+            let bounded = SolveBudget { max_work, ..*budget };
             let mut first = self.pyramids.solve(bodies, guess, &bounded, params, &mut self.cone.kept);
-            first.iterations = first.iterations.saturating_mul(PYRAMIDS_COST);
-            first.evaluations = first.evaluations.saturating_mul(PYRAMIDS_COST);
+            first.iterations = (first.iterations * price).div_ceil(unit);
+            first.evaluations = ((first.evaluations + SETUP_WORK) * price).div_ceil(unit);
             if first.status == SolveStatus::Solved || !budget.cone_instead {
                 return (first, SolvedBy::Pyramids);
             }
@@ -133,4 +144,20 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
         #[cfg(feature = "pyramids")]
         self.pyramids.forget();
     }
+}
+
+/// What the pyramids' rows and answers cost beyond the cone's whatever is solved, in their units.
+#[cfg(feature = "pyramids")]
+const SETUP_WORK: u32 = 1;
+
+/// With less work pyramids are not tried: a balance where nothing changes, and one factorisation where something does.
+#[cfg(feature = "pyramids")]
+const LEAST_PYRAMIDS_WORK: u32 = 6;
+
+/// What so many units of the pyramids' work cost, in so many of the cone's: all of it goes with the number of points, the
+/// cone's has a part that does not.
+#[cfg(feature = "pyramids")]
+fn price(points: usize) -> (u32, u32) {
+    let points = (points as u32).max(USUAL_POINTS);
+    (PYRAMIDS_COST * points * (USUAL_POINTS + FIXED_POINTS), USUAL_POINTS * (points + FIXED_POINTS))
 }

@@ -273,7 +273,7 @@ pub enum Refusal {
     Busy,
     /// This board has no memory for settings.
     NoMemory,
-    /// The memory could not be written.
+    /// The memory could not be written, or the bytes of the model in use are gone: others were sent that were refused.
     NotStored,
     /// No model is loaded.
     NoModel,

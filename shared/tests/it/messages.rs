@@ -1,6 +1,8 @@
 //! A number that is none, in every place of every message in which there may be a number: refused with a typed error, or,
 //! in a sample, marked; what was there before stays.
 
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use stickslip_shared::effects::Effect;
@@ -9,7 +11,7 @@ use stickslip_shared::predictor::{Intent, Plan, Predictor, Segment, flags, valid
 use stickslip_shared::selftest::push;
 use stickslip_shared::wire::package::decode;
 use stickslip_shared::wire::{
-    Calibration, Grasp, GripLimits, Pose, Refusal, Sample, Source, StartRequest, check,
+    self, Calibration, Grasp, GripLimits, Pose, Refusal, Sample, Source, StartRequest, check,
 };
 
 /// Not a number, without end, and farther off than any quantity of a rig.
@@ -52,6 +54,43 @@ fn segment() -> Segment {
         grip_n: 20.0,
         intent: Intent::Slide,
     }
+}
+
+/// Messages to the board whose numbers are spoilt here; those of a model come in pieces, whose bytes have a checksum.
+const SPOILT: [&str; 9] = [
+    "stickslip/plan",
+    "stickslip/grip",
+    "stickslip/calibration",
+    "stickslip/grasp",
+    "stickslip/griplimits",
+    "stickslip/start",
+    "stickslip/store",
+    "stickslip/model/commit",
+    "stickslip/sample",
+];
+/// Those whose numbers are whole: each value of them is one, or is refused by a test of its own.
+const WHOLE: [&str; 10] = [
+    "stickslip/info",
+    "stickslip/statistics",
+    // Offset and length: `hil-tests`, 'a model with a missing piece' and 'a model longer than the board'.
+    "stickslip/model/chunk",
+    "stickslip/tare",
+    // Finger and base identifier: `firmware/unit/tests/it/fingers.rs`, 'two sensors for one finger'.
+    "stickslip/sensors",
+    "stickslip/unit",
+    "stickslip/forget",
+    "stickslip/clock",
+    "stickslip/stop",
+    "stickslip/reset",
+];
+
+#[test]
+fn every_message_of_the_protocol_is_spoilt_here_or_has_no_number_that_could_be_none() {
+    let requests = wire::ENDPOINTS.endpoints.iter().map(|(path, ..)| *path);
+    let topics = wire::TOPICS_IN.topics.iter().map(|(path, ..)| *path);
+    let known: BTreeSet<&str> = SPOILT.into_iter().chain(WHOLE).collect();
+    let all: BTreeSet<&str> = requests.chain(topics).collect();
+    assert_eq!(all, known, "a message that is new or gone: say here how its numbers are refused");
 }
 
 #[test]

@@ -23,19 +23,11 @@ use done::Draw;
 use host::{Bytes, Ear, Host, models};
 use judge::{judge, watch};
 use stickslip_firmware::board::current as board;
-use stickslip_firmware::control::Control;
 use stickslip_firmware::link::{self, Link};
-use stickslip_firmware::post_mortem;
-use stickslip_firmware::stack;
-use stickslip_firmware::state::{self, Started};
+use stickslip_firmware::start::{self, Ends};
 
 /// Ticks if the argument names none: a minute.
 const TICKS: u32 = 15_000;
-
-#[embassy_executor::task]
-async fn control(control: &'static mut Control<board::Channels>, watchdog: board::Watchdog) -> ! {
-    control.run(watchdog).await
-}
 
 #[embassy_executor::task]
 async fn receive(link: &'static mut Link, seed: u32, models: &'static [Bytes; 2]) -> ! {
@@ -80,19 +72,10 @@ fn command_line(text: &mut [u8; 64]) -> &str {
     text.get(..length).and_then(|text| core::str::from_utf8(text).ok()).unwrap_or_default()
 }
 
-/// Brings everything up; its stack is free again before anything runs.
-#[inline(never)]
-fn start() {
-    stack::guard();
-    let (recorder, post_mortem, boots) = post_mortem::begin();
-    let board = board::init(post_mortem.is_some());
-    let started = Started { cause: board.reset_cause, boots, post_mortem, recorder };
-    let (app, link) = state::init(board.gauges, board.alarms, board.flash, started);
-    let upper = board::control_executor();
-    let lower = board::communication_executor();
+fn spawn(ends: Ends, lower: embassy_executor::SendSpawner) {
     let (ticks, seed) = arguments();
     // Each task is spawned once, so its one place is free.
-    if let Ok(token) = receive(link, 0x9e37_79b9 ^ seed, models()) {
+    if let Ok(token) = receive(ends.link, 0x9e37_79b9 ^ seed, models()) {
         lower.spawn(token);
     }
     if let Ok(token) = transmit(0x85eb_ca6b ^ seed) {
@@ -113,17 +96,11 @@ fn start() {
     if let Ok(token) = judge(ticks) {
         lower.spawn(token);
     }
-    if let Ok(token) = control(app, board::Watchdog::start()) {
-        upper.spawn(token);
-    }
 }
 
 #[entry]
 fn main() -> ! {
-    start();
-    loop {
-        cortex_m::asm::wfi();
-    }
+    start::run(spawn)
 }
 
 #[panic_handler]

@@ -5,6 +5,7 @@ use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 use proptest::prelude::*;
+use stickslip_shared::wire::frame::crc32;
 use stickslip_shared::wire::{
     GripLimits, MAX_MODEL_BYTES, Port, Pose, Refusal, Sensor, Source, StartRequest,
 };
@@ -144,7 +145,7 @@ fn settings(unit: u32) -> Settings {
 fn what_is_stored_is_there_after_a_restart_and_a_fresh_flash_is_empty() {
     let mut fresh = memory(Flash::new());
     assert_eq!(block_on(fresh.settings()), Ok(None));
-    assert_eq!(block_on(fresh.model()), Ok(None));
+    assert_eq!((block_on(fresh.model()), block_on(fresh.model_crc())), (Ok(None), None));
     block_on(fresh.store_settings(&settings(1))).unwrap();
     let model: Vec<u8> = (0..MAX_MODEL_BYTES).map(|k| k as u8).collect();
     block_on(fresh.store_model(&model)).unwrap();
@@ -152,6 +153,7 @@ fn what_is_stored_is_there_after_a_restart_and_a_fresh_flash_is_empty() {
     let mut again = memory(fresh.into_flash());
     assert_eq!(block_on(again.settings()), Ok(Some(settings(2))));
     assert_eq!(block_on(again.model()), Ok(Some(model.iter().copied().collect())));
+    assert_eq!(block_on(again.model_crc()), Some(crc32(&model)));
     block_on(again.erase()).unwrap();
     assert_eq!(block_on(again.settings()), Ok(None));
 }

@@ -9,11 +9,12 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::board_set::SetArgs;
+use super::monitor;
 use super::package::of_trial;
 use super::telemetry::describe;
 use stickslip_device::clock::Clock;
 use stickslip_device::{Device, log};
-use stickslip_live::words::{doubt_names, flag_names};
+use stickslip_live::words::flag_names;
 use stickslip_report::terminal::Output;
 use stickslip_shared::wire::{
     self, Calibration, Port, Recalled, Sensor, Sensors, Source, StartRequest, TelemetryReport, check,
@@ -68,7 +69,7 @@ enum What {
         #[arg(value_name = "FILE.toml")]
         file: PathBuf,
     },
-    /// Show what it predicts
+    /// Watch what it predicts: as `stickslip monitor` on this device, for so long
     #[command(after_help = "Example:\n  stickslip board monitor --seconds 60 --device serial:/dev/ttyACM0")]
     Monitor(Span),
     /// Check the line, the clock, the tick and that bad commands are refused
@@ -169,6 +170,9 @@ struct Matrix {
 /// # Errors
 /// Where files cannot be read, the device is not there, refuses or falls silent, or the self-test fails.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    if let What::Monitor(span) = &args.what {
+        return monitor::run(&monitor::Args::watching(&args.device, span.seconds), output);
+    }
     // Files first: a mistake in one needs no board.
     let matrices = match &args.what {
         What::Calibrate { file } => read_matrices(file)?,
@@ -187,6 +191,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let mut device = Device::open(&args.device)?;
     output.text(describe(device.info()));
     match &args.what {
+        // Watched above.
+        What::Monitor(_) => Ok(()),
         What::Info => info(&mut device, output),
         What::Load(load) => {
             let Some(package) = package else { return Ok(()) };
@@ -226,13 +232,6 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             }
             output.text(format_args!("{} matrices sent", matrices.len()));
             output.document(&Done { matrices: Some(matrices.len()), ..Done::default() })
-        }
-        What::Monitor(span) => {
-            let last = watch(&mut device, span.check()?, |report| {
-                output.text(line(report));
-                Ok(())
-            })?;
-            output.document(&Done { reports: Some(last), ..Done::default() })
         }
         What::Log { file, span } => {
             let for_s = span.check()?;
@@ -402,22 +401,6 @@ fn watch(
         }
     }
     Ok(count)
-}
-
-fn line(report: &TelemetryReport) -> String {
-    let p = &report.prediction;
-    let used = p.finger.map(|f| f.measured_utilisation.map_or("-".to_owned(), |u| format!("{u:.2}")));
-    let grip = report.advised_grip_n.map_or("-".to_owned(), |n| format!("{n:.1} N"));
-    let alone = if report.alone { ", on stored poses" } else { "" };
-    format!(
-        "tick {} {:?}{alone}: used {} and {}, grip {grip}, flags {}, in doubt: {}",
-        report.tick,
-        report.mode,
-        used[0],
-        used[1],
-        flag_names(p.flags),
-        doubt_names(p.validity)
-    )
 }
 
 /// What a board must do whatever is connected to it.

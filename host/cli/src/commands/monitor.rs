@@ -56,6 +56,22 @@ pub struct Args {
     pub foxglove: Option<String>,
 }
 
+impl Args {
+    /// Only to watch a device, for `seconds`.
+    pub(super) fn watching(device: &str, seconds: f64) -> Self {
+        Self {
+            device: device.to_owned(),
+            data: None,
+            trial: None,
+            model: None,
+            speed: 1.0,
+            seconds: Some(seconds),
+            plain: false,
+            foxglove: None,
+        }
+    }
+}
+
 /// What was watched.
 #[derive(JsonSchema, Serialize)]
 pub(super) struct Summary {

@@ -62,6 +62,7 @@ fn documents() -> Vec<Document> {
         first("board", of::<board::Done>),
         first("board info", of::<board::Told>),
         first("board selftest", of::<board::Checks>),
+        first("board monitor", of::<monitor::Summary>),
         first("simulate", of::<simulate::Report>),
         first("new", of::<new::Report>),
         first("import recording", of::<import::RecordingReport>),

@@ -24,6 +24,25 @@ fn a_log_is_watched_in_lines_with_its_alarms_and_as_one_document() {
 }
 
 #[test]
+fn board_monitor_is_monitor_on_the_boards_device() {
+    let (_keep, data) = push(|text| text);
+    let replay =
+        stickslip().current_dir(&data).args(["replay", ".", "--log", "run.mcap"]).output().expect("run");
+    assert!(replay.status.success(), "{}", String::from_utf8_lossy(&replay.stderr));
+    let told = |words: &[&str]| {
+        let watch = ["--device", "replay:run.mcap", "--seconds", "60"];
+        let json =
+            stickslip().current_dir(&data).arg("--json").args(words).args(watch).output().expect("run");
+        document(&words.join(" "), &json.stdout)
+    };
+    let (own, board) = (told(&["monitor"]), told(&["board", "monitor"]));
+    assert_eq!(own["predictions"], 501);
+    for part in ["predictions", "alarms_counted", "alarms"] {
+        assert_eq!(own[part], board[part], "{part}");
+    }
+}
+
+#[test]
 fn what_cannot_be_watched_says_what_can() {
     for (words, part) in [
         (["--device", "can:can0"], "serial:PORT"),

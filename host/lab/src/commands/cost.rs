@@ -6,6 +6,7 @@ use anyhow::Context;
 use serde::Serialize;
 
 use crate::cost::{self, Counts, Part, TICK_INSTRUCTIONS, TickCost};
+use crate::held::{Held, NOISE_M};
 use crate::hunt::run::Case;
 use stickslip_analysis::model::file::model_or_default;
 use stickslip_analysis::run::replay::{Feed, feed};
@@ -15,7 +16,8 @@ use stickslip_device::qemu::built;
 use stickslip_lcp::files::Factors;
 use stickslip_lcp::generate::{Family, contact_problem, neighbour};
 use stickslip_report::terminal::{Output, table};
-use stickslip_shared::model::Formulation;
+use stickslip_shared::model::{Formulation, Model};
+use stickslip_shared::predictor::validity;
 
 /// Command line of `stickslip-lab cost`.
 #[derive(Debug, clap::Args)]
@@ -53,18 +55,31 @@ pub struct Args {
 
 /// Nothing of the self-test.
 const NO_SELF_TEST: cost::SelfTest = (Formulation::Cone, 0, 0, 0.0);
+/// Samples of an object at rest.
+const HELD_SAMPLES: u32 = 200;
 /// How far a neighbour is moved, of the sizes of motion in a push.
 const CHANGE: f64 = 1e-4;
 
 #[derive(Serialize)]
 struct Document<'a> {
     trials: &'a [Part],
+    held: &'a [HeldCost],
     cases: &'a [CaseCost],
     selftest: &'a [Part],
     solves: &'a [Part],
     worst_tick: Option<TickCost>,
+    /// Ticks in which pyramids were asked for and the cone was solved; of the recorded trials and of the self-test.
+    cone_instead: [usize; 2],
     stack_bytes: u32,
     tick_instructions: f64,
+}
+
+/// An object at rest on the board.
+#[derive(Serialize)]
+struct HeldCost {
+    points: usize,
+    noise_m: f32,
+    parts: Vec<Part>,
 }
 
 /// A run of the hunt on the board.
@@ -112,6 +127,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         [] => Counts::default(),
         pairs => cost::count(&program, &[], NO_SELF_TEST, pairs)?,
     };
+    let held = count_held(&program, &model)?;
     let cases = count_cases(&program, &args.cases)?;
     let (trials, selftest) = (cost::summarise(&recorded), cost::summarise(&varied));
     output.text(format_args!("{} recorded trials", packages.len()));
@@ -119,6 +135,14 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     if args.selftest > 0 {
         output.text(format_args!("{} ticks of the self-test's trials", args.selftest));
         print(output, &selftest);
+    }
+    for h in &held {
+        output.text(format_args!(
+            "an object at rest with {} contact points, measured with noise up to {:.0} um",
+            h.points,
+            h.noise_m * 1e6
+        ));
+        print(output, &h.parts);
     }
     let solves = cost::summarise_solves(&solved);
     if !solved.solves.is_empty() {
@@ -165,16 +189,40 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         marked(&varied),
         varied.ticks.len()
     ));
+    let instead = |c: &Counts| c.ticks.iter().filter(|t| t.validity & validity::CONE_INSTEAD != 0).count();
+    let cone_instead = [instead(&recorded), instead(&varied)];
+    if model.formulation == Formulation::Lcp {
+        output.text(format_args!(
+            "ticks in which the cone was solved in place of pyramids: {} recorded, {} of the self-test",
+            cone_instead[0], cone_instead[1]
+        ));
+    }
     output.text(format_args!("stack below the tick's caller: {} bytes", recorded.stack_bytes));
     output.document(&Document {
         trials: &trials,
+        held: &held,
         cases: &cases,
         selftest: &selftest,
         solves: &solves,
         worst_tick: worst,
+        cone_instead,
         stack_bytes: recorded.stack_bytes,
         tick_instructions: TICK_INSTRUCTIONS,
     })
+}
+
+/// Objects at rest: nothing changes, then only what noise changes.
+fn count_held(program: &Path, model: &Model<f64>) -> anyhow::Result<Vec<HeldCost>> {
+    let mut list = Vec::new();
+    for (held, noise_m) in
+        [Held::Prism, Held::Octagon, Held::Plate].into_iter().flat_map(|held| [(held, 0.0), (held, NOISE_M)])
+    {
+        let package = held.package(model, HELD_SAMPLES, noise_m);
+        let counts = cost::count(program, &[package], NO_SELF_TEST, &[])?;
+        let parts = cost::summarise(&counts).into_iter().take(cost::STEP_PARTS).collect();
+        list.push(HeldCost { points: held.points(), noise_m, parts });
+    }
+    Ok(list)
 }
 
 fn count_cases(program: &Path, files: &[PathBuf]) -> anyhow::Result<Vec<CaseCost>> {

@@ -13,7 +13,8 @@ use stickslip_device::log;
 use stickslip_device::package::Package;
 use stickslip_device::session::{self, Event, Outcome};
 use stickslip_device::{Device, DeviceError};
-use stickslip_shared::model::{Base, Friction, Model};
+use stickslip_lab::held::{Held, NOISE_M};
+use stickslip_shared::model::{Base, Formulation, Friction, Model};
 use stickslip_shared::predictor::validity;
 use stickslip_shared::wire::{self, Mode, Recalled, Refusal, ResetCause};
 
@@ -227,6 +228,29 @@ fn the_board_counts_what_the_other_formulation_says_and_predicts_the_same() {
 
 #[test]
 #[ignore = "needs the firmware: make hil"]
+fn a_tick_takes_fewer_than_400_000_instructions_in_either_formulation() {
+    let name = firmware();
+    for formulation in [Formulation::Cone, Formulation::Lcp] {
+        let friction = Friction { finger: 0.4, pusher: 0.25, support: 0.3 };
+        let model = Model { formulation, ..Model::base(Base::Hard, friction) };
+        let mut push = package();
+        push.model.1.formulation = formulation;
+        for (what, package) in [
+            ("a push", push),
+            ("32 points at rest, measured with noise", Held::Plate.package(&model, 200, NOISE_M)),
+        ] {
+            let outcome = stream(&mut Device::open(&name).unwrap(), &package, None);
+            assert_eq!((outcome.taken, outcome.first_difference), (outcome.samples, None));
+            // 8 ns an instruction, 40 ns a count.
+            let worst = 5 * outcome.statistics.worst_cost;
+            println!("{formulation:?}, {what}: {worst} instructions in the dearest tick");
+            assert!(worst < 400_000, "{formulation:?}, {what}: {worst}");
+        }
+    }
+}
+
+#[test]
+#[ignore = "needs the firmware: make hil"]
 fn a_reset_board_is_safe_says_why_it_started_and_runs_again() {
     let name = firmware();
     let mut device = Device::open(&name).unwrap();
@@ -351,6 +375,81 @@ fn settings_that_are_none_are_refused_by_the_board_and_counted() {
     let pose = wire::Pose { position_m: [0.0; 3], quaternion: [0.0; 4] };
     assert!(device.command::<wire::SetGrasp>(&Some(wire::Grasp { gripper: pose, object: pose })).is_err());
     assert_eq!(device.statistics().unwrap().commands_refused, 6);
+}
+
+/// Sends one command that must be refused.
+fn refuse<E: postcard_rpc::Endpoint<Response = wire::Answer>>(
+    device: &mut Device,
+    request: &E::Request,
+) -> u32
+where
+    E::Request: serde::Serialize,
+{
+    let error = device.command::<E>(request).expect_err(E::PATH);
+    assert!(matches!(error, DeviceError::Refused { .. }), "{}: {error}", E::PATH);
+    1
+}
+
+#[test]
+#[ignore = "needs the firmware: make hil"]
+fn after_every_kind_of_bad_command_model_settings_and_predictions_are_the_old_ones() {
+    let name = firmware();
+    let mut device = Device::open(&name).unwrap();
+    let limits = wire::GripLimits { least_n: 5.0, most_n: 10.0, rise_n_s: 100.0, fall_n_s: 2.0 };
+    device.command::<wire::SetUnit>(&12).unwrap();
+    device.command::<wire::SetGripLimits>(&limits).unwrap();
+    device.load_model(&package().bytes().unwrap()).unwrap();
+    session::await_model(&mut device).unwrap();
+    let crc = device.request::<wire::GetInfo>(&()).unwrap().model_crc;
+    let d = &mut device;
+    let mut refused = 0;
+    for none in [f32::NAN, f32::INFINITY, -1.0, 1e30] {
+        refused += refuse::<wire::SetGrip>(d, &none);
+        refused += refuse::<wire::SetGripLimits>(d, &wire::GripLimits { most_n: none, ..limits });
+        let mut plan = package().plan;
+        plan.segments[0].grip_n = none;
+        refused += refuse::<wire::SetPlan>(d, &plan);
+        let start = wire::StartRequest { source: wire::Source::Link, trial: none, prefill: 8, length: None };
+        refused += refuse::<wire::Start>(d, &start);
+        refused += refuse::<wire::Store>(d, &Some(start));
+        let matrix = [[none; 6]; 6];
+        refused += refuse::<wire::SetCalibration>(d, &wire::Calibration { finger: 0, matrix });
+        let pose = wire::Pose { position_m: [0.0; 3], quaternion: [none; 4] };
+        refused += refuse::<wire::SetGrasp>(d, &Some(wire::Grasp { gripper: pose, object: pose }));
+    }
+    let two = [wire::Sensor { port: wire::Port::Can, finger: 0 }; 2].into_iter().collect();
+    refused += refuse::<wire::SetSensors>(d, &two);
+    refused += refuse::<wire::Tare>(d, &());
+    let own = wire::StartRequest { source: wire::Source::Unit, trial: 0.0, prefill: 0, length: None };
+    refused += refuse::<wire::Start>(d, &own);
+    refused += refuse::<wire::Store>(d, &Some(own));
+    refused += refuse::<wire::LoadModelChunk>(d, &wire::ModelChunk { offset: 9000, ..Default::default() });
+    refused += refuse::<wire::CommitModel>(d, &wire::ModelCommit { length: 1, crc: 0 });
+    let mut sliding = package();
+    sliding.model.1.friction.finger = f32::NAN;
+    assert!(device.load_model(&sliding.bytes().unwrap()).is_err());
+    refused += 1;
+    // Its bytes have taken the place of those of the model in use.
+    refused += refuse::<wire::Store>(&mut device, &None);
+    assert_eq!(device.statistics().unwrap().commands_refused, refused);
+    let info = device.request::<wire::GetInfo>(&()).unwrap();
+    assert_eq!((info.mode, info.model_crc, info.unit), (Mode::Ready, crc, 12));
+    // `stream` loads the model: the board's own is compared by its checksum above.
+    let mut advised = Vec::new();
+    let outcome = session::stream(&mut device, &package(), None, &mut |event| {
+        if let Event::Report(report) = event {
+            advised.extend(report.advised_grip_n);
+        }
+        Ok(())
+    })
+    .unwrap();
+    assert_eq!((outcome.taken, outcome.first_difference), (outcome.samples, None));
+    let most = advised.iter().copied().fold(0.0, f32::max);
+    assert!(!advised.is_empty() && most <= 10.0, "{most}");
+    // Once it was sent again it is stored.
+    device.command::<wire::Store>(&None).unwrap();
+    let info = reset(&mut device);
+    assert_eq!((info.recalled, info.unit, info.mode, info.model_crc), (Recalled::Done, 12, Mode::Ready, crc));
 }
 
 #[test]

@@ -1,9 +1,11 @@
 //! Tests of built firmware: each needs a program that the Makefile builds and names in the
 //! environment (`make hil`, `make size`, `make no-panic`), so `cargo test` alone ignores them.
 
+mod code;
 mod device;
 mod memory_map;
 mod no_panic;
+mod stack_depth;
 
 /// What the environment's `variable` names.
 ///

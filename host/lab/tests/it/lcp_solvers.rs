@@ -412,3 +412,34 @@ fn solve_example_files() {
         }
     }
 }
+
+/// As the board solves them: its bits are the host's (`make hil`).
+#[test]
+fn every_contact_problem_of_the_example_files_is_solved_in_single_precision_or_marked_and_none_falsely() {
+    let directory = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/lcp");
+    let Ok(entries) = std::fs::read_dir(&directory) else {
+        println!("skipped: {} is absent", directory.display());
+        return;
+    };
+    let mut solver = Box::new(ContactSolver::<f32, 16, 8>::new());
+    let (mut solved, mut marked) = (0, Vec::new());
+    for entry in entries.flatten() {
+        let path = entry.path();
+        let ProblemFile::Factors(set) = read(&path).expect("an example file") else { continue };
+        for (k, factors) in set.problems.iter().enumerate() {
+            let problem = single(&to_problem::<16, 8>(factors).expect("fits"));
+            solver.forget();
+            let mut z = vec![0.0; problem.unknowns()];
+            let Some(impulses) = solver.solve(&problem).solved() else {
+                marked.push(format!("{} {k}", path.display()));
+                continue;
+            };
+            impulses.write_unknowns(&mut z);
+            let value = problem.residual(&z).value();
+            assert!(value <= 2e-5, "{} {k}: claimed with {value:e}", path.display());
+            solved += 1;
+        }
+    }
+    println!("{solved} solved, {} marked: {marked:?}", marked.len());
+    assert!(solved > 4 * marked.len(), "{solved} solved, {} marked: {marked:?}", marked.len());
+}

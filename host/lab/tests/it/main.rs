@@ -7,6 +7,7 @@ mod degraded;
 mod detectors;
 mod diagnose_detection;
 mod diagnose_inputs;
+mod held;
 mod hostile_input;
 mod house;
 mod keys_of_others;

@@ -34,6 +34,8 @@ pub(in crate::lcp) struct Equations<'a, R, const ND: usize> {
     /// `M + G'K G`, where `built`.
     pub matrix: [[R; ND]; ND],
     built: bool,
+    /// There are factors, own or borrowed.
+    ready: bool,
     /// Its inverse as factors, and, after a kink, as it is.
     factors: Lu<R, ND>,
     inverse: Option<[[R; ND]; ND]>,
@@ -42,7 +44,7 @@ pub(in crate::lcp) struct Equations<'a, R, const ND: usize> {
 impl<'a, R: Real, const ND: usize> Equations<'a, R, ND> {
     pub(in crate::lcp) fn new(polygon: &'a Polygon<R>, mass: Option<&'a [[R; ND]; ND]>) -> Self {
         let matrix = [[R::zero(); ND]; ND];
-        Self { polygon, mass, matrix, built: false, factors: Lu::none(), inverse: None }
+        Self { polygon, mass, matrix, built: false, ready: false, factors: Lu::none(), inverse: None }
     }
 
     /// Takes factors of an earlier problem for those of this one.
@@ -50,6 +52,7 @@ impl<'a, R: Real, const ND: usize> Equations<'a, R, ND> {
         self.factors = *factors;
         self.inverse = None;
         self.built = false;
+        self.ready = true;
     }
 
     /// Sees to it that the matrix is that of the modes of `tracks`, where factors were borrowed.
@@ -57,6 +60,11 @@ impl<'a, R: Real, const ND: usize> Equations<'a, R, ND> {
         if !self.built {
             self.begin(tracks);
         }
+    }
+
+    /// Whether there are factors, own or borrowed.
+    pub(in crate::lcp) fn has_factors(&self) -> bool {
+        self.ready
     }
 
     /// Factors in the present modes.
@@ -69,6 +77,7 @@ impl<'a, R: Real, const ND: usize> Equations<'a, R, ND> {
     fn begin(&mut self, tracks: &[Track<R, ND>]) {
         self.inverse = None;
         self.built = true;
+        self.ready = true;
         self.matrix = match self.mass {
             Some(mass) => *mass,
             None => [[R::zero(); ND]; ND],

@@ -1,6 +1,6 @@
 //! The set of friction forces: a regular polygon inscribed in the disc of Coulomb's law.
 
-use crate::real::Real;
+use crate::real::{Real, abs, max};
 
 /// Most edges of a polygon.
 pub const MAX_EDGES: u8 = 16;
@@ -119,9 +119,12 @@ impl<R: Real> Polygon<R> {
     /// Distance from the centre to the polygon's edge along `f`, whose length is not zero, over that of a
     /// corner: `cos(pi / edges)` to 1.
     pub fn radius(&self, f: [R; 2], length: R) -> R {
-        let k = self.nearest(f);
-        let (one, other) = (along(self.normal(k), f), along(self.normal(self.before(k)), f));
-        let most = if one > other { one } else { other };
+        // The farthest edge is that of the first quadrant for the components' sizes.
+        let size = f.map(abs);
+        let mut most = along(self.normal(0), size);
+        for k in 1..self.edges / 4 {
+            most = max(most, along(self.normal(k), size));
+        }
         self.apothem * length / most
     }
 }

@@ -1,0 +1,67 @@
+//! Bringing a unit up, the same for the product's firmware and for the soak: only what is at the other ends of the lines
+//! differs.
+
+use embassy_executor::SendSpawner;
+
+use crate::board::current as board;
+use crate::control::Control;
+use crate::link::Link;
+use crate::state::{self, Started};
+use crate::{post_mortem, stack};
+
+/// Ends of lines, for the tasks below the tick.
+pub struct Ends {
+    /// What talks to the host.
+    pub link: &'static mut Link,
+    /// Line to the host, receiving.
+    pub rx: board::Rx,
+    /// Line to the host, sending.
+    pub tx: board::Tx,
+    /// Line of a sensor.
+    #[cfg(feature = "nucleo-g474re")]
+    pub sensor: (board::SensorRx, board::SensorTx),
+    /// Bus of sensors and of the unit's state.
+    #[cfg(feature = "nucleo-g474re")]
+    pub can: board::CanBus,
+}
+
+#[embassy_executor::task]
+async fn control(control: &'static mut Control<board::Channels>, watchdog: board::Watchdog) -> ! {
+    control.run(watchdog).await
+}
+
+/// Brings everything up and runs it for ever: guard of the stack, what a reset left, the board, what is stored; then the
+/// tasks that `spawn` begins, and the tick.
+pub fn run(spawn: impl FnOnce(Ends, SendSpawner)) -> ! {
+    begin(spawn);
+    loop {
+        board::idle();
+    }
+}
+
+/// Its stack is free again before the first tick.
+#[inline(never)]
+fn begin(spawn: impl FnOnce(Ends, SendSpawner)) {
+    stack::guard();
+    let (recorder, post_mortem, boots) = post_mortem::begin();
+    let board = board::init(post_mortem.is_some());
+    defmt::info!("stickslip on {=str}, start {=u32}", board::NAME, boots);
+    let started = Started { cause: board.reset_cause, boots, post_mortem, recorder };
+    let (app, link) = state::init(board.gauges, board.alarms, board.flash, started);
+    let upper = board::control_executor();
+    let lower = board::communication_executor();
+    let ends = Ends {
+        link,
+        rx: board.rx,
+        tx: board.tx,
+        #[cfg(feature = "nucleo-g474re")]
+        sensor: board.sensor,
+        #[cfg(feature = "nucleo-g474re")]
+        can: board.can,
+    };
+    spawn(ends, lower);
+    // Spawned once, so its one place is free.
+    if let Ok(token) = control(app, board::Watchdog::start()) {
+        upper.spawn(token);
+    }
+}
