@@ -95,7 +95,8 @@ pub fn force(sample: &Sample) -> Option<[f64; 3]> {
 }
 
 /// The key beside a data set.
-fn key_of(folder: &Path) -> PathBuf {
+#[must_use]
+pub fn key_of(folder: &Path) -> PathBuf {
     let mut name = folder.as_os_str().to_owned();
     name.push(".key.json");
     let own = PathBuf::from(name);

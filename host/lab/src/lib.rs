@@ -1,6 +1,7 @@
 //! Studies and developers' tools: what the project checks about itself, beside what users run.
 
 pub mod blind;
+pub mod ceilings;
 pub mod commands;
 pub mod cost;
 pub mod curves;
@@ -15,5 +16,6 @@ pub mod planar;
 pub mod precision;
 #[cfg(feature = "probe")]
 pub mod probe;
+pub mod reliability;
 pub mod steps;
 pub mod tribometer;

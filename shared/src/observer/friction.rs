@@ -1,24 +1,35 @@
-//! The fingers' friction coefficient, learnt while they work: the model's until the rig
-//! tells more.
+//! The fingers' friction coefficient as a distribution, learnt while they work.
 //!
-//! What the object slides with is all there is (a slip sets the estimate); what was held
-//! without slip is there (a near slip raises the least there may be): a load that stays, or
-//! a knock that was withstood, where the pose shows that nothing moved. Both within bounds,
-//! and both fade.
+//! Before anything is seen it lies about the model's value, with the spread of calibrations on other days. What the object
+//! slides with is the coefficient, and only varies from slip to slip. What was held without slip is there: a load that
+//! stays, or a knock that was withstood, where the pose shows that nothing moved. It cuts off what lies below. All of it
+//! fades: the median goes back to the told value and the spread to that of the told.
+//!
+//! The distribution is log-logistic (Fisk, Econometrica 29, 1961): more than `x` with the probability `S(x) = 1 / (1 + (x / m)^k)`, of
+//! median `m`, and `k = pi / (sqrt(3) s)` with the standard deviation `s` of the logarithm. Its tails are heavier than those of
+//! a normal one, and with what was held, `h`, both the probability `S(x) / S(h)` and the quantiles
+//! `m (1 / (p S(h)) - 1)^(1 / k)` have closed forms.
 
-use crate::real::{Real, clamp, max, min};
+use crate::real::{Real, clamp, max, min, sqrt};
 
 /// What was chosen in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionParams<R: Real> {
-    /// How much less friction there may be than the model's: what calibrations on other days err by.
-    /// Doubled: trends are warned of at half of the told friction.
+    /// Relative standard deviation of the friction told: within 15 % on other days, and 8 % from grasp to grasp. Doubled:
+    /// trends are warned of at half of the told friction, and jumps of the load to 0.7 of it are slip without a pose.
     pub spread_told: R,
-    /// How much less is likely. Doubled: jumps of the load to 0.7 of the told friction are slip without a pose.
-    pub likely_told: R,
-    /// Both where a slip has told: friction varies by so much from slip to slip. Doubled: warnings that come
+    /// The same of friction that a slip has told: what it varies by from slip to slip. Doubled: warnings that come
     /// 6 % below the limit come 12 % below.
     pub spread_learnt: R,
+    /// The same from grasp to grasp of the same object, which comes on top where the contact is made anew. Doubled: what one
+    /// grasp taught is as uncertain in the next as what was told.
+    pub spread_grasp: R,
+    /// Probability of the least friction: there is more with this one. Twice as near to 1: trends are warned of 3 % of the
+    /// friction earlier.
+    pub sure: R,
+    /// Probability of the likely friction, whatever was held. Twice as near to 1: jumps of the load to 0.8 of the told
+    /// friction are slip without a pose.
+    pub likely: R,
     /// Least estimate over the told coefficient. Doubled: friction that fell to a third is not learnt.
     pub least_share: R,
     /// Largest estimate over the told coefficient. Doubled: nothing, but for models that are far off.
@@ -42,9 +53,6 @@ pub struct FrictionParams<R: Real> {
     /// Pads that carry less than this share of what they carried in the slip do not slide. Above 1, no
     /// slip teaches.
     pub caught_share: R,
-    /// What the model reckons with over what is held: pads do not slip at the next tremor. Twice the margin:
-    /// the model foresees slip that much later.
-    pub held_margin: R,
     /// Slip as long as this settles the estimate, s. Doubled: short slips leave the spread of the told one.
     pub learnt_s: R,
 }
@@ -52,9 +60,11 @@ pub struct FrictionParams<R: Real> {
 impl<R: Real> Default for FrictionParams<R> {
     fn default() -> Self {
         Self {
-            spread_told: R::of(0.25),
-            likely_told: R::of(0.15),
-            spread_learnt: R::of(0.06),
+            spread_told: R::of(0.12),
+            spread_learnt: R::of(0.026),
+            spread_grasp: R::of(0.08),
+            sure: R::of(0.9875),
+            likely: R::of(0.92),
             least_share: R::of(0.2),
             most_share: R::of(2.0),
             fade_s: R::of(60.0),
@@ -66,7 +76,6 @@ impl<R: Real> Default for FrictionParams<R> {
             slid_s: R::of(0.008),
             slid_m_s: R::of(0.005),
             caught_share: R::of(0.9),
-            held_margin: R::of(1.08),
             learnt_s: R::of(0.04),
         }
     }
@@ -94,8 +103,10 @@ pub struct Use<R: Real> {
 pub struct Friction<R: Real> {
     params: FrictionParams<R>,
     told: R,
-    estimate: R,
-    learnt: bool,
+    /// Of the distribution, before what was held cuts it off.
+    median: R,
+    /// Relative standard deviation of it.
+    spread: R,
     /// Held without slip: that much there is.
     proven: R,
     /// Needed now, where the pose shows that nothing moves.
@@ -118,8 +129,8 @@ impl<R: Real> Friction<R> {
         Self {
             params,
             told,
-            estimate: told,
-            learnt: false,
+            median: told,
+            spread: params.spread_told,
             proven: zero,
             holds: zero,
             level: zero,
@@ -128,16 +139,51 @@ impl<R: Real> Friction<R> {
         }
     }
 
-    /// The coefficient, estimated.
+    /// Exponent of the distribution.
+    fn steepness(&self) -> R {
+        R::pi() / (R::of(1.732_050_8) * self.spread)
+    }
+
+    /// Median before `held` cuts it off: what told of less than was held was wrong.
+    fn middle(&self, held: R) -> R {
+        max(self.median, held)
+    }
+
+    /// Odds against more than `x` times the median.
+    fn odds(&self, x: R) -> R {
+        if x > R::zero() { x.powf(self.steepness()) } else { R::zero() }
+    }
+
+    /// There is more than this with the probability `p`, where so much is `held`.
+    fn quantile(&self, p: R, held: R) -> R {
+        let middle = self.middle(held);
+        if !(middle > R::zero()) {
+            return R::zero();
+        }
+        let odds = (R::one() + self.odds(held / middle)) / p - R::one();
+        middle * odds.powf(R::one() / self.steepness())
+    }
+
+    /// Probability that there is as much as `needed`.
+    pub fn probability_of(&self, needed: R) -> R {
+        let held = max(self.proven, self.holds);
+        if !(needed > held) {
+            return R::one();
+        }
+        let middle = self.middle(held);
+        (R::one() + self.odds(held / middle)) / (R::one() + self.odds(needed / middle))
+    }
+
+    /// The coefficient: as likely more as less.
     pub fn estimate(&self) -> R {
-        self.estimate
+        self.quantile(R::of(0.5), self.proven)
     }
 
     /// What the model is to reckon with: pads that hold a load do not slip under it, and not
     /// at the next tremor.
     pub fn assumed(&self) -> R {
-        let held = max(self.proven, self.holds) * self.params.held_margin;
-        max(self.estimate, min(held, self.told * self.params.most_share))
+        let held = max(self.proven, self.holds);
+        self.quantile(R::of(0.5), min(held, self.told * self.params.most_share))
     }
 
     /// What was held without slip; zero where nothing was.
@@ -147,14 +193,12 @@ impl<R: Real> Friction<R> {
 
     /// The least that it may be.
     pub fn least(&self) -> R {
-        let spread = if self.learnt { self.params.spread_learnt } else { self.params.spread_told };
-        max(self.estimate * (R::one() - spread), self.proven)
+        self.quantile(self.params.sure, self.proven)
     }
 
     /// The least that is likely, whatever was held.
     pub fn likely(&self) -> R {
-        self.estimate
-            * (R::one() - if self.learnt { self.params.spread_learnt } else { self.params.likely_told })
+        self.quantile(self.params.likely, R::zero())
     }
 
     /// Slow mean of what was needed.
@@ -166,15 +210,16 @@ impl<R: Real> Friction<R> {
     /// was held: far more loads happen to be flat than there is so much less friction.
     pub fn cap(&mut self, needed: R) {
         let bound = max(needed, self.told * self.params.least_share);
-        if bound < self.estimate && needed > self.least() {
-            self.estimate = max(bound, self.proven);
-            self.learnt = true;
+        if bound < self.median && needed > self.least() {
+            (self.median, self.spread) = (bound, self.params.spread_learnt);
         }
     }
 
-    /// Another grasp of the same object: keeps what was learnt.
+    /// Another grasp of the same object: keeps what was learnt, and is less sure of it.
     pub fn regrasped(&self) -> Self {
-        Self { estimate: self.estimate, learnt: self.learnt, ..Self::with(self.told, self.params) }
+        let FrictionParams { spread_grasp, spread_told, .. } = self.params;
+        let spread = min(sqrt(self.spread * self.spread + spread_grasp * spread_grasp), spread_told);
+        Self { median: self.median, spread, ..Self::with(self.told, self.params) }
     }
 
     /// Forgets what was learnt.
@@ -193,16 +238,20 @@ impl<R: Real> Friction<R> {
             self.peak = if slides { max(self.peak, seen.needed) } else { R::zero() };
             // Pads that have caught the object again carry less; the speed is seen to fall later.
             if slides && seen.needed > self.peak * self.params.caught_share {
-                let gain = R::of(if self.learnt { 0.05 } else { 0.2 });
-                self.estimate = clamp(self.estimate + (seen.needed - self.estimate) * gain, low, high);
-                self.learnt |= seen.slip_s.is_some_and(|s| s > self.params.learnt_s);
+                // What is known well moves little.
+                let gain = R::of(if self.spread < self.params.spread_told * R::of(0.5) { 0.05 } else { 0.2 });
+                self.median = clamp(self.median + (seen.needed - self.median) * gain, low, high);
+                if seen.slip_s.is_some_and(|s| s > self.params.learnt_s) {
+                    self.spread = self.params.spread_learnt;
+                }
                 self.proven = R::zero();
             }
             self.steady_s = R::zero();
             return;
         }
         let fade = dt_s / self.params.fade_s;
-        self.estimate += (self.told - self.estimate) * fade;
+        self.median += (self.told - self.median) * fade;
+        self.spread += (self.params.spread_told - self.spread) * fade;
         self.proven -= self.proven * fade;
         if seen.steered || !(self.level > R::zero()) {
             self.level = seen.needed;
@@ -223,6 +272,5 @@ impl<R: Real> Friction<R> {
             self.proven = max(self.proven, min(self.level, high));
             self.peak = seen.needed;
         }
-        self.estimate = max(self.estimate, self.proven);
     }
 }

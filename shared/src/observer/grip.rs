@@ -109,12 +109,23 @@ impl<R: Real> Grip<R> {
         (on_its_way && settled_n > R::of(0.02)).then(|| ratio * max(self.normal_n / settled_n, R::one()))
     }
 
+    /// For how long the command has been falling steadily, s.
+    pub(super) fn has_fallen_s(&self) -> Option<R> {
+        (self.falls_s >= self.params.regrasp_s && self.trend_n_s < R::zero()).then_some(self.falls_s)
+    }
+
+    /// The ratio after so long, if a command that falls goes on.
+    pub(super) fn ratio_in(&self, ratio: R, after_s: R) -> R {
+        let left_n = max(self.command_n + self.trend_n_s * after_s, self.command_n * R::of(0.1));
+        if left_n > R::zero() { ratio * self.command_n / left_n } else { ratio }
+    }
+
     /// Time until a grip command that falls steadily is too little.
     pub(super) fn runs_out(&self, ratio: R, limit: R) -> Option<R> {
-        let falls = self.falls_s >= self.params.regrasp_s && self.trend_n_s < R::zero();
+        let falls_s = self.has_fallen_s()?;
         let lasts = self.command_n / -min(self.trend_n_s, R::of(-1e-6));
         let left_s = max(lasts * (R::one() - ratio / limit), R::zero());
         // A fall that has lasted for so long may last as long again: a re-grasp ends sooner.
-        (falls && left_s < self.falls_s * self.params.goes_on).then_some(left_s)
+        (left_s < falls_s * self.params.goes_on).then_some(left_s)
     }
 }

@@ -142,9 +142,40 @@ impl<R: Real> Observer<R> {
         self.friction.estimate()
     }
 
-    /// The same as the model is to reckon with: more where more is held.
+    /// The least that it may be, in the same terms.
+    pub fn least_friction(&self) -> R {
+        self.friction.least()
+    }
+
+    /// The estimate as the model is to reckon with: more where more is held.
     pub fn assumed_friction(&self) -> R {
         self.friction.assumed()
+    }
+
+    /// Probability that there is a coefficient of `needed`, in terms of the model's (its effects taken off).
+    pub fn probability_of(&self, needed: R) -> R {
+        self.friction.probability_of(needed)
+    }
+
+    /// Probability that the friction suffices for `ahead_s`, by the load, its proven trend and the grip command; `effects`: see
+    /// [`Seen::effects`]. `None`: no wrench was usable yet.
+    pub fn holds(&self, effects: R, ahead_s: R) -> Option<R> {
+        let ratio = self.ratio?;
+        let enough = |needed: R| self.friction.probability_of(needed / factor(effects));
+        if let Some(level) = self.grip.comes_to(ratio) {
+            return Some(enough(level));
+        }
+        let mut least = enough(ratio);
+        if let Some(falls_s) = self.grip.has_fallen_s() {
+            least = min(least, if_it_goes_on(falls_s, ahead_s, |t| enough(self.grip.ratio_in(ratio, t))));
+        }
+        for trend in [&self.trend, &self.ramp] {
+            if let Some(line) = trend.proven().filter(|l| l.slope_s > R::zero()) {
+                let later = |t: R| enough(max(line.value + line.fitted_s * t, ratio));
+                least = min(least, if_it_goes_on(trend.lasts_s(), ahead_s, later));
+            }
+        }
+        Some(least)
     }
 
     /// Forgets what was learnt about friction.
@@ -193,7 +224,7 @@ impl<R: Real> Observer<R> {
 
     /// One sample.
     pub fn observe(&mut self, s: &Seen<R>) -> Observed<R> {
-        let effects = if s.effects > R::of(0.01) { s.effects } else { R::one() };
+        let effects = factor(s.effects);
         let mut seen = Observed {
             limit: self.friction.estimate() * effects,
             least_limit: self.friction.least() * effects,
@@ -350,6 +381,27 @@ impl<R: Real> Observer<R> {
         }
         left
     }
+}
+
+/// A factor on friction by which can be divided.
+fn factor<R: Real>(effects: R) -> R {
+    if effects > R::of(0.01) { effects } else { R::one() }
+}
+
+/// Parts into which the time ahead is divided.
+const STOPS: u8 = 4;
+
+/// Probability of something that ends well with `well(t)` if a course that has lasted for `lasted_s` stops `t` from now: it
+/// lasts `t` longer with the probability `T / (T + t)` (Gott, Nature 363, 1993), and is looked at for `ahead_s`.
+fn if_it_goes_on<R: Real>(lasted_s: R, ahead_s: R, well: impl Fn(R) -> R) -> R {
+    let lasts = |t: R| lasted_s / (lasted_s + t);
+    let part_s = ahead_s / R::of(f64::from(STOPS));
+    let (mut sum, mut t) = (lasts(ahead_s) * well(ahead_s), R::zero());
+    for _ in 0..STOPS {
+        sum += (lasts(t) - lasts(t + part_s)) * well(t + part_s * R::of(0.5));
+        t += part_s;
+    }
+    sum
 }
 
 /// Needed friction coefficient of some fingers' wrenches together; `None` without normal force.

@@ -70,6 +70,7 @@ pub struct Trend<R: Real> {
     now_s: R,
     variance: R,
     line: Option<Line<R>>,
+    proven_s: R,
     params: TrendParams<R>,
     persists: bool,
     /// Slopes of the last fits, the newest first, and how much they differ a window apart: square of the deviation.
@@ -85,6 +86,8 @@ pub struct Line<R: Real> {
     pub value: R,
     /// A slope that it surely has, in the direction of the measured one, 1/s.
     pub slope_s: R,
+    /// The measured slope, 1/s.
+    pub fitted_s: R,
 }
 
 impl<R: Real> Trend<R> {
@@ -101,6 +104,7 @@ impl<R: Real> Trend<R> {
             now_s: zero,
             variance,
             line: None,
+            proven_s: zero,
             params,
             persists: false,
             slopes: [zero; BLOCKS + 1],
@@ -122,6 +126,7 @@ impl<R: Real> Trend<R> {
     /// One sample, `dt_s` after the last.
     pub fn push(&mut self, x: R, dt_s: R) {
         self.now_s += dt_s;
+        self.proven_s = if self.line.is_some() { self.proven_s + dt_s } else { R::zero() };
         if self.count == 0 {
             self.first = x;
         }
@@ -155,6 +160,12 @@ impl<R: Real> Trend<R> {
     /// The line, where its slope is proven.
     pub fn proven(&self) -> Option<Line<R>> {
         self.line
+    }
+
+    /// For how long the line has been going on, its own length and the time for which it has been proven, s.
+    pub fn lasts_s(&self) -> R {
+        let [.., [_, oldest_s]] = self.means;
+        self.now_s - oldest_s + self.proven_s
     }
 
     /// A rise that was proven has not ended: two standard deviations of it are left.
@@ -214,6 +225,6 @@ impl<R: Real> Trend<R> {
         let caution = sigma * self.params.caution_sigmas;
         let slope_s = if slope > R::zero() { slope - caution } else { slope + caution };
         // The newest block's middle lies half a block back.
-        (Some(Line { value: mean - slope * middle, slope_s }), persists)
+        (Some(Line { value: mean - slope * middle, slope_s, fitted_s: slope }), persists)
     }
 }

@@ -43,6 +43,7 @@ impl<R: Real> Context<R> {
         p.pusher_force_n = [narrow(r.pusher[0]), narrow(r.pusher[1]), narrow(r.pusher[2])];
         p.rotation_rad = narrow(rotation_between(&tracked.start, &tracked.state.rotation));
         p.friction = narrow(self.observer.friction());
+        p.friction_least = narrow(self.observer.least_friction());
         p
     }
 }

@@ -16,7 +16,7 @@ use super::witness::Witness;
 use crate::cone::Kept;
 use crate::cone::SolveStatus;
 use crate::health::Repeats;
-use crate::real::{Real, Vec3, norm};
+use crate::real::{Real, Vec3, min, norm};
 use crate::step::{Drive, Workspace};
 use crate::track::{PathFilter, drive_between};
 
@@ -196,6 +196,16 @@ impl<R: Real> Context<R> {
                 let grip_n = sample.grip_cmd_n.to_f64() as f32;
                 p.holding_grip_n = Some(grip_n * (ratio / enough).to_f64() as f32);
             }
+            let horizon_s = R::of(f64::from(self.limits.horizon_s));
+            let by_forces = observed.ratio.and_then(|_| self.observer.holds(effects, horizon_s));
+            let slips = verdict.slip.contains(&Slip::Now);
+            p.hold_probability = by_forces.filter(|_| !slips).map(|by_forces| {
+                // What the plan adds, by a model that carries the load.
+                let peak = p.finger.iter().fold(0.0f32, |u, f| u.max(f.peak_utilisation));
+                let needed = self.model.friction.finger * R::of(f64::from(peak));
+                let by_plan = if evidence.agrees { self.observer.probability_of(needed) } else { R::one() };
+                min(by_forces, by_plan).to_f64() as f32
+            });
         }
         if worst.status != SolveStatus::Solved {
             doubt |= validity::SOLVER;

@@ -168,8 +168,14 @@ pub struct Prediction {
     /// Grip force of each finger that keeps the target utilisation; `None` where the plan does not
     /// mean to hold.
     pub holding_grip_n: Option<f32>,
-    /// Friction coefficient of the fingers, learnt on-line from slips and near slips.
+    /// Friction coefficient of the fingers, learnt on-line from slips and near slips: as likely more as less.
     pub friction: f32,
+    /// There is more than this with the probability 0.9875; `holding_grip_n` counts on it.
+    pub friction_least: f32,
+    /// Probability that the friction suffices for the load measured now, and for what it comes to within the horizon by its
+    /// trend, the grip command and the plan. `None` where the plan does not mean to hold, while it slips, and where no
+    /// wrench is usable. What gives no sign before (a knock, friction that falls) is not in it.
+    pub hold_probability: Option<f32>,
     /// Object in the grasp, model: position (m) in the gripper frame.
     pub position_m: [f32; 3],
     /// Object in the grasp, model: `w, x, y, z`.
@@ -295,6 +301,8 @@ impl Prediction {
             self.drop_in_s.unwrap_or(-1.0),
             self.holding_grip_n.unwrap_or(f32::NAN),
             self.friction,
+            self.friction_least,
+            self.hold_probability.unwrap_or(f32::NAN),
         ];
         [self.flags, self.validity, u32::from(self.solver_status as u8), u32::from(self.solver_iterations)]
             .into_iter()

@@ -13,6 +13,7 @@ mod faces;
 mod falling;
 mod formula;
 mod free_motion;
+mod friction;
 mod lift;
 mod linear_push;
 mod messages;

@@ -29,7 +29,7 @@ pub const MISSED_S: f64 = 0.1;
 pub const DROP_AHEAD_S: f64 = 0.36;
 
 /// What is true of a trial.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize)]
 pub struct TrialKey {
     /// Letter of the scenario.
     pub scenario: String,
@@ -47,6 +47,12 @@ pub struct TrialKey {
     /// Friction coefficient that is told.
     #[serde(default)]
     pub told: Option<f64>,
+    /// That at which it truly lets go, at the start.
+    #[serde(default)]
+    pub mu: Option<f64>,
+    /// True place of the object in the gripper along X and Z about the beginning of each gross slip: time (s), m.
+    #[serde(default)]
+    pub about_slips: Vec<Vec<[f64; 3]>>,
 }
 
 /// A key: trials by name.
@@ -258,11 +264,9 @@ mod tests {
         TrialKey {
             scenario: scenario.into(),
             sub: "slip".into(),
-            cls: String::new(),
             episodes: episodes.to_vec(),
-            partial: vec![],
             drop,
-            told: None,
+            ..TrialKey::default()
         }
     }
 

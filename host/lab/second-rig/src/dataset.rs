@@ -10,6 +10,7 @@ use crate::hidden::{Applied, CATALOGUE, Effect, Scale};
 use crate::physics::friction::{Kind, Law};
 use crate::physics::jaw::JawSpec;
 use crate::physics::layout::Profile;
+use crate::physics::record::{Record, Sample};
 use crate::physics::slip::Truth;
 use crate::plan::bench::{BenchPlan, Primitive};
 use crate::plan::grasps;
@@ -57,7 +58,12 @@ pub struct Run {
     pub numbers: RunTruth,
     /// Time step, s.
     pub step_s: f64,
+    /// True place of the object in the gripper along its X and Z about the beginning of each gross slip: time (s), m.
+    pub about_slips: Vec<Vec<[f64; 3]>>,
 }
+
+/// So long before and after the beginning of a gross slip the true motion is kept, s.
+const ABOUT_SLIP_S: [f64; 2] = [0.1, 0.048];
 
 const BENCH_TRIALS: usize = 60;
 const GRASP_TRIALS: usize = 44;
@@ -126,8 +132,20 @@ impl DataSet {
         let (world, numbers) = world(&self.reality, trial, self.seed);
         let record = world.run();
         let rows = read(&self.reality.sensors, trial, &record, self.seed);
-        Run { rows, truth: record.truth, numbers, step_s: record.step_s }
+        let about_slips = record.truth.episodes.iter().map(|e| about(&record, e.start_s)).collect();
+        Run { rows, truth: record.truth, numbers, step_s: record.step_s, about_slips }
     }
+}
+
+/// True motion in the grasp about a moment.
+fn about(record: &Record, at_s: f64) -> Vec<[f64; 3]> {
+    let [before, after] = ABOUT_SLIP_S;
+    let near = |s: &&Sample| (at_s - before..=at_s + after).contains(&s.t_s);
+    let place = |s: &Sample| {
+        let way = s.gripper.rotation.inverse() * (s.object.position - s.gripper.position);
+        [s.t_s, way.x, way.z]
+    };
+    record.samples.iter().filter(near).map(place).collect()
 }
 
 fn named_effects(

@@ -1,6 +1,7 @@
 //! The commands of `stickslip-lab`: one module each, with its `Args` and its `run`.
 
 pub mod blind;
+pub mod ceilings;
 pub mod cost;
 pub mod curves;
 pub mod findings;
@@ -11,6 +12,7 @@ pub mod hunt;
 pub mod mujoco;
 pub mod planar;
 pub mod precision;
+pub mod reliability;
 pub mod steps;
 pub mod tribometer;
 pub mod warnings;
@@ -57,6 +59,10 @@ enum Command {
     Precision(precision::Args),
     /// Draw warnings in time against false alarms: the predictor, a threshold, the force rate, a learnt detector
     Curves(curves::Args),
+    /// Compare the slips seen in time with those that the poses' noise lets an oracle see
+    Ceilings(ceilings::Args),
+    /// Compare stated probabilities of holding with what came of them
+    Reliability(reliability::Args),
     /// Judge slip and drop warnings by the key of simulated grasps
     Warnings(warnings::Args),
 }
@@ -76,6 +82,8 @@ impl Command {
             Command::Hunt(args) => hunt::run(args, output),
             Command::Precision(args) => precision::run(args, output),
             Command::Curves(args) => curves::run(args, output),
+            Command::Ceilings(args) => ceilings::run(args, output),
+            Command::Reliability(args) => reliability::run(args, output),
             Command::Warnings(args) => warnings::run(args, output),
         }
     }

@@ -11,8 +11,7 @@ use stickslip_lab::curves::{Learnt, Point, at_most, features, force_rate, thresh
 use stickslip_lab::grasps::Grasp;
 
 fn truth() -> TrialKey {
-    let (scenario, sub, cls) = ("b".into(), "slip".into(), String::new());
-    TrialKey { scenario, sub, cls, episodes: vec![], partial: vec![], drop: None, told: None }
+    TrialKey { scenario: "b".into(), sub: "slip".into(), ..TrialKey::default() }
 }
 
 /// The first trial of the demonstration, its first `samples`.

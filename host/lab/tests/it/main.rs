@@ -15,5 +15,6 @@ mod lab_bad_input;
 mod lcp_solvers;
 mod mujoco_export;
 mod prediction_bits;
+mod probabilities;
 mod search;
 mod worst_cases;

@@ -66,6 +66,7 @@ fn grasps(set: &DataSet, runs: &[Run]) -> Value {
             row.insert("grip".into(), json!(t.grip_n));
             row.insert("episodes".into(), json!(episodes));
             row.insert("partial".into(), json!(partial));
+            row.insert("about_slips".into(), json!(run.about_slips));
             row.insert("drop".into(), json!(run.truth.drop_s));
             row.insert("seconds".into(), json!(run.rows.last().map_or(0.0, |x| x.t_s)));
             (t.id.clone(), Value::Object(row))
