@@ -29,8 +29,9 @@ mujoco-setup: ## A Python environment with MuJoCo for `stickslip-lab mujoco`, ou
 first: ## A first look before the long build: a recorded push through the predictor
 	cargo run -p stickslip-first
 
+# Without the server for Foxglove, an eighth of the build.
 demo: first setup firmware ## A first look; a push through the firmware in QEMU, replayed and compared; drops prevented on the rig
-	cargo run --release -p stickslip-cli -- demo
+	cargo run --release -p stickslip-cli --no-default-features -- demo
 
 book: ## The manual as pages with a search, in book/ (installs mdBook into target/tools where there is none)
 	command -v mdbook >/dev/null || [ -x target/tools/bin/mdbook ] || \
@@ -62,6 +63,7 @@ test-host: ## Tests of shared and host
 studies: ## Tests that take minutes each (marked `ignored`)
 	cargo test --release -p stickslip-lab --test blind -- --ignored
 	cargo test -p stickslip-shared --no-default-features --test it bad_input
+	cargo test -p stickslip-live --no-default-features --test it
 
 hil: setup firmware ## Tests on the emulated board, and of the line to it
 	elf=$$(cargo test --no-run -p stickslip-hil-tests --features mps2-an386 $(QEMU_BUILD) --message-format=json \

@@ -55,10 +55,10 @@ pub struct Report {
 #[derive(Debug, thiserror::Error)]
 pub enum SuggestError {
     /// One or more than two effects are named.
-    #[error("--between names {0} effect(s); name two different ones, or none")]
+    #[error("{0} effect(s) to tell apart: name two different ones, or none")]
     NotTwo(usize),
     /// The same effect twice.
-    #[error("--between names {0} twice; name two different effects")]
+    #[error("{0} cannot be told from itself: name two different effects")]
     Twice(&'static str),
     /// Part of the model.
     #[error("the model already has {0}: it cannot be told from another by adding it")]

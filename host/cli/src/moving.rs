@@ -68,7 +68,7 @@ fn moments(exact: &[Exact], end_s: f64) -> Vec<Moment> {
     let held = |e: &Exact| e.object.0[2] - e.gripper.0[2];
     let floor_m = start.object.0[2] - PRISM.1 / 2.0;
     let place = |[x, _, z]: [f64; 3]| {
-        [0.36 * PANEL.0 + (x - start.object.0[0]) * SCALE, PANEL.1 - 24.0 - (z - floor_m) * SCALE]
+        [0.44 * PANEL.0 + (x - start.object.0[0]) * SCALE, PANEL.1 - 24.0 - (z - floor_m) * SCALE]
     };
     let last = PICTURES.0 - 1;
     (0..PICTURES.0 + PICTURES.1)

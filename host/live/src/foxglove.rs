@@ -28,13 +28,12 @@ use stickslip_shared::model::{Scene, Shape};
 use stickslip_shared::predictor::Prediction;
 use stickslip_shared::wire;
 
+use crate::FOXGLOVE_ADDRESS;
 use crate::plain;
 use crate::scene::{half_width_m, pad_radius_m};
 use crate::source::{Event, Happened};
 use crate::state::{Alarm, State, used};
 
-/// Where Foxglove looks by default.
-pub const ADDRESS: &str = "127.0.0.1:8765";
 /// Scenes are for eyes: so many a second.
 const SCENES_S: f64 = 1.0 / 25.0;
 /// How long an arrow or a circle's radius is drawn for each newton, m.
@@ -136,9 +135,9 @@ impl Server {
     /// # Errors
     /// An address that is none or taken.
     pub fn start(address: &str) -> anyhow::Result<Self> {
-        let at: SocketAddr = address
-            .parse()
-            .with_context(|| format!("`{address}` is no address: give IP:PORT, for example {ADDRESS}"))?;
+        let at: SocketAddr = address.parse().with_context(|| {
+            format!("`{address}` is no address: give IP:PORT, for example {FOXGLOVE_ADDRESS}")
+        })?;
         let context = Context::new();
         let channels = Channels::on(&context)?;
         let server = context.websocket_server().name("stickslip").bind(at.ip().to_string(), at.port());

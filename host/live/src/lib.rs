@@ -2,8 +2,12 @@
 //!
 //! [`source`] brings reports from a board, from a board that takes a recorded trial, or from a log played again;
 //! [`state`] keeps what a reader wants to know of them (pure: events in, state out); [`view`] draws it in a terminal,
-//! [`plain`] says it in a line, [`foxglove`] serves it to viewers.
+//! [`plain`] says it in a line, [`foxglove`] serves it to viewers (feature `foxglove`; without it the server refuses).
 
+#[cfg(not(feature = "foxglove"))]
+#[path = "no_foxglove.rs"]
+pub mod foxglove;
+#[cfg(feature = "foxglove")]
 pub mod foxglove;
 pub mod plain;
 pub mod scene;
@@ -11,3 +15,6 @@ pub mod source;
 pub mod state;
 pub mod view;
 pub mod words;
+
+/// Where Foxglove looks by default.
+pub const FOXGLOVE_ADDRESS: &str = "127.0.0.1:8765";

@@ -52,7 +52,8 @@ pub fn check(py: Python<'_>, data: &Dataset, told: Told<'_, '_>) -> PyResult<Rep
         let report = analysis::check(&index, progress);
         let document = Report::new("check", &report)?;
         Ok(document.page(move || {
-            pages::signals::page(&report, &index.description, &pages::signals::examples(&index))
+            let trials = pages::signals::examples(&index);
+            pages::signals::page(&report, &index.description, &trials, "stickslip.calibrate(data)")
         }))
     })
 }
@@ -102,17 +103,25 @@ pub fn compare(
     let models: Vec<NamedModel> = models.iter().map(|model| model.get().named()).collect();
     let index = Arc::clone(&data.index);
     watched(py, told, move |progress| {
-        let options = analysis::compare::Options {
+        let mut options = analysis::compare::Options {
             trial,
             held_out,
             tare: if tare { Tare::BeforeContact } else { Tare::None },
             forces: if force_bands { Forces::OutsideBand } else { Forces::AsReturned },
-            drawn: pages::compare::DRAWN,
+            ..Default::default()
         };
         let comparison = analysis::compare(&index, &models, &options, progress)
             .with_context(|| index.folder.display().to_string())?;
-        Ok(Report::new("compare", &comparison)?
-            .page(move || pages::compare::page(&comparison, "stickslip.diagnose(data, model)")))
+        let models = comparison.calibrated.clone().map_or(models, |one| vec![one]);
+        options.drawn = pages::compare::DRAWN;
+        // The traces of a page take memory: they are made when it is asked for.
+        Ok(Report::new("compare", &comparison)?.page(move || {
+            let mut shown = comparison.clone();
+            if let Ok(drawn) = analysis::compare(&index, &models, &options, &()) {
+                shown.traces = drawn.traces;
+            }
+            pages::compare::page(&shown, "stickslip.diagnose(data, model)")
+        }))
     })
 }
 

@@ -151,6 +151,7 @@ $(document, '.viewer').forEach((root, number) => {
     }
     place.fingers = px(...c.fingers);
     const [, , w, h] = svg.getAttribute('viewBox').split(' ').map(Number);
+    const placed = [];
     c.forces.forEach(([name, where, [fx, fy]], number) => {
       const force = [fx[at] ?? 0, fy[at] ?? 0], d = [force[0] * c.n, -force[1] * c.n];
       const from = place[where] || [0, 0];
@@ -158,8 +159,13 @@ $(document, '.viewer').forEach((root, number) => {
       const [what, ink] = name.split(' ');
       const label = ink === 'measured' && svg.querySelector(`[data-label="${what}"]`);
       if (label) {
-        label.setAttribute('x', Math.min(Math.max(from[0] + d[0] + 5, 5), w - 90));
-        label.setAttribute('y', Math.min(Math.max(from[1] + d[1] + c.labels[number], 52), h - 36));
+        const x = Math.min(Math.max(from[0] + d[0] + 5, 5), w - 95);
+        let y = Math.min(Math.max(from[1] + d[1] + c.labels[number], 52), h - 36), over;
+        // No text over another.
+        while ((over = placed.find(p => Math.abs(x - p[0]) < 95 && Math.abs(y - p[1]) < 16))) y = over[1] + 16;
+        placed.push([x, y]);
+        label.setAttribute('x', x);
+        label.setAttribute('y', y);
         label.textContent = `${what} ${Math.hypot(...force).toFixed(1)} N`;
       }
     });

@@ -28,6 +28,8 @@ const VISIBLE: f64 = 12.0;
 const TOO_LARGE: f64 = 60.0;
 /// Enlargements of it.
 const ENLARGED: [f64; 6] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0];
+/// Room of the text at an arrow, px.
+const LABEL: [f64; 2] = [95.0, 16.0];
 /// Half length of a plane pusher in the drawing, px.
 const PLANE: f64 = 60.0;
 
@@ -274,7 +276,7 @@ impl Scenery {
                     }
                 }
                 (self.finger_shape())
-                @for force in &self.forces { (self.arrow(force, i)) }
+                @for (force, label) in self.forces.iter().zip(self.labels(i)) { (self.arrow(force, i, label)) }
                 text x="10" y="20" font-size="13" fill="#222222" data-note="time" {
                     (format!("t = {:.3} s", self.t_s.get(i).copied().unwrap_or_default()))
                 }
@@ -327,10 +329,34 @@ impl Scenery {
         html! { circle cx=(format!("{x:.1}")) cy=(format!("{y:.1}")) r=(format!("{r:.1}")) fill="#888888" fill-opacity="0.25" stroke="#888888" {} }
     }
 
-    fn arrow(&self, force: &Force, i: usize) -> Markup {
-        let [x, y] = self.anchor(force.at, i);
+    /// Where a force's arrow begins, and how far it goes, px.
+    fn reach(&self, force: &Force, i: usize) -> ([f64; 2], [f64; 2]) {
         let [fx, fy] = force.n.get(i).copied().unwrap_or([0.0; 2]);
-        let (dx, dy) = (fx * self.px_per_n, -fy * self.px_per_n);
+        (self.anchor(force.at, i), [fx * self.px_per_n, -fy * self.px_per_n])
+    }
+
+    /// Where the text at each force's arrow begins, px; none over another.
+    fn labels(&self, i: usize) -> Vec<[f64; 2]> {
+        let mut placed: Vec<[f64; 2]> = Vec::new();
+        let one = |force: &Force| {
+            let ([x, y], [dx, dy]) = self.reach(force, i);
+            let x = (x + dx + 5.0).clamp(5.0, SIZE[0] - LABEL[0]);
+            let mut y = (y + dy + label_shift(&force.name)).clamp(52.0, SIZE[1] - 36.0);
+            if force.ink == "measured" {
+                let over = |y: f64, p: &[f64; 2]| (x - p[0]).abs() < LABEL[0] && (y - p[1]).abs() < LABEL[1];
+                while let Some(p) = placed.iter().find(|p| over(y, p)) {
+                    y = p[1] + LABEL[1];
+                }
+                placed.push([x, y]);
+            }
+            [x, y]
+        };
+        self.forces.iter().map(one).collect()
+    }
+
+    fn arrow(&self, force: &Force, i: usize, [at_x, at_y]: [f64; 2]) -> Markup {
+        let ([x, y], [dx, dy]) = self.reach(force, i);
+        let [fx, fy] = force.n.get(i).copied().unwrap_or([0.0; 2]);
         let path = arrow_path([x, y], [dx, dy]);
         let colour = colour(&force.ink);
         let label = force.ink == "measured";
@@ -338,8 +364,7 @@ impl Scenery {
             path data-force=(format!("{} {}", force.name, force.ink)) d=(path) fill="none" stroke=(colour)
                 stroke-width=(if label { "2.5" } else { "1.8" }) {}
             @if label {
-                text data-label=(force.name) x=(format!("{:.1}", (x + dx + 5.0).clamp(5.0, SIZE[0] - 90.0)))
-                    y=(format!("{:.1}", (y + dy + label_shift(&force.name)).clamp(52.0, SIZE[1] - 36.0))) font-size="13" fill="#222222" {
+                text data-label=(force.name) x=(format!("{at_x:.1}")) y=(format!("{at_y:.1}")) font-size="13" fill="#222222" {
                     (format!("{} {:.1} N", force.name, fx.hypot(fy)))
                 }
             }

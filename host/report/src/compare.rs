@@ -3,7 +3,7 @@
 
 use maud::{Markup, html};
 
-use super::bars::bars;
+use super::bars::{Bars, multiples};
 use super::figures::Figure;
 use super::html::{Tone, figure, first_screen, heat, page as whole, unfold};
 use super::overlay::{chart, plot_id, section, trace_figures};
@@ -14,7 +14,7 @@ use stickslip_analysis::compare::document::{
     Change, Comparison, ErrorRow, Fate, ModelReport, Region, Size, Trend,
 };
 use stickslip_analysis::compare::noise::Source;
-use stickslip_analysis::compare::rows::many_primitives;
+use stickslip_analysis::compare::rows::{SUSTAINED_S, many_primitives};
 use stickslip_analysis::compare::verdict::{place_words, readable, scale};
 use stickslip_analysis::evidence::conditions::{Variable, trimmed};
 use stickslip_analysis::evidence::phases::PHASES;
@@ -79,11 +79,9 @@ fn tone(c: &Comparison) -> Tone {
 /// Largest errors as bars; where there is no noise floor, the worst channel's course.
 fn picture(c: &Comparison) -> Markup {
     let Some(report) = c.models.last() else { return html! {} };
-    let rows = worst(c);
-    if !rows.is_empty() {
+    if let Some(drawn) = worst_bars(c) {
         let two = c.models.len() > 1;
         let words = "largest errors beyond the tolerance, in noise floors";
-        let drawn = worst_chart(&rows).svg();
         return html! {
             @if two {
                 div class="legend" {
@@ -92,7 +90,7 @@ fn picture(c: &Comparison) -> Markup {
                     }
                 }
             }
-            (figure("Where the model misses most", "", words, &drawn))
+            (figure("Where the model misses most", "", words, &drawn.markup().0))
         };
     }
     let Some((trace, row)) = c.traces.first().zip(report.errors.first()) else { return html! {} };
@@ -102,8 +100,8 @@ fn picture(c: &Comparison) -> Markup {
     figure(&title, scale(row.unit).1, &title, &drawn.svg())
 }
 
-fn worst_chart(rows: &[(String, Vec<f64>)]) -> Chart {
-    bars(rows, "error beyond the tolerance, noise floors (no bar: below 0.1)", 1.0)
+fn worst_bars(c: &Comparison) -> Option<Bars> {
+    multiples(worst(c), "error beyond the tolerance, noise floors (no bar: below 0.1)", 1.0)
 }
 
 /// The worst channels and phases with their errors in noise floors, before and after where there are two models.
@@ -114,10 +112,19 @@ fn worst(c: &Comparison) -> Vec<(String, Vec<f64>)> {
         let both = |x: &Change| Some(vec![x.before.multiples?, x.after.multiples?]);
         c.changes.iter().filter_map(|x| Some((place_words(&x.place, many), both(x)?))).collect()
     } else {
-        // In their order, as the verdict names the worst: what fails first.
-        let of = |r: &ErrorRow| Some((place_words(&r.place, many), vec![r.error.multiples?]));
+        // As the verdict names the worst: what fails, worst first; where nothing does, what lasts, then what is a
+        // matter of a few samples of timing.
+        let of = |r: &&ErrorRow| {
+            let brief = r.duration_s < SUSTAINED_S;
+            let time = if brief { format!(", {:.0} ms", 1e3 * r.duration_s) } else { String::new() };
+            Some((format!("{}{time}", place_words(&r.place, many)), vec![r.error.multiples?]))
+        };
         let some = report.errors.iter().any(|r| r.fails);
-        report.errors.iter().filter(|r| r.fails || !some).filter_map(of).collect()
+        let mut rows: Vec<&ErrorRow> = report.errors.iter().filter(|r| r.fails || !some).collect();
+        if !some {
+            rows.sort_by_key(|r| r.duration_s < SUSTAINED_S);
+        }
+        rows.iter().filter_map(of).collect()
     };
     if c.models.len() > 1 {
         let most = |v: &[f64]| v.iter().copied().fold(0.0, f64::max);
@@ -524,7 +531,7 @@ fn trials(report: &ModelReport) -> Markup {
 /// Origin and parameters of a model.
 pub fn describe(report: &ModelReport) -> String {
     let friction: Vec<String> =
-        report.friction.iter().map(|(k, v)| format!("{} {v:.3}", k.replace('_', " "))).collect();
+        report.friction.iter().map(|(k, v)| format!("{} {v:.3}", k.replace(['_', '.'], " "))).collect();
     let effects = if report.effects.is_empty() { "no effects".to_owned() } else { report.effects.join(", ") };
     let open = report
         .open_force_n
@@ -549,10 +556,7 @@ pub fn fate_words(fate: Fate) -> &'static str {
 #[must_use]
 pub fn figures(c: &Comparison) -> Vec<Figure> {
     let mut out = Vec::new();
-    let rows = worst(c);
-    if !rows.is_empty() {
-        out.push(Figure::of("worst-places", &worst_chart(&rows)));
-    }
+    out.extend(worst_bars(c).map(|b| Figure::of("worst-places", &b.chart())));
     for trace in c.traces.iter().take(2) {
         out.extend(trace_figures(trace));
     }

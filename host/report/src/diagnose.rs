@@ -6,21 +6,20 @@ use std::collections::BTreeMap;
 
 use maud::{Markup, html};
 
-use crate::bars::{bars, shares};
+use crate::bars::{Bars, multiples, shares};
 use crate::figures::Figure;
 use crate::html::{Tone, figure, first_screen, heat, list, page, swatch, unfold};
 use crate::overlay::{section, trace_figures};
 use crate::plot::{Chart, Line, MODELS};
+use crate::signature::{Run, bars, over_a_run, signature};
 use crate::words::{first_sentence, interval, short};
 use stickslip_analysis::channels::channel_words;
 use stickslip_analysis::compare::document::Comparison;
-use stickslip_analysis::compare::verdict::readable;
 use stickslip_analysis::diagnose::RELEVANT;
 use stickslip_analysis::diagnose::detection::UpperLimit;
 use stickslip_analysis::diagnose::experiment::Experiment;
 use stickslip_analysis::diagnose::posterior::Weighed;
 use stickslip_analysis::diagnose::report::{CandidateReport, Place, Report, Verdict};
-use stickslip_analysis::diagnose::signature::Mark;
 use stickslip_analysis::diagnose::structure::Structure;
 use stickslip_analysis::fit::phases::Phase;
 
@@ -30,8 +29,6 @@ const DRAWN: usize = 6;
 const NEAR: usize = 2;
 /// Such an effect explains at least this share of the excess error.
 const NEARLY: f64 = 0.5;
-/// Places on a card.
-const MARKS: usize = 5;
 /// Effects of which the figures are shown at first.
 const AT_FIRST: usize = 5;
 
@@ -52,6 +49,7 @@ pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>
         (misfit_bars(report))
     };
     let limits = limits_on_effects(report);
+    let run = traces.filter(|_| has_after(report)).and_then(over_a_run);
     let body = html! {
         (first_screen(("diagnose", name), (tone, lead), &picture, next))
         div class="facts" {
@@ -61,7 +59,7 @@ pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>
             @if has_after(report) { span { "after: " b { (format!("{:.2}", e.after)) } } }
             span { "a perfect model: " b { (format!("{:.2}", e.perfect_model)) } }
         }
-        (cards(report))
+        (cards(report, run.as_ref()))
         @if let Some(c) = traces {
             (section(&c.traces, &c.models.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), first_errors(c)))
         }
@@ -172,19 +170,19 @@ pub fn credible(report: &Report) -> Vec<String> {
 }
 
 /// Probabilities of the credible sets, and of none of them, as bars.
-fn credible_chart(report: &Report) -> Option<Chart> {
+fn credible_chart(report: &Report) -> Option<Bars> {
     let d = report.discrepancy.as_ref().filter(|_| has_after(report))?;
     let mut rows: Vec<(String, f64, bool)> =
         report.credible_sets.iter().map(|s| (set_words(s), s.probability, true)).collect();
     rows.push(("none of the sets tried".into(), d.probability, false));
-    Some(shares(&rows, "probability, %"))
+    shares(rows, "probability")
 }
 
 fn credible_bars(report: &Report) -> Markup {
     let Some((chart, d)) = credible_chart(report).zip(report.discrepancy.as_ref()) else { return html! {} };
     html! {
         h2 { "How probable" }
-        (figure("Sets of effects that were fitted", "", &credible(report).join("; "), &chart.svg()))
+        (figure("Sets of effects that were fitted", "", &credible(report).join("; "), &chart.markup().0))
         p class="soft" {
             (report.conditions) " conditions count as " (format!("{:.1}", d.effective_conditions)) " independent ones."
         }
@@ -215,7 +213,7 @@ fn has_after(report: &Report) -> bool {
 }
 
 /// The largest misfits, before and after.
-fn misfit_chart(report: &Report) -> Option<Chart> {
+fn misfit_chart(report: &Report) -> Option<Bars> {
     let after = has_after(report);
     let rows: Vec<(String, Vec<f64>)> = report
         .places
@@ -223,8 +221,7 @@ fn misfit_chart(report: &Report) -> Option<Chart> {
         .take(DRAWN)
         .map(|p| (place_words(p), if after { vec![p.before, p.after] } else { vec![p.before] }))
         .collect();
-    let label = "systematic misfit, run spreads of one run (no bar: below 0.1)";
-    (!rows.is_empty()).then(|| bars(&rows, label, RELEVANT))
+    multiples(rows, "systematic misfit, run spreads of one run (no bar: below 0.1)", RELEVANT)
 }
 
 fn misfit_bars(report: &Report) -> Markup {
@@ -235,21 +232,25 @@ fn misfit_bars(report: &Report) -> Markup {
             @if has_after(report) { (swatch("m1", "with the named effects")) }
             (swatch("line measured", &format!("{RELEVANT} run spreads: above, an effect is looked for")))
         }
-        (figure("Where the model misses most", "", "largest systematic misfits by channel and phase", &chart.svg()))
+        (figure("Where the model misses most", "", "largest systematic misfits by channel and phase", &chart.markup().0))
     }
 }
 
 /// A card for each effect that is named, does as well, or nearly so.
-fn cards(report: &Report) -> Markup {
+fn cards(report: &Report, run: Option<&Run>) -> Markup {
     let named = |c: &&CandidateReport| has_after(report) && report.effects.contains(&c.id);
     let equal = |c: &&CandidateReport| report.ambiguous_with.iter().flatten().any(|id| *id == c.id);
     let near = |c: &&CandidateReport| !named(c) && !equal(c) && c.explained > NEARLY;
     let all = || report.candidates.iter();
-    let mut out: Vec<Markup> =
-        all().filter(named).map(|c| card(c, "card named", &role(c, "named: the model lacks it"))).collect();
+    let mut out: Vec<Markup> = all()
+        .filter(named)
+        .map(|c| card(c, "card named", &role(c, "named: the model lacks it"), run))
+        .collect();
     let as_well = |c: &&CandidateReport| equal(c) && !named(c);
-    out.extend(all().filter(as_well).map(|c| card(c, "card named", &role(c, "explains the data as well"))));
-    out.extend(all().filter(near).take(NEAR).map(|c| card(c, "card", &role(c, "not named"))));
+    out.extend(
+        all().filter(as_well).map(|c| card(c, "card named", &role(c, "explains the data as well"), None)),
+    );
+    out.extend(all().filter(near).take(NEAR).map(|c| card(c, "card", &role(c, "not named"), None)));
     html! {
         @if !out.is_empty() && report.verdict != Verdict::NothingMissing {
             h2 { "What it is" }
@@ -266,14 +267,14 @@ fn role(c: &CandidateReport, what: &str) -> String {
     )
 }
 
-fn card(c: &CandidateReport, class: &str, role: &str) -> Markup {
+fn card(c: &CandidateReport, class: &str, role: &str, run: Option<&Run>) -> Markup {
     html! {
         article class=(class) {
-            h3 { (c.id) }
+            h3 { (capital(&words(c.id))) " " code { (c.id) } }
             p class="soft" { (role) }
             p { (capital(c.info.summary)) "." }
             p { "In data: " (c.info.signature) "." }
-            (signature(&c.signature))
+            (signature(&c.signature, run))
             @if class == "card" { (unfold("Strength", &strength(c))) } @else { (strength(c)) }
             p class="soft" { "Source: " (c.info.source) "." }
         }
@@ -288,57 +289,22 @@ fn strength(c: &CandidateReport) -> Markup {
             thead {
                 tr {
                     th scope="col" { "parameter" } th scope="col" { "value" } th scope="col" { "95 % interval" }
-                    th scope="col" { "unit" } th scope="col" { "typical" } th scope="col" class="left" { "meaning" }
+                    th scope="col" { "typical" }
                 }
             }
             tbody {
                 @for p in c.info.parameters {
                     @if let Some(v) = c.parameters.get(p.name) {
                         tr {
-                            td class="left" { (words(p.name)) }
-                            td { b { (short(v.value)) } }
+                            td class="text" { (words(p.name)) div class="soft" { (p.what) } }
+                            td { b { (short(v.value)) } " " (if p.unit == "1" { "" } else { p.unit }) }
                             td { (interval(v.low, v.high)) }
-                            td { (if p.unit == "1" { "–" } else { p.unit }) }
                             td { (short(p.typical)) }
-                            td class="text" { (p.what) }
                         }
                     }
                 }
             }
         }
-    }
-}
-
-/// What an effect changes beside what the data show.
-fn signature_chart(marks: &[Mark]) -> Option<Chart> {
-    let mut shown: Vec<&Mark> = marks.iter().collect();
-    shown.sort_by(|a, b| b.left.max(b.change).total_cmp(&a.left.max(a.change)));
-    let name = |m: &Mark| format!("{}, {}", channel_words(&m.channel), m.phase);
-    let rows: Vec<(String, Vec<f64>)> =
-        shown.iter().take(MARKS).map(|m| (name(m), vec![m.left, m.change])).collect();
-    (!rows.is_empty()).then(|| {
-        let mut chart = bars(&rows, "run spreads", 1.0);
-        chart.size = (480, 60 + 30 * rows.len() as u32);
-        chart
-    })
-}
-
-fn signature(marks: &[Mark]) -> Markup {
-    let Some(chart) = signature_chart(marks) else { return html! {} };
-    let mut largest: Vec<String> = Vec::new();
-    for m in marks {
-        let text = format!("{} by {}", channel_words(&m.channel), readable(m.change_si, m.unit));
-        if largest.len() < 3 && !largest.iter().any(|l| l.starts_with(&channel_words(&m.channel))) {
-            largest.push(text);
-        }
-    }
-    html! {
-        div class="legend" {
-            (swatch("m0", "what the data show that the model lacks"))
-            (swatch("m1", "what the effect changes"))
-        }
-        (figure("Its signature", "", "what the effect changes beside what the model lacks", &chart.svg()))
-        p { "On this bench it changes " (largest.join("; ")) " (root mean square)." }
     }
 }
 
@@ -348,11 +314,11 @@ fn capital(text: &str) -> String {
 }
 
 /// All effects that were refitted, as bars.
-fn tried_chart(report: &Report) -> Option<Chart> {
+fn tried_chart(report: &Report) -> Option<Bars> {
     let named = |id: &str| has_after(report) && report.effects.contains(&id);
     let rows: Vec<(String, f64, bool)> =
-        report.candidates.iter().map(|c| (c.id.to_owned(), c.explained, named(c.id))).collect();
-    (!rows.is_empty()).then(|| shares(&rows, "share of the excess error explained, %"))
+        report.candidates.iter().map(|c| (words(c.id), c.explained, named(c.id))).collect();
+    shares(rows, "share of the excess error explained")
 }
 
 fn tried(report: &Report) -> Markup {
@@ -360,7 +326,7 @@ fn tried(report: &Report) -> Markup {
     let row = |c: &CandidateReport| {
         html! {
             tr {
-                th scope="row" { (c.id) }
+                th scope="row" { (words(c.id)) }
                 td { (percent(c.probability)) }
                 td { (share(c.explained)) }
                 td { (format!("{:.2}", c.held_out_error)) }
@@ -387,8 +353,12 @@ fn tried(report: &Report) -> Markup {
             }
         }
     };
-    let drawn =
-        figure("Share of the excess error that each explains on its own", "", "effects tried", &chart.svg());
+    let drawn = figure(
+        "Share of the excess error that each explains on its own",
+        "",
+        "effects tried",
+        &chart.markup().0,
+    );
     html! {
         @if report.candidates.len() <= AT_FIRST || has_after(report) {
             h2 { "Effects tried" }
@@ -464,7 +434,7 @@ fn experiment_chart(e: &Experiment) -> Chart {
         x.map(|x| (x, (-0.5 * (x - centre).powi(2)).exp())).collect()
     };
     Chart {
-        size: (560, 200),
+        size: (400, 200),
         x_label: format!("{} ({}), standard deviations of one run", channel_words(&e.channel), e.phase),
         y_label: "likely".into(),
         lines: vec![
@@ -493,7 +463,7 @@ fn limit_table(limits: &[[String; 4]]) -> Markup {
                 thead { tr { @for h in ["effect", "strength", "limit", "typical"] { th scope="col" { (h) } } } }
                 tbody {
                     @for [effect, name, upper, typical] in limits {
-                        tr { th scope="row" { (effect) } td { (words(name)) } td { (upper) } td { (typical) } }
+                        tr { th scope="row" { (words(effect)) } td { (words(name)) } td { (upper) } td { (typical) } }
                     }
                 }
             }
@@ -529,12 +499,16 @@ fn parameters(report: &Report) -> Markup {
 pub fn figures(report: &Report, traces: Option<&Comparison>) -> Vec<Figure> {
     let mut out = Vec::new();
     let mut add = |name: &str, chart: Option<Chart>| out.extend(chart.map(|c| Figure::of(name, &c)));
-    add("misfit", misfit_chart(report));
-    add("probabilities", credible_chart(report));
-    add("effects-tried", tried_chart(report));
+    add("misfit", misfit_chart(report).map(|b| b.chart()));
+    add("probabilities", credible_chart(report).map(|b| b.chart()));
+    add("effects-tried", tried_chart(report).map(|b| b.chart()));
     for c in report.candidates.iter().filter(|c| is_near(report, c)) {
-        add(&format!("signature-{}", c.id), signature_chart(&c.signature));
+        add(&format!("signature-{}", c.id), bars(&c.signature).map(|b| b.chart()));
     }
+    add(
+        "signature-in-one-run",
+        traces.filter(|_| has_after(report)).and_then(over_a_run).map(|run| run.chart),
+    );
     add("next-experiment", report.suggested_experiment.as_ref().map(experiment_chart));
     for trace in traces.iter().flat_map(|c| &c.traces).take(1) {
         out.extend(trace_figures(trace));

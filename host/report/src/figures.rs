@@ -1,4 +1,4 @@
-//! Every plot of a page as an SVG file.
+//! Every plot of a page as an SVG file and, with the feature `png`, as a PNG file.
 
 use std::path::Path;
 
@@ -45,16 +45,26 @@ impl Figure {
     }
 }
 
-/// Writes `figures` into `folder`, which appears whole or not at all.
+/// What the files are.
+pub const KINDS: &str = if cfg!(feature = "png") { "SVG and PNG" } else { "SVG (built without PNG)" };
+
+/// Writes each of `figures` into `folder`, which appears whole or not at all.
 ///
 /// # Errors
-/// A folder with content; what cannot be written.
+/// A folder with content; what cannot be drawn or written.
 pub fn write(folder: &Path, figures: &[Figure]) -> anyhow::Result<()> {
     let stage = Stage::begin(folder)?;
+    #[cfg(feature = "png")]
+    let painter = crate::png::Painter::new();
     for figure in figures {
-        let at = stage.folder().join(format!("{}.svg", figure.name));
         let document = figure.document().with_context(|| format!("{}: it has no size", figure.name))?;
-        std::fs::write(&at, document).with_context(|| format!("cannot write {}", at.display()))?;
+        let put = |kind: &str, content: &[u8]| {
+            let at = stage.folder().join(format!("{}.{kind}", figure.name));
+            std::fs::write(&at, content).with_context(|| format!("cannot write {}", at.display()))
+        };
+        put("svg", document.as_bytes())?;
+        #[cfg(feature = "png")]
+        put("png", &painter.png(&document).with_context(|| format!("{}: as PNG", figure.name))?)?;
     }
     Ok(stage.finish()?)
 }

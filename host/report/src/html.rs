@@ -99,12 +99,19 @@ pub fn first_screen(
     }
 }
 
+/// Wider drawings are scrolled on a phone, px.
+const WIDE: f64 = 420.0;
+
 /// A caption, a unit and a drawing; `words` say to those who cannot see it what it shows.
 pub fn figure(caption: &str, unit: &str, words: &str, drawing: &str) -> Markup {
+    // Its text would be too small on a phone.
+    let width =
+        drawing.split_once("viewBox=\"0 0 ").and_then(|(_, rest)| rest.split(' ').next()?.parse().ok());
+    let class = if width.is_some_and(|px: f64| px > WIDE) { "chart wide" } else { "chart" };
     html! {
         figure role="group" aria-label=(words) {
             figcaption { (caption) span { (unit) } }
-            div class="chart" { (PreEscaped(drawing)) }
+            div class=(class) { (PreEscaped(drawing)) }
         }
     }
 }

@@ -10,13 +10,17 @@ pub mod data;
 pub mod diagnose;
 pub mod figures;
 pub mod html;
+pub mod import;
 mod outline;
 pub mod overlay;
 mod packed;
 pub mod plot;
+#[cfg(feature = "png")]
+mod png;
 pub mod replay;
 pub mod score;
 pub mod signals;
+mod signature;
 pub mod terminal;
 pub mod viewer;
 pub mod words;

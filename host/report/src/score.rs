@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::bars::shares;
+use super::bars::{Bars, shares};
 use super::figures::Figure;
 use super::html::{Tone, figure, first_screen, page as whole, swatch, unfold};
 use super::plot::{Chart, Line, MEASURED, MODELS};
@@ -12,13 +12,13 @@ use stickslip_analysis::score::document::Document;
 use stickslip_analysis::score::figures::{Class, Row};
 use stickslip_analysis::score::rate::Rate;
 
-const SIZE: (u32, u32) = (560, 240);
+const SIZE: (u32, u32) = (400, 220);
 
 /// The whole page; `next` is the command that comes next.
 pub fn page(d: &Document, next: &str) -> String {
     let picture = match in_time_chart(d) {
         Some(chart) => {
-            figure("Events that were warned of in time", "", "share of events in time", &chart.svg())
+            figure("Events that were warned of in time", "", "share of events in time", &chart.markup().0)
         }
         None => html! {},
     };
@@ -103,7 +103,7 @@ pub fn verdict(d: &Document) -> (Tone, String) {
 }
 
 /// Share of the events that each method warned of in time.
-fn in_time_chart(d: &Document) -> Option<Chart> {
+fn in_time_chart(d: &Document) -> Option<Bars> {
     let ours = d.rows.first().map(|r| r.method.clone()).unwrap_or_default();
     let of = d.rows.iter().filter(|r| r.events > 0);
     let row = |r: &Row| {
@@ -111,7 +111,7 @@ fn in_time_chart(d: &Document) -> Option<Chart> {
         (format!("{}: {}", r.class.name(), r.method), share, r.method == ours)
     };
     let rows: Vec<(String, f64, bool)> = of.map(row).collect();
-    (!rows.is_empty()).then(|| shares(&rows, "warned in time, % of the events"))
+    shares(rows, "share of the events warned of in time")
 }
 
 fn table(d: &Document) -> Markup {
@@ -337,7 +337,8 @@ pub fn cells(r: &Row) -> [String; 9] {
 /// Every plot of the page.
 #[must_use]
 pub fn figures(d: &Document) -> Vec<Figure> {
-    let mut out: Vec<Figure> = in_time_chart(d).iter().map(|c| Figure::of("warned-in-time", c)).collect();
+    let mut out: Vec<Figure> =
+        in_time_chart(d).iter().map(|b| Figure::of("warned-in-time", &b.chart())).collect();
     out.extend(lead_charts(d).iter().map(|(title, _, c)| Figure::of(&format!("lead {title}"), c)));
     out.extend(stated_charts(d).iter().map(|(title, c)| Figure::of(&format!("stated {title}"), c)));
     out

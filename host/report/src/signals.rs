@@ -1,5 +1,5 @@
-//! The page of `stickslip check`: the signals and frames of a data set as they were understood, so that
-//! swapped fingers, millimetres and wrong signs are seen.
+//! Signals and frames of a data set as they were understood, so that swapped fingers, millimetres and wrong signs
+//! are seen: the page of `stickslip check`, and what that of `import` shows below its own.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -15,12 +15,11 @@ use stickslip_shared::track;
 
 use maud::{Markup, html};
 
-use super::html::{Tone, figure, first_screen, page as whole};
+use super::html::{Tone, figure, first_screen, list, page as whole, swatch, unfold};
 use super::outline::{corners, hull};
-use super::plot::{Chart, Line, MEASURED, MODELS, thinned};
+use super::plot::MODELS;
+use super::viewer::{self, Plot, Run};
 
-const SIZE: (u32, u32) = (360, 170);
-const POINTS: usize = 300;
 /// Side of a drawing, pixels.
 const VIEW: f64 = 340.0;
 /// Room about the bodies, as a share of their extent.
@@ -49,74 +48,143 @@ pub fn examples(index: &Index) -> Vec<Trial> {
     trials
 }
 
-/// The whole page: what `report` found, then each of `trials`.
+/// The first of each primitive and object, as [`examples`].
 #[must_use]
-pub fn page(report: &Report, description: &Description, trials: &[Trial]) -> String {
-    let findings: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
-    let verdict = match findings.len() {
-        0 => "No physics errors.".to_owned(),
-        1 => "1 physics error: the data cannot be as they stand.".to_owned(),
-        count => format!("{count} physics errors: the data cannot be as they stand."),
-    };
-    let tone = if findings.is_empty() { Tone::Good } else { Tone::Bad };
-    let explained = "One trial of each primitive as it was understood. The arrows are mean forces on the object over the \
-                     loaded part of the trial: finger 1 presses towards -Y of the gripper, finger 2 towards +Y, a pusher \
-                     away from itself.";
+pub fn first_of_each(trials: &[Trial]) -> Vec<Trial> {
+    let mut seen = BTreeSet::new();
+    let new = trials.iter().filter(|trial| seen.insert((&trial.info.primitive, &trial.info.object)));
+    new.take(SHOWN).cloned().collect()
+}
+
+/// The whole page: what `report` found, then each of `trials`; `next` is the command that comes next.
+#[must_use]
+pub fn page(report: &Report, description: &Description, trials: &[Trial], next: &str) -> String {
+    let (tone, sentence) = verdict(report);
     let body = html! {
-        (first_screen(("check", &report.name), (tone, &verdict), &html! {}, ""))
+        (first_screen(("check", &report.name), (tone, &sentence), &picture(description, trials), next))
         div class="facts" {
             span { b { (report.trials) } " trials" }
             span { b { (report.samples) } " samples" }
         }
-        @for finding in &findings { p { (finding) } }
-        h2 { "What was understood" }
-        p { (explained) }
-        div class="legend" {
-            @for (k, name) in ["finger 1", "finger 2", "pusher"].into_iter().enumerate() {
-                (super::html::swatch(&format!("line m{k}"), name))
-            }
-        }
-        @for trial in trials { (section(description, trial)) }
+        (list("What physics does not allow", &findings(report)))
+        (understood(description, trials))
     };
     whole(&format!("stickslip check: {}", report.name), body)
 }
 
-fn section(description: &Description, trial: &Trial) -> Markup {
+/// What cannot be in the data.
+pub(crate) fn findings(report: &Report) -> Vec<String> {
+    report.findings.iter().map(ToString::to_string).collect()
+}
+
+/// What physics says of the data, in a sentence.
+pub(crate) fn verdict(report: &Report) -> (Tone, String) {
+    let count = report.findings.len();
+    match (count, report.errors.len(), report.balance.failing) {
+        (1.., ..) => {
+            (Tone::Bad, format!("{}: the data cannot be as they stand.", counted(count, "physics error")))
+        }
+        (0, 1.., _) => {
+            (Tone::Bad, format!("{} refused; the rest was read.", counted(report.errors.len(), "error")))
+        }
+        (0, 0, 1..) => (
+            Tone::Fair,
+            format!(
+                "Forces do not balance in {} of {}.",
+                report.balance.failing,
+                counted(report.balance.checked, "trial")
+            ),
+        ),
+        _ => (Tone::Good, format!("Physics has nothing against these {}.", counted(report.trials, "trial"))),
+    }
+}
+
+/// '3 trials', '1 trial'.
+pub(crate) fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// The first trial from three sides.
+pub(crate) fn picture(description: &Description, trials: &[Trial]) -> Markup {
+    html! { @if let Some(trial) = trials.first() { (views(description, trial)) } }
+}
+
+/// Bench and signals of `trials` as they were understood.
+pub(crate) fn understood(description: &Description, trials: &[Trial]) -> Markup {
+    html! {
+        @if let Some((_, others)) = trials.split_first() {
+            p class="soft" {
+                "Arrows are mean forces on the object over the loaded part of the trial: finger 1 presses towards -y of \
+                 the gripper, finger 2 towards +y, a pusher away from itself."
+            }
+            @if !others.is_empty() {
+                (unfold("Other primitives and objects", &html! { @for trial in others { (views(description, trial)) } }))
+            }
+            (courses(trials))
+        }
+    }
+}
+
+/// The bench of a trial from three sides.
+fn views(description: &Description, trial: &Trial) -> Markup {
     let shape = scene(description, trial).ok().map(|scene| scene.object.shape);
-    let mut figures: Vec<Markup> =
-        [("from the side: x, z", 0, 2), ("from above: x, y", 0, 1), ("from the end: y, z", 1, 2)]
-            .into_iter()
-            .map(|(title, right, up)| {
-                let drawn = drawing(shape.as_ref(), trial, right, up);
-                figure(title, "world, mm", &format!("the bench {title}"), &drawn)
-            })
-            .collect();
-    let times: Vec<f64> = trial.samples.iter().map(|sample| sample.t_s).collect();
-    let mut chart = |title: &str, unit: &str, lines: Vec<(Vec<f64>, RGBColor)>| {
-        if lines.iter().all(|(values, _)| values.iter().all(|value| !value.is_finite())) {
+    let sides = [("from the side: x, z", 0, 2), ("from above: x, y", 0, 1), ("from the end: y, z", 1, 2)];
+    html! {
+        h3 { (trial.info.trial) ": " (trial.info.primitive.replace('_', " ")) ", " (trial.info.object) }
+        div class="legend" {
+            @for (k, name) in ["finger 1", "finger 2", "pusher"].into_iter().enumerate() {
+                (swatch(&format!("line m{k}"), name))
+            }
+        }
+        div class="views" {
+            @for (title, right, up) in sides {
+                @let drawn = drawing(shape.as_ref(), trial, right, up);
+                (figure(title, "world, mm", &format!("the bench {title}"), &drawn))
+            }
+        }
+    }
+}
+
+/// Every signal over time.
+fn courses(trials: &[Trial]) -> Markup {
+    let mut plots = Vec::new();
+    let mut values: Vec<Vec<Vec<Vec<f64>>>> = vec![Vec::new(); trials.len()];
+    let mut add = |title: String, unit: &'static str, lines: &[(&str, &str, Column)]| {
+        let of = |trial: &Trial| -> Vec<Vec<f64>> {
+            lines
+                .iter()
+                .map(|(.., get)| trial.samples.iter().map(|s| get(s).unwrap_or(f64::NAN)).collect())
+                .collect()
+        };
+        let columns: Vec<_> = trials.iter().map(of).collect();
+        if !columns.iter().flatten().flatten().any(|x| x.is_finite()) {
             return;
         }
-        let chart = Chart {
-            size: SIZE,
-            x_label: "time, s".into(),
-            lines: lines
-                .into_iter()
-                .map(|(values, colour)| Line { points: measured(&times, &values), colour, width: 2 })
-                .collect(),
-            ..Chart::default()
+        let line = |(label, ink, _): &(&str, &str, Column)| viewer::Line {
+            label: (*label).to_owned(),
+            ink: (*ink).to_owned(),
+            dash: false,
         };
-        figures.push(figure(title, unit, &format!("{title} over time"), &chart.svg()));
-    };
-    let of = |get: &dyn Fn(&Sample) -> Option<f64>| -> Vec<f64> {
-        trial.samples.iter().map(|sample| get(sample).unwrap_or(f64::NAN)).collect()
+        plots.push(Plot {
+            id: title.replace(' ', "-"),
+            title,
+            unit,
+            least: 0.0,
+            lines: lines.iter().map(line).collect(),
+            first: true,
+        });
+        values.iter_mut().zip(columns).for_each(|(all, columns)| all.push(columns));
     };
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        let place =
-            |body: fn(&Sample) -> Option<Pose>| of(&|sample| Some(body(sample)?.position_m[axis] * 1e3));
-        chart(
-            &format!("position {name}: object, gripper (grey)"),
+        let place = |body: fn(&Sample) -> Option<Pose>| -> Column {
+            Box::new(move |sample| Some(body(sample)?.position_m[axis] * 1e3))
+        };
+        let gripper = place(|sample| sample.gripper);
+        let (object, pusher) = (place(|sample| sample.object), place(|sample| sample.pusher));
+        add(
+            format!("position {name}"),
             "mm",
-            vec![(place(|sample| sample.gripper), MEASURED), (place(|sample| sample.object), MODELS[3])],
+            &[("gripper", "measured", gripper), ("object", "m3", object), ("pusher", "m2", pusher)],
         );
     }
     for (what, unit, scale, pick) in [
@@ -124,33 +192,57 @@ fn section(description: &Description, trial: &Trial) -> Markup {
         ("torque", "N mm", 1e3, |wrench: Wrench| wrench.torque_nm),
     ] {
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-            let line = |wrench: fn(&Sample) -> Option<Wrench>| {
-                of(&|sample| Some(pick(wrench(sample)?)[axis] * scale))
+            let line = |wrench: fn(&Sample) -> Option<Wrench>| -> Column {
+                Box::new(move |sample| Some(pick(wrench(sample)?)[axis] * scale))
             };
-            chart(
-                &format!("{what} {name}"),
+            let fingers = [line(|sample| sample.finger[0]), line(|sample| sample.finger[1])];
+            let [one, two] = fingers;
+            add(
+                format!("{what} {name}"),
                 unit,
-                vec![
-                    (line(|sample| sample.finger[0]), BODIES[0]),
-                    (line(|sample| sample.finger[1]), BODIES[1]),
-                    (line(|sample| sample.pusher_wrench), BODIES[2]),
+                &[
+                    ("finger 1", "m0", one),
+                    ("finger 2", "m1", two),
+                    ("pusher", "m2", line(|s| s.pusher_wrench)),
                 ],
             );
         }
     }
-    html! {
-        h2 { (trial.info.trial) }
-        p { (trial.info.primitive.replace('_', " ")) ", " (trial.info.object) }
-        div class="grid" { @for one in &figures { (one) } }
-    }
+    let runs: Vec<Run> = trials
+        .iter()
+        .zip(values)
+        .map(|(trial, values)| Run {
+            id: trial.info.trial.clone(),
+            role: String::new(),
+            words: format!("{}, {}", trial.info.primitive.replace('_', " "), trial.info.object),
+            t_s: trial.samples.iter().map(|sample| sample.t_s).collect(),
+            half: vec![Vec::new(); values.len()],
+            open: vec![Vec::new(); values.len()],
+            values,
+            spans: Vec::new(),
+            scenery: None,
+        })
+        .collect();
+    let legend = html! {
+        div class="legend" {
+            (swatch("line measured", "gripper")) (swatch("line m3", "object"))
+            (swatch("line m0", "finger 1")) (swatch("line m1", "finger 2")) (swatch("line m2", "pusher"))
+        }
+    };
+    let chooser = html! {
+        @if trials.len() > 1 {
+            div class="flow" {
+                @for (k, trial) in trials.iter().enumerate() {
+                    button type="button" class="plain" data-run=(k) aria-pressed="false" { (trial.info.trial) }
+                }
+            }
+        }
+    };
+    viewer::viewer("Signals as they were understood", &legend, &chooser, &plots, &runs)
 }
 
-/// The cells that were measured, thinned: an empty cell is no gap in the line of a slower sensor.
-fn measured(times: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
-    let (t, v): (Vec<f64>, Vec<f64>) =
-        times.iter().zip(values).filter(|(_, value)| value.is_finite()).unzip();
-    thinned(&t, &v, POINTS)
-}
+/// A signal of a sample, in the unit that is shown.
+type Column = Box<dyn Fn(&Sample) -> Option<f64>>;
 
 /// What a body exerts, drawn as an arrow.
 struct Arrow {

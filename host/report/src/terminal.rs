@@ -147,7 +147,8 @@ impl Output {
     /// As [`figures::write`].
     pub fn figures(&self, folder: &Path, drawn: &[Figure]) -> anyhow::Result<()> {
         figures::write(folder, drawn)?;
-        self.note(format_args!("{} figures written to {}", drawn.len(), folder.display()));
+        let kinds = figures::KINDS;
+        self.note(format_args!("{} figures written to {} as {kinds}", drawn.len(), folder.display()));
         Ok(())
     }
 

@@ -12,6 +12,8 @@ use crate::plot::{Chart, MEASURED, MODELS, thinned};
 const SAMPLES: [usize; 2] = [1200, 500];
 /// Points of a line in a drawing.
 const POINTS: usize = 400;
+/// A cursor reads less as 0.
+const NOTHING: f64 = 5e-4;
 /// A page of more runs has many.
 const MANY: usize = 6;
 
@@ -141,7 +143,7 @@ fn packet(run: &Run, most: usize) -> Packet {
         role: run.role.clone(),
         words: run.words.clone(),
         t: Packed::of(&t),
-        v: run.values.iter().map(|lines| lines.iter().map(|line| column(line, &at)).collect()).collect(),
+        v: run.values.iter().map(|lines| columns(lines, &at)).collect(),
         spans: run.spans.clone(),
         half: run.half.clone(),
         open: run.open.clone(),
@@ -184,6 +186,12 @@ fn slots(count: usize, most: usize) -> Vec<usize> {
     }
     let stretches = most / 2;
     (0..stretches).flat_map(|k| [k * count / stretches, (2 * k + 1) * count / (2 * stretches)]).collect()
+}
+
+/// Lines of a plot; none of them where all are zero throughout: there is nothing to see.
+fn columns(lines: &[Vec<f64>], at: &[usize]) -> Vec<Option<Packed>> {
+    let seen = lines.iter().flatten().any(|x| x.is_finite() && x.abs() > NOTHING);
+    lines.iter().map(|line| column(line, at).filter(|_| seen)).collect()
 }
 
 /// The smallest and the largest value of each stretch in the order in which they come, so that peaks stay.

@@ -73,6 +73,7 @@ pub fn compare(
     let held_out = options.held_out.mask(infos).map_err(CompareError::HeldOut)?;
     let groups = crate::evidence::conditions::conditions(infos);
     let condition_of = crate::evidence::conditions::condition_of(infos);
+    let chosen = chosen_trials(options, infos, &groups, &condition_of, &held_out)?;
     let mut notes = Vec::new();
     let mut with_sensors = data.clone();
     with_sensors.description = base::with_sensors(data, &mut notes);
@@ -85,7 +86,6 @@ pub fn compare(
         progress.step(1);
     }
     let models = calibrated.as_ref().map_or(models, std::slice::from_ref);
-    let chosen = chosen_trials(options, infos, &groups, &condition_of, &held_out)?;
     progress.begin("comparing", chosen.loaded.len());
     let compared = simulate_all(data, &chosen.loaded, models, options.forces, &noise, progress);
     let reported: Vec<bool> = compared.places.iter().map(|i| chosen.reported.contains(i)).collect();

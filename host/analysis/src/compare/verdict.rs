@@ -7,6 +7,7 @@ use super::rows::{SUSTAINED_S, many_primitives};
 use super::tare::Tare;
 use crate::channels::channel_words;
 use crate::evidence::conditions::HeldOut;
+use crate::evidence::statistics::{critical_f, median};
 
 /// A value in the unit that people read: mm, mrad, N, N mm.
 pub fn readable(value: f64, unit: &str) -> String {
@@ -133,21 +134,40 @@ fn of_one(data: &DataSummary, report: &ModelReport, single: bool) -> String {
     // A touch or an onset of a few samples is a matter of timing.
     let lasting = worst(&mut report.errors.iter().filter(|r| r.duration_s >= SUSTAINED_S));
     match worst(&mut report.errors.iter().filter(|r| r.fails)) {
-        None if lasting.as_ref().is_some_and(|l| l.0 >= 2.0) => {
-            let (m, row) = lasting.unwrap_or((largest, row));
-            format!(
-                "Model {model} shows no lack of fit in its mean errors ({tested} channels and phases), but its error \
-                 in {} varies over time: {} RMS, {} times the noise floor.",
-                place_words(&row.place, many),
-                error(&row),
-                factor(m),
-            )
+        None => {
+            let brief = worst(&mut report.errors.iter().filter(|r| r.duration_s < SUSTAINED_S));
+            let brief = brief.filter(|b| b.0 >= lasting.as_ref().map_or(2.0, |l| l.0.max(2.0)));
+            let mut words = match lasting.filter(|l| l.0 >= 2.0) {
+                Some((m, row)) => format!(
+                    "Model {model} shows no lack of fit in its mean errors ({tested} channels and phases), but its \
+                     error in {} varies over time: {} RMS, {} times the noise floor.",
+                    place_words(&row.place, many),
+                    error(&row),
+                    factor(m),
+                ),
+                None => format!(
+                    "Model {model} agrees with the measurement: none of {tested} channels and phases shows lack of \
+                     fit (family-wise level {}).",
+                    data.significance,
+                ),
+            };
+            if let Some((m, row)) = brief {
+                words += &format!(
+                    " Where a phase lasts less than 0.1 s, and a few samples of timing decide, the error reaches {} \
+                     times the noise floor: {} for {:.0} ms.",
+                    factor(m),
+                    place_words(&row.place, many),
+                    1e3 * row.duration_s,
+                );
+            }
+            if let Some(least) = least_seen(data, report, tested).filter(|m| *m >= 2.0) {
+                words += &format!(
+                    " With so few repetitions the test sees only mean errors beyond about {} times the noise floor.",
+                    factor(least)
+                );
+            }
+            words
         }
-        None => format!(
-            "Model {model} agrees with the measurement: none of {tested} channels and phases shows lack of fit \
-             (family-wise level {}).",
-            data.significance,
-        ),
         Some((m, row)) if m < 1.5 => format!(
             "Model {model} agrees within the noise floor; {failing} of {tested} channels and phases show small \
              systematic differences, the largest in {} (mean {}).",
@@ -162,6 +182,18 @@ fn of_one(data: &DataSummary, report: &ModelReport, single: bool) -> String {
             factor(m),
         ),
     }
+}
+
+/// The mean error that the test for lack of fit would notice, in noise floors: the median over the `tested` channels
+/// and phases. It grows with their number and falls with that of the repetitions.
+fn least_seen(data: &DataSummary, report: &ModelReport, tested: usize) -> Option<f64> {
+    let runs = data.trials as f64 / data.conditions.max(1) as f64;
+    let of = |r: &ErrorRow| {
+        let (test, floor) = r.lack_of_fit.zip(r.noise_floor)?;
+        let f = critical_f(test.df_fit, test.df_error, data.significance / tested.max(1) as f64)?;
+        Some(test.pure_error * (f / runs).sqrt() / floor)
+    };
+    median(report.errors.iter().filter_map(of))
 }
 
 /// What data without repetitions can show: errors that last and are beyond what the sensors may be
@@ -240,8 +272,8 @@ pub fn notes(
             "Rigid contact leaves some forces undetermined (pads that stick can share a load in any ratio; a grasp that \
              sticks to a plate amplifies micrometres of the gripper's path): a force counts as an error as far as it lies outside the interval \
              of all force distributions with the same motion, net wrench and grip, for all paths within 5 um of the \
-             measured one. The line drawn is the one of least elastic energy. --no-force-bands counts the whole \
-             residual."
+             measured one. The line drawn is the one of least elastic energy. Without these force bands the whole \
+             residual counts."
                 .into(),
         );
         notes.push(
@@ -280,8 +312,8 @@ pub fn notes(
     }
     if reports.len() > 1 && options.held_out == HeldOut::Nothing && !single {
         notes.push(
-            "The models may have been fitted to these trials; --held-out compares on trials that they \
-             were not fitted to."
+            "The models may have been fitted to these trials: hold some out to compare on trials that they were \
+             not fitted to."
                 .into(),
         );
     }
@@ -291,7 +323,7 @@ pub fn notes(
 fn offset_notes(report: &ModelReport, tare: Tare) -> Vec<String> {
     let offsets = &report.offsets;
     if tare == Tare::None {
-        return vec!["Measurements are used as recorded (--no-tare): sensor offsets count as errors.".into()];
+        return vec!["Measurements are used as recorded (no tare): sensor offsets count as errors.".into()];
     }
     if offsets.channels.is_empty() {
         return vec!["No force was measured before contact: no sensor offset was removed.".into()];

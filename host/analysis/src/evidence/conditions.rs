@@ -216,7 +216,7 @@ impl HeldOut {
                     let at = infos
                         .iter()
                         .position(|i| i.trial == *id)
-                        .ok_or_else(|| format!("--held-out: no trial is named `{id}`"))?;
+                        .ok_or_else(|| format!("to hold out: no trial is named `{id}`"))?;
                     mask[at] = true;
                 }
             }
@@ -225,7 +225,7 @@ impl HeldOut {
                 let wanted = (share * groups.len() as f64).round().max(1.0);
                 if wanted as usize >= groups.len() {
                     return Err(format!(
-                        "--held-out {share}: {} condition(s) are too few to hold some out",
+                        "{} condition(s) are too few to hold a share of {share} of them out",
                         groups.len()
                     ));
                 }

@@ -62,6 +62,12 @@ pub fn lack_of_fit(conditions: &[Vec<f64>], repeated: &[Vec<f64>]) -> Option<Lac
     Some(LackOfFit { f, of_fit, of_error, p, pure_error: pure.sqrt() })
 }
 
+/// The F ratio that chance exceeds with probability `p`; `None` without degrees of freedom.
+#[must_use]
+pub fn critical_f(of_fit: f64, of_error: f64, p: f64) -> Option<f64> {
+    FisherSnedecor::new(of_fit, of_error).ok().map(|d| d.inverse_cdf(1.0 - p))
+}
+
 /// A straight line through points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {

@@ -1,13 +1,13 @@
 //! `stickslip check DATA`: what a data set holds and whether it can be trusted.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use stickslip_analysis::check::physics::Clocks;
 use stickslip_analysis::check::{self, Balance, Report, check};
 use stickslip_analysis::evidence::stages::STAGES;
 use stickslip_data::Index;
 use stickslip_report::signals;
-use stickslip_report::terminal::{Output, table};
+use stickslip_report::terminal::{Output, command_line, table};
 
 /// Arguments of `stickslip check`.
 #[derive(Debug, clap::Args)]
@@ -39,8 +39,12 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     list("warnings", report.warnings.iter().map(ToString::to_string), args.most, output);
     list("physics errors", report.findings.iter().map(ToString::to_string), args.most, output);
     list("errors", report.errors.iter().cloned(), args.most, output);
+    let sound = report.errors.is_empty() && report.findings.is_empty() && report.balance.failing == 0;
+    let next = ["calibrate", &args.data.display().to_string(), "--out", "model.toml"].map(str::to_owned);
     if let Some(path) = &args.html {
-        page(path, &index, &report, output)?;
+        let line = if sound { command_line(next.iter().map(String::as_str)) } else { String::new() };
+        let trials = signals::examples(&index);
+        output.page(path, signals::page(&report, &index.description, &trials, &line))?;
     }
     output.document(&report)?;
     let (errors, findings) = (report.errors.len(), report.findings.len());
@@ -53,7 +57,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     match report.balance.failing {
         0 => {
             output.text("No errors.");
-            output.next(["calibrate", &args.data.display().to_string(), "--out", "model.toml"]);
+            output.next(next.iter().map(String::as_str));
         }
         failing => output.text(format_args!(
             "Nothing was refused, but the forces do not balance in {failing} of {} trials (see above).",
@@ -61,11 +65,6 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         )),
     }
     Ok(())
-}
-
-/// The page of the first good trial of each primitive and object.
-pub(super) fn page(path: &Path, index: &Index, report: &Report, output: &Output) -> anyhow::Result<()> {
-    output.page(path, signals::page(report, &index.description, &signals::examples(index)))
 }
 
 fn holdings(report: &Report, output: &Output) {

@@ -43,7 +43,7 @@ pub struct Args {
     /// Write a page with all plots; it needs no network
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
-    /// Write every plot as SVG into a new folder
+    /// Write every plot as SVG and PNG into a new folder
     #[arg(long, value_name = "DIR")]
     pub figures: Option<PathBuf>,
     /// Print the tables of all channels and phases, and how to read them

@@ -39,7 +39,7 @@ pub struct Args {
     /// Write a page with tables and plots; it needs no network
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
-    /// Write every plot as SVG into a new folder
+    /// Write every plot as SVG and PNG into a new folder
     #[arg(long, value_name = "DIR")]
     pub figures: Option<PathBuf>,
     /// Print all effects tried, misfits, limits and classes

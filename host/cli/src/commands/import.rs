@@ -1,17 +1,18 @@
 //! `stickslip import`: recordings of others into the data set format.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::Context;
 use clap::Subcommand;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stickslip_analysis::check::check;
-use stickslip_data::import::{BadRow, cmu_push, recording, tribometer};
-use stickslip_data::{Dataset, Index, Stage, TableFormat};
+use stickslip_data::import::{BadRow, cmu_push, tribometer};
+use stickslip_data::{Dataset, Stage};
 use stickslip_report::terminal::{Output, table};
+
+use super::import_recording::{self, Files};
 
 /// Arguments of `stickslip import`.
 #[derive(Debug, clap::Args)]
@@ -25,9 +26,9 @@ enum Source {
     /// Any recording, by a mapping file that `stickslip new` begins
     #[command(
         after_help = "Example:\n  stickslip new raw/obj4_r1_ft.csv raw/obj4_r1_mocap.csv --out mapping.toml\n  \
-                      stickslip import recording mapping.toml --out data/mine --html mine.html --clocks clocks.html"
+                      stickslip import recording mapping.toml --out data/mine --html mine.html"
     )]
-    Recording(RecordingArgs),
+    Recording(import_recording::Args),
     /// Planar pushes of the CMU Manipulation Lab (MLab_EXP/PushExp/sensor_log)
     #[command(
         after_help = "Example:\n  stickslip import cmu-push patch__exp_08_18_1435_50.txt --out data/cmu_patch"
@@ -36,30 +37,6 @@ enum Source {
     /// A tribometer's record: time s, normal uN, position mm, friction uN
     #[command(after_help = "Example:\n  stickslip import tribometer test_data_2.txt --out data/tribometer")]
     Tribometer(Files),
-}
-
-#[derive(Debug, clap::Args)]
-struct Files {
-    /// The raw file; for `recording` the mapping file
-    file: PathBuf,
-    /// Folder to write the data set into; new or empty
-    #[arg(long)]
-    out: PathBuf,
-    /// How trials are stored
-    #[arg(long, value_enum, default_value_t)]
-    tables: TableFormat,
-}
-
-#[derive(Debug, clap::Args)]
-struct RecordingArgs {
-    #[command(flatten)]
-    files: Files,
-    /// Write a page that shows signals and frames as they were understood
-    #[arg(long, value_name = "FILE")]
-    html: Option<PathBuf>,
-    /// Write a page on the clocks that were estimated: force and motion about the contact, by one clock
-    #[arg(long, value_name = "FILE")]
-    clocks: Option<PathBuf>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -103,7 +80,7 @@ pub(super) struct Report<'r, V> {
 /// A file that is not there or not of its kind, and what writing answers.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     match &args.source {
-        Source::Recording(args) => recorded(args, output),
+        Source::Recording(args) => import_recording::run(args, output),
         Source::CmuPush(args) => cmu(args, output),
         Source::Tribometer(files) => {
             let (text, name) = read(&files.file)?;
@@ -128,111 +105,6 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             finish(files, &import.dataset, v, &import.bad_rows, &rows, output)
         }
     }
-}
-
-/// What a mapping gave, for `--json`.
-#[derive(JsonSchema, Serialize)]
-/// Recordings that were imported by a mapping.
-pub(super) struct RecordingReport<'r> {
-    /// Folder of the data set.
-    out: &'r Path,
-    /// Trials.
-    trials: usize,
-    /// Rows of all trials.
-    samples: usize,
-    /// What was assumed of each signal.
-    signals: &'r [recording::Signal],
-    /// Mean that `tare_s` took off, N and N m: trial, signal, wrench.
-    tares: &'r [(String, String, [f64; 6])],
-    /// Clocks that were estimated, by trial and stream.
-    offsets: &'r [recording::Offset],
-    /// Trials and rows of the table that were left out, with the reason.
-    refused: &'r [String],
-    /// Rows that could not be used, by file.
-    bad_rows: &'r [(PathBuf, BadRow)],
-    /// Errors that the physics checks of `check` found.
-    physics: Vec<String>,
-}
-
-fn recorded(args: &RecordingArgs, output: &Output) -> anyhow::Result<()> {
-    let RecordingArgs { files, html, clocks } = args;
-    let import = recording::import(&files.file)?;
-    let recording::Import { dataset, signals, refused, bad_rows, tares, offsets } = &import;
-    anyhow::ensure!(
-        clocks.is_none() || !offsets.is_empty(),
-        "--clocks: no stream of {} has time.clock = \"estimated\"",
-        files.file.display()
-    );
-    let stage = Stage::begin(&files.out)?;
-    stickslip_data::write_as(dataset, stage.folder(), files.tables)?;
-    stage.finish()?;
-    let mut rows = table(["signal", "stream", "columns", "units", "frame", "rate Hz", "on the base of time"]);
-    for signal in signals {
-        rows.add_row([
-            signal.signal.clone(),
-            signal.stream.clone(),
-            signal.columns.iter().filter(|name| !name.is_empty()).cloned().collect::<Vec<_>>().join(" "),
-            signal.units.clone(),
-            signal.frame.clone(),
-            format!("{:.1}", signal.rate_hz),
-            format!("{}; {:.0} % of rows", signal.base, signal.filled * 100.0),
-        ]);
-    }
-    output.text("What was assumed:");
-    output.table(&rows);
-    for line in super::import_clocks::lines(offsets) {
-        output.text(line);
-    }
-    if let Some(path) = clocks {
-        output.page(path, super::import_clocks::page(offsets))?;
-    }
-    for (trial, signal, offset) in tares.iter().take(5) {
-        let offset: Vec<String> = offset.iter().map(|value| format!("{value:.4}")).collect();
-        output.text(format_args!("tare of {signal} in {trial}: [{}] N, N m", offset.join(", ")));
-    }
-    if tares.len() > 5 {
-        output.text(format_args!("and {} more tares; --json lists all", tares.len() - 5));
-    }
-    for (file, row) in bad_rows.iter().take(20) {
-        output.refused(format_args!("{} line {}: {}", file.display(), row.line, row.reason));
-    }
-    if bad_rows.len() > 20 {
-        output.refused(format_args!("and {} more rows; --json lists all", bad_rows.len() - 20));
-    }
-    for why in refused {
-        output.refused(why);
-    }
-    let samples = dataset.trials.iter().map(|trial| trial.samples.len()).sum();
-    output.text(format_args!("{}: {} trials, {samples} samples", files.out.display(), dataset.trials.len()));
-    // Swapped fingers, millimetres, turned signs: physics sees them at once.
-    let index = Index::open(&files.out)?;
-    let report = check(&index, output);
-    if let Some(path) = html {
-        super::check::page(path, &index, &report, output)?;
-    }
-    let physics: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
-    for finding in &physics {
-        output.text(format_args!("physics: {finding}"));
-    }
-    output.document(&RecordingReport {
-        out: &files.out,
-        trials: dataset.trials.len(),
-        samples,
-        signals,
-        tares,
-        offsets,
-        refused,
-        bad_rows,
-        physics: physics.clone(),
-    })?;
-    anyhow::ensure!(
-        physics.is_empty(),
-        "{} physics error(s): correct units, axes, acts_on or clocks in {} and import again into another folder",
-        physics.len(),
-        files.file.display()
-    );
-    output.next(["check", &files.out.display().to_string()]);
-    Ok(())
 }
 
 fn cmu(args: &CmuPushArgs, output: &Output) -> anyhow::Result<()> {

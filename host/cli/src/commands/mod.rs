@@ -16,7 +16,7 @@ pub mod diagnose;
 pub mod effects;
 mod fitted;
 pub mod import;
-mod import_clocks;
+mod import_recording;
 pub mod lcp;
 pub mod man;
 pub mod monitor;

@@ -10,7 +10,8 @@ use anyhow::ensure;
 use ratatui::crossterm::event::{self, Event as Input, KeyCode, KeyModifiers};
 use schemars::JsonSchema;
 use serde::Serialize;
-use stickslip_live::foxglove::{ADDRESS, Server};
+use stickslip_live::FOXGLOVE_ADDRESS;
+use stickslip_live::foxglove::Server;
 use stickslip_live::source::{Event, Happened, Source, follow};
 use stickslip_live::state::{Alarm, Line, State};
 use stickslip_live::{plain, view};
@@ -52,7 +53,7 @@ pub struct Args {
     #[arg(long)]
     pub plain: bool,
     /// Serve viewers by WebSocket at this address
-    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = ADDRESS)]
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = FOXGLOVE_ADDRESS)]
     pub foxglove: Option<String>,
 }
 

@@ -6,13 +6,17 @@ use anyhow::Context;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use stickslip_analysis::check::check;
 use stickslip_data::import::recording::guess::guess;
-use stickslip_report::terminal::Output;
+use stickslip_data::import::recording::import;
+use stickslip_data::{Dataset, Index};
+use stickslip_report::import as page;
+use stickslip_report::terminal::{Output, command_line};
 
 /// Arguments of `stickslip new`.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Example:\n  stickslip new raw/obj4_r1_ft.csv raw/obj4_r1_mocap.csv --out mapping.toml"
+    after_help = "Example:\n  stickslip new raw/obj4_r1_ft.csv raw/obj4_r1_mocap.csv --out mapping.toml --html mapping.html"
 )]
 pub struct Args {
     /// One file of each recording device, CSV or Parquet
@@ -21,6 +25,9 @@ pub struct Args {
     /// Mapping file to write; must not exist
     #[arg(long, value_name = "MAPPING.toml")]
     out: PathBuf,
+    /// Write a page that shows signals and frames as the guesses have them: what is wrong there is to be corrected
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
 }
 
 #[derive(JsonSchema, Serialize)]
@@ -57,6 +64,20 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         args.out.display()
     ));
     output.document(&Report { out: &args.out, guesses })?;
-    output.next(["import", "recording", &args.out.display().to_string(), "--out", "data"]);
+    let mapping = args.out.display().to_string();
+    let next = ["import", "recording", &mapping, "--out", "data", "--html", "data.html"];
+    if let Some(path) = &args.html {
+        let import = import(&args.out).with_context(|| {
+            format!(
+                "{mapping} is written, but there is no page yet: correct it, then `{}`",
+                command_line(next)
+            )
+        })?;
+        // What physics does not allow is said of the mapping.
+        let data = Dataset { folder: args.out.clone(), ..import.dataset.clone() };
+        let report = check(&Index::from(data), output);
+        output.page(path, page::page("new", &import, &report, &command_line(next)))?;
+    }
+    output.next(next);
     Ok(())
 }

@@ -65,7 +65,7 @@ fn documents() -> Vec<Document> {
         first("board monitor", of::<monitor::Summary>),
         first("simulate", of::<simulate::Report>),
         first("new", of::<new::Report>),
-        first("import recording", of::<import::RecordingReport>),
+        first("import recording", of::<super::import_recording::RecordingReport>),
         first("import cmu-push", of::<import::Report<cmu_push::Verification>>),
         first("import tribometer", of::<import::Report<tribometer::Verification>>),
         first("rig", of::<rig::Report>),

@@ -34,7 +34,7 @@ pub struct Args {
     /// Write a page with the table and plots
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
-    /// Write every plot as SVG into a new folder
+    /// Write every plot as SVG and PNG into a new folder
     #[arg(long, value_name = "DIR")]
     pub figures: Option<PathBuf>,
 }

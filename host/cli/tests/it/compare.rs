@@ -10,7 +10,7 @@ use stickslip_analysis::compare::{Forces, NamedModel, Options, compare, noise::s
 use stickslip_analysis::evidence::conditions::{HeldOut, conditions};
 use stickslip_analysis::evidence::contact::Evidence;
 use stickslip_analysis::evidence::phases::{PHASES, Phase, split};
-use stickslip_analysis::evidence::statistics::{holm, lack_of_fit, regression};
+use stickslip_analysis::evidence::statistics::{critical_f, holm, lack_of_fit, regression};
 use stickslip_analysis::model::file::default_model;
 use stickslip_analysis::run::replay;
 use stickslip_analysis::run::simulate::prepare;
@@ -73,6 +73,15 @@ fn lack_of_fit_is_the_ratio_of_mean_squares() {
     let narrow = [vec![0.25, -0.25], vec![0.25, -0.25]];
     let sharper = lack_of_fit(&[vec![1.5, 2.5], vec![-1.5, -2.5]], &narrow).expect("repetitions");
     assert!((sharper.f / found.f - 4.0).abs() < 1e-9);
+}
+
+#[test]
+fn the_critical_ratio_is_that_of_the_tables() {
+    // F(1, 2) at 1 % and F(4, 10) at 5 %, as printed in tables of the distribution.
+    for (of_fit, of_error, p, table) in [(1.0, 2.0, 0.01, 98.50), (4.0, 10.0, 0.05, 3.478)] {
+        let found = critical_f(of_fit, of_error, p).expect("degrees of freedom");
+        assert!((found / table - 1.0).abs() < 1e-3, "{found} of {table}");
+    }
 }
 
 #[test]
@@ -453,7 +462,7 @@ fn the_page_holds_its_figures_and_needs_nothing_from_elsewhere() {
         assert!(first.contains(&stickslip_report::html::escape(sentence)), "{sentence}");
     }
     assert!(
-        first.contains("<svg") && first.contains("stickslip diagnose x"),
+        first.contains("class=\"bars\"") && first.contains("stickslip diagnose x"),
         "a picture and the next command"
     );
     assert!(words.contains("Before and after") && words.contains("worst trial"));

@@ -135,11 +135,17 @@ fn a_diagnosis_writes_the_named_model_and_a_page_and_says_what_comes_next() {
     assert!(check("diagnose", &page) > 5, "a heat map");
     let first = page.split("<h2>").next().expect("a first screen");
     assert!(first.contains("the grip that acts is below the commanded one"), "plain words");
-    assert!(first.contains("<svg") && first.contains(next), "a picture and the next command");
+    assert!(first.contains("class=\"bars\"") && first.contains(next), "a picture and the next command");
     for told in
         ["share of the command that is lost", "Townsend and Salisbury", "finger 1 less finger 2, force y"]
     {
         assert!(page.contains(told), "{told}");
+    }
+    // Its signature beside that of the data: as bars, and over one run.
+    let card = page.split("<article").nth(1).expect("a card");
+    for told in ["what the data show that the model lacks", "what the effect changes", "The same in one run"]
+    {
+        assert!(card.contains(told), "{told}");
     }
     for raw in ["finger_sum", "finger_difference", "_nm<", "http", "src=", "url(", "NaN"] {
         assert!(!crate::pages::words(&page).contains(raw), "{raw}");

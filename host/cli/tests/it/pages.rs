@@ -15,12 +15,39 @@ fn every_command_with_a_page_writes_one_that_is_whole_and_needs_no_network() {
         let name = sub.get_name();
         let path = folder.path().join(format!("{name}.html"));
         let mut run = Command::cargo_bin("stickslip").expect("the binary");
-        run.arg(name).arg(&data).arg("--html").arg(&path).assert().success();
+        match name {
+            // Of a recording, not of a data set.
+            "new" => {
+                let index = stickslip_data::Index::open(&data).expect("a data set");
+                let recording = data.join(&index.trials[0].file);
+                run.arg(name).arg(recording).arg("--out").arg(folder.path().join("mapping.toml"));
+            }
+            _ => {
+                run.arg(name).arg(&data);
+            }
+        }
+        run.arg("--html").arg(&path).assert().success();
         let page = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
         check(name, &page);
         commands += 1;
     }
     assert!(commands >= 4, "compare, diagnose, replay and score, not {commands}");
+}
+
+/// Three conditions, three runs each: nothing is significant, and the largest errors last 12 ms.
+#[test]
+fn the_first_bar_is_what_the_verdict_names_and_what_lasts_a_few_samples_is_said_apart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let demo = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo");
+    let path = folder.path().join("compare.html");
+    let mut run = Command::cargo_bin("stickslip").expect("the binary");
+    run.arg("compare").arg(&demo).arg("--html").arg(&path).assert().success();
+    let page = std::fs::read_to_string(&path).expect("the page");
+    let after =
+        |from: &str| page.split_once(from).and_then(|(_, rest)| rest.split_once('<')).expect("there").0;
+    let (verdict, first) = (after("<p class=\"verdict fair\">"), after("<div class=\"name\">"));
+    assert!(verdict.contains(first), "{verdict}: {first}");
+    assert!(page.contains("Where a phase lasts less than 0.1 s") && page.contains("With so few repetitions"));
 }
 
 #[test]
@@ -37,7 +64,13 @@ fn figures_are_whole_drawings_in_a_folder_of_their_own_and_none_is_overwritten()
         let mut drawn = 0;
         for entry in std::fs::read_dir(&out).expect("the folder") {
             let path = entry.expect("a file").path();
+            if path.extension().is_some_and(|e| e == "png") {
+                assert!(path.with_extension("svg").exists(), "{}", path.display());
+                continue;
+            }
             assert_eq!(path.extension().and_then(|e| e.to_str()), Some("svg"), "{}", path.display());
+            let pixels = std::fs::read(path.with_extension("png")).expect("the same as PNG");
+            assert!(pixels.starts_with(b"\x89PNG\r\n"), "{}", path.display());
             let text = std::fs::read_to_string(&path).expect("text");
             roxmltree::Document::parse(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
             drawn += 1;

@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 use regex::Regex;
 
 use super::error::RecordingError;
-use super::mapping::FORMAT;
+use super::guess_head::{conditions_in, head};
 use super::units::Quantity;
 use crate::csv_text::CsvText;
 
@@ -48,6 +48,20 @@ struct Look {
     frame: Option<String>,
     names: Vec<String>,
     columns: Vec<Vec<f64>>,
+    /// Its times never meet those of the first file.
+    own_clock: bool,
+}
+
+/// From and to, s.
+type Span = (f64, f64);
+
+/// When a recording runs, by its own clock; what was not looked at has no end.
+fn span_s(look: &Look) -> Option<Span> {
+    let (at, unit) = time_column(look)?;
+    let factor = Quantity::Time.factor(&unit).ok()?;
+    let column = &look.columns[at];
+    let end = if column.len() < ROWS { column.last()? * factor } else { f64::INFINITY };
+    Some((column.first()? * factor, end))
 }
 
 /// Text of a mapping for `files`: each where it is, and how the mapping names it.
@@ -61,7 +75,13 @@ pub fn guess(files: &[(&Path, &Path)]) -> Result<String, RecordingError> {
     }
     let trial = common_name(&looks);
     let mut text = String::new();
-    let _ = writeln!(text, "{}", HEAD.replace("{FORMAT}", FORMAT));
+    let named = trial.as_deref().map(conditions_in).unwrap_or_default();
+    let _ = writeln!(text, "{}", head(&named));
+    let first = looks.first().and_then(span_s);
+    for look in looks.iter_mut().skip(1) {
+        let apart = |(a, b): (Span, Span)| a.0 > b.1 || b.0 > a.1;
+        look.own_clock = look.topic.is_none() && first.zip(span_s(look)).is_some_and(apart);
+    }
     let mut used = Vec::new();
     for look in &mut looks {
         if let Some(trial) = &trial {
@@ -148,6 +168,7 @@ fn bag(file: &Path, named: &Path) -> Result<Vec<Look>, RecordingError> {
             .map(|at| table.rows.iter().filter_map(|row| row.get(at).copied()).collect())
             .collect(),
         names: table.names,
+        own_clock: false,
     };
     Ok(super::bag::beginnings(file, ROWS)?.into_iter().map(look).collect())
 }
@@ -274,7 +295,14 @@ fn stream(look: &Look, used: &mut Vec<&'static str>, text: &mut String) {
     }
     match &time {
         Some((at, unit)) => {
-            let _ = writeln!(text, "time = {{ column = {:?}, unit = {unit:?} }}", look.names[*at]);
+            let clock = match look.own_clock {
+                true => {
+                    ", clock = \"estimated\" }   # CHECK: its times never meet those of the first file; \
+                     \"starts_together\" where both began at one moment"
+                }
+                false => " }",
+            };
+            let _ = writeln!(text, "time = {{ column = {:?}, unit = {unit:?}{clock}", look.names[*at]);
         }
         None => {
             text.push_str("time = { column = \"?\", unit = \"s\" }   # CHECK: no column rises throughout\n")
@@ -495,46 +523,6 @@ fn pose(
 fn checked(stated: &Option<String>) -> &'static str {
     if stated.is_some() { "" } else { "   # CHECK: guessed" }
 }
-
-const HEAD: &str = r#"# Made by `stickslip new`. Lines with CHECK are guesses: correct them, then
-#   stickslip import recording THIS_FILE --out DATA
-# Keys: docs/import-recordings.md
-format = "{FORMAT}"
-# rate_hz = 250.0   # of the data set; faster streams are averaged, slower ones leave cells empty
-
-[trials]
-# table = "trials.csv"   # conditions as in docs/dataset.md; with start_s and end_s where one file holds all trials
-# pattern = '^(?<object>obj\d+)_g(?<grip_n>\d+)_v(?<speed_m_s>\d+)_r(?<run>\d+)$'   # conditions in names
-# units = { speed_m_s = "mm/s" }
-# cut_by = "trial_number"   # column of the first stream, where one file holds all trials
-constants = { object = "object", primitive = "linear_push", grip_n = 20.0 }   # CHECK
-
-[dataset]   # as dataset.toml, docs/dataset.md
-name = "my recordings"
-sample_rate_hz = 250.0
-gravity_m_s2 = [0.0, 0.0, -9.81]
-
-[[dataset.objects]]
-id = "object"
-shape = "prism"
-length_m = 0.1   # CHECK
-side_m = 0.025   # CHECK
-mass_kg = 0.2   # CHECK
-
-[dataset.fingers]
-contact = "disc"
-diameter_m = 0.02   # CHECK
-
-[dataset.pushers.linear_push]
-contact = "plane"   # CHECK: plane, line (length_m), point (tip_radius_m)
-
-# [dataset.sensors.finger] force_noise_n, torque_noise_nm, ...: estimated from the data where absent
-
-# [fixed.gripper]   # where the gripper stands still and no stream has its pose
-# position_m = [0.0, 0.0, 0.5]
-# [fixed.pusher]
-# position_m = [0.0, 0.0, 0.5]
-# axes = ["x", "y", "z"]   # its x (towards the object), y, z in our world"#;
 
 #[cfg(test)]
 mod tests {

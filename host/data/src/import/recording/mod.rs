@@ -11,6 +11,7 @@ pub mod error;
 pub mod frames;
 pub mod grid;
 pub mod guess;
+mod guess_head;
 pub mod mapping;
 pub mod offset;
 pub mod source;
@@ -355,6 +356,14 @@ fn build(mapping: &Mapping, recorded: Recorded) -> Result<Built, String> {
             "its streams never run at the same time ({}); give clock = \"estimated\", \"starts_together\" or offset_s",
             spans.collect::<Vec<_>>().join(", ")
         ));
+    }
+    // A model needs all poses at the start: the base begins at a row of the slowest stream that has poses, where that
+    // leaves cells empty.
+    let slow = mapping.streams.iter().zip(&streams).filter(|(stream, _)| stream.poses().next().is_some());
+    let slowest = slow.map(|(_, source)| source).max_by(|a, b| a.period_s().total_cmp(&b.period_s()));
+    if let Some(source) = slowest.filter(|source| source.period_s() > 1.5 * step_s) {
+        let next = source.t_s.partition_point(|t| *t < from_s);
+        from_s = source.t_s.get(next).copied().filter(|t| *t < to_s).unwrap_or(from_s);
     }
     // The base of one stream at the data set's rate is its own time.
     let count = ((to_s - from_s) * mapping.rate_hz + 1e-6).floor() as usize + 1;

@@ -1,0 +1,134 @@
+//! How a first mapping begins: what people correct by hand, and the conditions that the names of trials hold.
+
+use super::mapping::FORMAT;
+
+/// Conditions that the name of a trial holds.
+#[derive(Default)]
+pub struct InName {
+    /// Regular expression over the name.
+    pattern: String,
+    /// Columns of trials.csv that it gives, each with the unit that people write, where there is one.
+    columns: Vec<(&'static str, &'static str)>,
+    /// The object.
+    object: Option<String>,
+}
+
+/// What laboratories write before the number of a condition; the column of trials.csv, and the usual unit.
+const LETTERS: [(&str, &str, &str); 9] = [
+    ("g", "grip_n", ""),
+    ("grip", "grip_n", ""),
+    ("v", "speed_m_s", "mm/s"),
+    ("w", "speed_rad_s", "deg/s"),
+    ("s", "slope_rad", "deg"),
+    ("o", "pusher_offset_m", "mm"),
+    ("r", "run", ""),
+    ("run", "run", ""),
+    ("rep", "run", ""),
+];
+
+/// Conditions in `name`, as `obj4_g20_v10_r1`; nothing where no part tells.
+pub fn conditions_in(name: &str) -> InName {
+    let mut found = InName::default();
+    let mut parts = Vec::new();
+    for part in name.split('_') {
+        let (word, number) = part.split_at(part.find(|c: char| !c.is_alphabetic()).unwrap_or(part.len()));
+        let known = LETTERS.iter().find(|(letter, column, _)| {
+            *letter == word.to_lowercase() && !found.columns.iter().any(|(other, _)| other == column)
+        });
+        match known.filter(|_| number.parse::<f64>().is_ok_and(f64::is_finite)) {
+            Some((_, column, unit)) => {
+                found.columns.push((column, unit));
+                parts.push(format!(r"{word}(?<{column}>-?\d+(?:\.\d+)?)"));
+            }
+            None if found.object.is_none() && found.columns.is_empty() => {
+                found.object = Some(part.to_owned());
+                parts.push("(?<object>[^_]+)".to_owned());
+            }
+            None => parts.push("[^_]+".to_owned()),
+        }
+    }
+    if found.columns.is_empty() {
+        return InName::default();
+    }
+    found.pattern = parts.join("_");
+    found
+}
+
+/// The mapping up to its streams.
+pub fn head(named: &InName) -> String {
+    let mut text = HEAD.replace("{FORMAT}", FORMAT);
+    if named.columns.is_empty() {
+        return text;
+    }
+    let commented: Vec<&str> = text
+        .lines()
+        .filter(|line| ["# pattern", "# units", "constants"].iter().any(|word| line.starts_with(word)))
+        .collect();
+    let [pattern, units, constants] = commented[..] else { return text };
+    let (pattern, units, constants) = (pattern.to_owned(), units.to_owned(), constants.to_owned());
+    text = text.replace(
+        &pattern,
+        &format!("pattern = '^{}$'   # CHECK: conditions in the names of trials", named.pattern),
+    );
+    let unit = |(column, unit): &(&str, &str)| (!unit.is_empty()).then(|| format!("{column} = \"{unit}\""));
+    let all: Vec<String> = named.columns.iter().filter_map(unit).collect();
+    text = match all.is_empty() {
+        true => text,
+        false => {
+            text.replace(&units, &format!("units = {{ {} }}   # CHECK: of these numbers", all.join(", ")))
+        }
+    };
+    let has = |column: &str| named.columns.iter().any(|(other, _)| *other == column);
+    let mut left = vec!["primitive = \"linear_push\""];
+    if named.object.is_none() {
+        left.push("object = \"object\"");
+    }
+    if !has("grip_n") {
+        left.push("grip_n = 20.0");
+    }
+    text = text.replace(&constants, &format!("constants = {{ {} }}   # CHECK", left.join(", ")));
+    match &named.object {
+        Some(object) => text.replace("id = \"object\"", &format!("id = {object:?}")),
+        None => text,
+    }
+}
+
+const HEAD: &str = r#"# Made by `stickslip new`. Lines with CHECK are guesses: correct them, then
+#   stickslip import recording THIS_FILE --out DATA
+# Keys: docs/import-recordings.md
+format = "{FORMAT}"
+# rate_hz = 250.0   # of the data set; faster streams are averaged, slower ones leave cells empty
+
+[trials]
+# table = "trials.csv"   # conditions as in docs/dataset.md; with start_s and end_s where one file holds all trials
+# pattern = '^(?<object>obj\d+)_g(?<grip_n>\d+)_v(?<speed_m_s>\d+)_r(?<run>\d+)$'   # conditions in names
+# units = { speed_m_s = "mm/s" }
+# cut_by = "trial_number"   # column of the first stream, where one file holds all trials
+constants = { object = "object", primitive = "linear_push", grip_n = 20.0 }   # CHECK
+
+[dataset]   # as dataset.toml, docs/dataset.md
+name = "my recordings"
+sample_rate_hz = 250.0
+gravity_m_s2 = [0.0, 0.0, -9.81]
+
+[[dataset.objects]]
+id = "object"
+shape = "prism"
+length_m = 0.1   # CHECK
+side_m = 0.025   # CHECK
+mass_kg = 0.2   # CHECK
+
+[dataset.fingers]
+contact = "disc"
+diameter_m = 0.02   # CHECK
+
+[dataset.pushers.linear_push]
+contact = "plane"   # CHECK: plane, line (length_m), point (tip_radius_m)
+
+# [dataset.sensors.finger] force_noise_n, torque_noise_nm, ...: estimated from the data where absent
+
+# [fixed.gripper]   # where the gripper stands still and no stream has its pose
+# position_m = [0.0, 0.0, 0.5]
+# [fixed.pusher]
+# position_m = [0.0, 0.0, 0.5]
+# axes = ["x", "y", "z"]   # its x (towards the object), y, z in our world"#;

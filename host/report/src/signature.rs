@@ -1,0 +1,121 @@
+//! What an effect changes beside what the data show that the model lacks: as bars by channel and phase over all
+//! conditions, and over one run in the channel where the named effects explain most.
+
+use maud::{Markup, html};
+use stickslip_analysis::channels::{COUNT, NAMES, Signals, channel_words, quantity};
+use stickslip_analysis::compare::document::{Comparison, Trace};
+use stickslip_analysis::compare::verdict::{readable, scale};
+use stickslip_analysis::diagnose::signature::Mark;
+use stickslip_analysis::evidence::phases::{PHASES, Phase};
+
+use crate::bars::{Bars, multiples};
+use crate::html::{figure, swatch};
+use crate::plot::{Chart, Line, MODELS, thinned};
+
+/// Places on a card.
+const MARKS: usize = 5;
+/// Width of a drawing, px.
+const WIDE: u32 = 360;
+/// Points of a line.
+const POINTS: usize = 300;
+
+/// What an effect changes beside what the data show, by channel and phase.
+pub fn bars(marks: &[Mark]) -> Option<Bars> {
+    let mut shown: Vec<&Mark> = marks.iter().collect();
+    shown.sort_by(|a, b| b.left.max(b.change).total_cmp(&a.left.max(a.change)));
+    let name = |m: &Mark| format!("{}, {}", channel_words(&m.channel), m.phase);
+    multiples(
+        shown.iter().take(MARKS).map(|m| (name(m), vec![m.left, m.change])).collect(),
+        "run spreads",
+        1.0,
+    )
+}
+
+/// The pictures of a card; `run` where the effect is named.
+pub fn signature(marks: &[Mark], run: Option<&Run>) -> Markup {
+    let Some(chart) = bars(marks) else { return html! {} };
+    let mut largest: Vec<String> = Vec::new();
+    for m in marks {
+        let text = format!("{} by {}", channel_words(&m.channel), readable(m.change_si, m.unit));
+        if largest.len() < 3 && !largest.iter().any(|l| l.starts_with(&channel_words(&m.channel))) {
+            largest.push(text);
+        }
+    }
+    html! {
+        div class="legend" {
+            (swatch("m0", "what the data show that the model lacks"))
+            (swatch("m1", "what the effect changes"))
+        }
+        (figure("Its signature", "", "what the effect changes beside what the model lacks", &chart.markup().0))
+        @if let Some(run) = run { (figure(&run.title, run.unit, &run.words, &run.chart.svg())) }
+        p { "On this bench it changes " (largest.join("; ")) " (root mean square)." }
+    }
+}
+
+/// The signature over one run.
+pub struct Run {
+    /// Channel and trial.
+    pub title: String,
+    /// Of the channel.
+    pub unit: &'static str,
+    /// What it shows.
+    pub words: String,
+    /// The drawing.
+    pub chart: Chart,
+}
+
+/// Measurement less the first model, and last model less the first, in the trial and the channel
+/// that the last model explains better by most noise floors.
+#[must_use]
+pub fn over_a_run(traces: &Comparison) -> Option<Run> {
+    let of = |t| (0..COUNT).filter_map(move |c| Some((explained(t, c)?, c, t)));
+    let all = traces.traces.iter().flat_map(of);
+    let (_, channel, trace) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (given, named) = (trace.modelled.first()?, trace.modelled.last()?);
+    let (factor, unit) = scale(quantity(channel).unit());
+    let less = |rows: &[Signals]| -> Vec<f64> {
+        rows.iter().zip(given).map(|(a, b)| (a[channel] - b[channel]) * factor).collect()
+    };
+    let line = |values: Vec<f64>, colour, width| Line {
+        points: thinned(&trace.t_s, &values, POINTS),
+        colour,
+        width,
+    };
+    let words = channel_words(NAMES[channel]);
+    Some(Run {
+        title: format!("The same in one run: {words}, {}", trace.conditions),
+        unit,
+        words: format!(
+            "{words} over time: measurement less the model as given, and what the named effects change"
+        ),
+        chart: Chart {
+            size: (WIDE, 190),
+            x_label: "time, s".into(),
+            y_label: format!("less the model as given, {unit}"),
+            lines: vec![line(less(&trace.measured), MODELS[0], 1), line(less(named), MODELS[1], 2)],
+            ..Chart::default()
+        },
+    })
+}
+
+/// How much of the measurement the last model explains beyond the first in a channel after contact: root of the mean
+/// square that goes, in noise floors, times the share of the square that goes; `None` where nothing goes.
+fn explained(trace: &Trace, channel: usize) -> Option<f64> {
+    let (given, named) = (trace.modelled.first()?, trace.modelled.last()?);
+    let (mut gone, mut before, mut count) = (0.0, 0.0, 0.0);
+    for phase in PHASES.into_iter().filter(|p| *p != Phase::BeforeContact) {
+        let floor = trace.band[channel][phase as usize];
+        let both = given.iter().zip(named).zip(&trace.measured);
+        let range = trace.phases.range(phase);
+        for ((a, b), m) in both.take(range.end).skip(range.start) {
+            let left = |model: &Signals| ((m[channel] - model[channel]) / floor).powi(2);
+            let (first, last) = (left(a), left(b));
+            if first.is_finite() && last.is_finite() {
+                gone += first - last;
+                before += first;
+                count += 1.0;
+            }
+        }
+    }
+    (gone > 0.0).then(|| f64::sqrt(gone / count) * gone / before)
+}
