@@ -58,9 +58,10 @@ impl Share {
 /// Tangential stiffness of one whole pad.
 #[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct PadStiffness {
-    /// N/m; null where the pads give way by no more than chance.
+    /// N/m; null where the pads give way by no more than chance and clocks that are a sample apart make of rigid ones.
     pub tangential_n_m: Option<f64>,
-    /// Lower end of the interval, N/m: twice the compliance that was read off, and two standard deviations.
+    /// Lower end of the interval, N/m: twice the compliance that was read off, two standard deviations, and a sample
+    /// between the clocks.
     pub low_n_m: f64,
     /// Upper end, N/m, half the compliance; null where the pads may be rigid.
     pub high_n_m: Option<f64>,
@@ -79,7 +80,7 @@ impl PadStiffness {
         let told = pads.give_way();
         Self {
             tangential_n_m: stiffness(c).filter(|_| told),
-            low_n_m: 1.0 / (pads::SPRINGS * c + 2.0 * sd).max(1e-9),
+            low_n_m: 1.0 / (pads::SPRINGS * c + 2.0 * sd + pads.clock_m_n).max(1e-9),
             high_n_m: stiffness(c / pads::SPRINGS - 2.0 * sd).filter(|_| told),
             moves_m: pads.moves_m().max(0.0),
             in_model,

@@ -6,7 +6,8 @@
 //! layer of springs). Both sides are measured, so the slope of displacement against load is the compliance,
 //! whatever friction, pusher or plan are. Loads up to half of a trial's largest count: beyond it the
 //! rim slides. The answer is the weighted median of all slopes: a pad that slides early or a wrong contact
-//! decides nothing.
+//! decides nothing. Pads that are loaded within a sample cannot be read off: how far the object is driven in
+//! that time counts for their compliance, as the clocks of pose and wrench agree no better.
 
 use nalgebra::Vector3;
 use stickslip_shared::model::{Base, FingerContact, RIGID_N_M};
@@ -26,6 +27,8 @@ const REST_S: f64 = 0.05;
 const FEWEST: usize = 4;
 /// A compliance of fewer standard deviations is not told from none.
 const TOLD: f64 = 3.0;
+/// Arm at which a turn counts as a path (as [`Prepared::drive_speed`] has it), m.
+const TURN_ARM_M: f64 = 0.03;
 /// Loads below this many standard deviations of their noise tell nothing.
 const LOUD: f64 = 10.0;
 
@@ -36,6 +39,8 @@ pub struct Pads {
     pub tangential_m_n: f64,
     /// Standard deviation of that, m/N.
     pub sd_m_n: f64,
+    /// What one sample between the clocks of pose and wrench makes of it, alike in all loadings, m/N.
+    pub clock_m_n: f64,
     /// Largest force on both pads together, N.
     pub largest_n: f64,
     /// Loadings that it was found from: of a trial, one for each direction that is loaded.
@@ -85,10 +90,10 @@ impl Pads {
         (tangential_m_n > 0.0).then_some(Self { tangential_m_n, ..self })
     }
 
-    /// Whether the pads give way by more than chance.
+    /// Whether the pads give way by more than chance and clocks make of rigid ones.
     #[must_use]
     pub fn give_way(&self) -> bool {
-        self.tangential_m_n > TOLD * self.sd_m_n
+        self.tangential_m_n > TOLD * self.sd_m_n + self.clock_m_n
     }
 }
 
@@ -97,6 +102,8 @@ impl Pads {
 pub struct Slope {
     compliance_m_n: f64,
     variance: f64,
+    /// By one sample between pose and wrench, m/N.
+    clock_m_n: f64,
     /// Largest load of the trial, N; zero for a torque.
     largest_n: f64,
 }
@@ -109,7 +116,8 @@ pub fn measured(slopes: &[Slope]) -> Option<Pads> {
     }
     // No loading is known better than a tenth of them: what is common to it (a rim that slides) is no noise.
     let certain = quantile(slopes.iter().map(|s| s.variance).collect(), 0.1)?;
-    let weights: Vec<f64> = slopes.iter().map(|s| 1.0 / (s.variance + certain)).collect();
+    let weights: Vec<f64> =
+        slopes.iter().map(|s| 1.0 / (s.variance + s.clock_m_n.powi(2) + certain)).collect();
     let weighted = |of: &dyn Fn(&Slope) -> f64| {
         weighted_median(slopes.iter().map(of).zip(weights.iter().copied()).collect())
     };
@@ -120,8 +128,9 @@ pub fn measured(slopes: &[Slope]) -> Option<Pads> {
     let total: f64 = weights.iter().sum();
     let effective = total * total / weights.iter().map(|w| w * w).sum::<f64>();
     let sd_m_n = 1.25 * 1.48 * deviation / effective.sqrt();
+    let clock_m_n = weighted(&|s| s.clock_m_n)?;
     let largest_n = slopes.iter().map(|s| s.largest_n).fold(0.0, f64::max);
-    Some(Pads { tangential_m_n, sd_m_n, largest_n, loadings: slopes.len() })
+    Some(Pads { tangential_m_n, sd_m_n, clock_m_n, largest_n, loadings: slopes.len() })
 }
 
 /// Load and displacement of a grasp at one sample: along gripper X, along Z and about Y.
@@ -142,11 +151,14 @@ pub fn loadings(trial: &Prepared) -> Vec<Slope> {
     let loaded: Vec<Option<Loaded>> = trial.measured.iter().map(|s| loaded(s, &rest)).collect();
     // Of one pad: half of the load, and a turn at its radius.
     let scale = [2.0, 2.0, 2.0 * mean_square_m2];
+    // Driven in one sample: along, along, and turned.
+    let driven_m = trial.drive_speed().iter().skip(touch).fold(0.0, |m: f64, v| m.max(*v)) * trial.period_s();
+    let driven = [driven_m, driven_m, driven_m / TURN_ARM_M];
     (0..3)
         .filter(|k| scale[*k] > 0.0)
         .filter_map(|k| {
             let pairs: Vec<Option<(f64, f64)>> = loaded.iter().map(|l| l.map(|l| l[k])).collect();
-            let slope = slope(&pairs, from, touch, scale[k])?;
+            let slope = slope(&pairs, (from, touch), scale[k], driven[k])?;
             Some(if k == 2 { Slope { largest_n: 0.0, ..slope } } else { slope })
         })
         .collect()
@@ -177,7 +189,13 @@ fn loaded(sample: &Signals, rest: &Signals) -> Option<Loaded> {
 }
 
 /// Slope of displacement against load from rest to [`LOADED`] of the largest load, times `scale`.
-fn slope(pairs: &[Option<(f64, f64)>], from: usize, touch: usize, scale: f64) -> Option<Slope> {
+/// `driven`: how far the object is driven in a sample.
+fn slope(
+    pairs: &[Option<(f64, f64)>],
+    (from, touch): (usize, usize),
+    scale: f64,
+    driven: f64,
+) -> Option<Slope> {
     let loads = || pairs.iter().skip(touch).flatten().map(|p| p.0);
     let largest = loads().fold(0.0, |m: f64, x| m.max(x.abs()));
     let noise = crate::evidence::noise::white_noise(loads()).unwrap_or(0.0);
@@ -200,5 +218,6 @@ fn slope(pairs: &[Option<(f64, f64)>], from: usize, touch: usize, scale: f64) ->
     let rest: f64 = points.iter().map(|p| (p.1 - moved - slope * (p.0 - load)).powi(2)).sum();
     // The pads push against the displacement.
     let variance = scale * scale * rest / (n - 2.0) / spread;
-    Some(Slope { compliance_m_n: -scale * slope, variance, largest_n: largest })
+    let clock_m_n = scale * driven / (LOADED * largest);
+    Some(Slope { compliance_m_n: -scale * slope, variance, clock_m_n, largest_n: largest })
 }

@@ -191,16 +191,10 @@ impl Campaign {
     }
 }
 
-/// Mean time between samples, s.
-pub fn period_s(t_s: &[f64]) -> f64 {
-    let length = t_s.last().unwrap_or(&0.0) - t_s.first().unwrap_or(&0.0);
-    length / (t_s.len().max(2) - 1) as f64
-}
-
 /// Samples stepped over in one coarse step.
 fn stride(prepared: &Prepared) -> usize {
     let t_s = &prepared.t_s;
-    let period = period_s(t_s);
+    let period = prepared.period_s();
     let step_s = if prepared.scene.fingers.is_some() { COARSE_S } else { COARSE_PUSH_S };
     let longest = if period > 0.0 { (step_s / period) as usize } else { 1 };
     (t_s.len() / COARSE_STEPS).min(longest).clamp(1, 8)

@@ -6,7 +6,7 @@
 //! a floor: a lag that decays along the path is ordinary, a level that stays is a finding.
 
 use crate::channels::{COUNT, Quantity};
-use crate::fit::campaign::{Run, period_s};
+use crate::fit::campaign::Run;
 use crate::fit::features::{FEATURES, Features, quantity};
 use crate::fit::phases::{BINS, PEAK, onset_lengths};
 
@@ -33,7 +33,7 @@ pub fn lags(run: &Run, modelled: &Features) -> Vec<Features> {
         .filter(|c| quantity(c * BINS) == Quantity::Force)
         .map(|c| jump(c).abs())
         .fold(0.0, f64::max);
-    let length = (period_s(&run.prepared.t_s) * fastest).hypot(largest / STIFFNESS_N_M);
+    let length = (run.prepared.period_s() * fastest).hypot(largest / STIFFNESS_N_M);
     (FIRST..COUNT)
         .map(|channel| {
             let mut d = vec![0.0; FEATURES];

@@ -427,6 +427,12 @@ impl Prepared {
         found.iter().any(|c| c.body == Body::Pusher && c.gap_m < gap_m)
     }
 
+    /// Mean time between samples, s.
+    pub fn period_s(&self) -> f64 {
+        let length = self.t_s.last().unwrap_or(&0.0) - self.t_s.first().unwrap_or(&0.0);
+        length / (self.t_s.len().max(2) - 1) as f64
+    }
+
     /// Poses of the prescribed bodies, one for each sample.
     pub fn poses(&self) -> &[Poses<f64>] {
         &self.poses

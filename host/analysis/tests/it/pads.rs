@@ -8,8 +8,8 @@ use stickslip_data::{Dataset, Trial};
 use stickslip_rig::objects::bench;
 use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Setup, run};
 
-/// Pushes and pivots on pads of `stiffness_n_m`.
-fn trials(stiffness_n_m: f64, primitives: &[Primitive]) -> Vec<Trial> {
+/// Pushes and pivots on pads of `stiffness_n_m` at `speed_m_s`.
+fn trials((stiffness_n_m, speed_m_s): (f64, f64), primitives: &[Primitive]) -> Vec<Trial> {
     let description = bench("pads");
     let mut out = Vec::new();
     for (at, primitive) in primitives.iter().enumerate() {
@@ -19,25 +19,25 @@ fn trials(stiffness_n_m: f64, primitives: &[Primitive]) -> Vec<Trial> {
             reality.stiffness_n_m = stiffness_n_m;
             let setup = Setup { description: description.clone(), reality, step_s: STEP_S };
             let condition =
-                Condition { grip_n, speed_m_s: 0.015, travel: 0.006, ..Condition::new(*primitive, "obj4") };
+                Condition { grip_n, speed_m_s, travel: 0.006, ..Condition::new(*primitive, "obj4") };
             out.push(run(&setup, &condition, k as usize, seed).expect("suits the rig").trial);
         }
     }
     out
 }
 
-fn read_off(stiffness_n_m: f64, primitives: &[Primitive]) -> Option<Pads> {
+fn read_off(pads: (f64, f64), primitives: &[Primitive]) -> Option<Pads> {
     let description = bench("pads");
     let prepared = |(k, t): (usize, &Trial)| prepare(&description, t, k).expect("a scene");
-    let trials = trials(stiffness_n_m, primitives);
+    let trials = trials(pads, primitives);
     measured(&trials.iter().enumerate().map(prepared).flat_map(|p| loadings(&p)).collect::<Vec<_>>())
 }
 
 #[test]
 fn stiffness_of_pads_is_read_off_pushes_and_pivots_within_a_half() {
-    for stiffness_n_m in [1.5e4, 4e4, 1e5] {
-        let pads =
-            read_off(stiffness_n_m, &[Primitive::LinearPush, Primitive::Pivot]).expect("loads are measured");
+    for (stiffness_n_m, speed_m_s) in [(1.5e4, 0.015), (4e4, 0.015), (1e5, 0.005)] {
+        let pads = read_off((stiffness_n_m, speed_m_s), &[Primitive::LinearPush, Primitive::Pivot])
+            .expect("loads are measured");
         let ratio = pads.tangential_m_n * stiffness_n_m;
         assert!((1.0 / 1.5..1.5).contains(&ratio), "{stiffness_n_m}: {pads:?}");
         assert!(pads.matter(), "{stiffness_n_m}: {pads:?}");
@@ -45,14 +45,22 @@ fn stiffness_of_pads_is_read_off_pushes_and_pivots_within_a_half() {
 }
 
 #[test]
+fn pads_that_are_loaded_within_a_sample_are_not_said_to_give_way() {
+    // 100 N/mm: 12 N move the object by 60 um, and the pusher in a sample as far.
+    let pads = read_off((1e5, 0.03), &[Primitive::LinearPush]).expect("loads are measured");
+    assert!(!pads.give_way(), "{pads:?}");
+}
+
+#[test]
 fn pads_as_stiff_as_a_rigid_model_may_be_do_not_matter() {
-    let pads = read_off(3e6, &[Primitive::LinearPush, Primitive::Pivot]).expect("loads are measured");
+    let pads =
+        read_off((3e6, 0.015), &[Primitive::LinearPush, Primitive::Pivot]).expect("loads are measured");
     assert!(!pads.matter(), "{pads:?}");
 }
 
 #[test]
 fn nothing_is_read_off_where_nothing_is_gripped() {
-    assert_eq!(read_off(4e4, &[Primitive::PlanarPush]), None);
+    assert_eq!(read_off((4e4, 0.015), &[Primitive::PlanarPush]), None);
 }
 
 #[test]
@@ -61,7 +69,7 @@ fn a_calibration_reports_soft_pads_and_writes_a_model_that_loads_before_it_slide
     let text = "format = \"stickslip-model/1\"\nbase = \"hard\"\n[friction]\nfinger = 0.4\npusher = 0.25\nsupport = 0.3\n";
     let given = ModelFile::parse(text, "given").expect("a model");
     let of = |stiffness_n_m| {
-        let trials = trials(stiffness_n_m, &[Primitive::LinearPush]);
+        let trials = trials((stiffness_n_m, 0.015), &[Primitive::LinearPush]);
         let data = Dataset { folder: "pads".into(), description: description.clone(), trials };
         calibrate(&data, &given, &Options::default(), &()).expect("calibrated")
     };
