@@ -3,13 +3,18 @@
 
 use serde::{Deserialize, Deserializer, de};
 
-fn exactly<const N: usize, E: de::Error>(given: Vec<f64>) -> Result<[f64; N], E> {
+fn exactly<T, const N: usize, E: de::Error>(given: Vec<T>) -> Result<[T; N], E> {
     let count = given.len();
     given.try_into().map_err(|_| E::custom(format!("{count} number(s) where {N} are needed")))
 }
 
 /// `N` numbers.
-pub fn numbers<'de, D: Deserializer<'de>, const N: usize>(from: D) -> Result<[f64; N], D::Error> {
+///
+/// # Errors
+/// Another count of them, or something that is no number.
+pub fn numbers<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
+    from: D,
+) -> Result<[T; N], D::Error> {
     exactly(Vec::deserialize(from)?)
 }
 

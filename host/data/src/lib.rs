@@ -9,7 +9,7 @@ mod csv_table;
 mod csv_text;
 mod description;
 pub mod error;
-mod exact;
+pub mod exact;
 pub mod import;
 pub mod memory;
 #[cfg(feature = "parquet")]

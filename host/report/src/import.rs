@@ -82,7 +82,7 @@ fn assumed(signals: &[Signal]) -> Markup {
                         tr {
                             th scope="row" { (signal_words(&s.signal)) }
                             td class="left" { (s.stream) }
-                            td class="left text" { (columns(s)) }
+                            td class="left text" { (s.named_columns()) }
                             td class="left" { (s.units) }
                             td class="left text" { (s.frame) }
                             td class="left text" { (s.base) }
@@ -94,10 +94,6 @@ fn assumed(signals: &[Signal]) -> Markup {
             }
         }
     }
-}
-
-fn columns(signal: &Signal) -> String {
-    signal.columns.iter().filter(|name| !name.is_empty()).cloned().collect::<Vec<_>>().join(" ")
 }
 
 /// A signal of a mapping, for people.

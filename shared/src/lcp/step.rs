@@ -286,7 +286,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         params: &PyramidParams<R>,
         solved: &mut Solved<R>,
     ) -> bool {
-        let tolerance_n = budget.tolerance * at.scale_n + at.rounding_n * params.roundings * R::EPSILON;
+        let tolerance_n = at.tolerance_n(budget, params);
         solved.residual_n = at.residual_n();
         solved.residual_n <= tolerance_n && self.tracks.iter().all(|track| track.offset == [R::zero(); 3])
     }
@@ -307,7 +307,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         for _ in 0..=params.polish_steps {
             let (at, same) = self.evaluate(equations.polygon, inertial, inertia, velocity);
             solved.evaluations += 1;
-            let tolerance_n = budget.tolerance * at.scale_n + at.rounding_n * params.roundings * R::EPSILON;
+            let tolerance_n = at.tolerance_n(budget, params);
             solved.residual_n = at.residual_n();
             if solved.residual_n <= tolerance_n {
                 return true;
@@ -681,7 +681,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
                 return None;
             }
             let at = self.balance(inertial, inertia, &velocity);
-            let tolerance_n = budget.tolerance * at.scale_n + at.rounding_n * params.roundings * R::EPSILON;
+            let tolerance_n = at.tolerance_n(budget, params);
             solved.residual_n = at.residual_n();
             if solved.residual_n <= tolerance_n {
                 return Some(velocity);

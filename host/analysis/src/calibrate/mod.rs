@@ -225,7 +225,7 @@ pub fn calibrate(
         true => primitives.iter().map(|(p, trials)| (*p, slopes(&data.description, trials))).collect(),
         false => BTreeMap::new(),
     };
-    let model = &match pads::measured(&slopes.values().flatten().cloned().collect::<Vec<_>>()) {
+    let model = &match pads::measured(&slopes.values().flatten().copied().collect::<Vec<_>>()) {
         Some(pads) => with_pads(model, &pads),
         None => model.clone(),
     };

@@ -98,7 +98,6 @@ pub fn choose(
     tick: Tick,
 ) -> Choice {
     let level = FALSE_ALARM / REGISTRY.len() as f64;
-    let beyond = |held: &Held| held.misfit.beyond_form(&start.misfit);
     let named = |chosen: &[Candidate]| chosen.iter().filter(|c| !small_compliance(problem, c)).count();
     let mut chosen: Vec<Candidate> = Vec::new();
     let mut equal: Vec<Vec<&'static str>> = Vec::new();
@@ -115,7 +114,7 @@ pub fn choose(
                 _ if pass == Pass::Second => level,
                 _ if share > CERTAIN => LIKELY,
                 _ if share > EXPLAINS => FALSE_ALARM,
-                _ if share > EXPLAINS_RELEVANT && !beyond(&c.held).exceeds(RELEVANT) => FALSE_ALARM,
+                _ if share > EXPLAINS_RELEVANT && !c.held.beyond(start).exceeds(RELEVANT) => FALSE_ALARM,
                 _ => level,
             };
             share > worth && c.p_value < chance && (chosen.is_empty() || !entangled(problem, &c.held))
@@ -127,7 +126,7 @@ pub fn choose(
         equal.push(equals(before, &winner, &stage));
         chosen.push(winner);
         let last = &chosen[chosen.len() - 1];
-        if !beyond(&last.held).exceeds(RELEVANT) {
+        if !last.held.beyond(start).exceeds(RELEVANT) {
             break;
         }
         if chosen.len() < MOST_EFFECTS {
@@ -155,14 +154,14 @@ pub fn choose(
         let together = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
         let alone = first
             .iter()
-            .find(|c| c.p_value < level && c.explained > together - SIMPLER && !poor(&beyond(&c.held)));
+            .find(|c| c.p_value < level && c.explained > together - SIMPLER && !poor(&c.held.beyond(start)));
         if let Some(alone) = alone {
             equal = vec![equals(start, alone, first)];
             chosen = vec![alone.clone()];
         }
     }
     let share = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
-    let explains = chosen.last().is_some_and(|c| verdict::explains(share, &Left::of(&beyond(&c.held))));
+    let explains = chosen.last().is_some_and(|c| verdict::explains(share, &Left::of(&c.held.beyond(start))));
     // The compliance of real pads is no missing effect: what counts is what it leaves.
     let judged = chosen.last().filter(|_| named(&chosen) == 0).map_or(start, |c| &c.held);
     let only_pads = !chosen.is_empty() && named(&chosen) == 0;
@@ -220,11 +219,13 @@ fn drop_needless(
         let free: Vec<Free> = last.free.iter().filter_map(|f| f.without_slot(slot)).collect();
         let held = hold_out(problem, fit::solve(problem, &model, &free, 8), free);
         let share = |held: &Held| explained(&start.misfit, &held.misfit);
-        let beyond = |held: &Held| held.misfit.beyond_form(&start.misfit);
         let needless = match k + 1 == chosen.len() {
             // What it was taken for, counted anew.
             true => explained(&held.misfit, &last.misfit) <= EXPLAINS_FURTHER,
-            false => share(&held) > share(last) - SIMPLER && (!poor(&beyond(&held)) || poor(&beyond(last))),
+            false => {
+                share(&held) > share(last) - SIMPLER
+                    && (!poor(&held.beyond(start)) || poor(&last.beyond(start)))
+            }
         };
         if needless {
             chosen.remove(k);
@@ -283,8 +284,7 @@ pub fn sets(
 /// Candidates that do as well as the winner on held-out conditions.
 fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<&'static str> {
     // Where little had to be explained, shares say little.
-    let beyond = |c: &Candidate| c.held.misfit.beyond_form(&base.misfit);
-    let settled = |c: &Candidate| !beyond(c).exceeds(RELEVANT);
+    let settled = |c: &Candidate| !c.held.beyond(base).exceeds(RELEVANT);
     stage
         .iter()
         .filter(|c| c.info.id != winner.info.id)
@@ -293,7 +293,7 @@ fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<&'static 
             let behind = winner.explained - explained(&base.misfit, &c.held.misfit);
             // Significant or not: what differs by so little is below the run spread.
             // Where much is left, the model is wrong and losses do not tell two effects apart.
-            let near = total(&c.held) < SAME_LOSS * total(&winner.held) || poor(&beyond(winner));
+            let near = total(&c.held) < SAME_LOSS * total(&winner.held) || poor(&winner.held.beyond(base));
             let both = settled(winner) && settled(c) && winner.explained < EXPLAINS;
             (no_worse && (behind < EQUAL_SHARE || both)) || (near && behind < SAME_SHARE)
         })

@@ -66,14 +66,14 @@ impl Misfit {
         let of_base: BTreeMap<(usize, Phase), f64> =
             base.places.iter().map(|p| ((p.channel, p.phase), p.size)).collect();
         let beyond = |size: f64, form2: f64| (size * size - form2).max(0.0).sqrt();
-        let mut places: Vec<Place> = self.places.clone();
-        for p in &mut places {
+        let mut left = self.clone();
+        for p in &mut left.places {
             let before = of_base.get(&(p.channel, p.phase)).copied().unwrap_or(0.0);
             let form2 = FORM * FORM * (before * before - p.size * p.size).max(0.0);
             (p.size, p.at_least) = (beyond(p.size, form2), beyond(p.at_least, form2));
         }
-        places.sort_by(|a, b| b.size.total_cmp(&a.size));
-        Self { places, ..self.clone() }
+        left.places.sort_by(|a, b| b.size.total_cmp(&a.size));
+        left
     }
 
     /// Whether some place misses by more than `floors` run spreads, beyond chance.

@@ -254,10 +254,7 @@ fn find(
     let before: Vec<&'static str> = found.iter().filter(is_finding).map(|c| c.info.id).collect();
     let equal = sets(&before, &chosen, &equal, |c| small_compliance(problem, c));
     let swing = swing::missed(problem.campaign, &last.solution.model);
-    let explains = verdict::explains(
-        explained(&base.misfit, &start.misfit),
-        &Left::of(&start.misfit.beyond_form(&base.misfit)),
-    );
+    let explains = verdict::explains(explained(&base.misfit, &start.misfit), &Left::of(&start.beyond(&base)));
     let signs = Signs {
         equal: !equal.is_empty(),
         only_drift: drifts && chosen.is_empty(),

@@ -72,8 +72,8 @@ impl<'a> Ground<'a> {
         Self { problem, free, bases, few }
     }
 
-    /// Where it is searched.
-    fn searched(&self) -> (&Problem<'a>, Vec<&Solution>) {
+    /// Where it is searched: on few conditions where there are many.
+    fn site(&self) -> (&Problem<'a>, Vec<&Solution>) {
         match &self.few {
             Some((problem, bases)) => (problem, bases.iter().collect()),
             None => (self.problem, self.bases.clone()),
@@ -82,7 +82,7 @@ impl<'a> Ground<'a> {
 
     /// Screens an effect; what few conditions do not show, all of them may.
     pub fn screen(&self, trial: &CandidateEffect) -> Screened {
-        let (problem, bases) = self.searched();
+        let (problem, bases) = self.site();
         let screened = screen(problem, &bases, self.free, trial);
         match self.few {
             Some(_) if screened.invisible => screen(self.problem, &self.bases, self.free, trial),
@@ -99,7 +99,7 @@ impl<'a> Ground<'a> {
         search: Search,
         searched: Option<&Solution>,
     ) -> Option<Solution> {
-        let (problem, bases) = self.searched();
+        let (problem, bases) = self.site();
         let on_all = |s: &Solution| match self.few {
             Some(_) => fit::solve(self.problem, &s.model, free, STEPS),
             None => s.clone(),

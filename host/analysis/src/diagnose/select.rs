@@ -42,6 +42,14 @@ pub struct Held {
     pub misfit: Misfit,
 }
 
+impl Held {
+    /// What it misses beyond the form of the laws that explain the rest of what `base` does
+    /// ([`Misfit::beyond_form`]).
+    pub fn beyond(&self, base: &Self) -> Misfit {
+        self.misfit.beyond_form(&base.misfit)
+    }
+}
+
 /// An effect that was refitted.
 #[derive(Clone, Debug)]
 pub struct Candidate {

@@ -16,7 +16,7 @@ use crate::channels::Signals;
 use crate::evidence::contact;
 use crate::evidence::statistics::{quantile, weighted_median};
 use crate::evidence::tolerance::RIGID;
-use crate::run::simulate::Prepared;
+use crate::run::simulate::{Prepared, TURN_ARM_M};
 
 /// Share of a trial's largest load up to which pads stick as a whole, about: chosen from 0.3, 0.5 and 0.7 looking
 /// at 20 data sets of the second rig (docs/lab/pads.md).
@@ -27,8 +27,6 @@ const REST_S: f64 = 0.05;
 const FEWEST: usize = 4;
 /// A compliance of fewer standard deviations is not told from none.
 const TOLD: f64 = 3.0;
-/// Arm at which a turn counts as a path (as [`Prepared::drive_speed`] has it), m.
-const TURN_ARM_M: f64 = 0.03;
 /// Loads below this many standard deviations of their noise tell nothing.
 const LOUD: f64 = 10.0;
 
@@ -98,7 +96,7 @@ impl Pads {
 }
 
 /// One loading: compliance of a pad and its variance.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Slope {
     compliance_m_n: f64,
     variance: f64,

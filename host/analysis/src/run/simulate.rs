@@ -88,6 +88,9 @@ fn gives_way(model: &Model<f64>) -> bool {
     matches!(model.base, Base::Soft { .. }) || model.effects.iter().any(compliance)
 }
 
+/// Arm at which a turn counts as a path, m.
+pub const TURN_ARM_M: f64 = 0.03;
+
 /// Steps of [`load_springs`] and their time: long against the swing of an object on its pads, which the implicit
 /// step then damps.
 const LOADING_STEPS: usize = 3;
@@ -519,10 +522,10 @@ impl Prepared {
     }
 
     /// Speed of the prescribed motion at each sample, m/s: gripper and pusher relative to
-    /// the world, a turn counted at a lever of 30 mm. Zero at rest.
+    /// the world, a turn counted at [`TURN_ARM_M`]. Zero at rest.
     pub fn drive_speed(&self) -> Vec<f64> {
         let turned = |a: &Pose<f64>, b: &Pose<f64>| {
-            (b.position_m - a.position_m).norm() + 0.03 * b.rotation.angle_to(&a.rotation)
+            (b.position_m - a.position_m).norm() + TURN_ARM_M * b.rotation.angle_to(&a.rotation)
         };
         let mut speed: Vec<f64> = self
             .poses

@@ -60,23 +60,10 @@ struct GraspFile {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Placed {
-    // As long as the file has them: of an array too many numbers would be dropped without a word.
-    position_m: Vec<f32>,
-    quaternion: Vec<f32>,
-}
-
-impl Placed {
-    fn pose(&self) -> anyhow::Result<Pose> {
-        let wrong = |name: &str, wanted: usize, given: &[f32]| {
-            anyhow::anyhow!("{name} has {} numbers, needed are {wanted}", given.len())
-        };
-        let position_m = self.position_m.as_slice();
-        let quaternion = self.quaternion.as_slice();
-        Ok(Pose {
-            position_m: position_m.try_into().map_err(|_| wrong("position_m", 3, position_m))?,
-            quaternion: quaternion.try_into().map_err(|_| wrong("quaternion (w, x, y, z)", 4, quaternion))?,
-        })
-    }
+    #[serde(deserialize_with = "stickslip_data::exact::numbers")]
+    position_m: [f32; 3],
+    #[serde(deserialize_with = "stickslip_data::exact::numbers")]
+    quaternion: [f32; 4],
 }
 
 impl SetArgs {
@@ -117,8 +104,8 @@ fn grasp(file: &Path) -> anyhow::Result<Grasp> {
     let named = || file.display().to_string();
     let text = std::fs::read_to_string(file).with_context(named)?;
     let GraspFile { gripper, object } = toml::from_str(&text).with_context(named)?;
-    let grasp =
-        Grasp { gripper: gripper.pose().with_context(named)?, object: object.pose().with_context(named)? };
+    let pose = |of: Placed| Pose { position_m: of.position_m, quaternion: of.quaternion };
+    let grasp = Grasp { gripper: pose(gripper), object: pose(object) };
     if let Err(refusal) = check::grasp(&grasp) {
         bail!("{}: {}", named(), reason(&refusal));
     }

@@ -72,7 +72,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         rows.add_row([
             signal.signal.clone(),
             signal.stream.clone(),
-            signal.columns.iter().filter(|name| !name.is_empty()).cloned().collect::<Vec<_>>().join(" "),
+            signal.named_columns(),
             signal.units.clone(),
             signal.frame.clone(),
             format!("{:.1}", signal.rate_hz),

@@ -1,7 +1,9 @@
 //! The momentum balance of a step, and its inertial side.
 
+use super::params::PyramidParams;
 use crate::linear::{Mat7, Vec7};
 use crate::real::{Real, abs};
+use crate::solve::SolveBudget;
 
 /// A momentum balance: what is left of it, a scale of its terms and what rounding of velocities does to it, N.
 pub(super) struct Balance<R> {
@@ -20,6 +22,11 @@ impl<R: Real> Balance<R> {
             }
         }
         most
+    }
+
+    /// What may be left of it, N: as exactly as is asked, and as rounding allows.
+    pub fn tolerance_n(&self, budget: &SolveBudget<R>, params: &PyramidParams<R>) -> R {
+        budget.tolerance * self.scale_n + self.rounding_n * params.roundings * R::EPSILON
     }
 }
 

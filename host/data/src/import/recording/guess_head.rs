@@ -56,42 +56,42 @@ pub fn conditions_in(name: &str) -> InName {
 
 /// The mapping up to its streams.
 pub fn head(named: &InName) -> String {
-    let mut text = HEAD.replace("{FORMAT}", FORMAT);
-    if named.columns.is_empty() {
-        return text;
-    }
-    let commented: Vec<&str> = text
-        .lines()
-        .filter(|line| ["# pattern", "# units", "constants"].iter().any(|word| line.starts_with(word)))
-        .collect();
-    let [pattern, units, constants] = commented[..] else { return text };
-    let (pattern, units, constants) = (pattern.to_owned(), units.to_owned(), constants.to_owned());
-    text = text.replace(
-        &pattern,
-        &format!("pattern = '^{}$'   # CHECK: conditions in the names of trials", named.pattern),
-    );
+    let told = !named.columns.is_empty();
     let unit = |(column, unit): &(&str, &str)| (!unit.is_empty()).then(|| format!("{column} = \"{unit}\""));
-    let all: Vec<String> = named.columns.iter().filter_map(unit).collect();
-    text = match all.is_empty() {
-        true => text,
-        false => {
-            text.replace(&units, &format!("units = {{ {} }}   # CHECK: of these numbers", all.join(", ")))
-        }
-    };
+    let units: Vec<String> = named.columns.iter().filter_map(unit).collect();
     let has = |column: &str| named.columns.iter().any(|(other, _)| *other == column);
-    let mut left = vec!["primitive = \"linear_push\""];
+    let object = named.object.as_deref().unwrap_or("object");
+    let mut constants = Vec::new();
     if named.object.is_none() {
-        left.push("object = \"object\"");
+        constants.push("object = \"object\"");
     }
+    constants.push("primitive = \"linear_push\"");
     if !has("grip_n") {
-        left.push("grip_n = 20.0");
+        constants.push("grip_n = 20.0");
     }
-    text = text.replace(&constants, &format!("constants = {{ {} }}   # CHECK", left.join(", ")));
-    match &named.object {
-        Some(object) => text.replace("id = \"object\"", &format!("id = {object:?}")),
-        None => text,
-    }
+    HEAD.replace("{FORMAT}", FORMAT)
+        .replace(
+            "{PATTERN}",
+            &match told {
+                true => {
+                    format!("pattern = '^{}$'   # CHECK: conditions in the names of trials", named.pattern)
+                }
+                false => NO_PATTERN.to_owned(),
+            },
+        )
+        .replace(
+            "{UNITS}",
+            &match units.is_empty() {
+                true => "# units = { speed_m_s = \"mm/s\" }".to_owned(),
+                false => format!("units = {{ {} }}   # CHECK: of these numbers", units.join(", ")),
+            },
+        )
+        .replace("{CONSTANTS}", &constants.join(", "))
+        .replace("{OBJECT}", &format!("{object:?}"))
 }
+
+/// What a pattern looks like, where names hold no conditions.
+const NO_PATTERN: &str = r"# pattern = '^(?<object>obj\d+)_g(?<grip_n>\d+)_v(?<speed_m_s>\d+)_r(?<run>\d+)$'   # conditions in names";
 
 const HEAD: &str = r#"# Made by `stickslip new`. Lines with CHECK are guesses: correct them, then
 #   stickslip import recording THIS_FILE --out DATA
@@ -101,10 +101,10 @@ format = "{FORMAT}"
 
 [trials]
 # table = "trials.csv"   # conditions as in docs/dataset.md; with start_s and end_s where one file holds all trials
-# pattern = '^(?<object>obj\d+)_g(?<grip_n>\d+)_v(?<speed_m_s>\d+)_r(?<run>\d+)$'   # conditions in names
-# units = { speed_m_s = "mm/s" }
+{PATTERN}
+{UNITS}
 # cut_by = "trial_number"   # column of the first stream, where one file holds all trials
-constants = { object = "object", primitive = "linear_push", grip_n = 20.0 }   # CHECK
+constants = { {CONSTANTS} }   # CHECK
 
 [dataset]   # as dataset.toml, docs/dataset.md
 name = "my recordings"
@@ -112,7 +112,7 @@ sample_rate_hz = 250.0
 gravity_m_s2 = [0.0, 0.0, -9.81]
 
 [[dataset.objects]]
-id = "object"
+id = {OBJECT}
 shape = "prism"
 length_m = 0.1   # CHECK
 side_m = 0.025   # CHECK

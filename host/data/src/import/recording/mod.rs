@@ -54,6 +54,14 @@ pub struct Signal {
     pub filled: f64,
 }
 
+impl Signal {
+    /// The columns that it has, in one line.
+    #[must_use]
+    pub fn named_columns(&self) -> String {
+        self.columns.iter().filter(|name| !name.is_empty()).cloned().collect::<Vec<_>>().join(" ")
+    }
+}
+
 /// An imported recording.
 #[derive(Clone, Debug)]
 pub struct Import {
