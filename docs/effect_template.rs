@@ -67,6 +67,7 @@ mod tests {
             load_n: [20.0, 20.0, 0.0, 0.0],
             load_rate_n_s: [0.0; 4],
             environment: [nothing; 2],
+            fingers: None,
             pusher: None,
             whole_face: false,
             velocity_m_s: Vec3::zeros(),

@@ -160,6 +160,7 @@ fn context<R: Real, const NC: usize>(
         load_n,
         load_rate_n_s,
         environment,
+        fingers: scene.fingers,
         pusher: scene.pusher,
         whole_face: matches!(scene.support, Some(SupportContact::Patch)),
         velocity_m_s: state.absolute_m_s,

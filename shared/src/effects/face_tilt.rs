@@ -14,15 +14,27 @@
 //! ```
 //!
 //! (a stiffness of jaw and pads that grows with their load, as that of rubber does, by its first two terms; a
-//! jaw that takes time to give way lags behind a width that changes), with `x` the object coordinate of the pad's middle: the pads are taken to lie flat on the
-//! face and to press along its normal. A slide towards +X then needs the push
+//! jaw that takes time to give way lags behind a width that changes), with `x` the object coordinate of the
+//! pad's middle. The pads press along the face's normal. A slide towards +X then needs the push
 //! `2 N (mu cos - sin)`. A jaw that presses strictly along gripper Y would need
 //! `1 / (cos + mu sin)` times that: 0.4 % less at the typical slope and friction 0.4.
+//!
+//! A pad that cannot turn lies on the wedge's wider end first. With `M = pad_moment_nm`, the stiffness of a
+//! pad against turning times `slope`, its centre of pressure is off its middle, along the object's X, by
+//!
+//! ```text
+//! M / N                                 where the whole pad touches: |M| <= N a / 3
+//! a (1 - sqrt(4 N a / (3 |M|)) / 3)     where it lifts off beyond
+//! ```
+//!
+//! (a strip of half length `a` on springs, Winkler 1867; a disc of radius `a` is taken for it). Pads that
+//! turn with the face, or are soft, have `M = 0`.
 
 use super::law::{FrictionLaw, Law, Slip, StepContext};
 use crate::contact::{Contact, is_finger};
 use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
-use crate::real::{Real, max};
+use crate::model::FingerContact;
+use crate::real::{Real, Vec3, abs, max, sqrt};
 
 /// See the module.
 pub struct FaceTilt;
@@ -64,8 +76,27 @@ pub const INFO: Info = Info {
             // The fit finds it.
             .tried_at(&[0.0]),
         Parameter::new("grip_gradient_1_m", "1/m", 4.0, 0.0, [-60.0, 60.0], "the same, over the grip"),
+        Parameter::new(
+            "pad_moment_nm",
+            "N m",
+            0.02,
+            0.0,
+            [-20.0, 20.0],
+            "moment of each pad's pressure about its middle, towards object +X",
+        ),
     ],
 };
+
+/// How far the wedge moves the centre of pressure of a pad of half length `half_m` that presses with `load_n`.
+fn off_middle<R: Real>(moment_nm: R, load_n: R, half_m: R) -> R {
+    let whole_nm = load_n * half_m;
+    let size_nm = abs(moment_nm);
+    if size_nm * R::of(3.0) <= whole_nm {
+        return if load_n > R::zero() { moment_nm / load_n } else { R::zero() };
+    }
+    let lifted = half_m * (R::one() - sqrt(R::of(4.0 / 3.0) * whole_nm / size_nm) / R::of(3.0));
+    if moment_nm < R::zero() { -lifted } else { lifted }
+}
 
 /// Object coordinate of the middle between the pads.
 pub(super) fn pad_x_m<R: Real>(c: &StepContext<R>) -> R {
@@ -92,8 +123,24 @@ impl<R: Real> Law<R> for FaceTilt {
         }
     }
 
-    fn contact(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, contact: &mut Contact<R>) {
-        if p[0] == R::zero() || !is_finger(contact.body) {
+    fn contact(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, contact: &mut Contact<R>) {
+        if !is_finger(contact.body) {
+            return;
+        }
+        if p[5] != R::zero() {
+            let half_m = match c.fingers {
+                Some(
+                    FingerContact::Disc { diameter_m: across_m } | FingerContact::Line { length_m: across_m },
+                ) => across_m * R::of(0.5),
+                Some(FingerContact::Point) | None => R::zero(),
+            };
+            let last_n = c.load_n[contact.body.index()];
+            let load_n = if last_n > R::zero() { last_n } else { c.grip_cmd_n };
+            let offset = Vec3::new(off_middle(p[5], load_n, half_m), R::zero(), R::zero());
+            contact.object_m += offset;
+            contact.lever_m += c.rotation.transform_vector(&offset);
+        }
+        if p[0] == R::zero() {
             return;
         }
         let (sin, cos) = p[0].sine_cosine();

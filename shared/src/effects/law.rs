@@ -2,7 +2,7 @@
 
 use crate::contact::{Body, Contact};
 use crate::effect::{Info, MAX_PARAMETERS, MEMORY};
-use crate::model::PusherContact;
+use crate::model::{FingerContact, PusherContact};
 use crate::real::{Real, Rotation, Vec3};
 
 /// What every hook may look at: the step as it begins.
@@ -34,6 +34,8 @@ pub struct StepContext<R: Real> {
     pub load_rate_n_s: [R; 4],
     /// Pusher and support; zeros where there is none.
     pub environment: [Environment<R>; 2],
+    /// Fingertips.
+    pub fingers: Option<FingerContact<R>>,
     /// Contact feature of the pusher.
     pub pusher: Option<PusherContact<R>>,
     /// Whether the support bears the object's whole face, not feet that are told.

@@ -161,6 +161,36 @@ fn a_jaw_that_gives_way_late_presses_harder_in_proportion_to_the_speed_of_openin
     close(record.last().normal_n[0], N + 500.0 * (x - 0.1 * 0.01), 2e-3);
 }
 
+/// Centre of pressure of a strip of half length `half_m` on springs that press only, tilted so far that its
+/// moment would be `moment_nm` if all of them touched; by bisection over the depth.
+fn strip_on_springs(moment_nm: f64, load_n: f64, half_m: f64) -> f64 {
+    let points: Vec<f64> = (0..20_001).map(|k| half_m * (k as f64 / 10_000.0 - 1.0)).collect();
+    // Unit springs: the sum of x^2 is the stiffness against turning.
+    let slope = moment_nm / points.iter().map(|x| x * x).sum::<f64>();
+    let sums = |depth: f64| {
+        points.iter().fold((0.0, 0.0), |(force, moment), x| {
+            let f = (depth + slope * x).max(0.0);
+            (force + f, moment + f * x)
+        })
+    };
+    let (mut low, mut high) = (-1.0, 1.0);
+    for _ in 0..80 {
+        let middle = 0.5 * (low + high);
+        if sums(middle).0 < load_n { low = middle } else { high = middle }
+    }
+    sums(low).1 / load_n
+}
+
+#[test]
+fn a_wedge_under_pads_that_cannot_turn_moves_the_centre_of_pressure_as_a_strip_on_springs() {
+    for moment_nm in [0.02, 0.06, -0.06, 0.1, 0.3, -1.0] {
+        let mut run = hold::<f64>().with("face_tilt", &[0.0, 0.0, 0.0, 0.0, 0.0, moment_nm]);
+        run.scene.gravity_m_s2 = [0.0; 3];
+        let w = run.play().last().reading.finger[0];
+        close(w[5], -N * strip_on_springs(moment_nm, N, 0.01), 2e-3);
+    }
+}
+
 #[test]
 fn face_waviness_lets_the_grip_follow_the_height() {
     let (wavelength, phase, grip) = (0.008, 0.3, 2.0);
