@@ -11,8 +11,11 @@
 //! probabilities are means over Dirichlet weights of the conditions (Bayesian bootstrap of held-out scores,
 //! pseudo-BMA+, Yao et al. 2018).
 //!
-//! The law of an effect may be wrong by [`FORM`] of what it explains: that much is noise of each set's own,
-//! in each place that it explains. An effect that only takes up what another's law leaves wins nothing by it.
+//! The law of an effect may be wrong by [`FORM`] of what it explains. A wrong form is wrong in every condition
+//! alike: in each place it is one unknown `e` of standard normal density, which adds `e f_c` to condition `c`,
+//! `f_c` being [`FORM`] of what the set explains there. Its estimate is taken off, at the price of its prior and
+//! of its uncertainty (Laplace's approximation), so that an effect that only takes up what another's law leaves
+//! wins a few units by it however many conditions there are, and not a few in each.
 //!
 //! Before the data each of `n` effects is as likely as any other: a set of `k` has `n^-k` of the
 //! empty one. What is not listed is a set of the largest size that does as the best of the fitted sets, and leaves
@@ -90,8 +93,8 @@ impl Posterior {
 /// Square of the residual of each place of each condition, in run spreads.
 type Places = Vec<BTreeMap<(usize, Phase), f64>>;
 
-/// Weighs `fits`, each on held-out conditions, the first of them without any effect to name; `unnamed` effects of a fit count as absent, and so do the
-/// first `given` of each model.
+/// Weighs `fits`, each on held-out conditions, the first of them without any effect to name; `unnamed` effects of a
+/// fit count as absent, and so do the first `given` of each model.
 pub fn posterior(
     problem: &Problem,
     given: usize,
@@ -101,10 +104,11 @@ pub fn posterior(
     let mut sets: BTreeMap<Vec<&'static str>, (f64, Places)> = BTreeMap::new();
     let mut best: Option<(f64, &Held, Places)> = None;
     let base = fits.first().map_or_else(Places::new, |held| places(problem, &held.residual));
+    let even = vec![1.0; problem.campaign.conditions];
     for held in fits {
         let ids = effects(held, given, &unnamed);
         let places = places(problem, &held.residual);
-        let total = scores(&places, &base).iter().sum::<f64>();
+        let total = of_each_place(&places, &base).iter().map(|p| p.log_density(&even)).sum::<f64>();
         if best.as_ref().is_none_or(|b| total > b.0) {
             best = Some((total, held, places.clone()));
         }
@@ -116,15 +120,15 @@ pub fn posterior(
     let conditions = problem.campaign.conditions as f64;
     let tempered = 1.0 / (1.0 + (conditions - 1.0) * between_conditions(problem, &held.residual));
     let prior = -(REGISTRY.len() as f64).ln();
-    let mut rows: Vec<(Vec<f64>, f64)> =
-        sets.iter().map(|(ids, (_, p))| (scores(p, &base), prior * ids.len() as f64)).collect();
+    let mut rows: Vec<(Vec<LeftInPlace>, f64)> =
+        sets.iter().map(|(ids, (_, p))| (of_each_place(p, &base), prior * ids.len() as f64)).collect();
     for p in held.misfit.places.iter().filter(|p| p.size > RELEVANT && p.at_least > 1.0) {
         for x2 in within.iter_mut().filter_map(|m| m.get_mut(&(p.channel, p.phase))) {
             *x2 *= (RELEVANT / p.size).powi(2);
         }
     }
-    rows.push((scores(&within, &base), prior * UNLISTED));
-    let mean = weights(&rows, tempered);
+    rows.push((of_each_place(&within, &base), prior * UNLISTED));
+    let mean = weights(&rows, problem.campaign.conditions, tempered);
     let unlisted = mean.last().copied().unwrap_or(0.0);
     let mut out: Vec<Weighed> =
         sets.into_keys().zip(mean).map(|(effects, probability)| Weighed { effects, probability }).collect();
@@ -171,15 +175,39 @@ fn places(problem: &Problem, residual: &[Features]) -> Places {
     sums.into_iter().map(|m| m.into_iter().map(|(k, (sum, n))| (k, sum / n)).collect()).collect()
 }
 
-/// Logarithm of the density of each condition, but for a constant; `base` is what the model misses without
-/// effects.
-fn scores(places: &Places, base: &Places) -> Vec<f64> {
-    let one = |x2: f64, base2: f64| {
-        let variance = 1.0 + FORM * FORM * (base2 - x2).max(0.0);
-        -0.5 * (FREEDOM + 1.0) * (x2 / variance / FREEDOM).ln_1p() - 0.5 * variance.ln()
-    };
-    let of_base = |c: usize, at: &(usize, Phase)| base.get(c).and_then(|m| m.get(at)).copied().unwrap_or(0.0);
-    places.iter().enumerate().map(|(c, m)| m.iter().map(|(at, x2)| one(*x2, of_base(c, at))).sum()).collect()
+/// What a set leaves in a channel of a phase, by condition.
+#[derive(Clone, Debug, Default)]
+pub struct LeftInPlace {
+    /// Condition, residual in run spreads, and [`FORM`] of what is explained there.
+    pub seen: Vec<(usize, f64, f64)>,
+}
+
+impl LeftInPlace {
+    /// Logarithm of its density but for a constant, `weight` being how much each condition counts.
+    #[must_use]
+    pub fn log_density(&self, weight: &[f64]) -> f64 {
+        let of = |c: usize| weight.get(c).copied().unwrap_or(0.0);
+        let sum = |f: &dyn Fn(f64, f64) -> f64| {
+            self.seen.iter().map(|(c, x, form)| of(*c) * f(*x, *form)).sum::<f64>()
+        };
+        let precision = 1.0 + sum(&|_, form| form * form);
+        let e = sum(&|x, form| x * form) / precision;
+        let left = sum(&|x, form| ((x - e * form).powi(2) / FREEDOM).ln_1p());
+        -0.5 * ((FREEDOM + 1.0) * left + e * e + precision.ln())
+    }
+}
+
+/// `left` by place; `base` is what the model misses without effects.
+fn of_each_place(left: &Places, base: &Places) -> Vec<LeftInPlace> {
+    let mut out: BTreeMap<(usize, Phase), LeftInPlace> = BTreeMap::new();
+    for (c, m) in left.iter().enumerate() {
+        for (at, x2) in m {
+            let base2 = base.get(c).and_then(|m| m.get(at)).copied().unwrap_or(0.0);
+            let form = FORM * (base2 - x2).max(0.0).sqrt();
+            out.entry(*at).or_default().seen.push((c, x2.sqrt(), form));
+        }
+    }
+    out.into_values().collect()
 }
 
 /// Mean correlation of the residuals between conditions, over features; at least zero.
@@ -199,21 +227,20 @@ fn between_conditions(problem: &Problem, residual: &[Features]) -> f64 {
     if squares > 0.0 { (products / squares).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Probability of each of `rows` (held-out scores of the conditions, logarithm of the prior), as the mean over weights
-/// of the conditions; of these as many count as their number by `tempered` (0 to 1).
+/// Probability of each of `rows` (what it leaves by place, logarithm of the prior), as the mean over weights of the
+/// conditions; of these as many count as their number by `tempered` (0 to 1).
 #[must_use]
-pub fn weights(rows: &[(Vec<f64>, f64)], tempered: f64) -> Vec<f64> {
-    let conditions = rows.iter().map(|r| r.0.len()).max().unwrap_or(0);
+pub fn weights(rows: &[(Vec<LeftInPlace>, f64)], conditions: usize, tempered: f64) -> Vec<f64> {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
     let mut out = vec![0.0; rows.len()];
     for _ in 0..DRAWS {
         let mut weight: Vec<f64> =
             (0..conditions).map(|_| -f64::ln(rng.random_range(f64::MIN_POSITIVE..1.0))).collect();
         let sum: f64 = weight.iter().sum();
-        weight.iter_mut().for_each(|w| *w *= conditions as f64 / sum);
+        weight.iter_mut().for_each(|w| *w *= tempered * conditions as f64 / sum);
         let logs: Vec<f64> = rows
             .iter()
-            .map(|(s, prior)| tempered * s.iter().zip(&weight).map(|(s, w)| s * w).sum::<f64>() + prior)
+            .map(|(places, prior)| places.iter().map(|p| p.log_density(&weight)).sum::<f64>() + prior)
             .collect();
         let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let all: f64 = logs.iter().map(|l| (l - most).exp()).sum();

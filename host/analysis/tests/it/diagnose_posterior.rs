@@ -1,11 +1,16 @@
-//! Probabilities of sets of effects from their scores on held-out conditions.
+//! Probabilities of sets of effects from what they leave on held-out conditions.
 
-use stickslip_analysis::diagnose::posterior::weights;
+use stickslip_analysis::diagnose::posterior::{LeftInPlace, weights};
+
+/// One place, `x` run spreads left in each condition; `form` may be the law's own.
+fn left(x: &[f64], form: f64) -> Vec<LeftInPlace> {
+    vec![LeftInPlace { seen: x.iter().enumerate().map(|(c, x)| (c, *x, form)).collect() }]
+}
 
 #[test]
 fn sets_that_do_alike_share_the_probability_as_their_prior_has_it() {
-    let scores = vec![-3.0, -1.0, -2.0, -4.0];
-    let got = weights(&[(scores.clone(), 0.0), (scores.clone(), 0.0), (scores, -(24.0_f64).ln())], 1.0);
+    let places = left(&[1.0, 0.5, 2.0, 4.0], 0.0);
+    let got = weights(&[(places.clone(), 0.0), (places.clone(), 0.0), (places, -(24.0_f64).ln())], 4, 1.0);
     assert!((got[0] - got[1]).abs() < 1e-12);
     assert!((got[0] / got[2] - 24.0).abs() < 1e-9);
     assert!((got.iter().sum::<f64>() - 1.0).abs() < 1e-12);
@@ -13,19 +18,30 @@ fn sets_that_do_alike_share_the_probability_as_their_prior_has_it() {
 
 #[test]
 fn what_only_one_condition_says_stays_in_doubt_and_what_all_say_does_not() {
-    let none = vec![0.0; 10];
-    let one = [vec![10.0], vec![0.0; 9]].concat();
-    let all = vec![1.0; 10];
-    let by_one = weights(&[(none.clone(), 0.0), (one, 0.0)], 1.0)[1];
-    let by_all = weights(&[(none, 0.0), (all, 0.0)], 1.0)[1];
+    let pair = |before: &[f64], after: f64| {
+        weights(&[(left(before, 0.0), 0.0), (left(&[after; 10], 0.0), 0.0)], 10, 1.0)[1]
+    };
+    let one = [vec![8.0], vec![0.5; 9]].concat();
+    let (by_one, by_all) = (pair(&one, 0.5), pair(&[1.5; 10], 0.5));
     assert!(by_one < by_all && by_one < 0.97, "{by_one} {by_all}");
     assert!(by_all > 0.999);
 }
 
 #[test]
 fn conditions_that_are_wrong_alike_count_as_fewer() {
-    let rows = [(vec![0.0; 12], 0.0), (vec![0.4; 12], 0.0)];
-    let independent = weights(&rows, 1.0)[1];
-    let alike = weights(&rows, 1.0 / 12.0)[1];
+    let rows = [(left(&[1.0; 12], 0.0), 0.0), (left(&[0.5; 12], 0.0), 0.0)];
+    let independent = weights(&rows, 12, 1.0)[1];
+    let alike = weights(&rows, 12, 1.0 / 12.0)[1];
     assert!(independent > 0.98 && alike < 0.7, "{independent} {alike}");
+}
+
+#[test]
+fn a_further_effect_that_takes_up_the_form_of_a_law_wins_no_more_by_more_conditions() {
+    let further = |conditions: usize, form: f64| {
+        let of = |x: f64| left(&vec![x; conditions], form);
+        weights(&[(of(4.0), 0.0), (of(0.5), -(25.0_f64).ln())], conditions, 1.0)[1]
+    };
+    assert!(further(8, 5.0) < 0.1 && further(40, 5.0) < 0.1, "{} {}", further(8, 5.0), further(40, 5.0));
+    // Where the law explains nothing, what is left is no matter of its form.
+    assert!(further(8, 0.0) > 0.999);
 }
