@@ -166,7 +166,14 @@ fn set_words(s: &Weighed) -> String {
 pub fn credible(report: &Report) -> Vec<String> {
     let Some(d) = &report.discrepancy else { return Vec::new() };
     let each = report.credible_sets.iter().map(|s| format!("{}: {}", set_words(s), percent(s.probability)));
-    each.chain([format!("none of the sets tried: {}", percent(d.probability))]).collect()
+    let rest = [
+        format!("none of the sets tried: {}", percent(d.probability)),
+        format!(
+            "something that is not listed beside one of them (counted with the set): {}",
+            percent(d.beside)
+        ),
+    ];
+    each.chain(rest).collect()
 }
 
 /// Probabilities of the credible sets, and of none of them, as bars.

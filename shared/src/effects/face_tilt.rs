@@ -27,8 +27,9 @@
 //! a (1 - sqrt(4 N a / (3 |M|)) / 3)     where it lifts off beyond
 //! ```
 //!
-//! (a strip of half length `a` on springs, Winkler 1867; a disc of radius `a` is taken for it). Pads that
-//! turn with the face, or are soft, have `M = 0`.
+//! and its pressure is as much narrower as that of the strip: a pad on its edge holds less torsion (a strip of
+//! half length `a` on springs, Winkler 1867; a disc of radius `a` is taken for it). Pads that turn with the
+//! face, or are soft, have `M = 0`.
 
 use super::law::{FrictionLaw, Law, Slip, StepContext};
 use crate::contact::{Contact, is_finger};
@@ -87,15 +88,22 @@ pub const INFO: Info = Info {
     ],
 };
 
-/// How far the wedge moves the centre of pressure of a pad of half length `half_m` that presses with `load_n`.
-fn off_middle<R: Real>(moment_nm: R, load_n: R, half_m: R) -> R {
+/// How far the wedge moves the centre of pressure of a pad of half length `half_m` that presses with `load_n`,
+/// and the standard deviation of the pressure about it, over that without a wedge.
+fn pressed<R: Real>(moment_nm: R, load_n: R, half_m: R) -> (R, R) {
     let whole_nm = load_n * half_m;
-    let size_nm = abs(moment_nm);
-    if size_nm * R::of(3.0) <= whole_nm {
-        return if load_n > R::zero() { moment_nm / load_n } else { R::zero() };
+    if !(whole_nm > R::zero()) {
+        return (R::zero(), R::one());
     }
-    let lifted = half_m * (R::one() - sqrt(R::of(4.0 / 3.0) * whole_nm / size_nm) / R::of(3.0));
-    if moment_nm < R::zero() { -lifted } else { lifted }
+    let share = moment_nm / whole_nm;
+    let size = abs(share);
+    if size * R::of(3.0) <= R::one() {
+        return (share * half_m, sqrt(R::one() - R::of(3.0) * share * share));
+    }
+    // A triangle of pressure, as long as this over the half length.
+    let length = sqrt(R::of(4.0 / 3.0) / size);
+    let offset_m = half_m * (R::one() - length / R::of(3.0));
+    (if share < R::zero() { -offset_m } else { offset_m }, length * R::of(0.408_248_290_463_863))
 }
 
 /// Object coordinate of the middle between the pads.
@@ -136,9 +144,12 @@ impl<R: Real> Law<R> for FaceTilt {
             };
             let last_n = c.load_n[contact.body.index()];
             let load_n = if last_n > R::zero() { last_n } else { c.grip_cmd_n };
-            let offset = Vec3::new(off_middle(p[5], load_n, half_m), R::zero(), R::zero());
-            contact.object_m += offset;
-            contact.lever_m += c.rotation.transform_vector(&offset);
+            let (offset_m, narrower) = pressed(p[5], load_n, half_m);
+            let moved_m = offset_m + (narrower - R::one()) * contact.patch_m[0];
+            let moved = Vec3::new(moved_m, R::zero(), R::zero());
+            contact.patch_m[0] += moved_m;
+            contact.object_m += moved;
+            contact.lever_m += c.rotation.transform_vector(&moved);
         }
         if p[0] == R::zero() {
             return;

@@ -1,6 +1,7 @@
 //! Each effect against a case whose answer is known in closed form.
 
 use crate::scenes::*;
+use stickslip_shared::contact::Body;
 use stickslip_shared::effects::{Effect, Law, MEMORY};
 use stickslip_shared::model::{FingerContact, Friction};
 
@@ -161,16 +162,16 @@ fn a_jaw_that_gives_way_late_presses_harder_in_proportion_to_the_speed_of_openin
     close(record.last().normal_n[0], N + 500.0 * (x - 0.1 * 0.01), 2e-3);
 }
 
-/// Centre of pressure of a strip of half length `half_m` on springs that press only, tilted so far that its
-/// moment would be `moment_nm` if all of them touched; by bisection over the depth.
-fn strip_on_springs(moment_nm: f64, load_n: f64, half_m: f64) -> f64 {
+/// Centre of pressure and standard deviation about it of a strip of half length `half_m` on springs that press
+/// only, tilted so far that its moment would be `moment_nm` if all of them touched; by bisection over the depth.
+fn strip_on_springs(moment_nm: f64, load_n: f64, half_m: f64) -> (f64, f64) {
     let points: Vec<f64> = (0..20_001).map(|k| half_m * (k as f64 / 10_000.0 - 1.0)).collect();
     // Unit springs: the sum of x^2 is the stiffness against turning.
     let slope = moment_nm / points.iter().map(|x| x * x).sum::<f64>();
     let sums = |depth: f64| {
-        points.iter().fold((0.0, 0.0), |(force, moment), x| {
+        points.iter().fold((0.0, 0.0, 0.0), |(force, moment, second), x| {
             let f = (depth + slope * x).max(0.0);
-            (force + f, moment + f * x)
+            (force + f, moment + f * x, second + f * x * x)
         })
     };
     let (mut low, mut high) = (-1.0, 1.0);
@@ -178,16 +179,28 @@ fn strip_on_springs(moment_nm: f64, load_n: f64, half_m: f64) -> f64 {
         let middle = 0.5 * (low + high);
         if sums(middle).0 < load_n { low = middle } else { high = middle }
     }
-    sums(low).1 / load_n
+    let (_, moment, second) = sums(low);
+    (moment / load_n, (second / load_n - (moment / load_n).powi(2)).sqrt())
 }
 
 #[test]
-fn a_wedge_under_pads_that_cannot_turn_moves_the_centre_of_pressure_as_a_strip_on_springs() {
+fn a_wedge_under_pads_that_cannot_turn_moves_and_narrows_the_pressure_as_a_strip_on_springs() {
+    let along = |run: &Run<f64>| -> Vec<f64> {
+        let record = run.play();
+        record.last().contacts.iter().filter(|c| c.body == Body::Finger1).map(|c| c.object_m.x).collect()
+    };
+    let spread = |x: &[f64]| {
+        let mean = x.iter().sum::<f64>() / x.len() as f64;
+        (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / x.len() as f64).sqrt()
+    };
+    let mut run = hold::<f64>();
+    run.scene.gravity_m_s2 = [0.0; 3];
+    let flat = spread(&along(&run));
     for moment_nm in [0.02, 0.06, -0.06, 0.1, 0.3, -1.0] {
-        let mut run = hold::<f64>().with("face_tilt", &[0.0, 0.0, 0.0, 0.0, 0.0, moment_nm]);
-        run.scene.gravity_m_s2 = [0.0; 3];
-        let w = run.play().last().reading.finger[0];
-        close(w[5], -N * strip_on_springs(moment_nm, N, 0.01), 2e-3);
+        let wedge = run.clone().with("face_tilt", &[0.0, 0.0, 0.0, 0.0, 0.0, moment_nm]);
+        let (middle, wide) = strip_on_springs(moment_nm, N, 0.01);
+        close(wedge.play().last().reading.finger[0][5], -N * middle, 2e-3);
+        close(spread(&along(&wedge)) / flat, wide / (0.01 / 3.0_f64.sqrt()), 2e-3);
     }
 }
 

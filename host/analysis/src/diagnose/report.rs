@@ -87,6 +87,8 @@ pub struct ErrorReport {
 pub struct Discrepancy {
     /// Probability that it is none of them.
     pub probability: f64,
+    /// Probability that something which is not listed is missing beside one of them.
+    pub beside: f64,
     /// Largest systematic misfit that is left, in run spreads.
     pub run_spreads: f64,
     /// As many independent conditions the data count for.
@@ -191,6 +193,7 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
     let weighed = !posterior.sets.is_empty();
     let discrepancy = weighed.then(|| Discrepancy {
         probability: posterior.unlisted,
+        beside: posterior.beside,
         run_spreads: last.misfit.worst(),
         effective_conditions: posterior.conditions,
     });
