@@ -124,29 +124,34 @@ pub fn posterior(
     let best = sets.values().max_by(|a, b| a.0.total_cmp(&b.0)).map_or(*first, |s| s.1);
     let conditions = problem.campaign.conditions as f64;
     let tempered = 1.0 / (1.0 + (conditions - 1.0) * between_conditions(problem, &best.residual));
-    let n = (REGISTRY.len() as f64).ln();
-    let chance = (n - ALIKE[1].ln()) / -(1.0 - ALIKE[0]).ln();
+    let ln_n = (REGISTRY.len() as f64).ln();
+    let chance = (ln_n - ALIKE[1].ln()) / -(1.0 - ALIKE[0]).ln();
+    // Logarithm of the probability that something unlisted looks so much like a set.
+    let looks_like = |ids: &Vec<&str>, held: &Held| {
+        let left = (1.0 - explained(&first.misfit, &held.misfit)).clamp(f64::MIN_POSITIVE, 1.0);
+        (ids.len() as f64 * ln_n + chance * left.ln()).min(0.0)
+    };
+    let most_alike = sets.iter().map(|(ids, s)| looks_like(ids, s.1)).fold(0.0, f64::min);
     let mut rows = Vec::new();
     for (ids, (_, held, places)) in &sets {
         let k = ids.len() as f64;
         let complete = of_each_place(&completed(places, held, first), &base);
-        let left = (1.0 - explained(&first.misfit, &held.misfit)).clamp(f64::MIN_POSITIVE, 1.0);
-        rows.push((of_each_place(places, &base), -k * n));
-        rows.push((complete.clone(), -(k + 1.0) * n));
-        // The empty set looks like nothing that could be mistaken for it.
-        let alike = if ids.is_empty() { f64::NEG_INFINITY } else { (k * n + chance * left.ln()).min(0.0) };
-        rows.push((complete, alike - n));
+        rows.push((of_each_place(places, &base), -k * ln_n));
+        let (beside, instead) = match ids.is_empty() {
+            // Nothing that is listed: yet one of the sets explains what it does.
+            true => (f64::NEG_INFINITY, most_alike - ln_n),
+            false => (-(k + 1.0) * ln_n, looks_like(ids, held) - ln_n),
+        };
+        rows.push((complete.clone(), beside));
+        rows.push((complete, instead));
     }
     let mean = weights(&rows, problem.campaign.conditions, tempered);
     let mut out = Posterior { conditions: conditions * tempered, ..Posterior::default() };
     for (effects, row) in sets.into_keys().zip(mean.chunks(3)) {
         let [alone, beside, instead] = *row else { break };
-        match effects.is_empty() {
-            true => out.unlisted += beside,
-            false => out.beside += beside,
-        }
+        out.beside += beside;
         out.unlisted += instead;
-        let probability = alone + if effects.is_empty() { 0.0 } else { beside };
+        let probability = alone + beside;
         out.sets.push(Weighed { effects, probability });
     }
     out.sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
