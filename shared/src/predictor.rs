@@ -37,7 +37,6 @@ mod start;
 mod tracked;
 pub mod types;
 pub mod validate;
-#[cfg(feature = "pyramids")]
 mod witness;
 
 pub use params::Params;
@@ -46,7 +45,6 @@ pub use types::{
     FingerPrediction, HASH_START, Limits, Prediction, Sample, Slip, SolverStatus, flags, validity,
 };
 pub use validate::{Limit, ModelError, validate, validate_limits};
-#[cfg(feature = "pyramids")]
 pub use witness::Testimony;
 
 use crate::cone::Kept;
@@ -100,7 +98,6 @@ impl<R: Real> Predictor<R> {
                 trial: R::zero(),
                 last: Prediction::default(),
                 work: 0,
-                #[cfg(feature = "pyramids")]
                 testimony: Testimony::default(),
             },
             tracked: None,
@@ -166,7 +163,6 @@ impl<R: Real> Predictor<R> {
     }
 
     /// What the other formulation said of the steps, where the model asks for it (`Model::witness`).
-    #[cfg(feature = "pyramids")]
     pub fn testimony(&self) -> Testimony {
         self.context.testimony
     }

@@ -182,7 +182,6 @@ pub(crate) const FIXED_POINTS: u32 = 12;
 pub(crate) const FACTORS_WORK: u32 = 4;
 /// What a unit of work of the pyramids costs, in the cone's: `make cost` counts 5,000 instructions for a kink or an
 /// evaluation and 20,000 for a factorisation with what belongs to it.
-#[cfg(feature = "pyramids")]
 pub(crate) const PYRAMIDS_COST: u32 = 2;
 
 /// No solve is bounded below so much work.
