@@ -230,16 +230,7 @@ impl<R: Real> Predictor<R> {
             self.tracked = None;
         }
         if self.tracked.is_none() {
-            self.tracked = self.context.start(sample);
-            if self.tracked.is_none() {
-                return self.context.repeat(doubt | validity::WAITING);
-            }
-            // The first sample has nothing behind it to predict from; whether it was measured shows all the same.
-            let (_, faults) = self.context.health.check(sample, &self.context.limits);
-            let validity = doubt | faults | validity::NO_FORESIGHT;
-            let flags = if validity & validity::UNRELIABLE != 0 { flags::UNSURE } else { 0 };
-            self.context.last = Prediction { flags, validity, ..Prediction::default() };
-            return self.context.last;
+            return self.start(sample, doubt);
         }
         if self.settle() {
             return self.context.repeat(doubt | validity::WAITING);
@@ -261,6 +252,22 @@ impl<R: Real> Predictor<R> {
             }
         }
         context.last
+    }
+
+    /// A first sample: where the object is seen, it is tracked from now on.
+    // A function of its own: its room is not on the stack under a step.
+    #[inline(never)]
+    fn start(&mut self, sample: &Sample<R>, doubt: u32) -> Prediction {
+        self.tracked = self.context.start(sample);
+        if self.tracked.is_none() {
+            return self.context.repeat(doubt | validity::WAITING);
+        }
+        // The first sample has nothing behind it to predict from; whether it was measured shows all the same.
+        let (_, faults) = self.context.health.check(sample, &self.context.limits);
+        let validity = doubt | faults | validity::NO_FORESIGHT;
+        let flags = if validity & validity::UNRELIABLE != 0 { flags::UNSURE } else { 0 };
+        self.context.last = Prediction { flags, validity, ..Prediction::default() };
+        self.context.last
     }
 
     /// Settles the object for a tick; `false` where it has nothing to settle.

@@ -144,7 +144,7 @@ impl<R: Real> Context<R> {
         self.look_ahead(tracked, &drive, sample, &present, &mut p, &mut worst, &mut work, &mut doubt);
         tracked.kept[1] = *work.kept();
         // A gap is bridged in several steps, which nobody kept.
-        if let Some(witness) = witness
+        if let Some(witness) = &mut witness
             && drive.dt_s <= R::of(f64::from(self.params.ahead.longest_step_s))
         {
             *work.kept() = Kept::nothing();

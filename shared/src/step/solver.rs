@@ -80,7 +80,7 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
 
     /// Solves for the velocity at the end of the step, from `guess`: with pyramids where they are asked for, and
     /// with the cone where they are not solved within half of the work, or where there is none for both
-    /// ([`SolveBudget::cone_instead`]).
+    /// (and not [`SolveBudget::only`] the pyramids are asked for).
     #[inline(never)]
     pub fn solve(
         &mut self,
@@ -98,7 +98,8 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
         };
         let (price, unit) = price(self.points.count());
         // Half of the work, or what the cone's least leaves of it.
-        let share = match budget.cone_instead {
+        let cone_instead = budget.only.is_none();
+        let share = match cone_instead {
             true => (budget.max_work / 2).min(budget.max_work.saturating_sub(LEAST_WORK)),
             false => budget.max_work,
         };
@@ -110,12 +111,12 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
             iterations: 0,
             evaluations: 0,
         };
-        if !budget.cone_instead || max_work >= LEAST_PYRAMIDS_WORK {
+        if !cone_instead || max_work >= LEAST_PYRAMIDS_WORK {
             let bounded = SolveBudget { max_work, ..*budget };
             first = paths.solve(&mut self.points, bodies, guess, &bounded, params, &mut self.kept);
             first.iterations = (first.iterations * price).div_ceil(unit);
             first.evaluations = ((first.evaluations + SETUP_WORK) * price).div_ceil(unit);
-            if first.status == SolveStatus::Solved || !budget.cone_instead {
+            if first.status == SolveStatus::Solved || !cone_instead {
                 return (first, SolvedBy::Pyramids);
             }
         }
@@ -179,8 +180,10 @@ const SETUP_WORK: u32 = 1;
 const LEAST_PYRAMIDS_WORK: u32 = 6;
 
 /// What so many units of the pyramids' work cost, in so many of the cone's: all of it goes with the number of points, the
-/// cone's has a part that does not.
+/// cone's has a part that does not. Neither is zero, which the compiler must see: it divides by them.
 fn price(points: usize) -> (u32, u32) {
     let points = (points as u32).max(USUAL_POINTS);
-    (PYRAMIDS_COST * points * (USUAL_POINTS + FIXED_POINTS), USUAL_POINTS * (points + FIXED_POINTS))
+    let price = PYRAMIDS_COST * points * (USUAL_POINTS + FIXED_POINTS);
+    let unit = USUAL_POINTS * (points + FIXED_POINTS);
+    (price.max(1), unit.max(1))
 }
