@@ -5,7 +5,7 @@ use crate::common::grasps::*;
 use stickslip_shared::cone::{self, Kept};
 use stickslip_shared::lcp::dense::Dense;
 use stickslip_shared::lcp::factors::{Contact, Factors, Impulses};
-use stickslip_shared::lcp::step::{self, FirstEdge, Past, Paths, Points, PyramidParams};
+use stickslip_shared::lcp::step::{self, FirstEdge, Past, Paths, PyramidParams};
 use stickslip_shared::real::{Real, Vec3};
 use stickslip_shared::solve::*;
 
@@ -294,7 +294,7 @@ fn a_step_like_the_last_takes_no_factorisation_and_one_that_hardly_differs_those
     let mut draw = Draw(5);
     let (points, bodies) = draw_grasp(&mut draw, 0, 0.5, 1e7);
     let first = step::solve(&points, &bodies, &[0.0; 7], &SolveBudget::default(), &PyramidParams::default());
-    let (mut given, mut paths) = (Points::<f64, CAPACITY>::new(), Paths::<f64, CAPACITY>::new());
+    let (mut given, mut paths) = (step::Points::<f64, CAPACITY>::new(), Paths::<f64, CAPACITY>::new());
     for (p, f) in points.iter().zip(&first.force_n) {
         let load_n = f[0];
         let slides = f[1].hypot(f[2]) > 0.999 * p.mu[0] * f[0];
