@@ -62,14 +62,13 @@ test-host: ## Tests of shared and host
 
 studies: ## Tests that take minutes each (marked `ignored`)
 	cargo test --release -p stickslip-lab --test blind -- --ignored
-	cargo test -p stickslip-shared --no-default-features --test it bad_input
 	cargo test -p stickslip-live --no-default-features --test it
 
 hil: setup firmware ## Tests on the emulated board, and of the line to it
 	elf=$$(cargo test --no-run -p stickslip-hil-tests --features mps2-an386 $(QEMU_BUILD) --message-format=json \
 		| grep -o '"executable":"[^"]*"' | tail -1 | cut -d'"' -f4); \
 	STICKSLIP_HIL_ELF=$$elf cargo test --test hil
-	cargo build -p stickslip-firmware --bin overflow --features mps2-an386,pyramids $(QEMU_BUILD)
+	cargo build -p stickslip-firmware --bin overflow --features mps2-an386 $(QEMU_BUILD)
 	STICKSLIP_OVERFLOW=$(CURDIR)/target/$(TARGET)/qemu/overflow \
 	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test --test board device:: -- --ignored --test-threads 1
 
@@ -88,7 +87,7 @@ soak: soak-program ## An hour of virtual time with faults on the emulated board 
 	tools/soak.sh $(OUT)/soak $(or $(TICKS),900000) $(SEED)
 
 firmware: ## Firmware for the emulated board
-	cargo build -p stickslip-firmware --bin stickslip-firmware --features mps2-an386,pyramids $(QEMU_BUILD)
+	cargo build -p stickslip-firmware --bin stickslip-firmware --features mps2-an386 $(QEMU_BUILD)
 	@mkdir -p $(OUT) && cp target/$(TARGET)/qemu/stickslip-firmware $(OUT)/stickslip-mps2-an386
 
 firmware-g474: ## Firmware for the Nucleo-G474RE

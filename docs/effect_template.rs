@@ -21,10 +21,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for MyEffect {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn friction(
         &self,
         p: &[R; MAX_PARAMETERS],

@@ -310,12 +310,9 @@ impl<G: Gauges> Control<G> {
         // A run starts with a model only, and none is ever taken away.
         let Some(predictor) = self.predictor else { return };
         let prediction = predict(predictor, sample);
-        #[cfg(feature = "pyramids")]
-        {
-            let said = predictor.testimony();
-            COUNTERS.witnessed.set(said.compared);
-            COUNTERS.witness_apart.set(said.compared - said.alike);
-        }
+        let said = predictor.testimony();
+        COUNTERS.witnessed.set(said.compared);
+        COUNTERS.witness_apart.set(said.compared - said.alike);
         if prediction.validity & validity::SOLVER != 0 {
             COUNTERS.solver_marks.add(1);
         }

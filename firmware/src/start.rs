@@ -39,17 +39,28 @@ pub fn run(spawn: impl FnOnce(Ends, SendSpawner)) -> ! {
     }
 }
 
-/// Its stack is free again before the first tick.
+/// Begins the tasks. Its frame stands under them until all have begun.
 #[inline(never)]
 fn begin(spawn: impl FnOnce(Ends, SendSpawner)) {
+    let (app, ends) = prepare();
+    let (upper, lower) = (board::control_executor(), board::communication_executor());
+    spawn(ends, lower);
+    // Spawned once, so its one place is free.
+    if let Ok(token) = control(app, board::Watchdog::start()) {
+        upper.spawn(token);
+    }
+}
+
+/// Board and state.
+// A function of its own: its stack is free again before the first task begins.
+#[inline(never)]
+fn prepare() -> (&'static mut Control<board::Channels>, Ends) {
     stack::guard();
     let (recorder, post_mortem, boots) = post_mortem::begin();
     let board = board::init(post_mortem.is_some());
     defmt::info!("stickslip on {=str}, start {=u32}", board::NAME, boots);
     let started = Started { cause: board.reset_cause, boots, post_mortem, recorder };
     let (app, link) = state::init(board.gauges, board.alarms, board.flash, started);
-    let upper = board::control_executor();
-    let lower = board::communication_executor();
     let ends = Ends {
         link,
         rx: board.rx,
@@ -59,9 +70,5 @@ fn begin(spawn: impl FnOnce(Ends, SendSpawner)) {
         #[cfg(feature = "nucleo-g474re")]
         can: board.can,
     };
-    spawn(ends, lower);
-    // Spawned once, so its one place is free.
-    if let Ok(token) = control(app, board::Watchdog::start()) {
-        upper.spawn(token);
-    }
+    (app, ends)
 }

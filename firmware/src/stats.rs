@@ -19,7 +19,6 @@ impl Counter {
         let _ = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, next);
     }
     /// What another counter says.
-    #[cfg(feature = "pyramids")]
     pub fn set(&self, count: u32) {
         self.0.store(count, Ordering::Relaxed);
     }

@@ -37,7 +37,6 @@ mod start;
 mod tracked;
 pub mod types;
 pub mod validate;
-#[cfg(feature = "pyramids")]
 mod witness;
 
 pub use params::Params;
@@ -46,7 +45,6 @@ pub use types::{
     FingerPrediction, HASH_START, Limits, Prediction, Sample, Slip, SolverStatus, flags, validity,
 };
 pub use validate::{Limit, ModelError, validate, validate_limits};
-#[cfg(feature = "pyramids")]
 pub use witness::Testimony;
 
 use crate::cone::Kept;
@@ -100,7 +98,6 @@ impl<R: Real> Predictor<R> {
                 trial: R::zero(),
                 last: Prediction::default(),
                 work: 0,
-                #[cfg(feature = "pyramids")]
                 testimony: Testimony::default(),
             },
             tracked: None,
@@ -166,7 +163,6 @@ impl<R: Real> Predictor<R> {
     }
 
     /// What the other formulation said of the steps, where the model asks for it (`Model::witness`).
-    #[cfg(feature = "pyramids")]
     pub fn testimony(&self) -> Testimony {
         self.context.testimony
     }
@@ -234,16 +230,7 @@ impl<R: Real> Predictor<R> {
             self.tracked = None;
         }
         if self.tracked.is_none() {
-            self.tracked = self.context.start(sample);
-            if self.tracked.is_none() {
-                return self.context.repeat(doubt | validity::WAITING);
-            }
-            // The first sample has nothing behind it to predict from; whether it was measured shows all the same.
-            let (_, faults) = self.context.health.check(sample, &self.context.limits);
-            let validity = doubt | faults | validity::NO_FORESIGHT;
-            let flags = if validity & validity::UNRELIABLE != 0 { flags::UNSURE } else { 0 };
-            self.context.last = Prediction { flags, validity, ..Prediction::default() };
-            return self.context.last;
+            return self.start(sample, doubt);
         }
         if self.settle() {
             return self.context.repeat(doubt | validity::WAITING);
@@ -265,6 +252,22 @@ impl<R: Real> Predictor<R> {
             }
         }
         context.last
+    }
+
+    /// A first sample: where the object is seen, it is tracked from now on.
+    // A function of its own: its room is not on the stack under a step.
+    #[inline(never)]
+    fn start(&mut self, sample: &Sample<R>, doubt: u32) -> Prediction {
+        self.tracked = self.context.start(sample);
+        if self.tracked.is_none() {
+            return self.context.repeat(doubt | validity::WAITING);
+        }
+        // The first sample has nothing behind it to predict from; whether it was measured shows all the same.
+        let (_, faults) = self.context.health.check(sample, &self.context.limits);
+        let validity = doubt | faults | validity::NO_FORESIGHT;
+        let flags = if validity & validity::UNRELIABLE != 0 { flags::UNSURE } else { 0 };
+        self.context.last = Prediction { flags, validity, ..Prediction::default() };
+        self.context.last
     }
 
     /// Settles the object for a tick; `false` where it has nothing to settle.

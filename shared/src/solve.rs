@@ -1,6 +1,7 @@
 //! What a contact problem is, what bounds a solve and what it says: the types in front of both
 //! solvers, the exact cone ([`crate::cone`]) and complementarity ([`crate::lcp`]).
 
+use crate::model::Formulation;
 use crate::real::{Real, Vec3, max};
 use heapless::Vec;
 
@@ -182,7 +183,6 @@ pub(crate) const FIXED_POINTS: u32 = 12;
 pub(crate) const FACTORS_WORK: u32 = 4;
 /// What a unit of work of the pyramids costs, in the cone's: `make cost` counts 5,000 instructions for a kink or an
 /// evaluation and 20,000 for a factorisation with what belongs to it.
-#[cfg(feature = "pyramids")]
 pub(crate) const PYRAMIDS_COST: u32 = 2;
 
 /// No solve is bounded below so much work.
@@ -201,8 +201,9 @@ pub struct SolveBudget<R: Real> {
     /// Whether a time step follows an answer that is far from solved, for studies of the solver; otherwise
     /// it leaves the state as it was.
     pub follows_unsolved: bool,
-    /// Whether the cone is solved in place of pyramids that were not.
-    pub cone_instead: bool,
+    /// With this formulation alone, whatever the model asks for; otherwise the cone is solved in place of pyramids that were
+    /// not.
+    pub only: Option<Formulation>,
 }
 
 impl<R: Real> Default for SolveBudget<R> {
@@ -213,7 +214,7 @@ impl<R: Real> Default for SolveBudget<R> {
             tolerance: max(R::of(100.0) * R::EPSILON, R::of(1e-10)),
             usual_points: MAX_POINTS as u32,
             follows_unsolved: true,
-            cone_instead: true,
+            only: None,
         }
     }
 }
@@ -237,7 +238,7 @@ impl<R: Real> SolveBudget<R> {
             tolerance: R::of(LOOK_AHEAD_TOLERANCE),
             usual_points: USUAL_POINTS,
             follows_unsolved: false,
-            cone_instead: true,
+            only: None,
         }
     }
 

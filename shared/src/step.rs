@@ -279,7 +279,7 @@ pub fn step_from<R: Real, const NC: usize>(
         dt_s: dt,
         free: [v_free.x, v_free.y, v_free.z, w_free.x, w_free.y, w_free.z, jaw_free],
     };
-    work.solver.begin(model.formulation, &bodies);
+    work.solver.begin(options.only.unwrap_or(model.formulation), &bodies);
     let mut kept = 0;
     // Slots of the points that are handed to the solver.
     let mut near: u64 = 0;

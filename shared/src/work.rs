@@ -1,10 +1,8 @@
 //! The work of a tick, counted in evaluations of the momentum balance, not in time: both sides stop
 //! at the same place.
 
-#[cfg(feature = "pyramids")]
 use crate::model::Formulation;
 use crate::real::Real;
-#[cfg(feature = "pyramids")]
 use crate::solve::PYRAMIDS_COST;
 use crate::solve::{FACTORS_WORK, FIXED_POINTS, LEAST_WORK, SolveBudget, USUAL_POINTS};
 use crate::step::StepSummary;
@@ -62,13 +60,11 @@ impl Work {
     }
 
     /// [`Self::bounding`] by the work of a tick.
-    #[cfg(feature = "pyramids")]
     pub fn bounding_tick<R: Real>(&self, options: &SolveBudget<R>) -> SolveBudget<R> {
         self.bounding(options, TICK_WORK)
     }
 
     /// Whether this tick has room for a step that nothing depends on: the least solve in this formulation.
-    #[cfg(feature = "pyramids")]
     pub fn has_room(&self, formulation: Formulation) -> bool {
         let least = match formulation {
             Formulation::Cone => LEAST_WORK,

@@ -63,10 +63,6 @@ pub struct Workspace<R: Real, const NC: usize> {
     good: bool,
     /// Some point is expected to touch.
     expected: bool,
-    /// Factors of the last solve, for the next.
-    pub kept: Kept<R>,
-    /// How it iterates.
-    pub params: ConeParams<R>,
 }
 
 impl<R: Real, const NC: usize> Default for Workspace<R, NC> {
@@ -91,7 +87,7 @@ pub fn solve<R: Real, const NC: usize>(
     for p in points {
         work.add(p);
     }
-    let s = work.solve(bodies, guess, options);
+    let s = work.solve(bodies, guess, options, &ConeParams::default(), &mut Kept::nothing());
     let refused = s.status == SolveStatus::BadInput;
     Solution::of(&s, if refused { Vec::new() } else { work.answers().map(|a| a.force_n).collect() })
 }
@@ -108,8 +104,6 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
             probe: R::zero(),
             good: false,
             expected: false,
-            kept: Kept::nothing(),
-            params: ConeParams::default(),
         }
     }
 
@@ -193,8 +187,16 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         self.count = 0;
     }
 
-    /// Solves for the velocity at the end of the step, from `guess`: see [`solve`].
-    pub fn solve(&mut self, bodies: &Bodies<R>, guess: &[R; DOF], options: &SolveBudget<R>) -> Solved<R> {
+    /// Solves for the velocity at the end of the step, from `guess`: see [`solve`]; with the factors of the last one, where
+    /// `kept` has them and every point does what it did, and leaves its own there.
+    pub fn solve(
+        &mut self,
+        bodies: &Bodies<R>,
+        guess: &[R; DOF],
+        options: &SolveBudget<R>,
+        params: &ConeParams<R>,
+        kept: &mut Kept<R>,
+    ) -> Solved<R> {
         let points = self.locals.get_mut(..self.count).unwrap_or_default();
         if !(self.good && self.probe == R::zero() && points.len() <= MAX_POINTS) {
             self.forget();
@@ -227,8 +229,8 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
             evaluations: 0,
             expected: self.expected,
             dt_s: bodies.dt_s,
-            kept: &mut self.kept,
-            params: &self.params,
+            kept,
+            params,
         };
         let start = if finite(guess) { guess } else { &bodies.free };
         let start = scaled(start, radius);

@@ -32,10 +32,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for Adhesion {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn friction(
         &self,
         p: &[R; MAX_PARAMETERS],

@@ -42,10 +42,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for ContactCompliance {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn contact(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, contact: &mut Contact<R>) {
         if contact.body == Body::Pusher {
             return;

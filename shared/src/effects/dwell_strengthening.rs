@@ -40,10 +40,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for DwellStrengthening {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn friction(
         &self,
         p: &[R; MAX_PARAMETERS],

@@ -121,10 +121,6 @@ pub(super) fn opened<R: Real>(width: R, late_s: R, c: &StepContext<R>, memory: &
 }
 
 impl<R: Real> Law<R> for FaceTilt {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn grip(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, memory: &mut [R; MEMORY], grip_n: &mut R) {
         if p[2] != R::zero() || p[4] != R::zero() {
             *grip_n += (p[2] + p[4] * *grip_n) * opened(pad_x_m(c), p[3], c, memory);

@@ -48,10 +48,6 @@ fn angle<R: Real>(p: &[R; MAX_PARAMETERS], x_m: R) -> R {
 }
 
 impl<R: Real> Law<R> for FaceWaviness {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn grip(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, memory: &mut [R; MEMORY], grip_n: &mut R) {
         if p[3] != R::zero() {
             *grip_n += p[3] * opened(-angle(p, pad_x_m(c)).sine_cosine().1, p[4], c, memory);

@@ -30,10 +30,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for FingerFrictionMismatch {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn friction(
         &self,
         p: &[R; MAX_PARAMETERS],

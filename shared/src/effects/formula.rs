@@ -136,10 +136,6 @@ fn number<R: Real>(value: Result<R, Fault>) -> R {
 }
 
 impl<R: Real> Law<R> for Formula<R> {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn loads(
         &self,
         p: &[R; MAX_PARAMETERS],

@@ -25,10 +25,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for GravityTilt {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn loads(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, _: &mut [R; MEMORY], loads: &mut Loads<R>) {
         let g = loads.gravity_m_s2;
         let turned = g + Vec3::new(p[0], p[1], R::zero()).cross(&g);

@@ -66,10 +66,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for GripForceLag {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn grip(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, memory: &mut [R; MEMORY], grip_n: &mut R) {
         let half = R::of(0.5);
         let [loss, error, last] = *memory;

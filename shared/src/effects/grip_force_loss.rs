@@ -24,10 +24,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for GripForceLoss {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn grip(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, _: &mut [R; MEMORY], grip_n: &mut R) {
         *grip_n = *grip_n * (R::one() - p[0]) - p[1];
     }

@@ -1,7 +1,7 @@
 //! What an effect may change, and what it sees: the trait that every effect implements.
 
 use crate::contact::{Body, Contact};
-use crate::effect::{Info, MAX_PARAMETERS, MEMORY};
+use crate::effect::{MAX_PARAMETERS, MEMORY};
 use crate::model::{FingerContact, PusherContact};
 use crate::real::{Real, Rotation, Vec3};
 
@@ -119,8 +119,6 @@ pub struct Reading<R: Real> {
 
 /// An effect. Every hook defaults to 'no change'; `p` are the effect's parameters.
 pub trait Law<R: Real>: Sync {
-    /// Description; constant.
-    fn info(&self) -> &'static Info;
     /// Changes mass, gravity or external loads.
     fn loads(
         &self,

@@ -36,10 +36,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for LoadDependentFriction {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn friction(
         &self,
         p: &[R; MAX_PARAMETERS],

@@ -26,10 +26,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for MassError {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn loads(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, _: &mut [R; MEMORY], loads: &mut Loads<R>) {
         loads.mass_kg *= R::one() + p[0];
         if p[1] != R::zero() {

@@ -23,10 +23,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for MocapLatency {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn sense(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, reading: &mut Reading<R>) {
         if p[0] == R::zero() {
             return;

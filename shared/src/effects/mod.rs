@@ -36,7 +36,7 @@ pub mod viscous_friction;
 pub mod wear_drift;
 pub use crate::effect::{Effect, Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 pub use law::{Environment, FrictionLaw, Law, Loads, Reading, Slip, StepContext};
-pub use registry::{REGISTRY, law};
+pub use registry::{REGISTRY, bounds, law};
 
 /// The description of effect `id`, for example `"static_friction"`.
 pub fn find(id: &str) -> Option<&'static Info> {

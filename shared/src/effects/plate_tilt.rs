@@ -30,10 +30,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for PlateTilt {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn contact(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, contact: &mut Contact<R>) {
         if contact.body != Body::Pusher || p[..3].iter().all(|x| *x == R::zero()) {
             return;

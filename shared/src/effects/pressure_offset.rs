@@ -27,10 +27,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for PressureOffset {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn contact(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, contact: &mut Contact<R>) {
         if !is_finger(contact.body) || (p[0] == R::zero() && p[1] == R::zero()) {
             return;

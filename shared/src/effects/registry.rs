@@ -5,13 +5,29 @@
 use super::law::Law;
 use super::{
     adhesion, anisotropic_friction, contact_compliance, dwell_strengthening, face_tilt, face_waviness,
-    finger_friction_mismatch, gravity_tilt, grip_force_lag, grip_force_loss, load_dependent_friction,
-    mass_error, mocap_latency, plate_tilt, pressure_offset, rolling_resistance, sensor_bias,
-    sensor_crosstalk, sensor_gain, sensor_misalignment, static_friction, support_pressure,
+    finger_friction_mismatch, formula, gravity_tilt, grip_force_lag, grip_force_loss,
+    load_dependent_friction, mass_error, mocap_latency, plate_tilt, pressure_offset, rolling_resistance,
+    sensor_bias, sensor_crosstalk, sensor_gain, sensor_misalignment, static_friction, support_pressure,
     torsional_friction, viscous_friction, wear_drift,
 };
-use crate::effect::Info;
+use crate::effect::{Info, Parameter};
 use crate::real::Real;
+
+macro_rules! bounds_of {
+    ($module:ident) => {
+        const { &bounds_of::<{ $module::INFO.parameters.len() }>($module::INFO.parameters) }
+    };
+}
+
+const fn bounds_of<const N: usize>(parameters: &[Parameter]) -> [[f64; 2]; N] {
+    let mut bounds = [[0.0; 2]; N];
+    let mut k = 0;
+    while k < N {
+        bounds[k] = [parameters[k].low, parameters[k].high];
+        k += 1;
+    }
+    bounds
+}
 
 macro_rules! registry {
     ($($code:literal => $module:ident :: $law:ident),* $(,)?) => {
@@ -23,6 +39,16 @@ macro_rules! registry {
 
         /// Descriptions of all effects.
         pub static REGISTRY: &[&Info] = &[$(&$module::INFO),*];
+
+        /// Least and largest values of the parameters of the effect with this code, without the words of its description, for
+        /// which a board has no room; `None` where there is none.
+        pub fn bounds(code: u8) -> Option<&'static [[f64; 2]]> {
+            match code {
+                formula::CODE => Some(bounds_of!(formula)),
+                $($code => Some(bounds_of!($module)),)*
+                _ => None,
+            }
+        }
 
         /// The law with this code; `None` where there is none.
         pub fn law<R: Real>(code: u8) -> Option<&'static dyn Law<R>> {

@@ -36,10 +36,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for RollingResistance {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn loads(
         &self,
         p: &[R; MAX_PARAMETERS],

@@ -29,10 +29,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for SensorBias {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn sense(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, reading: &mut Reading<R>) {
         let [finger1, finger2] = &mut reading.finger;
         for (wrench, [x, z]) in

@@ -71,10 +71,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for SensorCrosstalk {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn sense(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, reading: &mut Reading<R>) {
         let [finger1, finger2] = &mut reading.finger;
         for (wrench, to_x, to_z) in [(finger1, p[0], p[2]), (finger2, p[1], p[3])] {

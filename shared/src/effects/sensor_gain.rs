@@ -27,10 +27,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for SensorGain {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn sense(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, reading: &mut Reading<R>) {
         let [finger1, finger2] = &mut reading.finger;
         for (wrench, error) in [(finger1, p[0]), (finger2, p[1]), (&mut reading.pusher, p[2])] {

@@ -29,10 +29,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for SensorMisalignment {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn sense(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, reading: &mut Reading<R>) {
         let [one, two] = &mut reading.finger;
         // One loop: the code is there once.

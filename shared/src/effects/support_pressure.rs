@@ -74,10 +74,6 @@ fn in_table<R: Real>(normal: &Vec3<R>, along: [R; 2]) -> Option<Vec3<R>> {
 }
 
 impl<R: Real> Law<R> for SupportPressure {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn loads(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, _: &mut [R; MEMORY], loads: &mut Loads<R>) {
         let [_, _, _, load_n] = c.load_n;
         if (p[0] == R::zero() && p[1] == R::zero()) || !(load_n > R::zero()) {

@@ -40,10 +40,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for TorsionalFriction {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn contact(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, contact: &mut Contact<R>) {
         if p[0] == R::zero() || !is_finger(contact.body) {
             return;

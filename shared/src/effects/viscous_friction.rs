@@ -31,10 +31,6 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for ViscousFriction {
-    fn info(&self) -> &'static Info {
-        &INFO
-    }
-
     fn friction(
         &self,
         p: &[R; MAX_PARAMETERS],

@@ -38,18 +38,18 @@ mod params;
 mod point;
 mod slide;
 
-use super::contact::law::{Mode, Track, add_scaled, dot};
+use super::contact::law::{self, Mode, add_scaled, dot};
 use super::contact::path::{End, Equations, follow};
 use super::contact::polygon::{Polygon, along};
 use crate::linear::{Factors, Kept, Mat7, Vec7};
 use crate::real::{Real, Vec3, abs, max, sqrt};
 use crate::solve::{
-    Answer, Before, Bodies, ContactPoint, DOF, MAX_POINTS, Solution, SolveBudget, SolveStatus, Solved,
+    Answer, Bodies, ContactPoint, DOF, MAX_POINTS, Solution, SolveBudget, SolveStatus, Solved,
 };
 use balance::{Balance, Inertia};
 use heapless::Vec;
 pub use params::{FirstEdge, PyramidParams};
-pub use point::Past;
+pub use point::{Past, Points};
 use point::{Point, damping, expect, in_range};
 use slide::{Slide, unit};
 
@@ -60,23 +60,25 @@ const LEAST_TURN: f64 = 2e-4;
 /// what the factors are wrong by the balance shows.
 const SAME_DT: f64 = 1e-3;
 
-/// Working memory of a solve: points are added one by one, then solved for.
+/// A point on the path.
+type Track<R> = law::Track<R, DOF, ()>;
+
+/// Working memory of a solve.
 #[derive(Clone, Debug)]
-pub struct Workspace<R: Real, const NC: usize> {
-    points: Vec<Point<R>, NC>,
-    tracks: Vec<Track<R, DOF>, NC>,
+pub struct Paths<R: Real, const NC: usize> {
+    tracks: Vec<Track<R>, NC>,
     answers: Vec<Answer<R>, NC>,
-    lost: bool,
 }
 
-impl<R: Real, const NC: usize> Default for Workspace<R, NC> {
-    fn default() -> Self {
-        Self::new()
-    }
+/// A solve under way.
+struct Problem<'a, R: Real, const NC: usize> {
+    points: &'a mut [Point<R>],
+    tracks: &'a mut Vec<Track<R>, NC>,
+    answers: &'a mut Vec<Answer<R>, NC>,
 }
 
 /// Solves the step's contact problem with friction pyramids, starting from the velocity `guess` (the last
-/// step's). Forces are there where it was solved. See [`Workspace::solve`].
+/// step's). Forces are there where it was solved. See [`Paths::solve`].
 pub fn solve<R: Real, const NC: usize>(
     points: &Vec<ContactPoint<R>, NC>,
     bodies: &Bodies<R>,
@@ -84,12 +86,13 @@ pub fn solve<R: Real, const NC: usize>(
     budget: &SolveBudget<R>,
     params: &PyramidParams<R>,
 ) -> Solution<R, NC> {
-    let mut work = Workspace::<R, NC>::new();
+    let mut given = Points::<R, NC>::new();
     for p in points {
-        work.add(p, None);
+        given.add(p, None);
     }
-    let s = work.solve(bodies, guess, budget, params, &mut Kept::nothing());
-    Solution::of(&s, work.answers().iter().map(|a| a.force_n).collect())
+    let mut paths = Paths::new();
+    let s = paths.solve(&mut given, bodies, guess, budget, params, &mut Kept::nothing());
+    Solution::of(&s, paths.answers().iter().map(|a| a.force_n).collect())
 }
 
 /// Where an attempt begins.
@@ -103,39 +106,17 @@ enum Start {
     Open,
 }
 
-impl<R: Real, const NC: usize> Workspace<R, NC> {
+impl<R: Real, const NC: usize> Default for Paths<R, NC> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<R: Real, const NC: usize> Paths<R, NC> {
     /// Empty.
     #[inline(always)]
     pub fn new() -> Self {
-        Self { points: Vec::new(), tracks: Vec::new(), answers: Vec::new(), lost: false }
-    }
-
-    /// Forgets the points, and what they answered.
-    pub fn forget(&mut self) {
-        self.points.clear();
-        self.answers.clear();
-        self.lost = false;
-    }
-
-    /// Adds a point; `past`: what it did in the step before, where that is known.
-    pub fn add(&mut self, point: &ContactPoint<R>, past: Option<Past<R>>) {
-        let (zero, one) = (R::zero(), R::one());
-        let [k1, k2] = [point.stiffness_n_s_m[1], point.stiffness_n_s_m[2]];
-        let c = point.viscous_n_s_m;
-        let viscous = if c > zero { c / (max(k1, k2) + c) } else { zero };
-        let point =
-            Point { given: *point, arm: Vec3::zeros(), past, factor: [one; 2], first: [one, zero], viscous };
-        self.lost |= self.points.push(point).is_err();
-    }
-
-    /// How many points were added.
-    pub fn count(&self) -> usize {
-        self.points.len()
-    }
-
-    /// The points that were added, with what they did before.
-    pub fn points(&self) -> impl Iterator<Item = (&ContactPoint<R>, Option<Before<R>>)> {
-        self.points.iter().map(|p| (&p.given, p.past.map(|past| past.before)))
+        Self { tracks: Vec::new(), answers: Vec::new() }
     }
 
     /// Every point's answer to the velocity found, in the order in which they were added; none where the
@@ -143,6 +124,11 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     #[inline(always)]
     pub fn answers(&self) -> &[Answer<R>] {
         &self.answers
+    }
+
+    /// Forgets what the points answered.
+    pub(crate) fn forget(&mut self) {
+        self.answers.clear();
     }
 
     /// Solves for the velocity at the end of the step, from `guess` (the last step's); with the factors of that step, where
@@ -153,6 +139,25 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     #[inline(never)]
     pub fn solve(
         &mut self,
+        points: &mut Points<R, NC>,
+        bodies: &Bodies<R>,
+        guess: &[R; DOF],
+        budget: &SolveBudget<R>,
+        params: &PyramidParams<R>,
+        kept: &mut Kept<R>,
+    ) -> Solved<R> {
+        self.answers.clear();
+        let lost = points.lost;
+        let Self { tracks, answers } = self;
+        Problem { points: &mut points.list, tracks, answers }.solve(lost, bodies, guess, budget, params, kept)
+    }
+}
+
+impl<R: Real, const NC: usize> Problem<'_, R, NC> {
+    #[inline(always)]
+    fn solve(
+        mut self,
+        lost: bool,
         bodies: &Bodies<R>,
         guess: &[R; DOF],
         budget: &SolveBudget<R>,
@@ -167,7 +172,6 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
             iterations: 0,
             evaluations: 0,
         };
-        self.answers.clear();
         let i = &bodies.inertia_kg_m2;
         let rate = R::one() / bodies.dt_s;
         let radius = sqrt((i[0][0] + i[1][1] + i[2][2]) / (R::of(3.0) * bodies.mass_kg));
@@ -177,7 +181,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
             solved.status = SolveStatus::BadInput;
             return solved;
         }
-        if self.lost || self.points.len() > MAX_POINTS {
+        if lost || self.points.len() > MAX_POINTS {
             return solved;
         }
         let scaled = |v: &Vec7<R>, by: R| [v[0], v[1], v[2], v[3] * by, v[4] * by, v[5] * by, v[6]];
@@ -243,8 +247,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
                     }
                     solved.iterations += 1;
                     let limit = most.min(left);
-                    let (end, kinks) =
-                        follow(&mut equations, &mut self.tracks, &mut velocity, &at.rest, limit);
+                    let (end, kinks) = follow(&mut equations, self.tracks, &mut velocity, &at.rest, limit);
                     solved.evaluations = solved.evaluations.saturating_add(kinks);
                     if end != End::Arrived {
                         break;
@@ -261,7 +264,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
                         break 'arrived Some(velocity);
                     }
                     at = self.balance(&inertial, &inertia, &velocity);
-                    for track in &mut self.tracks {
+                    for track in self.tracks.iter_mut() {
                         track.offset = [R::zero(); 3];
                     }
                 }
@@ -350,11 +353,11 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
             let left = budget.evaluations_beside(solved.iterations + 1).saturating_sub(solved.evaluations);
             if !good && left > 0 {
                 let at = self.balance(inertial, inertia, &velocity);
-                for track in &mut self.tracks {
+                for track in self.tracks.iter_mut() {
                     track.offset = [R::zero(); 3];
                 }
                 solved.iterations += 1;
-                let (end, kinks) = follow(equations, &mut self.tracks, &mut velocity, &at.rest, left);
+                let (end, kinks) = follow(equations, self.tracks, &mut velocity, &at.rest, left);
                 solved.evaluations = solved.evaluations.saturating_add(kinks);
                 good = end == End::Arrived
                     && self.polish(equations, inertial, inertia, &mut velocity, budget, params, solved);
@@ -406,7 +409,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         if !slides().any(|(_, slide)| abs(slide.across_m_s) > slide.along_m_s * R::of(LEAST_TURN)) {
             return false;
         }
-        equations.build(&self.tracks);
+        equations.build(self.tracks);
         let mut matrix = equations.matrix;
         let mut force = [R::zero(); DOF];
         for (track, slide) in slides() {
@@ -427,7 +430,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         }
         let change = Factors::of(&matrix).solve(&force);
         add_scaled(velocity, R::one(), &change);
-        for (p, track) in self.points.iter_mut().zip(&mut self.tracks) {
+        for (p, track) in self.points.iter_mut().zip(self.tracks.iter_mut()) {
             let Some(slide) = Slide::of(track) else { continue };
             let across_m_s = slide.across_m_s - dot(&slide.row(track), &change);
             let [a1, a2] = slide.across;
@@ -451,7 +454,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         let (linear, angular) = (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]));
         let wider = if params.circumscribed { one / polygon.apothem } else { one };
         self.tracks.clear();
-        for p in &mut self.points {
+        for p in self.points.iter_mut() {
             let g = &p.given;
             let [kn, k1, k2] = g.stiffness_n_s_m;
             let [b0, b1, b2] = g.bias_m_s;
@@ -476,7 +479,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
             let [c, s] = p.first;
             let along = [t1 * (m1 * c) + t2 * (m2 * s), t2 * (m2 * c) - t1 * (m1 * s)];
             let rest = one - p.viscous;
-            let mut track = Track::nothing();
+            let mut track = Track::nothing(());
             let row = |axis: &Vec3<R>, jaw: R| {
                 let moment = arm.cross(axis);
                 [axis.x, axis.y, axis.z, moment.x, moment.y, moment.z, jaw]
@@ -493,7 +496,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
 
     /// Adds what viscous friction does whatever the normal force to the masses.
     fn add_dampers(&self, mass: &mut Mat7<R>) {
-        for (p, track) in self.points.iter().zip(&self.tracks) {
+        for (p, track) in self.points.iter().zip(self.tracks.iter()) {
             let damping = damping(p, track);
             if !(damping > R::zero()) {
                 continue;
@@ -532,7 +535,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         for k in [0, 1, 2, 6] {
             scale_n = max(scale_n, abs(rest[k]));
         }
-        for (p, track) in self.points.iter().zip(&self.tracks) {
+        for (p, track) in self.points.iter().zip(self.tracks.iter()) {
             let [normal, first, second] = track.impulse;
             let g = &p.given;
             // Opened, it keeps what viscosity damps and its adhesion pulls with.
@@ -571,11 +574,11 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
         let zero = R::zero();
         let golden = R::of(0.618_033_988_749_894_9);
         let (mut approach, mut share) = (zero, zero);
-        for (p, track) in self.points.iter().zip(&mut self.tracks) {
+        for (p, track) in self.points.iter().zip(self.tracks.iter_mut()) {
             track.speed = p.speeds_at(track, v);
             approach = max(approach, -track.speed[0]);
         }
-        for (p, track) in self.points.iter().zip(&mut self.tracks) {
+        for (p, track) in self.points.iter().zip(self.tracks.iter_mut()) {
             let natural = track.trial_at(&track.speed);
             track.trial = natural;
             match start {
@@ -618,7 +621,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     #[inline(never)]
     fn answer_to(&mut self, polygon: &Polygon<R>, v: &Vec7<R>) -> bool {
         let mut same = true;
-        for (p, track) in self.points.iter().zip(&mut self.tracks) {
+        for (p, track) in self.points.iter().zip(self.tracks.iter_mut()) {
             track.speed = p.speeds_at(track, v);
             track.trial = track.trial_at(&track.speed);
             let mode = track.classified(polygon);
@@ -664,7 +667,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     ) -> Option<Vec7<R>> {
         let zero = R::zero();
         let mut rest = at.rest;
-        for (p, track) in self.points.iter().zip(&self.tracks) {
+        for (p, track) in self.points.iter().zip(self.tracks.iter()) {
             let [normal, first, second] = track.offset;
             if normal != zero || first != zero || second != zero {
                 let gain = track.tangent_gain;
@@ -700,7 +703,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     #[inline(never)]
     fn answer(&mut self, polygon: &Polygon<R>) {
         self.answers.clear();
-        for (p, track) in self.points.iter().zip(&self.tracks) {
+        for (p, track) in self.points.iter().zip(self.tracks.iter()) {
             let (zero, g) = (R::zero(), &p.given);
             let [normal, first, second] = track.impulse;
             let slip = p.turned_back([track.speed[1], track.speed[2]]);

@@ -34,7 +34,6 @@ pub(super) struct Context<R: Real> {
     /// Of the last tick that stepped.
     pub(super) work: u32,
     /// Of the other formulation.
-    #[cfg(feature = "pyramids")]
     pub(super) testimony: super::witness::Testimony,
 }
 

@@ -10,9 +10,7 @@ use super::plan::{Intent, Segment};
 use super::sag::{planned_slide, slipped, unintended_down};
 use super::tracked::Tracked;
 use super::types::{Sample, Slip, flags, validity};
-#[cfg(feature = "pyramids")]
 use super::witness::Witness;
-#[cfg(feature = "pyramids")]
 use crate::cone::Kept;
 use crate::cone::SolveStatus;
 use crate::health::Repeats;
@@ -50,7 +48,6 @@ impl<R: Real> Context<R> {
         let mut work = Workspace::new();
         *work.kept() = tracked.kept[0];
         let mut worst = Worst::default();
-        #[cfg(feature = "pyramids")]
         let mut witness = Witness::of(&self.model, &tracked.state);
         let mut out = advance(
             (&self.scene, &self.model),
@@ -75,7 +72,6 @@ impl<R: Real> Context<R> {
             let residual_n = out.residual_n.to_f64() as f32;
             return Err(Unfollowed::Solver { status: out.status, residual_n, lost: worst.moved });
         }
-        #[cfg(feature = "pyramids")]
         if let Some(witness) = &mut witness {
             witness.saw(&self.model, &out, &tracked.state);
         }
@@ -148,8 +144,7 @@ impl<R: Real> Context<R> {
         self.look_ahead(tracked, &drive, sample, &present, &mut p, &mut worst, &mut work, &mut doubt);
         tracked.kept[1] = *work.kept();
         // A gap is bridged in several steps, which nobody kept.
-        #[cfg(feature = "pyramids")]
-        if let Some(witness) = witness
+        if let Some(witness) = &mut witness
             && drive.dt_s <= R::of(f64::from(self.params.ahead.longest_step_s))
         {
             *work.kept() = Kept::nothing();

@@ -1,7 +1,7 @@
 //! What scene and model must be for the step to work with them.
 
 use super::types::Limits;
-use crate::model::{FingerContact, Formulation, Model, PusherContact, Scene, Shape, SupportContact};
+use crate::model::{FingerContact, Model, PusherContact, Scene, Shape, SupportContact};
 use crate::real::Real;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -33,7 +33,7 @@ pub enum ModelError {
     Support,
     /// A limit of the predictor not finite or out of its range.
     Limit(Limit),
-    /// Friction pyramids, which this build does not have (feature `pyramids`).
+    /// Friction pyramids, which older firmware of the G474 does not have.
     Formulation,
 }
 
@@ -118,9 +118,6 @@ pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), Model
     // What no rig has would end beyond the numbers' range, not in a prediction.
     let within = |x: R, most: f64| x > R::zero() && x <= R::of(most);
     let positive = |x: R| within(x, MOST_LENGTH_M);
-    if !cfg!(feature = "pyramids") && (model.formulation == Formulation::Lcp || model.witness) {
-        return Err(ModelError::Formulation);
-    }
     let object = &scene.object;
     let diagonal = (0..3).all(|k| within(object.inertia_kg_m2[k][k], MOST_INERTIA_KG_M2));
     let bounded = |x: &R| x.abs() <= R::of(MOST_INERTIA_KG_M2);
@@ -189,16 +186,16 @@ pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), Model
         return Err(ModelError::Formula);
     }
     for e in &model.effects {
-        let info = e.info().ok_or(ModelError::UnknownEffect)?;
-        let inside = |(p, i): (&R, &crate::effects::Parameter)| {
+        let bounds = crate::effects::bounds(e.code).ok_or(ModelError::UnknownEffect)?;
+        let inside = |(p, bounds): (&R, &[f64; 2])| {
             // Bounds are decimal; a value sent as f32 may round just past them.
-            let (low, high) = (R::of(i.low), R::of(i.high));
+            let [low, high] = bounds.map(R::of);
             let slack = R::of(1e-6) * (high - low);
             p.finite() && *p >= low - slack && *p <= high + slack
         };
         // Those without a description: of a formula its own, of other effects zero.
-        let rest = e.parameters.iter().skip(info.parameters.len()).all(|p| p.abs() <= R::of(MOST_PARAMETER));
-        if !rest || !e.parameters.iter().zip(info.parameters).all(inside) {
+        let rest = e.parameters.iter().skip(bounds.len()).all(|p| p.abs() <= R::of(MOST_PARAMETER));
+        if !rest || !e.parameters.iter().zip(bounds).all(inside) {
             return Err(ModelError::EffectParameter);
         }
     }

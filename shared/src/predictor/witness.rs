@@ -70,7 +70,7 @@ impl<R: Real> Witness<R> {
     /// Makes the step with the other formulation, within the work that is left.
     #[inline(never)]
     pub fn ask(
-        mut self,
+        &mut self,
         (scene, model): (&Scene<R>, &Model<R>),
         drive: &Drive<R>,
         work: &mut Work,
@@ -86,10 +86,9 @@ impl<R: Real> Witness<R> {
         if !work.has_room(formulation) {
             return;
         }
-        let other = Model { formulation, ..model.clone() };
-        let alone = SolveBudget { cone_instead: false, ..SolveBudget::present() };
+        let alone = SolveBudget { only: Some(formulation), ..SolveBudget::present() };
         let options = work.bounding_tick(&alone);
-        let out = step_in(scene, &other, &mut self.before, drive, &options, space);
+        let out = step_in(scene, model, &mut self.before, drive, &options, space);
         work.add(&out);
         if out.status == SolveStatus::Solved && out.solved_by == by {
             said.compared = said.compared.saturating_add(1);

@@ -66,7 +66,7 @@ pub struct Workspace<R: Real, const NC: usize> {
 impl<R: Real, const NC: usize> Workspace<R, NC> {
     /// Factors of the last solve, with which the next begins.
     pub fn kept(&mut self) -> &mut Kept<R> {
-        &mut self.solver.cone.kept
+        &mut self.solver.kept
     }
 
     /// Empty.
@@ -79,7 +79,7 @@ impl<R: Real, const NC: usize> Workspace<R, NC> {
     /// Empty, with other constants of step and solver.
     pub fn with(params: StepParams<R>, solver: ConeParams<R>) -> Self {
         let mut own = Self { params, ..Self::new() };
-        own.solver.cone.params = solver;
+        own.solver.params = solver;
         own
     }
 

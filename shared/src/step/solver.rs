@@ -1,17 +1,13 @@
 //! The contact problem of a step, solved as the model asks: with the exact cone or with friction pyramids.
-//!
-//! Pyramids need the feature `pyramids`, and 30 KiB of a board's flash. A build without it refuses models that
-//! ask for them (`predictor::validate`); the step itself would solve the cone and mark it.
 
-use crate::cone;
-#[cfg(feature = "pyramids")]
-use crate::lcp::step::Workspace as Pyramids;
-use crate::lcp::step::{Past, PyramidParams};
+use crate::cone::{self, ConeParams, Kept};
+use crate::lcp::step::{Past, Paths, Points, PyramidParams};
 use crate::model::Formulation;
 use crate::real::Real;
-use crate::solve::{Answer, Bodies, ContactPoint, DOF, SolveBudget, Solved};
-#[cfg(feature = "pyramids")]
-use crate::solve::{FIXED_POINTS, LEAST_WORK, PYRAMIDS_COST, SolveStatus, USUAL_POINTS};
+use crate::solve::{
+    Answer, Bodies, ContactPoint, DOF, FIXED_POINTS, LEAST_WORK, PYRAMIDS_COST, SolveBudget, SolveStatus,
+    Solved, USUAL_POINTS,
+};
 
 /// Which formulation the forces of a step come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,13 +21,23 @@ pub enum SolvedBy {
     ConeInstead,
 }
 
-/// Working memory of both.
+/// Working memory of one or the other.
+#[derive(Clone, Debug)]
+enum Lists<R: Real, const NC: usize> {
+    Cone(cone::Workspace<R, NC>),
+    Pyramids(Paths<R, NC>),
+}
+
+/// Working memory of both, which never solve at a time.
 #[derive(Clone, Debug)]
 pub(super) struct Solver<R: Real, const NC: usize> {
-    pub cone: cone::Workspace<R, NC>,
-    #[cfg(feature = "pyramids")]
-    pub pyramids: Pyramids<R, NC>,
-    formulation: Formulation,
+    /// Factors of the last solve, for the next.
+    pub kept: Kept<R>,
+    /// How the cone iterates.
+    pub params: ConeParams<R>,
+    /// Points of the pyramids, which the cone may be asked for instead.
+    points: Points<R, NC>,
+    lists: Lists<R, NC>,
 }
 
 impl<R: Real, const NC: usize> Solver<R, NC> {
@@ -39,39 +45,43 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
     #[inline(always)]
     pub fn new() -> Self {
         Self {
-            cone: cone::Workspace::new(),
-            #[cfg(feature = "pyramids")]
-            pyramids: Pyramids::new(),
-            formulation: Formulation::Cone,
+            kept: Kept::nothing(),
+            params: ConeParams::default(),
+            points: Points::new(),
+            lists: Lists::Cone(cone::Workspace::new()),
         }
     }
 
     /// Begins a problem of `bodies`, without points.
     pub fn begin(&mut self, formulation: Formulation, bodies: &Bodies<R>) {
-        self.formulation = formulation;
-        self.cone.begin(bodies);
-        #[cfg(feature = "pyramids")]
-        self.pyramids.forget();
+        match (formulation, &self.lists) {
+            (Formulation::Cone, Lists::Pyramids(_)) => self.lists = Lists::Cone(cone::Workspace::new()),
+            (Formulation::Lcp, Lists::Cone(_)) => self.lists = Lists::Pyramids(Paths::new()),
+            _ => {}
+        }
+        self.forget();
+        if let Lists::Cone(cone) = &mut self.lists {
+            cone.begin(bodies);
+        }
     }
 
     /// Adds a point, and what it did in the step before.
     #[inline(always)]
     pub fn add(&mut self, point: &ContactPoint<R>, past: Past<R>) {
         // The capacities are that of the contacts: these cannot fail.
-        #[cfg(feature = "pyramids")]
-        if self.formulation == Formulation::Lcp {
-            self.pyramids.add(point, Some(past));
-            return;
+        match &mut self.lists {
+            Lists::Cone(cone) => {
+                cone.add(point);
+                cone.expect(past.before);
+            }
+            Lists::Pyramids(_) => self.points.add(point, Some(past)),
         }
-        self.cone.add(point);
-        self.cone.expect(past.before);
     }
 
     /// Solves for the velocity at the end of the step, from `guess`: with pyramids where they are asked for, and
     /// with the cone where they are not solved within half of the work, or where there is none for both
-    /// ([`SolveBudget::cone_instead`]).
+    /// (and not [`SolveBudget::only`] the pyramids are asked for).
     #[inline(never)]
-    #[cfg_attr(not(feature = "pyramids"), expect(unused_variables))]
     pub fn solve(
         &mut self,
         bodies: &Bodies<R>,
@@ -79,85 +89,101 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
         budget: &SolveBudget<R>,
         params: &PyramidParams<R>,
     ) -> (Solved<R>, SolvedBy) {
-        if self.formulation == Formulation::Cone {
-            return (self.cone.solve(bodies, guess, budget), SolvedBy::Cone);
-        }
-        #[cfg(feature = "pyramids")]
-        {
-            let (price, unit) = price(self.pyramids.count());
-            // Half of the work, or what the cone's least leaves of it.
-            let share = match budget.cone_instead {
-                true => (budget.max_work / 2).min(budget.max_work.saturating_sub(LEAST_WORK)),
-                false => budget.max_work,
-            };
-            let max_work = (share * unit / price).saturating_sub(SETUP_WORK);
-            if budget.cone_instead && max_work < LEAST_PYRAMIDS_WORK {
-                self.hand_over();
-                return (self.cone.solve(bodies, guess, budget), SolvedBy::ConeInstead);
+        let paths = match &mut self.lists {
+            Lists::Cone(cone) => {
+                let solved = cone.solve(bodies, guess, budget, &self.params, &mut self.kept);
+                return (solved, SolvedBy::Cone);
             }
+            Lists::Pyramids(paths) => paths,
+        };
+        let (price, unit) = price(self.points.count());
+        // Half of the work, or what the cone's least leaves of it.
+        let cone_instead = budget.only.is_none();
+        let share = match cone_instead {
+            true => (budget.max_work / 2).min(budget.max_work.saturating_sub(LEAST_WORK)),
+            false => budget.max_work,
+        };
+        let max_work = (share * unit / price).saturating_sub(SETUP_WORK);
+        let mut first = Solved {
+            velocity: *guess,
+            status: SolveStatus::Numerical,
+            residual_n: R::zero(),
+            iterations: 0,
+            evaluations: 0,
+        };
+        if !cone_instead || max_work >= LEAST_PYRAMIDS_WORK {
             let bounded = SolveBudget { max_work, ..*budget };
-            let mut first = self.pyramids.solve(bodies, guess, &bounded, params, &mut self.cone.kept);
+            first = paths.solve(&mut self.points, bodies, guess, &bounded, params, &mut self.kept);
             first.iterations = (first.iterations * price).div_ceil(unit);
             first.evaluations = ((first.evaluations + SETUP_WORK) * price).div_ceil(unit);
-            if first.status == SolveStatus::Solved || !budget.cone_instead {
+            if first.status == SolveStatus::Solved || !cone_instead {
                 return (first, SolvedBy::Pyramids);
             }
-            self.hand_over();
-            let left = budget.max_work.saturating_sub(first.work());
-            let mut second = self.cone.solve(bodies, guess, &budget.within(left));
-            second.iterations = second.iterations.saturating_add(first.iterations);
-            second.evaluations = second.evaluations.saturating_add(first.evaluations);
-            (second, SolvedBy::ConeInstead)
         }
-        #[cfg(not(feature = "pyramids"))]
-        (self.cone.solve(bodies, guess, budget), SolvedBy::ConeInstead)
+        let budget = budget.within(budget.max_work.saturating_sub(first.work()));
+        let mut second = self.hand_over(bodies, guess, &budget).unwrap_or(first);
+        second.iterations = second.iterations.saturating_add(first.iterations);
+        second.evaluations = second.evaluations.saturating_add(first.evaluations);
+        (second, SolvedBy::ConeInstead)
     }
 
-    /// Gives the cone the points of the pyramids.
-    #[cfg(feature = "pyramids")]
+    /// Solves the cone with the points of the pyramids.
     #[cold]
     #[inline(never)]
-    fn hand_over(&mut self) {
-        for (point, before) in self.pyramids.points() {
-            self.cone.add(point);
+    fn hand_over(
+        &mut self,
+        bodies: &Bodies<R>,
+        guess: &[R; DOF],
+        budget: &SolveBudget<R>,
+    ) -> Option<Solved<R>> {
+        self.lists = Lists::Cone(cone::Workspace::new());
+        let Lists::Cone(cone) = &mut self.lists else { return None };
+        cone.begin(bodies);
+        for (point, before) in self.points.iter() {
+            cone.add(point);
             if let Some(before) = before {
-                self.cone.expect(before);
+                cone.expect(before);
             }
         }
+        Some(cone.solve(bodies, guess, budget, &self.params, &mut self.kept))
     }
 
     /// What each point answered, in the order in which they were added.
     #[inline(always)]
     pub fn answers(&self) -> impl Iterator<Item = Answer<R>> {
-        #[cfg(feature = "pyramids")]
-        let pyramids = self.pyramids.answers();
-        #[cfg(not(feature = "pyramids"))]
-        let pyramids: &[Answer<R>] = &[];
-        // Only one of the two has any. One loop for both: its body is large where it is used.
-        let count = self.cone.count().max(pyramids.len());
-        (0..count).filter_map(move |k| pyramids.get(k).copied().or_else(|| self.cone.answer(k)))
+        let (cone, pyramids) = match &self.lists {
+            Lists::Cone(cone) => (Some(cone), &[][..]),
+            Lists::Pyramids(paths) => (None, paths.answers()),
+        };
+        // One loop for both: its body is large where it is used.
+        let count = cone.map_or(pyramids.len(), cone::Workspace::count);
+        (0..count).filter_map(move |k| match cone {
+            Some(cone) => cone.answer(k),
+            None => pyramids.get(k).copied(),
+        })
     }
 
     /// Forgets the points, and what they answered.
     pub fn forget(&mut self) {
-        self.cone.forget();
-        #[cfg(feature = "pyramids")]
-        self.pyramids.forget();
+        self.points.forget();
+        match &mut self.lists {
+            Lists::Cone(cone) => cone.forget(),
+            Lists::Pyramids(paths) => paths.forget(),
+        }
     }
 }
 
 /// What the pyramids' rows and answers cost beyond the cone's whatever is solved, in their units.
-#[cfg(feature = "pyramids")]
 const SETUP_WORK: u32 = 1;
 
 /// With less work pyramids are not tried: a balance where nothing changes, and one factorisation where something does.
-#[cfg(feature = "pyramids")]
 const LEAST_PYRAMIDS_WORK: u32 = 6;
 
 /// What so many units of the pyramids' work cost, in so many of the cone's: all of it goes with the number of points, the
-/// cone's has a part that does not.
-#[cfg(feature = "pyramids")]
+/// cone's has a part that does not. Neither is zero, which the compiler must see: it divides by them.
 fn price(points: usize) -> (u32, u32) {
     let points = (points as u32).max(USUAL_POINTS);
-    (PYRAMIDS_COST * points * (USUAL_POINTS + FIXED_POINTS), USUAL_POINTS * (points + FIXED_POINTS))
+    let price = PYRAMIDS_COST * points * (USUAL_POINTS + FIXED_POINTS);
+    let unit = USUAL_POINTS * (points + FIXED_POINTS);
+    (price.max(1), unit.max(1))
 }

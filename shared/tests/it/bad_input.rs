@@ -4,7 +4,7 @@
 use heapless::Vec;
 use nalgebra::UnitQuaternion;
 use stickslip_shared::cone::{Bodies, ContactPoint, Solution, SolveBudget, SolveStatus, solve};
-use stickslip_shared::model::{Formulation, Model, Scene, SupportContact};
+use stickslip_shared::model::{Model, Scene, SupportContact};
 use stickslip_shared::predictor::{Limits, ModelError, Predictor, Sample, SolverStatus, validity};
 use stickslip_shared::real::Vec3;
 use stickslip_shared::selftest::push;
@@ -287,14 +287,6 @@ fn outlines_pushers_and_feet_that_are_none_are_refused_by_name() {
     assert_eq!(line, Some(ModelError::Pusher));
     let feet = refused(&|s| s.support = Some(SupportContact::Points(Vec::new())));
     assert_eq!(feet, Some(ModelError::Support));
-}
-
-#[test]
-fn a_build_without_friction_pyramids_refuses_a_model_that_asks_for_them() {
-    let (scene, mut model, limits) = push(0.2, 0.4);
-    model.formulation = Formulation::Lcp;
-    let refused = Predictor::new(scene, model, limits).err();
-    assert_eq!(refused, (!cfg!(feature = "pyramids")).then_some(ModelError::Formulation));
 }
 
 #[test]

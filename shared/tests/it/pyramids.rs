@@ -5,7 +5,7 @@ use crate::common::grasps::*;
 use stickslip_shared::cone::{self, Kept};
 use stickslip_shared::lcp::dense::Dense;
 use stickslip_shared::lcp::factors::{Contact, Factors, Impulses};
-use stickslip_shared::lcp::step::{self, FirstEdge, Past, PyramidParams, Workspace};
+use stickslip_shared::lcp::step::{self, FirstEdge, Past, Paths, PyramidParams};
 use stickslip_shared::real::{Real, Vec3};
 use stickslip_shared::solve::*;
 
@@ -294,7 +294,7 @@ fn a_step_like_the_last_takes_no_factorisation_and_one_that_hardly_differs_those
     let mut draw = Draw(5);
     let (points, bodies) = draw_grasp(&mut draw, 0, 0.5, 1e7);
     let first = step::solve(&points, &bodies, &[0.0; 7], &SolveBudget::default(), &PyramidParams::default());
-    let mut work = Workspace::<f64, CAPACITY>::new();
+    let (mut given, mut paths) = (step::Points::<f64, CAPACITY>::new(), Paths::<f64, CAPACITY>::new());
     for (p, f) in points.iter().zip(&first.force_n) {
         let load_n = f[0];
         let slides = f[1].hypot(f[2]) > 0.999 * p.mu[0] * f[0];
@@ -304,32 +304,32 @@ fn a_step_like_the_last_takes_no_factorisation_and_one_that_hardly_differs_those
             (true, false) => Before::Stuck { load_n },
         };
         let spring_m = [1, 2].map(|k| -f[k] * bodies.dt_s / p.stiffness_n_s_m[k]);
-        work.add(p, Some(Past { before, spring_m }));
+        given.add(p, Some(Past { before, spring_m }));
     }
     let (budget, params) = (SolveBudget::present(), PyramidParams::default());
     let mut kept = Kept::nothing();
-    let forces =
-        |work: &Workspace<f64, CAPACITY>| work.answers().iter().map(|a| a.force_n).collect::<Vec<_>>();
+    let forces = |paths: &Paths<f64, CAPACITY>| paths.answers().iter().map(|a| a.force_n).collect::<Vec<_>>();
     let near_all = |one: &[[f64; 3]], other: &[[f64; 3]], within: f64| {
         assert_eq!(one.len(), other.len());
         one.iter().flatten().zip(other.iter().flatten()).for_each(|(a, b)| near(*a, *b, within));
     };
     // The same once more: the answer is there already.
-    let again = work.solve(&bodies, &first.velocity, &budget, &params, &mut kept);
+    let again = paths.solve(&mut given, &bodies, &first.velocity, &budget, &params, &mut kept);
     assert_eq!((again.status, again.iterations, again.evaluations), (SolveStatus::Solved, 0, 1));
-    near_all(&forces(&work), &first.force_n, 1e-6);
+    near_all(&forces(&paths), &first.force_n, 1e-6);
 
     // A push that is a thousandth harder: solved once, then with the factors of that, in a step a little longer too.
     let harder = |by: f64| Bodies { free: bodies.free.map(|v| v * by), ..bodies };
-    let moved = work.solve(&harder(1.001), &first.velocity, &budget, &params, &mut kept);
+    let moved = paths.solve(&mut given, &harder(1.001), &first.velocity, &budget, &params, &mut kept);
     assert_eq!((moved.status, moved.iterations), (SolveStatus::Solved, 1));
-    let once = work.solve(&harder(1.002), &moved.velocity, &budget, &params, &mut Kept::nothing());
-    let expected = forces(&work);
-    let repeated = work.solve(&harder(1.002), &moved.velocity, &budget, &params, &mut kept);
+    let once =
+        paths.solve(&mut given, &harder(1.002), &moved.velocity, &budget, &params, &mut Kept::nothing());
+    let expected = forces(&paths);
+    let repeated = paths.solve(&mut given, &harder(1.002), &moved.velocity, &budget, &params, &mut kept);
     assert_eq!((once.iterations, repeated.status, repeated.iterations), (1, SolveStatus::Solved, 0));
-    near_all(&forces(&work), &expected, 1e-6);
+    near_all(&forces(&paths), &expected, 1e-6);
     let longer = Bodies { dt_s: bodies.dt_s * 1.0001, ..harder(1.003) };
-    let repeated = work.solve(&longer, &repeated.velocity, &budget, &params, &mut kept);
+    let repeated = paths.solve(&mut given, &longer, &repeated.velocity, &budget, &params, &mut kept);
     assert_eq!((repeated.status, repeated.iterations), (SolveStatus::Solved, 0));
 }
 

@@ -42,29 +42,18 @@ pub(in crate::lcp) enum Normal {
     Coupled,
 }
 
-/// A contact during a solve, in units in which every degree of freedom has mass one.
+/// A contact during a solve, in units in which every degree of freedom has mass one; `X`: what regularises it.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::lcp) struct Track<R, const ND: usize> {
+pub(in crate::lcp) struct Track<R, const ND: usize, X = Regular<R>> {
     /// Normal, t1, t2.
     pub rows: [[R; ND]; 3],
     /// `q` of the three rows.
     pub constant: [R; 3],
-    pub compliance: R,
-    /// The same along the tangents.
-    pub tangential_compliance: R,
     pub friction: R,
-    /// Squared lengths of the rows: the diagonal of `W`.
-    pub size: [R; 3],
-    /// `e_n`, `1 / (c_n + e_n)`, `1 / (c_t + e_t)`, `e_t / (c_t + e_t)`.
-    pub shift: R,
+    /// `1 / (c_n + e_n)`, `1 / (c_t + e_t)`.
     pub normal_gain: R,
     pub tangent_gain: R,
-    pub tangent_hold: R,
     pub mode: Mode,
-    /// The mode that belongs to `impulse`.
-    pub settled: Mode,
-    /// `p0`.
-    pub anchor: [R; 3],
     /// Trial impulses, and how they change along the path that is followed.
     pub trial: [R; 3],
     pub rate: [R; 3],
@@ -73,8 +62,43 @@ pub(in crate::lcp) struct Track<R, const ND: usize> {
     /// Impulses, and separation and slip (without what the compliance takes of it), of the answer.
     pub impulse: [R; 3],
     pub speed: [R; 3],
+    pub regular: X,
+}
+
+/// What the law of a contact has besides where it is regularised around known impulses. A time step's is not: its contacts
+/// have compliances of their own.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::lcp) struct Regular<R> {
+    pub compliance: R,
+    /// The same along the tangents.
+    pub tangential_compliance: R,
+    /// Squared lengths of the rows: the diagonal of `W`.
+    pub size: [R; 3],
+    /// `e_n`, `e_t / (c_t + e_t)`.
+    pub shift: R,
+    pub tangent_hold: R,
+    /// The mode that belongs to the impulses.
+    pub settled: Mode,
+    /// `p0`.
+    pub anchor: [R; 3],
     /// Slip speed bound.
     pub slip: R,
+}
+
+impl<R: Real> Regular<R> {
+    pub(in crate::lcp) fn nothing() -> Self {
+        let zero = R::zero();
+        Self {
+            compliance: zero,
+            tangential_compliance: zero,
+            size: [zero; 3],
+            shift: zero,
+            tangent_hold: R::one(),
+            settled: Mode::Open,
+            anchor: [zero; 3],
+            slip: zero,
+        }
+    }
 }
 
 /// A change of mode: `a b'` is added to the equations; `phi` is the rate of the function that
@@ -120,31 +144,6 @@ impl Mode {
 }
 
 impl<R: Real, const ND: usize> Track<R, ND> {
-    pub(in crate::lcp) fn nothing() -> Self {
-        let zero = [R::zero(); 3];
-        Self {
-            rows: [[R::zero(); ND]; 3],
-            constant: zero,
-            compliance: R::zero(),
-            tangential_compliance: R::zero(),
-            friction: R::zero(),
-            size: zero,
-            shift: R::zero(),
-            normal_gain: R::one(),
-            tangent_gain: R::one(),
-            tangent_hold: R::one(),
-            mode: Mode::Open,
-            settled: Mode::Open,
-            anchor: zero,
-            trial: zero,
-            rate: zero,
-            offset: zero,
-            impulse: zero,
-            speed: zero,
-            slip: R::zero(),
-        }
-    }
-
     /// Takes the numbers of a contact; `roots` are the square roots of the inverse masses.
     #[inline]
     pub(in crate::lcp) fn load(&mut self, contact: &Contact<R, ND>, roots: &[R; ND]) {
@@ -154,28 +153,29 @@ impl<R: Real, const ND: usize> Track<R, ND> {
             self.rows[2][k] = contact.tangents[1][k] * roots[k];
         }
         for k in 0..3 {
-            self.size[k] = dot(&self.rows[k], &self.rows[k]);
+            self.regular.size[k] = dot(&self.rows[k], &self.rows[k]);
         }
         self.constant = [contact.separation, contact.slip[0], contact.slip[1]];
-        self.compliance = contact.compliance;
-        self.tangential_compliance = contact.tangential_compliance;
+        self.regular.compliance = contact.compliance;
+        self.regular.tangential_compliance = contact.tangential_compliance;
         self.friction = contact.friction;
     }
 
     /// Sets the small compliances to `relative` of the diagonal.
     #[inline]
     pub(in crate::lcp) fn regularise(&mut self, relative: R, scale: Normal) {
-        let tangent = (self.size[1] + self.size[2]) * R::of(0.5);
-        let coupled = min(self.size[0], tangent * R::of(300.0));
-        let normal = if scale == Normal::Coupled && coupled > R::zero() { coupled } else { self.size[0] };
-        self.shift = normal * relative;
-        let total = self.compliance + self.shift;
+        let tangent = (self.regular.size[1] + self.regular.size[2]) * R::of(0.5);
+        let coupled = min(self.regular.size[0], tangent * R::of(300.0));
+        let normal =
+            if scale == Normal::Coupled && coupled > R::zero() { coupled } else { self.regular.size[0] };
+        self.regular.shift = normal * relative;
+        let total = self.regular.compliance + self.regular.shift;
         self.normal_gain = if total > R::zero() { R::one() / total } else { R::one() };
         let shift = tangent * relative;
-        let total = self.tangential_compliance + shift;
+        let total = self.regular.tangential_compliance + shift;
         self.tangent_gain = if total > R::zero() { R::one() / total } else { R::one() };
-        let soft = self.tangential_compliance > R::zero();
-        self.tangent_hold = if soft { shift * self.tangent_gain } else { R::one() };
+        let soft = self.regular.tangential_compliance > R::zero();
+        self.regular.tangent_hold = if soft { shift * self.tangent_gain } else { R::one() };
     }
 
     /// Separation and slip at `y`, without compliance.
@@ -192,9 +192,9 @@ impl<R: Real, const ND: usize> Track<R, ND> {
     #[inline(always)]
     pub(in crate::lcp) fn trial_at(&self, u: &[R; 3]) -> [R; 3] {
         [
-            self.normal_gain * (self.shift * self.anchor[0] - u[0]),
-            self.tangent_hold * self.anchor[1] - self.tangent_gain * u[1],
-            self.tangent_hold * self.anchor[2] - self.tangent_gain * u[2],
+            self.normal_gain * (self.regular.shift * self.regular.anchor[0] - u[0]),
+            self.regular.tangent_hold * self.regular.anchor[1] - self.tangent_gain * u[1],
+            self.regular.tangent_hold * self.regular.anchor[2] - self.tangent_gain * u[2],
         ]
     }
 
@@ -207,7 +207,7 @@ impl<R: Real, const ND: usize> Track<R, ND> {
         if self.mode == Mode::Open {
             return [max(normal, zero), u[1], u[2]];
         }
-        let yielded = [1, 2].map(|k| self.tangential_compliance * self.anchor[k]);
+        let yielded = [1, 2].map(|k| self.regular.tangential_compliance * self.regular.anchor[k]);
         let against = [-u[1], -u[2]];
         let slip = match self.mode {
             Mode::Corner(k) => {
@@ -225,7 +225,37 @@ impl<R: Real, const ND: usize> Track<R, ND> {
             Mode::Free => against,
             _ => [zero; 2],
         };
-        [-self.compliance * self.anchor[0], -slip[0] - yielded[0], -slip[1] - yielded[1]]
+        [-self.regular.compliance * self.regular.anchor[0], -slip[0] - yielded[0], -slip[1] - yielded[1]]
+    }
+}
+
+impl<R: Real, const ND: usize> Track<R, ND, ()> {
+    /// Trial impulses at separation and slip `u`.
+    #[inline(always)]
+    pub(in crate::lcp) fn trial_at(&self, u: &[R; 3]) -> [R; 3] {
+        let zero = R::zero();
+        let along = |slip: R| zero - self.tangent_gain * slip;
+        [self.normal_gain * (zero - u[0]), along(u[1]), along(u[2])]
+    }
+}
+
+impl<R: Real, const ND: usize, X> Track<R, ND, X> {
+    pub(in crate::lcp) fn nothing(regular: X) -> Self {
+        let zero = [R::zero(); 3];
+        Self {
+            rows: [[R::zero(); ND]; 3],
+            constant: zero,
+            friction: R::zero(),
+            normal_gain: R::one(),
+            tangent_gain: R::one(),
+            mode: Mode::Open,
+            trial: zero,
+            rate: zero,
+            offset: zero,
+            impulse: zero,
+            speed: zero,
+            regular,
+        }
     }
 
     /// The mode that belongs to the trial impulses.

@@ -22,7 +22,7 @@ use super::residual::Residual;
 use super::{Outcome, Path, Report, SolveStatus, residual, tolerance};
 use crate::linear::Factors as Lu;
 use crate::real::{Real, abs, max, min, sqrt};
-use law::{Mode, Normal, Track, add_scaled};
+use law::{Mode, Normal, Regular, Track, add_scaled};
 use path::{End, Equations, follow};
 use polygon::Polygon;
 
@@ -65,7 +65,12 @@ fn goal<R: Real>(first_shift: R) -> (R, R) {
 impl<R: Real, const NC: usize, const ND: usize> ContactSolver<R, NC, ND> {
     /// Empty working memory.
     pub fn new() -> Self {
-        Self { tracks: [Track::nothing(); NC], known: 0, polygon: Polygon::new(4), answer: Impulses::none() }
+        Self {
+            tracks: [Track::nothing(Regular::nothing()); NC],
+            known: 0,
+            polygon: Polygon::new(4),
+            answer: Impulses::none(),
+        }
     }
 
     /// The answer of the last solve with a report that says what it is worth.
@@ -160,14 +165,14 @@ const PROOF_ROUNDINGS: f64 = 64.0;
 /// make up for it.
 fn contradictory<R: Real, const ND: usize>(tracks: &[Track<R, ND>]) -> bool {
     let zero = R::zero();
-    let rigid = |t: &Track<R, ND>| t.size[0] > zero && !(t.compliance > zero);
+    let rigid = |t: &Track<R, ND>| t.regular.size[0] > zero && !(t.regular.compliance > zero);
     let mut constant = zero;
     // Of unit normals: the sum of outer products, slightly more on its diagonal.
     let mut gram = [[zero; ND]; ND];
     for track in tracks.iter().filter(|t| rigid(t)) {
-        constant = max(abs(track.constant[0]) / sqrt(track.size[0]), constant);
+        constant = max(abs(track.constant[0]) / sqrt(track.regular.size[0]), constant);
         for r in 0..ND {
-            add_scaled(&mut gram[r], track.rows[0][r] / track.size[0], &track.rows[0]);
+            add_scaled(&mut gram[r], track.rows[0][r] / track.regular.size[0], &track.rows[0]);
         }
     }
     for (r, row) in gram.iter_mut().enumerate() {
@@ -179,7 +184,7 @@ fn contradictory<R: Real, const ND: usize>(tracks: &[Track<R, ND>]) -> bool {
     for round in 0..=PROOF_ROUNDS {
         let (mut sum, mut total, mut work) = ([zero; ND], zero, zero);
         for track in tracks.iter().filter(|t| rigid(t)) {
-            let length = sqrt(track.size[0]);
+            let length = sqrt(track.regular.size[0]);
             let weight = max(track.impulse[0] * length - law::dot(&track.rows[0], &push) / length, zero);
             add_scaled(&mut sum, weight / length, &track.rows[0]);
             total += weight;
@@ -253,7 +258,7 @@ fn attempt<R: Real, const ND: usize>(
             shift = max(shift * R::of(0.03), least_shift);
         }
         for track in tracks.iter_mut() {
-            track.settled = track.mode;
+            track.regular.settled = track.mode;
         }
         for track in tracks.iter_mut() {
             track.regularise(shift, Normal::Coupled);
@@ -266,7 +271,7 @@ fn attempt<R: Real, const ND: usize>(
             failed = end;
             shift *= R::of(30.0);
             for track in tracks.iter_mut() {
-                track.mode = track.settled;
+                track.mode = track.regular.settled;
                 track.trial = track.impulse;
             }
         }
@@ -296,7 +301,7 @@ fn open<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], start: u32) {
         first = step(first, golden);
         second = step(second, silver);
         track.mode = Mode::Open;
-        track.anchor = [R::zero(); 3];
+        track.regular.anchor = [R::zero(); 3];
         track.offset = [
             approach * (R::of(1.01) + spread * first),
             slip * spread * (first - half),
@@ -319,7 +324,7 @@ fn anchor<R: Real, const ND: usize>(polygon: &Polygon<R>, tracks: &mut [Track<R,
         }
     }
     for track in tracks.iter_mut() {
-        track.anchor = track.impulse;
+        track.regular.anchor = track.impulse;
         let wanted = track.consistent(polygon, &track.speed);
         let true_speeds = track.speeds_at(y);
         for k in 0..3 {
@@ -354,11 +359,11 @@ fn certify<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &[R; ND]) -
         let [normal, first, second] = track.impulse;
         // With what the compliance takes of it.
         for k in 1..3 {
-            track.speed[k] += track.tangential_compliance * track.impulse[k];
+            track.speed[k] += track.regular.tangential_compliance * track.impulse[k];
         }
-        track.slip = max(abs(track.speed[1]), abs(track.speed[2]));
+        track.regular.slip = max(abs(track.speed[1]), abs(track.speed[2]));
         let friction = max(abs(first), abs(second));
-        largest = max(max(track.slip, friction), max(normal, largest));
+        largest = max(max(track.regular.slip, friction), max(normal, largest));
     }
     let (mut worst, mut constant) = (R::zero(), R::zero());
     let mut sum = Residual::zero();
@@ -367,9 +372,9 @@ fn certify<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &[R; ND]) -
     for track in tracks.iter() {
         let [normal, first, second] = track.impulse;
         let [separation, slip_first, slip_second] = track.speed;
-        let diagonal = track.size[0] + track.compliance;
+        let diagonal = track.regular.size[0] + track.regular.compliance;
         let size = abs(track.constant[0]) + diagonal * largest;
-        let slack = separation + track.compliance * normal;
+        let slack = separation + track.regular.compliance * normal;
         worst = min(slack, worst);
         for k in 0..3 {
             constant = max(abs(track.constant[k]), constant);
@@ -377,13 +382,13 @@ fn certify<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], y: &[R; ND]) -
         sum.add_scaled_row(normal, slack, size, by_largest);
         for (k, force, slip) in [(1, first, slip_first), (2, second, slip_second)] {
             // Both signs of the tangent count in the row, and the slip speed bound.
-            let diagonal = track.size[k] + track.size[k] + R::one();
+            let diagonal = track.regular.size[k] + track.regular.size[k] + R::one();
             let size = abs(track.constant[k]) + diagonal * largest;
-            let slack = if force < R::zero() { track.slip - slip } else { track.slip + slip };
+            let slack = if force < R::zero() { track.regular.slip - slip } else { track.regular.slip + slip };
             sum.add_scaled_row(abs(force), slack, size, by_largest);
         }
         let unused = track.friction * normal - abs(first) - abs(second);
-        sum.add_scaled_row(track.slip, unused, (track.friction + four) * largest, by_largest);
+        sum.add_scaled_row(track.regular.slip, unused, (track.friction + four) * largest, by_largest);
     }
     residual::credible(sum.value(), worst, constant)
 }
@@ -402,7 +407,7 @@ fn store<R: Real, const NC: usize, const ND: usize>(
         // The capacity is that of the problem: nothing is refused.
         let _ = answer.normal.push(normal);
         let _ = answer.tangential.push([first, second]);
-        let _ = answer.slip.push(track.slip);
+        let _ = answer.slip.push(track.regular.slip);
     }
     for k in 0..ND {
         answer.velocity_change[k] = y[k] * roots[k];

@@ -56,7 +56,7 @@ impl<'a, R: Real, const ND: usize> Equations<'a, R, ND> {
     }
 
     /// Sees to it that the matrix is that of the modes of `tracks`, where factors were borrowed.
-    pub(in crate::lcp) fn build(&mut self, tracks: &[Track<R, ND>]) {
+    pub(in crate::lcp) fn build<X>(&mut self, tracks: &[Track<R, ND, X>]) {
         if !self.built {
             self.begin(tracks);
         }
@@ -74,7 +74,7 @@ impl<'a, R: Real, const ND: usize> Equations<'a, R, ND> {
     }
 
     /// Takes them up in the modes of `tracks`.
-    fn begin(&mut self, tracks: &[Track<R, ND>]) {
+    fn begin<X>(&mut self, tracks: &[Track<R, ND, X>]) {
         self.inverse = None;
         self.built = true;
         self.ready = true;
@@ -113,7 +113,7 @@ impl<'a, R: Real, const ND: usize> Equations<'a, R, ND> {
 }
 
 #[inline]
-fn update_rates<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], dy: &[R; ND]) {
+fn update_rates<R: Real, const ND: usize, X>(tracks: &mut [Track<R, ND, X>], dy: &[R; ND]) {
     for track in tracks {
         let [normal, first, second] = track.offset;
         track.rate = [
@@ -127,9 +127,9 @@ fn update_rates<R: Real, const ND: usize>(tracks: &mut [Track<R, ND>], dy: &[R; 
 /// From trial impulses that are consistent with the modes, velocities `y`, offsets and the `unbalanced`
 /// rest `M y - G'p - h`, to offsets and a rest of zero. Returns the number of kinks crossed.
 #[inline(never)]
-pub(in crate::lcp) fn follow<R: Real, const ND: usize>(
+pub(in crate::lcp) fn follow<R: Real, const ND: usize, X>(
     equations: &mut Equations<'_, R, ND>,
-    tracks: &mut [Track<R, ND>],
+    tracks: &mut [Track<R, ND, X>],
     y: &mut [R; ND],
     unbalanced: &[R; ND],
     limit: u32,

@@ -1,11 +1,12 @@
 //! A point of the step: what it is, what it did, and where the path begins with it.
 
+use super::Track;
 use super::slide::unit;
-use crate::lcp::contact::law::Track;
 use crate::lcp::contact::polygon::Polygon;
 use crate::linear::Vec7;
-use crate::real::{Real, Vec3, sqrt};
-use crate::solve::{Before, ContactPoint, DOF};
+use crate::real::{Real, Vec3, max, sqrt};
+use crate::solve::{Before, ContactPoint};
+use heapless::Vec;
 
 /// What a point did in the step before.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +32,55 @@ pub(super) struct Point<R: Real> {
     pub viscous: R,
 }
 
+/// Points of a problem, added one by one.
+#[derive(Clone, Debug)]
+pub struct Points<R: Real, const NC: usize> {
+    pub(super) list: Vec<Point<R>, NC>,
+    /// One found no room.
+    pub(super) lost: bool,
+}
+
+impl<R: Real, const NC: usize> Default for Points<R, NC> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<R: Real, const NC: usize> Points<R, NC> {
+    /// None.
+    #[inline(always)]
+    pub fn new() -> Self {
+        Self { list: Vec::new(), lost: false }
+    }
+
+    /// Forgets them.
+    pub fn forget(&mut self) {
+        self.list.clear();
+        self.lost = false;
+    }
+
+    /// Adds a point; `past`: what it did in the step before, where that is known.
+    pub fn add(&mut self, point: &ContactPoint<R>, past: Option<Past<R>>) {
+        let (zero, one) = (R::zero(), R::one());
+        let [k1, k2] = [point.stiffness_n_s_m[1], point.stiffness_n_s_m[2]];
+        let c = point.viscous_n_s_m;
+        let viscous = if c > zero { c / (max(k1, k2) + c) } else { zero };
+        let point =
+            Point { given: *point, arm: Vec3::zeros(), past, factor: [one; 2], first: [one, zero], viscous };
+        self.lost |= self.list.push(point).is_err();
+    }
+
+    /// How many were added.
+    pub fn count(&self) -> usize {
+        self.list.len()
+    }
+
+    /// As they were added, with what they did before.
+    pub fn iter(&self) -> impl Iterator<Item = (&ContactPoint<R>, Option<Before<R>>)> {
+        self.list.iter().map(|p| (&p.given, p.past.map(|past| past.before)))
+    }
+}
+
 impl<R: Real> Point<R> {
     /// The direction of the friction of a point that slid, along the scaled tangents.
     pub fn held(&self) -> Option<[R; 2]> {
@@ -40,7 +90,7 @@ impl<R: Real> Point<R> {
 
     /// Separation and slip at `v`: as [`Track::speeds_at`], by the velocity at the point, which its three rows share.
     #[inline(always)]
-    pub fn speeds_at(&self, track: &Track<R, DOF>, v: &Vec7<R>) -> [R; 3] {
+    pub fn speeds_at(&self, track: &Track<R>, v: &Vec7<R>) -> [R; 3] {
         let at = Vec3::new(v[0], v[1], v[2]) + Vec3::new(v[3], v[4], v[5]).cross(&self.arm);
         let along = |k: usize| {
             let row = &track.rows[k];
@@ -51,7 +101,7 @@ impl<R: Real> Point<R> {
 
     /// Takes the force `[normal, first, second]` along the track's rows off a balance.
     #[inline(always)]
-    pub fn take_off(&self, track: &Track<R, DOF>, force: [R; 3], rest: &mut Vec7<R>) {
+    pub fn take_off(&self, track: &Track<R>, force: [R; 3], rest: &mut Vec7<R>) {
         let along = |k: usize| {
             force[0] * track.rows[0][k] + force[1] * track.rows[1][k] + force[2] * track.rows[2][k]
         };
@@ -83,7 +133,7 @@ pub(super) fn in_range<R: Real>(p: &ContactPoint<R>) -> bool {
 
 /// Damping of the share of viscous friction that nothing bounds, along the scaled tangents, N s/m.
 #[inline(always)]
-pub(super) fn damping<R: Real>(p: &Point<R>, track: &Track<R, DOF>) -> R {
+pub(super) fn damping<R: Real>(p: &Point<R>, track: &Track<R>) -> R {
     if p.viscous > R::zero() && track.friction > R::zero() {
         track.tangent_gain * p.viscous / (R::one() - p.viscous)
     } else {
@@ -93,7 +143,7 @@ pub(super) fn damping<R: Real>(p: &Point<R>, track: &Track<R, DOF>) -> R {
 
 /// Changes the trial so that the point does what it did before.
 #[inline]
-pub(super) fn expect<R: Real>(p: &Point<R>, track: &mut Track<R, DOF>, polygon: &Polygon<R>) {
+pub(super) fn expect<R: Real>(p: &Point<R>, track: &mut Track<R>, polygon: &Polygon<R>) {
     let zero = R::zero();
     let Some(Past { before, .. }) = p.past else { return };
     let touches = track.trial[0] > zero;

@@ -1,6 +1,7 @@
 //! How a point slides: its friction, and its slip along and across it.
 
-use crate::lcp::contact::law::{Mode, Track, add_scaled};
+use super::Track;
+use crate::lcp::contact::law::{Mode, add_scaled};
 use crate::lcp::contact::polygon::along;
 use crate::real::{Real, sqrt};
 use crate::solve::DOF;
@@ -17,7 +18,7 @@ pub(super) struct Slide<R> {
 
 impl<R: Real> Slide<R> {
     /// `None` for a point that does not slide, or not against its friction.
-    pub fn of(track: &Track<R, DOF>) -> Option<Self> {
+    pub fn of(track: &Track<R>) -> Option<Self> {
         if !matches!(track.mode, Mode::Corner(_) | Mode::Edge(_)) {
             return None;
         }
@@ -36,7 +37,7 @@ impl<R: Real> Slide<R> {
     }
 
     /// Velocity along `across`, as a row.
-    pub fn row(&self, track: &Track<R, DOF>) -> [R; DOF] {
+    pub fn row(&self, track: &Track<R>) -> [R; DOF] {
         let mut row = [R::zero(); DOF];
         add_scaled(&mut row, self.across[0], &track.rows[1]);
         add_scaled(&mut row, self.across[1], &track.rows[2]);
