@@ -132,8 +132,12 @@ pub fn posterior(
     Posterior { sets: out, unlisted, conditions: conditions * tempered }
 }
 
-/// Identifiers of the effects of a fit.
-fn effects(held: &Held, given: usize, unnamed: impl Fn(&Held, &'static str) -> bool) -> Vec<&'static str> {
+/// Identifiers of the effects of a fit but for the first `given`, in alphabetical order.
+pub fn effects(
+    held: &Held,
+    given: usize,
+    unnamed: impl Fn(&Held, &'static str) -> bool,
+) -> Vec<&'static str> {
     let mut out: Vec<&'static str> = held
         .free
         .iter()
