@@ -333,27 +333,31 @@ fn capital(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// What all candidates are added to: what stands beside each of them.
-fn common(report: &Report) -> Vec<&'static str> {
-    let mut each = report.candidates.iter().map(|c| c.beside.iter().copied());
-    let mut all: Vec<&'static str> = each.next().into_iter().flatten().collect();
-    for beside in each {
-        let beside: Vec<&str> = beside.collect();
-        all.retain(|id| beside.contains(id));
-    }
-    all
+/// What most candidates are added to: what stands beside them.
+fn held(report: &Report) -> &[&'static str] {
+    let same = |of: &CandidateReport| report.candidates.iter().filter(|c| c.beside == of.beside).count();
+    report.candidates.iter().max_by_key(|c| same(c)).map_or(&[], |c| &c.beside)
 }
 
 /// Of what shares are.
 fn of_what(report: &Report) -> String {
-    match common(report).as_slice() {
+    match held(report) {
         [] => "of the excess error".into(),
         held => format!("of what {} leaves", joined(held)),
     }
 }
 
+/// Behind a share that is of something else.
+fn of_else(report: &Report, c: &CandidateReport) -> String {
+    match (c.explained_beyond, held(report)) {
+        (Some(_), held) if c.beside != held => format!(" (of what {} leaves)", joined(&c.beside)),
+        (None, [_, ..]) => " (of all)".into(),
+        _ => String::new(),
+    }
+}
+
 fn added_to(report: &Report) -> String {
-    match common(report).as_slice() {
+    match held(report) {
         [] => String::new(),
         held => format!(" to the model with {}, found beforehand", joined(held)),
     }
@@ -362,8 +366,11 @@ fn added_to(report: &Report) -> String {
 /// All effects that were refitted, as bars.
 fn tried_chart(report: &Report) -> Option<Bars> {
     let named = |id: &str| has_after(report) && report.effects.contains(&id);
-    let rows: Vec<(String, f64, bool)> =
-        report.candidates.iter().map(|c| (words(c.id), c.own_share().0, named(c.id))).collect();
+    let rows: Vec<(String, f64, bool)> = report
+        .candidates
+        .iter()
+        .map(|c| (words(c.id) + &of_else(report, c), c.own_share().0, named(c.id)))
+        .collect();
     shares(rows, &format!("share {} explained", of_what(report)))
 }
 
@@ -374,7 +381,7 @@ fn tried(report: &Report) -> Markup {
             tr {
                 th scope="row" { (words(c.id)) }
                 td { (percent(c.probability)) }
-                td { (share(c.own_share().0)) }
+                td { (share(c.own_share().0)) (of_else(report, c)) }
                 td { (format!("{:.2}", c.held_out_error)) }
                 td { (format!("{:.1e}", c.p_value)) }
                 td class="left" {
