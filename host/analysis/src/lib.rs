@@ -2,7 +2,7 @@
 //! two part, and which physical effect is missing.
 //!
 //! From the ground up: [`channels`] (the signals that both share), [`model`] (the model file),
-//! [`run`] (a model along a recorded trial), [`evidence`] (conditions, phases, noise, balance),
+//! [`run`] (a model along a recorded trial), [`left_out`] (trials that it cannot run along), [`evidence`] (conditions, phases, noise, balance),
 //! [`fit`] (least squares on features of all trials), and on top the analyses.
 //!
 //! An analysis is one function: [`check()`], [`calibrate()`], [`compare()`], [`diagnose()`], [`suggest()`],
@@ -20,6 +20,7 @@ pub mod compare;
 pub mod diagnose;
 pub mod evidence;
 pub mod fit;
+pub mod left_out;
 pub mod model;
 pub mod progress;
 pub mod run;
@@ -32,6 +33,7 @@ pub use calibrate::calibrate;
 pub use check::check;
 pub use compare::compare;
 pub use diagnose::diagnose;
+pub use left_out::LeftOut;
 pub use progress::Progress;
 pub use score::document::score;
 pub use simulate::simulate;

@@ -103,25 +103,18 @@ pub fn compare(
     let models: Vec<NamedModel> = models.iter().map(|model| model.get().named()).collect();
     let index = Arc::clone(&data.index);
     watched(py, told, move |progress| {
-        let mut options = analysis::compare::Options {
+        // With the traces of the page, some megabytes: to make them later is to compare once more.
+        let options = analysis::compare::Options {
             trial,
             held_out,
+            drawn: pages::compare::DRAWN,
             tare: if tare { Tare::BeforeContact } else { Tare::None },
             forces: if force_bands { Forces::OutsideBand } else { Forces::AsReturned },
-            ..Default::default()
         };
         let comparison = analysis::compare(&index, &models, &options, progress)
             .with_context(|| index.folder.display().to_string())?;
-        let models = comparison.calibrated.clone().map_or(models, |one| vec![one]);
-        options.drawn = pages::compare::DRAWN;
-        // The traces of a page take memory: they are made when it is asked for.
-        Ok(Report::new("compare", &comparison)?.page(move || {
-            let mut shown = comparison.clone();
-            if let Ok(drawn) = analysis::compare(&index, &models, &options, &()) {
-                shown.traces = drawn.traces;
-            }
-            pages::compare::page(&shown, "stickslip.diagnose(data, model)")
-        }))
+        let report = Report::new("compare", &comparison)?;
+        Ok(report.page(move || pages::compare::page(&comparison, "stickslip.diagnose(data, model)")))
     })
 }
 

@@ -1,11 +1,13 @@
 """Reports: attributes, pages, models, columns over time."""
 
 import pickle
+import shutil
 
 import numpy as np
 import pytest
 
 import stickslip
+from conftest import DEMO
 
 
 def test_keys_are_attributes_at_every_depth(demo):
@@ -33,6 +35,14 @@ def test_a_report_shows_its_page_in_a_notebook_and_a_sentence_in_a_terminal(demo
     assert comparison.summary in repr(comparison)
     # The command has no page of it: a table.
     assert "<table>" in stickslip.simulate(demo)._repr_html_()
+
+
+def test_the_page_of_a_comparison_needs_no_second_comparison(tmp_path):
+    data = tmp_path / "data"
+    shutil.copytree(DEMO, data)
+    comparison = stickslip.compare(data)
+    shutil.rmtree(data)
+    assert 'class="viewer"' in comparison.page()
 
 
 def test_a_replay_has_everything_over_time_as_arrays(demo):

@@ -18,6 +18,12 @@ $(document, '.copy').forEach(button => button.addEventListener('click', async ()
   setTimeout(() => { button.textContent = 'Copy'; }, 1500);
 }));
 
+// What is wider than its place is scrolled by keys too.
+const scrolled = new ResizeObserver(of => of.forEach(({target: e}) => {
+  if (e.scrollWidth > e.clientWidth) e.tabIndex = 0; else e.removeAttribute('tabindex');
+}));
+$(document, '.scroll, .chart, .card').forEach(e => scrolled.observe(e));
+
 // Sixteen-bit codes between the smallest and the largest number; the last code is none.
 const unpack = ({a, s, b}) => {
   const bytes = atob(b), out = new Array(bytes.length / 2);
@@ -114,6 +120,10 @@ $(document, '.viewer').forEach((root, number) => {
         moment(u.cursor.idx, u);
       }]},
     }, [run.t, ...known.map(line => lines[line.i])], host);
+    const all = known.flatMap(line => lines[line.i]).filter(x => x != null);
+    const canvas = host.querySelector('canvas');
+    canvas.setAttribute('role', 'img');
+    canvas.setAttribute('aria-label', `${of.title} over time, ${shown(Math.min(...all))} to ${shown(Math.max(...all))} ${of.unit}`);
     plots.set(figure, u);
   };
   // While plots of two trials share a cursor, it is nobody's.

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 
 use super::bars::{Bars, multiples};
 use super::figures::Figure;
-use super::html::{Tone, figure, first_screen, heat, page as whole, unfold};
+use super::html::{Tone, figure, first_screen, heat, left_out, page as whole, unfold};
 use super::overlay::{chart, plot_id, section, trace_figures};
 use super::plot::{Chart, Line, MEASURED, MODELS};
 use super::words::{first_sentence, times};
@@ -37,8 +37,9 @@ pub fn page(comparison: &Comparison, next: &str) -> String {
     let (lead, rest) = first_sentence(&c.summary);
     let names: Vec<&str> = c.models.iter().map(|m| m.name.as_str()).collect();
     let last = c.models.last();
+    let seen = html! { (left_out(&c.skipped, &c.refused, c.data.trials + c.skipped.len())) (picture(c)) };
     let body = html! {
-        (first_screen(("compare", &c.data.name), (tone(c), lead), &picture(c), next))
+        (first_screen(("compare", &c.data.name), (tone(c), lead), &seen, next))
         @if !rest.is_empty() { p { (rest) } }
         (facts(c))
         @if let Some(report) = last {
@@ -52,11 +53,6 @@ pub fn page(comparison: &Comparison, next: &str) -> String {
             (trials(report))
         }
         (unfold("Notes: how to read the figures", &html! { ul { @for note in &c.notes { li { (note) } } } }))
-        @if !c.skipped.is_empty() {
-            (unfold("Trials that could not be compared", &html! {
-                ul { @for s in &c.skipped { li { (s.trial) ": " (s.reason) } } }
-            }))
-        }
     };
     whole(&format!("stickslip compare: {}", c.data.name), body)
 }
@@ -334,25 +330,23 @@ fn regions(report: &ModelReport) -> Markup {
 
 fn heat_map(region: &Region) -> Markup {
     html! {
-        figure role="group" aria-label=(format!("errors by {} and {}", region.x.label(), region.y.label())) {
-            div class="scroll" {
-                table class="heat" {
-                    caption { (region.x.label()) " across" }
-                    thead {
-                        tr {
-                            th scope="col" class="level" { (region.y.label()) }
-                            @for x in &region.x_levels { th scope="col" { (x) } }
-                        }
+        div class="scroll" {
+            table class="heat" {
+                caption { (region.x.label()) " across" }
+                thead {
+                    tr {
+                        th scope="col" class="level" { (region.y.label()) }
+                        @for x in &region.x_levels { th scope="col" { (if x.is_empty() { "–" } else { x }) } }
                     }
-                    tbody {
-                        @for (y, row) in region.y_levels.iter().zip(&region.multiples) {
-                            tr {
-                                th scope="row" class="level" { (y) }
-                                @for m in row {
-                                    @match m {
-                                        None => { td class="soft" { "–" } }
-                                        Some(m) => { td style=(heat(*m)) { (times(*m)) } }
-                                    }
+                }
+                tbody {
+                    @for (y, row) in region.y_levels.iter().zip(&region.multiples) {
+                        tr {
+                            th scope="row" class="level" { (y) }
+                            @for m in row {
+                                @match m {
+                                    None => { td class="soft" { "–" } }
+                                    Some(m) => { td style=(heat(*m)) { (times(*m)) } }
                                 }
                             }
                         }
@@ -530,8 +524,11 @@ fn trials(report: &ModelReport) -> Markup {
 
 /// Origin and parameters of a model.
 pub fn describe(report: &ModelReport) -> String {
-    let friction: Vec<String> =
-        report.friction.iter().map(|(k, v)| format!("{} {v:.3}", k.replace(['_', '.'], " "))).collect();
+    let each = report.friction.iter().map(|(k, v)| {
+        let open = if report.only_bounded.contains(k) { " (only bounded)" } else { "" };
+        format!("{} {v:.3}{open}", k.replace(['_', '.'], " "))
+    });
+    let friction: Vec<String> = each.collect();
     let effects = if report.effects.is_empty() { "no effects".to_owned() } else { report.effects.join(", ") };
     let open = report
         .open_force_n

@@ -8,7 +8,7 @@ use maud::{Markup, html};
 
 use crate::bars::{Bars, multiples, shares};
 use crate::figures::Figure;
-use crate::html::{Tone, figure, first_screen, heat, list, page, swatch, unfold};
+use crate::html::{Tone, figure, first_screen, heat, left_out, list, page, swatch, unfold};
 use crate::overlay::{section, trace_figures};
 use crate::plot::{Chart, Line, MODELS};
 use crate::signature::{Run, bars, over_a_run, signature};
@@ -27,7 +27,7 @@ use stickslip_analysis::fit::phases::Phase;
 const DRAWN: usize = 6;
 /// Cards of effects that are not named.
 const NEAR: usize = 2;
-/// Such an effect explains at least this share of the excess error.
+/// Such an effect explains at least this share of what it is added to leaves.
 const NEARLY: f64 = 0.5;
 /// Effects of which the figures are shown at first.
 const AT_FIRST: usize = 5;
@@ -44,6 +44,7 @@ pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>
     let sentence = plain(report);
     let (lead, rest) = first_sentence(&sentence);
     let picture = html! {
+        (left_out(&report.left_out, &report.refused, report.trials + report.left_out.len()))
         @if !rest.is_empty() { p { (rest) } }
         @if let Some(would_tell) = &report.would_tell { p { b { "What would tell:" } " " (would_tell) "." } }
         (misfit_bars(report))
@@ -247,7 +248,7 @@ fn misfit_bars(report: &Report) -> Markup {
 fn cards(report: &Report, run: Option<&Run>) -> Markup {
     let named = |c: &&CandidateReport| has_after(report) && report.effects.contains(&c.id);
     let equal = |c: &&CandidateReport| report.ambiguous_with.iter().flatten().any(|id| *id == c.id);
-    let near = |c: &&CandidateReport| !named(c) && !equal(c) && c.explained > NEARLY;
+    let near = |c: &&CandidateReport| !named(c) && !equal(c) && c.own_share().0 > NEARLY;
     let all = || report.candidates.iter();
     let mut out: Vec<Markup> = all()
         .filter(named)
@@ -267,11 +268,30 @@ fn cards(report: &Report, run: Option<&Run>) -> Markup {
 }
 
 fn role(c: &CandidateReport, what: &str) -> String {
-    format!(
-        "{what}; on its own it explains {} of the excess error and leaves {:.2} run spreads",
-        share(c.explained),
-        c.held_out_error
-    )
+    let left = format!("leaves {:.2} run spreads", c.held_out_error);
+    match (c.explained_beyond, c.beside.as_slice()) {
+        (Some(beyond), held) => format!(
+            "{what}; beside {}, found before it, it explains {} of what that leaves (together {} of the excess error) and {left}",
+            joined(held),
+            share(beyond),
+            share(c.explained)
+        ),
+        (None, []) => {
+            format!("{what}; on its own it explains {} of the excess error and {left}", share(c.explained))
+        }
+        (None, held) => {
+            format!(
+                "{what}; with {} it explains {} of the excess error and {left}",
+                joined(held),
+                share(c.explained)
+            )
+        }
+    }
+}
+
+/// Identifiers as words.
+fn joined(ids: &[&str]) -> String {
+    ids.iter().map(|id| words(id)).collect::<Vec<_>>().join(" and ")
 }
 
 fn card(c: &CandidateReport, class: &str, role: &str, run: Option<&Run>) -> Markup {
@@ -320,12 +340,45 @@ fn capital(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// What most candidates are added to: what stands beside them.
+fn held(report: &Report) -> &[&'static str] {
+    let same = |of: &CandidateReport| report.candidates.iter().filter(|c| c.beside == of.beside).count();
+    report.candidates.iter().max_by_key(|c| same(c)).map_or(&[], |c| &c.beside)
+}
+
+/// Of what shares are.
+fn of_what(report: &Report) -> String {
+    match held(report) {
+        [] => "of the excess error".into(),
+        held => format!("of what {} leaves", joined(held)),
+    }
+}
+
+/// Behind a share that is of something else.
+fn of_else(report: &Report, c: &CandidateReport) -> String {
+    match (c.explained_beyond, held(report)) {
+        (Some(_), held) if c.beside != held => format!(" (of what {} leaves)", joined(&c.beside)),
+        (None, [_, ..]) => " (of all)".into(),
+        _ => String::new(),
+    }
+}
+
+fn added_to(report: &Report) -> String {
+    match held(report) {
+        [] => String::new(),
+        held => format!(" to the model with {}, found beforehand", joined(held)),
+    }
+}
+
 /// All effects that were refitted, as bars.
 fn tried_chart(report: &Report) -> Option<Bars> {
     let named = |id: &str| has_after(report) && report.effects.contains(&id);
-    let rows: Vec<(String, f64, bool)> =
-        report.candidates.iter().map(|c| (words(c.id), c.explained, named(c.id))).collect();
-    shares(rows, "share of the excess error explained")
+    let rows: Vec<(String, f64, bool)> = report
+        .candidates
+        .iter()
+        .map(|c| (words(c.id) + &of_else(report, c), c.own_share().0, named(c.id)))
+        .collect();
+    shares(rows, &format!("share {} explained", of_what(report)))
 }
 
 fn tried(report: &Report) -> Markup {
@@ -335,7 +388,7 @@ fn tried(report: &Report) -> Markup {
             tr {
                 th scope="row" { (words(c.id)) }
                 td { (percent(c.probability)) }
-                td { (share(c.explained)) }
+                td { (share(c.own_share().0)) (of_else(report, c)) }
                 td { (format!("{:.2}", c.held_out_error)) }
                 td { (format!("{:.1e}", c.p_value)) }
                 td class="left" {
@@ -349,10 +402,12 @@ fn tried(report: &Report) -> Markup {
     let table = html! {
         div class="scroll" {
             table {
-                caption { "Each added on its own, judged on held-out conditions" }
+                caption { "Each added on its own" (added_to(report)) ", judged on held-out conditions" }
                 thead {
                     tr {
-                        @for h in ["effect", "probability", "explains", "held-out error, run spreads", "p"] { th scope="col" { (h) } }
+                        @for h in ["effect", "probability"] { th scope="col" { (h) } }
+                        th scope="col" { "explains " (of_what(report)) }
+                        @for h in ["held-out error, run spreads", "p"] { th scope="col" { (h) } }
                         th scope="col" class="left" { "parameters (95 % interval)" }
                     }
                 }
@@ -361,7 +416,7 @@ fn tried(report: &Report) -> Markup {
         }
     };
     let drawn = figure(
-        "Share of the excess error that each explains on its own",
+        &format!("Share {} that each explains", of_what(report)),
         "",
         "effects tried",
         &chart.markup().0,
@@ -527,5 +582,5 @@ pub fn figures(report: &Report, traces: Option<&Comparison>) -> Vec<Figure> {
 fn is_near(report: &Report, c: &CandidateReport) -> bool {
     report.effects.contains(&c.id)
         || report.ambiguous_with.iter().flatten().any(|id| *id == c.id)
-        || c.explained > NEARLY
+        || c.own_share().0 > NEARLY
 }

@@ -4,6 +4,7 @@
 //! Elements in `<main>` are all closed, so that a page can be read as XML.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use stickslip_analysis::left_out::{self, LeftOut};
 
 const STYLE: &str = include_str!("../assets/page.css");
 const SCRIPT: &str = include_str!("../assets/page.js");
@@ -99,6 +100,25 @@ pub fn first_screen(
     }
 }
 
+/// On the first screen, how many trials of how many a result leaves out, and why; which they are, and what of
+/// the data was `refused`, unfolds.
+pub fn left_out(trials: &[LeftOut], refused: &[String], all: usize) -> Markup {
+    html! {
+        @if let Some(sentence) = left_out::sentence(trials, all) {
+            details class="left-out" {
+                summary { (sentence) }
+                ul { @for one in trials { li { (one) } } }
+            }
+        }
+        @if !refused.is_empty() {
+            details class="left-out" {
+                summary { (refused.len()) " refused in the data; the rest was used" }
+                ul { @for one in refused { li { (one) } } }
+            }
+        }
+    }
+}
+
 /// Wider drawings are scrolled on a phone, px.
 const WIDE: f64 = 420.0;
 
@@ -108,10 +128,11 @@ pub fn figure(caption: &str, unit: &str, words: &str, drawing: &str) -> Markup {
     let width =
         drawing.split_once("viewBox=\"0 0 ").and_then(|(_, rest)| rest.split(' ').next()?.parse().ok());
     let class = if width.is_some_and(|px: f64| px > WIDE) { "chart wide" } else { "chart" };
+    let named = format!("role=\"img\" aria-label=\"{}\"", escape(words));
     html! {
-        figure role="group" aria-label=(words) {
+        figure {
             figcaption { (caption) span { (unit) } }
-            div class=(class) { (PreEscaped(drawing)) }
+            div class=(class) { (PreEscaped(drawing.replacen("role=\"img\"", &named, 1))) }
         }
     }
 }
@@ -136,11 +157,14 @@ pub fn swatch(class: &str, what: &str) -> Markup {
     html! { span { i class=(format!("swatch {class}")) {} (what) } }
 }
 
+/// Of a heat map's colour: more would make the numbers on it hard to read.
+const STRONGEST: f64 = 0.6;
+
 /// Background of a heat map's cell: the more noise floors, the stronger; none up to 1.
 pub fn heat(multiples: f64) -> String {
     // Logarithmic from 1 (nothing) to 30 (full).
     let share = (multiples.max(1.0).ln() / 30f64.ln()).min(1.0);
-    format!("background:rgb(213 94 0/{:.2})", 0.85 * share)
+    format!("background:rgb(213 94 0/{:.2})", STRONGEST * share)
 }
 
 /// A page of a sentence, a legend (classes of a swatch, meaning) and figures.

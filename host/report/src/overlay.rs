@@ -253,7 +253,7 @@ fn matrix(traces: &[Trace], primitive: &str) -> Markup {
                     tr {
                         @for v in &down { th scope="col" class="level" { (v.label()) } }
                         @if down.is_empty() { th scope="col" class="level" { "condition" } }
-                        @for c in &columns { th scope="col" { (c) } }
+                        @for c in &columns { th scope="col" { (if c.is_empty() { "–" } else { c }) } }
                     }
                 }
                 tbody {

@@ -15,7 +15,7 @@ use stickslip_shared::track;
 
 use maud::{Markup, html};
 
-use super::html::{Tone, figure, first_screen, list, page as whole, swatch, unfold};
+use super::html::{Tone, figure, first_screen, left_out, list, page as whole, swatch, unfold};
 use super::outline::{corners, hull};
 use super::plot::MODELS;
 use super::viewer::{self, Plot, Run};
@@ -60,8 +60,12 @@ pub fn first_of_each(trials: &[Trial]) -> Vec<Trial> {
 #[must_use]
 pub fn page(report: &Report, description: &Description, trials: &[Trial], next: &str) -> String {
     let (tone, sentence) = verdict(report);
+    let seen = html! {
+        (left_out(&report.left_out, &report.errors, report.trials))
+        (picture(description, trials))
+    };
     let body = html! {
-        (first_screen(("check", &report.name), (tone, &sentence), &picture(description, trials), next))
+        (first_screen(("check", &report.name), (tone, &sentence), &seen, next))
         div class="facts" {
             span { b { (report.trials) } " trials" }
             span { b { (report.samples) } " samples" }
@@ -130,7 +134,7 @@ fn views(description: &Description, trial: &Trial) -> Markup {
     let shape = scene(description, trial).ok().map(|scene| scene.object.shape);
     let sides = [("from the side: x, z", 0, 2), ("from above: x, y", 0, 1), ("from the end: y, z", 1, 2)];
     html! {
-        h3 { (trial.info.trial) ": " (trial.info.primitive.replace('_', " ")) ", " (trial.info.object) }
+        h2 { (trial.info.trial) ": " (trial.info.primitive.replace('_', " ")) ", " (trial.info.object) }
         div class="legend" {
             @for (k, name) in ["finger 1", "finger 2", "pusher"].into_iter().enumerate() {
                 (swatch(&format!("line m{k}"), name))

@@ -17,6 +17,7 @@ use comfy_table::{ContentArrangement, Table, presets};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use stickslip_analysis::Progress;
+use stickslip_analysis::left_out::{self, LeftOut};
 
 use crate::figures::{self, Figure};
 
@@ -124,6 +125,19 @@ impl Output {
             print_line(&mut io::stdout().lock(), with_schema(self.schema.as_deref(), document)?);
         }
         Ok(())
+    }
+
+    /// How many trials of how many a result leaves out, and why; `more` says where all are listed.
+    pub fn left_out(&self, trials: &[LeftOut], all: usize, more: &str) {
+        if let Some(sentence) = left_out::sentence(trials, all) {
+            self.text(format_args!("{sentence} ({more})"));
+        }
+    }
+
+    /// What was refused until now; see [`Output::refused`].
+    #[must_use]
+    pub fn all_refused(&self) -> Vec<String> {
+        self.refused.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
     }
 
     /// The command that comes next, as a line to copy; nothing with `--json`.

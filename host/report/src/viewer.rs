@@ -101,7 +101,7 @@ pub fn viewer(title: &str, legend: &Markup, chooser: &Markup, plots: &[Plot], ru
     let json = json.replace('&', "\\u0026").replace('<', "\\u003c").replace('>', "\\u003e");
     let shown = |k: usize| {
         html! {
-            figure data-plot=(k) role="group" aria-label=(format!("{}, {}: over time", plots[k].title, plots[k].unit)) {
+            figure data-plot=(k) {
                 figcaption { (plots[k].title) span { (unit(&plots[k])) } }
                 div class="plot" {}
             }

@@ -23,10 +23,6 @@ pub enum Slid {
 #[derive(Clone, Debug, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Remark {
-    /// A trial that cannot be simulated, and why.
-    LeftOut(String),
-    /// A trial without any prescribed motion.
-    NothingMoves(String),
     /// A trial that the calibrated model misses altogether; it had hardly any say.
     Missed(String),
     /// No trial has a rest before its motion.
@@ -53,8 +49,6 @@ pub enum Remark {
 impl fmt::Display for Remark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::LeftOut(why) => write!(f, "left out: {why}"),
-            Self::NothingMoves(trial) => write!(f, "left out: trial {trial}: nothing moves in it"),
             Self::Missed(trial) => write!(
                 f,
                 "the calibrated model does not describe trial {trial} (grip lost, or dropped?): its weight in the fit is almost zero"

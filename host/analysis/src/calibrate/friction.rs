@@ -59,7 +59,11 @@ pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], base: &Model<f64>) -> F
     problem.weigh();
     let estimates = intervals::estimates(&problem);
     let missed = (0..trials.len()).filter(|i| misses(&problem.weights, *i)).collect();
-    Fit { model: problem.model(&problem.at), estimates, missed }
+    let mut model = problem.model(&problem.at);
+    for e in &estimates {
+        *e.coefficient.of(&mut model) = e.value;
+    }
+    Fit { model, estimates, missed }
 }
 
 /// Whether trial `i` has less than a tenth of the say that others have, in half of the signals.

@@ -95,7 +95,16 @@ fn estimate(problem: &Problem<'_>, groups: &[usize], draws: &[Draw], k: usize) -
     };
     let low = at(sets.iter().map(|s| s.0).collect(), tail).filter(|i| *i > 0);
     let high = at(sets.iter().map(|s| s.1).collect(), 1.0 - tail).filter(|i| *i + 1 < scan.len());
-    let value = best.exp();
+    // On a plateau that has an end, the nearest value that fits as well: the least squares value runs off to the
+    // edge of the range.
+    let signal = [1.0; SEEN];
+    let plateau = set(&tables, groups, &Draw { condition: vec![1.0; clusters as usize], signal });
+    let value = match (low, high, plateau) {
+        (Some(_), None, Some((first, _))) => scan[first].min(best),
+        (None, Some(_), Some((_, last))) => scan[last].max(best),
+        _ => best,
+    };
+    let value = value.exp();
     let inside: Vec<f64> = sets
         .iter()
         .filter(|s| s.0 > 0 && s.1 + 1 < scan.len())

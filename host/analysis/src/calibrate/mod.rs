@@ -25,6 +25,7 @@ use thiserror::Error;
 use crate::channels::{COUNT, Quantity, quantity};
 use crate::evidence::conditions::condition_of;
 use crate::evidence::pads::{self, Pads, Slope};
+use crate::left_out::LeftOut;
 use crate::model::file::{EffectEntry, ModelFile};
 use crate::progress::Progress;
 use crate::run::simulate::{SceneError, prepare};
@@ -149,6 +150,8 @@ pub struct Calibration {
     pub calibration_trials: Vec<String>,
     /// Trials that validate it.
     pub held_out_trials: usize,
+    /// Trials that are in neither, and why.
+    pub left_out: Vec<LeftOut>,
     /// What the sensors show at rest beyond the model: channels in the order of `compare`'s, N, N m, m, rad;
     /// zero where no rest was recorded.
     pub offsets: [f64; COUNT],
@@ -336,17 +339,18 @@ pub fn of_primitive<T: Borrow<Trial> + Sync>(
         .zip(condition_of(&infos))
         .map(|((at, trial), condition)| Windowed::new(description, trial.borrow(), *at, condition))
         .collect();
-    let mut remarks = Vec::new();
+    let (mut remarks, mut left_out) = (Vec::new(), Vec::new());
     let mut good = Vec::new();
     let mut first_error = None;
     for (windowed, (_, trial)) in ready.into_iter().zip(trials) {
         match windowed {
             Ok(windowed) if windowed.measured.is_empty() => {
-                remarks.push(Remark::NothingMoves(trial.borrow().info.trial.clone()));
+                let trial = trial.borrow().info.trial.clone();
+                left_out.push(LeftOut { trial, reason: "nothing moves in it".into() });
             }
             Ok(windowed) => good.push(windowed),
             Err(error) => {
-                remarks.push(Remark::LeftOut(error.to_string()));
+                left_out.push(LeftOut::from(&error));
                 first_error.get_or_insert(error);
             }
         }
@@ -391,6 +395,7 @@ pub fn of_primitive<T: Borrow<Trial> + Sync>(
         primitive: primitive.into(),
         calibration_trials: calibration.iter().map(|w| w.trial.clone()).collect(),
         held_out_trials: held_out.len(),
+        left_out,
         offsets,
         estimates: fit.estimates,
         pads: None,

@@ -18,7 +18,9 @@ use crate::evidence::offsets::{self, AtRest};
 use crate::evidence::sensors;
 use crate::evidence::stages::{STAGES, Stage, Stages, stages};
 use crate::evidence::statistics::median;
+use crate::left_out::LeftOut;
 use crate::progress::Progress;
+use crate::run::simulate::prepare;
 use physics::{Breach, Cause, Clocks, Finding, TrialPhysics};
 use stickslip_data::{Description, Index, Pose, Sample, Trial, TrialInfo, Warning, error::join_warnings};
 use stickslip_shared::track::Pose as Placed;
@@ -57,6 +59,8 @@ pub struct Report {
     pub clocks: Vec<Clocks>,
     /// What physics does not allow: units, signs, columns, clocks.
     pub findings: Vec<Finding>,
+    /// Trials that no model can be run along, and why: every analysis with a model leaves them out.
+    pub left_out: Vec<LeftOut>,
     /// What was refused.
     pub errors: Vec<String>,
     /// What is worth knowing.
@@ -178,6 +182,7 @@ impl Default for Floors {
 struct GroupFacts {
     trials: Vec<TrialFacts>,
     floor: Floors,
+    left_out: Vec<LeftOut>,
     errors: Vec<String>,
     warnings: Vec<Warning>,
 }
@@ -206,12 +211,14 @@ pub fn check(index: &Index, progress: &dyn Progress) -> Report {
     let mut floor = Floors::default();
     let mut errors: Vec<String> = index.errors.iter().map(ToString::to_string).collect();
     let mut warnings = index.warnings.clone();
+    let mut left_out = Vec::new();
     let mut trials = Vec::new();
     for group in facts {
         for (mine, others) in floor.0.iter_mut().flatten().zip(group.floor.0.iter().flatten()) {
             mine.merge(others);
         }
         errors.extend(group.errors);
+        left_out.extend(group.left_out);
         warnings.extend(group.warnings);
         trials.extend(group.trials);
     }
@@ -278,6 +285,7 @@ pub fn check(index: &Index, progress: &dyn Progress) -> Report {
         balance,
         clocks,
         findings,
+        left_out,
         errors,
         warnings: join_warnings(warnings),
     }
@@ -296,11 +304,12 @@ fn seen(index: &Index, progress: &dyn Progress) -> Vec<sensors::Seen> {
 fn group_facts(index: &Index, description: &Description, group: &[usize]) -> GroupFacts {
     let mut facts = GroupFacts::default();
     let mut runs: Vec<(Stages, Vec<Signals>)> = Vec::new();
-    for info in group.iter().filter_map(|place| index.trials.get(*place)) {
+    for (place, info) in group.iter().filter_map(|place| Some((*place, index.trials.get(*place)?))) {
         let reading = index.read_trial_lenient(info);
         facts.errors.extend(reading.error.map(|error| error.to_string()));
         facts.warnings.extend(reading.warnings);
         if let Some(trial) = reading.trial {
+            facts.left_out.extend(prepare(description, &trial, place).err().map(|why| LeftOut::from(&why)));
             let stages = stages(&trial);
             let signals = signals(&trial);
             facts.trials.push(trial_facts(index, description, &trial, &stages, &signals));

@@ -78,6 +78,8 @@ pub fn calibrated(
                 name(e.coefficient),
                 e.value
             ));
+            let prefix = if several { format!("{primitive}.") } else { String::new() };
+            out.only_bounded.push(prefix + name(e.coefficient));
         }
         if several {
             out.by_primitive.insert(primitive.to_owned(), found.model);

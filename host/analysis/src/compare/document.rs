@@ -17,6 +17,7 @@ use crate::evidence::conditions::Variable;
 use crate::evidence::contact::Evidence;
 use crate::evidence::force_bands::Band;
 use crate::evidence::phases::{Phase, Phases};
+use crate::left_out::LeftOut;
 use crate::run::bench::Bench;
 
 /// Name of the document's format.
@@ -41,7 +42,7 @@ pub struct Comparison {
     /// without any.
     pub tallies: Vec<Tally>,
     /// Trials that could not be compared.
-    pub skipped: Vec<Skipped>,
+    pub skipped: Vec<LeftOut>,
     /// What could not be read of the data set, and why; the rest was compared.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub refused: Vec<String>,
@@ -81,6 +82,8 @@ pub struct ModelReport {
     pub origin: String,
     /// Coefficients of friction, by contact (`finger`), or primitive and contact (`pivot.finger`).
     pub friction: BTreeMap<String, f64>,
+    /// Those of them that the data only bound: other values fit as well.
+    pub only_bounded: Vec<String>,
     /// Ids of its effects.
     pub effects: Vec<String>,
     /// Mean width of the forces' intervals over all force distributions with the same motion while
@@ -307,15 +310,6 @@ pub struct Tally {
     pub larger: usize,
     /// New ones.
     pub new: usize,
-}
-
-/// A trial that could not be compared.
-#[derive(Clone, Debug, JsonSchema, Serialize)]
-pub struct Skipped {
-    /// Id.
-    pub trial: String,
-    /// Why.
-    pub reason: String,
 }
 
 /// Signals of one trial for drawing.

@@ -30,9 +30,10 @@ use rayon::prelude::*;
 use crate::channels::Signals;
 use crate::evidence::conditions::HeldOut;
 use crate::evidence::phases::{Phases, split};
+use crate::left_out::LeftOut;
 use crate::progress::Progress;
 use crate::run::simulate::{Simulated, prepare};
-use document::{Comparison, DataSummary, ErrorRow, ModelReport, SCHEMA, Skipped};
+use document::{Comparison, DataSummary, ErrorRow, ModelReport, SCHEMA};
 use noise::Source;
 use rows::Part;
 use stickslip_data::{Index, TrialInfo};
@@ -50,7 +51,7 @@ struct Compared {
     errors: Vec<Vec<TrialErrors>>,
     /// The last model's within the tolerance and the phases of the first; empty for one model.
     paired: Vec<TrialErrors>,
-    skipped: Vec<Skipped>,
+    skipped: Vec<LeftOut>,
     /// What could not be read.
     refused: Vec<String>,
 }
@@ -90,8 +91,8 @@ pub fn compare(
     let compared = simulate_all(data, &chosen.loaded, models, options.forces, &noise, progress);
     let reported: Vec<bool> = compared.places.iter().map(|i| chosen.reported.contains(i)).collect();
     if !reported.iter().any(|r| *r) {
-        let why = compared.skipped.first().map_or("no trial is left", |s| s.reason.as_str());
-        return Err(CompareError::NoTrial(why.to_owned()));
+        let why = compared.skipped.first().map_or("no trial is left".into(), ToString::to_string);
+        return Err(CompareError::NoTrial(why));
     }
 
     let trials = rows::Trials {
@@ -137,6 +138,7 @@ pub fn compare(
             name: named.name.clone(),
             origin: named.origin.clone(),
             friction: named.friction(),
+            only_bounded: named.only_bounded.clone(),
             effects: named.model.effects.iter().map(effect_name).collect(),
             open_force_n: (count > 0.0).then(|| sum / count),
             offsets,
@@ -190,7 +192,7 @@ pub fn compare(
         noise_floor,
         significance: SIGNIFICANCE,
     };
-    notes.extend(verdict::notes(&data_summary, &reports, &compared.skipped, options, chosen.single));
+    notes.extend(verdict::notes(&data_summary, &reports, options, chosen.single));
     let summary = verdict::summary(&data_summary, &reports, (&changes, &tallies), chosen.single);
     Ok(Comparison {
         schema: SCHEMA,
@@ -254,7 +256,7 @@ fn simulate_all(
             let (trial, refused) = load(data, i);
             let one = || -> Result<One, String> {
                 let trial = trial?;
-                let prepared = prepare(&data.description, &trial, i).map_err(|e| e.to_string())?;
+                let prepared = prepare(&data.description, &trial, i).map_err(|e| LeftOut::from(&e).reason)?;
                 drop(trial);
                 let info = &data.trials[i];
                 let bare = |simulated: &Simulated, phases| {
@@ -322,7 +324,7 @@ fn simulate_all(
                     all.push(e);
                 }
             }
-            Err(reason) => out.skipped.push(Skipped { trial: data.trials[i].trial.clone(), reason }),
+            Err(reason) => out.skipped.push(LeftOut { trial: data.trials[i].trial.clone(), reason }),
         }
     }
     out

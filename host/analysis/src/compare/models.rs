@@ -39,6 +39,8 @@ pub struct NamedModel {
     pub model: Model<f64>,
     /// Instead of it, where each primitive has its own friction (other pushers).
     pub by_primitive: BTreeMap<String, Model<f64>>,
+    /// Coefficients, named as in [`NamedModel::friction`], that the data it was calibrated on only bound.
+    pub only_bounded: Vec<String>,
     /// Signals of another engine, by trial; the own model is not run then.
     pub recorded: Option<Arc<BTreeMap<String, Simulated>>>,
 }
@@ -47,7 +49,7 @@ impl NamedModel {
     /// A model of the own engine.
     pub fn own(name: impl Into<String>, origin: impl Into<String>, model: Model<f64>) -> Self {
         let (name, origin) = (name.into(), origin.into());
-        Self { name, origin, model, by_primitive: BTreeMap::new(), recorded: None }
+        Self { name, origin, model, by_primitive: BTreeMap::new(), only_bounded: Vec::new(), recorded: None }
     }
 
     /// The model in a file, called by the file's name.

@@ -1,6 +1,6 @@
 //! The comparison in words: one sentence, and the notes without which the figures mislead.
 
-use super::document::{Change, DataSummary, ErrorRow, ModelReport, Place, Skipped, Tally};
+use super::document::{Change, DataSummary, ErrorRow, ModelReport, Place, Tally};
 use super::inputs::{Forces, Options, SIGNIFICANCE};
 use super::noise::Source;
 use super::rows::{SUSTAINED_S, many_primitives};
@@ -228,13 +228,7 @@ fn without_repetitions(report: &ModelReport, many: bool) -> String {
 }
 
 /// What one should know to read the figures.
-pub fn notes(
-    data: &DataSummary,
-    reports: &[ModelReport],
-    skipped: &[Skipped],
-    options: &Options,
-    single: bool,
-) -> Vec<String> {
+pub fn notes(data: &DataSummary, reports: &[ModelReport], options: &Options, single: bool) -> Vec<String> {
     let mut notes = Vec::new();
     match data.noise_floor {
         Source::Repetitions if single => notes.push(
@@ -302,13 +296,6 @@ pub fn notes(
                 report.unsolved_steps, report.name
             ));
         }
-    }
-    if !skipped.is_empty() {
-        notes.push(format!(
-            "{} trial(s) could not be compared; the first: {}.",
-            skipped.len(),
-            skipped[0].reason.trim_end_matches('.')
-        ));
     }
     if reports.len() > 1 && options.held_out == HeldOut::Nothing && !single {
         notes.push(

@@ -169,8 +169,12 @@ fn completed(places: &Places, held: &Held, first: &Held) -> Places {
     out
 }
 
-/// Identifiers of the effects of a fit.
-fn effects(held: &Held, given: usize, unnamed: impl Fn(&Held, &'static str) -> bool) -> Vec<&'static str> {
+/// Identifiers of the effects of a fit but for the first `given`, in alphabetical order.
+pub fn effects(
+    held: &Held,
+    given: usize,
+    unnamed: impl Fn(&Held, &'static str) -> bool,
+) -> Vec<&'static str> {
     let mut out: Vec<&'static str> = held
         .free
         .iter()

@@ -12,7 +12,7 @@ use crate::channels::channel_words;
 use crate::diagnose::detection::UpperLimit;
 use crate::diagnose::findings::Findings;
 use crate::diagnose::misfit::{self, Misfit};
-use crate::diagnose::posterior::Weighed;
+use crate::diagnose::posterior::{Weighed, effects};
 use crate::diagnose::select::{Candidate, Held, explained};
 use crate::diagnose::signature::{Mark, signature};
 use crate::diagnose::structure::{self, Structure};
@@ -22,6 +22,7 @@ use crate::evidence::balance::StageBalance;
 use crate::fit::features::channel_name;
 use crate::fit::problem::Problem;
 use crate::fit::{self, Free, Options};
+use crate::left_out::LeftOut;
 use crate::model::candidate::Described;
 
 pub use crate::diagnose::verdict::Verdict;
@@ -55,6 +56,10 @@ pub struct CandidateReport {
     /// Share of the base model's excess misfit that the model with it (and with the effects chosen
     /// before it) explains.
     pub explained: f64,
+    /// Effects that stand in its fit beside it: pads and drift that were found beforehand, effects chosen before it.
+    pub beside: Vec<&'static str>,
+    /// Share of what these leave of the excess misfit that it explains; null where there are none.
+    pub explained_beyond: Option<f64>,
     /// Where it still misses most: channel, phase, and by how many run spreads.
     pub worst: Option<(String, &'static str, f64)>,
     /// Its parameters.
@@ -140,6 +145,11 @@ pub struct Report {
     pub parameters: BTreeMap<String, Value>,
     /// Systematic misfit of each channel in each phase, worst first.
     pub places: Vec<Place>,
+    /// Trials that were left out, and why.
+    pub left_out: Vec<LeftOut>,
+    /// What of the data was refused; the rest was diagnosed. Whoever reads the data fills it in.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub refused: Vec<String>,
     /// What cannot be concluded, and why.
     pub limits: Vec<String>,
     /// For each effect that is not named: how strong it may be all the same. Empty where something is
@@ -147,7 +157,7 @@ pub struct Report {
     pub limits_on_effects: BTreeMap<&'static str, BTreeMap<&'static str, UpperLimit>>,
     /// Effects that these trials cannot tell apart, whatever they show.
     pub classes: Vec<Vec<&'static str>>,
-    /// Trials, conditions, degrees of freedom of the repetitions.
+    /// Trials that were used.
     pub trials: usize,
     /// Different conditions.
     pub conditions: usize,
@@ -175,16 +185,19 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         doubt,
         model,
         posterior,
+        found,
         ..
     } = &findings;
     let named = matches!(verdict, Verdict::Effect | Verdict::Ambiguous);
     let last = last.as_ref().filter(|_| named).unwrap_or(start);
     let effects: Vec<&'static str> = if named { by_strength(base, chosen) } else { Vec::new() };
-    let mut candidates: Vec<CandidateReport> = first.iter().map(|c| candidate(problem, base, c)).collect();
+    let met: Vec<&Held> = std::iter::once(base).chain(found.iter().chain(chosen).map(|c| &c.held)).collect();
+    let candidate = |c: &Candidate| candidate(problem, &met, c);
+    let mut candidates: Vec<CandidateReport> = first.iter().map(candidate).collect();
     for c in chosen.iter().filter(|_| named) {
         if !first.iter().any(|f| f.info.id == c.info.id && f.held.free == c.held.free) {
             candidates.retain(|r| r.id != c.info.id);
-            candidates.push(candidate(problem, base, c));
+            candidates.push(candidate(c));
         }
     }
     for c in &mut candidates {
@@ -234,6 +247,8 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         .iter()
         .map(|e| (e.name.clone(), Value { value: e.value, low: e.low, high: e.high, unit: e.unit }))
         .collect();
+    let left_out = left_out(problem);
+    let trials = problem.campaign.runs.len() + problem.campaign.refused.len() - left_out.len();
     let mut limits = limits(problem, invisible);
     for info in &given.infos {
         limits.push(format!("the model already has {}: its parameters were fitted anew", info.id));
@@ -265,14 +280,27 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         suggested_experiment: None,
         parameters,
         places,
+        left_out,
+        refused: Vec::new(),
         limits,
         limits_on_effects: BTreeMap::new(),
         classes: Vec::new(),
-        trials: problem.campaign.runs.len(),
+        trials,
         conditions: problem.campaign.conditions,
         friction_variation: problem.noise.friction,
         seconds: took.as_secs_f64(),
         model: model.clone(),
+    }
+}
+
+impl CandidateReport {
+    /// Share that it explains of what stands beside it leaves, and of what that is.
+    #[must_use]
+    pub fn own_share(&self) -> (f64, String) {
+        match self.explained_beyond {
+            Some(share) => (share, format!("of what {} leaves", self.beside.join(" and "))),
+            None => (self.explained, "of the excess error".to_owned()),
+        }
     }
 }
 
@@ -315,7 +343,13 @@ fn by_strength(base: &Held, chosen: &[Candidate]) -> Vec<&'static str> {
     shares.into_iter().map(|s| s.1).collect()
 }
 
-fn candidate(problem: &Problem, base: &Held, c: &Candidate) -> CandidateReport {
+/// `met` are the fits that others stand on, the base model's first.
+fn candidate(problem: &Problem, met: &[&Held], c: &Candidate) -> CandidateReport {
+    let base = met[0];
+    let effects_of = |held: &Held| effects(held, base.solution.model.effects.len(), |_, _| false);
+    let mut beside = effects_of(&c.held);
+    beside.retain(|id| *id != c.info.id);
+    let without = met.iter().filter(|_| !beside.is_empty()).find(|held| effects_of(held) == beside);
     let skip = c.held.free.len() - c.info.parameters.len();
     let fit = fit::summary(problem, c.held.solution.clone(), 0.0, &c.held.free, &Options::default());
     let parameters = c
@@ -340,10 +374,31 @@ fn candidate(problem: &Problem, base: &Held, c: &Candidate) -> CandidateReport {
         probability: 0.0,
         p_value: c.p_value,
         explained: explained(&base.misfit, &c.held.misfit),
+        explained_beyond: without.map(|held| explained(&held.misfit, &c.held.misfit)),
+        beside,
         worst: c.held.misfit.places.first().map(|p| (channel_name(p.channel), p.phase.name(), p.size)),
         parameters,
         signature: signature(problem, base, &c.held),
     }
+}
+
+/// Trials that could not be prepared, and those that the model does not describe.
+fn left_out(problem: &Problem) -> Vec<LeftOut> {
+    let campaign = problem.campaign;
+    let mut out: Vec<LeftOut> = campaign.refused.iter().map(LeftOut::from).collect();
+    for (g, group) in campaign.groups.iter().enumerate() {
+        for run in &group.runs {
+            let reason = if problem.failed.contains(run) {
+                "the model does not describe it at all (grip lost, or dropped?)"
+            } else if !problem.groups.contains(&g) {
+                "the trial that stands for its condition is left out, or nothing of it is measured"
+            } else {
+                continue;
+            };
+            out.push(LeftOut { trial: campaign.runs[*run].info.trial.clone(), reason: reason.into() });
+        }
+    }
+    out
 }
 
 /// What the data cannot show.
@@ -378,20 +433,6 @@ fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
         out.push(format!(
             "only {} degrees of freedom from repetitions: the run spread is uncertain",
             problem.noise.freedom
-        ));
-    }
-    if !campaign.refused.is_empty() {
-        out.push(format!(
-            "{} trial(s) could not be used, the first: {}",
-            campaign.refused.len(),
-            campaign.refused[0]
-        ));
-    }
-    if let Some(first) = problem.failed.first() {
-        out.push(format!(
-            "the model does not describe {} trial(s), which were left out; the first: {}",
-            problem.failed.len(),
-            campaign.runs[*first].info.trial
         ));
     }
     let seen = |from: usize| {
@@ -493,36 +534,42 @@ fn sentence(
     candidates: &[CandidateReport],
     misfit: &Misfit,
 ) -> String {
-    let most = |of: &mut dyn Iterator<Item = &'_ CandidateReport>| {
-        of.map(|c| (c.id, c.explained)).max_by(|a, b| a.1.total_cmp(&b.1))
+    let best = |of: &mut dyn Iterator<Item = &'_ CandidateReport>| {
+        of.map(|c| (c.id, c.own_share())).max_by(|a, b| a.1.0.total_cmp(&b.1.0))
     };
     let percent = |share: f64| format!("{:.0} %", 100.0 * share.clamp(0.0, 1.0));
     let named = |c: &&CandidateReport| effects.contains(&c.id);
-    let share = most(&mut candidates.iter().filter(named)).map_or(0.0, |c| c.1);
+    let (share, of_what) = match effects {
+        [_] => best(&mut candidates.iter().filter(named)).map_or_else(Default::default, |c| c.1),
+        // The last of them stands on the others.
+        _ => {
+            let together = candidates.iter().filter(named).map(|c| c.explained).fold(0.0, f64::max);
+            (together, "of the excess error".to_owned())
+        }
+    };
     let others = |c: &&CandidateReport| !named(c) && !equal.iter().flatten().any(|e| *e == c.id);
-    let next = most(&mut candidates.iter().filter(others))
-        .map_or(String::new(), |(id, share)| format!("; next best {id} ({})", percent(share)));
+    let next = best(&mut candidates.iter().filter(others))
+        .map_or(String::new(), |(id, (share, _))| format!("; next best {id} ({})", percent(share)));
     match verdict {
         Verdict::NothingMissing | Verdict::Inconclusive => format!(
             "Nothing is missing: no channel has a systematic misfit of more than {:.1} run spreads.",
             misfit.worst().max(0.1)
         ),
         Verdict::Effect => format!(
-            "The model lacks {}; {} {} of the excess error{next}.",
+            "The model lacks {}; {} {} {of_what}{next}.",
             effects.join(" and "),
             if effects.len() == 1 { "it explains" } else { "together they explain" },
             percent(share)
         ),
         Verdict::Ambiguous => format!(
-            "The model lacks {}, or equally well {}: these data do not separate them ({} of the excess error explained){next}.",
+            "The model lacks {}, or equally well {}: these data do not separate them ({} {of_what} explained){next}.",
             effects.join(" and "),
             equal.iter().map(|e| e.join(" + ")).collect::<Vec<_>>().join(" or "),
             percent(share)
         ),
-        Verdict::Unexplained => match most(&mut candidates.iter()) {
-            Some((id, share)) => format!(
-                "An effect is missing, and none of the known ones explains it: the best, {id}, explains {} of the \
-                 excess error.",
+        Verdict::Unexplained => match best(&mut candidates.iter()) {
+            Some((id, (share, of_what))) => format!(
+                "An effect is missing, and none of the known ones explains it: the best, {id}, explains {} {of_what}.",
                 percent(share)
             ),
             None => "An effect is missing, and none of the known ones explains it.".into(),

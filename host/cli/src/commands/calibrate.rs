@@ -102,6 +102,8 @@ fn print(c: &Calibration, output: &Output) {
         c.calibration_trials.len(),
         c.held_out_trials
     ));
+    let all = c.calibration_trials.len() + c.held_out_trials + c.left_out.len();
+    output.left_out(&c.left_out, all, "all: --json");
     let mut friction = table(["coefficient", "value", "95 % interval", "determined"]);
     for e in &c.estimates {
         let bound = |b: Option<f64>| b.map_or_else(|| "-".into(), |b| format!("{b:.3}"));

@@ -38,6 +38,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     clocks(&report.clocks, output);
     list("warnings", report.warnings.iter().map(ToString::to_string), args.most, output);
     list("physics errors", report.findings.iter().map(ToString::to_string), args.most, output);
+    let left_out = report.left_out.iter().map(ToString::to_string);
+    list("trials that no model can be run along", left_out, args.most, output);
     list("errors", report.errors.iter().cloned(), args.most, output);
     let sound = report.errors.is_empty() && report.findings.is_empty() && report.balance.failing == 0;
     let next = ["calibrate", &args.data.display().to_string(), "--out", "model.toml"].map(str::to_owned);
@@ -75,6 +77,7 @@ fn holdings(report: &Report, output: &Output) {
         report.samples,
         check::primitive_names(report)
     ));
+    output.left_out(&report.left_out, report.trials, "by every command with a model; see below");
     let mut rows = table(["primitive", "object", "trials", "conditions"]);
     for count in &report.primitives {
         let conditions = count.conditions.iter().map(|(name, values)| match values.as_slice() {

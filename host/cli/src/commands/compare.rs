@@ -148,7 +148,8 @@ const LISTED: usize = 5;
 
 fn print(comparison: &Comparison, verbose: bool, output: &Output) {
     output.text(&comparison.summary);
-    let d = &comparison.data;
+    let (d, skipped) = (&comparison.data, &comparison.skipped);
+    output.left_out(skipped, d.trials + skipped.len(), "all: --verbose or --html");
     output.text(format_args!(
         "\n{}: {} trial(s) in {} condition(s), {} repeated{}",
         d.name,
@@ -174,6 +175,9 @@ fn print(comparison: &Comparison, verbose: bool, output: &Output) {
         print_errors(report, output);
     }
     output.text("");
+    for one in skipped {
+        output.text(format_args!("- left out: {one}"));
+    }
     for note in &comparison.notes {
         output.text(format_args!("- {note}"));
     }

@@ -56,7 +56,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let (file, formulas) = whole.proposals(args.formula.as_deref())?;
     let own: Vec<CandidateEffect> = formulas.iter().filter_map(CandidateEffect::of).collect();
     let dataset = stickslip_report::data::read(&args.data, output)?;
-    let report = diagnose(&dataset, &file, &own, output)?;
+    let mut report = diagnose(&dataset, &file, &own, output)?;
+    report.refused = output.all_refused();
     let named = matches!(report.verdict, Verdict::Effect | Verdict::Ambiguous);
     let written = args.out.as_deref().filter(|_| named);
     if let Some(path) = written {
@@ -156,6 +157,7 @@ const LISTED: usize = 3;
 
 fn print(report: &Report, verbose: bool, output: &Output) {
     output.text(&report.summary);
+    output.left_out(&report.left_out, report.trials + report.left_out.len(), "all: --verbose or --html");
     if let Some(would_tell) = &report.would_tell {
         output.text(format_args!("What would tell: {would_tell}."));
     }
@@ -197,8 +199,9 @@ fn print_first(report: &Report, output: &Output) {
             });
             let strength: Vec<String> = strength.collect();
             let colon = if strength.is_empty() { "" } else { ": " };
-            let share = stickslip_report::diagnose::share(c.explained);
-            output.text(format_args!("  {} explains {share}{colon}{}", c.id, strength.join(", ")));
+            let (share, of_what) = c.own_share();
+            let share = stickslip_report::diagnose::share(share);
+            output.text(format_args!("  {} explains {share} {of_what}{colon}{}", c.id, strength.join(", ")));
         }
     }
     for p in report.places.iter().filter(|p| p.before.max(p.after) > 1.0).take(LISTED) {
@@ -233,7 +236,7 @@ fn print_all(report: &Report, output: &Output) {
             t.add_row(vec![
                 Cell::new(c.id),
                 right(stickslip_report::diagnose::percent(c.probability)),
-                right(stickslip_report::diagnose::share(c.explained)),
+                right(stickslip_report::diagnose::share(c.own_share().0)),
                 right(format!("{:.2}", c.held_out_error)),
                 right(format!("{:.1e}", c.p_value)),
                 Cell::new(parameters.join("\n")),
@@ -268,6 +271,9 @@ fn print_all(report: &Report, output: &Output) {
     }
     for class in &report.classes {
         output.text(format_args!("these trials cannot tell apart: {}", class.join(", ")));
+    }
+    for one in &report.left_out {
+        output.text(format_args!("left out: {one}"));
     }
     for limit in &report.limits {
         output.text(format_args!("limit: {limit}"));

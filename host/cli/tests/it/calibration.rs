@@ -1,5 +1,7 @@
 //! Calibration and force bands on small data sets of the rig, whose truth is known.
 
+use std::path::Path;
+
 use stickslip_analysis::calibrate::{Coefficient, Remark, Share, of_primitive};
 use stickslip_analysis::evidence::force_bands::bands;
 use stickslip_analysis::model::file::ModelFile;
@@ -83,6 +85,21 @@ fn data_of_several_primitives_get_a_model_each_and_one_of_the_best_determined_fr
     let friction = |name: &str| ModelFile::read(&at(name)).unwrap().friction;
     let each = ["linear_push", "pivot", "roll"].map(|p| friction(&format!("model-{p}.toml")).finger);
     assert!(each.contains(&friction("model.toml").finger), "{each:?}");
+}
+
+#[test]
+fn a_platform_that_holds_whatever_its_friction_is_bounded_below_and_gets_a_value_near_that_bound() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo");
+    let data = stickslip_data::read(&folder).unwrap();
+    let rolls: Vec<(usize, Trial)> =
+        data.trials.into_iter().enumerate().filter(|(_, t)| t.info.primitive == "roll").collect();
+    let found = of_primitive(&data.description, "roll", &rolls, &default_model(), Share::of(1.0)).unwrap();
+    let support = found.estimates.iter().find(|e| e.coefficient == Coefficient::Support).unwrap();
+    assert!(!support.determined && support.high.is_none(), "{support:?}");
+    let low = support.low.unwrap();
+    // By statics the rolling object needs 0.96 of its platform: all above fit alike.
+    assert!(low < 1.0 && low <= support.value && support.value < 2.0, "{support:?}");
+    assert_eq!(found.model.friction.support, support.value);
 }
 
 /// Poses of a motion capture slower than the forces, straight between its frames.

@@ -45,8 +45,18 @@ fn links(text: &str) -> Vec<(usize, String)> {
     found
 }
 
+/// Names by which the headings of a page are linked, on GitHub and in the book.
+fn anchors(text: &str) -> Vec<String> {
+    let name = |heading: &str| {
+        let kept = heading.trim().to_lowercase().replace(' ', "-");
+        kept.chars().filter(|c| c.is_alphanumeric() || "-_".contains(*c)).collect()
+    };
+    let headings = text.lines().filter(|line| line.starts_with('#'));
+    headings.map(|line| name(line.trim_start_matches('#'))).collect()
+}
+
 #[test]
-fn every_relative_link_of_readme_changelog_and_docs_leads_to_a_file() {
+fn every_relative_link_of_readme_changelog_and_docs_leads_to_a_file_and_to_a_heading_in_it() {
     let top = top();
     let mut files = vec![top.join("README.md"), top.join("CHANGELOG.md")];
     pages(&top.join("docs"), &mut files);
@@ -54,12 +64,17 @@ fn every_relative_link_of_readme_changelog_and_docs_leads_to_a_file() {
     for file in &files {
         let text = fs::read_to_string(file).expect("a page can be read");
         for (line, target) in links(&text) {
-            let path = target.split('#').next().unwrap_or_default();
-            if target.contains("://") || path.is_empty() {
+            let (path, anchor) = target.split_once('#').unwrap_or((&target, ""));
+            if target.contains("://") {
                 continue;
             }
             seen += 1;
-            if !file.parent().is_some_and(|folder| folder.join(path).exists()) {
+            let to = match path {
+                "" => file.clone(),
+                path => file.parent().expect("a folder").join(path),
+            };
+            let known = || anchors(&fs::read_to_string(&to).unwrap_or_default()).iter().any(|a| a == anchor);
+            if !to.exists() || !anchor.is_empty() && !known() {
                 broken.push(format!("{}:{line}: {target}", file.display()));
             }
         }
@@ -96,13 +111,20 @@ fn the_book_has_every_page_of_docs_and_no_link_to_a_page_outside() {
     let stray: Vec<&PathBuf> = chapters.iter().filter(|chapter| !files.contains(chapter)).collect();
     assert!(stray.is_empty(), "docs/SUMMARY.md names {stray:?}, which are not there");
     let book = docs.canonicalize().expect("docs/");
+    let redirects = fs::read_to_string(top().join("book.toml")).expect("book.toml");
     let mut outside = Vec::new();
     for file in &files {
         for (line, target) in links(&fs::read_to_string(file).expect("a page")) {
             let path = target.split('#').next().unwrap_or_default();
             let there =
                 file.parent().map(|folder| folder.join(path)).and_then(|path| path.canonicalize().ok());
-            if path.ends_with(".md") && !there.is_some_and(|there| there.starts_with(&book)) {
+            let page = there.as_ref().and_then(|there| there.strip_prefix(&book).ok());
+            // mdBook makes index.html of README.md, and leaves links to README.md as they are.
+            let made = page.is_some_and(|page| {
+                let html = page.with_extension("html");
+                !page.ends_with("README.md") || redirects.contains(&format!("\"/{}\" = ", html.display()))
+            });
+            if path.ends_with(".md") && !made {
                 outside.push(format!("{}:{line}: {target}", file.display()));
             }
         }

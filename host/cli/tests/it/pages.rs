@@ -89,8 +89,9 @@ pub fn words(page: &str) -> String {
     out
 }
 
-/// The page's body is well-formed, has a heading, no number that is none, and every style is made of
-/// properties with values that a browser takes. Number of cells with a colour of their own.
+/// The page's body is well-formed, has headings without a gap between their levels, a name for each drawing and each
+/// column, no number that is none, and every style is made of properties with values that a browser takes. Number of
+/// cells with a colour of their own.
 pub fn check(name: &str, page: &str) -> usize {
     for outside in ["http:", "https:", "src=", "@import", "url("] {
         let own = page.replace("http://www.w3.org/2000/svg", "");
@@ -106,8 +107,17 @@ pub fn check(name: &str, page: &str) -> usize {
         document.descendants().any(|n| n.has_tag_name("h1") || n.has_tag_name("h2")),
         "{name}: a heading"
     );
-    let mut coloured = 0;
+    let (mut coloured, mut level) = (0, 0);
     for node in document.descendants() {
+        let tag = node.tag_name().name();
+        if let Some(below) = tag.strip_prefix('h').and_then(|level| level.parse::<u32>().ok()) {
+            assert!(below <= level + 1, "{name}: {tag} below level {level}");
+            level = below;
+        }
+        let named = node.attribute("aria-label").is_some_and(|words| !words.is_empty());
+        assert!(node.attribute("role") != Some("img") || named, "{name}: a drawing without a name");
+        let words = || node.descendants().any(|n| n.text().is_some_and(|text| !text.trim().is_empty()));
+        assert!(tag != "th" || words(), "{name}: a heading of a table without words");
         let text = node.text().filter(|_| !node.has_tag_name("script")).unwrap_or_default();
         assert!(!text.split(|c: char| !c.is_alphanumeric()).any(|w| w == "NaN"), "{name}: {text}");
         for declaration in node.attribute("style").into_iter().flat_map(|s| s.split(';')) {

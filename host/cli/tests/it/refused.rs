@@ -58,6 +58,48 @@ fn a_cut_trial_is_listed_and_the_exit_code_is_1_in_every_command() {
     assert_eq!(document["refused"].as_array().map(Vec::len), Some(1), "{}", document["refused"]);
 }
 
+/// The demonstration's push, once whole and once without the object's pose in its first half.
+fn with_a_trial_without_a_start() -> (TempDir, PathBuf) {
+    let (folder, data) = with_a_cut_trial();
+    let whole = fs::read_to_string(data.join("trials/whole.csv")).expect("the push");
+    let half = whole.lines().count() / 2;
+    let object: Vec<bool> =
+        whole.lines().next().expect("a header").split(',').map(|c| c.starts_with("object_")).collect();
+    let without = |line: &str| {
+        let cells = line.split(',').zip(&object).map(|(cell, of_object)| if *of_object { "" } else { cell });
+        cells.collect::<Vec<_>>().join(",")
+    };
+    let lines = whole.lines().enumerate();
+    let blind: Vec<String> =
+        lines.map(|(k, line)| if (1..half).contains(&k) { without(line) } else { line.to_owned() }).collect();
+    fs::write(data.join("trials/cut.csv"), blind.join("\n") + "\n").expect("written");
+    (folder, data)
+}
+
+#[test]
+fn trials_that_no_model_can_be_run_along_are_told_in_the_first_lines_and_on_the_first_screen() {
+    let (folder, data) = with_a_trial_without_a_start();
+    let told = "1 of 2 trials is left out: the object's pose is not known at the start";
+    for command in ["check", "calibrate", "compare", "diagnose"] {
+        let said = stickslip().arg(command).arg(&data).assert().success();
+        let text = String::from_utf8_lossy(&said.get_output().stdout).into_owned();
+        let first: Vec<&str> = text.lines().take(4).collect();
+        assert!(first.iter().any(|line| line.starts_with(told)), "{command}: {text}");
+        if command != "calibrate" {
+            let page = folder.path().join("page.html");
+            stickslip().arg(command).arg(&data).arg("--html").arg(&page).assert().success();
+            let html = fs::read_to_string(&page).expect("a page");
+            let (first_screen, _) = html.split_once("class=\"next\"").unwrap_or((&html, ""));
+            assert!(first_screen.contains("1 of 2 trials is left out"), "{command}");
+            assert!(first_screen.contains("trial cut: the object"), "{command}");
+        }
+    }
+    let said = stickslip().args(["diagnose", "--json"]).arg(&data).assert().success();
+    let document: serde_json::Value = serde_json::from_slice(&said.get_output().stdout).expect("a document");
+    assert_eq!(document["left_out"][0]["trial"], "cut");
+    assert_eq!(document["trials"], 1);
+}
+
 #[test]
 fn a_data_set_is_not_overwritten_unless_that_is_asked_for() {
     let (_folder, data) = with_a_cut_trial();

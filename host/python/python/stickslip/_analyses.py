@@ -32,9 +32,14 @@ def _file(path: Path | None) -> str | None:
 
 
 def _refused(before: set[str], data: _stickslip.Dataset, report: Report) -> None:
-    """Warns of what was refused on the way."""
+    """Warns of what was refused on the way, and of trials that were left out."""
     texts = dict.fromkeys([*data.refused, *(report._data.get("refused") or [])])
     warn(f"refused: {text}" for text in texts if text not in before)
+    for result in report._data.get("results") or [report._data]:
+        left_out = [*result.get("left_out", []), *result.get("skipped", [])]
+        warn(f"left out: trial {one['trial']}: {one['reason']}" for one in left_out[:20])
+        if len(left_out) > 20:
+            warn([f"left out: {len(left_out) - 20} more trials; the report lists all"])
 
 
 def check(data: Data, *, progress: Progress = None) -> Report:
@@ -42,7 +47,11 @@ def check(data: Data, *, progress: Progress = None) -> Report:
 
     ``report.findings``: what physics does not allow; ``report.errors``: what was refused. Both empty: no errors.
     """
-    return Report(_stickslip.check(_data(data), progress))
+    of = _data(data)
+    before = set(of.refused)
+    report = Report(_stickslip.check(of, progress))
+    _refused(before, of, report)
+    return report
 
 
 def calibrate(
