@@ -53,6 +53,8 @@ pub struct Observer<R: Real> {
     threat: Option<R>,
     grip: Grip<R>,
     bearing: Bearing<R>,
+    /// Samples in a row in which the fingers let the object fall and the pose does not show it.
+    unseen: u8,
 }
 
 /// What one sample is.
@@ -104,6 +106,8 @@ pub struct Observed<R: Real> {
     pub over_s: R,
     /// Motion by the pose.
     pub moved: Option<Moved<R>>,
+    /// The fingers have let the object fall for a while, and the pose does not show it: one of the two is wrong, or late.
+    pub unseen: bool,
 }
 
 impl<R: Real> Observer<R> {
@@ -134,6 +138,7 @@ impl<R: Real> Observer<R> {
             plateau: Plateau::new(params.plateau),
             slid: false,
             bearing: Bearing::new(params.bearing),
+            unseen: 0,
         }
     }
 
@@ -245,8 +250,9 @@ impl<R: Real> Observer<R> {
         self.grip.follow(s.grip_n, load.map(|l| l.normal_n), s.dt_s);
         // Before the tare a constant error may look like any load.
         let now = both.filter(|_| self.tared >= self.params.tare_samples);
-        let bears = s.bearing_n.filter(|_| now.is_some());
-        let fallen = self.bearing.falls(bears, s.steered, s.dt_s);
+        // Its noise needs no tare.
+        let bears = s.bearing_n.filter(|_| both.is_some());
+        let fallen = self.bearing.falls(bears, s.steered || now.is_none(), s.dt_s);
         let falling = fallen > 0;
         // What was held is no limit: only more than that is slip.
         let noise = self.trend.noise();
@@ -280,6 +286,9 @@ impl<R: Real> Observer<R> {
             }
             None => self.motion.wait(s.dt_s),
         };
+        let rests = seen.moved.is_some_and(|m| !(m.slip_s > R::zero()));
+        self.unseen = if falling && rests { self.unseen.saturating_add(1) } else { 0 };
+        seen.unseen = self.unseen >= self.params.unseen_samples;
         let Some(now) = now else { return seen };
         let smooth = self.ratio.map_or(now, |r| r + (now - r) * self.params.smoothing);
         self.ratio = Some(smooth);

@@ -34,6 +34,9 @@ pub struct Params<R: Real> {
     pub ended_share: R,
     /// First guess of the ratio's noise, standard deviation. Doubled: slopes in the first second are proven later.
     pub noise: R,
+    /// Fingers that let the object fall for so many samples, which the pose does not show, contradict it: 24 ms, in which half of
+    /// gravity moves it by 1.4 mm. Doubled: poses that are late by less than 60 ms are not found out.
+    pub unseen_samples: u8,
     /// Friction, learnt.
     pub friction: FrictionParams<R>,
     /// Motion by the pose.
@@ -65,6 +68,7 @@ impl<R: Real> Default for Params<R> {
             threat_s: R::of(0.25),
             ended_share: R::of(0.97),
             noise: R::of(0.005),
+            unseen_samples: 6,
             friction: FrictionParams::default(),
             motion: MotionParams::default(),
             shear: ShearParams::default(),

@@ -108,7 +108,7 @@ impl<R: Real> Context<R> {
             }
             _ => None,
         };
-        self.observer.observe(&Seen {
+        let observed = self.observer.observe(&Seen {
             wrenches: &wrenches,
             grip_n: sample.grip_cmd_n,
             points_m,
@@ -123,7 +123,11 @@ impl<R: Real> Context<R> {
             effects,
             sliding: self.sliding,
             dt_s: drive.dt_s,
-        })
+        });
+        if observed.unseen {
+            *doubt |= validity::POSE;
+        }
+        observed
     }
 }
 

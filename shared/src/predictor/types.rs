@@ -254,8 +254,9 @@ pub mod validity {
     /// No look-ahead is finished yet: only the present is told.
     pub const NO_FORESIGHT: u32 = 1 << 15;
     /// The object's measured pose is far from the model's, and not used until it stays there; or it repeats
-    /// itself as no measurement does, and is not used; or each is given for several samples, and is late. Or the pusher, which
-    /// was there at first, is not measured: the step was made without it.
+    /// itself as no measurement does, and is not used; or each is given for several samples, and is late; or the fingers have let the
+    /// object fall for 24 ms and it does not show that. Or the pusher, which was there at first, is not measured: the step was
+    /// made without it.
     pub const POSE: u32 = 1 << 16;
     /// The model asks for friction pyramids, and a step was not solved with them within its part of the
     /// work: it was solved with the exact cone. No doubt of the flags.
