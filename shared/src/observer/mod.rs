@@ -250,9 +250,8 @@ impl<R: Real> Observer<R> {
         self.grip.follow(s.grip_n, load.map(|l| l.normal_n), s.dt_s);
         // Before the tare a constant error may look like any load.
         let now = both.filter(|_| self.tared >= self.params.tare_samples);
-        // Its noise needs no tare.
-        let bears = s.bearing_n.filter(|_| both.is_some());
-        let fallen = self.bearing.falls(bears, s.steered || now.is_none(), s.dt_s);
+        let bears = s.bearing_n.filter(|_| now.is_some());
+        let fallen = self.bearing.falls(bears, s.steered, s.dt_s);
         let falling = fallen > 0;
         // What was held is no limit: only more than that is slip.
         let noise = self.trend.noise();

@@ -56,9 +56,6 @@ pub struct PlateauParams<R: Real> {
     pub longest_knock: u8,
     /// It adds so much to the load. Doubled: smaller ones teach nothing.
     pub knock_share: R,
-    /// Means in which what was seen so far does not bound the noise of the next: 0.16 s at 250 Hz. Doubled: a load that comes
-    /// within 0.3 s of the start passes for noise.
-    pub first_means: u8,
 }
 
 impl<R: Real> Default for PlateauParams<R> {
@@ -78,7 +75,6 @@ impl<R: Real> Default for PlateauParams<R> {
             least_knock: 9,
             longest_knock: 25,
             knock_share: R::of(0.15),
-            first_means: 8,
         }
     }
 }
@@ -108,7 +104,6 @@ pub struct Plateau<R: Real> {
     spread: R,
     last_mean: R,
     since_mean: u8,
-    means: u8,
     /// Under this the object has come to rest, and it has not fallen much since; zero: none.
     borne: R,
 }
@@ -162,7 +157,6 @@ impl<R: Real> Plateau<R> {
             spread: zero,
             last_mean: zero,
             since_mean: 0,
-            means: 0,
             borne: zero,
         }
     }
@@ -228,17 +222,8 @@ impl<R: Real> Plateau<R> {
         let mean = (a + b + c + d + e) * R::of(0.2);
         let change = mean - self.last_mean;
         self.last_mean = mean;
-        self.means = self.means.saturating_add(1);
-        if self.means < 2 {
-            return;
-        }
-        let mut square = change * change * R::of(0.5);
-        if self.means >= self.params.first_means {
-            square = min(square, max(self.spread, s.noise * s.noise * R::of(0.2)) * R::of(4.0));
-        }
-        // The first count the same.
-        let share = max(R::of(0.05), R::one() / R::of(f64::from(self.means)));
-        self.spread += (square - self.spread) * share;
+        let most = max(self.spread, s.noise * s.noise * R::of(0.2)) * R::of(4.0);
+        self.spread += (min(change * change * R::of(0.5), most) - self.spread) * R::of(0.05);
     }
 
     /// Height at which a knock was clipped that has ended with this sample.

@@ -40,9 +40,6 @@ pub struct TrendParams<R: Real> {
     /// Share with which a block's noise enters the mean noise. Doubled: changes of noise are followed in
     /// 0.2 s.
     pub noise_share: R,
-    /// Blocks in which the first guess of the noise does not bound it: 0.1 s at 250 Hz. Doubled: a load that comes within
-    /// 0.2 s of the start passes for noise.
-    pub first_blocks: u8,
 }
 
 impl<R: Real> Default for TrendParams<R> {
@@ -55,7 +52,6 @@ impl<R: Real> Default for TrendParams<R> {
             sway_share: R::of(0.02),
             sway_most: R::of(6.0),
             noise_share: R::of(0.05),
-            first_blocks: 5,
         }
     }
 }
@@ -81,8 +77,6 @@ pub struct Trend<R: Real> {
     slopes: [R; BLOCKS + 1],
     sway: R,
     fits: u8,
-    /// Blocks whose noise was learnt.
-    noisy: u8,
 }
 
 /// What the last blocks show.
@@ -116,7 +110,6 @@ impl<R: Real> Trend<R> {
             slopes: [zero; BLOCKS + 1],
             sway: zero,
             fits: 0,
-            noisy: 0,
         }
     }
 
@@ -127,7 +120,7 @@ impl<R: Real> Trend<R> {
 
     /// Begins anew: what was seen belongs to another state of affairs.
     pub fn forget(&mut self) {
-        *self = Self { sway: self.sway, noisy: self.noisy, ..Self::new(self.variance, self.params) };
+        *self = Self { sway: self.sway, ..Self::new(self.variance, self.params) };
     }
 
     /// One sample, `dt_s` after the last.
@@ -148,12 +141,8 @@ impl<R: Real> Trend<R> {
         let mean = self.sum / n;
         let spread = max(self.squares - self.sum * mean, R::zero()) / (n - R::one());
         // A jump within the block is not noise.
-        let known = self.noisy >= self.params.first_blocks;
-        let spread = if known { min(spread, self.variance * R::of(9.0)) } else { spread };
-        self.noisy = self.noisy.saturating_add(1);
-        // The guess and the first blocks count the same.
-        let share = max(self.params.noise_share, R::one() / (R::of(f64::from(self.noisy)) + R::one()));
-        self.variance += (spread - self.variance) * share;
+        let spread = if spread > self.variance * R::of(9.0) { self.variance * R::of(9.0) } else { spread };
+        self.variance += (spread - self.variance) * self.params.noise_share;
         // Times count from now, so that they stay small.
         let mut newer = [mean + self.first, R::zero()];
         for place in self.means.iter_mut().rev() {

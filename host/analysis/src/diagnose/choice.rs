@@ -195,7 +195,7 @@ fn entangled(problem: &Problem, held: &Held) -> bool {
 }
 
 /// Whether something else stands behind what a fit leaves, however much it explains.
-pub fn poor(misfit: &Misfit) -> bool {
+fn poor(misfit: &Misfit) -> bool {
     Left::of(misfit).poor()
 }
 

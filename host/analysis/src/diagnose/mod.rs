@@ -36,8 +36,8 @@ use crate::model::candidate::{CandidateEffect, Described};
 use crate::progress::Progress;
 use beforehand::Start;
 use choice::{
-    Choice, MOST_EFFECTS, Pass, SEARCHED_AGAIN, SEARCHED_FURTHER, SURVIVORS, Stages, Tick, choose, poor,
-    sets, small_compliance, small_compliance_in,
+    Choice, MOST_EFFECTS, Pass, SEARCHED_AGAIN, SEARCHED_FURTHER, SURVIVORS, Stages, Tick, choose, sets,
+    small_compliance, small_compliance_in,
 };
 use findings::Findings;
 use misfit::Misfit;
@@ -46,7 +46,7 @@ use report::Report;
 use search::Search;
 use select::{Candidate, Held, candidates, explained, hold_out, search_again};
 use stickslip_data::{Dataset, Description};
-use verdict::{Doubt, Left, Signs, Verdict};
+use verdict::{Doubt, Left, Signs, UNEXPLAINED, Verdict};
 
 pub use verdict::{FEWEST_CONDITIONS, RELEVANT};
 
@@ -236,7 +236,7 @@ fn find(
     let mut stages = Stages::new();
     let mut again = None;
     if worth_a_name {
-        if first.first().is_some_and(|c| poor(&c.held.misfit)) {
+        if first.first().is_some_and(|c| c.held.beyond(start).exceeds(UNEXPLAINED)) {
             search_again(problem, start, &others, &mut first, (SEARCHED_FURTHER, Search::Grid), tick);
         }
         choice = choose(problem, start, &first, trials, &mut stages, (pass, Search::Quick), tick);

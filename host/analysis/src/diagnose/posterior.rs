@@ -12,10 +12,11 @@
 //! pseudo-BMA+, Yao et al. 2018).
 //!
 //! The law of an effect may be wrong by [`FORM`] of what it explains. A wrong form is wrong in every condition
-//! alike: in each place it is one unknown `e` of standard normal density, which adds `e f_c` to condition `c`,
-//! `f_c` being [`FORM`] of what the set explains there. Its estimate is taken off, at the price of its prior and
-//! of its uncertainty (Laplace's approximation), so that an effect that only takes up what another's law leaves
-//! wins a few units by it however many conditions there are, and not a few in each.
+//! alike: in each place it is one unknown `e`, which adds `e f_c` to condition `c`, `f_c` being [`FORM`] of what
+//! the set explains there. Its estimate is taken off at the price of its uncertainty. Places are not independent
+//! either, as one law acts in all of them: the largest `e` has a standard normal density, the others are within
+//! it. So an effect that only takes up what another's law leaves wins a few units by it, however many conditions
+//! and places there are.
 //!
 //! Before the data each of `n` effects is as likely as any other: a set of `k` has `n^-k` of the empty one. What
 //! is not listed is as likely as one that is, and may be missing
@@ -116,7 +117,7 @@ pub fn posterior(
     for held in fits {
         let ids = effects(held, given, &unnamed);
         let places = places(problem, &held.residual);
-        let total = of_each_place(&places, &base).iter().map(|p| p.log_density(&even)).sum::<f64>();
+        let total = log_density(&of_each_place(&places, &base), &even);
         if sets.get(&ids).is_none_or(|s| total > s.0) {
             sets.insert(ids, (total, held, places));
         }
@@ -220,9 +221,8 @@ pub struct LeftInPlace {
 }
 
 impl LeftInPlace {
-    /// Logarithm of its density but for a constant, `weight` being how much each condition counts.
-    #[must_use]
-    pub fn log_density(&self, weight: &[f64]) -> f64 {
+    /// Logarithm of its density but for a constant, `weight` being how much each condition counts, and `e`.
+    fn log_density(&self, weight: &[f64]) -> (f64, f64) {
         let of = |c: usize| weight.get(c).copied().unwrap_or(0.0);
         let sum = |f: &dyn Fn(f64, f64) -> f64| {
             self.seen.iter().map(|(c, x, form)| of(*c) * f(*x, *form)).sum::<f64>()
@@ -230,8 +230,17 @@ impl LeftInPlace {
         let precision = 1.0 + sum(&|_, form| form * form);
         let e = sum(&|x, form| x * form) / precision;
         let left = sum(&|x, form| ((x - e * form).powi(2) / FREEDOM).ln_1p());
-        -0.5 * ((FREEDOM + 1.0) * left + e * e + precision.ln())
+        (-0.5 * ((FREEDOM + 1.0) * left + precision.ln()), e)
     }
+}
+
+/// The same of all places.
+fn log_density(places: &[LeftInPlace], weight: &[f64]) -> f64 {
+    let (sum, e) = places
+        .iter()
+        .map(|p| p.log_density(weight))
+        .fold((0.0, 0.0_f64), |(sum, most), (one, e)| (sum + one, most.max(e)));
+    sum - 0.5 * e * e
 }
 
 /// `left` by place; `base` is what the model misses without effects.
@@ -275,10 +284,8 @@ pub fn weights(rows: &[(Vec<LeftInPlace>, f64)], conditions: usize, tempered: f6
             (0..conditions).map(|_| -f64::ln(rng.random_range(f64::MIN_POSITIVE..1.0))).collect();
         let sum: f64 = weight.iter().sum();
         weight.iter_mut().for_each(|w| *w *= tempered * conditions as f64 / sum);
-        let logs: Vec<f64> = rows
-            .iter()
-            .map(|(places, prior)| places.iter().map(|p| p.log_density(&weight)).sum::<f64>() + prior)
-            .collect();
+        let logs: Vec<f64> =
+            rows.iter().map(|(places, prior)| log_density(places, &weight) + prior).collect();
         let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let all: f64 = logs.iter().map(|l| (l - most).exp()).sum();
         for (o, l) in out.iter_mut().zip(&logs) {

@@ -36,12 +36,13 @@ fn conditions_that_are_wrong_alike_count_as_fewer() {
 }
 
 #[test]
-fn a_further_effect_that_takes_up_the_form_of_a_law_wins_no_more_by_more_conditions() {
-    let further = |conditions: usize, form: f64| {
-        let of = |x: f64| left(&vec![x; conditions], form);
+fn a_further_effect_that_takes_up_the_form_of_a_law_wins_no_more_by_more_conditions_or_places() {
+    let further = |conditions: usize, places: usize, form: f64| {
+        let of = |x: f64| left(&vec![x; conditions], form).repeat(places);
         weights(&[(of(4.0), 0.0), (of(0.5), -(25.0_f64).ln())], conditions, 1.0)[1]
     };
-    assert!(further(8, 5.0) < 0.1 && further(40, 5.0) < 0.1, "{} {}", further(8, 5.0), further(40, 5.0));
+    let got = [further(8, 1, 5.0), further(40, 1, 5.0), further(8, 30, 5.0)];
+    assert!(got.iter().all(|p| *p < 0.1), "{got:?}");
     // Where the law explains nothing, what is left is no matter of its form.
-    assert!(further(8, 0.0) > 0.999);
+    assert!(further(8, 1, 0.0) > 0.999);
 }

@@ -62,11 +62,11 @@ fn predictions_of_the_worst_runs_are_these_bits() {
 }
 
 const DEMO: [(&str, u32); 9] = [
-    ("linear_push-obj4-g20-v10-s0-r1", 0x4cba1993),
-    ("pivot-obj4-g20-w10-o15-r1", 0x428a4691),
+    ("linear_push-obj4-g20-v10-s0-r1", 0x0c8d593f),
+    ("pivot-obj4-g20-w10-o15-r1", 0x451b0387),
     ("roll-obj1-g3-v15-r1", 0x46ae1c32),
     ("linear_push-obj4-g20-v10-s0-r2", 0x88007efd),
-    ("pivot-obj4-g20-w10-o15-r2", 0x14b4de2b),
+    ("pivot-obj4-g20-w10-o15-r2", 0xb535c603),
     ("roll-obj1-g3-v15-r2", 0x21994f4b),
     ("linear_push-obj4-g20-v10-s0-r3", 0x85f10363),
     ("pivot-obj4-g20-w10-o15-r3", 0xff90e404),
