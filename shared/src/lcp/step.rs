@@ -51,7 +51,7 @@ use heapless::Vec;
 pub use params::{FirstEdge, PyramidParams};
 pub use point::{Past, Points};
 use point::{Point, damping, expect, in_range};
-use slide::{Slide, unit};
+use slide::{Slide, Track, unit};
 
 /// Turns of a pyramid below this are not made, rad: a hundredth of a degree changes nothing that is measured.
 const LEAST_TURN: f64 = 2e-4;
@@ -59,9 +59,6 @@ const LEAST_TURN: f64 = 2e-4;
 /// Factors serve for a step that is longer or shorter by such a share: sample times in single precision differ by less, and
 /// what the factors are wrong by the balance shows.
 const SAME_DT: f64 = 1e-3;
-
-/// A point on the path.
-type Track<R> = law::Track<R, DOF, ()>;
 
 /// Working memory of a solve.
 #[derive(Clone, Debug)]

@@ -38,7 +38,7 @@ fn conditions_that_are_wrong_alike_count_as_fewer() {
 #[test]
 fn a_further_effect_that_takes_up_the_form_of_a_law_wins_no_more_by_more_conditions_or_places() {
     let further = |conditions: usize, places: usize, form: f64| {
-        let of = |x: f64| left(&vec![x; conditions], form).repeat(places);
+        let of = |x: f64| (0..places).flat_map(|_| left(&vec![x; conditions], form)).collect();
         weights(&[(of(4.0), 0.0), (of(0.5), -(25.0_f64).ln())], conditions, 1.0)[1]
     };
     let got = [further(8, 1, 5.0), further(40, 1, 5.0), further(8, 30, 5.0)];

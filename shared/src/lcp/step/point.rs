@@ -1,7 +1,6 @@
 //! A point of the step: what it is, what it did, and where the path begins with it.
 
-use super::Track;
-use super::slide::unit;
+use super::slide::{Track, unit};
 use crate::lcp::contact::polygon::Polygon;
 use crate::linear::Vec7;
 use crate::real::{Real, Vec3, max, sqrt};

@@ -1,10 +1,12 @@
 //! How a point slides: its friction, and its slip along and across it.
 
-use super::Track;
-use crate::lcp::contact::law::{Mode, add_scaled};
+use crate::lcp::contact::law::{self, Mode, add_scaled};
 use crate::lcp::contact::polygon::along;
 use crate::real::{Real, sqrt};
 use crate::solve::DOF;
+
+/// A point on the path.
+pub(super) type Track<R> = law::Track<R, DOF, ()>;
 
 /// A point that slides, in the axes of its pyramid.
 pub(super) struct Slide<R> {
