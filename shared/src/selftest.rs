@@ -112,9 +112,12 @@ fn random_model(draw: &mut Draw) -> Model<f32> {
     for _ in 0..draw.below(3) {
         let Some(info) = REGISTRY.get(draw.below(REGISTRY.len() as u32) as usize) else { continue };
         let mut parameters = [0.0; MAX_PARAMETERS];
-        for (p, i) in parameters.iter_mut().zip(info.parameters) {
-            *p = i.typical as f32 * draw.within(0.3, 1.0);
-            *p = p.clamp(i.low as f32, i.high as f32);
+        // As many draws for each, so that a new parameter leaves the other trials as they are.
+        for (k, p) in parameters.iter_mut().enumerate() {
+            let level = draw.within(0.3, 1.0);
+            if let Some(i) = info.parameters.get(k) {
+                *p = (i.typical as f32 * level).clamp(i.low as f32, i.high as f32);
+            }
         }
         let _ = effects.push(Effect { code: info.code, parameters });
     }
