@@ -38,7 +38,7 @@ mod params;
 mod point;
 mod slide;
 
-use super::contact::law::{self, Mode, add_scaled, dot};
+use super::contact::law::{Mode, add_scaled, dot};
 use super::contact::path::{End, Equations, follow};
 use super::contact::polygon::{Polygon, along};
 use crate::linear::{Factors, Kept, Mat7, Vec7};
