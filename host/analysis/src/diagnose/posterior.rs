@@ -25,7 +25,7 @@
 //!   ([`RELEVANT`]), for `n^-(k+1)`;
 //! - in place of it, and only look like it. The more a set explains, the less likely that is by chance: a
 //!   direction at random in `2 m` dimensions beyond the set's own has all but `1 - rho` of its square in the set with
-//!   probability `(1 - rho)^m`, and there are `n^k` sets. `m` follows from how often that happens ([`ALIKE`]).
+//!   probability `(1 - rho)^m`, and there are `n^k` sets. `m` follows from how often that happens (`ALIKE`).
 
 use std::collections::BTreeMap;
 
