@@ -72,6 +72,9 @@ struct Problem<'a, R: Real, const NC: usize> {
     points: &'a mut [Point<R>],
     tracks: &'a mut Vec<Track<R>, NC>,
     answers: &'a mut Vec<Answer<R>, NC>,
+    inertia: Inertia<R>,
+    budget: SolveBudget<R>,
+    params: &'a PyramidParams<R>,
 }
 
 /// Solves the step's contact problem with friction pyramids, starting from the velocity `guess` (the last
@@ -144,24 +147,6 @@ impl<R: Real, const NC: usize> Paths<R, NC> {
         kept: &mut Kept<R>,
     ) -> Solved<R> {
         self.answers.clear();
-        let lost = points.lost;
-        let Self { tracks, answers } = self;
-        Problem { points: &mut points.list, tracks, answers }.solve(lost, bodies, guess, budget, params, kept)
-    }
-}
-
-impl<R: Real, const NC: usize> Problem<'_, R, NC> {
-    #[inline(always)]
-    fn solve(
-        mut self,
-        lost: bool,
-        bodies: &Bodies<R>,
-        guess: &[R; DOF],
-        budget: &SolveBudget<R>,
-        params: &PyramidParams<R>,
-        kept: &mut Kept<R>,
-    ) -> Solved<R> {
-        let budget = budget.bounded_for(self.points.len());
         let mut solved = Solved {
             velocity: *guess,
             status: SolveStatus::Numerical,
@@ -169,57 +154,42 @@ impl<R: Real, const NC: usize> Problem<'_, R, NC> {
             iterations: 0,
             evaluations: 0,
         };
-        let i = &bodies.inertia_kg_m2;
-        let rate = R::one() / bodies.dt_s;
-        let radius = sqrt((i[0][0] + i[1][1] + i[2][2]) / (R::of(3.0) * bodies.mass_kg));
-        let scale = R::one() / radius;
-        let good = rate > R::zero() && radius > R::zero() && bodies.jaw_mass_kg > R::zero();
-        if !(good && self.points.iter().all(|p| in_range(&p.given))) {
+        let Some(inertia) = Inertia::of(bodies).filter(|_| points.list.iter().all(|p| in_range(&p.given)))
+        else {
             solved.status = SolveStatus::BadInput;
             return solved;
+        };
+        if !(points.lost || points.list.len() > MAX_POINTS) {
+            let budget = budget.bounded_for(points.list.len());
+            let Self { tracks, answers } = self;
+            let problem = Problem { points: &mut points.list, tracks, answers, inertia, budget, params };
+            problem.solve(bodies.dt_s, guess, kept, &mut solved);
         }
-        if lost || self.points.len() > MAX_POINTS {
-            return solved;
-        }
-        let scaled = |v: &Vec7<R>, by: R| [v[0], v[1], v[2], v[3] * by, v[4] * by, v[5] * by, v[6]];
-        let mut mass = [[R::zero(); DOF]; DOF];
-        for r in 0..3 {
-            mass[r][r] = bodies.mass_kg * rate;
-            for c in 0..3 {
-                mass[3 + r][3 + c] = i[r][c] * rate * scale * scale;
-            }
-        }
-        mass[6][6] = bodies.jaw_mass_kg * rate;
-        let mut inertia = Inertia { mass, free: scaled(&bodies.free, radius), rate: bodies.mass_kg * rate };
-        let guess = scaled(guess, radius);
-        let polygon = Polygon::new(params.edges);
-        self.load(&polygon, scale, &guess, params);
-        let inertial = inertia.mass;
-        self.add_dampers(&mut inertia.mass);
-        let mut equations = Equations::new(&polygon, Some(&inertia.mass));
+        solved
+    }
+}
+
+impl<R: Real, const NC: usize> Problem<'_, R, NC> {
+    #[inline(always)]
+    fn solve(mut self, dt_s: R, guess: &[R; DOF], kept: &mut Kept<R>, solved: &mut Solved<R>) {
+        let guess = self.inertia.scaled(guess);
+        let polygon = Polygon::new(self.params.edges);
+        self.load(&polygon, &guess);
+        let damped = self.damped();
+        let mut equations = Equations::new(&polygon, Some(&damped));
         let first = if self.points.iter().any(|p| p.past.is_some()) { Start::Before } else { Start::Guess };
         let mut begun = None;
         let arrived = 'arrived: {
             if first == Start::Before {
-                let at = self.start(&polygon, &inertial, &inertia, &guess, first);
+                let at = self.start(&polygon, &guess, first);
                 solved.evaluations += 1;
-                if self.rests(&at, &budget, params, &mut solved) {
+                if self.rests(&at, solved) {
                     break 'arrived Some(guess);
                 }
-                let same_dt = abs(kept.dt_s - bodies.dt_s) <= bodies.dt_s * R::of(SAME_DT);
+                let same_dt = abs(kept.dt_s - dt_s) <= dt_s * R::of(SAME_DT);
                 if same_dt && kept.modes == self.modes() {
                     equations.borrow(&kept.factors);
-                    let end = self.repeat(
-                        &equations,
-                        &inertial,
-                        &inertia,
-                        &guess,
-                        &at,
-                        &budget,
-                        params,
-                        &mut solved,
-                    );
-                    if let Some(velocity) = end {
+                    if let Some(velocity) = self.repeat(&equations, &guess, &at, solved) {
                         break 'arrived Some(velocity);
                     }
                 } else {
@@ -228,19 +198,18 @@ impl<R: Real, const NC: usize> Problem<'_, R, NC> {
             }
             kept.dt_s = R::zero();
             for start in [first, Start::Guess, Start::Open] {
-                let mut velocity = if start == Start::Open { inertia.free } else { guess };
+                let mut velocity = if start == Start::Open { self.inertia.free } else { guess };
                 let mut at = match begun.take() {
                     Some(at) => at,
-                    None => self.start(&polygon, &inertial, &inertia, &velocity, start),
+                    None => self.start(&polygon, &velocity, start),
                 };
                 // A repair that takes longer than a cold start is none.
                 let most = if start == Start::Open { 20 } else { 2 } * self.points.len() as u32 + 10;
-                for _ in 0..params.paths {
-                    let left =
-                        budget.evaluations_beside(solved.iterations + 1).saturating_sub(solved.evaluations);
+                for _ in 0..self.params.paths {
+                    let left = self.left(solved);
                     if left == 0 {
                         solved.status = SolveStatus::IterationLimit;
-                        return solved;
+                        return;
                     }
                     solved.iterations += 1;
                     let limit = most.min(left);
@@ -249,70 +218,64 @@ impl<R: Real, const NC: usize> Problem<'_, R, NC> {
                     if end != End::Arrived {
                         break;
                     }
-                    if self.polish(
-                        &mut equations,
-                        &inertial,
-                        &inertia,
-                        &mut velocity,
-                        &budget,
-                        params,
-                        &mut solved,
-                    ) {
+                    if self.polish(&mut equations, &mut velocity, solved) {
                         break 'arrived Some(velocity);
                     }
-                    at = self.balance(&inertial, &inertia, &velocity);
-                    for track in self.tracks.iter_mut() {
-                        track.offset = [R::zero(); 3];
-                    }
+                    at = self.set_out(&velocity);
                 }
             }
             None
         };
         if let Some(velocity) = arrived {
-            self.finish(&mut equations, &inertial, &inertia, velocity, scale, &budget, params, &mut solved);
+            self.finish(&mut equations, velocity, solved);
             // Where nothing was solved, those at hand are still what they were.
             if equations.has_factors() {
-                self.keep(&equations, bodies.dt_s, kept);
+                *kept = Kept { factors: equations.factors(), modes: self.modes(), dt_s };
             }
         }
-        solved
+    }
+
+    /// Evaluations that are left for a path, beside its factorisation.
+    fn left(&self, solved: &Solved<R>) -> u32 {
+        self.budget.evaluations_beside(solved.iterations + 1).saturating_sub(solved.evaluations)
+    }
+
+    /// Begins another path where the last one ended.
+    fn set_out(&mut self, velocity: &Vec7<R>) -> Balance<R> {
+        let at = self.balance(velocity);
+        for track in self.tracks.iter_mut() {
+            track.offset = [R::zero(); 3];
+        }
+        at
     }
 
     /// Whether the guess is the answer already: every point does what it did, and that balances as exactly as is asked.
-    fn rests(
-        &self,
-        at: &Balance<R>,
-        budget: &SolveBudget<R>,
-        params: &PyramidParams<R>,
-        solved: &mut Solved<R>,
-    ) -> bool {
-        let tolerance_n = at.tolerance_n(budget, params);
+    fn rests(&self, at: &Balance<R>, solved: &mut Solved<R>) -> bool {
+        self.balanced(at, solved) && self.tracks.iter().all(|track| track.offset == [R::zero(); 3])
+    }
+
+    /// Whether it balances as exactly as is asked.
+    fn balanced(&self, at: &Balance<R>, solved: &mut Solved<R>) -> bool {
         solved.residual_n = at.residual_n();
-        solved.residual_n <= tolerance_n && self.tracks.iter().all(|track| track.offset == [R::zero(); 3])
+        solved.residual_n <= at.tolerance_n(&self.budget, self.params)
     }
 
     /// Steps with the equations at hand while every point does what they are for; whether that solves it.
-    #[allow(clippy::too_many_arguments)]
     #[inline(never)]
     fn polish(
         &mut self,
         equations: &mut Equations<'_, R, DOF>,
-        inertial: &Mat7<R>,
-        inertia: &Inertia<R>,
         velocity: &mut Vec7<R>,
-        budget: &SolveBudget<R>,
-        params: &PyramidParams<R>,
         solved: &mut Solved<R>,
     ) -> bool {
-        for _ in 0..=params.polish_steps {
-            let (at, same) = self.evaluate(equations.polygon, inertial, inertia, velocity);
+        for _ in 0..=self.params.polish_steps {
+            let same = self.answer_to(equations.polygon, velocity);
+            let at = self.balance(velocity);
             solved.evaluations += 1;
-            let tolerance_n = at.tolerance_n(budget, params);
-            solved.residual_n = at.residual_n();
-            if solved.residual_n <= tolerance_n {
+            if self.balanced(&at, solved) {
                 return true;
             }
-            if !same || solved.work() >= budget.max_work {
+            if !same || solved.work() >= self.budget.max_work {
                 return false;
             }
             add_scaled(velocity, -R::one(), &equations.solve(&at.rest));
@@ -321,43 +284,31 @@ impl<R: Real, const NC: usize> Problem<'_, R, NC> {
     }
 
     /// Takes the solution at `velocity`, or the one with pyramids turned to the slip that it has.
-    #[allow(clippy::too_many_arguments)]
     #[inline(never)]
     fn finish(
         &mut self,
         equations: &mut Equations<'_, R, DOF>,
-        inertial: &Mat7<R>,
-        inertia: &Inertia<R>,
-        velocity: Vec7<R>,
-        scale: R,
-        budget: &SolveBudget<R>,
-        params: &PyramidParams<R>,
+        mut velocity: Vec7<R>,
         solved: &mut Solved<R>,
     ) {
-        let scaled = |v: &Vec7<R>| [v[0], v[1], v[2], v[3] * scale, v[4] * scale, v[5] * scale, v[6]];
-        let mut velocity = velocity;
         self.answer(equations.polygon);
         solved.status = SolveStatus::Solved;
-        solved.velocity = scaled(&velocity);
+        solved.velocity = self.inertia.unscaled(&velocity);
         let mut best_n = self.misfit_n();
         let mut residual_n = solved.residual_n;
-        for _ in 0..params.turns {
-            let ends = params.first_edge != FirstEdge::Slip || solved.work() >= budget.max_work;
+        for _ in 0..self.params.turns {
+            let ends = self.params.first_edge != FirstEdge::Slip || solved.work() >= self.budget.max_work;
             if ends || !self.turn(equations, &mut velocity) {
                 break;
             }
-            let mut good = self.polish(equations, inertial, inertia, &mut velocity, budget, params, solved);
-            let left = budget.evaluations_beside(solved.iterations + 1).saturating_sub(solved.evaluations);
+            let mut good = self.polish(equations, &mut velocity, solved);
+            let left = self.left(solved);
             if !good && left > 0 {
-                let at = self.balance(inertial, inertia, &velocity);
-                for track in self.tracks.iter_mut() {
-                    track.offset = [R::zero(); 3];
-                }
+                let at = self.set_out(&velocity);
                 solved.iterations += 1;
                 let (end, kinks) = follow(equations, self.tracks, &mut velocity, &at.rest, left);
                 solved.evaluations = solved.evaluations.saturating_add(kinks);
-                good = end == End::Arrived
-                    && self.polish(equations, inertial, inertia, &mut velocity, budget, params, solved);
+                good = end == End::Arrived && self.polish(equations, &mut velocity, solved);
             }
             if !good {
                 break;
@@ -367,15 +318,10 @@ impl<R: Real, const NC: usize> Problem<'_, R, NC> {
                 best_n = misfit_n;
                 residual_n = solved.residual_n;
                 self.answer(equations.polygon);
-                solved.velocity = scaled(&velocity);
+                solved.velocity = self.inertia.unscaled(&velocity);
             }
         }
         solved.residual_n = residual_n;
-    }
-
-    /// Keeps the factors for the next step.
-    fn keep(&self, equations: &Equations<'_, R, DOF>, dt_s: R, kept: &mut Kept<R>) {
-        *kept = Kept { factors: equations.factors(), modes: self.modes(), dt_s };
     }
 
     /// Friction that does not act against the slip: of every point that slides times the squared sine of the angle
@@ -446,7 +392,8 @@ impl<R: Real, const NC: usize> Problem<'_, R, NC> {
 
     /// Rows, constants and compliances of every point; its pyramid is turned as friction acts at `v`.
     #[inline(never)]
-    fn load(&mut self, polygon: &Polygon<R>, scale: R, v: &Vec7<R>, params: &PyramidParams<R>) {
+    fn load(&mut self, polygon: &Polygon<R>, v: &Vec7<R>) {
+        let (params, scale) = (self.params, self.inertia.scale);
         let (zero, one) = (R::zero(), R::one());
         let (linear, angular) = (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]));
         let wider = if params.circumscribed { one / polygon.apothem } else { one };
@@ -491,8 +438,9 @@ impl<R: Real, const NC: usize> Problem<'_, R, NC> {
         }
     }
 
-    /// Adds what viscous friction does whatever the normal force to the masses.
-    fn add_dampers(&self, mass: &mut Mat7<R>) {
+    /// The masses, with what viscous friction does whatever the normal force.
+    fn damped(&self) -> Mat7<R> {
+        let mut mass = self.inertia.mass;
         for (p, track) in self.points.iter().zip(self.tracks.iter()) {
             let damping = damping(p, track);
             if !(damping > R::zero()) {
@@ -504,10 +452,12 @@ impl<R: Real, const NC: usize> Problem<'_, R, NC> {
                 }
             }
         }
+        mass
     }
 
     /// `M (v - v_free) / dt` less the forces of the points, which are `impulse` of their tracks with their speeds.
-    fn balance(&self, inertial: &Mat7<R>, inertia: &Inertia<R>, v: &Vec7<R>) -> Balance<R> {
+    fn balance(&self, v: &Vec7<R>) -> Balance<R> {
+        let inertia = &self.inertia;
         let zero = R::zero();
         let mut change = *v;
         let mut rounding_n = zero;
@@ -520,13 +470,13 @@ impl<R: Real, const NC: usize> Problem<'_, R, NC> {
         // Blocks: the object's velocity, its angular velocity, the jaw.
         let row = |r: &[R; DOF]| r[3] * change[3] + r[4] * change[4] + r[5] * change[5];
         let mut rest = [
-            inertial[0][0] * change[0],
-            inertial[1][1] * change[1],
-            inertial[2][2] * change[2],
-            row(&inertial[3]),
-            row(&inertial[4]),
-            row(&inertial[5]),
-            inertial[6][6] * change[6],
+            inertia.mass[0][0] * change[0],
+            inertia.mass[1][1] * change[1],
+            inertia.mass[2][2] * change[2],
+            row(&inertia.mass[3]),
+            row(&inertia.mass[4]),
+            row(&inertia.mass[5]),
+            inertia.mass[6][6] * change[6],
         ];
         let mut scale_n = R::of(1e-6);
         for k in [0, 1, 2, 6] {
@@ -560,14 +510,7 @@ impl<R: Real, const NC: usize> Problem<'_, R, NC> {
 
     /// Modes, trial impulses and offsets with which the path begins at `v`.
     #[inline(never)]
-    fn start(
-        &mut self,
-        polygon: &Polygon<R>,
-        inertial: &Mat7<R>,
-        inertia: &Inertia<R>,
-        v: &Vec7<R>,
-        start: Start,
-    ) -> Balance<R> {
+    fn start(&mut self, polygon: &Polygon<R>, v: &Vec7<R>, start: Start) -> Balance<R> {
         let zero = R::zero();
         let golden = R::of(0.618_033_988_749_894_9);
         let (mut approach, mut share) = (zero, zero);
@@ -598,20 +541,7 @@ impl<R: Real, const NC: usize> Problem<'_, R, NC> {
             track.mode = track.classified(polygon);
             track.impulse = track.impulse_of(polygon, &track.trial);
         }
-        self.balance(inertial, inertia, v)
-    }
-
-    /// The balance at `v`, and whether every point does there what it did on the path.
-    #[inline(never)]
-    fn evaluate(
-        &mut self,
-        polygon: &Polygon<R>,
-        inertial: &Mat7<R>,
-        inertia: &Inertia<R>,
-        v: &Vec7<R>,
-    ) -> (Balance<R>, bool) {
-        let same = self.answer_to(polygon, v);
-        (self.balance(inertial, inertia, v), same)
+        self.balance(v)
     }
 
     /// Impulses and modes of the points at `v`; whether the modes are those on the path.
@@ -649,17 +579,12 @@ impl<R: Real, const NC: usize> Problem<'_, R, NC> {
     ///
     /// The trial impulses of a mode are a convex set: where all end in the modes in which they began, the path of
     /// [`follow`] has no kink, and this is its solution without a matrix.
-    #[allow(clippy::too_many_arguments)]
     #[inline(never)]
     fn repeat(
         &mut self,
         equations: &Equations<'_, R, DOF>,
-        inertial: &Mat7<R>,
-        inertia: &Inertia<R>,
         guess: &Vec7<R>,
         at: &Balance<R>,
-        budget: &SolveBudget<R>,
-        params: &PyramidParams<R>,
         solved: &mut Solved<R>,
     ) -> Option<Vec7<R>> {
         let zero = R::zero();
@@ -674,16 +599,14 @@ impl<R: Real, const NC: usize> Problem<'_, R, NC> {
         }
         let mut velocity = *guess;
         let mut least_n = at.residual_n();
-        for _ in 0..=params.polish_steps {
+        for _ in 0..=self.params.polish_steps {
             add_scaled(&mut velocity, -R::one(), &equations.solve(&rest));
             solved.evaluations += 1;
             if !self.answer_to(equations.polygon, &velocity) {
                 return None;
             }
-            let at = self.balance(inertial, inertia, &velocity);
-            let tolerance_n = at.tolerance_n(budget, params);
-            solved.residual_n = at.residual_n();
-            if solved.residual_n <= tolerance_n {
+            let at = self.balance(&velocity);
+            if self.balanced(&at, solved) {
                 return Some(velocity);
             }
             // Others' factors that do not bring it down by a power of ten a step cost more than own ones.

@@ -111,18 +111,19 @@ pub fn posterior(
     unnamed: impl Fn(&Held, &'static str) -> bool,
 ) -> Posterior {
     let Some(first) = fits.first() else { return Posterior::default() };
-    let mut sets: BTreeMap<Vec<&'static str>, (f64, &Held, Places)> = BTreeMap::new();
+    let mut sets: BTreeMap<Vec<&'static str>, Fitted> = BTreeMap::new();
     let base = places(problem, &first.residual);
     let even = vec![1.0; problem.campaign.conditions];
     for held in fits {
         let ids = effects(held, given, &unnamed);
         let places = places(problem, &held.residual);
-        let total = log_density(&of_each_place(&places, &base), &even);
-        if sets.get(&ids).is_none_or(|s| total > s.0) {
-            sets.insert(ids, (total, held, places));
+        let left = of_each_place(&places, &base);
+        let total = log_density(&left, &even);
+        if sets.get(&ids).is_none_or(|s| total > s.total) {
+            sets.insert(ids, Fitted { held, places, left, total });
         }
     }
-    let best = sets.values().max_by(|a, b| a.0.total_cmp(&b.0)).map_or(*first, |s| s.1);
+    let best = sets.values().max_by(|a, b| a.total.total_cmp(&b.total)).map_or(*first, |s| s.held);
     let conditions = problem.campaign.conditions as f64;
     let tempered = 1.0 / (1.0 + (conditions - 1.0) * between_conditions(problem, &best.residual));
     let ln_n = (REGISTRY.len() as f64).ln();
@@ -132,31 +133,38 @@ pub fn posterior(
         let left = (1.0 - explained(&first.misfit, &held.misfit)).clamp(f64::MIN_POSITIVE, 1.0);
         (ids.len() as f64 * ln_n + chance * left.ln()).min(0.0)
     };
-    let most_alike = sets.iter().map(|(ids, s)| looks_like(ids, s.1)).fold(0.0, f64::min);
-    let mut rows = Vec::new();
-    for (ids, (_, held, places)) in &sets {
+    let most_alike = sets.iter().map(|(ids, s)| looks_like(ids, s.held)).fold(0.0, f64::min);
+    let (mut rows, mut named) = (Vec::new(), Vec::new());
+    for (ids, s) in sets {
         let k = ids.len() as f64;
-        let complete = of_each_place(&completed(places, held, first), &base);
-        rows.push((of_each_place(places, &base), -k * ln_n));
         let (beside, instead) = match ids.is_empty() {
             // Nothing that is listed: yet one of the sets explains what it does.
-            true => (f64::NEG_INFINITY, most_alike - ln_n),
-            false => (-(k + 1.0) * ln_n, looks_like(ids, held) - ln_n),
+            true => (0.0, (most_alike - ln_n).exp()),
+            false => ((-(k + 1.0) * ln_n).exp(), (looks_like(&ids, s.held) - ln_n).exp()),
         };
-        rows.push((complete.clone(), beside));
-        rows.push((complete, instead));
+        rows.push((of_each_place(&completed(&s.places, s.held, first), &base), (beside + instead).ln()));
+        rows.push((s.left, -k * ln_n));
+        named.push((ids, if beside > 0.0 { beside / (beside + instead) } else { 0.0 }));
     }
     let mean = weights(&rows, problem.campaign.conditions, tempered);
     let mut out = Posterior { conditions: conditions * tempered, ..Posterior::default() };
-    for (effects, row) in sets.into_keys().zip(mean.chunks(3)) {
-        let [alone, beside, instead] = *row else { break };
+    for ((effects, share), row) in named.into_iter().zip(mean.chunks(2)) {
+        let [complete, alone] = *row else { break };
+        let beside = complete * share;
         out.beside += beside;
-        out.unlisted += instead;
-        let probability = alone + beside;
-        out.sets.push(Weighed { effects, probability });
+        out.unlisted += complete - beside;
+        out.sets.push(Weighed { effects, probability: alone + beside });
     }
     out.sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     out
+}
+
+/// A set of effects as it was fitted best.
+struct Fitted<'a> {
+    held: &'a Held,
+    places: Places,
+    left: Vec<LeftInPlace>,
+    total: f64,
 }
 
 /// `places` of `held` as something beside its effects would leave them that takes up what is worth a name.
