@@ -27,6 +27,7 @@ pub mod decide;
 mod describe;
 mod evidence;
 mod follow;
+mod late;
 mod outlook;
 pub mod params;
 mod patch;
@@ -59,6 +60,7 @@ use crate::work::TICK_WORK;
 use clock::Clock;
 use context::Context;
 use follow::Unfollowed;
+use late::lateness;
 use patch::{patch_arm, sliding_share, torsion_arm};
 use tracked::Tracked;
 
@@ -87,6 +89,7 @@ impl<R: Real> Predictor<R> {
                 health: Health::default(),
                 observer: Observer::new(model.friction.finger),
                 sliding: sliding_share(&model),
+                late_s: lateness(&model),
                 torsion_arm_m: torsion_arm(&model, patch_arm(&scene)),
                 scene,
                 model,
@@ -150,6 +153,7 @@ impl<R: Real> Predictor<R> {
             tracked.kept = [Kept::nothing(); 2];
         }
         context.sliding = sliding_share(&model);
+        context.late_s = lateness(&model);
         context.torsion_arm_m = torsion_arm(&model, patch_arm(&scene));
         context.scene = scene;
         context.model = model;

@@ -10,14 +10,53 @@ use stickslip_analysis::run::replay::{Feed, feed};
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::warnings::{Key, TrialKey, until_s};
 use stickslip_data::Index;
-use stickslip_shared::model::Model;
-use stickslip_shared::predictor::{Limits, Plan, Prediction, Predictor};
+use stickslip_shared::model::{Model, Scene};
+use stickslip_shared::predictor::{Limits, ModelError, Plan, Prediction, Predictor, validate};
 use stickslip_shared::wire::Sample;
 
 use crate::degrade::Fault;
 
 /// Samples whose forces a threshold averages.
 const SMOOTHED: usize = 10;
+
+/// A predictor as a unit has it that stays on from one trial to the next: what it has learnt of friction, pads, clocks and
+/// noise it knows in the next grasp of the same object.
+#[derive(Debug, Default)]
+pub struct Unit {
+    on: Option<(Predictor<f32>, Scene<f32>, Model<f64>)>,
+}
+
+impl Unit {
+    /// Ready for a trial: the same predictor where scene and model are those of the last one, else one that knows nothing.
+    ///
+    /// # Errors
+    /// The predictor refuses scene or model.
+    pub fn begin(
+        &mut self,
+        feed: &Feed,
+        model: &Model<f64>,
+        limits: Limits,
+        ordinal: usize,
+    ) -> Result<&mut Predictor<f32>, ModelError> {
+        let mut on = match self.on.take().filter(|on| on.2 == *model) {
+            Some(mut on) => {
+                if on.1 != feed.scene {
+                    validate(&feed.scene, &model.cast())?;
+                    on.0.swap(feed.scene.clone(), model.cast(), limits);
+                    on.1 = feed.scene.clone();
+                }
+                on
+            }
+            None => {
+                (Predictor::new(feed.scene.clone(), model.cast(), limits)?, feed.scene.clone(), model.clone())
+            }
+        };
+        on.0.restart();
+        on.0.set_plan(feed.plan.clone());
+        on.0.set_trial(ordinal as f32);
+        Ok(&mut self.on.insert(on).0)
+    }
+}
 
 /// One trial.
 pub struct Grasp<'a> {
@@ -49,11 +88,18 @@ impl Grasp<'_> {
     ///
     /// # Errors
     /// Where it refuses scene or model.
-    pub fn predictions(&self, pose: ObjectPose, plan: bool) -> anyhow::Result<Vec<Prediction>> {
-        let mut predictor = Predictor::new(self.feed.scene.clone(), self.model.cast(), Limits::default())
+    pub fn predictions(
+        &self,
+        unit: &mut Unit,
+        pose: ObjectPose,
+        plan: bool,
+    ) -> anyhow::Result<Vec<Prediction>> {
+        let predictor = unit
+            .begin(&self.feed, &self.model, Limits::default(), self.ordinal)
             .map_err(|why| anyhow::anyhow!("trial {}: scene or model refused: {why:?}", self.trial))?;
-        predictor.set_plan(if plan { self.feed.plan.clone() } else { Plan::default() });
-        predictor.set_trial(self.ordinal as f32);
+        if !plan {
+            predictor.set_plan(Plan::default());
+        }
         let mut started = false;
         let of = self.feed.samples.iter().map(|s| {
             let mut sample = *s;
@@ -103,14 +149,15 @@ pub fn key_of(folder: &Path) -> PathBuf {
     if own.exists() { own } else { folder.join("../key.json") }
 }
 
-/// What `of` makes of each trial of `folder`, in order. `key` and `model` in place of those beside the data.
+/// What `of` makes of each trial of `folder`, in order, by one unit that `stays_on` or by one for each. `key` and `model` in place of those beside the data.
 ///
 /// # Errors
 /// Where the key, the model or the data cannot be read, or `of` fails.
 pub fn each<T: Send>(
     folder: &Path,
     (key, model): (Option<&Path>, Option<&Path>),
-    of: impl Fn(Grasp<'_>) -> anyhow::Result<T> + Sync,
+    stays_on: bool,
+    of: impl Fn(Grasp<'_>, &mut Unit) -> anyhow::Result<T> + Sync,
 ) -> anyhow::Result<Vec<T>> {
     let path = key.map_or_else(|| key_of(folder), Path::to_owned);
     let text =
@@ -121,7 +168,7 @@ pub fn each<T: Send>(
     let beside = [folder.join("model.toml"), folder.join("../model.toml")];
     let told = model.or_else(|| beside.iter().find(|p| p.exists()).map(PathBuf::as_path));
     let model = model_or_default(told)?;
-    let grasp = |(ordinal, info): (usize, &stickslip_data::TrialInfo)| {
+    let grasp = |unit: &mut Unit, (ordinal, info): (usize, &stickslip_data::TrialInfo)| {
         let truth = key
             .trials
             .get(&info.trial)
@@ -133,7 +180,15 @@ pub fn each<T: Send>(
         feed.plan.segments.iter_mut().for_each(|s| s.grip_n = first as f32);
         let t_s = times(&feed);
         let until_s = until_s(truth, &t_s);
-        of(Grasp { trial: &info.trial, ordinal, truth, feed, model: model.clone(), t_s, until_s })
+        of(Grasp { trial: &info.trial, ordinal, truth, feed, model: model.clone(), t_s, until_s }, unit)
     };
-    index.trials.par_iter().enumerate().map(grasp).collect()
+    match stays_on {
+        true => {
+            let mut unit = Unit::default();
+            index.trials.iter().enumerate().map(|trial| grasp(&mut unit, trial)).collect()
+        }
+        false => {
+            index.trials.par_iter().enumerate().map(|trial| grasp(&mut Unit::default(), trial)).collect()
+        }
+    }
 }

@@ -157,6 +157,10 @@ pub trait Law<R: Real>: Sync {
     fn torsion_arm(&self, _p: &[R; MAX_PARAMETERS], arm_m: R) -> R {
         arm_m
     }
+    /// By how much the object's pose is late, s.
+    fn pose_late_s(&self, _p: &[R; MAX_PARAMETERS]) -> R {
+        R::zero()
+    }
     /// Changes what the sensors show.
     fn sense(&self, _p: &[R; MAX_PARAMETERS], _c: &StepContext<R>, _reading: &mut Reading<R>) {}
 }

@@ -23,6 +23,10 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for MocapLatency {
+    fn pose_late_s(&self, p: &[R; MAX_PARAMETERS]) -> R {
+        p[0]
+    }
+
     fn sense(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, reading: &mut Reading<R>) {
         if p[0] == R::zero() {
             return;

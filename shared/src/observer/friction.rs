@@ -3,7 +3,8 @@
 //! Before anything is seen it lies about the model's value, with the spread of calibrations on other days. What the object
 //! slides with is the coefficient, and only varies from slip to slip. What was held without slip is there: a load that
 //! stays, or a knock that was withstood, where the pose shows that nothing moved. It cuts off what lies below. All of it
-//! fades: the median goes back to the told value and the spread to that of the told.
+//! fades: the median goes back to the rig's and the spread to what a grasp has about it. The rig's is told by the model at first, and
+//! then by the grasps that slid.
 //!
 //! The distribution is log-logistic (Fisk, Econometrica 29, 1961): more than `x` with the probability `S(x) = 1 / (1 + (x / m)^k)`, of
 //! median `m`, and `k = pi / (sqrt(3) s)` with the standard deviation `s` of the logarithm. Its tails are heavier than those of
@@ -12,17 +13,19 @@
 
 use crate::real::{Real, clamp, max, min, sqrt};
 
+/// Degrees of freedom of what one grasp tells of the rig. Doubled: a wet patch moves the next grasps twice as far.
+const FREEDOM: f64 = 4.0;
+
 /// What was chosen in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionParams<R: Real> {
-    /// Relative standard deviation of the friction told: within 15 % on other days, and 8 % from grasp to grasp. Doubled:
+    /// Relative standard deviation of the friction told: within 15 % on other days, and from grasp to grasp. Doubled:
     /// trends are warned of at half of the told friction, and jumps of the load to 0.7 of it are slip without a pose.
     pub spread_told: R,
     /// The same of friction that a slip has told: what it varies by from slip to slip. Doubled: warnings that come
     /// 6 % below the limit come 12 % below.
     pub spread_learnt: R,
-    /// The same from grasp to grasp of the same object, which comes on top where the contact is made anew. Doubled: what one
-    /// grasp taught is as uncertain in the next as what was told.
+    /// The same from grasp to grasp of a rig, about its own. Doubled: grasps tell next to nothing of the next ones.
     pub spread_grasp: R,
     /// Probability of the least friction: there is more with this one. Twice as near to 1: trends are warned of 3 % of the
     /// friction earlier.
@@ -98,11 +101,24 @@ pub struct Use<R: Real> {
     pub steered: bool,
 }
 
+/// What is known of the friction about which a rig's grasps lie.
+#[derive(Clone, Copy, Debug)]
+struct Rig<R: Real> {
+    median: R,
+    /// Of the logarithm of the median.
+    variance: R,
+    /// Relative standard deviation of the friction in a grasp.
+    spread: R,
+}
+
 /// State.
 #[derive(Clone, Debug)]
 pub struct Friction<R: Real> {
     params: FrictionParams<R>,
     told: R,
+    rig: Rig<R>,
+    /// What the last slip of this grasp that was long enough has told.
+    slid_at: Option<R>,
     /// Of the distribution, before what was held cuts it off.
     median: R,
     /// Relative standard deviation of it.
@@ -117,6 +133,24 @@ pub struct Friction<R: Real> {
     peak: R,
 }
 
+impl<R: Real> Rig<R> {
+    /// Knows of one grasp more, in which the object slid at a friction of `slid_at`: the posterior of a mean about which
+    /// grasps are normal. One that is far off (a wet patch) counts less: as if of Student's distribution.
+    fn told_by(&self, slid_at: R, params: &FrictionParams<R>) -> Self {
+        if !(slid_at > R::zero() && self.median > R::zero()) {
+            return *self;
+        }
+        let of_grasp = params.spread_grasp * params.spread_grasp;
+        let seen = of_grasp + params.spread_learnt * params.spread_learnt;
+        let off = (slid_at / self.median).ln();
+        let freedom = R::of(FREEDOM);
+        let weight = (freedom + R::one()) / (freedom + off * off / (self.variance + seen));
+        let gain = self.variance / (self.variance + seen / weight);
+        let variance = self.variance - self.variance * gain;
+        Self { median: self.median * (off * gain).exp(), variance, spread: sqrt(variance + of_grasp) }
+    }
+}
+
 impl<R: Real> Friction<R> {
     /// Knows what the model says.
     pub fn new(told: R) -> Self {
@@ -126,11 +160,20 @@ impl<R: Real> Friction<R> {
     /// The same with other tuning than the default.
     pub fn with(told: R, params: FrictionParams<R>) -> Self {
         let zero = R::zero();
+        let of_rig = params.spread_told * params.spread_told - params.spread_grasp * params.spread_grasp;
+        Self::of(Rig { median: told, variance: max(of_rig, zero), spread: params.spread_told }, told, params)
+    }
+
+    /// A grasp in which nothing was seen yet.
+    fn of(rig: Rig<R>, told: R, params: FrictionParams<R>) -> Self {
+        let zero = R::zero();
         Self {
             params,
             told,
-            median: told,
-            spread: params.spread_told,
+            rig,
+            slid_at: None,
+            median: rig.median,
+            spread: rig.spread,
             proven: zero,
             holds: zero,
             level: zero,
@@ -215,11 +258,14 @@ impl<R: Real> Friction<R> {
         }
     }
 
-    /// Another grasp of the same object: keeps what was learnt, and is less sure of it.
+    /// Another grasp with the same fingers: friction varies from grasp to grasp about that of the rig, of which the slips
+    /// of this one tell.
     pub fn regrasped(&self) -> Self {
-        let FrictionParams { spread_grasp, spread_told, .. } = self.params;
-        let spread = min(sqrt(self.spread * self.spread + spread_grasp * spread_grasp), spread_told);
-        Self { median: self.median, spread, ..Self::with(self.told, self.params) }
+        Self::of(
+            self.slid_at.map_or(self.rig, |slid_at| self.rig.told_by(slid_at, &self.params)),
+            self.told,
+            self.params,
+        )
     }
 
     /// Forgets what was learnt.
@@ -243,6 +289,7 @@ impl<R: Real> Friction<R> {
                 self.median = clamp(self.median + (seen.needed - self.median) * gain, low, high);
                 if seen.slip_s.is_some_and(|s| s > self.params.learnt_s) {
                     self.spread = self.params.spread_learnt;
+                    self.slid_at = Some(self.median);
                 }
                 self.proven = R::zero();
             }
@@ -250,8 +297,8 @@ impl<R: Real> Friction<R> {
             return;
         }
         let fade = dt_s / self.params.fade_s;
-        self.median += (self.told - self.median) * fade;
-        self.spread += (self.params.spread_told - self.spread) * fade;
+        self.median += (self.rig.median - self.median) * fade;
+        self.spread += (self.rig.spread - self.spread) * fade;
         self.proven -= self.proven * fade;
         if seen.steered || !(self.level > R::zero()) {
             self.level = seen.needed;

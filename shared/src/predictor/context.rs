@@ -28,6 +28,8 @@ pub(super) struct Context<R: Real> {
     pub(super) observer: Observer<R>,
     /// Friction while sliding over that at rest, by the model's effects.
     pub(super) sliding: R,
+    /// By how much the object's pose is late, by the model's effects, s.
+    pub(super) late_s: R,
     /// Arm of a finger's torsional friction, the model's effects included, m.
     pub(super) torsion_arm_m: R,
     pub(super) last: Prediction,

@@ -93,8 +93,13 @@ impl<R: Real> Context<R> {
         }
         // One that is held is late, and better than none.
         let mut object = sample.object.filter(|_| repeats != Repeats::Frozen);
+        let is_late = self.late_s != R::zero() && self.scene.fingers.is_some();
+        let of_one_moment = is_late.then(|| tracked.waiting.in_grasp(self.late_s, sample, object));
+        if of_one_moment == Some(None) {
+            object = None;
+        }
         if let Some(seen) = object {
-            let measured = poses.carrier.to_local(&seen);
+            let measured = of_one_moment.flatten().unwrap_or_else(|| poses.carrier.to_local(&seen));
             let strayed = self.correct(tracked, &measured);
             tracked.strayed = if strayed { tracked.strayed.saturating_add(1) } else { 0 };
             // What slides leaves the model step by step, a wild pose jumps.
@@ -134,6 +139,7 @@ impl<R: Real> Context<R> {
             doubt |= validity::NO_PLAN;
         }
         let seen = object.zip(sample.gripper).map(|(object, gripper)| gripper.to_local(&object));
+        let seen = of_one_moment.flatten().filter(|_| object.is_some()).or(seen);
         let observed =
             self.observe(tracked, &out, sample, &drive, &present, seen.as_ref(), effects, &mut doubt);
         let mut p = self.describe(tracked, &out, &observed, &present);

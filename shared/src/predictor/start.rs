@@ -3,6 +3,7 @@
 
 use super::context::Context;
 use super::decide::Alarms;
+use super::late::Waiting;
 use super::sag::Sag;
 use super::tracked::Tracked;
 use super::types::Sample;
@@ -62,6 +63,7 @@ impl<R: Real> Context<R> {
             pusher: poses.pusher.map(|p| PathFilter::new(p, self.track.path)),
             acceleration: Acceleration::new(poses.carrier.position_m, self.track.acceleration),
             gaining_s: R::zero(),
+            waiting: Waiting::new(),
         })
     }
 

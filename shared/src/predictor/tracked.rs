@@ -2,6 +2,7 @@
 
 use super::ahead::{Ahead, Foreseen};
 use super::decide::Alarms;
+use super::late::Waiting;
 use super::params::Params;
 use super::sag::Sag;
 use crate::cone::Kept;
@@ -51,6 +52,8 @@ pub(super) struct Tracked<R: Real> {
     /// By the gripper's measured pose; for how long what it explains still matters, s.
     pub(super) acceleration: Acceleration<R>,
     pub(super) gaining_s: R,
+    /// Where the object's poses are late.
+    pub(super) waiting: Waiting<R>,
 }
 
 impl<R: Real> Tracked<R> {

@@ -46,13 +46,46 @@ fn what_a_slip_told_is_narrow_at_first_and_widens_to_the_spread_of_the_told() {
     let width = |f: &Friction<f32>| f.least() / f.estimate();
     assert!((slid.estimate() - 0.3).abs() < 0.005, "{}", slid.estimate());
     assert!((0.92..0.96).contains(&width(&slid)), "{}", width(&slid));
-    // Another grasp of the same object is 8 % more uncertain, ...
-    let again = slid.regrasped();
-    assert!((0.80..0.86).contains(&width(&again)), "{}", width(&again));
-    assert_eq!(again.estimate(), slid.estimate());
-    // ... and ten minutes later the slip says nothing.
+    // Ten minutes later it says nothing.
     let old = after(600.0, 0.1, None, slid);
     assert!((old.estimate() - TOLD).abs() < 1e-3 && (width(&old) - 0.75).abs() < 0.005, "{}", width(&old));
+}
+
+#[test]
+fn a_rig_that_has_slid_in_many_grasps_knows_the_next_as_well_as_its_grasps_vary() {
+    // 300 rigs, told wrongly by 9 %, whose grasps vary by 8 %: log-normal draws.
+    let mut state = 1u64;
+    let mut uniform = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((state >> 40) as f32 + 0.5) / (1u64 << 24) as f32
+    };
+    let mut normal = move || (-2.0 * uniform().ln()).sqrt() * (core::f32::consts::TAU * uniform()).cos();
+    let (mut enough, mut first, mut last) = ([0; 2], 0.0, 0.0);
+    for _ in 0..300 {
+        let of_rig = TOLD * (0.09 * normal()).exp();
+        let mut friction = Friction::new(TOLD);
+        for grasp in 0..12 {
+            let of_grasp = of_rig * (0.08 * normal()).exp();
+            if grasp == 0 || grasp == 11 {
+                enough[usize::from(grasp == 11)] += u32::from(friction.least() < of_grasp);
+                *(if grasp == 0 { &mut first } else { &mut last }) += friction.least() / of_rig / 300.0;
+            }
+            friction = after(0.2, of_grasp, Some(0.1), friction).regrasped();
+        }
+    }
+    // Said is 98.75 %: 296 of 300.
+    assert!(enough[0] >= 288 && enough[1] >= 288, "{enough:?}");
+    assert!(last > first + 0.05, "{first} {last}");
+}
+
+#[test]
+fn one_grasp_on_a_wet_patch_moves_the_next_less_than_as_many_told_percent_would() {
+    let next =
+        |slid_at: f32| after(0.2, slid_at, Some(0.1), Friction::new(TOLD)).regrasped().estimate() / TOLD;
+    // Halfway between what was told and what was seen, ...
+    assert!((0.93..0.96).contains(&next(0.9 * TOLD)), "{}", next(0.9 * TOLD));
+    // ... and what cannot be the rig's is hardly believed.
+    assert!(next(0.3 * TOLD) > 0.8, "{}", next(0.3 * TOLD));
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use nalgebra::UnitQuaternion;
 use proptest::prelude::*;
+use stickslip_shared::effects::{Effect, MAX_PARAMETERS, mocap_latency};
 use stickslip_shared::model::{Base, FingerContact, Friction, Model, Object, Scene, Shape};
 use stickslip_shared::predictor::{
     Intent, Limits, Plan, Prediction, Predictor, Sample, Segment, Slip, flags, validity,
@@ -270,6 +271,47 @@ proptest! {
             prop_assert!(p.finger.iter().all(|f| !f.slip.in_s().is_some_and(f32::is_nan)));
         }
     }
+}
+
+/// The gripper sways by 40 mm at 1.5 Hz for four seconds and the object with it; its pose is `late_s` late, and slips by
+/// 1 mm at 3.1 s. When a slip is flagged, by a predictor that is told of `told_s`.
+fn slips_flagged_s(late_s: f32, told_s: f32) -> Vec<f32> {
+    let mut model = model();
+    let mut parameters = [0.0; MAX_PARAMETERS];
+    parameters[0] = told_s;
+    model.effects.push(Effect { code: mocap_latency::INFO.code, parameters }).unwrap();
+    let mut hold = Hold::new(20.0);
+    hold.predictor = Predictor::new(scene(), model, Limits::default()).unwrap();
+    let place_m = |t_s: f32| 0.04 * (9.42 * t_s.max(0.0)).sin();
+    (0..1000)
+        .filter_map(|tick| {
+            let t_s = tick as f32 * DT;
+            let slipped_m = if t_s - late_s > 3.1 { 1e-3 } else { 0.0 };
+            let mut sample = hold.sample(20.0, WEIGHT_N, slipped_m);
+            // Its mass is borne along X.
+            for w in sample.finger.iter_mut().flatten() {
+                w[0] -= 0.5 * 0.2 * 9.42 * 9.42 * place_m(t_s);
+            }
+            sample.gripper = Some(Pose { position_m: Vec3::new(place_m(t_s), 0.0, 0.0), ..Pose::identity() });
+            if let Some(object) = &mut sample.object {
+                object.position_m.x += place_m(t_s - late_s);
+            }
+            let p = hold.predictor.tick(&sample);
+            (p.flags & (flags::SLIP_1 | flags::SLIP_2) != 0).then_some(t_s)
+        })
+        .collect()
+}
+
+#[test]
+fn poses_that_are_late_or_early_as_the_model_knows_raise_no_alarm_and_show_the_slip_as_late_as_they_are() {
+    for late_s in [0.048, 0.0055, 0.001, -0.001, -0.0055] {
+        let told = slips_flagged_s(late_s, late_s);
+        let first = told.first().copied().unwrap_or(f32::INFINITY);
+        assert!((3.1..3.13 + late_s.max(0.0)).contains(&first), "{late_s} s late and told: {first}");
+    }
+    // Not told, they slide with every move.
+    let untold = slips_flagged_s(0.048, 0.0);
+    assert!(untold.first().is_some_and(|t| *t < 1.0), "{untold:?}");
 }
 
 #[test]

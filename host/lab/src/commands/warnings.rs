@@ -35,6 +35,9 @@ pub struct Args {
     /// Give the predictor no plan
     #[arg(long)]
     pub no_plan: bool,
+    /// One unit takes the trials in turn, and keeps what it learns
+    #[arg(long)]
+    pub stays_on: bool,
     /// Spoil the samples, or the model, first
     #[arg(long, value_enum, value_name = "FAULT")]
     pub degrade: Option<Fault>,
@@ -134,12 +137,14 @@ pub(super) fn rate(events: &Events) -> String {
 
 /// Figures of the predictor and of the threshold in each trial.
 fn judge_set(args: &Args, folder: &Path) -> anyhow::Result<Vec<([Figures; 2], Doubts)>> {
-    grasps::each(folder, (args.key.as_deref(), args.model.as_deref()), |mut grasp| {
+    let beside = (args.key.as_deref(), args.model.as_deref());
+    grasps::each(folder, beside, args.stays_on, |mut grasp, unit| {
         if let Some(fault) = args.degrade {
             grasp.spoil(fault);
         }
         let Grasp { truth, until_s: until, .. } = grasp;
-        let raised: Vec<u32> = grasp.predictions(args.pose, !args.no_plan)?.iter().map(|p| p.flags).collect();
+        let raised: Vec<u32> =
+            grasp.predictions(unit, args.pose, !args.no_plan)?.iter().map(|p| p.flags).collect();
         let t_s = &grasp.t_s;
         let up = |mask: u32| -> Vec<Episode> { episodes(t_s, raised.iter().map(|f| f & mask != 0), until) };
         let slip = up(SLIPS);

@@ -1,0 +1,99 @@
+//! Poses of one moment, where the model knows that the object's arrives late.
+//!
+//! A pose that is `L` late shows the object where it was `L` ago. Put together with the gripper's present pose, it seems to
+//! move in the grasp by `L v` in every move at `v`, and a move of 0.5 m/s with poses 5 ms late looks as a slip of 2.5 mm.
+//! The gripper's poses are kept, and the object's is seen from where the gripper was `L` ago, between two samples. Where `L` is
+//! negative, an earlier pose of the object is taken: never one between two, whose noise would be less than that of a pose, and
+//! hardly differ from sample to sample. A slip is seen as late as the poses are.
+
+use super::types::Sample;
+use crate::model::Model;
+use crate::real::{Real, Vec3};
+use crate::rotation::turned;
+use crate::track::Pose;
+use heapless::history_buf::HistoryBuf;
+
+/// Poses of the gripper that are kept: 0.12 s at 250 Hz. What is later is seen as if it were so much late.
+const GRIPPERS: usize = 32;
+/// Poses of the object that are kept: 32 ms at 250 Hz, by which poses may be early.
+const OBJECTS: usize = 8;
+
+/// By how much the object's pose is late, by the model's effects, s.
+pub(super) fn lateness<R: Real>(model: &Model<R>) -> R {
+    model.effects.iter().fold(R::zero(), |late_s, e| {
+        late_s + crate::effects::law::<R>(e.code).map_or_else(R::zero, |law| law.pose_late_s(&e.parameters))
+    })
+}
+
+/// Poses that wait for those of their moment, with their times.
+#[derive(Clone, Debug)]
+pub(super) struct Waiting<R: Real> {
+    grippers: HistoryBuf<(R, Pose<R>), GRIPPERS>,
+    objects: HistoryBuf<(R, Pose<R>), OBJECTS>,
+    /// Of the last object's pose that was used.
+    used_s: Option<R>,
+}
+
+impl<R: Real> Waiting<R> {
+    pub(super) fn new() -> Self {
+        Self { grippers: HistoryBuf::new(), objects: HistoryBuf::new(), used_s: None }
+    }
+
+    /// The object as it was seen from the gripper at one moment; `None` where there is no pose that was not used before.
+    pub(super) fn in_grasp(
+        &mut self,
+        late_s: R,
+        sample: &Sample<R>,
+        object: Option<Pose<R>>,
+    ) -> Option<Pose<R>> {
+        if let Some(gripper) = sample.gripper {
+            self.grippers.write((sample.t_s, gripper));
+        }
+        if let Some(object) = object {
+            self.objects.write((sample.t_s, object));
+        }
+        // By half a sample the gripper is foreseen: to wait for the next one would take a whole.
+        let mut newest = self.grippers.oldest_ordered().rev();
+        let [last_s, before_s] = [(); 2].map(|()| newest.next().map_or(sample.t_s, |(at_s, _)| *at_s));
+        let soon_s = last_s + (last_s - before_s) * R::of(0.5);
+        let taken_s = |at_s: R| at_s - late_s;
+        let mut known = self.objects.oldest_ordered().rev();
+        let (at_s, object) = *known.find(|(at_s, _)| !(taken_s(*at_s) > soon_s))?;
+        if self.used_s == Some(at_s) {
+            return None;
+        }
+        let gripper = self.gripper_at(taken_s(at_s))?;
+        self.used_s = Some(at_s);
+        Some(gripper.to_local(&object))
+    }
+
+    /// The gripper, between two samples or a little after the last.
+    fn gripper_at(&self, t_s: R) -> Option<Pose<R>> {
+        let full = self.grippers.len() == GRIPPERS;
+        let mut pair = [None; 2];
+        for entry in self.grippers.oldest_ordered() {
+            pair = [pair[1], Some(entry)];
+            if entry.0 > t_s {
+                break;
+            }
+        }
+        match pair {
+            [Some(before), Some(after)] => Some(between(before, after, t_s)),
+            // Later than what is kept.
+            [None, Some(first)] if full || !(first.0 > t_s) => Some(first.1),
+            _ => None,
+        }
+    }
+}
+
+fn between<R: Real>(a: &(R, Pose<R>), b: &(R, Pose<R>), t_s: R) -> Pose<R> {
+    let share = (t_s - a.0) / (b.0 - a.0);
+    let (a, b) = (&a.1, &b.1);
+    let turn = (b.rotation * a.rotation.inverse()).into_inner();
+    let side = if turn.w < R::zero() { -R::one() } else { R::one() };
+    let by_rad = Vec3::new(turn.i, turn.j, turn.k) * (R::of(2.0) * side * share);
+    Pose {
+        position_m: a.position_m + (b.position_m - a.position_m) * share,
+        rotation: turned(&a.rotation, &by_rad),
+    }
+}
