@@ -149,9 +149,7 @@ impl Own {
         let way_s = if of_force { offset_s + force_s } else { force_s - offset_s };
         Ok(Self { offset_s, sd_s: 0.5 * half_s, curves, hidden_s, of_force, force_s, way_s, force, way })
     }
-}
 
-impl Own {
     /// What it says if its onsets have curve `k`: no more than what is likely at all, where they cannot.
     fn curve(&self, k: usize) -> OfCurve {
         let own = OfCurve { offset_s: self.offset_s, sd_s: self.sd_s, misfit: MOST };
