@@ -16,6 +16,7 @@ fn repeated() -> Dataset {
         for (k, trial) in pushes.iter().enumerate() {
             let mut trial = trial.clone();
             trial.info.trial = format!("b{block}r{k}");
+            trial.info.run = Some((3 * block + k) as i64);
             data.trials.push(trial);
         }
     }
