@@ -9,6 +9,7 @@ use stickslip_shared::model::{MAX_EFFECTS, MAX_FORMULAS, Model};
 use crate::calibrate::{self, name};
 use crate::fit::campaign::Campaign;
 use crate::fit::{self, Estimate, Fit, FitError, Free, Options};
+use crate::left_out::LeftOut;
 use crate::model::candidate::CandidateEffect;
 use crate::model::file::{EffectEntry, ModelFile};
 use crate::progress::Progress;
@@ -19,6 +20,10 @@ pub struct Report {
     /// With the fitted values and their intervals.
     #[serde(skip)]
     pub model: ModelFile,
+    /// Trials that were used.
+    pub trials: usize,
+    /// Trials that were left out, and why.
+    pub left_out: Vec<LeftOut>,
     /// One for each parameter that was fitted.
     pub parameters: Vec<Estimate>,
     /// What cannot be told apart or seen, in words.
@@ -120,7 +125,7 @@ fn fitted(
     let covariance = kept.iter().map(|i| kept.iter().map(|j| joint.covariance[*i][*j]).collect()).collect();
     model.set_values(&settled);
     model.set_intervals(parameters.iter().map(|e| (e.name.as_str(), [e.low, e.high])));
-    Ok(Report { model, parameters, notes, covariance })
+    Ok(Report { model, trials: joint.trials, left_out: joint.left_out, parameters, notes, covariance })
 }
 
 /// Rounds of friction and effects in turn.
@@ -176,6 +181,8 @@ struct Joint {
     covariance: Vec<Vec<f64>>,
     notes: Vec<String>,
     unseen: Vec<Free>,
+    trials: usize,
+    left_out: Vec<LeftOut>,
 }
 
 /// Fits friction and all effects of `file`, whose last `new` effects start from a screening of
@@ -230,6 +237,6 @@ fn with_effects(
         ));
     }
     let free = all(fitted.model.effects.len());
-    let Fit { model, estimates, covariance, notes, unseen, .. } = fitted;
-    Ok(Joint { model, free, estimates, covariance, notes, unseen })
+    let Fit { model, estimates, covariance, notes, unseen, trials, left_out, .. } = fitted;
+    Ok(Joint { model, free, estimates, covariance, notes, unseen, trials, left_out })
 }

@@ -4,8 +4,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_data::Dataset;
 
-use crate::diagnose::{self, experiment::Experiment};
+use crate::diagnose::{self, Telling, experiment::Experiment};
 use crate::fit::FitError;
+use crate::left_out::LeftOut;
 use crate::model::candidate::CandidateEffect;
 use crate::model::file::ModelFile;
 use crate::progress::Progress;
@@ -49,6 +50,10 @@ pub struct Report {
     pub between: [&'static str; 2],
     /// Best first.
     pub experiments: Vec<Experiment>,
+    /// Trials that were used.
+    pub trials: usize,
+    /// Trials that were left out, and why.
+    pub left_out: Vec<LeftOut>,
 }
 
 /// Why nothing can be suggested.
@@ -86,6 +91,6 @@ pub fn suggest(
     options.check(model)?;
     progress.begin("fitting", diagnose::steps() as usize);
     let found = diagnose::suggest(data, model, (&options.between, &options.own), MOST, &|| progress.step(1))?;
-    let (between, experiments) = found.ok_or(SuggestError::NoCandidates)?;
-    Ok(Report { between, experiments })
+    let Telling { between, experiments, trials, left_out } = found.ok_or(SuggestError::NoCandidates)?;
+    Ok(Report { between, experiments, trials, left_out })
 }

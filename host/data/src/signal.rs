@@ -2,8 +2,6 @@
 //!
 //! Import and `check` tell clocks apart by onsets, the same way.
 
-use nalgebra::{SMatrix, SVector};
-
 /// The rest at the start that gives the baseline, s.
 const BASELINE_S: f64 = 0.05;
 /// Beyond so many standard deviations a signal has left its baseline, in three samples in a row.
@@ -40,52 +38,138 @@ pub fn white_noise(values: impl Iterator<Item = f64>) -> Option<f64> {
 /// never leaves it.
 #[must_use]
 pub fn onset(signal: &[(f64, [f64; 6])], over: usize) -> Option<(f64, f64)> {
-    let (start_s, _) = signal.first()?;
-    let early = signal.iter().take_while(|(t, _)| t - start_s <= BASELINE_S).count();
-    let rest = signal.get(..early).filter(|rest| rest.len() >= 3)?;
-    let base: [f64; 6] = std::array::from_fn(|k| rest.iter().map(|(_, x)| x[k]).sum::<f64>() / early as f64);
-    let sigma: [f64; 6] =
-        std::array::from_fn(|k| white_noise(signal.iter().map(|(_, x)| x[k])).unwrap_or(0.0));
-    let total = sigma.iter().map(|s| s * s).sum::<f64>().sqrt();
-    let away: Vec<[f64; 6]> = signal.iter().map(|(_, x)| std::array::from_fn(|k| x[k] - base[k])).collect();
-    let size = |x: &[f64; 6]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let largest = away.iter().map(size).fold(0.0, f64::max);
-    let means: Vec<f64> = away
-        .windows(over)
-        .map(|w| size(&std::array::from_fn(|k| w.iter().map(|x| x[k]).sum::<f64>() / over as f64)))
-        .collect();
-    let sigma = total / (over as f64).sqrt();
-    let beyond = |limit: f64| means.windows(3).position(|three| three.iter().all(|x| *x > limit));
-    let left = beyond((LEAVES * sigma).max(0.02 * largest))?;
-    let until = beyond((FITTED * sigma).max(0.06 * largest)).unwrap_or(left).max(left) + over;
-    // One channel: the way along which it leaves.
-    let to = away.get(until.min(away.len() - 1))?;
-    let scale = size(to);
-    let along: Vec<(f64, f64)> = signal
-        .iter()
-        .zip(&away)
-        .take(until)
-        .map(|((t, _), x)| (*t, x.iter().zip(to).map(|(a, b)| a * b).sum::<f64>() / scale))
-        .collect();
-    let corner = |at_s: f64| {
-        let (mut a, mut b) = (SMatrix::<f64, 2, 2>::zeros(), SVector::<f64, 2>::zeros());
-        for (t, x) in &along {
-            let h = SVector::<f64, 2>::new(1.0, (t - at_s).max(0.0));
-            a += h * h.transpose();
-            b += h * *x;
-        }
-        let solved = a.cholesky().map(|c| c.solve(&b))?;
-        let left = |(t, x): &(f64, f64)| (x - solved[0] - solved[1] * (t - at_s).max(0.0)).powi(2);
-        Some(along.iter().map(left).sum::<f64>())
-    };
-    let (first_s, last_s) = (along.first()?.0, along.last()?.0);
-    let step_s = (last_s - first_s) / along.len().saturating_sub(1).max(1) as f64;
-    let tried = (3..4 * along.len().saturating_sub(1)).map(|k| first_s + 0.25 * step_s * k as f64);
-    let fits: Vec<(f64, f64)> = tried.filter_map(|at| Some((at, corner(at)?))).collect();
-    let least = fits.iter().map(|(_, squares)| *squares).reduce(f64::min)?;
-    let variance = least / along.len().max(3) as f64 + f64::MIN_POSITIVE;
-    let likely = || fits.iter().filter(|(_, squares)| *squares <= least + variance).map(|(at, _)| *at);
+    let rise = Rise::of(signal, over)?;
+    let fits = rise.corners(rise.first_s(), &|since_s| since_s);
+    let variance = least(&fits)? / rise.along.len().max(3) as f64 + f64::MIN_POSITIVE;
+    likely(&fits, variance, rise.step_s)
+}
+
+/// A corner in a signal's time, s, and the sum of squares that the fit with it leaves.
+pub type Corner = (f64, f64);
+
+/// Least sum of squares of some corners.
+#[must_use]
+pub fn least(corners: &[Corner]) -> Option<f64> {
+    corners.iter().map(|(_, squares)| *squares).reduce(f64::min)
+}
+
+/// Middle and half range of the corners whose sum of squares is within `variance` of the least, tried a quarter of
+/// `step_s` apart.
+#[must_use]
+pub fn likely(corners: &[Corner], variance: f64, step_s: f64) -> Option<(f64, f64)> {
+    let least = least(corners)?;
+    let likely = || corners.iter().filter(|(_, squares)| *squares <= least + variance).map(|(at, _)| *at);
     let (low, high) = (likely().reduce(f64::min)?, likely().reduce(f64::max)?);
-    // The corners tried lie a quarter of a sample apart.
     Some((0.5 * (low + high), (0.5 * (high - low)).hypot(0.25 * step_s)))
+}
+
+/// A signal until it has clearly left its rest, as one channel: the way along which it leaves.
+#[derive(Clone, Debug)]
+pub struct Rise {
+    along: Vec<(f64, f64)>,
+    /// Time from sample to sample, s.
+    pub step_s: f64,
+    /// Samples until it has left by more than noise.
+    left: usize,
+    base: [f64; 6],
+    /// Of unit length.
+    direction: [f64; 6],
+}
+
+impl Rise {
+    /// Whether it has left is judged by means of `over` samples. `None`: no rest, or it never leaves it.
+    #[must_use]
+    pub fn of(signal: &[(f64, [f64; 6])], over: usize) -> Option<Self> {
+        let (start_s, _) = signal.first()?;
+        let early = signal.iter().take_while(|(t, _)| t - start_s <= BASELINE_S).count();
+        let rest = signal.get(..early).filter(|rest| rest.len() >= 3)?;
+        let base: [f64; 6] =
+            std::array::from_fn(|k| rest.iter().map(|(_, x)| x[k]).sum::<f64>() / early as f64);
+        let sigma: [f64; 6] =
+            std::array::from_fn(|k| white_noise(signal.iter().map(|(_, x)| x[k])).unwrap_or(0.0));
+        let total = sigma.iter().map(|s| s * s).sum::<f64>().sqrt();
+        let away: Vec<[f64; 6]> =
+            signal.iter().map(|(_, x)| std::array::from_fn(|k| x[k] - base[k])).collect();
+        let size = |x: &[f64; 6]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let largest = away.iter().map(size).fold(0.0, f64::max);
+        let means: Vec<f64> = away
+            .windows(over)
+            .map(|w| size(&std::array::from_fn(|k| w.iter().map(|x| x[k]).sum::<f64>() / over as f64)))
+            .collect();
+        let sigma = total / (over as f64).sqrt();
+        let beyond = |limit: f64| means.windows(3).position(|three| three.iter().all(|x| *x > limit));
+        let left = beyond((LEAVES * sigma).max(0.02 * largest))?;
+        let until = beyond((FITTED * sigma).max(0.06 * largest)).unwrap_or(left).max(left) + over;
+        // One channel: the way along which it leaves.
+        let to = away.get(until.min(away.len() - 1))?;
+        let scale = size(to);
+        let direction: [f64; 6] = std::array::from_fn(|k| to[k] / scale);
+        let along: Vec<(f64, f64)> = signal
+            .iter()
+            .zip(&away)
+            .take(until)
+            .map(|((t, _), x)| (*t, x.iter().zip(to).map(|(a, b)| a * b).sum::<f64>() / scale))
+            .collect();
+        let span_s = along.last()?.0 - along.first()?.0;
+        let step_s = span_s / along.len().saturating_sub(1).max(1) as f64;
+        Some(Self { along, step_s, left, base, direction })
+    }
+
+    /// Time of the first sample.
+    #[must_use]
+    pub fn first_s(&self) -> f64 {
+        self.along.first().map_or(0.0, |(t, _)| *t)
+    }
+
+    /// Time of the last sample.
+    #[must_use]
+    pub fn last_s(&self) -> f64 {
+        self.along.last().map_or(0.0, |(t, _)| *t)
+    }
+
+    /// How far a sample of the signal is from the rest, along the way on which it leaves.
+    #[must_use]
+    pub fn distance(&self, x: &[f64; 6]) -> f64 {
+        (0..6).map(|k| (x[k] - self.base[k]) * self.direction[k]).sum()
+    }
+
+    /// Corners from `from_s` on: level before, a multiple of `shape` (of the time since) after.
+    #[must_use]
+    pub fn corners(&self, from_s: f64, shape: &dyn Fn(f64) -> f64) -> Vec<Corner> {
+        let along = &self.along;
+        let count = along.len() as f64;
+        let (sum, squares) = along.iter().fold((0.0, 0.0), |(s, q), (_, x)| (s + x, q + x * x));
+        let spread = squares - sum * sum / count;
+        let corner = |at_s: f64| {
+            let after = along.iter().rev().take_while(|(t, _)| *t > at_s);
+            let (mut h, mut hh, mut hx) = (0.0, 0.0, 0.0);
+            for (t, x) in after {
+                let s = shape(t - at_s);
+                (h, hh, hx) = (h + s, hh + s * s, hx + s * x);
+            }
+            // About the means: the level is found with it.
+            let (own, with) = (hh - h * h / count, hx - h * sum / count);
+            (own > 0.0).then(|| (spread - with * with / own).max(0.0))
+        };
+        let tried = (3..4 * along.len().saturating_sub(1))
+            .map(|k| self.first_s() + 0.25 * self.step_s * k as f64)
+            .filter(|at| *at >= from_s);
+        tried.filter_map(|at| Some((at, corner(at)?))).collect()
+    }
+
+    /// Variance of what a fit leaves whose least sum of squares is given: of as many samples as are independent of each
+    /// other, by the correlation of neighbours at rest (noise of one pole; what a filter makes of white noise).
+    #[must_use]
+    pub fn variance(&self, squares: f64) -> f64 {
+        let rest = &self.along[..self.left.clamp(1, self.along.len())];
+        let mean = rest.iter().map(|(_, x)| x).sum::<f64>() / rest.len() as f64;
+        let products = |lag: usize| -> f64 {
+            rest.iter().zip(&rest[lag..]).map(|((_, a), (_, b))| (a - mean) * (b - mean)).sum()
+        };
+        let all = products(0);
+        let neighbours =
+            if all > 0.0 { (products(1.min(rest.len() - 1)) / all).clamp(0.0, 0.95) } else { 0.0 };
+        let free = self.along.len().saturating_sub(3).max(1) as f64;
+        squares / free * (1.0 + neighbours) / (1.0 - neighbours) + f64::MIN_POSITIVE
+    }
 }

@@ -6,7 +6,7 @@
 //! | `/poses` | `foxglove.PosesInFrame` | in the world: the object as modelled, then as measured |
 //! | `/scene` | `foxglove.SceneUpdate` | object; at each finger the friction limit as a circle, the force along the pad as an arrow |
 //! | `/wrench/finger1`, `/wrench/finger2` | `stickslip.Wrench` | measured and modelled, friction limit |
-//! | `/prediction` | `stickslip.Outlook` | utilisation, sag, drop, grip, tick |
+//! | `/prediction` | `stickslip.Outlook` | utilisation, probability to hold, sag, drop, grip, friction, tick |
 //! | `/log`, `/alarm` | `foxglove.Log`, `stickslip.Alarm` | flags that rose |
 //!
 //! Schemas of Foxglove's are those of its SDK (protobuf); ours are JSON with a JSON Schema.
@@ -96,8 +96,13 @@ struct Outlook {
     holding_grip_n: Option<f32>,
     /// Grip that the board advises, N.
     advised_grip_n: Option<f32>,
-    /// Friction coefficient of the fingers, learnt.
+    /// Friction coefficient of the fingers, learnt: as likely more as less.
     friction: f32,
+    /// There is more friction than this with the probability 0.9875; the grip that holds counts on it.
+    friction_least: f32,
+    /// Probability that the friction suffices for the load now and within the look-ahead; none: it slips, nothing is
+    /// to be held, or no force is measured.
+    hold_probability: Option<f32>,
     /// Bits of the flags.
     flags: u32,
     /// Bits of the doubts.
@@ -308,6 +313,8 @@ fn outlook(p: &Prediction, state: &State) -> Outlook {
         holding_grip_n: p.holding_grip_n,
         advised_grip_n: state.advised_grip_n,
         friction: p.friction,
+        friction_least: p.friction_least,
+        hold_probability: p.hold_probability,
         flags: p.flags,
         validity: p.validity,
         work_ms: line.work_ms,

@@ -10,7 +10,7 @@ use stickslip_shared::predictor::{FingerPrediction, flags};
 
 use crate::plain;
 use crate::state::{State, TRACE_S, of_period, used};
-use crate::words::{doubt_names, flag_names, when};
+use crate::words::{doubt_names, flag_names, holds, when};
 
 /// Colours of the fingers.
 const FINGERS: [Color; 2] = [Color::Cyan, Color::Magenta];
@@ -23,7 +23,7 @@ pub fn draw(frame: &mut Frame, state: &State) {
         Constraint::Length(1),
         Constraint::Length(4),
         Constraint::Min(6),
-        Constraint::Length(9),
+        Constraint::Length(11),
         Constraint::Length(2),
     ])
     .areas(frame.area());
@@ -124,6 +124,7 @@ fn of_object(state: &State) -> Vec<Line<'static>> {
     let drop = Line::raw(format!("drop          {}", when(p.drop_in_s)));
     let drop = if p.drop_in_s.is_some() { drop.style(Style::default().fg(Color::Red)) } else { drop };
     vec![
+        Line::raw(format!("holds         {}", holds(p.hold_probability))),
         Line::raw(format!("sag           {:.2} mm", p.sag_m * 1e3)),
         Line::raw(format!("sag ahead     {:.2} mm", p.sag_ahead_m * 1e3)),
         Line::raw(format!("rotation      {:.2}°", p.rotation_rad.to_degrees())),
@@ -131,6 +132,7 @@ fn of_object(state: &State) -> Vec<Line<'static>> {
         Line::raw(format!("grip          {}", newton(commanded))),
         Line::raw(format!("grip to hold  {}", newton(p.holding_grip_n))),
         Line::raw(format!("grip advised  {}", newton(state.advised_grip_n))),
+        Line::raw(format!("friction      {:.2} or more", p.friction_least)),
     ]
 }
 

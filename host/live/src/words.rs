@@ -12,6 +12,12 @@ pub fn when(seconds: Option<f32>) -> String {
     }
 }
 
+/// How probable it is that the grasp holds. Never more than it is: 100 % is certain.
+#[must_use]
+pub fn holds(probability: Option<f32>) -> String {
+    probability.map_or_else(|| "-".into(), |p| format!("{:.1} %", (1e3 * f64::from(p)).floor() * 0.1))
+}
+
 /// Names of the flags that are up.
 #[must_use]
 pub fn flag_names(bits: u32) -> String {

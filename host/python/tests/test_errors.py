@@ -1,5 +1,7 @@
 """What is refused is said in the words of the command."""
 
+import shutil
+
 import pytest
 
 import stickslip
@@ -67,3 +69,25 @@ def test_wrong_arguments_say_what_to_give():
         stickslip.compare(DEMO, 3)
     with pytest.raises(TypeError, match="data is a stickslip.Dataset or the folder of one, not dict"):
         stickslip.check({})
+
+
+def test_every_fit_warns_of_the_trials_that_it_leaves_out(tmp_path):
+    data = tmp_path / "data"
+    shutil.copytree(DEMO, data)
+    # A push without the object's pose in its first half.
+    path = data / "trials" / "linear_push-obj4-g20-v10-s0-r1.csv"
+    header, *rows = path.read_text().splitlines()
+    blind = [name.startswith("object_") for name in header.split(",")]
+    for at in range(len(rows) // 2):
+        cells = zip(rows[at].split(","), blind)
+        rows[at] = ",".join("" if of_object else cell for cell, of_object in cells)
+    path.write_text("\n".join([header, *rows]) + "\n")
+    between = ["sensor_gain", "grip_force_loss"]
+    for fit in [
+        lambda: stickslip.add(data, "sensor_gain"),
+        lambda: stickslip.refit(data, stickslip.Model()),
+        lambda: stickslip.suggest(data, between=between),
+    ]:
+        with pytest.warns(stickslip.StickslipWarning, match="left out: trial linear_push-obj4-g20-v10-s0-r1"):
+            report = fit()
+        assert (report.trials, len(report.left_out)) == (8, 1)

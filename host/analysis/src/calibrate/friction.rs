@@ -33,17 +33,9 @@ const ROUNDS: usize = 4;
 
 /// Finds the coefficients of all contacts that the trials' scenes have.
 pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], base: &Model<f64>) -> Fit {
-    let has = |f: &dyn Fn(&Windowed) -> bool| trials.iter().any(|w| f(w));
-    let mut free = Vec::new();
-    if has(&|w| w.prepared.scene.fingers.is_some()) {
-        free.push(Coefficient::Finger);
-    }
-    if has(&|w| w.prepared.scene.pusher.is_some() && !on_platform(w)) {
-        free.push(Coefficient::Pusher);
-    }
-    if has(&|w| w.prepared.scene.support.is_some() || on_platform(w)) {
-        free.push(Coefficient::Support);
-    }
+    let all = [Coefficient::Finger, Coefficient::Pusher, Coefficient::Support].into_iter().enumerate();
+    let has = |k: usize| trials.iter().any(|w| w.prepared.frictions()[k]);
+    let free: Vec<Coefficient> = all.filter(|(k, _)| has(*k)).map(|(_, of)| of).collect();
     let mut start = base.clone();
     let at = DVector::from_iterator(free.len(), free.iter().map(|c| c.of(&mut start).max(RANGE[0]).ln()));
     let mut problem = Problem { trials, offsets, base, free, at, weights: vec![[1.0; SEEN]; trials.len()] };
@@ -72,11 +64,6 @@ fn misses(weights: &[[f64; SEEN]], i: usize) -> bool {
     let known = (0..SEEN).filter(|k| weights[i][*k].is_finite());
     let far = known.clone().filter(|k| weights[i][*k] < 0.1 * largest[*k]).count();
     2 * far > known.count()
-}
-
-/// Whether the pusher is a plane under the object: it has the support's friction.
-fn on_platform(w: &Windowed) -> bool {
-    w.prepared.rests() && w.prepared.scene.support.is_none()
 }
 
 /// Start from a coarse grid: the cost has plateaus (contacts that never slide) and, where

@@ -23,7 +23,7 @@ mod traces;
 pub mod trial;
 pub mod verdict;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
@@ -51,6 +51,8 @@ struct Compared {
     errors: Vec<Vec<TrialErrors>>,
     /// The last model's within the tolerance and the phases of the first; empty for one model.
     paired: Vec<TrialErrors>,
+    /// By primitive: which coefficients of friction its trials have.
+    frictions: BTreeMap<String, [bool; 3]>,
     skipped: Vec<LeftOut>,
     /// What could not be read.
     refused: Vec<String>,
@@ -137,7 +139,7 @@ pub fn compare(
         reports.push(ModelReport {
             name: named.name.clone(),
             origin: named.origin.clone(),
-            friction: named.friction(),
+            friction: named.friction(&compared.frictions),
             only_bounded: named.only_bounded.clone(),
             effects: named.model.effects.iter().map(effect_name).collect(),
             open_force_n: (count > 0.0).then(|| sum / count),
@@ -249,7 +251,7 @@ fn simulate_all(
     noise: &Signals,
     progress: &dyn Progress,
 ) -> Compared {
-    type One = (Vec<TrialErrors>, Option<TrialErrors>);
+    type One = (Vec<TrialErrors>, Option<TrialErrors>, [bool; 3]);
     let results: Vec<(usize, Result<One, String>, Option<String>)> = loaded
         .par_iter()
         .map(|&i| {
@@ -300,7 +302,7 @@ fn simulate_all(
                     }
                     first.get_or_insert((simulated, phases));
                 }
-                Ok((errors, paired))
+                Ok((errors, paired, prepared.frictions()))
             };
             let result = one();
             progress.step(1);
@@ -311,13 +313,16 @@ fn simulate_all(
         places: Vec::new(),
         errors: vec![Vec::new(); models.len()],
         paired: Vec::new(),
+        frictions: BTreeMap::new(),
         skipped: Vec::new(),
         refused: data.errors.iter().map(ToString::to_string).collect(),
     };
     for (i, result, refused) in results {
         out.refused.extend(refused);
         match result {
-            Ok((errors, paired)) => {
+            Ok((errors, paired, frictions)) => {
+                let of_it = out.frictions.entry(data.trials[i].primitive.clone()).or_default();
+                of_it.iter_mut().zip(frictions).for_each(|(any, has)| *any |= has);
                 out.places.push(i);
                 out.paired.extend(paired);
                 for (all, e) in out.errors.iter_mut().zip(errors) {

@@ -67,16 +67,21 @@ impl NamedModel {
         self.by_primitive.get(primitive).unwrap_or(&self.model)
     }
 
-    /// Coefficients by contact; with the primitive's name before where they differ.
-    pub fn friction(&self) -> BTreeMap<String, f64> {
-        let of = |prefix: &str, model: &Model<f64>| {
+    /// Coefficients by contact; with the primitive's name before where they differ. `has`: which of them the
+    /// trials of each primitive have ([`Prepared::frictions`]).
+    pub fn friction(&self, has: &BTreeMap<String, [bool; 3]>) -> BTreeMap<String, f64> {
+        let of = |prefix: &str, model: &Model<f64>, has: [bool; 3]| {
             let f = model.friction;
-            [("finger", f.finger), ("pusher", f.pusher), ("support", f.support)]
-                .map(|(name, value)| (format!("{prefix}{name}"), value))
+            let all =
+                [("finger", f.finger), ("pusher", f.pusher), ("support", f.support)].into_iter().zip(has);
+            let there = all.filter(|(_, has)| *has);
+            there.map(|((name, value), _)| (format!("{prefix}{name}"), value)).collect::<Vec<_>>()
         };
+        let any = has.values().fold([false; 3], |any, has| std::array::from_fn(|k| any[k] || has[k]));
+        let own = |primitive: &str| has.get(primitive).copied().unwrap_or_default();
         match self.by_primitive.is_empty() {
-            true => of("", &self.model).into_iter().collect(),
-            false => self.by_primitive.iter().flat_map(|(p, m)| of(&format!("{p}."), m)).collect(),
+            true => of("", &self.model, any).into_iter().collect(),
+            false => self.by_primitive.iter().flat_map(|(p, m)| of(&format!("{p}."), m, own(p))).collect(),
         }
     }
 

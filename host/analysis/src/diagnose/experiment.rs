@@ -59,7 +59,7 @@ pub fn experiments(problem: &Problem, a: &Model<f64>, b: &Model<f64>, most: usiz
     let mut out: Vec<Experiment> = groups
         .par_iter()
         .flat_map_iter(|g| {
-            let run = &campaign.runs[campaign.groups[*g].runs[0]];
+            let run = problem.run_of(*g);
             GRIPS.iter().filter_map(move |factor| {
                 if run.info.grip_n.is_none() && *factor != 1.0 {
                     return None;

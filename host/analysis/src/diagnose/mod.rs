@@ -32,6 +32,7 @@ use crate::evidence::stages::stages;
 use crate::fit::campaign::Campaign;
 use crate::fit::problem::Problem;
 use crate::fit::{self, FitError, Solution};
+use crate::left_out::LeftOut;
 use crate::model::candidate::{CandidateEffect, Described};
 use crate::progress::Progress;
 use beforehand::Start;
@@ -153,7 +154,16 @@ pub fn base_misfit(dataset: &Dataset, model: impl Into<Described>) -> Result<Mis
 }
 
 /// Two effects that the data cannot tell apart, and the experiments that would.
-pub type Telling = ([&'static str; 2], Vec<experiment::Experiment>);
+pub struct Telling {
+    /// Ids of the effects.
+    pub between: [&'static str; 2],
+    /// Best first.
+    pub experiments: Vec<experiment::Experiment>,
+    /// Trials that were used.
+    pub trials: usize,
+    /// Trials that were not, and why.
+    pub left_out: Vec<LeftOut>,
+}
 
 /// The best experiments between the two effects of `between` (or the two best candidates of the
 /// list and of the user's `own`): which two, and where they differ most. `None` where there are no two.
@@ -180,7 +190,12 @@ pub fn suggest(
     let found = candidates(problem, base, &others, &trials, SURVIVORS, tick).0;
     let [a, b, ..] = found.as_slice() else { return Ok(None) };
     let (x, y) = (&a.held.solution.model, &b.held.solution.model);
-    Ok(Some(([a.info.id, b.info.id], experiment::experiments(problem, x, y, most))))
+    Ok(Some(Telling {
+        between: [a.info.id, b.info.id],
+        experiments: experiment::experiments(problem, x, y, most),
+        trials: problem.trials(),
+        left_out: problem.left_out(),
+    }))
 }
 
 /// The problem built anew around a model `near` the data, and the base model in it: corrections of coarse

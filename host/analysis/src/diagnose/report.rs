@@ -247,8 +247,7 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         .iter()
         .map(|e| (e.name.clone(), Value { value: e.value, low: e.low, high: e.high, unit: e.unit }))
         .collect();
-    let left_out = left_out(problem);
-    let trials = problem.campaign.runs.len() + problem.campaign.refused.len() - left_out.len();
+    let left_out = problem.left_out();
     let mut limits = limits(problem, invisible);
     for info in &given.infos {
         limits.push(format!("the model already has {}: its parameters were fitted anew", info.id));
@@ -285,7 +284,7 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         limits,
         limits_on_effects: BTreeMap::new(),
         classes: Vec::new(),
-        trials,
+        trials: problem.trials(),
         conditions: problem.campaign.conditions,
         friction_variation: problem.noise.friction,
         seconds: took.as_secs_f64(),
@@ -380,25 +379,6 @@ fn candidate(problem: &Problem, met: &[&Held], c: &Candidate) -> CandidateReport
         parameters,
         signature: signature(problem, base, &c.held),
     }
-}
-
-/// Trials that could not be prepared, and those that the model does not describe.
-fn left_out(problem: &Problem) -> Vec<LeftOut> {
-    let campaign = problem.campaign;
-    let mut out: Vec<LeftOut> = campaign.refused.iter().map(LeftOut::from).collect();
-    for (g, group) in campaign.groups.iter().enumerate() {
-        for run in &group.runs {
-            let reason = if problem.failed.contains(run) {
-                "the model does not describe it at all (grip lost, or dropped?)"
-            } else if !problem.groups.contains(&g) {
-                "the trial that stands for its condition is left out, or nothing of it is measured"
-            } else {
-                continue;
-            };
-            out.push(LeftOut { trial: campaign.runs[*run].info.trial.clone(), reason: reason.into() });
-        }
-    }
-    out
 }
 
 /// What the data cannot show.

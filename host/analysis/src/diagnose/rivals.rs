@@ -47,7 +47,7 @@ impl<'a> Judged<'a> {
             let group = &campaign.groups[*g];
             let whitener = &problem.whiteners[*g];
             let weights = problem.noise.of_misfit.as_ref();
-            let weight = weights.and_then(|w| w.get(group.runs[0])).copied().unwrap_or(1.0);
+            let weight = weights.and_then(|w| w.get(problem.stands[*g])).copied().unwrap_or(1.0);
             density[group.condition] = unrepeated::log_density(
                 whitener.square(residual),
                 whitener.active.len(),

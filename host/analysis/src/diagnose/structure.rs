@@ -53,7 +53,7 @@ fn depends_on(problem: &Problem, held: &Held, channel: usize, phase: Phase) -> V
     let mut y = Vec::new();
     let mut x: Vec<Vec<f64>> = vec![Vec::new(); QUANTITIES.len()];
     for (g, r) in problem.groups.iter().zip(&held.residual) {
-        let run = &problem.campaign.runs[problem.campaign.groups[*g].runs[0]];
+        let run = problem.run_of(*g);
         for bin in (0..BINS).filter(|b| Phase::of(*b) == phase) {
             let f = channel * BINS + bin;
             if !r[f].is_finite() {

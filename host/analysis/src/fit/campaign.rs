@@ -51,7 +51,7 @@ pub struct Run {
 pub struct Group {
     /// Index of the condition.
     pub condition: usize,
-    /// Indices of its runs; the first stands for all where sensitivities are computed.
+    /// Indices of its runs; one of them stands for all where sensitivities are computed.
     pub runs: Vec<usize>,
 }
 
@@ -149,22 +149,22 @@ impl Campaign {
     }
 
     /// Coarse features of the model for the runs that stand for their groups.
-    pub fn simulate_groups(&self, model: &Model<f64>, groups: &[usize]) -> Vec<Features> {
-        let one = |g: usize| {
-            let r = &self.runs[self.groups[g].runs[0]];
+    pub fn simulate_runs(&self, model: &Model<f64>, runs: &[usize]) -> Vec<Features> {
+        let one = |r: usize| {
+            let r = &self.runs[r];
             r.bins.modelled(&tame(&r.prepared, model, r.stride))
         };
         if depends_on_order(model) {
-            return groups.par_iter().map(|g| one(*g)).collect();
+            return runs.par_iter().map(|r| one(*r)).collect();
         }
-        // One group of a condition stands for the others.
+        // One run of a condition stands for the others.
         let mut first: BTreeMap<usize, usize> = BTreeMap::new();
-        for g in groups {
-            first.entry(self.groups[*g].condition).or_insert(*g);
+        for r in runs {
+            first.entry(self.runs[*r].condition).or_insert(*r);
         }
         let done: BTreeMap<usize, Features> =
-            first.par_iter().map(|(condition, g)| (*condition, one(*g))).collect();
-        groups.iter().map(|g| done[&self.groups[*g].condition].clone()).collect()
+            first.par_iter().map(|(condition, r)| (*condition, one(*r))).collect();
+        runs.iter().map(|r| done[&self.runs[*r].condition].clone()).collect()
     }
 
     /// Runs of each condition.

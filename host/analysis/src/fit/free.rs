@@ -155,18 +155,7 @@ impl Free {
 
 /// The friction coefficients that the data set's contacts have.
 pub fn base_parameters(campaign: &Campaign) -> Vec<Free> {
-    let any = |f: &dyn Fn(&stickslip_shared::model::Scene<f64>) -> bool| {
-        campaign.runs.iter().any(|r| f(&r.prepared.scene))
-    };
-    let mut out = Vec::new();
-    if any(&|s| s.fingers.is_some()) {
-        out.push(Free::FingerFriction);
-    }
-    if any(&|s| s.pusher.is_some()) {
-        out.push(Free::PusherFriction);
-    }
-    if any(&|s| s.support.is_some()) || campaign.runs.iter().any(|r| r.prepared.on_platform()) {
-        out.push(Free::SupportFriction);
-    }
-    out
+    let all = [Free::FingerFriction, Free::PusherFriction, Free::SupportFriction].into_iter().enumerate();
+    let has = |k: usize| campaign.runs.iter().any(|r| r.prepared.frictions()[k]);
+    all.filter(|(k, _)| has(*k)).map(|(_, free)| free).collect()
 }

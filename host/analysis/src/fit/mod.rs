@@ -24,6 +24,7 @@ use thiserror::Error;
 
 use crate::fit::campaign::Campaign;
 use crate::fit::problem::Problem;
+use crate::left_out::LeftOut;
 
 pub use engine::{Solution, loss_at, sensitivities, solve, solve_with};
 pub use free::{Free, base_parameters};
@@ -82,6 +83,10 @@ pub struct Fit {
     pub held_out: Vec<f64>,
     /// Number of iterations made.
     pub iterations: usize,
+    /// Trials that were used.
+    pub trials: usize,
+    /// Trials that were not, and why.
+    pub left_out: Vec<LeftOut>,
 }
 
 /// Fits `free` parameters of `model` to all trials of `campaign`.
@@ -219,5 +224,7 @@ pub fn summary(problem: &Problem, solution: Solution, before: f64, free: &[Free]
         loss: (before, solution.loss.1),
         held_out,
         iterations: solution.iterations,
+        trials: problem.trials(),
+        left_out: problem.left_out(),
     }
 }

@@ -148,7 +148,10 @@ pub fn estimate(campaign: &Campaign, residuals: &[Features], friction: &[[Featur
 fn deviations(campaign: &Campaign, residuals: &[Features]) -> (Vec<Features>, Vec<(usize, f64)>, usize) {
     let (mut out, mut runs, mut freedom) = (Vec::new(), Vec::new(), 0);
     for c in 0..campaign.conditions {
-        let of: Vec<usize> = (0..campaign.runs.len()).filter(|r| campaign.runs[*r].condition == c).collect();
+        // Runs that are struck out tell nothing of chance.
+        let of: Vec<usize> = (0..campaign.runs.len())
+            .filter(|r| campaign.runs[*r].condition == c && is_used(&residuals[*r]))
+            .collect();
         if of.len() < 2 {
             continue;
         }
@@ -162,6 +165,11 @@ fn deviations(campaign: &Campaign, residuals: &[Features]) -> (Vec<Features>, Ve
         }
     }
     (out, runs, freedom)
+}
+
+/// Whether anything of a run is left to fit to.
+pub fn is_used(residual: &Features) -> bool {
+    residual.iter().any(|e| e.is_finite())
 }
 
 /// Mean over what is finite.

@@ -13,7 +13,7 @@ use stickslip_shared::model::{Model, Scene};
 
 use crate::channels::COUNT;
 use crate::evidence::tolerance::{RIGID, push_channel};
-use crate::fit::campaign::Campaign;
+use crate::fit::campaign::{Campaign, Group, Run};
 use crate::fit::features::{self, FEATURES, Features};
 use crate::fit::free::Free;
 use crate::fit::gls::{self, Gram, OFFSETS, Prior, Whitener};
@@ -21,6 +21,7 @@ use crate::fit::loading;
 use crate::fit::noise::{self, Noise};
 use crate::fit::phases::{BINS, PEAK, Phase};
 use crate::fit::{placing, unrepeated};
+use crate::left_out::LeftOut;
 use stickslip_data::Sensors;
 
 /// See the module.
@@ -48,6 +49,8 @@ pub struct Problem<'a> {
     pub groups: Vec<usize>,
     /// Runs left out because the model fails in them altogether.
     pub failed: Vec<usize>,
+    /// For each group: the run along which it is simulated.
+    pub stands: Vec<usize>,
 }
 
 /// Runs whose error is far beyond that of all others (the model drops or jams the object
@@ -72,6 +75,17 @@ fn failed(campaign: &Campaign, residuals: &mut [Features]) -> Vec<usize> {
         residuals[*r].fill(f64::NAN);
     }
     out
+}
+
+/// For each group: its first run that is used; where none is, that of another group of the condition.
+fn stands(campaign: &Campaign, residuals: &[Features]) -> Vec<usize> {
+    let used = |group: &Group| group.runs.iter().copied().find(|r| noise::is_used(&residuals[*r]));
+    let beside = |group: &Group| {
+        let same = campaign.groups.iter().filter(|other| other.condition == group.condition);
+        same.filter_map(used).next()
+    };
+    let stands = |group: &Group| used(group).or_else(|| beside(group)).unwrap_or(group.runs[0]);
+    campaign.groups.iter().map(stands).collect()
 }
 
 /// Floor of what fingers and pusher bear together at rest, all but the push itself, and of how two
@@ -99,7 +113,6 @@ impl<'a> Problem<'a> {
     pub fn new(campaign: &'a Campaign, model: &Model<f64>) -> Self {
         let mut groups: Vec<usize> = (0..campaign.groups.len()).collect();
         let fine = campaign.simulate_all(model);
-        let coarse = campaign.simulate_groups(model, &groups);
         let mut residuals: Vec<Features> = campaign
             .runs
             .iter()
@@ -107,13 +120,15 @@ impl<'a> Problem<'a> {
             .map(|(r, f)| r.measured.iter().zip(f).map(|(y, f)| y - f).collect())
             .collect();
         let failed = failed(campaign, &mut residuals);
+        let stands = stands(campaign, &residuals);
+        let coarse = campaign.simulate_runs(model, &stands);
         let base = [Free::FingerFriction, Free::PusherFriction, Free::SupportFriction];
         let sensitivity: Vec<Vec<Features>> = base
             .iter()
             .map(|free| {
                 let mut changed = model.clone();
                 free.set(&mut changed, free.get(model) * (1.0 + STEP));
-                let with = campaign.simulate_groups(&changed, &groups);
+                let with = campaign.simulate_runs(&changed, &stands);
                 with.iter().zip(&coarse).map(|(w, c)| difference(w, c, STEP)).collect()
             })
             .collect();
@@ -127,13 +142,10 @@ impl<'a> Problem<'a> {
             .collect();
         let scatter_m = placing::scatter_m(&campaign.runs);
         // Of the run that stands for each group.
-        let placings: Vec<Vec<Features>> = campaign
-            .groups
+        let placings: Vec<Vec<Features>> = stands
             .par_iter()
             .zip(&coarse)
-            .map(|(group, coarse)| {
-                placing::directions(&campaign.runs[group.runs[0]], model, coarse, scatter_m)
-            })
+            .map(|(run, coarse)| placing::directions(&campaign.runs[*run], model, coarse, scatter_m))
             .collect();
         let stated = noise::estimate(campaign, &residuals, &friction);
         let mut noise = stated.clone();
@@ -146,9 +158,9 @@ impl<'a> Problem<'a> {
         let mut single_run = Vec::with_capacity(groups.len());
         let mut floors = Vec::with_capacity(groups.len());
         for (g, group) in campaign.groups.iter().enumerate() {
-            let runs = group.runs.len() as f64;
+            let runs = group.runs.iter().filter(|r| noise::is_used(&residuals[**r])).count().max(1) as f64;
             let mean = noise::mean(group.runs.iter().map(|r| &residuals[*r]));
-            let first = &campaign.runs[group.runs[0]];
+            let first = &campaign.runs[stands[g]];
             let ranges = first.bins.ranges(&first.prepared.simulate_every(model, first.stride));
             let push = (push_channel(&first.prepared), first.prepared.pusher_touches(2.0 * RIGID.position_m));
             let path = RIGID.of_path * first.prepared.drive_path();
@@ -172,7 +184,7 @@ impl<'a> Problem<'a> {
                 let sd = (noise.friction[k].powi(2) / runs + noise::CONDITION_FRICTION.powi(2)).sqrt();
                 common.push(sensitivity[k][g].iter().map(|x| x * sd).collect());
             }
-            let lags = loading::lags(first, &fine[group.runs[0]]);
+            let lags = loading::lags(first, &fine[stands[g]]);
             let placing = &placings[g];
             let one: Features = (0..FEATURES)
                 .map(|f| {
@@ -190,13 +202,13 @@ impl<'a> Problem<'a> {
             common.extend(lags);
             common.extend(placing.iter().cloned());
             let active: Vec<usize> = (0..FEATURES).filter(|f| mean[*f].is_finite()).collect();
-            let weight = noise.of_misfit.as_ref().map_or(1.0, |of| of[group.runs[0]]);
+            let weight = noise.of_misfit.as_ref().map_or(1.0, |of| of[stands[g]]);
             whiteners.push(Whitener::new(active, &variance, &common).weighed(weight));
             targets.push(mean.iter().zip(&coarse[g]).map(|(m, c)| m + c).collect());
             single_run.push(one);
             floors.push(floor2.iter().map(|x| x.sqrt()).collect());
         }
-        groups.retain(|g| !whiteners[*g].active.is_empty() && !failed.contains(&campaign.groups[*g].runs[0]));
+        groups.retain(|g| !whiteners[*g].active.is_empty());
         let of_offsets = prior_of_offsets(&campaign.description.sensors);
         let offsets = whiteners.iter().map(Whitener::offsets).collect();
         Self {
@@ -211,7 +223,34 @@ impl<'a> Problem<'a> {
             residuals,
             groups,
             failed,
+            stands,
         }
+    }
+
+    /// The run that stands for a group.
+    pub fn run_of(&self, group: usize) -> &Run {
+        &self.campaign.runs[self.stands[group]]
+    }
+
+    /// Trials that could not be prepared, those that the model does not describe, and those of which nothing is
+    /// measured.
+    pub fn left_out(&self) -> Vec<LeftOut> {
+        let reason = |run: usize| match (self.failed.contains(&run), noise::is_used(&self.residuals[run])) {
+            (true, _) => Some("the model does not describe it at all (grip lost, or dropped?)"),
+            (_, false) => Some("nothing of it is measured"),
+            _ => None,
+        };
+        let runs = self.campaign.runs.iter().enumerate();
+        let runs = runs.filter_map(|(at, run)| {
+            let trial = run.info.trial.clone();
+            reason(at).map(|reason| LeftOut { trial, reason: reason.into() })
+        });
+        self.campaign.refused.iter().map(LeftOut::from).chain(runs).collect()
+    }
+
+    /// How many trials are not left out.
+    pub fn trials(&self) -> usize {
+        self.residuals.iter().filter(|residual| noise::is_used(residual)).count()
     }
 
     /// The same with the groups at `places` of those in use only.
@@ -227,7 +266,13 @@ impl<'a> Problem<'a> {
 
     /// Coarse predictions of all groups in use.
     pub fn predict(&self, model: &Model<f64>) -> Vec<Features> {
-        self.campaign.simulate_groups(model, &self.groups)
+        self.predict_of(model, &self.groups)
+    }
+
+    /// Coarse predictions of some groups.
+    pub fn predict_of(&self, model: &Model<f64>, groups: &[usize]) -> Vec<Features> {
+        let stand: Vec<usize> = groups.iter().map(|g| self.stands[*g]).collect();
+        self.campaign.simulate_runs(model, &stand)
     }
 
     /// Residual features of all groups in use for coarse predictions.

@@ -117,7 +117,7 @@ fn changes_nothing(problem: &Problem, base: &Solution, trial: &CandidateEffect) 
         *to = p.typical;
     }
     let groups: Vec<usize> = few.iter().map(|place| problem.groups[*place]).collect();
-    let with = campaign.simulate_groups(&trial.on(&base.model, typical), &groups);
+    let with = problem.predict_of(&trial.on(&base.model, typical), &groups);
     let same = |(with, place): (&Features, &usize)| {
         with.iter().zip(&base.predicted[*place]).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()))
     };

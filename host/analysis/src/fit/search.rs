@@ -27,10 +27,11 @@ pub fn robust_cost(campaign: &Campaign, model: &Model<f64>, most: usize) -> f64 
     let step = campaign.groups.len().div_ceil(most.max(1)).max(1);
     let groups: Vec<usize> = (0..campaign.groups.len()).step_by(step).collect();
     let channels = noise::channel_noise(&campaign.description.sensors);
-    let predicted = campaign.simulate_groups(model, &groups);
+    let firsts: Vec<usize> = groups.iter().map(|g| campaign.groups[*g].runs[0]).collect();
+    let predicted = campaign.simulate_runs(model, &firsts);
     let mut total = 0.0;
-    for (g, p) in groups.iter().zip(&predicted) {
-        let measured = &campaign.runs[campaign.groups[*g].runs[0]].measured;
+    for (run, p) in firsts.iter().zip(&predicted) {
+        let measured = &campaign.runs[*run].measured;
         for (f, (y, x)) in measured.iter().zip(p).enumerate() {
             let (noise, uncertainty) = channels[f / BINS];
             let e = (y - x) / (10.0 * noise + uncertainty);

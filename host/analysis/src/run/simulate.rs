@@ -65,6 +65,14 @@ impl Prepared {
         let pusher = self.poses.first().and_then(|p| p.pusher);
         plane && pusher.is_some_and(|p| (p.rotation * Vector3::x()).dot(&gravity) < -0.7 * gravity.norm())
     }
+
+    /// Which coefficients of friction its contacts have: of the fingers, of the pusher, of the support.
+    #[must_use]
+    pub fn frictions(&self) -> [bool; 3] {
+        let scene = &self.scene;
+        let platform = self.on_platform();
+        [scene.fingers.is_some(), scene.pusher.is_some() && !platform, scene.support.is_some() || platform]
+    }
 }
 
 /// The model's channels along a trial, and how the solver fared.

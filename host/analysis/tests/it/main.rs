@@ -2,6 +2,7 @@
 
 mod check_physics;
 mod contact;
+mod diagnose_groups;
 mod diagnose_posterior;
 mod diagnose_statistics;
 mod diagnose_verdict;

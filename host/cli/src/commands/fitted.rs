@@ -43,6 +43,7 @@ pub fn write(file: &ModelFile, path: &Path) -> anyhow::Result<()> {
 /// Where the file cannot be written.
 pub fn give(before: &ModelFile, report: &Report, path: &Path, output: &Output) -> anyhow::Result<()> {
     write(&report.model, path)?;
+    output.left_out(&report.left_out, report.trials + report.left_out.len(), "all: --json");
     let mut t = table(["parameter", "before", "value", "95 % interval", "unit"]);
     for e in &report.parameters {
         let right = |s: String| Cell::new(s).set_alignment(CellAlignment::Right);

@@ -43,8 +43,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let options = Options { between, own: formulas.iter().filter_map(CandidateEffect::of).collect() };
     options.check(&file)?;
     let report = suggest(&stickslip_report::data::read(&args.data, output)?, &file, &options, output)?;
-    let Report { between, experiments } = &report;
+    let Report { between, experiments, trials, left_out } = &report;
     output.text(format_args!("Between {} and {}:", between[0], between[1]));
+    output.left_out(left_out, trials + left_out.len(), "all: --json");
     if let Some(best) = experiments.first() {
         output.text(&best.summary);
     }

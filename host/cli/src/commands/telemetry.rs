@@ -1,6 +1,6 @@
 //! What a board says, in words: for `stream` and `board`.
 
-use stickslip_live::words::{doubt_names, flag_names, when};
+use stickslip_live::words::{doubt_names, flag_names, holds, when};
 use stickslip_report::terminal::table;
 use stickslip_shared::wire::{Info, TelemetryReport};
 
@@ -32,7 +32,10 @@ pub fn live(report: &TelemetryReport) -> String {
         ]);
     }
     format!(
-        "{table}\nsag {:.2} mm, {:.2} mm ahead, rotation {:.2}°, drop {}, grip to hold {}\nflags: {}\nin doubt: {}",
+        "{table}\nholds {}, friction {:.2}, at least {:.2}\nsag {:.2} mm, {:.2} mm ahead, rotation {:.2}°, drop {}, grip to hold {}\nflags: {}\nin doubt: {}",
+        holds(p.hold_probability),
+        p.friction,
+        p.friction_least,
         p.sag_m * 1e3,
         p.sag_ahead_m * 1e3,
         p.rotation_rad.to_degrees(),

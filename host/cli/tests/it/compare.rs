@@ -1,6 +1,8 @@
 //! Comparison: errors of known signals, phases of a synthetic trace, tests against their
 //! definitions, and what the reports hold.
 
+use std::path::Path;
+
 use stickslip_analysis::channels::{COUNT, NAMES};
 use stickslip_analysis::compare::document::Fate;
 use stickslip_analysis::compare::noise::Source;
@@ -14,7 +16,7 @@ use stickslip_analysis::evidence::statistics::{critical_f, holm, lack_of_fit, re
 use stickslip_analysis::model::file::default_model;
 use stickslip_analysis::run::replay;
 use stickslip_analysis::run::simulate::prepare;
-use stickslip_data::{Dataset, Trial, TrialInfo};
+use stickslip_data::{Dataset, Index, Trial, TrialInfo};
 use stickslip_rig::objects::{bench, trimmed};
 use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Setup, simulate};
 use stickslip_shared::predictor::{Limits, Prediction};
@@ -161,6 +163,30 @@ fn without_a_model_friction_is_calibrated_to_what_the_rig_has() {
     let friction = &c.models[0].friction;
     assert!((friction["finger"] - 0.4).abs() < 0.02, "{friction:?}");
     assert!(c.models[0].origin.contains("calibrated"), "{}", c.models[0].origin);
+}
+
+#[test]
+fn friction_is_told_of_the_contacts_that_a_primitive_has() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo");
+    let index = Index::open(&folder).expect("the demo");
+    let told = |models: &[NamedModel], options: &Options| -> Vec<String> {
+        let c = compare(&index, models, options, &()).expect("compared");
+        c.models[0].friction.keys().cloned().collect()
+    };
+    // The demo's pushers are a plate at the side, an edge, and a platform under the object.
+    let own = [
+        "linear_push.finger",
+        "linear_push.pusher",
+        "pivot.finger",
+        "pivot.pusher",
+        "roll.finger",
+        "roll.support",
+    ];
+    assert_eq!(told(&[], &Options::default()), own);
+    let model = [named("one", 0.4)];
+    assert_eq!(told(&model, &Options::default()), ["finger", "pusher", "support"]);
+    let trial = index.trials.iter().find(|i| i.primitive == "pivot").map(|i| i.trial.clone());
+    assert_eq!(told(&model, &Options { trial, ..Options::default() }), ["finger", "pusher"]);
 }
 
 #[test]

@@ -101,6 +101,39 @@ fn trials_that_no_model_can_be_run_along_are_told_in_the_first_lines_and_on_the_
 }
 
 #[test]
+fn fits_and_suggestions_tell_the_trials_that_they_leave_out_before_their_results() {
+    let (folder, data) = with_a_trial_without_a_start();
+    let (model, out) = (folder.path().join("model.toml"), folder.path().join("out.toml"));
+    stickslip().arg("calibrate").arg(&data).arg("--out").arg(&model).assert().success();
+    let words = |of: &[&str]| -> Vec<String> { of.iter().map(ToString::to_string).collect() };
+    let [data, model, out] = [&data, &model, &out].map(|path| path.to_str().expect("a path"));
+    for command in [
+        words(&["add", data, "sensor_gain", "--model", model, "--out", out]),
+        words(&["refit", data, "--model", model, "--out", out]),
+        words(&[
+            "suggest",
+            data,
+            "--model",
+            model,
+            "--between",
+            "sensor_gain",
+            "--between",
+            "grip_force_loss",
+        ]),
+    ] {
+        let said = stickslip().args(&command).assert().success();
+        let text = String::from_utf8_lossy(&said.get_output().stdout).into_owned();
+        let told = "1 of 2 trials is left out: the object's pose is not known at the start";
+        assert!(text.lines().take(2).any(|line| line.starts_with(told)), "{command:?}: {text}");
+        let said = stickslip().args(&command).arg("--json").assert().success();
+        let document: serde_json::Value =
+            serde_json::from_slice(&said.get_output().stdout).expect("a document");
+        assert_eq!(document["left_out"][0]["trial"], "cut", "{command:?}");
+        assert_eq!(document["trials"], 1, "{command:?}");
+    }
+}
+
+#[test]
 fn a_data_set_is_not_overwritten_unless_that_is_asked_for() {
     let (_folder, data) = with_a_cut_trial();
     let list = || fs::read_to_string(data.join("trials.csv")).expect("the list");

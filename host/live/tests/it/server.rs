@@ -116,6 +116,13 @@ fn a_viewer_receives_wrenches_poses_scene_and_alarms_of_a_recorded_push() {
         }
     }
 
+    let outlook: Value = serde_json::from_slice(&received["/prediction"].1).expect("JSON");
+    let number = |key: &str| outlook[key].as_f64().map(|x| x as f32);
+    assert_eq!(number("friction_least"), Some(prediction.friction_least));
+    assert_eq!(number("hold_probability"), prediction.hold_probability);
+    let described = channels["/prediction"]["schema"].as_str().expect("text");
+    assert!(described.contains("Probability that the friction suffices"), "{described}");
+
     let transforms = FrameTransforms::decode(&*received["/tf"].1).expect("transforms").transforms;
     let of = |child: &str| transforms.iter().find(|t| t.child_frame_id == child).expect("a frame");
     let gripper = sample.gripper.expect("measured");

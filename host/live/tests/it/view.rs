@@ -2,6 +2,7 @@
 
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
+use stickslip_live::plain;
 use stickslip_live::source::{Event, Happened};
 use stickslip_live::state::State;
 use stickslip_live::view::draw;
@@ -29,6 +30,7 @@ fn the_view_of_a_recorded_push_shows_every_quantity_of_its_prediction() {
         format!("model {:.2}, peak ahead {:.2}", f.model_utilisation, f.peak_utilisation),
         format!("friction {:.2}, pressed", p.friction),
         format!("sag           {:.2} mm", p.sag_m * 1e3),
+        format!("friction      {:.2} or more", p.friction_least),
         "linear_push-obj4-g20-v10-s0-r1  running".to_owned(),
         "samples/s      250".to_owned(),
         "reports lost   1".to_owned(),
@@ -40,6 +42,25 @@ fn the_view_of_a_recorded_push_shows_every_quantity_of_its_prediction() {
     // Alarms of the push: the newest first.
     let newest = state.alarms.back().expect("a push slips").what;
     assert!(picture.contains(newest), "{newest} is not in\n{picture}");
+}
+
+#[test]
+fn view_and_lines_tell_how_probably_it_holds_and_never_more_than_that() {
+    for (probability, words) in
+        [(None, "-"), (Some(0.99968), "99.9 %"), (Some(0.25), "25.0 %"), (Some(1.0), "100.0 %")]
+    {
+        let prediction =
+            Prediction { hold_probability: probability, friction_least: 0.31, ..Prediction::default() };
+        let mut state = State::default();
+        state.take(&Event { at_s: 0.0, what: Happened::Prediction(Box::new(prediction)) });
+        // The smallest terminal that is usual has room for all.
+        for picture in [drawn(&state, 80, 24), drawn(&state, 150, 36)] {
+            assert!(picture.contains(&format!("holds         {words} ")), "{words}: {picture}");
+            assert!(picture.contains("friction      0.31 or more"), "{picture}");
+        }
+        let line = plain::line(&state);
+        assert!(line.contains(&format!("(at least 0.31), holds {words},")), "{line}");
+    }
 }
 
 #[test]

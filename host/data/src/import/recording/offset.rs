@@ -2,9 +2,20 @@
 //!
 //! When the pushed object touches, force and motion begin together: until then the object moves with the gripper and the
 //! fingers' forces are constant; from then on the force rises, and with it, by the pads' deformation, the object's way in
-//! the gripper. Each onset is the corner of the broken line, level and then straight, that fits best ([`onset`]); half
-//! the range of corners that fit as well is its standard deviation. The offset is the difference of the onsets, each on
-//! its own clock, at its own rate.
+//! the gripper. Each onset is the corner, level before and a curve after, that fits best. The offset is the difference of
+//! the onsets, each on its own clock, at its own rate.
+//!
+//! What curve it is, is not known, and moves the corner in all trials alike: no number of trials averages that away.
+//!
+//! - The force rises with a power of the time, from 1 (an elastic contact) to 2 (one that finds its place).
+//! - While the force rises, what pushes gives way as well: the object then moves in the gripper by a share of the
+//!   gripper's motion, and by all of it once the force is level (it slides). With `q` the share that it lacks and `T` the
+//!   time in which the force `F` rises, its way is `b (t - q T F / F_max)`.
+//!
+//! Each pair of power and share is a fit of its own, the share with the force as measured. What is told is the interval
+//! over all of them by their likelihood, and of many trials by the product of their likelihoods for the same pair: where
+//! the data show the curve the interval is narrow, where they do not it holds what each curve says. Noise counts as
+//! many samples as are independent of each other.
 //!
 //! Two devices that were not restarted between trials have one offset: where most trials agree within what each can
 //! tell, all take the median. Otherwise each has its own.
@@ -15,7 +26,7 @@ use serde::Serialize;
 
 use super::mapping::{Clock, Mapping, Stream};
 use super::source::Source;
-use crate::signal::onset;
+use crate::signal::{Corner, Rise, least, likely};
 
 /// A turn of the object counts at this arm, m.
 const ARM_M: f64 = 0.03;
@@ -23,6 +34,22 @@ const ARM_M: f64 = 0.03;
 const DRAWN_S: f64 = 0.3;
 /// Offsets of trials that differ by more standard deviations are not one.
 const ONE: f64 = 3.0;
+/// Powers of the time with which the force rises.
+const POWERS: [f64; 4] = [1.0, 1.25, 1.5, 2.0];
+/// The largest share of the gripper's motion that what pushes takes while the force rises: pads are made to give way,
+/// and take half of it at least. (All of it would be an onset of its own when the object slides: no data tell that
+/// from a clock.)
+const LARGEST_SHARE: f64 = 0.5;
+/// Shares that are tried besides none.
+const SHARES: usize = 5;
+/// Pairs of power and share.
+const CURVES: usize = POWERS.len() * (SHARES + 1);
+/// Twice the difference of the logarithms of two likelihoods that differ by two standard deviations.
+const TWO_SD: f64 = 4.0;
+/// A trial has no more say than this in which curve it is (three standard deviations): one may be of another kind.
+const MOST: f64 = 9.0;
+/// Standard deviation of what is somewhere within a range of 1.
+const WITHIN: f64 = 0.29;
 
 /// How a stream's clock was brought on the first one's.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
@@ -55,16 +82,167 @@ type Rows = Vec<(f64, [f64; 6])>;
 /// A signal of a stream, by its number, where it has one.
 type Signal<'a> = dyn Fn((usize, &Stream)) -> Result<Option<Rows>, String> + 'a;
 
+/// What a trial says if its onsets have one of the curves.
+#[derive(Clone, Copy)]
+struct OfCurve {
+    offset_s: f64,
+    sd_s: f64,
+    /// Twice by how much less likely the logarithm is than with the best curve.
+    misfit: f64,
+}
+
 /// What one trial says.
 pub(super) struct Own {
     offset_s: f64,
     sd_s: f64,
+    /// One for each power and share; infinite misfits where it cannot be.
+    curves: Vec<OfCurve>,
+    /// Standard deviation of what the force hides between two samples, where it jumps.
+    hidden_s: f64,
     /// Is the stream with the estimated clock that of the forces?
     of_force: bool,
     force_s: f64,
     way_s: f64,
     force: Rows,
     way: Rows,
+}
+
+/// Which signal has no onset.
+enum Unseen {
+    Force,
+    Way,
+}
+
+impl Own {
+    fn new(force: Rows, way: Rows, of_force: bool) -> Result<Self, Unseen> {
+        let force_rise = Rise::of(&force, 1).ok_or(Unseen::Force)?;
+        let way_rise = Rise::of(&way, 5).ok_or(Unseen::Way)?;
+        let from_s = begin_s(&force_rise).ok_or(Unseen::Force)?;
+        let forces = POWERS.map(|power| force_rise.corners(from_s, &|since_s| since_s.powf(power)));
+        let forces = Fitted::of(&force_rise, &forces).ok_or(Unseen::Force)?;
+        let from_s = begin_s(&way_rise).ok_or(Unseen::Way)?;
+        let mut tried: Vec<Vec<Corner>> = Vec::with_capacity(CURVES);
+        for (force_s, ..) in &forces.each {
+            let loading = Loading::after(&force, &force_rise, *force_s, way_rise.last_s() - from_s);
+            tried.extend((0..=SHARES).map(|k| {
+                let share = LARGEST_SHARE * k as f64 / SHARES as f64;
+                way_rise.corners(from_s, &|since_s| since_s - share * loading.way_s(since_s))
+            }));
+        }
+        let ways = Fitted::of(&way_rise, &tried).ok_or(Unseen::Way)?;
+        let curves: Vec<OfCurve> = ways
+            .each
+            .iter()
+            .enumerate()
+            .map(|(k, (way_s, way_sd, way_misfit))| {
+                let (force_s, force_sd, force_misfit) = forces.each[k / (SHARES + 1)];
+                OfCurve {
+                    offset_s: if of_force { way_s - force_s } else { force_s - way_s },
+                    sd_s: force_sd.hypot(*way_sd),
+                    misfit: force_misfit + way_misfit,
+                }
+            })
+            .collect();
+        let (offset_s, half_s) = interval(&curves).ok_or(Unseen::Way)?;
+        let (force_s, force_sd, _) = forces.best();
+        let hidden_s = force_sd.min(WITHIN * force_rise.step_s);
+        let way_s = if of_force { offset_s + force_s } else { force_s - offset_s };
+        Ok(Self { offset_s, sd_s: 0.5 * half_s, curves, hidden_s, of_force, force_s, way_s, force, way })
+    }
+
+    /// What it says if its onsets have curve `k`: no more than what is likely at all, where they cannot.
+    fn curve(&self, k: usize) -> OfCurve {
+        let own = OfCurve { offset_s: self.offset_s, sd_s: self.sd_s, misfit: MOST };
+        let of = self.curves.get(k).filter(|of| of.misfit.is_finite());
+        of.map_or(own, |of| OfCurve { misfit: of.misfit.min(MOST), ..*of })
+    }
+}
+
+/// The earliest corner of a curve: before that of the straight line that fits to it, by no more than it goes on after.
+fn begin_s(rise: &Rise) -> Option<f64> {
+    let corners = rise.corners(rise.first_s(), &|since_s| since_s);
+    let (straight_s, _) = likely(&corners, rise.variance(least(&corners)?), rise.step_s)?;
+    Some(2.0 * straight_s - rise.last_s() - 4.0 * rise.step_s)
+}
+
+/// Corners of one signal by curve: place, standard deviation, misfit.
+struct Fitted {
+    each: Vec<(f64, f64, f64)>,
+}
+
+impl Fitted {
+    fn of(rise: &Rise, curves: &[Vec<Corner>]) -> Option<Self> {
+        let best = curves.iter().filter_map(|corners| least(corners)).reduce(f64::min)?;
+        let variance = rise.variance(best);
+        let of = |corners: &Vec<Corner>| {
+            let (at_s, sd_s) = likely(corners, variance, rise.step_s)?;
+            Some((at_s, sd_s, (least(corners)? - best) / variance))
+        };
+        let each = curves.iter().map(|corners| of(corners).unwrap_or((0.0, 0.0, f64::INFINITY))).collect();
+        Some(Self { each })
+    }
+
+    fn best(&self) -> (f64, f64, f64) {
+        let least = self.each.iter().copied().reduce(|a, b| if b.2 < a.2 { b } else { a });
+        least.unwrap_or((0.0, 0.0, f64::INFINITY))
+    }
+}
+
+/// How the force rises after its onset, as the way that the gripper makes meanwhile if all of it goes into the force.
+struct Loading {
+    step_s: f64,
+    way_s: Vec<f64>,
+}
+
+impl Loading {
+    /// Points of the curve.
+    const POINTS: usize = 400;
+    /// Below this share of its most the force is noise.
+    const TOLD: f64 = 0.2;
+
+    fn after(force: &Rows, rise: &Rise, onset_s: f64, most_s: f64) -> Self {
+        let step_s = most_s / Self::POINTS as f64;
+        let mut next = force.partition_point(|(t, _)| *t <= onset_s);
+        let mut last = (0.0, 0.0);
+        let mut way_s = Vec::with_capacity(Self::POINTS + 1);
+        for k in 0..=Self::POINTS {
+            let since_s = step_s * k as f64;
+            while let Some((t, x)) = force.get(next).filter(|(t, _)| *t - onset_s <= since_s) {
+                last = (t - onset_s, rise.distance(x));
+                next += 1;
+            }
+            let here = force.get(next).map_or(last, |(t, x)| (t - onset_s, rise.distance(x)));
+            let share = if here.0 > last.0 { (since_s - last.0) / (here.0 - last.0) } else { 0.0 };
+            way_s.push((last.1 + share * (here.1 - last.1)).max(0.0));
+        }
+        // The object never moves against the gripper's motion: all of it is as much as the force leaves room for.
+        let most_n = way_s.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let told = way_s.iter().enumerate().filter(|(_, n)| **n > Self::TOLD * most_n);
+        let per_n = told.map(|(k, n)| step_s * k as f64 / n).fold(f64::INFINITY, f64::min);
+        let per_n = if per_n.is_finite() { per_n } else { 0.0 };
+        way_s.iter_mut().for_each(|n| *n *= per_n);
+        Self { step_s, way_s }
+    }
+
+    /// In time of the gripper's motion, so long after the onset.
+    fn way_s(&self, since_s: f64) -> f64 {
+        let last = self.way_s.len() - 1;
+        let at = (since_s / self.step_s.max(f64::MIN_POSITIVE)).min(last as f64);
+        let (k, share) = (at.floor() as usize, at.fract());
+        self.way_s[k] + share * (self.way_s[(k + 1).min(last)] - self.way_s[k])
+    }
+}
+
+/// Middle and half width of the 95 % interval over all curves: where the likelihood is within two standard deviations
+/// of the greatest.
+fn interval(curves: &[OfCurve]) -> Option<(f64, f64)> {
+    let best = curves.iter().map(|of| of.misfit).reduce(f64::min).filter(|best| best.is_finite())?;
+    let ends = curves.iter().filter(|of| of.misfit - best <= TWO_SD).map(|of| {
+        let half_s = of.sd_s * (TWO_SD - (of.misfit - best)).sqrt();
+        [of.offset_s - half_s, of.offset_s + half_s]
+    });
+    let [low, high] = ends.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])?;
+    Some((0.5 * (low + high), 0.5 * (high - low)))
 }
 
 /// What the trial of these `streams` says of the clock of stream `estimated`.
@@ -97,12 +275,10 @@ pub(super) fn of_trial(mapping: &Mapping, streams: &[Source], estimated: usize) 
     let force = force.ok_or_else(|| advice("no forces by another clock"))?;
     let way = way.ok_or_else(|| advice("no object and gripper by another clock"))?;
     let rest = "from a rest of 0.05 s at the start beyond its noise";
-    let (force_s, force_sd) =
-        onset(&force, 1).ok_or_else(|| advice(&format!("the force does not rise {rest}")))?;
-    let (way_s, way_sd) = onset(&way, 5)
-        .ok_or_else(|| advice(&format!("the object's way in the gripper does not rise {rest}")))?;
-    let offset_s = if of_force { way_s - force_s } else { force_s - way_s };
-    Ok(Own { offset_s, sd_s: force_sd.hypot(way_sd), of_force, force_s, way_s, force, way })
+    Own::new(force, way, of_force).map_err(|unseen| match unseen {
+        Unseen::Force => advice(&format!("the force does not rise {rest}")),
+        Unseen::Way => advice(&format!("the object's way in the gripper does not rise {rest}")),
+    })
 }
 
 /// The offsets of a stream in its trials: one for all where they agree.
@@ -112,17 +288,32 @@ pub(super) fn pooled(
     own: Vec<Result<Own, String>>,
 ) -> Vec<Result<Offset, String>> {
     let told: Vec<&Own> = own.iter().flatten().collect();
-    let of = |share: f64, of: &dyn Fn(&Own) -> f64| {
-        super::super::quantile(&super::super::sorted(told.iter().map(|own| of(own))), share)
+    let middle = |list: &[&Own], of: &dyn Fn(&Own) -> f64| {
+        super::super::quantile(&super::super::sorted(list.iter().map(|own| of(own))), 0.5)
     };
-    let middle_s = of(0.5, &|own| own.offset_s);
-    let sd_s = of(0.5, &|own| own.sd_s);
-    let scatter_s = 1.4826 * of(0.5, &|own| (own.offset_s - middle_s).abs());
-    let agree = told.iter().filter(|own| (own.offset_s - middle_s).abs() <= ONE * own.sd_s.max(sd_s)).count();
+    let middle_s = middle(&told, &|own| own.offset_s);
+    let sd_s = middle(&told, &|own| own.sd_s);
+    let agree: Vec<&Own> = told
+        .iter()
+        .copied()
+        .filter(|own| (own.offset_s - middle_s).abs() <= ONE * own.sd_s.max(sd_s))
+        .collect();
     // Clocks that were started anew agree by chance alone.
-    let one = agree >= 2 && 2 * agree > told.len();
-    // The median of normal numbers has 1.25 times the standard error of their mean.
-    let error_s = 1.25 * scatter_s.max(sd_s) / (agree.max(1) as f64).sqrt();
+    let one = agree.len() >= 2 && 2 * agree.len() > told.len();
+    // The curve is the same in all of them.
+    let of_curve = |k: usize| {
+        let offset_s = middle(&agree, &|own| own.curve(k).offset_s);
+        let scatter_s = 1.4826 * middle(&agree, &|own| (own.curve(k).offset_s - offset_s).abs());
+        // The median of normal numbers has 1.25 times the standard error of their mean.
+        let sd_s =
+            1.25 * scatter_s.max(middle(&agree, &|own| own.curve(k).sd_s)) / (agree.len() as f64).sqrt();
+        OfCurve { offset_s, sd_s, misfit: agree.iter().map(|own| own.curve(k).misfit).sum() }
+    };
+    let curves: Vec<OfCurve> = (0..CURVES).filter(|_| one).map(of_curve).collect();
+    let (middle_s, half_s) = interval(&curves).unwrap_or((middle_s, 2.0 * sd_s));
+    // Motions of one program may touch at the same place between two samples each time.
+    let half_s = half_s.hypot(2.0 * middle(&agree, &|own| own.hidden_s));
+    let agree = agree.len();
     trials
         .into_iter()
         .zip(own)
@@ -132,7 +323,7 @@ pub(super) fn pooled(
                 trial,
                 stream,
                 offset_s: middle_s,
-                uncertainty_s: 2.0 * error_s,
+                uncertainty_s: half_s,
                 trials: agree,
                 own_s: None,
                 contact_s: None,
@@ -215,4 +406,100 @@ fn ways(mapping: &Mapping, stream: &Stream, source: &Source) -> Result<Option<Ro
         }
     }
     Ok(Some(rows))
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::{Own, Rows, pooled};
+
+    /// What is not white noise and straight lines in the recordings.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    enum Kind {
+        Plain,
+        /// The tracker's filter leaves noise whose neighbours agree by 0.8; mains hum in the forces.
+        Correlated,
+        /// The pusher takes a third of the motion while the force rises.
+        PusherGivesWay,
+        /// The force rises with the power 1.5 of the way.
+        FindsItsPlace,
+        /// Rigid pads: the force is all there within a sample.
+        Rigid,
+    }
+
+    /// Time stamps of the poses have to be moved by so much.
+    const TRUTH_S: f64 = 54_509.463;
+
+    /// A push at 10 or 20 mm/s: force at 1 kHz with 20 mN of noise, poses at 120 Hz with 30 um.
+    fn push(kind: Kind, rng: &mut ChaCha8Rng) -> (Rows, Rows) {
+        let contact_s = 0.4 + rng.random_range(0.0..0.05);
+        let speed_m_s = if rng.random::<bool>() { 0.01 } else { 0.02 };
+        let (slides_m, lacks) = match kind {
+            Kind::Rigid => (5e-6, 0.0),
+            Kind::PusherGivesWay => (1e-4, 0.33),
+            _ => (2e-4, 0.0),
+        };
+        let mut normal = |sd: f64| sd * (0..12).map(|_| rng.random::<f64>() - 0.5).sum::<f64>();
+        let power = if kind == Kind::FindsItsPlace { 1.5 } else { 1.0 };
+        let loaded = |t: f64| (speed_m_s * (t - contact_s).max(0.0) / slides_m).min(1.0);
+        let hum = if kind == Kind::Correlated { 0.02 } else { 0.0 };
+        let phase = normal(3.0);
+        let force = (0..900).map(|k| {
+            let t = 1e-3 * f64::from(k);
+            let n = 16.0 * loaded(t).powf(power) + hum * (314.16 * t + phase).sin();
+            (t, [n + normal(0.02), normal(0.02), normal(0.02), 0.0, 0.0, 0.0])
+        });
+        let force: Rows = force.collect();
+        let begin_s = 0.004 * normal(1.0);
+        let remembers: f64 = if kind == Kind::Correlated { 0.8 } else { 0.0 };
+        let mut state = [0.0; 6];
+        let way = (0..108).map(|k| {
+            let t = begin_s + f64::from(k) / 120.0;
+            for x in &mut state {
+                *x = remembers * *x + (1.0 - remembers * remembers).sqrt() * normal(3e-5);
+            }
+            let mut row = state;
+            row[0] += speed_m_s * (t - contact_s).max(0.0) - lacks * slides_m * loaded(t).powf(power);
+            (t - TRUTH_S, row)
+        });
+        (force, way.collect())
+    }
+
+    /// Whether the interval of `trials` pushes holds the truth, and its half width, s.
+    fn told(kind: Kind, seed: u64, trials: usize) -> (bool, f64) {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let own = (0..trials).map(|_| {
+            let (force, way) = push(kind, &mut rng);
+            Own::new(force, way, false).map_err(|_| "no onset".to_owned())
+        });
+        let own: Vec<_> = own.collect();
+        let found = pooled("mocap", vec![String::new(); trials], own);
+        let found = found[0].as_ref().expect("an onset");
+        ((found.offset_s - TRUTH_S).abs() <= found.uncertainty_s, found.uncertainty_s)
+    }
+
+    /// Largest count of hits that chance gives with one in 20 or more, if each has the probability `p`.
+    fn within_chance(hits: usize, of: usize, p: f64) -> bool {
+        let (mut term, mut at_most) = ((1.0 - p).powi(of as i32), 0.0);
+        for k in 0..=hits {
+            at_most += term;
+            term *= (of - k) as f64 / (k + 1) as f64 * p / (1.0 - p);
+        }
+        at_most > 0.05
+    }
+
+    #[test]
+    fn the_interval_of_a_clock_holds_the_truth_whatever_the_noise_and_the_contact_and_however_many_trials() {
+        for kind in [Kind::Plain, Kind::Correlated, Kind::PusherGivesWay, Kind::FindsItsPlace, Kind::Rigid] {
+            for (trials, sets) in [(1, 60), (5, 30), (40, 12)] {
+                let all: Vec<(bool, f64)> = (0..sets).map(|seed| told(kind, seed, trials)).collect();
+                let hits = all.iter().filter(|(holds, _)| *holds).count();
+                let mean_s = all.iter().map(|(_, half_s)| half_s).sum::<f64>() / all.len() as f64;
+                println!("{kind:?}, {trials}: {hits} of {sets}, half width {:.1} ms", 1e3 * mean_s);
+                assert!(within_chance(hits, all.len(), 0.85), "{kind:?}, {trials}: {hits} of {sets}");
+            }
+        }
+    }
 }
