@@ -78,8 +78,6 @@ struct Problem<'a, R: Real, const NC: usize> {
     answers: &'a mut Vec<Answer<R>, NC>,
     inertia: Inertia<R>,
     budget: SolveBudget<R>,
-    /// Most work with the turns of what is solved.
-    turning_work: u32,
     params: &'a PyramidParams<R>,
 }
 
@@ -143,29 +141,13 @@ impl<R: Real, const NC: usize> Paths<R, NC> {
     /// A number out of its range is `BadInput`; what is not finite is never `Solved`. Never panics; `iterations` counts the
     /// paths' factorisations, `evaluations` balances and kinks, and three for each turn of the pyramids; both are bounded by
     /// `budget`.
-    #[inline(always)]
+    #[inline(never)]
     pub fn solve(
         &mut self,
         points: &mut Points<R, NC>,
         bodies: &Bodies<R>,
         guess: &[R; DOF],
         budget: &SolveBudget<R>,
-        params: &PyramidParams<R>,
-        kept: &mut Kept<R>,
-    ) -> Solved<R> {
-        self.solve_and_turn(points, bodies, guess, budget, budget.max_work, params, kept)
-    }
-
-    /// [`Self::solve`], which may go on to `turning_work` in all once it is solved.
-    #[inline(never)]
-    #[allow(clippy::too_many_arguments)]
-    pub(crate) fn solve_and_turn(
-        &mut self,
-        points: &mut Points<R, NC>,
-        bodies: &Bodies<R>,
-        guess: &[R; DOF],
-        budget: &SolveBudget<R>,
-        turning_work: u32,
         params: &PyramidParams<R>,
         kept: &mut Kept<R>,
     ) -> Solved<R> {
@@ -183,12 +165,9 @@ impl<R: Real, const NC: usize> Paths<R, NC> {
             return solved;
         };
         if !(points.lost || points.list.len() > MAX_POINTS) {
-            let count = points.list.len();
-            let turning_work = SolveBudget { max_work: turning_work, ..*budget }.bounded_for(count).max_work;
-            let budget = budget.bounded_for(count);
+            let budget = budget.bounded_for(points.list.len());
             let Self { tracks, answers } = self;
-            let points = &mut points.list;
-            let problem = Problem { points, tracks, answers, inertia, budget, turning_work, params };
+            let problem = Problem { points: &mut points.list, tracks, answers, inertia, budget, params };
             problem.solve(bodies.dt_s, guess, kept, &mut solved);
         }
         solved
@@ -320,7 +299,6 @@ impl<R: Real, const NC: usize> Problem<'_, R, NC> {
         mut velocity: Vec7<R>,
         solved: &mut Solved<R>,
     ) {
-        self.budget.max_work = self.turning_work;
         self.answer(equations.polygon);
         solved.status = SolveStatus::Solved;
         solved.velocity = self.inertia.unscaled(&velocity);

@@ -79,8 +79,7 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
     }
 
     /// Solves for the velocity at the end of the step, from `guess`: with pyramids where they are asked for, and
-    /// with the cone where they are not solved within half of the work (once solved, all of it serves to turn them), or where
-    /// there is none for both
+    /// with the cone where they are not solved within half of the work, or where there is none for both
     /// (and not [`SolveBudget::only`] the pyramids are asked for).
     #[inline(never)]
     pub fn solve(
@@ -104,8 +103,7 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
             true => (budget.max_work / 2).min(budget.max_work.saturating_sub(LEAST_WORK)),
             false => budget.max_work,
         };
-        let own = |share: u32| (share * unit / price).saturating_sub(SETUP_WORK);
-        let max_work = own(share);
+        let max_work = (share * unit / price).saturating_sub(SETUP_WORK);
         let mut first = Solved {
             velocity: *guess,
             status: SolveStatus::Numerical,
@@ -115,10 +113,7 @@ impl<R: Real, const NC: usize> Solver<R, NC> {
         };
         if !cone_instead || max_work >= LEAST_PYRAMIDS_WORK {
             let bounded = SolveBudget { max_work, ..*budget };
-            // What is kept for the cone is free where they are solved.
-            let turning_work = own(budget.max_work);
-            let (points, kept) = (&mut self.points, &mut self.kept);
-            first = paths.solve_and_turn(points, bodies, guess, &bounded, turning_work, params, kept);
+            first = paths.solve(&mut self.points, bodies, guess, &bounded, params, &mut self.kept);
             first.iterations = (first.iterations * price).div_ceil(unit);
             first.evaluations = ((first.evaluations + SETUP_WORK) * price).div_ceil(unit);
             if first.status == SolveStatus::Solved || !cone_instead {
