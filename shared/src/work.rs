@@ -17,6 +17,9 @@ const ENOUGH_WORK: u32 = 68;
 const MOST_WORK: u32 = TICK_WORK - AROUND_WORK - LEAST_WORK;
 /// Work of a step around its solve; each effect adds half a unit a contact point.
 const AROUND_WORK: u32 = 8;
+/// Work of a witness besides its step: the state of before kept, the solvers' memory changed over, what both did compared
+/// (6,000 instructions).
+const WITNESS_WORK: u32 = 2;
 
 impl<R: Real> StepSummary<R> {
     /// Work of the step, in evaluations of the momentum balance of 16 points.
@@ -64,13 +67,18 @@ impl Work {
         self.bounding(options, TICK_WORK)
     }
 
-    /// Whether this tick has room for a step that nothing depends on: the least solve in this formulation.
+    /// Books what a witness does besides its step.
+    pub fn witness(&mut self) {
+        self.done = self.done.saturating_add(WITNESS_WORK);
+    }
+
+    /// Whether this tick has room for a witness, on which nothing depends: the least solve in this formulation.
     pub fn has_room(&self, formulation: Formulation) -> bool {
         let least = match formulation {
             Formulation::Cone => LEAST_WORK,
             Formulation::Lcp => PYRAMIDS_COST * LEAST_WORK,
         };
-        self.done + AROUND_WORK + least <= TICK_WORK
+        self.done + WITNESS_WORK + AROUND_WORK + least <= TICK_WORK
     }
 
     /// Whether this tick has room for a step of the look-ahead. One is done in nearly every

@@ -86,6 +86,7 @@ impl<R: Real> Witness<R> {
         if !work.has_room(formulation) {
             return;
         }
+        work.witness();
         let alone = SolveBudget { only: Some(formulation), ..SolveBudget::present() };
         let options = work.bounding_tick(&alone);
         let out = step_in(scene, model, &mut self.before, drive, &options, space);

@@ -334,6 +334,35 @@ fn a_step_like_the_last_takes_no_factorisation_and_one_that_hardly_differs_those
 }
 
 #[test]
+fn pyramids_that_turn_are_paid_for_and_are_not_turned_without_work_that_is_left() {
+    let mut draw = Draw(31);
+    let turned = PyramidParams::default();
+    let still = PyramidParams { turns: 0, ..turned };
+    let mut count = 0;
+    for case in 0..40 {
+        let (points, bodies) = draw_grasp(&mut draw, case, 0.3, 1e7);
+        let solve = |budget: &SolveBudget<f64>, params| {
+            let s = step::solve(&points, &bodies, &[0.0; 7], budget, params);
+            assert_eq!(s.status, SolveStatus::Solved, "case {case}");
+            // A factorisation is four.
+            (s.velocity, 4 * s.iterations + s.evaluations)
+        };
+        let unbounded = SolveBudget::default();
+        let (before, alone) = solve(&unbounded, &still);
+        let (after, work) = solve(&unbounded, &turned);
+        if after == before {
+            continue;
+        }
+        count += 1;
+        // A matrix, its factors and the rows, and the balance that tells whether it serves.
+        assert!(work >= alone + 4, "case {case}: {work}, without turns {alone}");
+        let within = SolveBudget { max_work: alone + 3, usual_points: MAX_POINTS as u32, ..unbounded };
+        assert_eq!(solve(&within, &turned), (before, alone), "case {case}");
+    }
+    assert!(count > 10, "{count} of 40 turned");
+}
+
+#[test]
 fn single_precision_mostly_finds_the_same_velocity() {
     let mut draw = Draw(2024);
     let (mut solved, mut near) = (0, 0);

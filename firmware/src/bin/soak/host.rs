@@ -8,6 +8,7 @@ use embedded_io_async::{ErrorType, Read, Write};
 use heapless::Vec;
 use postcard_rpc::{Endpoint, Topic};
 use static_cell::StaticCell;
+use stickslip_shared::model::{Formulation, Model};
 use stickslip_shared::predictor::{Intent, Plan, Segment};
 use stickslip_shared::selftest::push;
 use stickslip_shared::wire::frame::{FrameReader, MAX_LINE, crc32, encode};
@@ -50,14 +51,19 @@ fn plan() -> Plan {
 /// A serialised model.
 pub type Bytes = Vec<u8, { wire::MAX_MODEL_BYTES }>;
 
-/// Of two frictions. Made once, before anything runs: on the host's stack they would be on the board's.
+/// Of two frictions, one with the cone and one with pyramids, each with the other as its witness: what a tick can be asked
+/// for at most. Made once, before anything runs: on the host's stack they would be on the board's.
 #[inline(never)]
 pub fn models() -> &'static [Bytes; 2] {
     static MODELS: StaticCell<[Bytes; 2]> = StaticCell::new();
     let models = MODELS.init([const { Vec::new() }; 2]);
-    for (bytes, friction) in models.iter_mut().zip([0.15, 0.3]) {
+    for (bytes, (friction, formulation)) in
+        models.iter_mut().zip([(0.15, Formulation::Cone), (0.3, Formulation::Lcp)])
+    {
         let _ = bytes.resize_default(wire::MAX_MODEL_BYTES);
-        let length = postcard::to_slice(&push(0.2, friction), bytes).map_or(0, |used| used.len());
+        let (scene, model, limits) = push(0.2, friction);
+        let model = Model { formulation, witness: true, ..model };
+        let length = postcard::to_slice(&(scene, model, limits), bytes).map_or(0, |used| used.len());
         bytes.truncate(length);
     }
     models

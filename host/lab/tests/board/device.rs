@@ -228,13 +228,13 @@ fn the_board_counts_what_the_other_formulation_says_and_predicts_the_same() {
 
 #[test]
 #[ignore = "needs the firmware: make hil"]
-fn a_tick_takes_fewer_than_400_000_instructions_in_either_formulation() {
+fn a_tick_takes_fewer_than_400_000_instructions_in_either_formulation_with_the_other_as_its_witness() {
     let name = firmware();
     for formulation in [Formulation::Cone, Formulation::Lcp] {
         let friction = Friction { finger: 0.4, pusher: 0.25, support: 0.3 };
-        let model = Model { formulation, ..Model::base(Base::Hard, friction) };
+        let model = Model { formulation, witness: true, ..Model::base(Base::Hard, friction) };
         let mut push = package();
-        push.model.1.formulation = formulation;
+        (push.model.1.formulation, push.model.1.witness) = (formulation, true);
         for (what, package) in [
             ("a push", push),
             ("32 points at rest, measured with noise", Held::Plate.package(&model, 200, NOISE_M)),
