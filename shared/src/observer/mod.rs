@@ -21,7 +21,7 @@ pub mod params;
 pub mod plateau;
 pub mod shear;
 pub mod trend;
-mod window;
+pub(crate) mod window;
 
 pub use params::Params;
 

@@ -8,10 +8,10 @@
 
 use super::types::Sample;
 use crate::model::Model;
+use crate::observer::window::shift_in;
 use crate::real::{Real, Vec3};
 use crate::rotation::turned;
 use crate::track::Pose;
-use heapless::history_buf::HistoryBuf;
 
 /// Poses of the gripper that are kept: 0.12 s at 250 Hz. What is later is seen as if it were so much late.
 const GRIPPERS: usize = 32;
@@ -25,18 +25,21 @@ pub(super) fn lateness<R: Real>(model: &Model<R>) -> R {
     })
 }
 
-/// Poses that wait for those of their moment, with their times.
+/// A pose and when it was taken, s.
+type Timed<R> = (R, Pose<R>);
+
+/// Poses that wait for those of their moment, the newest first.
 #[derive(Clone, Debug)]
 pub(super) struct Waiting<R: Real> {
-    grippers: HistoryBuf<(R, Pose<R>), GRIPPERS>,
-    objects: HistoryBuf<(R, Pose<R>), OBJECTS>,
+    grippers: [Option<Timed<R>>; GRIPPERS],
+    objects: [Option<Timed<R>>; OBJECTS],
     /// Of the last object's pose that was used.
     used_s: Option<R>,
 }
 
 impl<R: Real> Waiting<R> {
     pub(super) fn new() -> Self {
-        Self { grippers: HistoryBuf::new(), objects: HistoryBuf::new(), used_s: None }
+        Self { grippers: [None; GRIPPERS], objects: [None; OBJECTS], used_s: None }
     }
 
     /// The object as it was seen from the gripper at one moment; `None` where there is no pose that was not used before.
@@ -47,46 +50,44 @@ impl<R: Real> Waiting<R> {
         object: Option<Pose<R>>,
     ) -> Option<Pose<R>> {
         if let Some(gripper) = sample.gripper {
-            self.grippers.write((sample.t_s, gripper));
+            shift_in(&mut self.grippers, Some((sample.t_s, gripper)));
         }
         if let Some(object) = object {
-            self.objects.write((sample.t_s, object));
+            shift_in(&mut self.objects, Some((sample.t_s, object)));
         }
         // By half a sample the gripper is foreseen: to wait for the next one would take a whole.
-        let mut newest = self.grippers.oldest_ordered().rev();
-        let [last_s, before_s] = [(); 2].map(|()| newest.next().map_or(sample.t_s, |(at_s, _)| *at_s));
-        let soon_s = last_s + (last_s - before_s) * R::of(0.5);
-        let taken_s = |at_s: R| at_s - late_s;
-        let mut known = self.objects.oldest_ordered().rev();
-        let (at_s, object) = *known.find(|(at_s, _)| !(taken_s(*at_s) > soon_s))?;
+        let mut times = self.grippers.iter().flatten().map(|(at_s, _)| *at_s);
+        let last_s = times.next()?;
+        let soon_s = last_s + (last_s - times.next().unwrap_or(last_s)) * R::of(0.5);
+        let (at_s, object) = *self.objects.iter().flatten().find(|(at_s, _)| !(*at_s - late_s > soon_s))?;
         if self.used_s == Some(at_s) {
             return None;
         }
-        let gripper = self.gripper_at(taken_s(at_s))?;
+        let gripper = self.gripper_at(at_s - late_s)?;
         self.used_s = Some(at_s);
         Some(gripper.to_local(&object))
     }
 
     /// The gripper, between two samples or a little after the last.
     fn gripper_at(&self, t_s: R) -> Option<Pose<R>> {
-        let full = self.grippers.len() == GRIPPERS;
-        let mut pair = [None; 2];
-        for entry in self.grippers.oldest_ordered() {
-            pair = [pair[1], Some(entry)];
-            if entry.0 > t_s {
-                break;
+        let mut after: Option<&Timed<R>> = None;
+        let mut known = self.grippers.iter().flatten().peekable();
+        while let Some(pose) = known.next() {
+            let before = if pose.0 > t_s { None } else { Some(pose) };
+            match (before, after, known.peek()) {
+                (Some(before), Some(after), _) => return Some(between(before, after, t_s)),
+                (Some(last), None, Some(before)) => return Some(between(before, last, t_s)),
+                (Some(only), None, None) => return Some(only.1),
+                (None, ..) => after = Some(pose),
             }
         }
-        match pair {
-            [Some(before), Some(after)] => Some(between(before, after, t_s)),
-            // Later than what is kept.
-            [None, Some(first)] if full || !(first.0 > t_s) => Some(first.1),
-            _ => None,
-        }
+        // Later than what is kept.
+        let [.., oldest] = &self.grippers;
+        oldest.map(|(_, pose)| pose)
     }
 }
 
-fn between<R: Real>(a: &(R, Pose<R>), b: &(R, Pose<R>), t_s: R) -> Pose<R> {
+fn between<R: Real>(a: &Timed<R>, b: &Timed<R>, t_s: R) -> Pose<R> {
     let share = (t_s - a.0) / (b.0 - a.0);
     let (a, b) = (&a.1, &b.1);
     let turn = (b.rotation * a.rotation.inverse()).into_inner();
