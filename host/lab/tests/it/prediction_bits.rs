@@ -80,9 +80,9 @@ const WORST: [(&str, u32); 12] = [
     ("step-work-2", 0xd706b307),
     ("tick-work-1", 0x4e8322fd),
     ("tick-work-2", 0x56b7d30d),
-    ("tick-work-3", 0x3b32d097),
+    ("tick-work-3", 0xbfd32f95),
     ("tick-work-4", 0x87f5ffae),
-    ("tick-work-5", 0x033a2315),
-    ("tick-work-6", 0x2b59d8de),
+    ("tick-work-5", 0xd78fd345),
+    ("tick-work-6", 0xfd9e92fc),
     ("tick-work-7", 0x87840a28),
 ];
