@@ -34,5 +34,6 @@ pub mod solve;
 pub mod state;
 pub mod step;
 pub mod track;
+mod window;
 pub mod wire;
 mod work;

@@ -28,7 +28,8 @@ use owners::keep_owners;
 pub use params::{JAW_MASS_KG, StepParams};
 pub use solver::SolvedBy;
 
-fn effect_hooks<'a, R: Real>(
+/// The laws of a model's effects, each with its place and its parameters.
+pub(crate) fn effect_hooks<'a, R: Real>(
     model: &'a Model<R>,
 ) -> impl Iterator<Item = (usize, &'a dyn effects::Law<R>, &'a [R; effects::MAX_PARAMETERS])> {
     let mut formulas = model.formulas.iter();

@@ -13,7 +13,7 @@ use serde::Serialize;
 use smartcore::linalg::basic::matrix::DenseMatrix;
 use smartcore::xgboost::{XGRegressor, XGRegressorParameters};
 
-use crate::grasps::{Grasp, Unit, force};
+use crate::grasps::{Grasp, force};
 use stickslip_analysis::channels;
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::alarms::{Episode, SLIPS, episodes};
@@ -195,8 +195,8 @@ impl Scored {
     ///
     /// # Errors
     /// Where the predictor refuses it, or the trees do not fit.
-    pub fn of(grasp: &Grasp<'_>, unit: &mut Unit, pose: ObjectPose, learnt: &Learnt) -> anyhow::Result<Self> {
-        let raised = grasp.predictions(unit, pose, true)?;
+    pub fn of(grasp: &Grasp<'_>, pose: ObjectPose, learnt: &Learnt) -> anyhow::Result<Self> {
+        let raised = grasp.predictions(pose, true)?;
         let up = |mask: u32| episodes(&grasp.t_s, raised.iter().map(|p| p.flags & mask != 0), grasp.until_s);
         let is_slip = raised.iter().map(|p| p.flags & SLIPS != 0);
         Ok(Self {

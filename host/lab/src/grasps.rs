@@ -9,8 +9,8 @@ use stickslip_analysis::model::file::model_or_default;
 use stickslip_analysis::run::replay::{Feed, feed};
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::warnings::{Key, TrialKey, until_s};
-use stickslip_data::Index;
-use stickslip_shared::model::{Model, Scene};
+use stickslip_data::{Index, TrialInfo};
+use stickslip_shared::model::Model;
 use stickslip_shared::predictor::{Limits, ModelError, Plan, Prediction, Predictor, validate};
 use stickslip_shared::wire::Sample;
 
@@ -19,42 +19,28 @@ use crate::degrade::Fault;
 /// Samples whose forces a threshold averages.
 const SMOOTHED: usize = 10;
 
-/// A predictor as a unit has it that stays on from one trial to the next: what it has learnt of friction, pads, clocks and
-/// noise it knows in the next grasp of the same object.
+/// A predictor as a unit has it that stays on from one trial to the next: what it has learnt of friction it knows in the
+/// next grasp.
 #[derive(Debug, Default)]
 pub struct Unit {
-    on: Option<(Predictor<f32>, Scene<f32>, Model<f64>)>,
+    on: Option<Predictor<f32>>,
 }
 
 impl Unit {
-    /// Ready for a trial: the same predictor where scene and model are those of the last one, else one that knows nothing.
-    ///
-    /// # Errors
-    /// The predictor refuses scene or model.
-    pub fn begin(
-        &mut self,
-        feed: &Feed,
-        model: &Model<f64>,
-        limits: Limits,
-        ordinal: usize,
-    ) -> Result<&mut Predictor<f32>, ModelError> {
-        let mut on = match self.on.take().filter(|on| on.2 == *model) {
-            Some(mut on) => {
-                if on.1 != feed.scene {
-                    validate(&feed.scene, &model.cast())?;
-                    on.0.swap(feed.scene.clone(), model.cast(), limits);
-                    on.1 = feed.scene.clone();
-                }
-                on
+    /// Ready for a grasp: of another object as after an upload to the board.
+    fn begin(&mut self, grasp: &Grasp<'_>) -> Result<&mut Predictor<f32>, ModelError> {
+        let (scene, model, limits) = (grasp.feed.scene.clone(), grasp.model.cast(), Limits::default());
+        let predictor = match self.on.take() {
+            Some(mut predictor) => {
+                validate(&scene, &model)?;
+                predictor.swap(scene, model, limits);
+                predictor
             }
-            None => {
-                (Predictor::new(feed.scene.clone(), model.cast(), limits)?, feed.scene.clone(), model.clone())
-            }
+            None => Predictor::new(scene, model, limits)?,
         };
-        on.0.restart();
-        on.0.set_plan(feed.plan.clone());
-        on.0.set_trial(ordinal as f32);
-        Ok(&mut self.on.insert(on).0)
+        let predictor = self.on.insert(predictor);
+        predictor.restart();
+        Ok(predictor)
     }
 }
 
@@ -88,18 +74,25 @@ impl Grasp<'_> {
     ///
     /// # Errors
     /// Where it refuses scene or model.
-    pub fn predictions(
+    pub fn predictions(&self, pose: ObjectPose, plan: bool) -> anyhow::Result<Vec<Prediction>> {
+        self.predictions_by(&mut Unit::default(), pose, plan)
+    }
+
+    /// The same by a unit that may have taken others before.
+    ///
+    /// # Errors
+    /// Where it refuses scene or model.
+    pub fn predictions_by(
         &self,
         unit: &mut Unit,
         pose: ObjectPose,
         plan: bool,
     ) -> anyhow::Result<Vec<Prediction>> {
         let predictor = unit
-            .begin(&self.feed, &self.model, Limits::default(), self.ordinal)
+            .begin(self)
             .map_err(|why| anyhow::anyhow!("trial {}: scene or model refused: {why:?}", self.trial))?;
-        if !plan {
-            predictor.set_plan(Plan::default());
-        }
+        predictor.set_plan(if plan { self.feed.plan.clone() } else { Plan::default() });
+        predictor.set_trial(self.ordinal as f32);
         let mut started = false;
         let of = self.feed.samples.iter().map(|s| {
             let mut sample = *s;
@@ -149,46 +142,67 @@ pub fn key_of(folder: &Path) -> PathBuf {
     if own.exists() { own } else { folder.join("../key.json") }
 }
 
-/// What `of` makes of each trial of `folder`, in order, by one unit that `stays_on` or by one for each. `key` and `model` in place of those beside the data.
-///
-/// # Errors
-/// Where the key, the model or the data cannot be read, or `of` fails.
-pub fn each<T: Send>(
-    folder: &Path,
-    (key, model): (Option<&Path>, Option<&Path>),
-    stays_on: bool,
-    of: impl Fn(Grasp<'_>, &mut Unit) -> anyhow::Result<T> + Sync,
-) -> anyhow::Result<Vec<T>> {
-    let path = key.map_or_else(|| key_of(folder), Path::to_owned);
-    let text =
-        std::fs::read(&path).with_context(|| format!("{}: cannot be read; state --key", path.display()))?;
-    let key: Key = serde_json::from_slice(&text)
-        .with_context(|| format!("{}: not a key of simulated grasps", path.display()))?;
-    let index = Index::open(folder)?;
-    let beside = [folder.join("model.toml"), folder.join("../model.toml")];
-    let told = model.or_else(|| beside.iter().find(|p| p.exists()).map(PathBuf::as_path));
-    let model = model_or_default(told)?;
-    let grasp = |unit: &mut Unit, (ordinal, info): (usize, &stickslip_data::TrialInfo)| {
-        let truth = key
+/// A data set of simulated grasps.
+struct Grasps {
+    path: PathBuf,
+    key: Key,
+    index: Index,
+    model: Model<f64>,
+}
+
+impl Grasps {
+    /// `key` and `model` in place of those beside the data.
+    fn open(folder: &Path, (key, model): (Option<&Path>, Option<&Path>)) -> anyhow::Result<Self> {
+        let path = key.map_or_else(|| key_of(folder), Path::to_owned);
+        let text = std::fs::read(&path)
+            .with_context(|| format!("{}: cannot be read; state --key", path.display()))?;
+        let key: Key = serde_json::from_slice(&text)
+            .with_context(|| format!("{}: not a key of simulated grasps", path.display()))?;
+        let index = Index::open(folder)?;
+        let beside = [folder.join("model.toml"), folder.join("../model.toml")];
+        let told = model.or_else(|| beside.iter().find(|p| p.exists()).map(PathBuf::as_path));
+        Ok(Self { path, key, index, model: model_or_default(told)? })
+    }
+
+    fn grasp<'a>(&'a self, (ordinal, info): (usize, &'a TrialInfo)) -> anyhow::Result<Grasp<'a>> {
+        let truth = self
+            .key
             .trials
             .get(&info.trial)
-            .with_context(|| format!("{}: no entry for trial '{}'", path.display(), info.trial))?;
-        let trial = index.read_trial(info)?;
-        let mut feed = feed(&index.description, &trial)?;
+            .with_context(|| format!("{}: no entry for trial '{}'", self.path.display(), info.trial))?;
+        let trial = self.index.read_trial(info)?;
+        let mut feed = feed(&self.index.description, &trial)?;
         let first = trial.samples.iter().find_map(|s| s.grip_cmd_n).or(info.grip_n).unwrap_or(0.0);
         // The plan tells the set-point at the start: that a grip decays is not in it.
         feed.plan.segments.iter_mut().for_each(|s| s.grip_n = first as f32);
         let t_s = times(&feed);
         let until_s = until_s(truth, &t_s);
-        of(Grasp { trial: &info.trial, ordinal, truth, feed, model: model.clone(), t_s, until_s }, unit)
-    };
-    match stays_on {
-        true => {
-            let mut unit = Unit::default();
-            index.trials.iter().enumerate().map(|trial| grasp(&mut unit, trial)).collect()
-        }
-        false => {
-            index.trials.par_iter().enumerate().map(|trial| grasp(&mut Unit::default(), trial)).collect()
-        }
+        Ok(Grasp { trial: &info.trial, ordinal, truth, feed, model: self.model.clone(), t_s, until_s })
     }
+}
+
+/// What `of` makes of each trial of `folder`, in order. `key` and `model` in place of those beside the data.
+///
+/// # Errors
+/// Where the key, the model or the data cannot be read, or `of` fails.
+pub fn each<T: Send>(
+    folder: &Path,
+    told: (Option<&Path>, Option<&Path>),
+    of: impl Fn(Grasp<'_>) -> anyhow::Result<T> + Sync,
+) -> anyhow::Result<Vec<T>> {
+    let grasps = Grasps::open(folder, told)?;
+    grasps.index.trials.par_iter().enumerate().map(|trial| of(grasps.grasp(trial)?)).collect()
+}
+
+/// The same with one trial after the other.
+///
+/// # Errors
+/// As [`each`].
+pub fn in_turn<T>(
+    folder: &Path,
+    told: (Option<&Path>, Option<&Path>),
+    mut of: impl FnMut(Grasp<'_>) -> anyhow::Result<T>,
+) -> anyhow::Result<Vec<T>> {
+    let grasps = Grasps::open(folder, told)?;
+    grasps.index.trials.iter().enumerate().map(|trial| of(grasps.grasp(trial)?)).collect()
 }

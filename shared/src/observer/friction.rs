@@ -13,7 +13,7 @@
 
 use crate::real::{Real, clamp, max, min, sqrt};
 
-/// Degrees of freedom of what one grasp tells of the rig. Doubled: a wet patch moves the next grasps twice as far.
+/// Degrees of freedom of what one grasp tells of the rig. Doubled: a wet patch moves the next grasps 1.7 times as far.
 const FREEDOM: f64 = 4.0;
 
 /// What was chosen in it.

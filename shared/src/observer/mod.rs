@@ -21,7 +21,6 @@ pub mod params;
 pub mod plateau;
 pub mod shear;
 pub mod trend;
-pub(crate) mod window;
 
 pub use params::Params;
 

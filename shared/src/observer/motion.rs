@@ -14,8 +14,8 @@
 //! white noise is added. Poses may come more rarely than samples.
 
 use super::shear::{Load, Shear, ShearParams};
-use super::window::shift_in;
 use crate::real::{Real, Vec3, clamp, max, min, norm, sqrt};
+use crate::window::shift_in;
 
 /// Gains of the filter: its noise is 0.57 of the samples', as that of a mean of three.
 const ALPHA: f64 = 0.4;

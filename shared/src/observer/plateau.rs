@@ -15,8 +15,8 @@
 //! A short jump that is flat wherever it lies was clipped, most likely: where it ends within
 //! a tenth of a second, its height is a ceiling of friction to be learnt from.
 
-use super::window::shift_in;
 use crate::real::{Real, max, min, sqrt};
+use crate::window::shift_in;
 
 /// Samples that must be flat.
 const FLAT: usize = 5;

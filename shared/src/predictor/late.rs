@@ -8,10 +8,11 @@
 
 use super::types::Sample;
 use crate::model::Model;
-use crate::observer::window::shift_in;
 use crate::real::{Real, Vec3};
 use crate::rotation::turned;
+use crate::step::effect_hooks;
 use crate::track::Pose;
+use crate::window::shift_in;
 
 /// Poses of the gripper that are kept: 0.12 s at 250 Hz. What is later is seen as if it were so much late.
 const GRIPPERS: usize = 32;
@@ -20,9 +21,7 @@ const OBJECTS: usize = 8;
 
 /// By how much the object's pose is late, by the model's effects, s.
 pub(super) fn lateness<R: Real>(model: &Model<R>) -> R {
-    model.effects.iter().fold(R::zero(), |late_s, e| {
-        late_s + crate::effects::law::<R>(e.code).map_or_else(R::zero, |law| law.pose_late_s(&e.parameters))
-    })
+    effect_hooks(model).fold(R::zero(), |late_s, (_, law, p)| late_s + law.pose_late_s(p))
 }
 
 /// A pose and when it was taken, s.

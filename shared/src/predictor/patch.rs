@@ -4,13 +4,11 @@
 use crate::contact::{Body, SLOTS};
 use crate::model::{FingerContact, Model, Scene};
 use crate::real::{Real, Vec3, max, min, sqrt};
-use crate::step::Workspace;
+use crate::step::{Workspace, effect_hooks};
 
 /// Friction while sliding over that at rest, by the model's effects.
 pub(super) fn sliding_share<R: Real>(model: &Model<R>) -> R {
-    model.effects.iter().fold(R::one(), |share, e| {
-        share * crate::effects::law::<R>(e.code).map_or_else(R::one, |law| law.sliding_share(&e.parameters))
-    })
+    effect_hooks(model).fold(R::one(), |share, (_, law, p)| share * law.sliding_share(p))
 }
 
 /// Arm of a finger's torsional friction by the shape of its patch: torsion limit over force limit.
@@ -24,9 +22,7 @@ pub(super) fn patch_arm<R: Real>(scene: &Scene<R>) -> R {
 
 /// The same with the model's effects.
 pub(super) fn torsion_arm<R: Real>(model: &Model<R>, arm_m: R) -> R {
-    model.effects.iter().fold(arm_m, |arm_m, e| {
-        crate::effects::law::<R>(e.code).map_or(arm_m, |law| law.torsion_arm(&e.parameters, arm_m))
-    })
+    effect_hooks(model).fold(arm_m, |arm_m, (_, law, p)| law.torsion_arm(p, arm_m))
 }
 
 /// What the model's effects make of the fingers' friction limit under a load along `load`

@@ -10,7 +10,7 @@ use stickslip_report::terminal::{Output, table};
 
 use super::warnings::share;
 use crate::ceilings::{From, Sight, found};
-use crate::grasps::{self, Unit};
+use crate::grasps;
 
 /// Slips that begin without a sign of their own, and until when they shall be seen, s.
 const JUDGED: [(&str, Class, f64); 2] =
@@ -63,8 +63,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         table(["data", "slips", "seen in time", "oracle, since onset", "oracle, since before", "shortfall"]);
     for folder in &args.data {
         let sight = Sight::told(&grasps::key_of(folder))?;
-        let one = |grasp: grasps::Grasp<'_>, unit: &mut Unit| -> anyhow::Result<_> {
-            let raised = grasp.predictions(unit, ObjectPose::Every, true)?;
+        let one = |grasp: grasps::Grasp<'_>| -> anyhow::Result<_> {
+            let raised = grasp.predictions(ObjectPose::Every, true)?;
             let up = episodes(&grasp.t_s, raised.iter().map(|p| p.flags & SLIPS != 0), grasp.until_s);
             let figures = judge(grasp.truth, &up, &[], grasp.until_s);
             let class = grasp.truth.class();
@@ -79,7 +79,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
                 Some((k, ours, chance(From::Onset)?, chance(From::Before)?, grasp.trial.to_owned()))
             }))
         };
-        let trials = grasps::each(folder, (None, None), false, one)?;
+        let trials = grasps::each(folder, (None, None), one)?;
         for (k, (name, _, within_s)) in JUDGED.iter().enumerate() {
             let mut row = Row {
                 data: folder.file_name().unwrap_or_default().to_string_lossy().into_owned(),

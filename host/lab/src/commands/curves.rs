@@ -60,18 +60,14 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let mut rows = Vec::new();
     for folder in &args.learn_from {
         rows.extend(
-            grasps::each(folder, (None, None), false, |g, _| Ok(lessons(&g, args.pose)))?
-                .into_iter()
-                .flatten(),
+            grasps::each(folder, (None, None), |g| Ok(lessons(&g, args.pose)))?.into_iter().flatten(),
         );
     }
     output.note(format!("trees: {} samples to learn from", rows.len()));
     let learnt = Learnt::from(rows)?;
     let mut trials = Vec::new();
     for folder in &args.data {
-        trials.extend(grasps::each(folder, (None, None), false, |g, unit| {
-            Scored::of(&g, unit, args.pose, &learnt)
-        })?);
+        trials.extend(grasps::each(folder, (None, None), |g| Scored::of(&g, args.pose, &learnt))?);
     }
     let (ours, up) = predictor(&trials);
     let curves: [Vec<Point>; 3] = std::array::from_fn(|k| curve(&trials, k));

@@ -10,7 +10,7 @@ use stickslip_report::plot::{Chart, Line, MEASURED, MODELS};
 use stickslip_report::terminal::{Output, table};
 
 use super::warnings::share;
-use crate::grasps::{self, Unit};
+use crate::grasps;
 use crate::reliability::{EDGES, SOON_S, Stated};
 
 type Pick = fn(&Stated) -> &Share;
@@ -49,11 +49,11 @@ struct Report {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let mut report = Report::default();
     for folder in &args.data {
-        let of = |grasp: grasps::Grasp<'_>, unit: &mut Unit| {
-            let stated = Stated::of_grasp(&grasp, &grasp.predictions(unit, args.pose, true)?);
+        let of = |grasp: grasps::Grasp<'_>| {
+            let stated = Stated::of_grasp(&grasp, &grasp.predictions(args.pose, true)?);
             Ok((WITHOUT_SIGN.contains(&grasp.truth.scenario.as_str()), stated))
         };
-        for (sudden, stated) in grasps::each(folder, (None, None), false, of)? {
+        for (sudden, stated) in grasps::each(folder, (None, None), of)? {
             report.all.join(&stated);
             if !sudden {
                 report.announced.join(&stated);

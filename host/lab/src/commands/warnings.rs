@@ -11,7 +11,7 @@ use stickslip_report::terminal::{Output, table};
 use stickslip_shared::predictor::flags;
 
 use crate::degrade::Fault;
-use crate::grasps::{self, Grasp};
+use crate::grasps::{self, Grasp, Unit};
 
 /// Arguments of `stickslip-lab warnings`.
 #[derive(Debug, clap::Args)]
@@ -35,7 +35,7 @@ pub struct Args {
     /// Give the predictor no plan
     #[arg(long)]
     pub no_plan: bool,
-    /// One unit takes the trials in turn, and keeps what it learns
+    /// One unit takes the trials in turn, and keeps what it learns of friction
     #[arg(long)]
     pub stays_on: bool,
     /// Spoil the samples, or the model, first
@@ -137,30 +137,35 @@ pub(super) fn rate(events: &Events) -> String {
 
 /// Figures of the predictor and of the threshold in each trial.
 fn judge_set(args: &Args, folder: &Path) -> anyhow::Result<Vec<([Figures; 2], Doubts)>> {
-    let beside = (args.key.as_deref(), args.model.as_deref());
-    grasps::each(folder, beside, args.stays_on, |mut grasp, unit| {
-        if let Some(fault) = args.degrade {
-            grasp.spoil(fault);
-        }
-        let Grasp { truth, until_s: until, .. } = grasp;
-        let raised: Vec<u32> =
-            grasp.predictions(unit, args.pose, !args.no_plan)?.iter().map(|p| p.flags).collect();
-        let t_s = &grasp.t_s;
-        let up = |mask: u32| -> Vec<Episode> { episodes(t_s, raised.iter().map(|f| f & mask != 0), until) };
-        let slip = up(SLIPS);
-        let ours = judge(truth, &slip, &up(flags::DROP), until);
-        let ticks_in = |from_s: f64, to_s: f64| {
-            t_s.iter().zip(&raised).filter(move |(t, _)| (from_s..=to_s).contains(*t))
-        };
-        let is_unsure = |raised: &u32| raised & flags::UNSURE != 0;
-        let mut unsure = Doubts::default();
-        ticks_in(0.0, until).for_each(|(_, raised)| unsure.ticks.count(is_unsure(raised)));
-        if let Some(at) = missed_s(truth, &slip) {
-            let about = ticks_in(at - MISSED_S, at + MISSED_S);
-            unsure.missed.count(about.into_iter().any(|(_, raised)| is_unsure(raised)));
-        }
-        let limit = args.threshold * grasp.model.friction.finger;
-        let over = episodes(t_s, grasp.ratios().map(|r| r > limit), until);
-        Ok(([ours, judge(truth, &over, &over, until)], unsure))
-    })
+    let told = (args.key.as_deref(), args.model.as_deref());
+    if args.stays_on {
+        let mut unit = Unit::default();
+        return grasps::in_turn(folder, told, |grasp| judged(args, grasp, &mut unit));
+    }
+    grasps::each(folder, told, |grasp| judged(args, grasp, &mut Unit::default()))
+}
+
+fn judged(args: &Args, mut grasp: Grasp<'_>, unit: &mut Unit) -> anyhow::Result<([Figures; 2], Doubts)> {
+    if let Some(fault) = args.degrade {
+        grasp.spoil(fault);
+    }
+    let Grasp { truth, until_s: until, .. } = grasp;
+    let raised: Vec<u32> =
+        grasp.predictions_by(unit, args.pose, !args.no_plan)?.iter().map(|p| p.flags).collect();
+    let t_s = &grasp.t_s;
+    let up = |mask: u32| -> Vec<Episode> { episodes(t_s, raised.iter().map(|f| f & mask != 0), until) };
+    let slip = up(SLIPS);
+    let ours = judge(truth, &slip, &up(flags::DROP), until);
+    let ticks_in =
+        |from_s: f64, to_s: f64| t_s.iter().zip(&raised).filter(move |(t, _)| (from_s..=to_s).contains(*t));
+    let is_unsure = |raised: &u32| raised & flags::UNSURE != 0;
+    let mut unsure = Doubts::default();
+    ticks_in(0.0, until).for_each(|(_, raised)| unsure.ticks.count(is_unsure(raised)));
+    if let Some(at) = missed_s(truth, &slip) {
+        let about = ticks_in(at - MISSED_S, at + MISSED_S);
+        unsure.missed.count(about.into_iter().any(|(_, raised)| is_unsure(raised)));
+    }
+    let limit = args.threshold * grasp.model.friction.finger;
+    let over = episodes(t_s, grasp.ratios().map(|r| r > limit), until);
+    Ok(([ours, judge(truth, &over, &over, until)], unsure))
 }

@@ -412,6 +412,7 @@ fn ways(mapping: &Mapping, stream: &Stream, source: &Source) -> Result<Option<Ro
 mod tests {
     use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
+    use statrs::distribution::{Binomial, DiscreteCDF};
 
     use super::{Own, Rows, pooled};
 
@@ -480,16 +481,6 @@ mod tests {
         ((found.offset_s - TRUTH_S).abs() <= found.uncertainty_s, found.uncertainty_s)
     }
 
-    /// Largest count of hits that chance gives with one in 20 or more, if each has the probability `p`.
-    fn within_chance(hits: usize, of: usize, p: f64) -> bool {
-        let (mut term, mut at_most) = ((1.0 - p).powi(of as i32), 0.0);
-        for k in 0..=hits {
-            at_most += term;
-            term *= (of - k) as f64 / (k + 1) as f64 * p / (1.0 - p);
-        }
-        at_most > 0.05
-    }
-
     #[test]
     fn the_interval_of_a_clock_holds_the_truth_whatever_the_noise_and_the_contact_and_however_many_trials() {
         for kind in [Kind::Plain, Kind::Correlated, Kind::PusherGivesWay, Kind::FindsItsPlace, Kind::Rigid] {
@@ -498,7 +489,9 @@ mod tests {
                 let hits = all.iter().filter(|(holds, _)| *holds).count();
                 let mean_s = all.iter().map(|(_, half_s)| half_s).sum::<f64>() / all.len() as f64;
                 println!("{kind:?}, {trials}: {hits} of {sets}, half width {:.1} ms", 1e3 * mean_s);
-                assert!(within_chance(hits, all.len(), 0.85), "{kind:?}, {trials}: {hits} of {sets}");
+                let of_85_percent = Binomial::new(0.85, sets).expect("a probability");
+                // By chance no more than once in 20.
+                assert!(of_85_percent.cdf(hits as u64) > 0.05, "{kind:?}, {trials}: {hits} of {sets}");
             }
         }
     }
