@@ -134,21 +134,26 @@ pub fn measured(slopes: &[Slope]) -> Option<Pads> {
 /// Load and displacement of a grasp at one sample: along gripper X, along Z and about Y.
 type Loaded = [(f64, f64); 3];
 
+/// Mean square radius of a pad, m^2.
+#[must_use]
+pub fn mean_square_m2(fingers: &FingerContact<f64>) -> f64 {
+    match fingers {
+        FingerContact::Disc { diameter_m } => diameter_m * diameter_m / 8.0,
+        FingerContact::Line { length_m } => length_m * length_m / 12.0,
+        FingerContact::Point => 0.0,
+    }
+}
+
 /// The loadings of a grasp in a trial: one for each direction that is loaded.
 #[must_use]
 pub fn loadings(trial: &Prepared) -> Vec<Slope> {
     let Some(fingers) = &trial.scene.fingers else { return Vec::new() };
-    let mean_square_m2 = match fingers {
-        FingerContact::Disc { diameter_m } => diameter_m * diameter_m / 8.0,
-        FingerContact::Line { length_m } => length_m * length_m / 12.0,
-        FingerContact::Point => 0.0,
-    };
     let Some(Some(touch)) = contact::measured(&trial.t_s, &trial.measured) else { return Vec::new() };
     let from = trial.t_s.partition_point(|t| *t < trial.t_s[touch] - REST_S);
     let Some(rest) = mean_of(&trial.measured[from.min(touch)..touch]) else { return Vec::new() };
     let loaded: Vec<Option<Loaded>> = trial.measured.iter().map(|s| loaded(s, &rest)).collect();
     // Of one pad: half of the load, and a turn at its radius.
-    let scale = [2.0, 2.0, 2.0 * mean_square_m2];
+    let scale = [2.0, 2.0, 2.0 * mean_square_m2(fingers)];
     // Driven in one sample: along, along, and turned.
     let driven_m = trial.drive_speed().iter().skip(touch).fold(0.0, |m: f64, v| m.max(*v)) * trial.period_s();
     let driven = [driven_m, driven_m, driven_m / TURN_ARM_M];

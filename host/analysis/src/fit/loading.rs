@@ -6,9 +6,11 @@
 //! a floor: a lag that decays along the path is ordinary, a level that stays is a finding.
 
 use crate::channels::{COUNT, Quantity};
+use crate::evidence::pads::mean_square_m2;
 use crate::fit::campaign::Run;
 use crate::fit::features::{FEATURES, Features, quantity};
 use crate::fit::phases::{BINS, PEAK, onset_lengths};
+use crate::run::simulate::TURN_ARM_M;
 
 /// Stiffness of a contact's loading beyond what the model has of it, N/m: pads of 5e4 to 2e7 N/m load within
 /// three lengths `F / K` (LuGre bristles, Canudas de Wit et al. 1995). Doubled: models that
@@ -20,30 +22,68 @@ const OVERSHOOT: f64 = 0.05;
 /// First channel of forces and torques.
 const FIRST: usize = 6;
 
-/// One direction of one standard deviation for each channel of force and torque; `modelled` features of the run.
-pub fn lags(run: &Run, modelled: &Features) -> Vec<Features> {
-    let fastest = run.prepared.drive_speed().into_iter().fold(0.0, f64::max);
-    let lengths = onset_lengths(&run.prepared);
+/// Torque of both fingers about the closing direction.
+const TURNING: usize = FIRST + 4;
+
+/// One direction of one standard deviation for each channel of force and torque. `features` of the run are those
+/// measured: what a model does not move in a channel loads there all the same.
+pub fn lags(run: &Run, features: &Features) -> Vec<Features> {
     // From the rest before to the beginning of the sliding path.
     let jump = |channel: usize| {
-        let d = modelled[channel * BINS + 5] - modelled[channel * BINS];
+        let d = features[channel * BINS + 5] - features[channel * BINS];
         if d.is_finite() { d } else { 0.0 }
     };
-    let largest = (FIRST..COUNT)
-        .filter(|c| quantity(c * BINS) == Quantity::Force)
-        .map(|c| jump(c).abs())
-        .fold(0.0, f64::max);
-    let length = (run.prepared.period_s() * fastest).hypot(largest / STIFFNESS_N_M);
+    let lengths = onset_lengths(&run.prepared);
+    let shares = shares(length(run, jump), &lengths);
     (FIRST..COUNT)
         .map(|channel| {
             let mut d = vec![0.0; FEATURES];
             d[channel * BINS + PEAK] = OVERSHOOT * jump(channel);
-            for (k, bin_m) in lengths.iter().enumerate() {
-                let share = (length / bin_m).min(1.0) * (-(k as f64)).exp();
+            for (k, share) in shares.iter().enumerate() {
                 d[channel * BINS + 1 + k] = share * jump(channel);
             }
             d
         })
         .filter(|d| d.iter().any(|x| *x != 0.0))
         .collect()
+}
+
+/// Length of the drive's path over which contacts load, m: in one sample, under the largest force, and where the
+/// fingers hold a torque, under that: a patch turns by `T / (2 K r^2)` before it slides.
+fn length(run: &Run, jump: impl Fn(usize) -> f64) -> f64 {
+    let fastest = run.prepared.drive_speed().into_iter().fold(0.0, f64::max);
+    let largest = (FIRST..COUNT)
+        .filter(|c| quantity(c * BINS) == Quantity::Force)
+        .map(|c| jump(c).abs())
+        .fold(0.0, f64::max);
+    let patch_m2 = run.prepared.scene.fingers.as_ref().map_or(0.0, mean_square_m2);
+    let turn = if patch_m2 > 0.0 { jump(TURNING).abs() / (2.0 * STIFFNESS_N_M * patch_m2) } else { 0.0 };
+    let sheared = (largest / STIFFNESS_N_M).hypot(TURN_ARM_M * turn);
+    (run.prepared.period_s() * fastest).hypot(sheared)
+}
+
+/// Share of its rise by which a channel may lag in bins of these lengths: it decays over `length` of path, and no
+/// faster than from bin to bin, as `length` is known to a factor of three.
+fn shares(length: f64, bins_m: &[f64; 4]) -> [f64; 4] {
+    let mut from_m = 0.0;
+    std::array::from_fn(|k| {
+        let decay = (from_m / length.max(f64::MIN_POSITIVE)).min(k as f64);
+        from_m += bins_m[k];
+        (length / bins_m[k]).min(1.0) * (-decay).exp()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shares;
+
+    #[test]
+    fn a_contact_that_loads_within_a_bin_lags_as_before_and_one_that_takes_longer_by_its_path() {
+        let bins = [1e-4, 2e-4, 4e-4, 8e-4];
+        let short = shares(5e-5, &bins);
+        assert!((short[0] - 0.5).abs() < 1e-12 && (short[2] - 0.125 * (-2.0_f64).exp()).abs() < 1e-12);
+        let long = shares(1e-3, &bins);
+        assert!((long[3] - (-0.7_f64).exp()).abs() < 1e-12, "{long:?}");
+        assert_eq!(shares(0.0, &bins), [0.0; 4]);
+    }
 }

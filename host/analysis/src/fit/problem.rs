@@ -184,7 +184,8 @@ impl<'a> Problem<'a> {
                 let sd = (noise.friction[k].powi(2) / runs + noise::CONDITION_FRICTION.powi(2)).sqrt();
                 common.push(sensitivity[k][g].iter().map(|x| x * sd).collect());
             }
-            let lags = loading::lags(first, &fine[stands[g]]);
+            let measured = noise::mean(group.runs.iter().map(|r| &campaign.runs[*r].measured));
+            let lags = loading::lags(first, &measured);
             let placing = &placings[g];
             let one: Features = (0..FEATURES)
                 .map(|f| {
