@@ -145,9 +145,11 @@ pub fn choose(
         }
     }
     let met = chosen.iter().chain(stage.first()).min_by(|a, b| total(&a.held).total_cmp(&total(&b.held)));
-    let near = met
-        .filter(|c| explained(&start.misfit, &c.held.misfit) > NEAR)
-        .map(|c| c.held.solution.model.clone());
+    let held_out = met.filter(|c| explained(&start.misfit, &c.held.misfit) > NEAR);
+    // Around a model that is far off, corrections and folds mislead: what fits much better may do worse held out.
+    let fitted = first.iter().min_by(|a, b| loss(a).total_cmp(&loss(b)));
+    let fitted = fitted.filter(|c| loss(c) < (1.0 - NEAR) * start.solution.loss.1);
+    let near = held_out.or(fitted).map(|c| c.held.solution.model.clone());
     drop_needless(problem, start, &mut chosen, &mut equal);
     // One effect that does what several do together is the better answer.
     if named(&chosen) > 1 {
@@ -171,6 +173,11 @@ pub fn choose(
         verdict @ Verdict::Unexplained => Choice { verdict, near, ..Choice::nothing() },
         _ => nothing,
     }
+}
+
+/// What the fit of a candidate leaves.
+fn loss(candidate: &Candidate) -> f64 {
+    candidate.held.solution.loss.1
 }
 
 /// Whether a fit of several effects plays one against another, or pulls one as far as it goes: what they

@@ -15,11 +15,11 @@ use crate::fit::{self, Free, Solution};
 use crate::model::candidate::CandidateEffect;
 
 /// Gauss-Newton steps of a candidate.
-const STEPS: usize = 12;
+const STEPS: usize = 6;
 /// Factors on a parameter of the best fit from which a thorough search starts again.
 const BESIDE: [f64; 2] = [0.6, 1.6];
 /// Steps of a fit that only shows whether a start is worth more.
-const FEW_STEPS: usize = 4;
+const FEW_STEPS: usize = 2;
 /// Ways back to the best fit that a thorough search tries at most.
 const MOST_BESIDE: usize = 12;
 /// Places of the grid that are worth a few steps.

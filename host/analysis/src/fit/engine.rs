@@ -142,6 +142,32 @@ fn at_edges(
 /// Precision of a parameter that stays where it is.
 pub const FIXED: f64 = 1e15;
 
+/// Broyden's update: `columns` become such that they tell how predictions changed (from the first to the second of
+/// `predicted`) as the parameters `moved`, each column by its share of the step; `sizes` are the columns' squares.
+fn follow(
+    columns: &mut [Vec<Features>],
+    (before, after): (&[Features], &[Features]),
+    moved: &[f64],
+    sizes: &[f64],
+) {
+    let square: f64 = moved.iter().zip(sizes).map(|(x, s)| x * x * s).sum();
+    if square <= 0.0 {
+        return;
+    }
+    for (i, (before, after)) in before.iter().zip(after).enumerate() {
+        for f in 0..FEATURES {
+            let told: f64 =
+                columns.iter().zip(moved).filter(|(_, x)| **x != 0.0).map(|(c, x)| c[i][f] * x).sum();
+            let wrong = after[f] - before[f] - told;
+            if wrong.is_finite() {
+                for ((c, x), s) in columns.iter_mut().zip(moved).zip(sizes) {
+                    c[i][f] += wrong * x * s / square;
+                }
+            }
+        }
+    }
+}
+
 /// What a fit minimises, at `model`.
 pub fn loss_at(problem: &Problem, model: &Model<f64>, free: &[Free]) -> f64 {
     profile(problem, &problem.residual(&problem.predict(model))).0 + penalty(problem, model, free)
@@ -157,8 +183,10 @@ pub fn solve(problem: &Problem, model: &Model<f64>, free: &[Free], iterations: u
     solve_with(problem, model, free, iterations, &[])
 }
 
-/// As [`solve`]; the sensitivities of the first parameters are `known` near enough and only
-/// computed anew at the end.
+/// As [`solve`]; the sensitivities of the first parameters are `known` near enough.
+///
+/// Sensitivities are taken anew at the end and where the old ones lead no further; in between they follow what
+/// the steps showed (Broyden's update): a step costs one prediction, not one for each parameter.
 pub fn solve_with(
     problem: &Problem,
     model: &Model<f64>,
@@ -166,13 +194,7 @@ pub fn solve_with(
     iterations: usize,
     known: &[Vec<Features>],
 ) -> Solution {
-    // Those of `known`, until they are no longer near enough.
-    let mut old = known.len();
-    let columns_at = |model: &Model<f64>, predicted: &[Features], old: usize| -> Vec<Vec<Features>> {
-        let mut columns = known[..old].to_vec();
-        columns.extend(sensitivities(problem, model, predicted, &free[old..]));
-        columns
-    };
+    let all_at = |model: &Model<f64>, predicted: &[Features]| sensitivities(problem, model, predicted, free);
     // How far the parameters that have a prior are from its mean, and what that costs.
     let home = |model: &Model<f64>| -> Vec<f64> {
         free.iter().map(|f| problem.prior(f).map_or(0.0, |(mean, _)| mean - f.get(model))).collect()
@@ -186,10 +208,15 @@ pub fn solve_with(
     let mut here = start;
     let mut damping = 1e-3;
     let mut made = 0;
-    let mut columns = columns_at(&model, &predicted, old);
+    let mut columns = known.to_vec();
+    columns.extend(sensitivities(problem, &model, &predicted, &free[known.len()..]));
+    let mut is_old = !known.is_empty();
+    // Predictions that full steps would take, and those made.
+    let budget = iterations * (free.len() + 1);
+    let mut spent = free.len() - known.len();
     let mut grams = problem.grams(&residual, &columns);
     let mut held: Option<Vec<bool>> = None;
-    for _ in 0..iterations {
+    while spent < budget {
         made += 1;
         let n = free.len();
         let prior = problem.priors(free, 0);
@@ -218,15 +245,23 @@ pub fn solve_with(
                 f.set(&mut trial, (f.get(&model) + f.limited(&model, x[k])).clamp(low, high));
             }
             let p = problem.predict(&trial);
+            spent += 1;
             let r = problem.residual(&p);
             let (loss, o) = profile(problem, &r);
             let loss = loss + penalty(&trial);
             if loss < here {
                 accepted = here - loss > 1e-3 * here + 0.1;
+                let moved: Vec<f64> = free.iter().map(|f| f.get(&trial) - f.get(&model)).collect();
+                let sizes: Vec<f64> = (0..n).map(|k| total[(k, k)]).collect();
+                follow(&mut columns, (&predicted, &p), &moved, &sizes);
+                is_old = true;
                 (model, predicted, residual, offsets, here) = (trial, p, r, o, loss);
                 damping = (damping * 0.2).max(1e-6);
-                columns = columns_at(&model, &predicted, old);
                 grams = problem.grams(&residual, &columns);
+                break;
+            }
+            if is_old {
+                // Before a shorter step: the same from fresh sensitivities.
                 break;
             }
             match held {
@@ -239,16 +274,17 @@ pub fn solve_with(
             }
         }
         if !accepted {
-            if old == 0 {
+            if !is_old {
                 break;
             }
-            columns.splice(..old, sensitivities(problem, &model, &predicted, &free[..old]));
+            columns = all_at(&model, &predicted);
+            spent += free.len();
             grams = problem.grams(&residual, &columns);
-            (old, damping) = (0, 1e-3);
+            is_old = false;
         }
     }
-    if old > 0 {
-        columns.splice(..old, sensitivities(problem, &model, &predicted, &free[..old]));
+    if is_old {
+        columns = all_at(&model, &predicted);
         grams = problem.grams(&residual, &columns);
     }
     let at_edge = held.unwrap_or_else(|| vec![false; free.len()]);
@@ -262,5 +298,30 @@ pub fn solve_with(
         offsets,
         loss: (start, here),
         iterations: made,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::follow;
+    use crate::fit::features::FEATURES;
+
+    #[test]
+    fn followed_columns_tell_the_step_that_was_made_and_what_is_across_it_as_before() {
+        let constant = |x: f64| vec![vec![x; FEATURES]];
+        let mut columns = vec![constant(2.0), constant(-1.0)];
+        let (moved, sizes) = ([0.5, 0.2], [4.0, 25.0]);
+        let across = |columns: &[Vec<Vec<f64>>]| {
+            // Orthogonal to the step where each parameter counts by its column's size.
+            columns[0][0][0] * moved[1] * sizes[1] - columns[1][0][0] * moved[0] * sizes[0]
+        };
+        let before = across(&columns);
+        follow(&mut columns, (&constant(1.0), &constant(4.0)), &moved, &sizes);
+        assert!((columns[0][0][7] * moved[0] + columns[1][0][7] * moved[1] - 3.0).abs() < 1e-12);
+        assert!((across(&columns) - before).abs() < 1e-12);
+        // A prediction that is missing tells nothing.
+        let known = columns.clone();
+        follow(&mut columns, (&constant(f64::NAN), &constant(4.0)), &moved, &sizes);
+        assert_eq!(columns, known);
     }
 }
