@@ -242,14 +242,35 @@ impl Bus for CanBus {
     }
 }
 
-/// Fed by the control task only.
+/// Counts of the window watchdog from feeding to its reset, each 4096 times 128 clocks of 170 MHz (3.1 ms): 83 ms, so that it
+/// warns and bites before the independent one, whose oscillator errs by 8 %. Its warning comes one count before.
+const WINDOW_COUNTS: u8 = 27;
+/// Below this its counter bites.
+const WINDOW_END: u8 = 0x40;
+
+/// Fed by the control task only. The independent watchdog cannot warn; the window watchdog can, but its clock is the
+/// processor's. So both run: the one that warns bites first.
 pub struct Watchdog(IndependentWatchdog<'static, IWDG>);
 
 impl Watchdog {
-    /// Starts it with [`crate::WATCHDOG_MS`].
+    /// Starts them; the independent one with [`crate::WATCHDOG_MS`].
     pub fn start() -> Self {
-        // A processor that a debugger holds does not feed it.
-        pac::DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
+        // A processor that a debugger holds does not feed them.
+        pac::DBGMCU.apb1lfzr().modify(|w| {
+            w.set_iwdg(true);
+            w.set_wwdg(true);
+        });
+        pac::RCC.apb1enr1().modify(|w| w.set_wwdgen(true));
+        pac::WWDG.cfr().write(|w| {
+            w.set_wdgtb(pac::wwdg::vals::Wdgtb::DIV128);
+            w.set_ewi(true);
+            // It may be fed at any time.
+            w.set_w(0x7f);
+        });
+        feed_window();
+        interrupt::WWDG.set_priority(Priority::P0);
+        // SAFETY: its handler shares nothing.
+        unsafe { interrupt::WWDG.enable() };
         // SAFETY: the watchdog is used here only.
         let iwdg = unsafe { IWDG::steal() };
         let mut watchdog = IndependentWatchdog::new(iwdg, crate::WATCHDOG_MS * 1000);
@@ -257,9 +278,34 @@ impl Watchdog {
         Self(watchdog)
     }
 
-    /// Restarts its count.
+    /// Restarts their counts.
     pub fn feed(&mut self) {
         self.0.pet();
+        feed_window();
+    }
+}
+
+/// Restarts the window watchdog's count, and at the first time the watchdog.
+fn feed_window() {
+    pac::WWDG.cr().write(|w| {
+        w.set_t(WINDOW_END + WINDOW_COUNTS - 1);
+        w.set_wdga(true);
+    });
+}
+
+/// The window watchdog's warning: notes what ran, and lets it bite.
+// All code runs on the main stack, on which the processor put where it was.
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+unsafe extern "C" fn WWDG() {
+    core::arch::naked_asm!("mrs r0, msp", "b {noted}", noted = sym warned)
+}
+
+unsafe extern "C" fn warned(stacked: *const u32) -> ! {
+    // SAFETY: as the processor left it.
+    unsafe { post_mortem::starved(stacked) };
+    loop {
+        cortex_m::asm::nop();
     }
 }
 
@@ -461,7 +507,7 @@ unsafe fn UART5() {
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     let how = if stack::met_guard() { Ending::StackOverflow } else { Ending::HardFault };
-    post_mortem::end(how, frame.pc(), frame.lr());
+    post_mortem::end(how, frame.pc(), frame.lr(), 0);
     reset()
 }
 

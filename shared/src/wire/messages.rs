@@ -364,7 +364,7 @@ pub enum ResetCause {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "json-schema", derive(schemars::JsonSchema))]
 pub enum Ending {
-    /// The watchdog, or a reset from outside: nothing was noted at the end.
+    /// A reset asked for or from outside, or a watchdog that nothing could warn of: nothing was noted at the end.
     #[default]
     Unnoted,
     /// The code found itself wrong.
@@ -373,6 +373,8 @@ pub enum Ending {
     HardFault,
     /// The stack grew into its guard.
     StackOverflow,
+    /// The control task did not feed the watchdog, whose early warning noted what ran instead.
+    Watchdog,
 }
 
 /// One of the last ticks before an end.
@@ -393,10 +395,13 @@ pub struct TickNote {
 pub struct PostMortem {
     /// How it ended.
     pub ending: Ending,
-    /// Address of the instruction, where it was noted; of a panic, the line of its source.
+    /// Address of the instruction, where it was noted; of a panic, where the core library's panic was called: in the
+    /// function that panics, or in a check of the core library (bounds, `unwrap`) that it called.
     pub pc: u32,
-    /// Where it would have returned to, where it was noted.
+    /// Where it would have returned to, where it was noted; of a panic, where that function was called.
     pub lr: u32,
+    /// Line of a panic's source; 0 otherwise.
+    pub line: u32,
     /// The last ticks, oldest first; those that never were have tick 0.
     pub last: [TickNote; 4],
 }

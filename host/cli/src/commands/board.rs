@@ -359,8 +359,9 @@ fn info(device: &mut Device, output: &Output) -> anyhow::Result<()> {
         Recalled::Unusable => "what is stored cannot be used: set and store anew".to_owned(),
     });
     if let Some(p) = &i.post_mortem {
+        let line = if p.line > 0 { format!(", line {} of its source", p.line) } else { String::new() };
         output.text(format_args!(
-            "before its last start: {:?} at {:#010x}, from {:#010x}",
+            "before its last start: {:?} at {:#010x}, from {:#010x}{line}",
             p.ending, p.pc, p.lr
         ));
         for note in p.last.iter().filter(|note| note.tick > 0) {

@@ -5,6 +5,7 @@ mod code;
 mod device;
 mod memory_map;
 mod no_panic;
+mod post_mortem;
 mod stack_depth;
 
 /// What the environment's `variable` names.
