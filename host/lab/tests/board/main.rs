@@ -3,6 +3,7 @@
 
 mod code;
 mod device;
+mod late;
 mod memory_map;
 mod no_panic;
 mod post_mortem;
