@@ -159,13 +159,18 @@ impl Channels {
 
 impl Gauges for Channels {
     fn read(&mut self) -> Option<[u16; 12]> {
-        for adc in [pac::ADC1, pac::ADC2] {
+        let mut sound = true;
+        for (adc, channel) in [pac::ADC1, pac::ADC2].into_iter().zip(0..) {
             let state = adc.isr().read();
             // Written as one: cleared. A scan has ended since the last tick, and none was lost.
             adc.isr().write(|w| w.set_eos(true));
-            if !state.eos() || state.ovr() {
-                return None;
+            sound &= state.eos() && !state.ovr();
+            if state.ovr() {
+                overrun(adc, channel);
             }
+        }
+        if !sound {
+            return None;
         }
         let mut counts = [0; 12];
         for (k, count) in counts.iter_mut().enumerate() {
@@ -173,6 +178,23 @@ impl Gauges for Channels {
             *count = unsafe { (&raw const COUNTS).cast::<u16>().add(k).read_volatile() };
         }
         Some(counts)
+    }
+}
+
+/// DMA did not fetch a count in time. The converter gives none to it from then on (RM0440, 21.4.26), and which of the six is
+/// next nobody knows: both are stopped, and in a later tick, once the converter has come to rest, begin anew with
+/// the first.
+#[cold]
+fn overrun(adc: pac::adc::Adc, channel: usize) {
+    let dma = pac::DMA1.ch(channel);
+    if adc.cr().read().adstart() {
+        adc.cr().modify(|w| w.set_adstp(pac::adc::vals::Adstp::STOP));
+        dma.cr().modify(|w| w.set_en(false));
+    } else {
+        dma.ndtr().write(|w| w.set_ndt(6));
+        dma.cr().modify(|w| w.set_en(true));
+        adc.isr().write(|w| w.set_ovr(true));
+        adc.cr().modify(|w| w.set_adstart(true));
     }
 }
 
