@@ -69,8 +69,13 @@ hil: setup firmware ## Tests on the emulated board, and of the line to it
 		| grep -o '"executable":"[^"]*"' | tail -1 | cut -d'"' -f4); \
 	STICKSLIP_HIL_ELF=$$elf cargo test --test hil
 	cargo build -p stickslip-firmware --bin overflow --features mps2-an386 $(QEMU_BUILD)
+	cargo build -p stickslip-firmware --bin rehearsal --features rehearsed $(QEMU_BUILD)
 	STICKSLIP_OVERFLOW=$(CURDIR)/target/$(TARGET)/qemu/overflow \
-	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test --test board device:: -- --ignored --test-threads 1
+	STICKSLIP_REHEARSAL=$(CURDIR)/target/$(TARGET)/qemu/rehearsal \
+	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test --test board -- \
+		--ignored --test-threads 1 device:: late:: post_mortem::
+	STICKSLIP_REHEARSAL=$(CURDIR)/target/$(TARGET)/qemu/rehearsal \
+	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test --test board_commands -- --ignored --test-threads 1
 
 hil-probe: ## The same tests on a Nucleo-G474RE behind a debug probe
 	elf=$$(cargo test --no-run -p stickslip-hil-tests --features nucleo-g474re $(BOARD_BUILD) --message-format=json \
