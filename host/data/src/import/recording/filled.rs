@@ -5,7 +5,8 @@
 //! early in every trial alike. Rows that say something new (they differ from the row before, or bend the line) come at
 //! a regular distance then, and only they are kept.
 
-use super::offset::Rows;
+/// Rows of a signal of up to six components.
+pub(super) type Rows = Vec<(f64, [f64; 6])>;
 
 /// Fewer rows tell nothing.
 const LEAST: usize = 32;

@@ -24,7 +24,7 @@ use nalgebra::{Isometry3, Vector3};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::filled::measured;
+use super::filled::{Rows, measured};
 use super::mapping::{Clock, Mapping, Stream};
 use super::source::Source;
 use crate::signal::{Corner, Rise, least, likely};
@@ -79,9 +79,6 @@ pub struct Offset {
     #[serde(skip)]
     pub way: Vec<[f64; 2]>,
 }
-
-/// Rows of a signal of up to six components.
-pub(super) type Rows = Vec<(f64, [f64; 6])>;
 
 /// A signal of a stream, by its number, where it has one.
 type Signal<'a> = dyn Fn((usize, &Stream)) -> Result<Option<Rows>, String> + 'a;
