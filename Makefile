@@ -33,10 +33,11 @@ first: ## A first look before the long build: a recorded push through the predic
 demo: first setup firmware ## A first look; a push through the firmware in QEMU, replayed and compared; drops prevented on the rig
 	cargo run --release -p stickslip-cli --no-default-features -- demo
 
-book: ## The manual as pages with a search, in book/ (installs mdBook into target/tools where there is none)
+book: ## The manual as pages with a search, in book/, all links followed (installs mdBook into target/tools where there is none)
 	command -v mdbook >/dev/null || [ -x target/tools/bin/mdbook ] || \
 		cargo install --locked --root target/tools mdbook@0.5.4 --no-default-features --features search
 	PATH="$$PATH:$(CURDIR)/target/tools/bin" mdbook build
+	python3 tools/book_links.py book
 
 test: setup lint test-host hil firmware-g474 size no-panic ## Everything CI runs
 
