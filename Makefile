@@ -33,10 +33,11 @@ first: ## A first look before the long build: a recorded push through the predic
 demo: first setup firmware ## A first look; a push through the firmware in QEMU, replayed and compared; drops prevented on the rig
 	cargo run --release -p stickslip-cli --no-default-features -- demo
 
-book: ## The manual as pages with a search, in book/ (installs mdBook into target/tools where there is none)
+book: ## The manual as pages with a search, in book/, all links followed (installs mdBook into target/tools where there is none)
 	command -v mdbook >/dev/null || [ -x target/tools/bin/mdbook ] || \
 		cargo install --locked --root target/tools mdbook@0.5.4 --no-default-features --features search
 	PATH="$$PATH:$(CURDIR)/target/tools/bin" mdbook build
+	python3 tools/book_links.py book
 
 test: setup lint test-host hil firmware-g474 size no-panic ## Everything CI runs
 
@@ -69,8 +70,13 @@ hil: setup firmware ## Tests on the emulated board, and of the line to it
 		| grep -o '"executable":"[^"]*"' | tail -1 | cut -d'"' -f4); \
 	STICKSLIP_HIL_ELF=$$elf cargo test --test hil
 	cargo build -p stickslip-firmware --bin overflow --features mps2-an386 $(QEMU_BUILD)
+	cargo build -p stickslip-firmware --bin rehearsal --features rehearsed $(QEMU_BUILD)
 	STICKSLIP_OVERFLOW=$(CURDIR)/target/$(TARGET)/qemu/overflow \
-	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test --test board device:: -- --ignored --test-threads 1
+	STICKSLIP_REHEARSAL=$(CURDIR)/target/$(TARGET)/qemu/rehearsal \
+	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test --test board -- \
+		--ignored --test-threads 1 device:: late:: post_mortem::
+	STICKSLIP_REHEARSAL=$(CURDIR)/target/$(TARGET)/qemu/rehearsal \
+	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test --test board_commands -- --ignored --test-threads 1
 
 hil-probe: ## The same tests on a Nucleo-G474RE behind a debug probe
 	elf=$$(cargo test --no-run -p stickslip-hil-tests --features nucleo-g474re $(BOARD_BUILD) --message-format=json \

@@ -5,19 +5,21 @@ use embassy_time::{Duration, Instant, Timer};
 use stickslip_shared::on_board;
 use stickslip_shared::predictor::{HASH_START, Prediction, Predictor, flags, validity};
 use stickslip_shared::wire::{
-    GripLimits, Mode, Port, Recalled, Sample, Source, StartRequest, TICK_US, TelemetryReport, TickNote,
+    GripLimits, HostClock, Mode, Port, Recalled, Sample, Source, StartRequest, TICK_US, TareState,
+    TelemetryReport, TickNote,
 };
 use stickslip_unit::alarm::Alarms;
 use stickslip_unit::bus::State;
 use stickslip_unit::fingers::Fingers;
 use stickslip_unit::grip::GripAdvice;
+use stickslip_unit::host_clock::{self, WRENCH_AGE_US};
 use stickslip_unit::memory::Settings;
 use stickslip_unit::post_mortem::Recorder;
 use stickslip_unit::source::{WrenchSource, gauges};
 
 use crate::board::current::{AlarmLines, Watchdog, timer};
 use crate::board::{Gauges, SetAlarms};
-use crate::queues::{COMMANDS, Command, MODEL_CRC, OFFSETS, READINGS, REPORTS, SAMPLES, SPARE, set_mode};
+use crate::queues::{COMMANDS, Command, MODEL_CRC, READINGS, REPORTS, SAMPLES, SPARE, TARED, set_mode};
 use crate::slot::Slot;
 use crate::source::{LinkSource, Next};
 use crate::stats::COUNTERS;
@@ -41,6 +43,9 @@ pub struct Control<G: Gauges> {
     lines: AlarmLines,
     recorder: Recorder<'static>,
     taring: bool,
+    tares: u32,
+    /// Told for the run that goes on.
+    clock: Option<HostClock>,
     run: Option<Run>,
     report: TelemetryReport,
 }
@@ -62,6 +67,8 @@ impl<G: Gauges> Control<G> {
             lines,
             recorder,
             taring: false,
+            tares: 0,
+            clock: None,
             run: None,
             report: TelemetryReport { hash: HASH_START, prediction: nothing_yet(), ..Default::default() },
         }
@@ -80,7 +87,7 @@ impl<G: Gauges> Control<G> {
         if recalled == Recalled::Done {
             self.fingers.set_offsets(settings.offsets);
         }
-        publish(self.fingers.offsets());
+        self.publish();
         if let Some(force_n) = settings.grip_cmd_n {
             self.fingers.set_grip(force_n);
         }
@@ -208,11 +215,12 @@ impl<G: Gauges> Control<G> {
             Command::Tare => {
                 self.fingers.tare();
                 self.taring = true;
+                self.publish();
             }
             Command::Sensors(sensors) => {
                 // Checked where it came in.
                 let _ = self.fingers.assign(&sensors);
-                publish(self.fingers.offsets());
+                self.publish();
             }
             Command::Grasp(grasp) => self.fingers.set_grasp(grasp),
             Command::GripLimits(limits) => self.grip.set_limits(limits),
@@ -220,6 +228,7 @@ impl<G: Gauges> Control<G> {
                 if let Some(predictor) = self.predictor {
                     on_board::begin(predictor, request.trial);
                 }
+                self.clock = None;
                 self.fingers.restart();
                 self.grip.restart();
                 self.report.hash = HASH_START;
@@ -227,6 +236,7 @@ impl<G: Gauges> Control<G> {
                 self.report.prediction = nothing_yet();
                 self.run = Some(Run { request, link: LinkSource::new(&request) });
             }
+            Command::Clock(clock) => self.clock = Some(clock),
             Command::Stop => self.run = None,
         }
         self.report.commands = self.report.commands.wrapping_add(1);
@@ -236,13 +246,25 @@ impl<G: Gauges> Control<G> {
         // The low 32 bits of the clock, as on the line.
         let now_us = Instant::now().as_micros() as u32;
         self.read_sensors(now_us);
+        let clock = self.clock;
+        let measured = |sample: &Sample| clock.map_or(now_us, |clock| host_clock::at_us(&clock, sample.t_us));
         let run = self.run.as_mut()?;
         self.report.at_us = now_us;
         let next = match run.request.source {
-            Source::Link => run.link.take(),
+            Source::Link => match run.link.take() {
+                Next::Sample(sample) => {
+                    self.report.at_us = measured(&sample);
+                    let age_us = host_clock::age_us(self.report.at_us, now_us);
+                    if age_us > WRENCH_AGE_US {
+                        COUNTERS.readings_dropped.add(1);
+                    }
+                    Next::Sample(host_clock::as_measured(sample, age_us))
+                }
+                none => none,
+            },
             Source::Unit => {
                 while let Some(sample) = SAMPLES.try_receive() {
-                    self.fingers.told(sample, now_us);
+                    self.fingers.told(sample, measured(&sample));
                 }
                 let sample = self.fingers.sample(now_us);
                 self.report.alone = self.fingers.is_alone();
@@ -282,10 +304,20 @@ impl<G: Gauges> Control<G> {
                 COUNTERS.readings_dropped.add(1);
             }
         }
-        if self.taring && !self.fingers.is_taring() {
-            self.taring = false;
-            publish(self.fingers.offsets());
+        if self.taring {
+            if !self.fingers.is_taring() {
+                self.taring = false;
+                self.tares = self.tares.wrapping_add(1);
+            }
+            self.publish();
         }
+    }
+
+    /// Hands the link what counts as no load, for the memory and for who asks.
+    fn publish(&self) {
+        let state =
+            TareState { ended: self.tares, waits: self.fingers.taring(), offsets: self.fingers.offsets() };
+        critical_section::with(|cs| TARED.borrow(cs).set(state));
     }
 
     fn take_gauges(&mut self, counts: &[u16; gauges::CHANNELS], now_us: u32) {
@@ -326,11 +358,6 @@ impl<G: Gauges> Control<G> {
         self.report.prediction = prediction;
         self.report.hash = prediction.hash(self.report.hash);
     }
-}
-
-/// Hands the link what counts as no load, for the memory.
-fn publish(offsets: [[f32; 6]; 2]) {
-    critical_section::with(|cs| OFFSETS.borrow(cs).set(offsets));
 }
 
 /// Before the first sample: nothing is known, so that the flags, all down, cannot be relied on.

@@ -13,7 +13,7 @@ use stickslip_shared::wire::{
 use stickslip_unit::memory::Settings;
 
 use crate::board::current as board;
-use crate::queues::{ANSWERS, COMMANDS, Command, MODEL_CRC, OFFSETS, REPORTS, SAMPLES, SPARE, mode};
+use crate::queues::{ANSWERS, COMMANDS, Command, MODEL_CRC, REPORTS, SAMPLES, SPARE, mode, tared};
 use crate::slot::Slot;
 use crate::stats::COUNTERS;
 use crate::stored::Stored;
@@ -84,6 +84,21 @@ impl Link {
     }
 
     async fn handle(&mut self, frame: &Frame<'_>) {
+        let mut line = Vec::new();
+        self.respond(frame, &mut line);
+        if !line.is_empty() {
+            ANSWERS.send(line).await;
+        }
+        if frame.key == wire::ResetBoard::REQ_KEY {
+            // Lets the answer out first.
+            embassy_time::Timer::after_millis(20).await;
+            board::reset();
+        }
+    }
+
+    /// Carries out what a frame asks, and writes the answer where there is one.
+    // Nothing waits in it: a future for each kind of message would take 2 KB of flash more.
+    fn respond(&mut self, frame: &Frame<'_>, line: &mut Line) {
         let key = frame.key;
         if key == wire::Samples::TOPIC_KEY {
             match frame.decode() {
@@ -91,45 +106,43 @@ impl Link {
                 None => COUNTERS.bodies_undecodable.add(1),
             }
         } else if key == wire::GetInfo::REQ_KEY {
-            answer::<wire::GetInfo>(frame.seq, &self.info()).await;
+            write(wire::GetInfo::RESP_KEY, frame.seq, &self.info(), line);
         } else if key == wire::GetStatistics::REQ_KEY {
-            answer::<wire::GetStatistics>(frame.seq, &COUNTERS.read()).await;
+            write(wire::GetStatistics::RESP_KEY, frame.seq, &COUNTERS.read(), line);
         } else if key == wire::LoadModelChunk::REQ_KEY {
-            self.command::<wire::LoadModelChunk>(frame, |link, chunk| link.upload.take(&chunk)).await;
+            self.command::<wire::LoadModelChunk>(frame, line, |link, chunk| link.upload.take(&chunk));
         } else if key == wire::CommitModel::REQ_KEY {
-            self.command::<wire::CommitModel>(frame, |link, commit| link.commit(&commit)).await;
+            self.command::<wire::CommitModel>(frame, line, |link, commit| link.commit(&commit));
         } else if key == wire::SetPlan::REQ_KEY {
-            self.command::<wire::SetPlan>(frame, |_, plan| {
+            self.command::<wire::SetPlan>(frame, line, |_, plan| {
                 wire::check::plan(&plan)?;
                 queue(Command::Plan(plan))
-            })
-            .await;
+            });
         } else if key == wire::SetGrip::REQ_KEY {
-            self.command::<wire::SetGrip>(frame, |link, force_n| {
+            self.command::<wire::SetGrip>(frame, line, |link, force_n| {
                 wire::check::grip(force_n)?;
                 queue(Command::Grip(force_n))?;
                 link.settings.grip_cmd_n = Some(force_n);
                 Ok(())
-            })
-            .await;
+            });
         } else if key == wire::SetCalibration::REQ_KEY {
-            self.command::<wire::SetCalibration>(frame, |link, calibration| {
+            self.command::<wire::SetCalibration>(frame, line, |link, calibration| {
                 wire::check::calibration(&calibration)?;
                 queue(Command::Calibration(calibration))?;
                 if let Some(matrix) = link.settings.matrix.get_mut(usize::from(calibration.finger)) {
                     *matrix = Some(calibration.matrix);
                 }
                 Ok(())
-            })
-            .await;
+            });
         } else if key == wire::Tare::REQ_KEY {
-            self.command::<wire::Tare>(frame, |link, ()| {
+            self.command::<wire::Tare>(frame, line, |link, ()| {
                 stickslip_unit::fingers::check_all_fingers(&link.settings.sensors)?;
                 queue(Command::Tare)
-            })
-            .await;
+            });
+        } else if key == wire::GetTare::REQ_KEY {
+            write(wire::GetTare::RESP_KEY, frame.seq, &tared(), line);
         } else if key == wire::SetSensors::REQ_KEY {
-            self.command::<wire::SetSensors>(frame, |link, sensors| {
+            self.command::<wire::SetSensors>(frame, line, |link, sensors| {
                 idle()?;
                 if !sensors.iter().all(|s| has_port(s.port)) {
                     return Err(Refusal::NoPort);
@@ -138,57 +151,56 @@ impl Link {
                 queue(Command::Sensors(sensors.clone()))?;
                 crate::sensors::assign(&sensors);
                 link.settings.assign(&sensors)
-            })
-            .await;
+            });
         } else if key == wire::SetGrasp::REQ_KEY {
-            self.command::<wire::SetGrasp>(frame, |link, grasp| {
+            self.command::<wire::SetGrasp>(frame, line, |link, grasp| {
                 grasp.as_ref().map_or(Ok(()), wire::check::grasp)?;
                 queue(Command::Grasp(grasp))?;
                 link.settings.grasp = grasp;
                 Ok(())
-            })
-            .await;
+            });
         } else if key == wire::SetGripLimits::REQ_KEY {
-            self.command::<wire::SetGripLimits>(frame, |link, limits| {
+            self.command::<wire::SetGripLimits>(frame, line, |link, limits| {
                 wire::check::grip_limits(&limits)?;
                 queue(Command::GripLimits(limits))?;
                 link.settings.grip = Some(limits);
                 Ok(())
-            })
-            .await;
+            });
         } else if key == wire::SetUnit::REQ_KEY {
-            self.command::<wire::SetUnit>(frame, |link, number| {
+            self.command::<wire::SetUnit>(frame, line, |link, number| {
                 link.settings.unit = number;
                 Ok(())
-            })
-            .await;
+            });
         } else if key == wire::Store::REQ_KEY {
-            self.command::<wire::Store>(frame, |link, start| link.store(start)).await;
+            self.command::<wire::Store>(frame, line, |link, start| link.store(start));
         } else if key == wire::Forget::REQ_KEY {
-            self.command::<wire::Forget>(frame, |link, ()| idle().and_then(|()| link.stored.forget())).await;
+            self.command::<wire::Forget>(frame, line, |link, ()| idle().and_then(|()| link.stored.forget()));
         } else if key == wire::ReadClock::REQ_KEY {
             let received_us = embassy_time::Instant::now().as_micros();
             let reading = ClockReading { received_us, sent_us: embassy_time::Instant::now().as_micros() };
-            answer::<wire::ReadClock>(frame.seq, &reading).await;
+            write(wire::ReadClock::RESP_KEY, frame.seq, &reading, line);
+        } else if key == wire::SetClock::REQ_KEY {
+            self.command::<wire::SetClock>(frame, line, |_, clock| {
+                wire::check::clock(&clock)?;
+                queue(Command::Clock(clock))
+            });
         } else if key == wire::Start::REQ_KEY {
-            self.command::<wire::Start>(frame, |link, request| link.start(request)).await;
+            self.command::<wire::Start>(frame, line, |link, request| link.start(request));
         } else if key == wire::Stop::REQ_KEY {
-            self.command::<wire::Stop>(frame, |_, ()| queue(Command::Stop)).await;
+            self.command::<wire::Stop>(frame, line, |_, ()| queue(Command::Stop));
         } else if key == wire::ResetBoard::REQ_KEY {
-            self.command::<wire::ResetBoard>(frame, |_, ()| Ok(())).await;
-            // Lets the answer out first.
-            embassy_time::Timer::after_millis(20).await;
-            board::reset();
+            self.command::<wire::ResetBoard>(frame, line, |_, ()| Ok(()));
         } else {
             COUNTERS.keys_unknown.add(1);
             let unknown = wire::UnknownKey { key: key.to_bytes() };
-            send(wire::Unknown::TOPIC_KEY, frame.seq, &unknown).await;
+            write(wire::Unknown::TOPIC_KEY, frame.seq, &unknown, line);
         }
     }
 
-    async fn command<E: Endpoint<Response = Answer>>(
+    fn command<E: Endpoint<Response = Answer>>(
         &mut self,
         frame: &Frame<'_>,
+        line: &mut Line,
         carry_out: impl FnOnce(&mut Self, E::Request) -> Answer,
     ) where
         E::Request: serde::de::DeserializeOwned,
@@ -202,7 +214,7 @@ impl Link {
             COUNTERS.commands_refused.add(1);
             defmt::info!("refused {=str}", E::PATH);
         }
-        answer::<E>(frame.seq, &result).await;
+        write(E::RESP_KEY, frame.seq, &result, line);
     }
 
     fn sample(&mut self, sample: Sample) {
@@ -241,7 +253,7 @@ impl Link {
             }
         }
         self.settings.start = start;
-        self.settings.offsets = critical_section::with(|cs| OFFSETS.borrow(cs).get());
+        self.settings.offsets = tared().offsets;
         self.stored.store(&self.settings, &self.upload)?;
         self.recalled = Recalled::Done;
         Ok(())
@@ -333,21 +345,16 @@ fn queue(command: Command) -> Answer {
     COMMANDS.try_send(command).map_err(|_| Refusal::Busy)
 }
 
-async fn answer<E: Endpoint>(seq: u32, response: &E::Response)
-where
-    E::Response: Serialize,
-{
-    send(E::RESP_KEY, seq, response).await;
-}
+/// A frame; empty where there is none.
+type Line = Vec<u8, MAX_LINE>;
 
-async fn send<T: Serialize>(key: postcard_rpc::Key, seq: u32, body: &T) {
-    let mut line = [0; MAX_LINE];
+#[inline(never)]
+fn write<T: Serialize>(key: postcard_rpc::Key, seq: u32, body: &T, line: &mut Line) {
     // Every message of the table fits: a test holds that.
-    if let Some(bytes) = encode(key, seq, body, &mut line)
-        && let Ok(bytes) = Vec::from_slice(bytes)
-    {
-        ANSWERS.send(bytes).await;
-    }
+    let _ = line.resize_default(MAX_LINE);
+    let room = line.first_chunk_mut();
+    let length = room.and_then(|room| encode(key, seq, body, room)).map_or(0, <[u8]>::len);
+    line.truncate(length);
 }
 
 /// Sends for ever, answers before reports.

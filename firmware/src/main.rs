@@ -6,6 +6,7 @@ use cortex_m_rt::entry;
 use stickslip_firmware::board::current as board;
 use stickslip_firmware::link::{self, Link};
 use stickslip_firmware::post_mortem;
+use stickslip_firmware::stack::Frame;
 use stickslip_firmware::start::{self, Ends};
 
 #[embassy_executor::task]
@@ -55,12 +56,10 @@ fn main() -> ! {
     start::run(spawn)
 }
 
+// A function of its own: its frame is the first of those that tell where.
 #[panic_handler]
+#[inline(never)]
 fn panic(info: &core::panic::PanicInfo) -> ! {
-    // Where, without its words: formatting them would take 4 KB of flash.
-    if let Some(place) = info.location() {
-        defmt::error!("panic at {=str}:{=u32}", place.file(), place.line());
-        post_mortem::end(stickslip_shared::wire::Ending::Panic, place.line(), 0);
-    }
+    post_mortem::panicked(info, Frame::here());
     board::halt()
 }

@@ -11,7 +11,8 @@ use heapless::Vec;
 use stickslip_shared::predictor::Plan;
 use stickslip_shared::wire::frame::MAX_LINE;
 use stickslip_shared::wire::{
-    Calibration, Grasp, GripLimits, Mode, Port, SAMPLE_QUEUE, Sample, Sensors, StartRequest, TelemetryReport,
+    Calibration, Grasp, GripLimits, HostClock, Mode, Port, SAMPLE_QUEUE, Sample, Sensors, StartRequest,
+    TareState, TelemetryReport,
 };
 use stickslip_unit::source::Reading;
 
@@ -36,6 +37,8 @@ pub enum Command {
     Grasp(Option<Grasp>),
     /// Within what the grip is advised.
     GripLimits(GripLimits),
+    /// The host's clock, for the run that goes on.
+    Clock(HostClock),
     /// Begin a run.
     Start(StartRequest),
     /// End it.
@@ -55,8 +58,14 @@ pub static ANSWERS: Channel<CriticalSectionRawMutex, Vec<u8, MAX_LINE>, 4> = Cha
 /// The slot, while no model waits in it.
 pub static SPARE: Queue<&'static mut Slot, 1> = Queue::new();
 
-/// What counts as no load on each finger, by the sensors' numbers: set by the control task when a tare ends.
-pub static OFFSETS: Mutex<Cell<[[f32; 6]; 2]>> = Mutex::new(Cell::new([[0.0; 6]; 2]));
+/// What became of tares: set by the control task.
+pub static TARED: Mutex<Cell<TareState>> =
+    Mutex::new(Cell::new(TareState { ended: 0, waits: [false; 2], offsets: [[0.0; 6]; 2] }));
+
+/// The same, as it stands.
+pub fn tared() -> TareState {
+    critical_section::with(|cs| TARED.borrow(cs).get())
+}
 
 static MODE: AtomicU8 = AtomicU8::new(0);
 /// CRC-32 of the model in use; meaningful where the mode is not `Safe`.

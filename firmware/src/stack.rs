@@ -51,6 +51,45 @@ pub fn met_guard() -> bool {
         || (status & 1 << 7 != 0 && (guard_start()..guard_start() + GUARD).contains(&address))
 }
 
+/// Whether so many words from an address on lie on the stack.
+pub fn holds(address: usize, words: usize) -> bool {
+    let (top, bottom) = ((&raw const _stack_start) as usize, (&raw const _stack_end) as usize);
+    address.is_multiple_of(4) && address >= bottom && address.saturating_add(4 * words) <= top
+}
+
+/// Where a function stores its caller's frame and, after it, where it returns to: this target's functions have the address in
+/// a register of its own (r7) and save the return address even where they never return, so that ends can be told.
+#[derive(Clone, Copy)]
+pub struct Frame(usize);
+
+impl Frame {
+    /// Of the function in which this is called.
+    #[inline(always)]
+    pub fn here() -> Self {
+        let frame: usize;
+        // SAFETY: reads a register.
+        unsafe { core::arch::asm!("mov {}, r7", out(reg) frame, options(nomem, nostack, preserves_flags)) };
+        Self(frame)
+    }
+
+    fn word(self, k: usize) -> usize {
+        // SAFETY: two words on the stack, whatever they say.
+        if holds(self.0, 2) { unsafe { (self.0 as *const usize).add(k).read_volatile() } } else { 0 }
+    }
+
+    /// Of the function that called this one; `None` where the words are none: frames lie one above the other.
+    pub fn caller(self) -> Option<Self> {
+        let caller = Self(self.word(0));
+        (caller.0 > self.0 && holds(caller.0, 2)).then_some(caller)
+    }
+
+    /// Address within the call of this function. Behind it may lie another function: a call that never returns is the last of
+    /// its own.
+    pub fn called_at(self) -> u32 {
+        (self.word(1) as u32 & !1).saturating_sub(2)
+    }
+}
+
 /// Bytes below the stack's end: variables, buffers, tasks.
 pub fn static_bytes() -> u32 {
     let (bottom, end) = (&raw const _ram_start, &raw const _stack_end);

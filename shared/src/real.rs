@@ -4,12 +4,10 @@
 //! same source gives the same bits on x86 and on a Cortex-M4F. `sqrt` is the one
 //! exception in form, not in bits: IEEE 754 requires it to be correctly rounded.
 
-use nalgebra::{Matrix3, RealField, UnitQuaternion, Vector3};
+use nalgebra::{RealField, UnitQuaternion, Vector3};
 
 /// Three components, in the axes that the field's name says.
 pub type Vec3<R> = Vector3<R>;
-/// 3 x 3, row by column.
-pub type Mat3<R> = Matrix3<R>;
 /// Unit quaternion, rotating local axes into the parent's.
 pub type Rotation<R> = UnitQuaternion<R>;
 

@@ -20,7 +20,7 @@ pub use table::*;
 include!(concat!(env!("OUT_DIR"), "/source.rs"));
 
 /// Changes when frames of the two sides no longer fit.
-pub const PROTOCOL: u16 = 8;
+pub const PROTOCOL: u16 = 9;
 /// Longest body of a frame, bytes.
 pub const MAX_BODY: usize = 320;
 /// Time from one tick to the next.
@@ -54,6 +54,7 @@ mod table {
         | SetGrip        | f32          | Answer       | "stickslip/grip"         |
         | SetCalibration | Calibration  | Answer       | "stickslip/calibration"  |
         | Tare           | ()           | Answer       | "stickslip/tare"         |
+        | GetTare        | ()           | TareState    | "stickslip/tare/state"   |
         | SetSensors     | Sensors      | Answer       | "stickslip/sensors"      |
         | SetGrasp       | MaybeGrasp   | Answer       | "stickslip/grasp"        |
         | SetGripLimits  | GripLimits   | Answer       | "stickslip/griplimits"   |
@@ -61,6 +62,7 @@ mod table {
         | Store          | MaybeStart   | Answer       | "stickslip/store"        |
         | Forget         | ()           | Answer       | "stickslip/forget"       |
         | ReadClock      | ()           | ClockReading | "stickslip/clock"        |
+        | SetClock       | HostClock    | Answer       | "stickslip/clock/host"   |
         | Start          | StartRequest | Answer       | "stickslip/start"        |
         | Stop           | ()           | Answer       | "stickslip/stop"         |
         | ResetBoard     | ()           | Answer       | "stickslip/reset"        |

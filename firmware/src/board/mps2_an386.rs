@@ -351,15 +351,18 @@ impl NorFlash for Flash {
     }
 }
 
+/// From the watchdog's warning to its reset.
+const WARNING_MS: u32 = 10;
+
 /// Fed by the control task only.
 pub struct Watchdog;
 
 impl Watchdog {
-    /// Starts it with [`crate::WATCHDOG_MS`]. The first expiry is an interrupt, the second
-    /// the reset, so each gets half.
+    /// Starts it with [`crate::WATCHDOG_MS`]. The first expiry is an interrupt that cannot be masked: the warning; the second
+    /// is the reset, and the handler shortens its time to what is left.
     pub fn start() -> Self {
         WATCHDOG.write(0xc00, 0x1acc_e551);
-        WATCHDOG.write(0x0, TIMER_HZ / 1000 * (crate::WATCHDOG_MS / 2));
+        WATCHDOG.write(0x0, TIMER_HZ / 1000 * (crate::WATCHDOG_MS - WARNING_MS));
         WATCHDOG.write(0x8, 0b11);
         Self
     }
@@ -486,8 +489,6 @@ unsafe fn DefaultHandler(irqn: i16) {
         // SAFETY: these lines are pended by their executor only.
         30 => unsafe { COMMUNICATION.on_interrupt() },
         31 => unsafe { CONTROL.on_interrupt() },
-        // The watchdog's first expiry: the next one resets.
-        -14 => {}
         other => {
             defmt::error!("unexpected interrupt {=i16}", other);
             halt();
@@ -495,10 +496,27 @@ unsafe fn DefaultHandler(irqn: i16) {
     }
 }
 
+/// The watchdog's warning: notes what ran, and lets it bite.
+// All code runs on the main stack, on which the processor put where it was.
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+unsafe extern "C" fn NonMaskableInt() {
+    core::arch::naked_asm!("mrs r0, msp", "b {noted}", noted = sym warned)
+}
+
+unsafe extern "C" fn warned(stacked: *const u32) -> ! {
+    WATCHDOG.write(0x0, TIMER_HZ / 1000 * WARNING_MS);
+    // SAFETY: as the processor left it.
+    unsafe { post_mortem::starved(stacked) };
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     let how = if stack::met_guard() { Ending::StackOverflow } else { Ending::HardFault };
-    post_mortem::end(how, frame.pc(), frame.lr());
+    post_mortem::end(how, frame.pc(), frame.lr(), 0);
     if how == Ending::StackOverflow {
         // A log would want a stack.
         reset()
@@ -507,8 +525,11 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     halt()
 }
 
-/// Ends the emulation with a non-zero exit code.
+/// Ends the emulation with a non-zero exit code; where ends are rehearsed, the reset of a real board.
 pub fn halt() -> ! {
+    if cfg!(feature = "rehearsed") {
+        reset();
+    }
     loop {
         debug::exit(debug::EXIT_FAILURE);
     }

@@ -159,13 +159,18 @@ impl Channels {
 
 impl Gauges for Channels {
     fn read(&mut self) -> Option<[u16; 12]> {
-        for adc in [pac::ADC1, pac::ADC2] {
+        let mut sound = true;
+        for (adc, channel) in [pac::ADC1, pac::ADC2].into_iter().zip(0..) {
             let state = adc.isr().read();
             // Written as one: cleared. A scan has ended since the last tick, and none was lost.
             adc.isr().write(|w| w.set_eos(true));
-            if !state.eos() || state.ovr() {
-                return None;
+            sound &= state.eos() && !state.ovr();
+            if state.ovr() {
+                overrun(adc, channel);
             }
+        }
+        if !sound {
+            return None;
         }
         let mut counts = [0; 12];
         for (k, count) in counts.iter_mut().enumerate() {
@@ -173,6 +178,23 @@ impl Gauges for Channels {
             *count = unsafe { (&raw const COUNTS).cast::<u16>().add(k).read_volatile() };
         }
         Some(counts)
+    }
+}
+
+/// DMA did not fetch a count in time. The converter gives none to it from then on (RM0440, 21.4.26), and which of the six is
+/// next nobody knows: both are stopped, and in a later tick, once the converter has come to rest, begin anew with
+/// the first.
+#[cold]
+fn overrun(adc: pac::adc::Adc, channel: usize) {
+    let dma = pac::DMA1.ch(channel);
+    if adc.cr().read().adstart() {
+        adc.cr().modify(|w| w.set_adstp(pac::adc::vals::Adstp::STOP));
+        dma.cr().modify(|w| w.set_en(false));
+    } else {
+        dma.ndtr().write(|w| w.set_ndt(6));
+        dma.cr().modify(|w| w.set_en(true));
+        adc.isr().write(|w| w.set_ovr(true));
+        adc.cr().modify(|w| w.set_adstart(true));
     }
 }
 
@@ -242,14 +264,35 @@ impl Bus for CanBus {
     }
 }
 
-/// Fed by the control task only.
+/// Counts of the window watchdog from feeding to its reset, each 4096 times 128 clocks of 170 MHz (3.1 ms): 83 ms, so that it
+/// warns and bites before the independent one, whose oscillator errs by 8 %. Its warning comes one count before.
+const WINDOW_COUNTS: u8 = 27;
+/// Below this its counter bites.
+const WINDOW_END: u8 = 0x40;
+
+/// Fed by the control task only. The independent watchdog cannot warn; the window watchdog can, but its clock is the
+/// processor's. So both run: the one that warns bites first.
 pub struct Watchdog(IndependentWatchdog<'static, IWDG>);
 
 impl Watchdog {
-    /// Starts it with [`crate::WATCHDOG_MS`].
+    /// Starts them; the independent one with [`crate::WATCHDOG_MS`].
     pub fn start() -> Self {
-        // A processor that a debugger holds does not feed it.
-        pac::DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
+        // A processor that a debugger holds does not feed them.
+        pac::DBGMCU.apb1lfzr().modify(|w| {
+            w.set_iwdg(true);
+            w.set_wwdg(true);
+        });
+        pac::RCC.apb1enr1().modify(|w| w.set_wwdgen(true));
+        pac::WWDG.cfr().write(|w| {
+            w.set_wdgtb(pac::wwdg::vals::Wdgtb::DIV128);
+            w.set_ewi(true);
+            // It may be fed at any time.
+            w.set_w(0x7f);
+        });
+        feed_window();
+        interrupt::WWDG.set_priority(Priority::P0);
+        // SAFETY: its handler shares nothing.
+        unsafe { interrupt::WWDG.enable() };
         // SAFETY: the watchdog is used here only.
         let iwdg = unsafe { IWDG::steal() };
         let mut watchdog = IndependentWatchdog::new(iwdg, crate::WATCHDOG_MS * 1000);
@@ -257,9 +300,34 @@ impl Watchdog {
         Self(watchdog)
     }
 
-    /// Restarts its count.
+    /// Restarts their counts.
     pub fn feed(&mut self) {
         self.0.pet();
+        feed_window();
+    }
+}
+
+/// Restarts the window watchdog's count, and at the first time the watchdog.
+fn feed_window() {
+    pac::WWDG.cr().write(|w| {
+        w.set_t(WINDOW_END + WINDOW_COUNTS - 1);
+        w.set_wdga(true);
+    });
+}
+
+/// The window watchdog's warning: notes what ran, and lets it bite.
+// All code runs on the main stack, on which the processor put where it was.
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+unsafe extern "C" fn WWDG() {
+    core::arch::naked_asm!("mrs r0, msp", "b {noted}", noted = sym warned)
+}
+
+unsafe extern "C" fn warned(stacked: *const u32) -> ! {
+    // SAFETY: as the processor left it.
+    unsafe { post_mortem::starved(stacked) };
+    loop {
+        cortex_m::asm::nop();
     }
 }
 
@@ -461,7 +529,7 @@ unsafe fn UART5() {
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     let how = if stack::met_guard() { Ending::StackOverflow } else { Ending::HardFault };
-    post_mortem::end(how, frame.pc(), frame.lr());
+    post_mortem::end(how, frame.pc(), frame.lr(), 0);
     reset()
 }
 

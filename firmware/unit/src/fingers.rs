@@ -10,6 +10,7 @@
 
 use stickslip_shared::wire::{Calibration, Grasp, Port, Refusal, Sample, Sensor};
 
+use crate::host_clock::{MAX_AGE_US, age_us};
 use crate::source::Reading;
 
 /// A tare averages readings for so long, us.
@@ -18,12 +19,8 @@ pub const TARE_US: u32 = 500_000;
 pub const TARE_READINGS: u32 = 25;
 /// A pause in the readings beyond which a tare begins anew, us: ten periods of the slowest sensor.
 const TARE_GAP_US: u32 = 100_000;
-/// Age beyond which the host's poses of gripper and pusher, and its grip command, count as not known, us:
-/// five ticks, more than the jitter of a USB serial line (1 to 16 ms), in which the fastest plan here moves
-/// 0.5 mm (25 mm/s).
-pub const MAX_AGE_US: u32 = 20_000;
 
-/// The host's newest sample, and when it came by the unit's clock.
+/// The host's newest sample, and when it was measured by the unit's clock: when it came, where the host's is not known.
 #[derive(Clone, Copy, Debug)]
 struct Newest {
     sample: Sample,
@@ -218,9 +215,15 @@ impl Fingers {
         }
     }
 
-    /// Whether a tare goes on: of a finger with a sensor.
+    /// Of which finger a tare goes on: with a sensor.
+    pub fn taring(&self) -> [bool; 2] {
+        let [first, second] = &self.finger;
+        [first, second].map(|f| f.port.is_some() && f.taring.is_some())
+    }
+
+    /// Whether a tare goes on.
     pub fn is_taring(&self) -> bool {
-        self.finger.iter().any(|f| f.port.is_some() && f.taring.is_some())
+        self.taring().contains(&true)
     }
 
     /// What counts as no load, by the sensors' numbers.
@@ -243,7 +246,7 @@ impl Fingers {
         own.is_some_and(|f| f.take(reading))
     }
 
-    /// A sample of the host came at `at_us` by the unit's clock.
+    /// A sample of the host, measured at `at_us` by the unit's clock, or come then where the host's is not known.
     pub fn told(&mut self, sample: Sample, at_us: u32) {
         self.told = true;
         self.newest = Some(Newest { sample, at_us, new: true });
@@ -269,7 +272,7 @@ impl Fingers {
             // A measurement it is not: it only says where to begin.
             object = (seq == 0).then_some(grasp.object);
         }
-        let fresh = self.newest.as_mut().filter(|n| now_us.wrapping_sub(n.at_us) <= MAX_AGE_US);
+        let fresh = self.newest.as_mut().filter(|n| age_us(n.at_us, now_us) <= MAX_AGE_US);
         if let Some(newest) = fresh {
             (gripper, pusher) = (newest.sample.gripper, newest.sample.pusher);
             object = newest.sample.object.filter(|_| newest.new);

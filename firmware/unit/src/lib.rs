@@ -12,6 +12,7 @@ pub mod alarm;
 pub mod bus;
 pub mod fingers;
 pub mod grip;
+pub mod host_clock;
 pub mod memory;
 pub mod post_mortem;
 pub mod source;

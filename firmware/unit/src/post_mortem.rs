@@ -7,8 +7,11 @@ use stickslip_shared::wire::{Ending, PostMortem, TickNote};
 
 /// Ticks that are kept.
 const TICKS: usize = 4;
-/// Mark, starts, ending, pc, lr, checksum of these; ticks of three words.
-pub const WORDS: usize = 6 + 3 * TICKS;
+/// Mark, starts, ending, pc, lr, line, checksum of these; ticks of three words.
+pub const WORDS: usize = HEAD + 3 * TICKS;
+const HEAD: usize = 7;
+/// Of them the one with the starts.
+pub const STARTS: usize = 1;
 
 const MARK: u32 = 0x57_1c_51_1b;
 
@@ -20,7 +23,7 @@ pub struct Recorder<'a> {
 }
 
 fn sum(head: &[u32]) -> u32 {
-    // FNV-1a over whole words: five of them.
+    // FNV-1a over whole words: six of them.
     head.iter().fold(0x811c_9dc5, |hash, word| (hash ^ word).wrapping_mul(0x0100_0193))
 }
 
@@ -29,6 +32,7 @@ fn ending(word: u32) -> Ending {
         1 => Ending::Panic,
         2 => Ending::HardFault,
         3 => Ending::StackOverflow,
+        4 => Ending::Watchdog,
         _ => Ending::Unnoted,
     }
 }
@@ -37,8 +41,8 @@ impl<'a> Recorder<'a> {
     /// After a start of the processor: what was kept, `None` after power-on, and the starts since then, this one
     /// included. Begins a new record.
     pub fn begin(words: &'a mut [u32; WORDS]) -> (Self, Option<PostMortem>, u32) {
-        let [mark, starts, end, pc, lr, checksum, ticks @ ..] = &*words;
-        let known = *mark == MARK && *checksum == sum(&[*mark, *starts, *end, *pc, *lr]);
+        let [mark, starts, end, pc, lr, line, checksum, ticks @ ..] = &*words;
+        let known = *mark == MARK && *checksum == sum(&[*mark, *starts, *end, *pc, *lr, *line]);
         let (kept, starts) = if known {
             let mut last = [TickNote::default(); TICKS];
             for (note, words) in last.iter_mut().zip(ticks.chunks_exact(3)) {
@@ -47,21 +51,17 @@ impl<'a> Recorder<'a> {
                 }
             }
             last.sort_unstable_by_key(|note| note.tick);
-            (Some(PostMortem { ending: ending(*end), pc: *pc, lr: *lr, last }), starts.wrapping_add(1))
+            let kept = PostMortem { ending: ending(*end), pc: *pc, lr: *lr, line: *line, last };
+            (Some(kept), starts.wrapping_add(1))
         } else {
             (None, 1)
         };
         *words = [0; WORDS];
-        let mut recorder = Self { words, next: 0 };
-        recorder.head(starts, 0, 0, 0);
+        let recorder = Self { words, next: 0 };
+        let [mark, second, ..] = &mut *recorder.words;
+        (*mark, *second) = (MARK, starts);
+        note_end(recorder.words, Ending::Unnoted, 0, 0, 0);
         (recorder, kept, starts)
-    }
-
-    fn head(&mut self, starts: u32, end: u32, pc: u32, lr: u32) {
-        let head = [MARK, starts, end, pc, lr];
-        let [a, b, c, d, e, checksum, ..] = &mut *self.words;
-        [*a, *b, *c, *d, *e] = head;
-        *checksum = sum(&head);
     }
 
     /// The tick begins.
@@ -77,7 +77,7 @@ impl<'a> Recorder<'a> {
 
     fn note(&mut self, note: TickNote) {
         if let Some([tick, flags, cost]) =
-            self.words.get_mut(6 + 3 * self.next..).and_then(|w| w.first_chunk_mut())
+            self.words.get_mut(HEAD + 3 * self.next..).and_then(|w| w.first_chunk_mut())
         {
             (*tick, *flags, *cost) = (note.tick, note.flags, note.cost);
         }
@@ -85,14 +85,15 @@ impl<'a> Recorder<'a> {
 }
 
 /// Notes the end in the words of a recorder, from a handler that has nothing but them.
-pub fn note_end(words: &mut [u32; WORDS], how: Ending, pc: u32, lr: u32) {
-    let [mark, starts, end, at, from, checksum, ..] = words;
+pub fn note_end(words: &mut [u32; WORDS], how: Ending, pc: u32, lr: u32, line: u32) {
+    let [mark, starts, end, at, from, in_line, checksum, ..] = words;
     let code = match how {
         Ending::Unnoted => 0,
         Ending::Panic => 1,
         Ending::HardFault => 2,
         Ending::StackOverflow => 3,
+        Ending::Watchdog => 4,
     };
-    (*end, *at, *from) = (code, pc, lr);
-    *checksum = sum(&[*mark, *starts, code, pc, lr]);
+    (*end, *at, *from, *in_line) = (code, pc, lr, line);
+    *checksum = sum(&[*mark, *starts, code, pc, lr, line]);
 }

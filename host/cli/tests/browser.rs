@@ -45,10 +45,51 @@ addEventListener('load', () => setTimeout(() => {
   setTimeout(() => {
     const figures = [...document.querySelectorAll('figure[data-plot]')].filter(f => !f.hidden);
     const empty = figures.filter(f => !f.querySelector('canvas')).length;
+    // What a screen reader is told: names of pictures, of controls and of tables, headings in order, times of sliders.
+    const unsaid = [];
+    const named = e => (e.getAttribute('aria-label') || e.getAttribute('title') || e.textContent || '').trim()
+      || [...(e.labels || [])].some(l => l.textContent.trim());
+    const seen = e => e.getClientRects().length && !e.closest('[aria-hidden=true]');
+    for (const e of document.querySelectorAll('svg, canvas, img')) {
+      const says = e.closest('[role=img]')?.getAttribute('aria-label');
+      if (seen(e) && !says) { unsaid.push('picture without words: ' + e.outerHTML.slice(0, 80)); }
+    }
+    for (const e of document.querySelectorAll('button, select, input, summary, a')) {
+      if (seen(e) && !named(e)) { unsaid.push('control without a name: ' + e.outerHTML.slice(0, 80)); }
+    }
+    for (const e of document.querySelectorAll('table')) {
+      if (!e.caption && !e.getAttribute('aria-label')) { unsaid.push('table without a name: ' + e.textContent.slice(0, 80)); }
+    }
+    for (const e of document.querySelectorAll('tbody tr')) {
+      if (!e.querySelector('th')) { unsaid.push('row without a heading: ' + e.textContent.slice(0, 80)); }
+    }
+    for (const e of document.querySelectorAll('.fails')) {
+      if (!/fails/.test(e.textContent)) { unsaid.push('fails by its looks alone: ' + e.textContent.slice(0, 80)); }
+    }
+    for (const e of document.querySelectorAll('.of')) {
+      const bars = [...e.querySelectorAll('.bar')];
+      if (bars.length > 1 && bars.some(bar => !/[a-z]/.test(bar.textContent))) {
+        unsaid.push('bars told apart by colour alone: ' + e.textContent);
+      }
+    }
+    let level = 0;
+    for (const e of document.querySelectorAll('h1, h2, h3, h4')) {
+      const own = +e.tagName[1];
+      if (own > level + 1) { unsaid.push('heading of level ' + own + ' after ' + level + ': ' + e.textContent); }
+      level = own;
+    }
+    for (const slider of document.querySelectorAll('input[type=range]')) {
+      if (!/^[0-9.-]+ s$/.test(slider.getAttribute('aria-valuetext') || '')) { unsaid.push('a slider that says no time'); }
+      const drawing = slider.closest('.viewer').querySelector('.bench svg');
+      const time = slider.getAttribute('aria-valuetext');
+      if (drawing && !drawing.getAttribute('aria-label').includes('t = ' + time)) {
+        unsaid.push('a bench whose words are of another time than ' + time);
+      }
+    }
     const over = document.documentElement.scrollWidth - innerWidth;
     const report = document.createElement('pre');
     report.id = 'visit';
-    report.textContent = JSON.stringify({clicked, wrong, empty, over});
+    report.textContent = JSON.stringify({clicked, wrong, empty, over, unsaid});
     document.body.append(report);
   }, 300);
 }, 300));
@@ -86,6 +127,7 @@ fn visit(browser: &Path, name: &str, html: &str, width: u32) {
         serde_json::from_str(&report.replace("&gt;", ">").replace("&amp;", "&").replace("&lt;", "<"))
             .expect("JSON");
     assert_eq!(report["wrong"], serde_json::json!([]), "{name}");
+    assert_eq!(report["unsaid"], serde_json::json!([]), "{name}: what a screen reader misses");
     assert_eq!(report["empty"], 0, "{name}: a plot without a drawing");
     assert!(name == "check" || report["clicked"].as_u64().is_some_and(|n| n > 0), "{name}: nothing to click");
     assert!(

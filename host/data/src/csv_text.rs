@@ -62,6 +62,11 @@ impl<'a, R: Read> CsvText<'a, R> {
         if !reader.read_byte_record(&mut record).unwrap_or(false) {
             return Err(refuse(Problem::Csv("the file is empty; write a header line".to_owned())));
         }
+        // A file of another kind would be shown byte by byte in what follows.
+        let control = |byte: &u8| *byte < b' ' && !b"\t\r\n".contains(byte);
+        if record.as_slice().iter().any(control) {
+            return Err(refuse(Problem::Csv("this is no text; is it a file of another kind?".to_owned())));
+        }
         let header: Vec<String> =
             record.iter().map(|cell| String::from_utf8_lossy(cell).trim().to_owned()).collect();
         let mut places = Vec::with_capacity(columns.len());

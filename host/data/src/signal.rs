@@ -157,6 +157,27 @@ impl Rise {
         tried.filter_map(|at| Some((at, corner(at)?))).collect()
     }
 
+    /// Time within which the noise at rest follows itself, where it does so over more than one sample: what a logger
+    /// that fills up rows, or a filter, leaves. 0: it does not, there is too little rest to tell, or it swings (hum).
+    #[must_use]
+    pub fn blurred_s(&self) -> f64 {
+        let rest = &self.along[..self.left.clamp(1, self.along.len())];
+        let count = rest.len() as f64;
+        let mean = rest.iter().map(|(_, x)| x).sum::<f64>() / count;
+        let product = |lag: usize| -> f64 {
+            rest.iter().zip(rest.iter().skip(lag)).map(|((_, a), (_, b))| (a - mean) * (b - mean)).sum()
+        };
+        let all = product(0);
+        // Three standard deviations of what white noise shows.
+        let limit = 3.0 / count.sqrt();
+        if !(all > 0.0 && limit < 0.3) {
+            return 0.0;
+        }
+        let lags = (1..rest.len() / 4).take_while(|lag| product(*lag) > limit * all).count();
+        let swings = (1..(8 * lags).min(rest.len() / 2)).any(|lag| product(lag) < -limit * all);
+        if lags == 0 || swings { 0.0 } else { self.step_s * (lags + 1) as f64 }
+    }
+
     /// Variance of what a fit leaves whose least sum of squares is given: of as many samples as are independent of each
     /// other, by the correlation of neighbours at rest (noise of one pole; what a filter makes of white noise).
     #[must_use]

@@ -24,9 +24,9 @@ use postcard_rpc::{Endpoint, Topic};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use stickslip_shared::wire::frame::{MAX_LINE, encode};
-use stickslip_shared::wire::{self, Answer, Info, ModelChunk, ModelCommit, TelemetryReport};
+use stickslip_shared::wire::{self, Answer, HostClock, Info, ModelChunk, ModelCommit, TelemetryReport};
 
-use clock::Exchange;
+use clock::{Clock, Exchange};
 pub use error::DeviceError;
 use faults::{Faults, Injected};
 use line::{Event, Line};
@@ -163,6 +163,18 @@ impl Device {
     /// # Errors
     /// Where it does not fit the board, or the board refuses it.
     pub fn load_model(&mut self, bytes: &[u8]) -> Result<(), DeviceError> {
+        self.load_model_watched(bytes, &mut |_| ())
+    }
+
+    /// The same; `sent` is told of each piece's bytes when the board has taken them.
+    ///
+    /// # Errors
+    /// As [`Device::load_model`].
+    pub fn load_model_watched(
+        &mut self,
+        bytes: &[u8],
+        sent: &mut dyn FnMut(usize),
+    ) -> Result<(), DeviceError> {
         let refused = |request| move |refusal| DeviceError::Refused { request, refusal };
         let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
         if length > self.info.model_bytes {
@@ -174,6 +186,7 @@ impl Device {
             self.patient::<wire::LoadModelChunk>(&ModelChunk { offset, bytes })?
                 .map_err(refused(wire::LoadModelChunk::PATH))?;
             offset += piece.len() as u16;
+            sent(piece.len());
         }
         let commit = ModelCommit { length, crc: wire::frame::crc32(bytes) };
         self.patient::<wire::CommitModel>(&commit)?.map_err(refused(wire::CommitModel::PATH))
@@ -251,7 +264,19 @@ impl Device {
     /// # Errors
     /// Where no answer comes.
     pub fn exchange_clocks(&mut self, count: usize, apart: Duration) -> Result<Vec<Exchange>, DeviceError> {
-        let began = Instant::now();
+        self.exchange_clocks_since(Instant::now(), count, apart)
+    }
+
+    /// The same; times of this machine count from `began`.
+    ///
+    /// # Errors
+    /// Where no answer comes.
+    pub fn exchange_clocks_since(
+        &mut self,
+        began: Instant,
+        count: usize,
+        apart: Duration,
+    ) -> Result<Vec<Exchange>, DeviceError> {
         let mut exchanges = Vec::with_capacity(count);
         for k in 0..count {
             if k > 0 {
@@ -264,6 +289,19 @@ impl Device {
             exchanges.push(Exchange { asked_s, board_s, answered_s });
         }
         Ok(exchanges)
+    }
+
+    /// Tells the board this machine's clock as exchanges found it: in the run that goes on a sample's `t_us` counts from where
+    /// their times do ([`Device::exchange_clocks_since`]). Anew within half an hour, and within a minute where no drift is
+    /// known.
+    ///
+    /// # Errors
+    /// Where the board refuses, or no answer comes.
+    pub fn tell_clock(&mut self, clock: &Clock) -> Result<(), DeviceError> {
+        let low = |s: f64| (s * 1e6) as i64 as u32;
+        let drift = clock.drift.unwrap_or(0.0) as f32;
+        let told = HostClock { host_us: low(clock.at_s), board_us: low(clock.board_s(clock.at_s)), drift };
+        self.command::<wire::SetClock>(&told)
     }
 
     fn keep(&mut self, event: Event) {

@@ -19,8 +19,10 @@ pub enum Held {
     Prism,
     /// A prism of eight sides on a table between discs, a plate on its upper face: 28 points.
     Octagon,
-    /// A prism on a table between discs, a plate on its upper face: 32 points, the most of any scene.
+    /// A prism on a table between discs, a plate on its upper face: 32 points.
     Plate,
+    /// A bar of eight sides that lies on a table between discs, a plate at its end: 36 points, the most of any scene.
+    Bar,
 }
 
 impl Held {
@@ -31,32 +33,23 @@ impl Held {
             Self::Prism => 16,
             Self::Octagon => 28,
             Self::Plate => 32,
+            Self::Bar => 36,
         }
     }
 
     /// Samples every 4 ms of an object at rest; `noise_m` moves what is measured in each, evenly up to so much.
     #[must_use]
     pub fn package(self, model: &Model<f64>, samples: u32, noise_m: f32) -> Package {
+        let upright = [1.0, 0.0, 0.0, 0.0];
         let (scene, pusher) = match self {
             Self::Prism => {
                 let shape = Shape::Prism { length_m: 0.1, side_m: 0.025 };
                 (scene(shape, None), Pose { position_m: [0.25, 0.1, 0.2], quaternion: [1.0, 0.0, 0.0, 0.0] })
             }
-            Self::Octagon => {
-                // Faces at plus and minus Y for the fingers.
-                let (far, near) = (0.02, 0.02 * std::f32::consts::FRAC_PI_8.tan());
-                let corners = [
-                    [far, -near],
-                    [far, near],
-                    [near, far],
-                    [-near, far],
-                    [-far, near],
-                    [-far, -near],
-                    [-near, -far],
-                    [near, -far],
-                ];
-                let shape = Shape::Polygon { vertices_m: corners.into_iter().collect(), height_m: 0.04 };
-                (scene(shape, Some(SupportContact::Patch)), above(0.02))
+            Self::Octagon => (scene(octagon(), Some(SupportContact::Patch)), above(0.02)),
+            Self::Bar => {
+                let end = Pose { position_m: [0.28, 0.1, 0.2], quaternion: upright };
+                (scene(octagon(), Some(SupportContact::Patch)), end)
             }
             Self::Plate => {
                 let shape = Shape::Prism { length_m: 0.1, side_m: 0.025 };
@@ -79,18 +72,37 @@ impl Held {
         };
         let centre = Pose { position_m: [0.3, 0.1, 0.2], quaternion: [1.0, 0.0, 0.0, 0.0] };
         let mut seen = move |pose: Pose| Pose { position_m: pose.position_m.map(|x| x + noise()), ..pose };
+        // The bar's axis, its own Z, along the gripper's X.
+        let lying = [std::f32::consts::FRAC_1_SQRT_2, 0.0, std::f32::consts::FRAC_1_SQRT_2, 0.0];
+        let object = Pose { quaternion: if self == Self::Bar { lying } else { upright }, ..centre };
         let half_n = 0.5 * MASS_KG * 9.81;
         let samples = (0..samples).map(|seq| Sample {
             seq,
             t_us: seq * 4_000,
             grip_cmd_n: GRIP_N,
             gripper: Some(seen(centre)),
-            object: Some(seen(centre)),
+            object: Some(seen(object)),
             pusher: Some(seen(pusher)),
             finger: [Some([0.0, -GRIP_N, half_n, 0.0, 0.0, 0.0]), Some([0.0, GRIP_N, half_n, 0.0, 0.0, 0.0])],
         });
         Package::new(scene, model, plan, samples.collect(), 0)
     }
+}
+
+/// Faces at plus and minus Y for the fingers.
+fn octagon() -> Shape<f32> {
+    let (far, near) = (0.02, 0.02 * std::f32::consts::FRAC_PI_8.tan());
+    let corners = [
+        [far, -near],
+        [far, near],
+        [near, far],
+        [-near, far],
+        [-far, near],
+        [-far, -near],
+        [-near, -far],
+        [near, -far],
+    ];
+    Shape::Polygon { vertices_m: corners.into_iter().collect(), height_m: 0.04 }
 }
 
 /// A plate so far above the object's centre: its X axis, the normal into the object, points down.

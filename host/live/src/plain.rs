@@ -1,7 +1,7 @@
 //! A run in lines, for what is no terminal.
 
 use crate::state::{Alarm, State, of_period};
-use crate::words::{doubt_names, flag_names, holds, when};
+use crate::words::{coefficient, doubt_names, flag_names, holds, when};
 
 /// What is known now, in a line.
 #[must_use]
@@ -18,12 +18,12 @@ pub fn line(state: &State) -> String {
     let used = p.finger.map(|f| f.measured_utilisation.map_or("-".to_owned(), |u| format!("{u:.2}")));
     let grip = p.holding_grip_n.map_or("-".to_owned(), |n| format!("{n:.1} N"));
     format!(
-        "{:7.2} s  used {} and {} of friction {:.2} (at least {:.2}), holds {}, sag {:.2} mm, drop {}, grip to hold {grip}; flags {}; in doubt: {}; {line}",
+        "{:7.2} s  used {} and {} of friction {} (at least {}), holds {}, sag {:.2} mm, drop {}, grip to hold {grip}; flags {}; in doubt: {}; {line}",
         state.now_s,
         used[0],
         used[1],
-        p.friction,
-        p.friction_least,
+        coefficient(p.friction),
+        coefficient(p.friction_least),
         holds(p.hold_probability),
         p.sag_m * 1e3,
         when(p.drop_in_s),

@@ -5,17 +5,19 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Axis, Block, Chart, Dataset, Gauge, GraphType, LegendPosition, Paragraph};
+use ratatui::widgets::{Axis, Block, Chart, Dataset, Gauge, GraphType, LegendPosition, Paragraph, Wrap};
 use stickslip_shared::predictor::{FingerPrediction, flags};
 
 use crate::plain;
 use crate::state::{State, TRACE_S, of_period, used};
-use crate::words::{doubt_names, flag_names, holds, when};
+use crate::words::{coefficient, doubt_names, flag_names, holds, when};
 
 /// Colours of the fingers.
 const FINGERS: [Color; 2] = [Color::Cyan, Color::Magenta];
 /// From this share of the friction limit on a bar warns.
 const HIGH: f32 = 0.8;
+/// Narrower terminals have alarms and the line's health above each other, so that alarms can be read.
+const WIDE: u16 = 116;
 
 /// Draws `state` into all of `frame`.
 pub fn draw(frame: &mut Frame, state: &State) {
@@ -33,17 +35,23 @@ pub fn draw(frame: &mut Frame, state: &State) {
         finger(frame, area, number, colour, state);
     }
     trace(frame, course, state);
-    let [object, alarms, line] =
-        Layout::horizontal([Constraint::Length(30), Constraint::Fill(1), Constraint::Length(32)])
-            .areas(below);
+    let wide = below.width >= WIDE;
+    let [object, alarms, line] = if wide {
+        Layout::horizontal([Constraint::Length(30), Constraint::Fill(1), Constraint::Length(32)]).areas(below)
+    } else {
+        let [object, right] = Layout::horizontal([Constraint::Length(30), Constraint::Fill(1)]).areas(below);
+        let [alarms, line] = Layout::vertical([Constraint::Fill(1), Constraint::Length(4)]).areas(right);
+        [object, alarms, line]
+    };
     boxed(frame, object, "object and grip", of_object(state));
     boxed(frame, alarms, &format!("alarms ({})", state.alarms_counted), of_alarms(state, alarms));
-    boxed(frame, line, "line", of_line(state));
+    boxed(frame, line, "line", if wide { of_line(state) } else { of_line_briefly(state) });
     frame.render_widget(footer(state), foot);
 }
 
 fn boxed(frame: &mut Frame, area: Rect, name: &str, lines: Vec<Line<'static>>) {
-    frame.render_widget(Paragraph::new(lines).block(Block::bordered().title(name.to_owned())), area);
+    let text = Paragraph::new(lines).wrap(Wrap { trim: false });
+    frame.render_widget(text.block(Block::bordered().title(name.to_owned())), area);
 }
 
 fn title(state: &State) -> Paragraph<'static> {
@@ -57,7 +65,9 @@ fn title(state: &State) -> Paragraph<'static> {
 }
 
 fn finger(frame: &mut Frame, area: Rect, number: usize, colour: Color, state: &State) {
-    let block = Block::bordered().title(format!("finger {}", number + 1));
+    let pressed = state.sample.as_ref().and_then(|sample| sample.finger[number]);
+    let pressed = pressed.map_or(String::new(), |wrench| format!(", pressed {:.1} N", wrench[1].abs()));
+    let block = Block::bordered().title(format!("finger {}{pressed}", number + 1));
     let Some(prediction) = &state.prediction else {
         frame.render_widget(Paragraph::new("nothing is predicted").block(block), area);
         return;
@@ -77,14 +87,11 @@ fn finger(frame: &mut Frame, area: Rect, number: usize, colour: Color, state: &S
     };
     let gauge = Gauge::default().ratio(shown).gauge_style(Style::default().fg(bar_colour));
     frame.render_widget(gauge.label(format!("{:.0} % of friction used, {by}", 100.0 * share)), bar);
-    let pressed = state.sample.as_ref().and_then(|sample| sample.finger[number]);
-    let pressed = pressed.map_or(String::new(), |wrench| format!(", pressed {:.1} N", wrench[1].abs()));
     let text = format!(
-        "model {:.2}, peak ahead {:.2}, slip {}, friction {:.2}{pressed}",
+        "model {:.2}, ahead {:.2}, slip {}",
         f.model_utilisation,
         f.peak_utilisation,
-        when(f.slip.in_s()),
-        prediction.friction
+        when(f.slip.in_s())
     );
     frame.render_widget(Paragraph::new(text), words);
 }
@@ -132,7 +139,11 @@ fn of_object(state: &State) -> Vec<Line<'static>> {
         Line::raw(format!("grip          {}", newton(commanded))),
         Line::raw(format!("grip to hold  {}", newton(p.holding_grip_n))),
         Line::raw(format!("grip advised  {}", newton(state.advised_grip_n))),
-        Line::raw(format!("friction      {:.2} or more", p.friction_least)),
+        Line::raw(format!(
+            "friction      {}, min {}",
+            coefficient(p.friction),
+            coefficient(p.friction_least)
+        )),
     ]
 }
 
@@ -145,7 +156,7 @@ fn of_alarms(state: &State, area: Rect) -> Vec<Line<'static>> {
         .take(room)
         .map(|alarm| {
             let colour = if alarm.over_s.is_none() { Color::Red } else { Color::Reset };
-            Line::styled(plain::alarm(alarm), Style::default().fg(colour))
+            Line::styled(plain::alarm(alarm).trim_start().to_owned(), Style::default().fg(colour))
         })
         .collect()
 }
@@ -164,6 +175,25 @@ fn of_line(state: &State) -> Vec<Line<'static>> {
         Line::raw(format!("frames damaged {}", line.frames_damaged)),
         Line::raw(format!("tick           {}", work(line.work_ms))),
         Line::raw(format!("worst tick     {}", work(line.work_worst_ms))),
+    ]
+}
+
+/// In two lines of 48 characters.
+fn of_line_briefly(state: &State) -> Vec<Line<'static>> {
+    let line = state.line();
+    let lost = line.samples_lost.map_or("-".to_owned(), |n| n.to_string());
+    let share = |ms: Option<f64>| ms.map_or("-".to_owned(), |ms| format!("{:.0} %", 100.0 * of_period(ms)));
+    vec![
+        Line::raw(format!(
+            "samples/s {:.0}, lost {lost}; reports/s {:.0}, lost {}",
+            line.samples_per_s, line.reports_per_s, line.reports_lost
+        )),
+        Line::raw(format!(
+            "damaged {}; tick {} of its time, worst {}",
+            line.frames_damaged,
+            share(line.work_ms),
+            share(line.work_worst_ms)
+        )),
     ]
 }
 

@@ -18,6 +18,12 @@ pub fn holds(probability: Option<f32>) -> String {
     probability.map_or_else(|| "-".into(), |p| format!("{:.1} %", (1e3 * f64::from(p)).floor() * 0.1))
 }
 
+/// A coefficient of friction; nothing is known of it before the first contact.
+#[must_use]
+pub fn coefficient(mu: f32) -> String {
+    if mu > 0.0 { format!("{mu:.2}") } else { "-".into() }
+}
+
 /// Names of the flags that are up.
 #[must_use]
 pub fn flag_names(bits: u32) -> String {

@@ -123,7 +123,9 @@ $(document, '.viewer').forEach((root, number) => {
     const all = known.flatMap(line => lines[line.i]).filter(x => x != null);
     const canvas = host.querySelector('canvas');
     canvas.setAttribute('role', 'img');
-    canvas.setAttribute('aria-label', `${of.title} over time, ${shown(Math.min(...all))} to ${shown(Math.max(...all))} ${of.unit}`);
+    const unit = of.unit === '1' ? '' : ' ' + of.unit;
+    canvas.setAttribute('aria-label', `${of.title} over time, ${shown(Math.min(...all))} to ${shown(Math.max(...all))}${unit}`);
+    host.querySelector('.u-legend')?.setAttribute('aria-label', `${of.title} at the chosen time${unit && ',' + unit}`);
     plots.set(figure, u);
   };
   // While plots of two trials share a cursor, it is nobody's.
@@ -161,7 +163,7 @@ $(document, '.viewer').forEach((root, number) => {
     }
     place.fingers = px(...c.fingers);
     const [, , w, h] = svg.getAttribute('viewBox').split(' ').map(Number);
-    const placed = [];
+    const placed = [], said = [];
     c.forces.forEach(([name, where, [fx, fy]], number) => {
       const force = [fx[at] ?? 0, fy[at] ?? 0], d = [force[0] * c.n, -force[1] * c.n];
       const from = place[where] || [0, 0];
@@ -177,12 +179,25 @@ $(document, '.viewer').forEach((root, number) => {
         label.setAttribute('x', x);
         label.setAttribute('y', y);
         label.textContent = `${what} ${Math.hypot(...force).toFixed(1)} N`;
+        said.push(label.textContent);
       }
     });
     const note = (name, text) => { const e = svg.querySelector(`[data-note="${name}"]`); if (e) e.textContent = text; };
     note('time', `t = ${run.t[at].toFixed(3)} s`);
     note('enlarged', k > 1 ? `what the model's object is off by is drawn ${k} times` : 'to scale');
     if (c.grip[at] != null) note('grip', `grip ${c.grip[at].toFixed(1)} N`);
+    // The drawing in words, at this time.
+    const words = [`t = ${run.t[at].toFixed(3)} s`, ...said];
+    if (c.grip[at] != null) words.push(`grip ${c.grip[at].toFixed(1)} N`);
+    for (const [name, p] of c.parts.slice(1)) {
+      if (name === 'pusher') continue;
+      const [x, y, a] = p.map((q, j) => (q[at] ?? 0) - truth[j]);
+      const line = data.plots.flatMap(plot => plot.lines).find(line => line.ink === name);
+      const model = line ? line.label.split(', ')[0] : name;
+      words.push(`object by ${model} off by ${Math.hypot(x, y).toFixed(2)} mm and ${Math.abs(a).toFixed(2)} degrees`);
+    }
+    svg.dataset.words ??= svg.getAttribute('aria-label');
+    svg.setAttribute('aria-label', `${svg.dataset.words}: ${words.join(', ')}`);
   };
 
   const choose = k => {
@@ -283,7 +298,7 @@ $(document, '.viewer').forEach((root, number) => {
   });
   choose(0);
   new ResizeObserver(fit).observe(root);
-  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', drawAll);
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { drawAll(); moment(at); });
   // Paper is white and narrow.
   addEventListener('beforeprint', () => {
     document.documentElement.classList.add('light');
@@ -293,6 +308,7 @@ $(document, '.viewer').forEach((root, number) => {
   addEventListener('afterprint', () => {
     document.documentElement.classList.remove('light');
     drawAll();
+    moment(at);
   });
 });
 })();

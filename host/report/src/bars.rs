@@ -17,6 +17,8 @@ pub struct Bars {
     rows: Vec<Row>,
     label: String,
     scale: Scale,
+    /// What the first, the second bar of each row is of, as a screen reader says it: colours tell others.
+    series: Vec<String>,
 }
 
 #[derive(Clone, Debug)]
@@ -51,7 +53,7 @@ pub fn shares(rows: Vec<(String, f64, bool)>, label: &str) -> Option<Bars> {
 }
 
 fn of(rows: Vec<Row>, label: &str, scale: Scale) -> Option<Bars> {
-    (!rows.is_empty()).then(|| Bars { rows, label: label.to_owned(), scale })
+    (!rows.is_empty()).then(|| Bars { rows, label: label.to_owned(), scale, series: Vec::new() })
 }
 
 fn log(x: f64) -> f64 {
@@ -59,6 +61,13 @@ fn log(x: f64) -> f64 {
 }
 
 impl Bars {
+    /// With names for the bars of each row, in order.
+    #[must_use]
+    pub fn of_series<T: Into<String>>(mut self, names: impl IntoIterator<Item = T>) -> Self {
+        self.series = names.into_iter().map(Into::into).collect();
+        self
+    }
+
     /// Largest value of the axis, as it is drawn.
     fn end(&self) -> f64 {
         let values = || self.rows.iter().flat_map(|r| &r.values).copied();
@@ -109,6 +118,7 @@ impl Bars {
                         @for (k, value) in row.values.iter().enumerate() {
                             div class="bar" {
                                 i class=(self.class(row, k)) style=(format!("width:{:.1}%", self.place(*value))) {}
+                                @if let Some(series) = self.series.get(k) { span class="said" { (series) ": " } }
                                 span { (self.words(*value)) }
                             }
                         }

@@ -97,7 +97,10 @@ fn picture(c: &Comparison) -> Markup {
 }
 
 fn worst_bars(c: &Comparison) -> Option<Bars> {
-    multiples(worst(c), "error beyond the tolerance, noise floors (no bar: below 0.1)", 1.0)
+    let bars = multiples(worst(c), "error beyond the tolerance, noise floors (no bar: below 0.1)", 1.0);
+    // Before and after are the first and the last model.
+    let ends = c.models.first().zip(c.models.last()).filter(|_| c.models.len() > 1);
+    bars.map(|bars| bars.of_series(ends.into_iter().flat_map(|(a, b)| [a.name.clone(), b.name.clone()])))
 }
 
 /// The worst channels and phases with their errors in noise floors, before and after where there are two models.
@@ -245,6 +248,7 @@ fn cell(r: &ErrorRow, size: Size, repeated: bool, channel: usize) -> Markup {
                 Some(m) => { (times(m)) small { (readable(size.rms, r.unit)) } }
                 None => { (readable(size.rms, r.unit)) }
             }
+            @if class == "fails" { span class="said" { " fails" } }
         }
     };
     html! {
@@ -419,7 +423,9 @@ fn table(caption: &str, header: &[&str], rows: &[(bool, Vec<String>)]) -> Markup
                     @for (bold, cells) in rows {
                         tr class=(if *bold { "fails" } else { "fits" }) {
                             @for (k, cell) in cells.iter().enumerate() {
-                                @if k == 0 { th scope="row" { (cell) } } @else { td { (cell) } }
+                                @if k == 0 {
+                                    th scope="row" { (cell) @if *bold { span class="said" { " (fails)" } } }
+                                } @else { td { (cell) } }
                             }
                         }
                     }

@@ -220,6 +220,9 @@ fn has_after(report: &Report) -> bool {
     matches!(report.verdict, Verdict::Effect | Verdict::Ambiguous)
 }
 
+/// What the bars of the misfits are of.
+const SERIES: [&str; 2] = ["the model as given, friction refitted", "with the named effects"];
+
 /// The largest misfits, before and after.
 fn misfit_chart(report: &Report) -> Option<Bars> {
     let after = has_after(report);
@@ -229,15 +232,16 @@ fn misfit_chart(report: &Report) -> Option<Bars> {
         .take(DRAWN)
         .map(|p| (place_words(p), if after { vec![p.before, p.after] } else { vec![p.before] }))
         .collect();
-    multiples(rows, "systematic misfit, run spreads of one run (no bar: below 0.1)", RELEVANT)
+    let bars = multiples(rows, "systematic misfit, run spreads of one run (no bar: below 0.1)", RELEVANT);
+    bars.map(|bars| bars.of_series(SERIES.into_iter().take(if after { 2 } else { 0 })))
 }
 
 fn misfit_bars(report: &Report) -> Markup {
     let Some(chart) = misfit_chart(report) else { return html! {} };
     html! {
         div class="legend" {
-            (swatch("m0", "the model as given, friction refitted"))
-            @if has_after(report) { (swatch("m1", "with the named effects")) }
+            (swatch("m0", SERIES[0]))
+            @if has_after(report) { (swatch("m1", SERIES[1])) }
             (swatch("line measured", &format!("{RELEVANT} run spreads: above, an effect is looked for")))
         }
         (figure("Where the model misses most", "", "largest systematic misfits by channel and phase", &chart.markup().0))
@@ -323,7 +327,7 @@ fn strength(c: &CandidateReport) -> Markup {
                 @for p in c.info.parameters {
                     @if let Some(v) = c.parameters.get(p.name) {
                         tr {
-                            td class="text" { (words(p.name)) div class="soft" { (p.what) } }
+                            th scope="row" class="text" { (words(p.name)) div class="soft" { (p.what) } }
                             td { b { (short(v.value)) } " " (if p.unit == "1" { "" } else { p.unit }) }
                             td { (interval(v.low, v.high)) }
                             td { (short(p.typical)) }

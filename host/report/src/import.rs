@@ -142,14 +142,19 @@ pub fn clock_lines(offsets: &[Offset]) -> Vec<String> {
         let of: Vec<&Offset> = offsets.iter().filter(|offset| offset.stream == stream).collect();
         match of.iter().find(|offset| offset.trials > 1) {
             Some(one) => lines.push(format!(
-                "clock of {stream}: {} added, by the contact in {} trials that agree",
+                "clock of {stream}: {} added, by the contact in {} trials that agree{}",
                 interval(one.offset_s, one.uncertainty_s),
-                one.trials
+                one.trials,
+                blurred(one)
             )),
             None => {
                 lines.extend(of.iter().take(SHOWN).map(|offset| {
                     let added = interval(offset.offset_s, offset.uncertainty_s);
-                    format!("clock of {stream} in {}: {added} added, by its contact", offset.trial)
+                    format!(
+                        "clock of {stream} in {}: {added} added, by its contact{}",
+                        offset.trial,
+                        blurred(offset)
+                    )
                 }));
                 if of.len() > SHOWN {
                     lines.push(format!("and {} more trials; --json lists all", of.len() - SHOWN));
@@ -158,6 +163,16 @@ pub fn clock_lines(offsets: &[Offset]) -> Vec<String> {
         }
     }
     lines
+}
+
+/// What the force's noise says of its onset.
+fn blurred(offset: &Offset) -> String {
+    match 1e3 * offset.blurred_s {
+        ms if ms > 0.0 => format!(
+            "; noise of the force follows itself over {ms:.0} ms (filled up or filtered): its onset may be so much early or late"
+        ),
+        _ => String::new(),
+    }
 }
 
 fn interval(offset_s: f64, half_s: f64) -> String {

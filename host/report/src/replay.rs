@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::bench::Scenery;
 use super::figures::Figure;
-use super::html::{Tone, figure, first_screen, page as whole, swatch};
+use super::html::{Tone, figure, first_screen, page as whole, swatch, unfold};
 use super::overlay::spans;
 use super::plot::{Chart, Line, MODELS};
 use super::viewer::{self, Plot, Run, Span, chart_of, viewer};
@@ -61,9 +61,33 @@ pub fn page(document: &Document, shown: &Shown) -> String {
             span { b { (document.ticks) } " ticks" }
             span { "hash " b { (document.hash) } }
         }
+        (flag_table(document))
         (predictions(document, shown))
     };
     whole(&format!("stickslip replay: {}", document.trial), body)
+}
+
+/// When each flag was up: what the drawing shows, for those who cannot see it.
+fn flag_table(document: &Document) -> Markup {
+    let spans = || document.flags.iter().chain(&document.doubts);
+    let rows = html! {
+        div class="scroll" {
+            table {
+                caption { "When each flag is up" }
+                thead { tr { th scope="col" { "flag" } th scope="col" { "rises, s" } th scope="col" { "falls, s" } } }
+                tbody {
+                    @for span in spans() {
+                        tr {
+                            th scope="row" { (span.flag) }
+                            td { (format!("{:.3}", span.rises_s)) }
+                            td { @match span.falls_s { Some(s) => { (format!("{s:.3}")) } None => "–" } }
+                        }
+                    }
+                }
+            }
+        }
+    };
+    html! { @if spans().next().is_some() { (unfold("Flags as a table", &rows)) } }
 }
 
 /// What was predicted, in words.

@@ -18,6 +18,8 @@ const MARKS: usize = 5;
 const WIDE: u32 = 360;
 /// Points of a line.
 const POINTS: usize = 300;
+/// What the two bars of each row are of.
+const SERIES: [&str; 2] = ["what the data show that the model lacks", "what the effect changes"];
 
 /// What an effect changes beside what the data show, by channel and phase.
 pub fn bars(marks: &[Mark]) -> Option<Bars> {
@@ -29,6 +31,7 @@ pub fn bars(marks: &[Mark]) -> Option<Bars> {
         "run spreads",
         1.0,
     )
+    .map(|bars| bars.of_series(SERIES))
 }
 
 /// The pictures of a card; `run` where the effect is named.
@@ -43,8 +46,8 @@ pub fn signature(marks: &[Mark], run: Option<&Run>) -> Markup {
     }
     html! {
         div class="legend" {
-            (swatch("m0", "what the data show that the model lacks"))
-            (swatch("m1", "what the effect changes"))
+            (swatch("m0", SERIES[0]))
+            (swatch("m1", SERIES[1]))
         }
         (figure("Its signature", "", "what the effect changes beside what the model lacks", &chart.markup().0))
         @if let Some(run) = run { (figure(&run.title, run.unit, &run.words, &run.chart.svg())) }

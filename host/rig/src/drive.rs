@@ -97,11 +97,6 @@ impl Course {
             (None, None) => 0.0,
         }
     }
-
-    /// Whether it never changes.
-    pub fn is_constant(&self) -> bool {
-        self.knots.len() <= 1
-    }
 }
 
 /// A force on the object from outside.

@@ -2,7 +2,7 @@
 //! user a round trip, on the board because a host may be wrong.
 
 use super::SAMPLE_QUEUE;
-use super::messages::{Calibration, Field, Grasp, GripLimits, MAX_REACH_M, Refusal, StartRequest};
+use super::messages::{Calibration, Field, Grasp, GripLimits, HostClock, MAX_REACH_M, Refusal, StartRequest};
 use crate::predictor::plan::{Plan, Segment};
 
 /// Largest grip force, N.
@@ -15,6 +15,8 @@ pub const MAX_SPEED_M_S: f32 = 5.0;
 pub const MAX_ANGULAR_RAD_S: f32 = 20.0;
 /// Longest segment of a plan, s.
 pub const MAX_DURATION_S: f32 = 3600.0;
+/// Fastest that one clock may gain on another: crystals differ by 1e-4, a chip's oscillator is off by some hundredths.
+pub const MAX_DRIFT: f32 = 0.05;
 /// Largest entry of a calibration matrix, N or N m a count.
 pub const MAX_CALIBRATION: f32 = 1.0e3;
 
@@ -83,6 +85,12 @@ pub fn finger(number: u8) -> Result<(), Refusal> {
 /// A base identifier of more than seven bits.
 pub fn ati_base(base: u8) -> Result<(), Refusal> {
     range(Field::SensorBase, f32::from(base), 0.0, 127.0)
+}
+
+/// # Errors
+/// A drift that no two clocks have.
+pub fn clock(clock: &HostClock) -> Result<(), Refusal> {
+    range(Field::Drift, clock.drift, -MAX_DRIFT, MAX_DRIFT)
 }
 
 /// # Errors

@@ -30,7 +30,7 @@ pub struct Pose {
 pub struct Sample {
     /// Counts samples from 0 at every start.
     pub seq: u32,
-    /// Time of measurement since the trial's beginning.
+    /// Time of measurement since the trial's beginning; where the host told its clock ([`HostClock`]), by that.
     pub t_us: u32,
     /// Commanded normal force of each finger.
     pub grip_cmd_n: f32,
@@ -100,7 +100,8 @@ pub struct TelemetryReport {
     pub commands: u16,
     /// After that sample; of the last one where none was there.
     pub prediction: Prediction,
-    /// When that sample was measured by the board's clock, us, its low 32 bits.
+    /// When that sample was measured by the board's clock, us, its low 32 bits; when it was taken, where the host sends it and
+    /// did not tell its clock.
     pub at_us: u32,
     /// Grip force of each finger that a gripper's controller should command, N; `None` outside a run.
     pub advised_grip_n: Option<f32>,
@@ -339,6 +340,8 @@ pub enum Field {
     Position,
     /// Square of the length of a stored pose's quaternion.
     Quaternion,
+    /// Seconds that one clock gains on another each second.
+    Drift,
 }
 
 /// Why the processor started.
@@ -364,7 +367,7 @@ pub enum ResetCause {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "json-schema", derive(schemars::JsonSchema))]
 pub enum Ending {
-    /// The watchdog, or a reset from outside: nothing was noted at the end.
+    /// A reset asked for or from outside, or a watchdog that nothing could warn of: nothing was noted at the end.
     #[default]
     Unnoted,
     /// The code found itself wrong.
@@ -373,6 +376,8 @@ pub enum Ending {
     HardFault,
     /// The stack grew into its guard.
     StackOverflow,
+    /// The control task did not feed the watchdog, whose early warning noted what ran instead.
+    Watchdog,
 }
 
 /// One of the last ticks before an end.
@@ -393,10 +398,13 @@ pub struct TickNote {
 pub struct PostMortem {
     /// How it ended.
     pub ending: Ending,
-    /// Address of the instruction, where it was noted; of a panic, the line of its source.
+    /// Address of the instruction, where it was noted; of a panic, where the core library's panic was called: in the
+    /// function that panics, or in a check of the core library (bounds, `unwrap`) that it called.
     pub pc: u32,
-    /// Where it would have returned to, where it was noted.
+    /// Where it would have returned to, where it was noted; of a panic, where that function was called.
     pub lr: u32,
+    /// Line of a panic's source; 0 otherwise.
+    pub line: u32,
     /// The last ticks, oldest first; those that never were have tick 0.
     pub last: [TickNote; 4],
 }
@@ -428,6 +436,30 @@ pub struct ClockReading {
     pub received_us: u64,
     /// When this was written.
     pub sent_us: u64,
+}
+
+/// The host's clock by the unit's: where both stood at one time, and how fast the unit's gains. It stands for the run
+/// that goes on. The clocks' low 32 bits wrap around: tell it anew within half an hour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+pub struct HostClock {
+    /// Of the host, as in [`Sample::t_us`].
+    pub host_us: u32,
+    /// Of the unit at that time, the low 32 bits.
+    pub board_us: u32,
+    /// Seconds that the unit's gains each second of the host's; 0 where it is not known.
+    pub drift: f32,
+}
+
+/// What became of tares.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "json-schema", derive(schemars::JsonSchema))]
+pub struct TareState {
+    /// Tares that ended since the board's reset, wrapping.
+    pub ended: u32,
+    /// Fingers whose tare goes on: their sensors have not given half a second of readings.
+    pub waits: [bool; 2],
+    /// What counts as no load on each finger, by the sensor's numbers (converter counts, or N and N m).
+    pub offsets: [[f32; 6]; 2],
 }
 
 /// What the board is.

@@ -34,6 +34,7 @@ mod soft;
 mod stuck_sensor;
 mod support_pressure;
 mod swap;
+mod unsure;
 mod witness;
 
 // What the template of an effect calls `crate::contact`, `crate::real` and `crate::effects`.

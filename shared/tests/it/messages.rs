@@ -11,7 +11,7 @@ use stickslip_shared::predictor::{Intent, Plan, Predictor, Segment, flags, valid
 use stickslip_shared::selftest::push;
 use stickslip_shared::wire::package::decode;
 use stickslip_shared::wire::{
-    self, Calibration, Grasp, GripLimits, Pose, Refusal, Sample, Source, StartRequest, check,
+    self, Calibration, Grasp, GripLimits, HostClock, Pose, Refusal, Sample, Source, StartRequest, check,
 };
 
 /// Not a number, without end, and farther off than any quantity of a rig.
@@ -57,24 +57,26 @@ fn segment() -> Segment {
 }
 
 /// Messages to the board whose numbers are spoilt here; those of a model come in pieces, whose bytes have a checksum.
-const SPOILT: [&str; 9] = [
+const SPOILT: [&str; 10] = [
     "stickslip/plan",
     "stickslip/grip",
     "stickslip/calibration",
     "stickslip/grasp",
     "stickslip/griplimits",
+    "stickslip/clock/host",
     "stickslip/start",
     "stickslip/store",
     "stickslip/model/commit",
     "stickslip/sample",
 ];
 /// Those whose numbers are whole: each value of them is one, or is refused by a test of its own.
-const WHOLE: [&str; 10] = [
+const WHOLE: [&str; 11] = [
     "stickslip/info",
     "stickslip/statistics",
     // Offset and length: `hil-tests`, 'a model with a missing piece' and 'a model longer than the board'.
     "stickslip/model/chunk",
     "stickslip/tare",
+    "stickslip/tare/state",
     // Finger and base identifier: `firmware/unit/tests/it/fingers.rs`, 'two sensors for one finger'.
     "stickslip/sensors",
     "stickslip/unit",
@@ -106,6 +108,9 @@ fn a_command_with_a_number_that_is_none_is_refused_wherever_it_stands() {
     }
     for m in spoilt(&20.0_f32) {
         refused(check::grip(m), &m);
+    }
+    for m in spoilt(&HostClock { host_us: 7, board_us: 9, drift: 1e-4 }) {
+        refused(check::clock(&m), &m);
     }
     let mut matrix = [[0.0; 6]; 6];
     for (k, row) in matrix.iter_mut().enumerate() {

@@ -9,7 +9,7 @@ use stickslip_firmware::queues::SAMPLES;
 use stickslip_firmware::stack::BUDGET_BYTES;
 use stickslip_firmware::stats::COUNTERS;
 use stickslip_shared::wire::TICK_US;
-use stickslip_unit::fingers::MAX_AGE_US;
+use stickslip_unit::host_clock::MAX_AGE_US;
 
 use crate::done::{DONE, ON_SENSORS, TOLD_US, count, value};
 use crate::host::UNIT_SAMPLES;

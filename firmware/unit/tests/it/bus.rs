@@ -13,21 +13,21 @@ fn dbc() -> Dbc {
 }
 
 fn message(dbc: &Dbc, id: u16) -> &Message {
-    dbc.messages
+    dbc.messages()
         .iter()
-        .find(|m| m.id == MessageId::Standard(id))
+        .find(|m| *m.id() == MessageId::Standard(id))
         .unwrap_or_else(|| panic!("no message {id:#x}"))
 }
 
 /// A signal's physical value, as the file says it lies in the frame.
 fn signal(message: &Message, name: &str, frame: &[u8]) -> f64 {
-    let s = message.signals.iter().find(|s| s.name == name).unwrap_or_else(|| panic!("no signal {name}"));
-    assert_eq!(s.byte_order, ByteOrder::LittleEndian);
+    let s = message.signals().iter().find(|s| s.name() == name).unwrap_or_else(|| panic!("no signal {name}"));
+    assert_eq!(*s.byte_order(), ByteOrder::LittleEndian);
     let raw = (0..s.size).fold(0u64, |raw, k| {
         let bit = s.start_bit + k;
         raw | u64::from(frame[(bit / 8) as usize] >> (bit % 8) & 1) << k
     });
-    let value = match s.value_type {
+    let value = match s.value_type() {
         ValueType::Signed => ((raw << (64 - s.size)) as i64 >> (64 - s.size)) as f64,
         ValueType::Unsigned => raw as f64,
     };
@@ -40,9 +40,9 @@ const FORCES: [&str; 6] = ["Fx", "Fy", "Fz", "Tx", "Ty", "Tz"];
 fn the_dbc_file_has_our_frames_with_our_lengths_and_no_others() {
     let dbc = dbc();
     for (id, bytes) in [(WRENCH_ID, WRENCH_BYTES), (WRENCH_ID + 1, WRENCH_BYTES), (STATE_ID, STATE_BYTES)] {
-        assert_eq!(message(&dbc, id).size, bytes as u64, "{id:#x}");
+        assert_eq!(*message(&dbc, id).size(), bytes as u64, "{id:#x}");
     }
-    assert_eq!(dbc.messages.len(), 3);
+    assert_eq!(dbc.messages().len(), 3);
 }
 
 proptest! {

@@ -2,7 +2,8 @@
 
 use proptest::prelude::*;
 use stickslip_shared::wire::{Calibration, Grasp, Port, Pose, Refusal, Sample, Sensor};
-use stickslip_unit::fingers::{Fingers, MAX_AGE_US, TARE_US};
+use stickslip_unit::fingers::{Fingers, TARE_US};
+use stickslip_unit::host_clock::MAX_AGE_US;
 use stickslip_unit::source::ft300::Ft300;
 use stickslip_unit::source::gauges::{CHANNELS, Gauges};
 use stickslip_unit::source::{Reading, WrenchSource};

@@ -4,6 +4,7 @@ mod ati;
 mod bus;
 mod fingers;
 mod ft300;
+mod host_clock;
 mod hub;
 mod memory;
 mod outputs;

@@ -15,7 +15,7 @@ fn after_power_on_nothing_is_told_and_after_a_reset_the_end_and_the_last_ticks()
             recorder.tick_ends(TickNote { tick, flags: 7, cost: 100 + tick });
         }
     }
-    note_end(&mut words, Ending::HardFault, 0x0800_1234, 0x0800_5678);
+    note_end(&mut words, Ending::HardFault, 0x0800_1234, 0x0800_5678, 0);
     let (_, kept, starts) = Recorder::begin(&mut words);
     let kept = kept.expect("kept");
     assert_eq!((kept.ending, kept.pc, kept.lr, starts), (Ending::HardFault, 0x0800_1234, 0x0800_5678, 2));
@@ -37,8 +37,8 @@ proptest! {
     fn words_of_any_kind_are_survived(mut words in any::<[u32; WORDS]>(), pc in any::<u32>()) {
         let (_, kept, starts) = Recorder::begin(&mut words);
         prop_assert!(kept.is_none() && starts == 1, "a mark and a checksum by chance");
-        note_end(&mut words, Ending::Panic, pc, 0);
+        note_end(&mut words, Ending::Panic, pc, 0, 77);
         let (_, kept, _) = Recorder::begin(&mut words);
-        prop_assert_eq!(kept.map(|k| (k.ending, k.pc)), Some((Ending::Panic, pc)));
+        prop_assert_eq!(kept.map(|k| (k.ending, k.pc, k.line)), Some((Ending::Panic, pc, 77)));
     }
 }

@@ -12,6 +12,7 @@ use super::board_set::SetArgs;
 use super::monitor;
 use super::package::of_trial;
 use super::telemetry::describe;
+use stickslip_analysis::Progress;
 use stickslip_device::clock::Clock;
 use stickslip_device::{Device, log};
 use stickslip_live::words::flag_names;
@@ -197,7 +198,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         What::Load(load) => {
             let Some(package) = package else { return Ok(()) };
             let bytes = package.bytes()?;
-            device.load_model(&bytes)?;
+            output.begin("loading", bytes.len());
+            device.load_model_watched(&bytes, &mut |sent| output.step(sent))?;
             output.text(format_args!("model of {} bytes loaded", bytes.len()));
             if load.store {
                 stickslip_device::session::await_model(&mut device)?;
@@ -221,14 +223,14 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             output.document(&Done { set: Some(done), stored: Some(set.store), ..Done::default() })
         }
         What::Tare => {
-            device.command::<wire::Tare>(&())?;
-            std::thread::sleep(Duration::from_millis(600));
-            output.text("half a second of readings is no load now");
-            output.document(&Done { tared: Some(true), ..Done::default() })
+            let offsets = tare(&mut device, output)?;
+            output.document(&Done { tared: Some(true), offsets: Some(offsets), ..Done::default() })
         }
         What::Calibrate { .. } => {
+            output.begin("calibrating", matrices.len());
             for matrix in &matrices {
                 device.command::<wire::SetCalibration>(matrix)?;
+                output.step(1);
             }
             output.text(format_args!("{} matrices sent", matrices.len()));
             output.document(&Done { matrices: Some(matrices.len()), ..Done::default() })
@@ -240,7 +242,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
                 json!({ "device": args.device, "board": info.board.as_str(), "timer_hz": info.timer_hz });
             let mut writer = log::Writer::create(file, &log::Header { scene: vec![], model: vec![], meta })?;
             let began = Instant::now();
-            let reports = watch(&mut device, for_s, |report| {
+            let reports = watch(&mut device, for_s, output, "recording (ms)", |report| {
                 Ok(writer.record(began.elapsed().as_nanos() as u64, log::Entry::Telemetry(report))?)
             })?;
             output.text(format_args!("{reports} reports in {}", file.display()));
@@ -301,6 +303,9 @@ pub(super) struct Done {
     /// Its readings of half a second are no load.
     #[serde(skip_serializing_if = "Option::is_none")]
     tared: Option<bool>,
+    /// What they were: no load of each finger by its sensor's numbers (converter counts, or N and N m).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    offsets: Option<[[f32; 6]; 2]>,
     /// Calibration matrices that were sent.
     #[serde(skip_serializing_if = "Option::is_none")]
     matrices: Option<usize>,
@@ -359,8 +364,9 @@ fn info(device: &mut Device, output: &Output) -> anyhow::Result<()> {
         Recalled::Unusable => "what is stored cannot be used: set and store anew".to_owned(),
     });
     if let Some(p) = &i.post_mortem {
+        let line = if p.line > 0 { format!(", line {} of its source", p.line) } else { String::new() };
         output.text(format_args!(
-            "before its last start: {:?} at {:#010x}, from {:#010x}",
+            "before its last start: {:?} at {:#010x}, from {:#010x}{line}",
             p.ending, p.pc, p.lr
         ));
         for note in p.last.iter().filter(|note| note.tick > 0) {
@@ -386,15 +392,64 @@ fn info(device: &mut Device, output: &Output) -> anyhow::Result<()> {
     output.document(&told)
 }
 
+/// How long a tare may take: the half second that it averages, that of a sensor which was just connected, and the line.
+const TARE: Duration = Duration::from_secs(3);
+/// Between two questions whether it has ended.
+const TARE_ASKED: Duration = Duration::from_millis(50);
+
+/// Has the sensors' readings of half a second taken for no load, and waits until the board says what they were.
+fn tare(device: &mut Device, output: &Output) -> anyhow::Result<[[f32; 6]; 2]> {
+    let before = device.request::<wire::GetTare>(&())?.ended;
+    device.command::<wire::Tare>(&())?;
+    let spinner = output.spinner("half a second of readings");
+    let began = Instant::now();
+    let state = loop {
+        std::thread::sleep(TARE_ASKED);
+        let state = device.request::<wire::GetTare>(&())?;
+        if state.ended != before || began.elapsed() > TARE {
+            break state;
+        }
+    };
+    spinner.finish_and_clear();
+    let ended = state.ended != before;
+    for ((offset, waits), finger) in state.offsets.iter().zip(state.waits).zip(1..) {
+        if !waits {
+            let numbers = offset.map(|number| number.to_string()).join(" ");
+            output.text(format_args!("finger {finger}: no load is {numbers}"));
+        }
+    }
+    let silent: Vec<_> = state
+        .waits
+        .iter()
+        .zip(1..)
+        .filter(|(waits, _)| **waits)
+        .map(|(_, f)| format!("finger {f}"))
+        .collect();
+    ensure!(
+        ended,
+        "no half second of readings came within {} s from the sensor of {}: is it connected, and within its range \
+         (`stickslip board info`: readings damaged, dropped)? Its tare goes on waiting for them",
+        TARE.as_secs(),
+        silent.join(" and ")
+    );
+    Ok(state.offsets)
+}
+
 /// Hands on every report for so long; how many there were.
 fn watch(
     device: &mut Device,
     for_s: Duration,
+    output: &Output,
+    stage: &'static str,
     mut show: impl FnMut(&TelemetryReport) -> anyhow::Result<()>,
 ) -> anyhow::Result<usize> {
     let began = Instant::now();
-    let mut count = 0;
+    let (mut count, mut shown) = (0, 0);
+    output.begin(stage, for_s.as_millis() as usize);
     while began.elapsed() < for_s {
+        let now = began.elapsed().as_millis() as usize;
+        output.step(now - shown);
+        shown = now;
         if let Some(report) = device.report(Duration::from_millis(200))? {
             show(&report)?;
             count += 1;
@@ -418,7 +473,7 @@ fn selftest(device: &mut Device, output: &Output) -> anyhow::Result<()> {
     ));
     let clock = Clock::of(&device.exchange_clocks(EXCHANGES.0, EXCHANGES.1)?);
     checks.push(("its clock answers", clock.is_some_and(|c| c.uncertainty_s < 0.1)));
-    let reports = watch(device, Duration::from_secs(1), |_| Ok(()))?;
+    let reports = watch(device, Duration::from_secs(1), output, "watching (ms)", |_| Ok(()))?;
     checks.push(("it reports ten times a second or every tick", reports >= 8));
     let after = device.statistics()?;
     checks.push(("it ticks", after.ticks.saturating_sub(before.ticks) >= 200));

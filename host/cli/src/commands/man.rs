@@ -52,7 +52,24 @@ fn write(command: &Command, folder: &Path, pages: &mut Vec<String>) -> std::io::
     let file = man.get_filename();
     let mut page = Vec::new();
     man.render(&mut page)?;
-    std::fs::write(folder.join(&file), page)?;
+    std::fs::write(folder.join(&file), examples_as_they_are(&String::from_utf8_lossy(&page)))?;
     pages.push(file);
     command.get_subcommands().try_for_each(|below| write(below, folder, pages))
+}
+
+/// Lines of examples begin with spaces: they are not filled and hyphenated as text is, so that they can be copied.
+fn examples_as_they_are(page: &str) -> String {
+    let mut out = String::with_capacity(page.len() + 64);
+    let mut example = false;
+    for line in page.lines() {
+        let next = line.starts_with("  ");
+        if next != example {
+            out.push_str(if next { ".nf\n" } else { ".fi\n" });
+        }
+        example = next;
+        out.push_str(line);
+        out.push('\n');
+    }
+    out.push_str(if example { ".fi\n" } else { "" });
+    out
 }

@@ -27,9 +27,9 @@ use super::package::of_trial;
   stickslip monitor --device replay:run.mcap --speed 0.5
   stickslip monitor --device replay:run.mcap --plain
 
-Draws in the terminal: share of the friction limit used, friction, probability to hold, sag, alarms with how much
-they came ahead, grip to hold, health of the line. q ends it. Without a terminal, or with --plain, it prints a line a second and one for each
-alarm. --foxglove serves the same to viewers (in Foxglove: Open connection, Foxglove WebSocket, ws://ADDRESS).")]
+Draws in the terminal: share of the friction limit used, friction, probability to hold, sag, alarms with how much \
+they came ahead, grip to hold, health of the line. q ends it. Without a terminal, or with --plain, it prints a line a \
+second and one for each alarm. --foxglove serves the same to viewers (in Foxglove: Open connection, Foxglove WebSocket, ws://ADDRESS).")]
 pub struct Args {
     /// `qemu`, `qemu:FIRMWARE`, `serial:PORT`, or `replay:FILE`: a log of stream, replay or board log
     #[arg(long, default_value = "qemu", value_name = "DEVICE")]

@@ -19,7 +19,7 @@ use stickslip_report::terminal::{Output, command_line};
     after_help = "Example:\n  stickslip new raw/obj4_r1_ft.csv raw/obj4_r1_mocap.csv --out mapping.toml --html mapping.html"
 )]
 pub struct Args {
-    /// One file of each recording device, CSV or Parquet
+    /// One file of each recording device: CSV, Parquet or MCAP (a ROS 2 bag may be its folder)
     #[arg(required = true)]
     files: Vec<PathBuf>,
     /// Mapping file to write; must not exist

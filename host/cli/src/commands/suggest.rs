@@ -14,7 +14,7 @@ use stickslip_report::terminal::{Output, table};
 /// Arguments of `stickslip suggest`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:
-  stickslip suggest data/demo --between grip_force_loss --between sensor_gain")]
+  stickslip suggest data/demo --between finger_friction_mismatch --between sensor_crosstalk")]
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,

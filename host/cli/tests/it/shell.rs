@@ -63,6 +63,9 @@ fn man_has_a_page_of_each_command_with_its_example() {
         let file = format!("{name}.1");
         let page = std::fs::read_to_string(out.join(&file)).unwrap_or_else(|_| panic!("no page {file}"));
         assert!(page.contains("Example"), "{file}");
+        // As they are typed: not filled, and no word of them hyphenated.
+        let (_, after) = page.split_once("Example").expect("examples");
+        assert!(after.lines().nth(1) == Some(".nf") && after.contains("\n.fi\n"), "{file}: {after}");
         assert!(page.contains(&name.replace('-', "\\-")), "{file}: its name");
         assert!(told["pages"].as_array().expect("pages").iter().any(|page| *page == *file), "{file}");
     }

@@ -225,6 +225,7 @@ fn what_is_wrong_is_named_with_the_way_out() {
         ("(?<object>obj\\d)", "(?<object>obj[5-9])", vec!["does not match", "obj4_g20_v10_r1"]),
         ("?<speed_m_s>", "?<speed_ms>", vec!["speed_ms", "did you mean speed_m_s"]),
         ("acts_on = \"finger\"\n", "", vec!["acts_on", "missing"]),
+        ("acts_on = \"finger\"\n", "acts_on = \"fingr\"\n", vec!["fingr", "did you mean `finger`"]),
         ("diameter_m", "diametre_m", vec!["[dataset].fingers.diameter_m", "missing"]),
     ] {
         let refused = refusal(from, to);
@@ -454,5 +455,49 @@ fn of_a_bag_the_guess_makes_a_stream_of_each_topic_and_frame() {
         "quaternion_wxyz = [\"rotation.w\", \"rotation.x\", \"rotation.y\", \"rotation.z\"]",
     ] {
         assert!(text.contains(words), "{words} is not in:\n{text}");
+    }
+}
+
+#[test]
+fn a_bag_as_ros_2_writes_it_a_folder_is_read_and_one_in_a_database_says_how_to_convert_it() {
+    let folder = tempfile::tempdir().expect("folder");
+    let bag = folder.path().join("push.mcap");
+    fs::create_dir(&bag).expect("a folder");
+    fs::write(bag.join("metadata.yaml"), "rosbag2_bagfile_information:").expect("written");
+    let path = write(folder.path(), "m.toml", &mapping(BAG_TRIALS, BAG_STREAMS));
+    let refused = |words: &str| {
+        let named = guess::guess(&[(&bag, Path::new("push.mcap"))]).expect_err("refused").to_string();
+        let imported = import(&path).expect_err("refused").to_string();
+        assert!(named.contains(words) && imported.contains(words), "{named}\n{imported}");
+    };
+    refused("a folder without an MCAP file");
+    fs::write(bag.join("push_0.db3"), "SQLite format 3\0").expect("written");
+    refused("ros2 bag convert");
+    fs::write(bag.join("push_0.mcap"), BAG).expect("written");
+    assert_eq!(import(&path).expect("imports").dataset.trials[0].samples.len(), 50);
+    assert!(guess::guess(&[(&bag, Path::new("push"))]).expect("guessed").contains("topic = \"/ft/left\""));
+    fs::write(bag.join("push_1.mcap"), BAG).expect("written");
+    refused("a folder with 2 MCAP files");
+}
+
+#[test]
+fn a_file_that_is_no_table_of_numbers_is_refused_without_its_bytes_and_with_the_first_reason() {
+    let folder = tempfile::tempdir().expect("folder");
+    let file = folder.path().join("obj4_g20_v10_r1_ft.csv");
+    let path = laboratory(folder.path());
+    let text = fs::read_to_string(&file).expect("read");
+    let (header, rows) = text.split_once('\n').expect("a header");
+    let words = rows.lines().map(|row| row.replace(';', ";x") + "\n").collect::<String>();
+    for (bytes, new, why) in [
+        (b"PK\x03\x04\x14\0\x1b[31m\0\0\n".to_vec(), "this is no text", "this is no text"),
+        (format!("{header}\n{words}").into_bytes(), "", "refused); the first: "),
+        (b"notes,of\nthe,day\n".to_vec(), "no cell below notes, of is a number", "no column"),
+    ] {
+        fs::write(&file, &bytes).expect("written");
+        let refused = import(&path).expect("the other trial imports").refused.join("; ");
+        assert!(refused.contains(why) && !refused.contains('\u{1b}'), "{refused}");
+        let guessed = guess::guess(&[(&file, Path::new("ft.csv"))]);
+        let told = guessed.err().map_or_else(String::new, |error| error.to_string());
+        assert!(told.contains(new) && told.is_empty() == new.is_empty(), "{told}");
     }
 }

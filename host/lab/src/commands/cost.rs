@@ -214,8 +214,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
 /// Objects at rest: nothing changes, then only what noise changes.
 fn count_held(program: &Path, model: &Model<f64>) -> anyhow::Result<Vec<HeldCost>> {
     let mut list = Vec::new();
-    for (held, noise_m) in
-        [Held::Prism, Held::Octagon, Held::Plate].into_iter().flat_map(|held| [(held, 0.0), (held, NOISE_M)])
+    for (held, noise_m) in [Held::Prism, Held::Octagon, Held::Plate, Held::Bar]
+        .into_iter()
+        .flat_map(|held| [(held, 0.0), (held, NOISE_M)])
     {
         let package = held.package(model, HELD_SAMPLES, noise_m);
         let counts = cost::count(program, &[package], NO_SELF_TEST, &[])?;

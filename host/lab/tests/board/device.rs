@@ -238,12 +238,15 @@ fn a_tick_takes_fewer_than_400_000_instructions_in_either_formulation_with_the_o
         for (what, package) in [
             ("a push", push),
             ("32 points at rest, measured with noise", Held::Plate.package(&model, 200, NOISE_M)),
+            ("36 points at rest", Held::Bar.package(&model, 200, 0.0)),
+            ("36 points at rest, measured with noise", Held::Bar.package(&model, 200, NOISE_M)),
         ] {
             let outcome = stream(&mut Device::open(&name).unwrap(), &package, None);
             assert_eq!((outcome.taken, outcome.first_difference), (outcome.samples, None));
             // 8 ns an instruction, 40 ns a count.
             let worst = 5 * outcome.statistics.worst_cost;
-            println!("{formulation:?}, {what}: {worst} instructions in the dearest tick");
+            let mean = 5 * outcome.statistics.mean_cost;
+            println!("{formulation:?}, {what}: {worst} instructions in the dearest tick, {mean} in the mean");
             assert!(worst < 400_000, "{formulation:?}, {what}: {worst}");
         }
     }
@@ -296,7 +299,7 @@ fn what_was_stored_is_there_after_a_reset_until_it_is_forgotten() {
 
 #[test]
 #[ignore = "needs the firmware: make hil"]
-fn a_unit_that_is_reset_in_mid_grasp_runs_within_25_ticks_and_predicts_within_25_of_the_first_sample() {
+fn a_unit_that_is_reset_in_mid_grasp_predicts_again_within_100_ms_of_its_clock() {
     let name = firmware();
     let mut device = Device::open(&name).unwrap();
     let package = package();
@@ -309,27 +312,34 @@ fn a_unit_that_is_reset_in_mid_grasp_runs_within_25_ticks_and_predicts_within_25
         device.publish::<wire::Samples>(sample.seq, sample).unwrap();
         std::thread::sleep(Duration::from_millis(4));
     }
+    // Reports of the run before are still on the line: they have ticks that the unit after its reset reaches much later.
+    let mut old_tick = 0;
+    let drained = Instant::now();
+    while drained.elapsed() < Duration::from_millis(40) {
+        old_tick = device.report(Duration::from_millis(1)).unwrap().map_or(old_tick, |report| report.tick);
+    }
+    assert!(old_tick > 60, "tick {old_tick}");
     device.command::<wire::ResetBoard>(&()).unwrap();
     // The reset comes 20 ms after the answer; the host goes on as if nothing had happened.
     std::thread::sleep(Duration::from_millis(25));
-    device.forget_reports();
-    // How soon a sample comes is this machine's matter: judged are the unit's ticks, with and without one.
-    let (mut taken, mut predicted) = (None, None);
+    // How soon a sample comes is this machine's matter. Judged is the unit's time: from its start to where it takes samples, and
+    // from the first of them to a prediction.
+    let (mut runs, mut taken, mut predicted) = (None, None, None);
     for sample in &package.samples[50..] {
         device.publish::<wire::Samples>(sample.seq, sample).unwrap();
         let sent = Instant::now();
         while sent.elapsed() < Duration::from_millis(4) {
             let Some(report) = device.report(Duration::from_millis(1)).unwrap() else { continue };
-            assert!(
-                report.tick < 25 || report.mode == Mode::Running,
-                "tick {}: {:?}",
-                report.tick,
-                report.mode
-            );
-            if report.mode == Mode::Running && report.sample_seq.is_some() {
-                taken = taken.or(Some(report.tick));
-                let predicts = report.prediction.validity & validity::WAITING == 0;
-                predicted = predicted.or(predicts.then_some(report.tick));
+            if report.mode != Mode::Running || report.tick >= old_tick {
+                continue;
+            }
+            runs = runs.or(Some(report));
+            if report.sample_seq.is_some() {
+                taken = taken.or(Some(report));
+                // Present and look-ahead, and the flags can be relied on.
+                let doubts = validity::UNRELIABLE | validity::NO_FORESIGHT;
+                let predicts = report.prediction.validity & doubts == 0;
+                predicted = predicted.or(predicts.then_some(report));
             }
         }
         if predicted.is_some() {
@@ -338,9 +348,17 @@ fn a_unit_that_is_reset_in_mid_grasp_runs_within_25_ticks_and_predicts_within_25
     }
     let info = device.request::<wire::GetInfo>(&()).unwrap();
     assert_eq!(info.boots, 2);
-    let (taken, predicted) = (taken.expect("a sample arrives"), predicted.expect("it predicts again"));
-    println!("first sample in tick {taken} after the start, first prediction in tick {predicted}");
-    assert!(predicted - taken <= 25, "{} ticks of 4 ms", predicted - taken);
+    let (runs, taken) = (runs.expect("it runs"), taken.expect("a sample arrives"));
+    let predicted = predicted.expect("it predicts again");
+    let settles_us = predicted.at_us - taken.at_us;
+    println!(
+        "runs from tick {} ({} us after the start), predicts {} ticks ({settles_us} us) after its first sample (tick {})",
+        runs.tick,
+        runs.at_us,
+        predicted.tick - taken.tick,
+        taken.tick
+    );
+    assert!(runs.at_us + settles_us <= 100_000, "{} + {settles_us} us", runs.at_us);
 }
 
 #[test]

@@ -3,8 +3,10 @@
 
 mod code;
 mod device;
+mod late;
 mod memory_map;
 mod no_panic;
+mod post_mortem;
 mod stack_depth;
 
 /// What the environment's `variable` names.

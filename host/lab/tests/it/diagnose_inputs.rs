@@ -1,6 +1,8 @@
 //! What a diagnosis says about data from which little can be concluded, and about models that
 //! bring their own effects.
 
+use std::sync::OnceLock;
+
 use stickslip_analysis::diagnose::report::{Report, Verdict};
 use stickslip_analysis::diagnose::{base_misfit, diagnose};
 use stickslip_analysis::evidence::conditions::condition_of;
@@ -24,7 +26,7 @@ fn drawn(hidden: &str, conditions: usize) -> (Key, Vec<(Condition, usize)>) {
     (key, list)
 }
 
-fn made(hidden: &str, conditions: usize, keep: impl Fn(usize) -> bool) -> Dataset {
+pub fn made(hidden: &str, conditions: usize, keep: impl Fn(usize) -> bool) -> Dataset {
     let (key, mut list) = drawn(hidden, conditions);
     list.retain(|(_, run)| keep(*run));
     data(&key, &list, 7).unwrap()
@@ -38,8 +40,14 @@ fn filed(dataset: &Dataset) -> Dataset {
 }
 
 /// From file to verdict.
-fn found(dataset: &Dataset) -> Report {
+pub fn found(dataset: &Dataset) -> Report {
     diagnose(&filed(dataset), &default_model(), &[], &()).unwrap()
+}
+
+/// Where the model lacks nothing.
+pub fn nothing_hidden() -> &'static Report {
+    static REPORT: OnceLock<Report> = OnceLock::new();
+    REPORT.get_or_init(|| found(&made("", 8, |_| true)))
 }
 
 fn says(report: &Report, what: &str) {
@@ -169,7 +177,7 @@ fn channels_that_were_not_measured_are_named_as_a_limit() {
 #[test]
 fn forces_that_swing_while_the_object_slides_are_never_nothing_missing() {
     let mut dataset = made("", 8, |_| true);
-    assert_eq!(found(&dataset).verdict, Verdict::NothingMissing);
+    assert_eq!(nothing_hidden().verdict, Verdict::NothingMissing);
     for trial in &mut dataset.trials {
         let x: Vec<f64> = trial.samples.iter().map(|s| s.gripper.map_or(0.0, |g| g.position_m[0])).collect();
         for (i, sample) in trial.samples.iter_mut().enumerate().skip(1) {

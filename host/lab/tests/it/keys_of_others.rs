@@ -3,9 +3,11 @@
 use std::path::Path;
 
 use stickslip_data::write;
-use stickslip_lab::blind::generate::{Class, Plan, Wanted, data, draw};
+use stickslip_lab::blind::generate::Class;
 use stickslip_lab::blind::keys;
 use stickslip_lab::blind::score::{Opened, figures};
+
+use crate::diagnose_inputs::made;
 
 fn opened(folder: &Path, key: &str) -> anyhow::Result<Opened> {
     let of_keys = folder.join("keys");
@@ -17,9 +19,8 @@ fn opened(folder: &Path, key: &str) -> anyhow::Result<Opened> {
 #[test]
 fn a_named_effect_is_right_or_wrong_by_the_key_and_soft_pads_are_no_wrong_name() {
     let folder = tempfile::tempdir().unwrap();
-    let effects = vec!["finger_friction_mismatch=0.4".parse().unwrap()];
-    let (key, list) = draw(7, 0, 8, &Wanted { effects, plan: Some(Plan::Push), ..Wanted::default() });
-    write(&data(&key, &list, 7).unwrap(), &folder.path().join("data/a")).unwrap();
+    let dataset = made("finger_friction_mismatch=0.4", 8, |_| true);
+    write(&dataset, &folder.path().join("data/a")).unwrap();
     assert_eq!(keys::names(&folder.path().join("data")).unwrap(), ["a"]);
 
     let hidden = |id: &str, listed: bool, pads: f64| {
@@ -28,7 +29,7 @@ fn a_named_effect_is_right_or_wrong_by_the_key_and_soft_pads_are_no_wrong_name()
         )
     };
     let right = opened(folder.path(), &hidden("finger_friction_mismatch", true, 1e6)).unwrap();
-    assert_eq!((right.truth.class, right.truth.trials), (Class::One, list.len()));
+    assert_eq!((right.truth.class, right.truth.trials), (Class::One, dataset.trials.len()));
     let f = figures(std::slice::from_ref(&right));
     assert_eq!((f.single_named.found, f.single_wrong.found, f.families["bench-x"].found), (1, 0, 1));
 

@@ -27,10 +27,10 @@ fn the_view_of_a_recorded_push_shows_every_quantity_of_its_prediction() {
     let picture = drawn(&state, 150, 36);
     for part in [
         format!("{:.0} % of friction used, measured", 100.0 * f.measured_utilisation.expect("measured")),
-        format!("model {:.2}, peak ahead {:.2}", f.model_utilisation, f.peak_utilisation),
-        format!("friction {:.2}, pressed", p.friction),
+        format!("model {:.2}, ahead {:.2}, slip ", f.model_utilisation, f.peak_utilisation),
+        "finger 1, pressed ".to_owned(),
         format!("sag           {:.2} mm", p.sag_m * 1e3),
-        format!("friction      {:.2} or more", p.friction_least),
+        format!("friction      {:.2}, min {:.2}", p.friction, p.friction_least),
         "linear_push-obj4-g20-v10-s0-r1  running".to_owned(),
         "samples/s      250".to_owned(),
         "reports lost   1".to_owned(),
@@ -56,10 +56,39 @@ fn view_and_lines_tell_how_probably_it_holds_and_never_more_than_that() {
         // The smallest terminal that is usual has room for all.
         for picture in [drawn(&state, 80, 24), drawn(&state, 150, 36)] {
             assert!(picture.contains(&format!("holds         {words} ")), "{words}: {picture}");
-            assert!(picture.contains("friction      0.31 or more"), "{picture}");
+            assert!(picture.contains("friction      -, min 0.31"), "{picture}");
         }
         let line = plain::line(&state);
-        assert!(line.contains(&format!("(at least 0.31), holds {words},")), "{line}");
+        assert!(line.contains(&format!("of friction - (at least 0.31), holds {words},")), "{line}");
+    }
+}
+
+#[test]
+fn in_the_smallest_usual_terminal_alarms_fingers_and_the_health_of_the_line_are_not_cut() {
+    let mut state = State::default();
+    let mut sure = None;
+    for event in events() {
+        state.take(event);
+        // While an alarm that was foreseen is the last.
+        if state.alarms.back().is_some_and(|alarm| alarm.foreseen_in_s.is_some()) && sure.is_none() {
+            sure = Some((drawn(&state, 80, 24), plain::alarm(&state.alarms[0])));
+        }
+    }
+    let (picture, alarm) = sure.expect("a push is foreseen");
+    assert!(
+        alarm.contains("foreseen in") && picture.contains(alarm.trim_start()),
+        "{alarm} is not in\n{picture}"
+    );
+    let picture = drawn(&state, 80, 24);
+    let p = state.prediction.expect("a prediction");
+    for part in [
+        format!("ahead {:.2}, slip not ahead", p.finger[1].peak_utilisation),
+        "finger 2, pressed ".to_owned(),
+        "samples/s 250, lost ".to_owned(),
+        "reports/s 250, lost 1".to_owned(),
+        "tick 38 % of its time".to_owned(),
+    ] {
+        assert!(picture.contains(&part), "{part:?} is not in\n{picture}");
     }
 }
 

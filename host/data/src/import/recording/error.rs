@@ -34,12 +34,14 @@ pub enum RecordingError {
         hint: String,
     },
     /// A file without a row that can be used.
-    #[error("{}: no row that can be used ({bad_rows} refused)", file.display())]
+    #[error("{}: no row that can be used ({bad_rows} refused){}", file.display(), because(.first))]
     Empty {
         /// Which.
         file: PathBuf,
         /// Rows refused.
         bad_rows: usize,
+        /// Why the first one was.
+        first: Option<String>,
     },
     /// The table of trials, or a file of signals.
     #[error(transparent)]
@@ -52,4 +54,8 @@ pub enum RecordingError {
         /// The first reason.
         why: String,
     },
+}
+
+fn because(first: &Option<String>) -> String {
+    first.as_ref().map_or_else(String::new, |why| format!("; the first: {why}"))
 }

@@ -10,6 +10,7 @@ use regex::Regex;
 
 use super::error::RecordingError;
 use super::guess_head::{conditions_in, head};
+use super::source::recording_at;
 use super::units::Quantity;
 use crate::csv_text::CsvText;
 
@@ -123,15 +124,16 @@ fn common_name(looks: &[Look]) -> Option<String> {
 }
 
 fn look(file: &Path, named: &Path) -> Result<Vec<Look>, RecordingError> {
+    let file = &*recording_at(file)?;
     #[cfg(feature = "mcap")]
     if file.extension().is_some_and(|extension| extension == "mcap") {
         return bag(file, named);
     }
-    let bytes = std::fs::read(file)
-        .map_err(|error| RecordingError::Io { file: file.to_owned(), error: error.to_string() })?;
+    let io = |error: std::io::Error| RecordingError::Io { file: file.to_owned(), error: error.to_string() };
     let shown = named.display().to_string();
     #[cfg(feature = "parquet")]
     if file.extension().is_some_and(|extension| extension == "parquet") {
+        let bytes = std::fs::read(file).map_err(io)?;
         let names = crate::parquet_table::columns(bytes.clone(), file, &[])?.names;
         let wanted: Vec<&str> = names.iter().map(String::as_str).collect();
         let found = crate::parquet_table::columns(bytes, file, &wanted)?.found;
@@ -139,9 +141,11 @@ fn look(file: &Path, named: &Path) -> Result<Vec<Look>, RecordingError> {
         columns.iter_mut().for_each(|column| column.truncate(ROWS));
         return Ok(vec![Look { name: stem(&shown), file: shown, names, columns, ..Look::default() }]);
     }
-    let names: Vec<String> = CsvText::open(&bytes, file, &[])?.unknown().map(str::to_owned).collect();
+    // Of a long file only its beginning is read.
+    let open = || std::fs::File::open(file).map_err(io);
+    let names: Vec<String> = CsvText::over(open()?, file, &[])?.unknown().map(str::to_owned).collect();
     let wanted: Vec<&str> = names.iter().map(String::as_str).collect();
-    let mut text = CsvText::open(&bytes, file, &wanted)?;
+    let mut text = CsvText::over(open()?, file, &wanted)?;
     let mut columns = vec![Vec::new(); names.len()];
     while let Some(next) = text.next_row() {
         if next.is_ok() {
@@ -152,6 +156,11 @@ fn look(file: &Path, named: &Path) -> Result<Vec<Look>, RecordingError> {
         if columns.first().is_some_and(|column| column.len() >= ROWS) {
             break;
         }
+    }
+    if !columns.iter().flatten().any(|number| number.is_finite()) {
+        let bad_rows = columns.first().map_or(0, Vec::len);
+        let first = Some(format!("no cell below {} is a number", names.join(", ")));
+        return Err(RecordingError::Empty { file: file.to_owned(), bad_rows, first });
     }
     Ok(vec![Look { name: stem(&shown), file: shown, names, columns, ..Look::default() }])
 }

@@ -498,10 +498,9 @@ fn advice(error: &toml::de::Error) -> String {
     let message = error.message();
     let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     let hint = match names.split_first() {
-        Some((unknown, known)) if message.starts_with("unknown field") => {
-            spelling::did_you_mean(unknown, known)
-                .map_or_else(String::new, |meant| format!("\ndid you mean `{meant}`?"))
-        }
+        // Of a key, and of a value.
+        Some((unknown, known)) if message.starts_with("unknown ") => spelling::did_you_mean(unknown, known)
+            .map_or_else(String::new, |meant| format!("\ndid you mean `{meant}`?")),
         _ => String::new(),
     };
     format!("{}{hint}", error.to_string().trim_end())

@@ -8,6 +8,7 @@
 pub mod bag;
 pub mod conditions;
 pub mod error;
+mod filled;
 pub mod frames;
 pub mod grid;
 pub mod guess;

@@ -24,6 +24,7 @@ use nalgebra::{Isometry3, Vector3};
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::filled::{Rows, measured};
 use super::mapping::{Clock, Mapping, Stream};
 use super::source::Source;
 use crate::signal::{Corner, Rise, least, likely};
@@ -64,6 +65,9 @@ pub struct Offset {
     pub uncertainty_s: f64,
     /// Trials that it is from: 1, or those that agree.
     pub trials: usize,
+    /// Time within which the noise of the force follows itself, s: a logger filled the force up to a higher rate, or a
+    /// filter is in it, and its onset may be so much early or late (part of the half width). 0: the noise does not.
+    pub blurred_s: f64,
     /// What this trial alone says, and its half width, s; none: no onset in it.
     pub own_s: Option<[f64; 2]>,
     /// Onset of the force, s on the first stream's clock.
@@ -75,9 +79,6 @@ pub struct Offset {
     #[serde(skip)]
     pub way: Vec<[f64; 2]>,
 }
-
-/// Rows of a signal of up to six components.
-type Rows = Vec<(f64, [f64; 6])>;
 
 /// A signal of a stream, by its number, where it has one.
 type Signal<'a> = dyn Fn((usize, &Stream)) -> Result<Option<Rows>, String> + 'a;
@@ -99,6 +100,9 @@ pub(super) struct Own {
     curves: Vec<OfCurve>,
     /// Standard deviation of what the force hides between two samples, where it jumps.
     hidden_s: f64,
+    /// Time within which the noise of the force follows itself: it was filled up or filtered, and its onset may be so
+    /// much early or late. None for noise that does not.
+    blurred_s: f64,
     /// Is the stream with the estimated clock that of the forces?
     of_force: bool,
     force_s: f64,
@@ -115,6 +119,7 @@ enum Unseen {
 
 impl Own {
     fn new(force: Rows, way: Rows, of_force: bool) -> Result<Self, Unseen> {
+        let force = measured(&force).unwrap_or(force);
         let force_rise = Rise::of(&force, 1).ok_or(Unseen::Force)?;
         let way_rise = Rise::of(&way, 5).ok_or(Unseen::Way)?;
         let from_s = begin_s(&force_rise).ok_or(Unseen::Force)?;
@@ -147,7 +152,9 @@ impl Own {
         let (force_s, force_sd, _) = forces.best();
         let hidden_s = force_sd.min(WITHIN * force_rise.step_s);
         let way_s = if of_force { offset_s + force_s } else { force_s - offset_s };
-        Ok(Self { offset_s, sd_s: 0.5 * half_s, curves, hidden_s, of_force, force_s, way_s, force, way })
+        let blurred_s = force_rise.blurred_s();
+        let sd_s = 0.5 * (half_s + blurred_s);
+        Ok(Self { offset_s, sd_s, curves, hidden_s, blurred_s, of_force, force_s, way_s, force, way })
     }
 
     /// What it says if its onsets have curve `k`: no more than what is likely at all, where they cannot.
@@ -313,6 +320,9 @@ pub(super) fn pooled(
     let (middle_s, half_s) = interval(&curves).unwrap_or((middle_s, 2.0 * sd_s));
     // Motions of one program may touch at the same place between two samples each time.
     let half_s = half_s.hypot(2.0 * middle(&agree, &|own| own.hidden_s));
+    // What a logger or a filter does to the force, it does in all trials alike: no scatter that squares add up.
+    let blurred_s = middle(&agree, &|own| own.blurred_s);
+    let half_s = half_s + blurred_s;
     let agree = agree.len();
     trials
         .into_iter()
@@ -325,6 +335,7 @@ pub(super) fn pooled(
                 offset_s: middle_s,
                 uncertainty_s: half_s,
                 trials: agree,
+                blurred_s,
                 own_s: None,
                 contact_s: None,
                 force: Vec::new(),
@@ -337,6 +348,7 @@ pub(super) fn pooled(
                     if !one {
                         (offset.offset_s, offset.uncertainty_s, offset.trials) =
                             (own.offset_s, 2.0 * own.sd_s, 1);
+                        offset.blurred_s = own.blurred_s;
                     }
                     offset.own_s = Some([own.offset_s, 2.0 * own.sd_s]);
                     let [force_by, way_by] =
@@ -428,6 +440,10 @@ mod tests {
         FindsItsPlace,
         /// Rigid pads: the force is all there within a sample.
         Rigid,
+        /// A sensor at 250 Hz, stiff pads, lines from sample to sample written at 1 kHz.
+        FilledUp,
+        /// The same, with noise of the logger's own.
+        FilledUpAndNoise,
     }
 
     /// Time stamps of the poses have to be moved by so much.
@@ -440,6 +456,7 @@ mod tests {
         let (slides_m, lacks) = match kind {
             Kind::Rigid => (5e-6, 0.0),
             Kind::PusherGivesWay => (1e-4, 0.33),
+            Kind::FilledUp | Kind::FilledUpAndNoise => (7e-5, 0.3),
             _ => (2e-4, 0.0),
         };
         let mut normal = |sd: f64| sd * (0..12).map(|_| rng.random::<f64>() - 0.5).sum::<f64>();
@@ -452,7 +469,18 @@ mod tests {
             let n = 16.0 * loaded(t).powf(power) + hum * (314.16 * t + phase).sin();
             (t, [n + normal(0.02), normal(0.02), normal(0.02), 0.0, 0.0, 0.0])
         });
-        let force: Rows = force.collect();
+        let mut force: Rows = force.collect();
+        if [Kind::FilledUp, Kind::FilledUpAndNoise].contains(&kind) {
+            let sensor: Rows = force.iter().step_by(4).copied().collect();
+            for (k, (_, x)) in force.iter_mut().enumerate() {
+                let (before, share) = (sensor[k / 4].1, 0.25 * (k % 4) as f64);
+                let after = sensor.get(k / 4 + 1).map_or(before, |(_, x)| *x);
+                *x = std::array::from_fn(|j| before[j] + share * (after[j] - before[j]));
+                if kind == Kind::FilledUpAndNoise {
+                    x.iter_mut().take(3).for_each(|x| *x += normal(0.02));
+                }
+            }
+        }
         let begin_s = 0.004 * normal(1.0);
         let remembers: f64 = if kind == Kind::Correlated { 0.8 } else { 0.0 };
         let mut state = [0.0; 6];
@@ -483,7 +511,15 @@ mod tests {
 
     #[test]
     fn the_interval_of_a_clock_holds_the_truth_whatever_the_noise_and_the_contact_and_however_many_trials() {
-        for kind in [Kind::Plain, Kind::Correlated, Kind::PusherGivesWay, Kind::FindsItsPlace, Kind::Rigid] {
+        for kind in [
+            Kind::Plain,
+            Kind::Correlated,
+            Kind::PusherGivesWay,
+            Kind::FindsItsPlace,
+            Kind::Rigid,
+            Kind::FilledUp,
+            Kind::FilledUpAndNoise,
+        ] {
             for (trials, sets) in [(1, 60), (5, 30), (40, 12)] {
                 let all: Vec<(bool, f64)> = (0..sets).map(|seed| told(kind, seed, trials)).collect();
                 let hits = all.iter().filter(|(holds, _)| *holds).count();

@@ -1,7 +1,8 @@
 //! Columns of a file of signals, by name, as numbers: CSV, Parquet, or a topic of an MCAP file.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
@@ -28,6 +29,7 @@ impl Source {
     /// # Errors
     /// A file that cannot be read, or without one of the columns.
     pub fn read(file: &Path, stream: &Stream, factor: f64, names: &[&str]) -> Result<Self, RecordingError> {
+        let file = &*recording_at(file)?;
         let mut wanted = vec![stream.time.column.as_str()];
         for name in names {
             if !name.is_empty() && !wanted.contains(name) {
@@ -109,6 +111,33 @@ impl Source {
     }
 }
 
+/// The file that holds the recording: ROS 2 writes a bag as a folder.
+///
+/// # Errors
+/// A folder without an MCAP file or with several, and a bag in a database.
+pub fn recording_at(file: &Path) -> Result<Cow<'_, Path>, RecordingError> {
+    let refuse = |error: String| Err(RecordingError::Io { file: file.to_owned(), error });
+    let is = |file: &Path, end: &str| file.extension().is_some_and(|extension| extension == end);
+    const SQLITE: &str = "a ROS 2 bag in an SQLite database; make an MCAP file of it: ros2 bag convert";
+    if is(file, "db3") {
+        return refuse(SQLITE.to_owned());
+    }
+    let Ok(entries) = std::fs::read_dir(file) else { return Ok(Cow::Borrowed(file)) };
+    let inside: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    let mut bags: Vec<&PathBuf> = inside.iter().filter(|path| is(path, "mcap")).collect();
+    bags.sort();
+    match bags.as_slice() {
+        [bag] => Ok(Cow::Owned((*bag).clone())),
+        [] if inside.iter().any(|path| is(path, "db3")) => refuse(SQLITE.to_owned()),
+        [] => refuse("a folder without an MCAP file; give the file of the recording".to_owned()),
+        [first, ..] => refuse(format!(
+            "a folder with {} MCAP files; give one of them, as {}, or join them first: ros2 bag convert",
+            bags.len(),
+            first.display()
+        )),
+    }
+}
+
 /// Bad rows that are listed one by one; the others of a file are counted.
 const LISTED: usize = 1000;
 
@@ -132,7 +161,8 @@ impl<'a> Reading<'a> {
     fn finish(mut self, file: &Path) -> Result<Source, RecordingError> {
         if self.t_s.is_empty() {
             let bad_rows = self.bad_rows.len() + self.further_bad;
-            return Err(RecordingError::Empty { file: file.to_owned(), bad_rows });
+            let first = self.bad_rows.first().map(|row| row.reason.clone());
+            return Err(RecordingError::Empty { file: file.to_owned(), bad_rows, first });
         }
         if self.further_bad > 0 {
             let why = format!("and {} more rows that cannot be used", self.further_bad);

@@ -109,16 +109,6 @@ impl Patch {
         }
     }
 
-    /// Elastic energy stored, J (of fixed springs).
-    pub fn stored_j(&self) -> f64 {
-        let Shear::Fixed(k) = self.shear else { return f64::NAN };
-        self.elements
-            .iter()
-            .zip(&self.memory)
-            .map(|(e, m)| 0.5 * k * e.area * m.deflection.norm_squared())
-            .sum()
-    }
-
     /// One step. `shift` and `shift_rate` move the elements in the tool's frame (a jaw's finger);
     /// `mu_factor` scales friction.
     pub fn step(

@@ -1,0 +1,164 @@
+//! `stickslip board`: each command against the firmware in QEMU, one unit for several of them, at a serial port. `make hil`
+//! builds the firmware with sensors simulated and names it in `STICKSLIP_REHEARSAL`, the product's in `STICKSLIP_FIRMWARE`.
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+use assert_cmd::assert::Assert;
+use predicates::prelude::*;
+use predicates::str::contains;
+use serde_json::Value;
+
+fn named(variable: &str) -> String {
+    std::env::var(variable).unwrap_or_else(|_| panic!("{variable} is not set; run `make hil`"))
+}
+
+/// A unit to name to the commands; one that was started ends when dropped.
+struct Unit {
+    child: Option<Child>,
+    device: String,
+}
+
+impl Unit {
+    /// One that begins anew with each command, in time with this machine's clock: no tick is late.
+    fn anew(variable: &str) -> Self {
+        Self { child: None, device: format!("qemu:{}", named(variable)) }
+    }
+
+    /// QEMU with its UART on a pseudo terminal.
+    fn start(variable: &str) -> Self {
+        let mut child = Command::new("qemu-system-arm")
+            .args(["-machine", "mps2-an386", "-display", "none", "-monitor", "none", "-serial", "pty"])
+            .args(["-icount", "shift=3,align=off,sleep=on", "-kernel", &named(variable)])
+            .args(["-semihosting-config", "enable=on,target=native"])
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("QEMU");
+        // "char device redirected to /dev/pts/3 (label serial0)", then the firmware's log.
+        let mut stdout = BufReader::new(child.stdout.take().expect("piped"));
+        let mut line = Vec::new();
+        let port = loop {
+            line.clear();
+            assert!(stdout.read_until(b'\n', &mut line).expect("its output") > 0, "QEMU names no port");
+            let text = String::from_utf8_lossy(&line).into_owned();
+            if let Some(name) = text.split_whitespace().find(|word| word.starts_with("/dev/")) {
+                break name.to_owned();
+            }
+        };
+        std::thread::spawn(move || std::io::copy(&mut stdout, &mut std::io::sink()));
+        Self { child: Some(child), device: format!("serial:{port}") }
+    }
+
+    fn board(&self, arguments: &[&str]) -> Assert {
+        let mut command = assert_cmd::Command::cargo_bin("stickslip").expect("the program");
+        command.arg("board").args(arguments).args(["--device", &self.device]).assert()
+    }
+
+    /// The document of a command that must succeed.
+    fn document(&self, arguments: &[&str]) -> Value {
+        let arguments: Vec<&str> = arguments.iter().copied().chain(["--json"]).collect();
+        let assert = self.board(&arguments).success();
+        serde_json::from_slice(&assert.get_output().stdout).expect("one document")
+    }
+}
+
+impl Drop for Unit {
+    fn drop(&mut self) {
+        if let Some(child) = &mut self.child {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+fn data() -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo").display().to_string()
+}
+
+/// A file of matrices: N and N m a count.
+fn matrices(folder: &Path, entry: f64) -> String {
+    let row = |k: usize| {
+        let numbers = (0..6).map(|j| if j == k { format!("{entry:?}") } else { "0.0".into() });
+        format!("[{}]", numbers.collect::<Vec<_>>().join(", "))
+    };
+    let rows = (0..6).map(row).collect::<Vec<_>>().join(", ");
+    let text: String = [1, 2].map(|k| format!("[[finger]]\nnumber = {k}\nmatrix = [{rows}]\n")).concat();
+    let file = folder.join(format!("matrices-{entry}.toml"));
+    std::fs::write(&file, text).expect("written");
+    file.display().to_string()
+}
+
+#[test]
+#[ignore = "needs the firmware: make hil"]
+fn a_tare_is_what_the_board_says_its_sensors_gave_or_its_refusal() {
+    let unit = Unit::start("STICKSLIP_REHEARSAL");
+    // Without sensors there is nothing to tare.
+    unit.board(&["tare"])
+        .failure()
+        .stderr(contains("finger 1 has no sensor: `stickslip board sensors` assigns one"));
+    unit.board(&["sensors", "--finger1", "gauges", "--finger2", "gauges"])
+        .success()
+        .stdout(contains("sensors assigned"));
+    let told = unit.document(&["tare"]);
+    assert_eq!(told["tared"], true, "{told}");
+    for finger in 0..2 {
+        for channel in 0..6 {
+            // The program's channels alternate around these (firmware/src/bin/rehearsal.rs).
+            let (offset, given) =
+                (told["offsets"][finger][channel].as_f64(), 2000.5 + 10.0 * (6 * finger + channel) as f64);
+            assert!(offset.is_some_and(|offset| (offset - given).abs() < 0.1), "{finger} {channel}: {told}");
+        }
+    }
+    unit.board(&["tare"])
+        .success()
+        .stdout(contains("finger 1: no load is 2000.").and(contains("finger 2: no load is 2060.")));
+    // A sensor that is not there gives no readings: no tare, and that is said.
+    unit.board(&["sensors", "--finger1", "gauges", "--finger2", "can"]).success();
+    unit.board(&["tare"])
+        .failure()
+        .stderr(contains("finger 2").and(contains("no half second of readings")))
+        .stdout(contains("finger 1: no load is 2000."));
+}
+
+#[test]
+#[ignore = "needs the firmware: make hil"]
+fn what_a_unit_is_given_over_the_line_it_has_and_tells() {
+    let unit = Unit::start("STICKSLIP_REHEARSAL");
+    let folder = tempfile::tempdir().expect("a folder");
+    unit.board(&["info"])
+        .success()
+        .stdout(contains("mps2-an386").and(contains("mode Safe")).and(contains("its clock:")));
+    let loaded = unit.document(&["load", &data()]);
+    assert!(loaded["bytes"].as_u64().is_some_and(|bytes| (100..1536).contains(&bytes)), "{loaded}");
+    let told = unit.document(&["info"]);
+    assert_eq!((&told["info"]["mode"], &told["info"]["boots"]), (&"Ready".into(), &1.into()), "{told}");
+    assert!(told["clock"]["uncertainty_s"].as_f64().is_some_and(|s| s > 0.0 && s < 1.0), "{told}");
+    unit.board(&["sensors", "--finger1", "gauges", "--finger2", "gauges"]).success();
+    unit.board(&["calibrate", &matrices(folder.path(), 0.01)]).success().stdout(contains("2 matrices"));
+    unit.board(&["calibrate", &matrices(folder.path(), 0.0)])
+        .failure()
+        .stderr(contains("finger 1: Singular"));
+    // With sensors and matrices a run on them can be stored, which is refused without.
+    unit.board(&["sensors", "--finger1", "can", "--finger2", "gauges"]).success();
+    unit.board(&["store", "--start"]).failure().stderr(contains("the sensor of finger 1 has no matrix"));
+}
+
+#[test]
+#[ignore = "needs the firmware: make hil"]
+fn a_self_test_holds_every_check_on_a_sound_unit_and_a_log_has_what_the_unit_reported() {
+    let unit = Unit::anew("STICKSLIP_FIRMWARE");
+    let told = unit.document(&["selftest"]);
+    assert_eq!(told["failed"], 0, "{told}");
+    assert!(told["checks"].as_array().is_some_and(|checks| checks.len() >= 9), "{told}");
+    unit.board(&["selftest"]).success().stdout(contains("ok   it ticks").and(contains("FAIL").not()));
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("unit.mcap");
+    let told = unit.document(&["log", &file.display().to_string(), "--seconds", "1"]);
+    let reports = told["reports"].as_u64().expect("a count");
+    assert!(reports >= 5, "{told}");
+    let kept = stickslip_device::log::read(&file).expect("a log");
+    assert_eq!((kept.records.len() as u64, kept.lost.len()), (reports, 0));
+    unit.board(&["log", "/no/such/folder/unit.mcap"]).failure().stderr(contains("/no/such/folder"));
+}
