@@ -144,11 +144,13 @@ pub const FIXED: f64 = 1e15;
 
 /// Broyden's update: `columns` become such that they tell how predictions changed (from the first to the second of
 /// `predicted`) as the parameters `moved`, each column by its share of the step; `sizes` are the columns' squares.
+/// Predictions are rough: a step shorter than those with which sensitivities are taken (`rough`, the square of one
+/// in units of the noise) tells less.
 fn follow(
     columns: &mut [Vec<Features>],
     (before, after): (&[Features], &[Features]),
     moved: &[f64],
-    sizes: &[f64],
+    (sizes, rough): (&[f64], f64),
 ) {
     let square: f64 = moved.iter().zip(sizes).map(|(x, s)| x * x * s).sum();
     if square <= 0.0 {
@@ -161,7 +163,7 @@ fn follow(
             let wrong = after[f] - before[f] - told;
             if wrong.is_finite() {
                 for ((c, x), s) in columns.iter_mut().zip(moved).zip(sizes) {
-                    c[i][f] += wrong * x * s / square;
+                    c[i][f] += wrong * x * s / (square + rough);
                 }
             }
         }
@@ -253,7 +255,9 @@ pub fn solve_with(
                 accepted = here - loss > 1e-3 * here + 0.1;
                 let moved: Vec<f64> = free.iter().map(|f| f.get(&trial) - f.get(&model)).collect();
                 let sizes: Vec<f64> = (0..n).map(|k| total[(k, k)]).collect();
-                follow(&mut columns, (&predicted, &p), &moved, &sizes);
+                let steps = free.iter().zip(&sizes).map(|(f, size)| f.step(&model).powi(2) * size);
+                let rough = steps.sum::<f64>() / n as f64;
+                follow(&mut columns, (&predicted, &p), &moved, (&sizes, rough));
                 is_old = true;
                 (model, predicted, residual, offsets, here) = (trial, p, r, o, loss);
                 damping = (damping * 0.2).max(1e-6);
@@ -316,12 +320,12 @@ mod tests {
             columns[0][0][0] * moved[1] * sizes[1] - columns[1][0][0] * moved[0] * sizes[0]
         };
         let before = across(&columns);
-        follow(&mut columns, (&constant(1.0), &constant(4.0)), &moved, &sizes);
+        follow(&mut columns, (&constant(1.0), &constant(4.0)), &moved, (&sizes, 0.0));
         assert!((columns[0][0][7] * moved[0] + columns[1][0][7] * moved[1] - 3.0).abs() < 1e-12);
         assert!((across(&columns) - before).abs() < 1e-12);
         // A prediction that is missing tells nothing.
         let known = columns.clone();
-        follow(&mut columns, (&constant(f64::NAN), &constant(4.0)), &moved, &sizes);
+        follow(&mut columns, (&constant(f64::NAN), &constant(4.0)), &moved, (&sizes, 0.0));
         assert_eq!(columns, known);
     }
 }
