@@ -4,20 +4,9 @@
 
 use cortex_m_rt::entry;
 use stickslip_firmware::board::current as board;
-use stickslip_firmware::link::{self, Link};
 use stickslip_firmware::post_mortem;
 use stickslip_firmware::stack::Frame;
 use stickslip_firmware::start::{self, Ends};
-
-#[embassy_executor::task]
-async fn receive(link: &'static mut Link, rx: board::Rx) -> ! {
-    link.run(rx).await
-}
-
-#[embassy_executor::task]
-async fn transmit(tx: board::Tx) -> ! {
-    link::transmit(tx).await
-}
 
 #[cfg(feature = "nucleo-g474re")]
 #[embassy_executor::task]
@@ -32,15 +21,10 @@ async fn can_bus(can: board::CanBus) -> ! {
 }
 
 fn spawn(ends: Ends, lower: embassy_executor::SendSpawner) {
-    // Each task is spawned once, so its one place is free.
-    if let Ok(token) = receive(ends.link, ends.rx) {
-        lower.spawn(token);
-    }
-    if let Ok(token) = transmit(ends.tx) {
-        lower.spawn(token);
-    }
+    start::host_line(ends.link, ends.rx, ends.tx, lower);
     #[cfg(feature = "nucleo-g474re")]
     {
+        // Each task is spawned once, so its one place is free.
         let (rx, tx) = ends.sensor;
         if let Ok(token) = serial_sensor(rx, tx) {
             lower.spawn(token);

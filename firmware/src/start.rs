@@ -5,7 +5,7 @@ use embassy_executor::SendSpawner;
 
 use crate::board::current as board;
 use crate::control::Control;
-use crate::link::Link;
+use crate::link::{self, Link};
 use crate::state::{self, Started};
 use crate::{post_mortem, stack};
 
@@ -28,6 +28,27 @@ pub struct Ends {
 #[embassy_executor::task]
 async fn control(control: &'static mut Control<board::Channels>, watchdog: board::Watchdog) -> ! {
     control.run(watchdog).await
+}
+
+#[embassy_executor::task]
+async fn receive(link: &'static mut Link, rx: board::Rx) -> ! {
+    link.run(rx).await
+}
+
+#[embassy_executor::task]
+async fn transmit(tx: board::Tx) -> ! {
+    link::transmit(tx).await
+}
+
+/// Begins the tasks of the board's own line to the host, once.
+pub fn host_line(link: &'static mut Link, rx: board::Rx, tx: board::Tx, lower: SendSpawner) {
+    // Each task is spawned once, so its one place is free.
+    if let Ok(token) = receive(link, rx) {
+        lower.spawn(token);
+    }
+    if let Ok(token) = transmit(tx) {
+        lower.spawn(token);
+    }
 }
 
 /// Brings everything up and runs it for ever: guard of the stack, what a reset left, the board, what is stored; then the

@@ -12,21 +12,10 @@ use core::hint::black_box;
 use cortex_m_rt::entry;
 use embassy_time::{Duration, Ticker};
 use stickslip_firmware::board::current as board;
-use stickslip_firmware::link::{self, Link};
 use stickslip_firmware::post_mortem;
 use stickslip_firmware::stack::Frame;
 use stickslip_firmware::start::{self, Ends};
 use stickslip_firmware::stats::COUNTERS;
-
-#[embassy_executor::task]
-async fn receive(link: &'static mut Link, rx: board::Rx) -> ! {
-    link.run(rx).await
-}
-
-#[embassy_executor::task]
-async fn transmit(tx: board::Tx) -> ! {
-    link::transmit(tx).await
-}
 
 /// Amplifiers without load: each channel alternates about 2000 counts and ten times its number.
 #[embassy_executor::task]
@@ -88,11 +77,8 @@ async fn provoke() -> ! {
 }
 
 fn spawn(ends: Ends, lower: embassy_executor::SendSpawner) {
+    start::host_line(ends.link, ends.rx, ends.tx, lower);
     // Each task is spawned once, so its one place is free.
-    if let (Ok(receive), Ok(transmit)) = (receive(ends.link, ends.rx), transmit(ends.tx)) {
-        lower.spawn(receive);
-        lower.spawn(transmit);
-    }
     if let (Ok(sensors), Ok(provoke)) = (sensors(), provoke()) {
         lower.spawn(sensors);
         lower.spawn(provoke);

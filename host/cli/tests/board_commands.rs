@@ -1,11 +1,13 @@
 //! `stickslip board`: each command against the firmware in QEMU, one unit for several of them, at a serial port. `make hil`
 //! builds the firmware with sensors simulated and names it in `STICKSLIP_REHEARSAL`, the product's in `STICKSLIP_FIRMWARE`.
 
-use std::io::{BufRead, BufReader};
+#[path = "it/port.rs"]
+mod port;
+
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
 
 use assert_cmd::assert::Assert;
+use port::Port;
 use predicates::prelude::*;
 use predicates::str::contains;
 use serde_json::Value;
@@ -16,39 +18,20 @@ fn named(variable: &str) -> String {
 
 /// A unit to name to the commands; one that was started ends when dropped.
 struct Unit {
-    child: Option<Child>,
+    _started: Option<Port>,
     device: String,
 }
 
 impl Unit {
     /// One that begins anew with each command, in time with this machine's clock: no tick is late.
     fn anew(variable: &str) -> Self {
-        Self { child: None, device: format!("qemu:{}", named(variable)) }
+        Self { _started: None, device: format!("qemu:{}", named(variable)) }
     }
 
-    /// QEMU with its UART on a pseudo terminal.
+    /// One for all commands, at a serial port.
     fn start(variable: &str) -> Self {
-        let mut child = Command::new("qemu-system-arm")
-            .args(["-machine", "mps2-an386", "-display", "none", "-monitor", "none", "-serial", "pty"])
-            .args(["-icount", "shift=3,align=off,sleep=on", "-kernel", &named(variable)])
-            .args(["-semihosting-config", "enable=on,target=native"])
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("QEMU");
-        // "char device redirected to /dev/pts/3 (label serial0)", then the firmware's log.
-        let mut stdout = BufReader::new(child.stdout.take().expect("piped"));
-        let mut line = Vec::new();
-        let port = loop {
-            line.clear();
-            assert!(stdout.read_until(b'\n', &mut line).expect("its output") > 0, "QEMU names no port");
-            let text = String::from_utf8_lossy(&line).into_owned();
-            if let Some(name) = text.split_whitespace().find(|word| word.starts_with("/dev/")) {
-                break name.to_owned();
-            }
-        };
-        std::thread::spawn(move || std::io::copy(&mut stdout, &mut std::io::sink()));
-        Self { child: Some(child), device: format!("serial:{port}") }
+        let (port, device) = Port::open(named(variable));
+        Self { _started: Some(port), device }
     }
 
     fn board(&self, arguments: &[&str]) -> Assert {
@@ -61,15 +44,6 @@ impl Unit {
         let arguments: Vec<&str> = arguments.iter().copied().chain(["--json"]).collect();
         let assert = self.board(&arguments).success();
         serde_json::from_slice(&assert.get_output().stdout).expect("one document")
-    }
-}
-
-impl Drop for Unit {
-    fn drop(&mut self) {
-        if let Some(child) = &mut self.child {
-            let _ = child.kill();
-            let _ = child.wait();
-        }
     }
 }
 

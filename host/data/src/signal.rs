@@ -157,24 +157,29 @@ impl Rise {
         tried.filter_map(|at| Some((at, corner(at)?))).collect()
     }
 
-    /// Time within which the noise at rest follows itself, where it does so over more than one sample: what a logger
-    /// that fills up rows, or a filter, leaves. 0: it does not, there is too little rest to tell, or it swings (hum).
-    #[must_use]
-    pub fn blurred_s(&self) -> f64 {
+    /// How many samples are at rest, and the sums of the products of those so many samples apart, about their mean.
+    fn products_at_rest(&self) -> (usize, impl Fn(usize) -> f64 + '_) {
         let rest = &self.along[..self.left.clamp(1, self.along.len())];
-        let count = rest.len() as f64;
-        let mean = rest.iter().map(|(_, x)| x).sum::<f64>() / count;
-        let product = |lag: usize| -> f64 {
+        let mean = rest.iter().map(|(_, x)| x).sum::<f64>() / rest.len() as f64;
+        let product = move |lag: usize| -> f64 {
             rest.iter().zip(rest.iter().skip(lag)).map(|((_, a), (_, b))| (a - mean) * (b - mean)).sum()
         };
+        (rest.len(), product)
+    }
+
+    /// Time over which the noise at rest is correlated, s, where that is more than one sample: what interpolation by a
+    /// logger, or a filter, leaves. 0: it is not, there is too little rest to tell, or it swings (hum).
+    #[must_use]
+    pub fn blurred_s(&self) -> f64 {
+        let (count, product) = self.products_at_rest();
         let all = product(0);
         // Three standard deviations of what white noise shows.
-        let limit = 3.0 / count.sqrt();
+        let limit = 3.0 / (count as f64).sqrt();
         if !(all > 0.0 && limit < 0.3) {
             return 0.0;
         }
-        let lags = (1..rest.len() / 4).take_while(|lag| product(*lag) > limit * all).count();
-        let swings = (1..(8 * lags).min(rest.len() / 2)).any(|lag| product(lag) < -limit * all);
+        let lags = (1..count / 4).take_while(|lag| product(*lag) > limit * all).count();
+        let swings = (1..(8 * lags).min(count / 2)).any(|lag| product(lag) < -limit * all);
         if lags == 0 || swings { 0.0 } else { self.step_s * (lags + 1) as f64 }
     }
 
@@ -182,14 +187,9 @@ impl Rise {
     /// other, by the correlation of neighbours at rest (noise of one pole; what a filter makes of white noise).
     #[must_use]
     pub fn variance(&self, squares: f64) -> f64 {
-        let rest = &self.along[..self.left.clamp(1, self.along.len())];
-        let mean = rest.iter().map(|(_, x)| x).sum::<f64>() / rest.len() as f64;
-        let products = |lag: usize| -> f64 {
-            rest.iter().zip(&rest[lag..]).map(|((_, a), (_, b))| (a - mean) * (b - mean)).sum()
-        };
-        let all = products(0);
-        let neighbours =
-            if all > 0.0 { (products(1.min(rest.len() - 1)) / all).clamp(0.0, 0.95) } else { 0.0 };
+        let (count, product) = self.products_at_rest();
+        let all = product(0);
+        let neighbours = if all > 0.0 { (product(1.min(count - 1)) / all).clamp(0.0, 0.95) } else { 0.0 };
         let free = self.along.len().saturating_sub(3).max(1) as f64;
         squares / free * (1.0 + neighbours) / (1.0 - neighbours) + f64::MIN_POSITIVE
     }

@@ -165,11 +165,11 @@ pub fn clock_lines(offsets: &[Offset]) -> Vec<String> {
     lines
 }
 
-/// What the force's noise says of its onset.
+/// What correlated noise of the force means for its onset.
 fn blurred(offset: &Offset) -> String {
     match 1e3 * offset.blurred_s {
         ms if ms > 0.0 => format!(
-            "; noise of the force follows itself over {ms:.0} ms (filled up or filtered): its onset may be so much early or late"
+            "; the noise of the force is correlated over {ms:.0} ms (interpolated or filtered), so its onset may be early or late by as much"
         ),
         _ => String::new(),
     }

@@ -14,11 +14,11 @@ use crate::fit::screen::{Screened, Start, screen};
 use crate::fit::{self, Free, Solution};
 use crate::model::candidate::CandidateEffect;
 
-/// Gauss-Newton steps of a candidate.
+/// Work of a candidate's fit, in full Gauss-Newton steps.
 const STEPS: usize = 6;
 /// Factors on a parameter of the best fit from which a thorough search starts again.
 const BESIDE: [f64; 2] = [0.6, 1.6];
-/// Steps of a fit that only shows whether a start is worth more.
+/// The same of a fit that only shows whether a start is worth more.
 const FEW_STEPS: usize = 2;
 /// Ways back to the best fit that a thorough search tries at most.
 const MOST_BESIDE: usize = 12;

@@ -188,7 +188,8 @@ pub fn solve(problem: &Problem, model: &Model<f64>, free: &[Free], iterations: u
 /// As [`solve`]; the sensitivities of the first parameters are `known` near enough.
 ///
 /// Sensitivities are taken anew at the end and where the old ones lead no further; in between they follow what
-/// the steps showed (Broyden's update): a step costs one prediction, not one for each parameter.
+/// the steps showed (Broyden's update): a step costs one prediction, not one for each parameter. It ends after the
+/// predictions of so many full steps as `iterations` says, or where nothing is gained.
 pub fn solve_with(
     problem: &Problem,
     model: &Model<f64>,

@@ -25,12 +25,12 @@ const FIRST: usize = 6;
 /// Torque of both fingers about the closing direction.
 const TURNING: usize = FIRST + 4;
 
-/// One direction of one standard deviation for each channel of force and torque. `features` of the run are those
-/// measured: what a model does not move in a channel loads there all the same.
-pub fn lags(run: &Run, features: &Features) -> Vec<Features> {
+/// One direction of one standard deviation for each channel of force and torque, by the features `measured`: what
+/// a model does not move in a channel loads there all the same.
+pub fn lags(run: &Run, measured: &Features) -> Vec<Features> {
     // From the rest before to the beginning of the sliding path.
     let jump = |channel: usize| {
-        let d = features[channel * BINS + 5] - features[channel * BINS];
+        let d = measured[channel * BINS + 5] - measured[channel * BINS];
         if d.is_finite() { d } else { 0.0 }
     };
     let lengths = onset_lengths(&run.prepared);

@@ -1,11 +1,11 @@
 //! The firmware in QEMU at the end of a good, a bad and a cut line. `make hil` builds the
 //! firmware and names it in `STICKSLIP_FIRMWARE`; without it these tests are ignored.
 
-use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::port::Port;
 use stickslip_analysis::run::replay::{Feed, feed};
 use stickslip_data::Index;
 use stickslip_device::clock::Clock;
@@ -72,42 +72,6 @@ fn a_bad_line_costs_what_was_done_to_it_and_every_loss_is_counted() {
     assert_eq!(outcome.taken + missing as usize, outcome.samples);
     assert_eq!(outcome.reports_lost, injected.reports_lost);
     assert_eq!(outcome.first_difference, None);
-}
-
-/// QEMU with its UART on a pseudo terminal; ends when dropped.
-struct Port(std::process::Child);
-
-impl Port {
-    fn open(firmware: &str) -> (Self, String) {
-        let mut child = Command::new("qemu-system-arm")
-            .args(["-machine", "mps2-an386", "-display", "none", "-monitor", "none", "-serial", "pty"])
-            .args(["-icount", "shift=3,align=off,sleep=on", "-kernel", firmware])
-            .args(["-semihosting-config", "enable=on,target=native"])
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("QEMU");
-        // "char device redirected to /dev/pts/3 (label serial0)", then the firmware's log.
-        let mut stdout = BufReader::new(child.stdout.take().expect("piped"));
-        let mut line = Vec::new();
-        let name = loop {
-            line.clear();
-            assert!(stdout.read_until(b'\n', &mut line).expect("its output") > 0, "QEMU names no port");
-            let text = String::from_utf8_lossy(&line).into_owned();
-            if let Some(name) = text.split_whitespace().find(|word| word.starts_with("/dev/")) {
-                break name.to_owned();
-            }
-        };
-        std::thread::spawn(move || std::io::copy(&mut stdout, &mut std::io::sink()));
-        (Self(child), format!("serial:{name}"))
-    }
-}
-
-impl Drop for Port {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
 }
 
 #[test]

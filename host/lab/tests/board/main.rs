@@ -6,6 +6,8 @@ mod device;
 mod late;
 mod memory_map;
 mod no_panic;
+#[path = "../../../cli/tests/it/port.rs"]
+mod port;
 mod post_mortem;
 mod stack_depth;
 

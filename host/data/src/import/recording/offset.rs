@@ -65,8 +65,8 @@ pub struct Offset {
     pub uncertainty_s: f64,
     /// Trials that it is from: 1, or those that agree.
     pub trials: usize,
-    /// Time within which the noise of the force follows itself, s: a logger filled the force up to a higher rate, or a
-    /// filter is in it, and its onset may be so much early or late (part of the half width). 0: the noise does not.
+    /// Time over which the noise of the force is correlated, s: a logger interpolated the force, or it was filtered, and
+    /// its onset may be early or late by as much (part of the half width). 0: it is not correlated.
     pub blurred_s: f64,
     /// What this trial alone says, and its half width, s; none: no onset in it.
     pub own_s: Option<[f64; 2]>,
@@ -100,8 +100,7 @@ pub(super) struct Own {
     curves: Vec<OfCurve>,
     /// Standard deviation of what the force hides between two samples, where it jumps.
     hidden_s: f64,
-    /// Time within which the noise of the force follows itself: it was filled up or filtered, and its onset may be so
-    /// much early or late. None for noise that does not.
+    /// As [`Offset::blurred_s`].
     blurred_s: f64,
     /// Is the stream with the estimated clock that of the forces?
     of_force: bool,
