@@ -11,7 +11,7 @@
 //! | plane pusher | the corners of the nearest face, or the two ends of a cylinder's line | |
 //! | line pusher | the two ends of its overlap with the nearest face | |
 //! | point pusher | the nearest surface point | |
-//! | support | 12 to 16 cells of equal area, or the given feet | |
+//! | support | 10 to 16 points of the face, or the given feet | |
 //!
 //! A slot number belongs to each point, the same in every step, so that the spring memory
 //! finds its point again; which face of the object the points are on goes with it.

@@ -10,6 +10,11 @@ use heapless::Vec;
 
 /// Most sample points on one face.
 pub const MAX_SAMPLES: usize = 16;
+/// Gauss's two points on each half of [-1, 1]: of equal weight; the third degree is exact on each half, so are the mean
+/// distance from the middle and its square.
+const GAUSS: [f64; 4] = [-0.788_675_134_6, -0.211_324_865_4, 0.211_324_865_4, 0.788_675_134_6];
+/// Gauss's two points on a ray from 0 to 1 whose weight grows along it, with their shares.
+const RADIAL: [(f64, f64); 2] = [(0.355_051_025_7, 0.363_917_236_5), (0.844_948_974_3, 0.636_082_763_5)];
 /// Number of the end face at +Z (prisms) or +X (cylinders), see [`Face::number`].
 pub const END_ABOVE: u8 = 0xfe;
 /// Number of the end face at -Z or -X.
@@ -136,24 +141,24 @@ impl<R: Real> Face<R> {
         out
     }
 
-    /// Sample points with their shares of the area (sum 1): the centroids of equal cells.
-    /// They integrate forces exactly and first moments exactly; the torsional friction of
-    /// a uniformly pressed face comes out within 2 % (tested).
+    /// Ten to sixteen sample points with their shares of the area (sum 1): the middle and the radius of gyration are the face's, the
+    /// torsional friction of a uniformly pressed face comes out within 1 % (tested).
     pub fn samples(&self) -> Vec<(Vec3<R>, R), MAX_SAMPLES> {
         let mut out = Vec::new();
         match &self.extent {
             Extent::Rectangle(h) => {
-                for i in 0..4u8 {
-                    for j in 0..4u8 {
-                        let c = |k: u8| (R::of(f64::from(k)) - R::of(1.5)) * R::of(0.5);
-                        let _ = out.push((self.point([h[0] * c(i), h[1] * c(j)]), R::of(1.0 / 16.0)));
+                for x in GAUSS {
+                    for y in GAUSS {
+                        let at = [h[0] * R::of(x), h[1] * R::of(y)];
+                        let _ = out.push((self.point(at), R::of(1.0 / 16.0)));
                     }
                 }
             }
             Extent::Disc(r) => {
-                // Two rings of equal area a point.
+                // Two rings with the disc's mean radius and radius of gyration.
                 for i in 0..16u8 {
-                    let (count, first, radius) = if i < 5 { (5.0, 0.0, 0.3727) } else { (11.0, 5.0, 0.7943) };
+                    let (count, first, radius) =
+                        if i < 5 { (5.0, 0.0, 0.317064) } else { (11.0, 5.0, 0.825577) };
                     let angle = R::two_pi() * (R::of(f64::from(i)) - R::of(first)) / R::of(count);
                     let (s, c) = angle.sine_cosine();
                     let d = *r * R::of(radius);
@@ -162,26 +167,37 @@ impl<R: Real> Face<R> {
             }
             Extent::Polygon(corners) => {
                 let total = edges(corners).fold(R::zero(), |s, (a, b)| s + (a[0] * b[1] - a[1] * b[0]));
-                let split = corners.len() <= 4;
+                // Those of the face and of its points: as cells, points would lie nearer to the middle than the cells' parts.
+                let (mut of_face, mut of_points, mut mean) = (R::zero(), R::zero(), [R::zero(); 2]);
+                let dot = |p: [R; 2], q: [R; 2]| p[0] * q[0] + p[1] * q[1];
+                let mid = |p: [R; 2], q: [R; 2]| [0, 1].map(|k| (p[k] + q[k]) * R::of(0.5));
                 for (a, b) in edges(corners) {
                     let share = (a[0] * b[1] - a[1] * b[0]) / total;
-                    let third = R::of(1.0 / 3.0);
-                    let o = [R::zero(); 2];
-                    let mid = |p: [R; 2], q: [R; 2]| [(p[0] + q[0]) * R::of(0.5), (p[1] + q[1]) * R::of(0.5)];
-                    let mut cell = |p: [R; 2], q: [R; 2], r: [R; 2], share: R| {
-                        let c = [(p[0] + q[0] + r[0]) * third, (p[1] + q[1] + r[1]) * third];
-                        let _ = out.push((self.point(c), share));
+                    of_face += share * (dot(a, a) + dot(b, b) + dot(a, b)) * R::of(1.0 / 6.0);
+                    let mut add = |at: [R; 2], share: R| {
+                        of_points += share * dot(at, at);
+                        mean = [mean[0] + share * at[0], mean[1] + share * at[1]];
+                        let _ = out.push((self.point(at), share));
                     };
-                    if split {
-                        let quarter = share * R::of(0.25);
-                        let (oa, ob, ab) = (mid(o, a), mid(o, b), mid(a, b));
-                        cell(o, oa, ob, quarter);
-                        cell(oa, a, ab, quarter);
-                        cell(ob, ab, b, quarter);
-                        cell(oa, ab, ob, quarter);
-                    } else {
-                        cell(o, a, b, share);
+                    if corners.len() > 4 {
+                        for (t, part) in RADIAL {
+                            add(mid(a, b).map(|x| x * R::of(t)), share * R::of(part));
+                        }
+                        continue;
                     }
+                    // Centroids of the quarters of the triangle about the middle.
+                    let o = [R::zero(); 2];
+                    let (oa, ob, ab) = (mid(o, a), mid(o, b), mid(a, b));
+                    for [p, q, r] in [[o, oa, ob], [oa, a, ab], [ob, ab, b], [oa, ab, ob]] {
+                        let centroid = [0, 1].map(|k| (p[k] + q[k] + r[k]) * R::of(1.0 / 3.0));
+                        add(centroid, share * R::of(0.25));
+                    }
+                }
+                let about_mean = mean[0] * mean[0] + mean[1] * mean[1];
+                if of_points > about_mean {
+                    let stretch = sqrt((of_face - about_mean) / (of_points - about_mean));
+                    let middle = self.point(mean);
+                    out.iter_mut().for_each(|(at, _)| *at = middle + (*at - middle) * stretch);
                 }
             }
         }

@@ -5,6 +5,7 @@ use nalgebra::UnitQuaternion;
 use stickslip_shared::contact::{Body, SLOTS};
 use stickslip_shared::model::{FingerContact, PusherContact, Scene, SupportContact};
 use stickslip_shared::real::{Rotation, Vec3};
+use stickslip_shared::shape::{Extent, Face};
 use stickslip_shared::step::{Moving, State, step, support_under};
 
 type S = State<f64, SLOTS>;
@@ -134,4 +135,57 @@ fn an_answer_far_from_solved_leaves_the_state_and_says_so() {
     let all = SolveBudget { follows_unsolved: true, ..hurried };
     assert!(step_in(&scene, &model, &mut state, &drive, &all, &mut Workspace::new()).followed);
     assert!(state.time_s > before.time_s);
+}
+
+/// Regular polygon of so many corners, stretched along X.
+fn polygon(corners: u32) -> Extent<f64> {
+    let corner = |k| {
+        let (s, c) = (std::f64::consts::TAU * f64::from(k) / f64::from(corners)).sin_cos();
+        [0.05 * c, 0.03 * s]
+    };
+    Extent::Polygon((0..corners).map(corner).collect())
+}
+
+/// Mean place, mean square radius and mean radius of a face, counted on a grid.
+fn counted(face: &Face<f64>) -> ([f64; 2], f64, f64) {
+    const FINE: i32 = 600;
+    let (mut n, mut place, mut square, mut radius) = (0.0, [0.0; 2], 0.0, 0.0);
+    for i in -FINE..FINE {
+        for j in -FINE..FINE {
+            let at = [i, j].map(|k| 0.06 * (f64::from(k) + 0.5) / f64::from(FINE));
+            if face.covers(at) {
+                n += 1.0;
+                place = [place[0] + at[0], place[1] + at[1]];
+                square += at[0] * at[0] + at[1] * at[1];
+                radius += at[0].hypot(at[1]);
+            }
+        }
+    }
+    (place.map(|x| x / n), square / n, radius / n)
+}
+
+#[test]
+fn points_of_a_face_have_its_middle_and_radius_of_gyration_and_its_torsional_friction_within_1_percent() {
+    let extents = [Extent::Rectangle([0.035, 0.011]), Extent::Rectangle([0.02, 0.02]), Extent::Disc(0.03)];
+    for extent in extents.into_iter().chain([3, 4, 5, 6, 8].map(polygon)) {
+        let face = Face {
+            number: 0,
+            normal: Vec3::z(),
+            centre_m: Vec3::zeros(),
+            axes: [Vec3::x(), Vec3::y()],
+            extent,
+        };
+        let points = face.samples();
+        let sum =
+            |of: &dyn Fn(&Vec3<f64>) -> f64| points.iter().map(|(at, share)| share * of(at)).sum::<f64>();
+        let (middle, square, radius) = counted(&face);
+        let what = format!("{:?}", face.extent);
+        assert!((sum(&|_| 1.0) - 1.0).abs() < 1e-12, "{what}");
+        assert!((sum(&|at| at.x) - middle[0]).abs() < 1e-4, "{what}");
+        assert!((sum(&|at| at.y) - middle[1]).abs() < 1e-4, "{what}");
+        assert!((sum(&|at| at.norm_squared()) / square - 1.0).abs() < 5e-3, "{what}");
+        let torsion = sum(&|at| at.norm()) / radius;
+        println!("{what}: torsion {torsion:.4}");
+        assert!((torsion - 1.0).abs() < 0.01, "{what}: {torsion}");
+    }
 }
