@@ -17,7 +17,7 @@ pub const NOISE_M: f32 = 2e-5;
 pub enum Held {
     /// A prism of 100 x 25 mm between discs, a flat pusher at its end: 16 points.
     Prism,
-    /// A prism of eight sides on a table between discs, a plate on its upper face: 28 points.
+    /// A prism of eight sides that stands on a table between discs, a plate on its upper face: 36 points.
     Octagon,
     /// A prism on a table between discs, a plate on its upper face: 32 points.
     Plate,
@@ -31,9 +31,8 @@ impl Held {
     pub fn points(self) -> usize {
         match self {
             Self::Prism => 16,
-            Self::Octagon => 28,
+            Self::Octagon | Self::Bar => 36,
             Self::Plate => 32,
-            Self::Bar => 36,
         }
     }
 
