@@ -48,7 +48,8 @@ mod tests {
     #[test]
     fn the_law_gives_the_published_value_at_a_known_point() {
         let still = Vec3::zeros();
-        let nothing = Environment { normal: still, turning_rad_s: still, angular_rad_s: still };
+        let nothing =
+            Environment { normal: still, along_y: still, turning_rad_s: still, angular_rad_s: still };
         let context = StepContext {
             time_s: 0.0,
             dt_s: 0.004,

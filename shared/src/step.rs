@@ -130,12 +130,16 @@ fn context<R: Real, const NC: usize>(
     let environment = [&drive.pusher, &drive.support].map(|moving| match moving {
         Some(m) => Environment {
             normal: m.rotation.transform_vector(&Vec3::x()),
+            along_y: m.rotation.transform_vector(&Vec3::y()),
             turning_rad_s: Vec3::new(wx, wy, wz) - m.angular_rad_s,
             angular_rad_s: m.angular_rad_s,
         },
-        None => {
-            Environment { normal: Vec3::zeros(), turning_rad_s: Vec3::zeros(), angular_rad_s: Vec3::zeros() }
-        }
+        None => Environment {
+            normal: Vec3::zeros(),
+            along_y: Vec3::zeros(),
+            turning_rad_s: Vec3::zeros(),
+            angular_rad_s: Vec3::zeros(),
+        },
     });
     let mut grip_rate_n_s = R::zero();
     let mut load_rate_n_s = [R::zero(); 4];

@@ -51,6 +51,8 @@ pub struct StepContext<R: Real> {
 pub struct Environment<R: Real> {
     /// Its contact normal, into the object, carrier axes.
     pub normal: Vec3<R>,
+    /// Its Y axis, carrier axes.
+    pub along_y: Vec3<R>,
     /// Angular velocity of the object relative to it, carrier axes.
     pub turning_rad_s: Vec3<R>,
     /// Its own, carrier axes.

@@ -30,6 +30,7 @@ pub mod sensor_crosstalk;
 pub mod sensor_gain;
 pub mod sensor_misalignment;
 pub mod static_friction;
+pub mod support_anisotropy;
 pub mod support_pressure;
 pub mod torsional_friction;
 pub mod viscous_friction;

@@ -7,8 +7,8 @@ use super::{
     adhesion, anisotropic_friction, contact_compliance, dwell_strengthening, face_tilt, face_waviness,
     finger_friction_mismatch, formula, gravity_tilt, grip_force_lag, grip_force_loss,
     load_dependent_friction, mass_error, mocap_latency, plate_tilt, pressure_offset, rolling_resistance,
-    sensor_bias, sensor_crosstalk, sensor_gain, sensor_misalignment, static_friction, support_pressure,
-    torsional_friction, viscous_friction, wear_drift,
+    sensor_bias, sensor_crosstalk, sensor_gain, sensor_misalignment, static_friction, support_anisotropy,
+    support_pressure, torsional_friction, viscous_friction, wear_drift,
 };
 use crate::effect::{Info, Parameter};
 use crate::real::Real;
@@ -86,4 +86,5 @@ registry! {
     23 => sensor_crosstalk::SensorCrosstalk,
     24 => mocap_latency::MocapLatency,
     25 => support_pressure::SupportPressure,
+    26 => support_anisotropy::SupportAnisotropy,
 }

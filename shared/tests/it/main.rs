@@ -32,6 +32,7 @@ mod seated;
 mod selftest;
 mod soft;
 mod stuck_sensor;
+mod support_anisotropy;
 mod support_pressure;
 mod swap;
 mod unsure;

@@ -214,7 +214,7 @@ pub fn all<R: Real>() -> [(&'static str, Run<R>); 6] {
 /// What a hook sees of an object at rest in the gripper.
 pub fn at_rest_context(dt_s: f64) -> StepContext<f64> {
     let still = Vec3::zeros();
-    let none = Environment { normal: still, turning_rad_s: still, angular_rad_s: still };
+    let none = Environment { normal: still, along_y: still, turning_rad_s: still, angular_rad_s: still };
     StepContext {
         time_s: 0.0,
         dt_s,

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::{Map, Value};
 
 use super::{Scale, named};
-use crate::physics::friction::{Kind, Law};
+use crate::physics::friction::{Grain, Kind, Law};
 use crate::physics::layout::Profile;
 use crate::random::{chance, log_uniform, sign, uniform};
 use crate::reality::Reality;
@@ -95,6 +95,17 @@ pub fn anisotropic(r: &mut Reality, s: Scale, rng: &mut ChaCha8Rng) -> Out {
     let ratio = if chance(rng, 0.7) { ratio } else { 1.0 / ratio };
     law(r, &s).anisotropy = ratio;
     named([("ratio", ratio)])
+}
+
+pub fn grained(r: &mut Reality, s: Scale, rng: &mut ChaCha8Rng) -> Out {
+    let (ratio, angle) = (1.0 + 0.35 * s.level, uniform(rng, -0.5 * PI, 0.5 * PI));
+    let of_table = chance(rng, 0.5);
+    let law = law(r, &s);
+    law.anisotropy = ratio;
+    law.grain = if of_table { Grain::OfTool(angle) } else { Grain::OfObject(angle) };
+    let mut out = named([("ratio", ratio), ("angle_rad", angle)]);
+    out.insert("of_table".to_owned(), Value::from(of_table));
+    out
 }
 
 pub fn torsional(r: &mut Reality, s: Scale, rng: &mut ChaCha8Rng) -> Out {

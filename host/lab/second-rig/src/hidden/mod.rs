@@ -80,12 +80,13 @@ catalogue! {
     "static_friction", SLIDES, contact::static_friction, "bristles hold more before they slide";
     "dwell_strengthening", SLIDES, contact::dwell, "the limit grows with the age of the contact";
     "adhesion", SLIDES, contact::adhesion, "contacts pull: friction without load";
-    "anisotropic_friction", SLIDES, contact::anisotropic, "limit along the object's grain differs from that across";
+    "anisotropic_friction", PUSHES, contact::anisotropic, "limit along the object's grain differs from that across";
     "torsional_friction", &[Pivot], contact::torsional, "pads of another radius than stated";
     "rolling_resistance", &[Roll], contact::rolling, "the platform's reaction runs ahead of the axis";
     "mass_error", &[LinearPush, Pivot, Lift], outside::mass, "true mass and its centre differ from those stated";
     "gravity_tilt", &[LinearPush, Pivot, Lift], outside::gravity, "gravity is not along -Z";
     "support_pressure", &[PlanarPush], outside::support, "three feet or a heavy side in place of an even face";
+    "support_anisotropy", &[PlanarPush], contact::grained, "table or face has a grain, along which friction differs";
     "sensor_gain", ALL, sensing::gain, "force sensors read too much or too little";
     "sensor_misalignment", PUSHES, sensing::misalignment, "a force sensor is turned";
     "sensor_crosstalk", PUSHES, sensing::crosstalk, "each force channel shows a share of others";

@@ -12,7 +12,7 @@
 //! g(v) N whatever the step. Nothing here can create energy: the deflection is cut back to what
 //! the limit carries, and the damper sees only the elastic share of the motion.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 
 /// Which differential equation the bristle obeys.
@@ -46,14 +46,37 @@ pub struct Law {
     pub load_reference_n: f64,
     /// Load of adhesion of the whole patch, N.
     pub adhesion_n: f64,
-    /// Limit along object X over limit across it; 1 is isotropic.
+    /// Limit along the grain over limit across it; 1 is isotropic.
     pub anisotropy: f64,
+    /// Where the grain runs.
+    pub grain: Grain,
     /// Relative rise of the limit for each e-fold of contact age.
     pub dwell: f64,
     /// Contact age at which that sets in, s.
     pub dwell_cutoff_s: f64,
     /// Rate at which bristles relax at rest (the pad flows), 1/s.
     pub creep_1_s: f64,
+}
+
+/// Direction of the grain: its angle from X to Y, rad.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Grain {
+    /// Turns with the object.
+    OfObject(f64),
+    /// Stays in the tool.
+    OfTool(f64),
+}
+
+impl Grain {
+    /// Unit vector along it in tool axes; `rotation` takes object axes there.
+    pub fn along(self, rotation: &Matrix3<f64>) -> Vector3<f64> {
+        let direction = |angle: f64| Vector3::new(angle.cos(), angle.sin(), 0.0);
+        match self {
+            Self::OfObject(angle) => rotation * direction(angle),
+            Self::OfTool(angle) => direction(angle),
+        }
+    }
 }
 
 impl Law {
@@ -69,6 +92,7 @@ impl Law {
             load_reference_n: 10.0,
             adhesion_n: 0.0,
             anisotropy: 1.0,
+            grain: Grain::OfObject(0.0),
             dwell: 0.0,
             dwell_cutoff_s: 0.1,
             creep_1_s: 0.0,

@@ -123,7 +123,7 @@ impl Patch {
         let mut out = Load::default();
         let mu = self.law.patch_mu(self.load_n, self.age_s) * mu_factor;
         let reach = self.foundation.reach_m();
-        let grain: Vector3<f64> = object.rotation.column(0).into();
+        let grain = self.law.grain.along(&object.rotation);
         for (element, memory) in self.elements.iter().zip(&mut self.memory) {
             let place = element.position + shift;
             let Some(touch) = self.geometry.touch(&place, surface, object, reach) else {
