@@ -277,7 +277,7 @@ fn pusher_patch(r: &Reality, kind: PusherKind, surface: &Surface) -> Patch {
     match kind {
         PusherKind::Plate => {
             let sides = [Vector3::y() * h.y, Vector3::z() * h.z];
-            counterpart(&r.pusher, layout::rectangle(-Vector3::x() * h.x, sides, [4, 4]), plane)
+            counterpart(&r.pusher, layout::rectangle(-Vector3::x() * h.x, sides), plane)
         }
         PusherKind::Edge(length) => {
             let elements = layout::line(Vector3::y(), length, 11, Profile::Uniform);
@@ -307,7 +307,7 @@ fn table_patch(r: &Reality, surface: &Surface) -> Patch {
         }
         None => {
             let sides = [Vector3::x() * h.x, Vector3::y() * h.y];
-            layout::rectangle(-Vector3::z() * h.z, sides, [6, 4])
+            layout::rectangle(-Vector3::z() * h.z, sides)
         }
     };
     counterpart(&r.table, elements, Geometry::ObjectOnPlane { normal: Vector3::x(), distance: 0.0 })

@@ -102,7 +102,7 @@ pub fn grained(r: &mut Reality, s: Scale, rng: &mut ChaCha8Rng) -> Out {
     let of_table = chance(rng, 0.5);
     let law = law(r, &s);
     law.anisotropy = ratio;
-    law.grain = if of_table { Grain::OfTool(angle) } else { Grain::OfObject(angle) };
+    law.grain = if of_table { Grain::OfTable(angle) } else { Grain::OfObject(angle) };
     let mut out = named([("ratio", ratio), ("angle_rad", angle)]);
     out.insert("of_table".to_owned(), Value::from(of_table));
     out

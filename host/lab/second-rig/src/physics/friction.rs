@@ -58,23 +58,23 @@ pub struct Law {
     pub creep_1_s: f64,
 }
 
-/// Direction of the grain: its angle from X to Y, rad.
+/// Direction of the grain: its angle from X to Y of the object or of the world, rad.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Grain {
     /// Turns with the object.
     OfObject(f64),
-    /// Stays in the tool.
-    OfTool(f64),
+    /// Stays in the table.
+    OfTable(f64),
 }
 
 impl Grain {
     /// Unit vector along it in tool axes; `rotation` takes object axes there.
     pub fn along(self, rotation: &Matrix3<f64>) -> Vector3<f64> {
-        let direction = |angle: f64| Vector3::new(angle.cos(), angle.sin(), 0.0);
         match self {
-            Self::OfObject(angle) => rotation * direction(angle),
-            Self::OfTool(angle) => direction(angle),
+            Self::OfObject(angle) => rotation * Vector3::new(angle.cos(), angle.sin(), 0.0),
+            // The X of a table's frame points up and its Z along the world's -X.
+            Self::OfTable(angle) => Vector3::new(0.0, angle.sin(), -angle.cos()),
         }
     }
 }

@@ -89,16 +89,27 @@ pub fn line(axis: Vector3<f64>, length_m: f64, count: usize, profile: Profile) -
     normalised((0..count).map(element).collect())
 }
 
-/// A rectangle spanned by two half sides about a centre, rim included (trapezoidal weights).
-pub fn rectangle(centre: Vector3<f64>, half: [Vector3<f64>; 2], count: [usize; 2]) -> Vec<Element> {
-    let at = |i: usize, n: usize| 2.0 * i as f64 / (n - 1) as f64 - 1.0;
-    let share = |i: usize, n: usize| if i == 0 || i + 1 == n { 0.5 } else { 1.0 };
+/// Nodes and weights of Gauss-Lobatto on each half of -1 to 1, with four and three nodes a half: the rim is included, area, mean
+/// distance from the middle and its square are exact.
+const SEVEN: &[(f64, f64)] = &[
+    (-1.0, 1.0 / 12.0),
+    (-0.723_606_797_749_979, 5.0 / 12.0),
+    (-0.276_393_202_250_021, 5.0 / 12.0),
+    (0.0, 2.0 / 12.0),
+    (0.276_393_202_250_021, 5.0 / 12.0),
+    (0.723_606_797_749_979, 5.0 / 12.0),
+    (1.0, 1.0 / 12.0),
+];
+const FIVE: &[(f64, f64)] =
+    &[(-1.0, 1.0 / 6.0), (-0.5, 4.0 / 6.0), (0.0, 2.0 / 6.0), (0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0)];
+
+/// A rectangle spanned by two half sides about a centre, rim included: seven elements along the first, five along the second.
+/// Its radius of gyration is that of an even pressure, so that the even case hides nothing.
+pub fn rectangle(centre: Vector3<f64>, half: [Vector3<f64>; 2]) -> Vec<Element> {
     let mut out = Vec::new();
-    for i in 0..count[0] {
-        for j in 0..count[1] {
-            let w = share(i, count[0]) * share(j, count[1]);
-            let position = centre + half[0] * at(i, count[0]) + half[1] * at(j, count[1]);
-            out.push(Element { position, area: w, load: w });
+    for (x, a) in SEVEN {
+        for (y, b) in FIVE {
+            out.push(Element { position: centre + half[0] * *x + half[1] * *y, area: a * b, load: a * b });
         }
     }
     normalised(out)

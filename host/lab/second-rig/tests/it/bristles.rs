@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use stickslip_second_rig::physics::foundation::Foundation;
 use stickslip_second_rig::physics::friction::{Bristle, Kind, Law};
-use stickslip_second_rig::physics::layout::{Profile, disc, shift_pressure};
+use stickslip_second_rig::physics::layout::{Profile, disc, rectangle, shift_pressure};
 use stickslip_second_rig::physics::patch::{Load, Patch, Shear};
 use stickslip_second_rig::physics::surface::{Geometry, Relative, Surface};
 use stickslip_second_rig::random::{log_uniform, normal, stream, uniform};
@@ -198,4 +198,22 @@ fn the_centre_of_pressure_moves_by_what_is_asked() {
     let moved = shift_pressure(disc(RADIUS, Profile::Uniform, 0.0), [0.001, -0.0005]);
     let at: Vector3<f64> = moved.iter().map(|e| e.position * e.load).sum();
     assert!((at - Vector3::new(0.001, 0.0, -0.0005)).norm() < 1e-9, "{at}");
+}
+
+#[test]
+fn an_even_rectangle_has_the_area_radius_of_gyration_and_spin_torque_of_the_integral() {
+    for [x, y] in [[0.0465, 0.0195], [0.02, 0.02], [0.012, 0.05]] {
+        let elements = rectangle(Vector3::zeros(), [Vector3::x() * x, Vector3::y() * y]);
+        let sum = |of: &dyn Fn(&Vector3<f64>) -> f64| {
+            elements.iter().map(|e| e.load * of(&e.position)).sum::<f64>()
+        };
+        assert!((sum(&|p| p.x * p.x) / (x * x / 3.0) - 1.0).abs() < 1e-9);
+        assert!((sum(&|p| p.y * p.y) / (y * y / 3.0) - 1.0).abs() < 1e-9);
+        let n = 400;
+        let at = |i: i32| (f64::from(i) + 0.5) / f64::from(n);
+        let mean: f64 = (0..n).flat_map(|i| (0..n).map(move |j| (x * at(i)).hypot(y * at(j)))).sum();
+        let mean = mean / f64::from(n * n);
+        let torque = sum(&|p| p.norm()) / mean;
+        assert!((torque - 1.0).abs() < 0.02, "{x} {y}: {torque}");
+    }
 }
