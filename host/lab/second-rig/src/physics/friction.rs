@@ -10,7 +10,9 @@
 //! comes of small oscillations. g is the Stribeck curve in the rational form of Hess and Soom
 //! (1990) with a viscous share. The step is implicit in z, so that steady sliding gives exactly
 //! g(v) N whatever the step. Nothing here can create energy: the deflection is cut back to what
-//! the limit carries, and the damper sees only the elastic share of the motion.
+//! the limit carries, and the damper sees only the elastic share of the motion. Where the limit is an
+//! ellipse, z relaxes along its normal (Velenis, Tsiotras and Canudas-de-Wit 2005), so that steady
+//! sliding dissipates most.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
@@ -159,8 +161,7 @@ impl Bristle {
         }
         let now = self.limit_n * law.speed_factor(speed);
         let most = now.max(self.limit_n * law.static_ratio);
-        // Elliptic limit: lengths are measured so that the ellipse becomes the circle `now`.
-        let slide_speed = if law.anisotropy == 1.0 { speed } else { self.squared(law, v).sqrt() };
+        let slide_speed = if law.anisotropy == 1.0 { speed } else { self.dissipating(law, v).sqrt() };
         let rate = match law.kind {
             Kind::Dahl | Kind::LuGre => 1.0,
             Kind::ElastoPlastic if z.dot(v) <= 0.0 => 0.0,
@@ -170,8 +171,16 @@ impl Bristle {
             }
         };
         let before = *z;
-        let relax = rate * self.stiffness * slide_speed / now + law.creep_1_s;
-        *z = (*z + v * dt) / (1.0 + relax * dt);
+        let slides = rate * self.stiffness * slide_speed / now;
+        let next = |z: Vector3<f64>, slides: f64| z / (1.0 + (slides + law.creep_1_s) * dt);
+        *z += v * dt;
+        *z = if law.anisotropy == 1.0 {
+            next(*z, slides)
+        } else {
+            // Flow normal to the ellipse: steady sliding dissipates most (Velenis, Tsiotras and Canudas-de-Wit 2005).
+            let along = self.grain * z.dot(&self.grain);
+            next(along, slides / law.anisotropy) + next(*z - along, slides * law.anisotropy)
+        };
         let reach = most / self.stiffness;
         let held = self.squared(law, z);
         if held > reach * reach {
@@ -186,6 +195,14 @@ impl Bristle {
         }
         let plastic_m = (v * dt - elastic).norm_squared().sqrt();
         Pull { force, plastic_m, speed, share: size / now }
+    }
+
+    /// Square of the speed that dissipates as much against the circle `now` as `v` does against the ellipse.
+    #[inline]
+    fn dissipating(&self, law: &Law, v: &Vector3<f64>) -> f64 {
+        let along = v.dot(&self.grain);
+        let across = (v.norm_squared() - along * along).max(0.0);
+        along * along * law.anisotropy + across / law.anisotropy
     }
 
     /// Squared length in the metric of the limit's ellipse.

@@ -163,7 +163,7 @@ fn steady_friction_does_not_depend_on_the_time_step() {
 }
 
 #[test]
-fn friction_of_an_anisotropic_bristle_lies_on_its_ellipse() {
+fn friction_of_an_anisotropic_bristle_lies_on_its_ellipse_where_it_dissipates_most() {
     let law = Law { anisotropy: 1.6, ..law(Kind::Dahl, 1.0) };
     let bristle = Bristle { stiffness: 1e5, damping: 0.0, limit_n: 5.0, grain: Vector3::x() };
     for degrees in [0.0_f64, 30.0, 60.0, 90.0] {
@@ -175,6 +175,9 @@ fn friction_of_an_anisotropic_bristle_lies_on_its_ellipse() {
         }
         let ellipse = f.x * f.x / (25.0 * 1.6) + f.z * f.z / (25.0 / 1.6);
         assert!((ellipse - 1.0).abs() < 1e-6, "{degrees}: {ellipse}");
+        // The motion is normal to the ellipse.
+        let [x, z] = [f.x / 1.6, f.z * 1.6];
+        assert!((x * s - z * c).abs() < 1e-6 * x.hypot(z), "{degrees}: {x} {z}");
     }
 }
 
