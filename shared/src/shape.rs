@@ -10,9 +10,22 @@ use heapless::Vec;
 
 /// Most sample points on one face.
 pub const MAX_SAMPLES: usize = 16;
-/// Gauss's two points on each half of [-1, 1]: of equal weight; the third degree is exact on each half, so are the mean
-/// distance from the middle and its square.
-const GAUSS: [f64; 4] = [-0.788_675_134_6, -0.211_324_865_4, 0.211_324_865_4, 0.788_675_134_6];
+/// Rectangles at least so much longer than wide have 8 x 2 points in place of 4 x 4: where a push turns a body about a point
+/// of its face, what counts is how densely points follow each other along it. Errors of the turn are alike at this ratio.
+const LONG: f64 = 1.75;
+/// Middles of so many equal cells of [-1, 1], all moved outwards by as much as gives them its radius of gyration.
+const TWO: &[f64] = &[-0.577_350_269_2, 0.577_350_269_2];
+const FOUR: &[f64] = &[-0.774_596_669_2, -0.258_198_889_7, 0.258_198_889_7, 0.774_596_669_2];
+const EIGHT: &[f64] = &[
+    -0.881_917_103_7,
+    -0.629_940_788_3,
+    -0.377_964_473_0,
+    -0.125_988_157_7,
+    0.125_988_157_7,
+    0.377_964_473_0,
+    0.629_940_788_3,
+    0.881_917_103_7,
+];
 /// Gauss's two points on a ray from 0 to 1 whose weight grows along it, with their shares.
 const RADIAL: [(f64, f64); 2] = [(0.355_051_025_7, 0.363_917_236_5), (0.844_948_974_3, 0.636_082_763_5)];
 /// Number of the end face at +Z (prisms) or +X (cylinders), see [`Face::number`].
@@ -142,14 +155,20 @@ impl<R: Real> Face<R> {
     }
 
     /// Ten to sixteen sample points with their shares of the area (sum 1): the middle and the radius of gyration are the face's, the
-    /// torsional friction of a uniformly pressed face comes out within 1 % (tested).
+    /// torsional friction of a uniformly pressed face comes out within 1.5 %, the turn of a pushed rectangle within 5 % (2 % rms; tested).
     pub fn samples(&self) -> Vec<(Vec3<R>, R), MAX_SAMPLES> {
         let mut out = Vec::new();
         match &self.extent {
             Extent::Rectangle(h) => {
-                for x in GAUSS {
-                    for y in GAUSS {
-                        let at = [h[0] * R::of(x), h[1] * R::of(y)];
+                let long = |a: R, b: R| a > b * R::of(LONG);
+                let [along, across] = match () {
+                    () if long(h[0], h[1]) => [EIGHT, TWO],
+                    () if long(h[1], h[0]) => [TWO, EIGHT],
+                    () => [FOUR, FOUR],
+                };
+                for x in along {
+                    for y in across {
+                        let at = [h[0] * R::of(*x), h[1] * R::of(*y)];
                         let _ = out.push((self.point(at), R::of(1.0 / 16.0)));
                     }
                 }

@@ -165,7 +165,7 @@ fn counted(face: &Face<f64>) -> ([f64; 2], f64, f64) {
 }
 
 #[test]
-fn points_of_a_face_have_its_middle_and_radius_of_gyration_and_its_torsional_friction_within_1_percent() {
+fn points_of_a_face_have_its_middle_and_radius_of_gyration_and_its_torsional_friction_within_1_5_percent() {
     let extents = [Extent::Rectangle([0.035, 0.011]), Extent::Rectangle([0.02, 0.02]), Extent::Disc(0.03)];
     for extent in extents.into_iter().chain([3, 4, 5, 6, 8].map(polygon)) {
         let face = Face {
@@ -186,6 +186,57 @@ fn points_of_a_face_have_its_middle_and_radius_of_gyration_and_its_torsional_fri
         assert!((sum(&|at| at.norm_squared()) / square - 1.0).abs() < 5e-3, "{what}");
         let torsion = sum(&|at| at.norm()) / radius;
         println!("{what}: torsion {torsion:.4}");
-        assert!((torsion - 1.0).abs() < 0.01, "{what}: {torsion}");
+        assert!((torsion - 1.0).abs() < 0.015, "{what}: {torsion}");
+    }
+}
+
+/// Travel of the pusher for each radian by which it turns a face, less the arm of the push: how far from the middle the
+/// centre of rotation is. A push along Y (or X) at `arm_m` on the other axis, in steady sliding.
+fn centre_of_rotation_m(points: &[([f64; 2], f64)], arm_m: f64, across: usize) -> f64 {
+    let (mut near, mut far) = (1e-5, 10.0);
+    for _ in 0..60 {
+        let c: f64 = f64::sqrt(near * far);
+        let (mut force, mut moment) = (0.0, 0.0);
+        for (at, share) in points {
+            let (x, y) = (at[across] - c, at[1 - across]);
+            let speed = x.hypot(y).max(1e-12);
+            force += share * x / speed;
+            moment += share * (at[across] * x + at[1 - across] * y) / speed;
+        }
+        if moment.abs() > arm_m * force.abs() { near = c } else { far = c }
+    }
+    far
+}
+
+#[test]
+fn a_push_turns_the_points_of_a_rectangle_as_it_turns_the_face_within_5_percent_and_2_5_rms() {
+    const FINE: i32 = 100;
+    for ratio in [1.0, 1.3, 1.7, 1.8, 2.4, 4.0] {
+        let half = [0.03 * ratio, 0.03];
+        let face = Face {
+            number: 0,
+            normal: Vec3::z(),
+            centre_m: Vec3::zeros(),
+            axes: [Vec3::x(), Vec3::y()],
+            extent: Extent::Rectangle(half),
+        };
+        let points: Vec<_> = face.samples().iter().map(|(at, share)| ([at.x, at.y], *share)).collect();
+        let at = |i: i32, k: usize| half[k] * (2.0 * (f64::from(i) + 0.5) / f64::from(FINE) - 1.0);
+        let cell = f64::from(FINE).powi(-2);
+        let fine: Vec<_> =
+            (0..FINE).flat_map(|i| (0..FINE).map(move |j| ([at(i, 0), at(j, 1)], cell))).collect();
+        for across in [0, 1] {
+            let (mut square, count) = (0.0, 13);
+            for k in 1..=count {
+                let arm = half[across] * f64::from(k) / f64::from(count + 1);
+                let turn = |of: &[([f64; 2], f64)]| 1.0 / (centre_of_rotation_m(of, arm, across) + arm);
+                let off = turn(&points) / turn(&fine) - 1.0;
+                assert!(off.abs() < 0.05, "{ratio} {across} {arm}: {off}");
+                square += off * off;
+            }
+            let rms = (square / f64::from(count)).sqrt();
+            println!("{ratio} {across}: {rms:.4}");
+            assert!(rms < 0.025, "{ratio} {across}: {rms}");
+        }
     }
 }

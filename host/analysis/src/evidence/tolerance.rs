@@ -2,10 +2,10 @@
 //! shares its weight among them depends on how much. One set of sizes for [`mod@crate::compare`]
 //! and [`mod@crate::diagnose`], so that both call the same thing an error.
 
-use crate::channels::{PUSHER_FORCE, Quantity, quantity};
+use crate::channels::{COUNT, PUSHER_FORCE, Quantity, quantity};
 use crate::run::simulate::Prepared;
 use nalgebra::Vector3;
-use stickslip_shared::model::Scene;
+use stickslip_shared::model::{Scene, SupportContact};
 
 /// Deviations that count as deformation, timing or sharing, not as an error of the contact law.
 /// Doubling any of them hides effects up to twice as large; halving it blames rigid contact for
@@ -21,6 +21,9 @@ pub struct Rigid {
     /// Rotation, rad. 0.1 N m on the face of such a contact turns it by some mrad. Doubled:
     /// turns below 6 mrad are no error.
     pub rotation_rad: f64,
+    /// Share of its turn by which a body that only lies on its face may have turned more or less: sixteen points stand for
+    /// the face, and no face bears evenly to a few per cent. Doubled: a load spread 8 % wider is no effect.
+    pub of_turn: f64,
     /// Share of a sensor's stated uncertainty: it bounds a constant, of which a part varies.
     /// Doubled: gain errors of a few per cent disappear.
     pub of_uncertainty: f64,
@@ -48,6 +51,7 @@ pub const RIGID: Rigid = Rigid {
     position_m: 5e-5,
     of_path: 0.01,
     rotation_rad: 3e-3,
+    of_turn: 0.02,
     of_uncertainty: 0.1,
     of_range: 0.15,
     of_peak: 0.05,
@@ -93,6 +97,21 @@ pub fn push_channel(prepared: &Prepared) -> Option<usize> {
     (0..3).max_by(|a, b| normal[*a].abs().total_cmp(&normal[*b].abs())).map(|axis| PUSHER_FORCE + axis)
 }
 
+/// Whether nothing grasps the object and its whole face lies on a support.
+pub fn lies_free(scene: &Scene<f64>) -> bool {
+    scene.fingers.is_none() && matches!(scene.support, Some(SupportContact::Patch))
+}
+
+/// The largest turn of the object about one axis since it was first seen, rad.
+fn turned_rad(prepared: &Prepared) -> f64 {
+    let turn = |channel: usize| {
+        let mut seen = prepared.measured.iter().map(|s| s[channel]).filter(|x| x.is_finite());
+        let first = seen.next().unwrap_or(0.0);
+        seen.fold(0.0, |most: f64, x| most.max((x - first).abs()))
+    };
+    (0..COUNT).filter(|k| quantity(*k) == Quantity::Rotation).map(turn).fold(0.0, f64::max)
+}
+
 /// How far pose and forces of one trial may be from those of a rigid model.
 pub struct OfTrial {
     position_m: f64,
@@ -106,11 +125,12 @@ pub struct OfTrial {
 /// For one trial.
 pub fn of_trial(prepared: &Prepared) -> OfTrial {
     let scene = &prepared.scene;
+    let turn = if lies_free(scene) { RIGID.of_turn * turned_rad(prepared) } else { 0.0 };
     let both = scene.fingers.is_some() && scene.pusher.is_some();
     let weight = |quantity| if both { RIGID.shared_weight(scene, quantity) } else { 0.0 };
     OfTrial {
         position_m: RIGID.position_m.hypot(RIGID.of_path * prepared.drive_path()),
-        rotation_rad: RIGID.rotation_rad,
+        rotation_rad: RIGID.rotation_rad.hypot(turn),
         weight_n: weight(Quantity::Force),
         weight_nm: weight(Quantity::Torque),
         push: push_channel(prepared),

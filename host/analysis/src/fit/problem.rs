@@ -11,8 +11,8 @@ use rayon::prelude::*;
 use stickslip_shared::effects::find as find_effect;
 use stickslip_shared::model::{Model, Scene};
 
-use crate::channels::COUNT;
-use crate::evidence::tolerance::{RIGID, push_channel};
+use crate::channels::{COUNT, Quantity};
+use crate::evidence::tolerance::{RIGID, lies_free, push_channel};
 use crate::fit::campaign::{Campaign, Group, Run};
 use crate::fit::features::{self, FEATURES, Features};
 use crate::fit::free::Free;
@@ -105,6 +105,17 @@ fn shared_weight(scene: &Scene<f64>, (push, touches): (Option<usize>, bool), fea
     RIGID.shared_weight(scene, features::quantity(feature))
 }
 
+/// Floor of the turn of a body that nothing grasps and that lies on its face, in a run with these `features`.
+fn turn(scene: &Scene<f64>, features: &Features, feature: usize) -> f64 {
+    if !lies_free(scene)
+        || features::quantity(feature) != Quantity::Rotation
+        || !features[feature].is_finite()
+    {
+        return 0.0;
+    }
+    RIGID.of_turn * features[feature]
+}
+
 /// Relative step with which friction is varied.
 const STEP: f64 = 0.02;
 
@@ -168,9 +179,11 @@ impl<'a> Problem<'a> {
                 .map(|f| {
                     let place = if f < 3 * BINS { path } else { 0.0 };
                     let shared = shared_weight(&first.prepared.scene, push, f);
+                    let turn = turn(&first.prepared.scene, &coarse[g], f);
                     noise.floor[f].powi(2)
                         + (noise::floor_of_range(f) * ranges[f]).powi(2)
                         + place * place
+                        + turn * turn
                         + shared * shared
                 })
                 .collect();
