@@ -70,10 +70,22 @@ pub fn encode<'a, T: Serialize>(
     line: &'a mut [u8; MAX_LINE],
 ) -> Option<&'a [u8]> {
     let mut plain = [0; MAX_PLAIN];
+    let room = plain.get_mut(HEADER..MAX_PLAIN.checked_sub(CHECKSUM)?)?;
+    let body = postcard::to_slice(body, room).ok()?.len();
+    seal(key, seq, &mut plain, body, line)
+}
+
+/// Puts header and checksum about the `body` bytes after the header, and frames them: once for all messages, it saves flash.
+#[inline(never)]
+fn seal<'a>(
+    key: Key,
+    seq: u32,
+    plain: &mut [u8; MAX_PLAIN],
+    body: usize,
+    line: &'a mut [u8],
+) -> Option<&'a [u8]> {
     let header = VarHeader { key: VarKey::Key8(key), seq_no: VarSeq::Seq4(seq) };
-    let (_, rest) = header.write_to_slice(&mut plain)?;
-    let room = rest.len().checked_sub(CHECKSUM)?;
-    let body = postcard::to_slice(body, rest.get_mut(..room)?).ok()?.len();
+    let _ = header.write_to_slice(plain)?;
     let length = HEADER.checked_add(body)?;
     let end = length.checked_add(CHECKSUM)?;
     let crc = crc32(plain.get(..length)?);
