@@ -65,31 +65,31 @@ struct Wrench {
     force_n: Option<Xyz>,
     /// Measured, N m.
     torque_nm: Option<Xyz>,
-    /// Of the contact model, N.
-    modelled_force_n: Xyz,
+    /// Of the contact model, N; none: a bus does not tell it.
+    modelled_force_n: Option<Xyz>,
     /// Of the contact model, N m.
-    modelled_torque_nm: Xyz,
+    modelled_torque_nm: Option<Xyz>,
     /// Largest force along the pad at the present pressure, no torque, N.
-    friction_limit_n: f32,
+    friction_limit_n: Option<f32>,
     /// Share of the friction limit used.
-    utilisation: f32,
+    utilisation: Option<f32>,
 }
 
-/// What is foreseen, as numbers to plot.
+/// What is foreseen, as numbers to plot; none: not known.
 #[derive(JsonSchema, Serialize)]
 struct Outlook {
     /// Share of the friction limit used, by the sensors or else the model: fingers 1, 2.
-    utilisation: [f32; 2],
+    utilisation: [Option<f32>; 2],
     /// Largest of the look-ahead.
-    peak_utilisation: [f32; 2],
+    peak_utilisation: [Option<f32>; 2],
     /// Time until slip, s; 0: now; none: not foreseen.
     slip_in_s: [Option<f32>; 2],
     /// Downward motion in the grasp, m.
-    sag_m: f32,
+    sag_m: Option<f32>,
     /// Expected at the end of the look-ahead, m.
-    sag_ahead_m: f32,
+    sag_ahead_m: Option<f32>,
     /// Of the object in the grasp, rad.
-    rotation_rad: f32,
+    rotation_rad: Option<f32>,
     /// Time until the grasp is lost, s.
     drop_in_s: Option<f32>,
     /// Grip of each finger that holds, N.
@@ -97,9 +97,9 @@ struct Outlook {
     /// Grip that the board advises, N.
     advised_grip_n: Option<f32>,
     /// Friction coefficient of the fingers, learnt: as likely more as less.
-    friction: f32,
+    friction: Option<f32>,
     /// There is more friction than this with the probability 0.9875; the grip that holds counts on it.
-    friction_least: f32,
+    friction_least: Option<f32>,
     /// Probability that the friction suffices for the load now and within the look-ahead; none: it slips, nothing is
     /// to be held, or no force is measured.
     hold_probability: Option<f32>,
@@ -177,15 +177,18 @@ impl Server {
             self.channels.log.log_with_meta(&message(alarm, stamp), stamp.meta());
             put(&self.channels.alarm, stamp, alarm)?;
         }
-        if !matches!(event.what, Happened::Report(_) | Happened::Prediction(_)) {
+        if !matches!(event.what, Happened::Report(_) | Happened::Prediction(_) | Happened::Heard(_)) {
             return Ok(());
         }
         let Some(prediction) = &state.prediction else { return Ok(()) };
-        let frames = Frames::of(prediction, state);
-        let transforms = FrameTransforms { transforms: frames.transforms(stamp) };
-        self.channels.transforms.log_with_meta(&transforms, stamp.meta());
-        let poses = frames.poses(stamp);
-        self.channels.poses.log_with_meta(&poses, stamp.meta());
+        // A bus tells of no poses.
+        if prediction.position_m.iter().all(|x| x.is_finite()) {
+            let frames = Frames::of(prediction, state);
+            let transforms = FrameTransforms { transforms: frames.transforms(stamp) };
+            self.channels.transforms.log_with_meta(&transforms, stamp.meta());
+            let poses = frames.poses(stamp);
+            self.channels.poses.log_with_meta(&poses, stamp.meta());
+        }
         for (finger, channel) in self.channels.wrench.iter().enumerate() {
             put(channel, stamp, &wrench(finger, prediction, state))?;
         }
@@ -278,22 +281,27 @@ fn friction_limit_n(normal_n: f32, prediction: &Prediction) -> f32 {
 
 /// Measured wrench of a finger, or the modelled one.
 fn shown_wrench(finger: usize, prediction: &Prediction, state: &State) -> [f32; 6] {
-    let measured = state.sample.as_ref().and_then(|sample| sample.finger[finger]);
-    measured.unwrap_or(prediction.finger_wrench[finger])
+    state.wrench(finger).unwrap_or(prediction.finger_wrench[finger])
 }
 
 fn wrench(finger: usize, prediction: &Prediction, state: &State) -> Wrench {
-    let [force, torque] = halves(prediction.finger_wrench[finger]);
-    let measured = state.sample.as_ref().and_then(|sample| sample.finger[finger]).map(halves);
+    let modelled =
+        Some(prediction.finger_wrench[finger]).filter(|w| w.iter().all(|x| x.is_finite())).map(halves);
+    let measured = state.wrench(finger).map(halves);
     Wrench {
         frame_id: "gripper",
         force_n: measured.map(|[force, _]| force.into()),
         torque_nm: measured.map(|[_, torque]| torque.into()),
-        modelled_force_n: force.into(),
-        modelled_torque_nm: torque.into(),
-        friction_limit_n: friction_limit_n(shown_wrench(finger, prediction, state)[1], prediction),
-        utilisation: used(&prediction.finger[finger]),
+        modelled_force_n: modelled.map(|[force, _]| force.into()),
+        modelled_torque_nm: modelled.map(|[_, torque]| torque.into()),
+        friction_limit_n: known(friction_limit_n(shown_wrench(finger, prediction, state)[1], prediction)),
+        utilisation: known(used(&prediction.finger[finger])),
     }
+}
+
+/// JSON has no other numbers.
+fn known(x: f32) -> Option<f32> {
+    x.is_finite().then_some(x)
 }
 
 fn halves([fx, fy, fz, tx, ty, tz]: [f32; 6]) -> [[f32; 3]; 2] {
@@ -303,17 +311,17 @@ fn halves([fx, fy, fz, tx, ty, tz]: [f32; 6]) -> [[f32; 3]; 2] {
 fn outlook(p: &Prediction, state: &State) -> Outlook {
     let line = state.line();
     Outlook {
-        utilisation: p.finger.each_ref().map(used),
-        peak_utilisation: p.finger.each_ref().map(|f| f.peak_utilisation),
-        slip_in_s: p.finger.each_ref().map(|f| f.slip.in_s()),
-        sag_m: p.sag_m,
-        sag_ahead_m: p.sag_ahead_m,
-        rotation_rad: p.rotation_rad,
+        utilisation: p.finger.each_ref().map(|f| known(used(f))),
+        peak_utilisation: p.finger.each_ref().map(|f| known(f.peak_utilisation)),
+        slip_in_s: p.finger.each_ref().map(|f| f.slip.in_s().and_then(known)),
+        sag_m: known(p.sag_m),
+        sag_ahead_m: known(p.sag_ahead_m),
+        rotation_rad: known(p.rotation_rad),
         drop_in_s: p.drop_in_s,
         holding_grip_n: p.holding_grip_n,
         advised_grip_n: state.advised_grip_n,
-        friction: p.friction,
-        friction_least: p.friction_least,
+        friction: known(p.friction),
+        friction_least: known(p.friction_least),
         hold_probability: p.hold_probability,
         flags: p.flags,
         validity: p.validity,

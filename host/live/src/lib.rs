@@ -1,9 +1,12 @@
 //! What a board predicts, as it happens: for eyes and for programs.
 //!
-//! [`source`] brings reports from a board, from a board that takes a recorded trial, or from a log played again;
+//! [`source`] brings reports from a board, from a board that takes a recorded trial, or from a log played again, and
+//! what a board puts on its gripper's bus ([`bus`], Linux);
 //! [`state`] keeps what a reader wants to know of them (pure: events in, state out); [`view`] draws it in a terminal,
 //! [`plain`] says it in a line, [`foxglove`] serves it to viewers (feature `foxglove`; without it the server refuses).
 
+#[cfg(target_os = "linux")]
+pub mod bus;
 #[cfg(not(feature = "foxglove"))]
 #[path = "no_foxglove.rs"]
 pub mod foxglove;

@@ -1,7 +1,7 @@
 //! A run in lines, for what is no terminal.
 
 use crate::state::{Alarm, State, of_period};
-use crate::words::{coefficient, doubt_names, flag_names, holds, when};
+use crate::words::{coefficient, doubt_names, flag_names, holds, number, when};
 
 /// What is known now, in a line.
 #[must_use]
@@ -18,14 +18,14 @@ pub fn line(state: &State) -> String {
     let used = p.finger.map(|f| f.measured_utilisation.map_or("-".to_owned(), |u| format!("{u:.2}")));
     let grip = p.holding_grip_n.map_or("-".to_owned(), |n| format!("{n:.1} N"));
     format!(
-        "{:7.2} s  used {} and {} of friction {} (at least {}), holds {}, sag {:.2} mm, drop {}, grip to hold {grip}; flags {}; in doubt: {}; {line}",
+        "{:7.2} s  used {} and {} of friction {} (at least {}), holds {}, sag {}, drop {}, grip to hold {grip}; flags {}; in doubt: {}; {line}",
         state.now_s,
         used[0],
         used[1],
         coefficient(p.friction),
         coefficient(p.friction_least),
         holds(p.hold_probability),
-        p.sag_m * 1e3,
+        number(p.sag_m * 1e3, 2, " mm"),
         when(p.drop_in_s),
         flag_names(p.flags),
         doubt_names(p.validity)

@@ -1,4 +1,5 @@
-//! Where events come from: a board, a board that is sent a recorded trial, or a log played again in its own time.
+//! Where events come from: a board, a board that is sent a recorded trial, what a board puts on a bus, or a log played
+//! again in its own time.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,29 +12,33 @@ use stickslip_device::{Device, log, session};
 use stickslip_shared::model::Scene;
 use stickslip_shared::predictor::Prediction;
 use stickslip_shared::wire::{Info, Sample, Statistics, TelemetryReport};
+use stickslip_unit::bus::State;
+
+#[cfg(target_os = "linux")]
+use crate::bus::{self, Told};
 
 /// Where events come from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
     /// A board, by the name that [`Device::open`] takes.
     Board(String),
+    /// A board by what it puts on this CAN interface.
+    Bus(String),
     /// A log that `stream`, `replay` or `board log` wrote.
     Log(PathBuf),
 }
 
 impl Source {
-    /// `replay:FILE`, or a board.
+    /// `can:INTERFACE`, `replay:FILE`, or a board.
     ///
     /// # Errors
-    /// A bus, to which this machine has no line.
+    /// Neither interface nor file named.
     pub fn named(name: &str) -> anyhow::Result<Self> {
         match name.split_once(':') {
             Some(("replay", "")) => bail!("replay: names no file: `replay:run.mcap`"),
             Some(("replay", file)) => Ok(Self::Log(file.into())),
-            Some(("can", _)) => bail!(
-                "this program has no line over CAN: the bus carries results to a controller (docs/stickslip.dbc says \
-                 how to read them); connect the board by `serial:PORT`"
-            ),
+            Some(("can", "")) => bail!("can: names no interface: `can:can0`"),
+            Some(("can", interface)) => Ok(Self::Bus(interface.to_owned())),
             _ => Ok(Self::Board(name.to_owned())),
         }
     }
@@ -54,6 +59,13 @@ pub enum Happened {
     Sample(Sample),
     /// From the board.
     Report(Box<TelemetryReport>),
+    /// From the bus: what a board says there each tick.
+    Heard(Box<State>),
+    /// From the bus: frames so far that arrived here with a length or a value that there is not.
+    Damaged(u64),
+    /// From the bus: wrench on the object at a finger, gripper axes, N and N m; `None`: its sensor says that it
+    /// measured none.
+    Wrench(usize, Option<[f32; 6]>),
     /// Of a replay's log: one a tick.
     Prediction(Box<Prediction>),
     /// The board's counts since its reset; frames that arrived here damaged.
@@ -88,6 +100,13 @@ pub fn follow(
 ) -> anyhow::Result<()> {
     match source {
         Source::Log(file) => play(file, speed, stop, tell),
+        Source::Bus(interface) => {
+            ensure!(
+                package.is_none(),
+                "a bus takes no trial: connect the board by `serial:PORT` to send it one"
+            );
+            listen(interface, stop, tell)
+        }
         Source::Board(name) => {
             let mut device = Device::open(name)?;
             let began = Instant::now();
@@ -99,6 +118,28 @@ pub fn follow(
             }
         }
     }
+}
+
+#[cfg(target_os = "linux")]
+fn listen(interface: &str, stop: &AtomicBool, tell: &mut dyn FnMut(Event)) -> anyhow::Result<()> {
+    let socket = bus::open(interface)?;
+    let began = Instant::now();
+    bus::watch(&socket, interface, stop, &mut |told| {
+        let what = match told {
+            Told::State(state) => Happened::Heard(state),
+            Told::Wrench(finger, wrench) => Happened::Wrench(finger, wrench),
+            Told::Damaged(frames) => Happened::Damaged(frames),
+            Told::Note(text) => Happened::Note(text),
+        };
+        tell(Event { at_s: began.elapsed().as_secs_f64(), what });
+    })
+}
+
+#[cfg(not(target_os = "linux"))]
+fn listen(interface: &str, _stop: &AtomicBool, _tell: &mut dyn FnMut(Event)) -> anyhow::Result<()> {
+    bail!(
+        "`can:{interface}` needs Linux, whose CAN interfaces programs can read: connect the board by `serial:PORT`"
+    )
 }
 
 fn watch(device: &mut Device, stop: &AtomicBool, tell: &mut dyn FnMut(Happened)) -> anyhow::Result<()> {

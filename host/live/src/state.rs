@@ -7,9 +7,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_analysis::run::replay::FLAGS;
 use stickslip_shared::model::Scene;
-use stickslip_shared::predictor::{FingerPrediction, Prediction, flags};
+use stickslip_shared::predictor::{FingerPrediction, Prediction, Slip, flags};
 use stickslip_shared::wire::sequence::{Order, Sequence};
 use stickslip_shared::wire::{Mode, Sample, Statistics, TICK_US, TelemetryReport};
+use stickslip_unit::bus::State as BusState;
 
 use crate::source::{Event, Happened};
 
@@ -117,6 +118,10 @@ pub struct State {
     /// Samples that went out and are not reported on yet.
     sent: VecDeque<Sample>,
     reports: Option<Sequence>,
+    /// Wrench of each finger on the bus.
+    wrench: [Option<[f32; 6]>; 2],
+    /// Of the bus: its newest state, and samples that its states were about.
+    heard: Option<(BusState, u64)>,
     /// When each report came, and the samples taken until then.
     recent: VecDeque<(f64, u64)>,
 }
@@ -158,8 +163,21 @@ impl State {
                 return self.predict(event.at_s, prediction);
             }
             Happened::Report(report) => return self.report(event.at_s, report),
+            Happened::Heard(state) => return self.hear(event.at_s, state),
+            Happened::Damaged(frames) => self.line.frames_damaged = *frames,
+            Happened::Wrench(finger, wrench) => {
+                if let Some(newest) = self.wrench.get_mut(*finger) {
+                    *newest = *wrench;
+                }
+            }
         }
         Vec::new()
+    }
+
+    /// Measured wrench on the object at a finger, gripper axes, N and N m, where it is known.
+    #[must_use]
+    pub fn wrench(&self, finger: usize) -> Option<[f32; 6]> {
+        self.sample.as_ref().and_then(|sample| sample.finger[finger]).or(self.wrench[finger])
     }
 
     /// Health of the line.
@@ -216,6 +234,23 @@ impl State {
         self.predict(at_s, &report.prediction)
     }
 
+    fn hear(&mut self, at_s: f64, state: &BusState) -> Vec<Alarm> {
+        let mut taken = 1;
+        if let Some((before, samples)) = &self.heard {
+            let passed = state.counter.wrapping_sub(before.counter);
+            if passed == 0 {
+                return Vec::new();
+            }
+            self.line.reports_lost += u64::from(passed - 1);
+            taken = samples + u64::from(state.at_us != before.at_us);
+        }
+        self.heard = Some((*state, taken));
+        self.mode = Some(state.mode);
+        self.advised_grip_n = state.advised_n;
+        self.pass(at_s, taken);
+        if state.mode == Mode::Running { self.predict(at_s, &heard(state)) } else { Vec::new() }
+    }
+
     fn predict(&mut self, at_s: f64, prediction: &Prediction) -> Vec<Alarm> {
         let before = self.prediction.as_ref().map_or(0, |p| p.flags);
         let (rose, fell) = (prediction.flags & !before, before & !prediction.flags);
@@ -268,10 +303,52 @@ fn foreseen_in_s(flag: u32, prediction: &Prediction) -> Option<f32> {
         flags::DROP => prediction.drop_in_s,
         _ => None,
     }
+    // The bus does not say when.
+    .filter(|s| s.is_finite())
 }
 
 /// Share of its period that a tick of `work_ms` takes.
 #[must_use]
 pub fn of_period(work_ms: f64) -> f64 {
     work_ms / (f64::from(TICK_US) * 1e-3)
+}
+
+/// What a state on the bus tells of a prediction. The bus carries what a controller needs and no more: all else is not a
+/// number, and shown as not known.
+fn heard(state: &BusState) -> Prediction {
+    const UNKNOWN: f32 = f32::NAN;
+    let slip = |now: u32, ahead: u32| match state.flags {
+        up if up & now != 0 => Slip::Now,
+        // The bus does not say when.
+        up if up & ahead != 0 => Slip::In(UNKNOWN),
+        _ => Slip::None,
+    };
+    let finger = |number: usize, slip: Slip| FingerPrediction {
+        slip,
+        measured_utilisation: state.used[number],
+        model_utilisation: UNKNOWN,
+        peak_utilisation: UNKNOWN,
+        ..FingerPrediction::default()
+    };
+    Prediction {
+        flags: state.flags,
+        validity: state.validity,
+        finger: [
+            finger(0, slip(flags::SLIP_1, flags::SLIP_AHEAD_1)),
+            finger(1, slip(flags::SLIP_2, flags::SLIP_AHEAD_2)),
+        ],
+        sag_m: UNKNOWN,
+        sag_ahead_m: UNKNOWN,
+        rotation_rad: UNKNOWN,
+        drop_in_s: state.drop_in_s,
+        holding_grip_n: state.holding_n,
+        friction: UNKNOWN,
+        friction_least: UNKNOWN,
+        hold_probability: None,
+        position_m: [UNKNOWN; 3],
+        quaternion: [UNKNOWN; 4],
+        finger_wrench: [[UNKNOWN; 6]; 2],
+        pusher_force_n: [UNKNOWN; 3],
+        ..Prediction::default()
+    }
 }

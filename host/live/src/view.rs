@@ -10,7 +10,7 @@ use stickslip_shared::predictor::{FingerPrediction, flags};
 
 use crate::plain;
 use crate::state::{State, TRACE_S, of_period, used};
-use crate::words::{coefficient, doubt_names, flag_names, holds, when};
+use crate::words::{coefficient, doubt_names, flag_names, holds, number, when};
 
 /// Colours of the fingers.
 const FINGERS: [Color; 2] = [Color::Cyan, Color::Magenta];
@@ -32,7 +32,7 @@ pub fn draw(frame: &mut Frame, state: &State) {
     frame.render_widget(title(state), head);
     let halves: [Rect; 2] = Layout::horizontal([Constraint::Fill(1); 2]).areas(fingers);
     for (number, (area, colour)) in halves.into_iter().zip(FINGERS).enumerate() {
-        finger(frame, area, number, colour, state);
+        of_finger(frame, area, number, colour, state);
     }
     trace(frame, course, state);
     let wide = below.width >= WIDE;
@@ -64,10 +64,10 @@ fn title(state: &State) -> Paragraph<'static> {
     Paragraph::new(Line::from(text))
 }
 
-fn finger(frame: &mut Frame, area: Rect, number: usize, colour: Color, state: &State) {
-    let pressed = state.sample.as_ref().and_then(|sample| sample.finger[number]);
-    let pressed = pressed.map_or(String::new(), |wrench| format!(", pressed {:.1} N", wrench[1].abs()));
-    let block = Block::bordered().title(format!("finger {}{pressed}", number + 1));
+fn of_finger(frame: &mut Frame, area: Rect, finger: usize, colour: Color, state: &State) {
+    let pressed =
+        state.wrench(finger).map_or(String::new(), |wrench| format!(", pressed {:.1} N", wrench[1].abs()));
+    let block = Block::bordered().title(format!("finger {}{pressed}", finger + 1));
     let Some(prediction) = &state.prediction else {
         frame.render_widget(Paragraph::new("nothing is predicted").block(block), area);
         return;
@@ -75,22 +75,26 @@ fn finger(frame: &mut Frame, area: Rect, number: usize, colour: Color, state: &S
     let inside = block.inner(area);
     frame.render_widget(block, area);
     let [bar, words] = Layout::vertical([Constraint::Length(1); 2]).areas(inside);
-    let f: &FingerPrediction = &prediction.finger[number];
+    let f: &FingerPrediction = &prediction.finger[finger];
     let share = used(f);
     let shown = if share.is_finite() { f64::from(share.clamp(0.0, 1.0)) } else { 0.0 };
     let by = if f.measured_utilisation.is_some() { "measured" } else { "model" };
-    let slips = prediction.flags & [flags::SLIP_1, flags::SLIP_2][number] != 0;
+    let slips = prediction.flags & [flags::SLIP_1, flags::SLIP_2][finger] != 0;
     let bar_colour = match share {
         _ if slips => Color::Red,
         share if share >= HIGH => Color::Yellow,
         _ => colour,
     };
     let gauge = Gauge::default().ratio(shown).gauge_style(Style::default().fg(bar_colour));
-    frame.render_widget(gauge.label(format!("{:.0} % of friction used, {by}", 100.0 * share)), bar);
+    let label = match share.is_finite() {
+        true => format!("{:.0} % of friction used, {by}", 100.0 * share),
+        false => "share of friction not known".to_owned(),
+    };
+    frame.render_widget(gauge.label(label), bar);
     let text = format!(
-        "model {:.2}, ahead {:.2}, slip {}",
-        f.model_utilisation,
-        f.peak_utilisation,
+        "model {}, ahead {}, slip {}",
+        number(f.model_utilisation, 2, ""),
+        number(f.peak_utilisation, 2, ""),
         when(f.slip.in_s())
     );
     frame.render_widget(Paragraph::new(text), words);
@@ -132,9 +136,9 @@ fn of_object(state: &State) -> Vec<Line<'static>> {
     let drop = if p.drop_in_s.is_some() { drop.style(Style::default().fg(Color::Red)) } else { drop };
     vec![
         Line::raw(format!("holds         {}", holds(p.hold_probability))),
-        Line::raw(format!("sag           {:.2} mm", p.sag_m * 1e3)),
-        Line::raw(format!("sag ahead     {:.2} mm", p.sag_ahead_m * 1e3)),
-        Line::raw(format!("rotation      {:.2}°", p.rotation_rad.to_degrees())),
+        Line::raw(format!("sag           {}", number(p.sag_m * 1e3, 2, " mm"))),
+        Line::raw(format!("sag ahead     {}", number(p.sag_ahead_m * 1e3, 2, " mm"))),
+        Line::raw(format!("rotation      {}", number(p.rotation_rad.to_degrees(), 2, "°"))),
         drop,
         Line::raw(format!("grip          {}", newton(commanded))),
         Line::raw(format!("grip to hold  {}", newton(p.holding_grip_n))),

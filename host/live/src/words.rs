@@ -8,7 +8,8 @@ pub fn when(seconds: Option<f32>) -> String {
     match seconds {
         None => "not ahead".into(),
         Some(0.0) => "now".into(),
-        Some(seconds) => format!("in {:.0} ms", seconds * 1e3),
+        Some(seconds) if seconds.is_finite() => format!("in {:.0} ms", seconds * 1e3),
+        Some(_) => "ahead".into(),
     }
 }
 
@@ -22,6 +23,12 @@ pub fn holds(probability: Option<f32>) -> String {
 #[must_use]
 pub fn coefficient(mu: f32) -> String {
     if mu > 0.0 { format!("{mu:.2}") } else { "-".into() }
+}
+
+/// A number with so many digits and its unit; what is not known is none.
+#[must_use]
+pub fn number(x: f32, digits: usize, unit: &str) -> String {
+    if x.is_finite() { format!("{x:.digits$}{unit}") } else { "-".into() }
 }
 
 /// Names of the flags that are up.

@@ -2,6 +2,7 @@
 
 use stickslip_shared::model::Model;
 
+use crate::diagnose::misfit::Place;
 use crate::diagnose::posterior::Posterior;
 use crate::diagnose::select::{Candidate, Held};
 use crate::diagnose::swing::Swing;
@@ -35,6 +36,8 @@ pub struct Findings {
     pub again: Option<Model<f64>>,
     /// What came out.
     pub verdict: Verdict,
+    /// What is missing beside the effects that are named, where no effect explains it: its worst place.
+    pub beside: Option<Place>,
     /// Why nothing can be concluded, where that came out.
     pub doubt: Option<Doubt>,
     /// Model with the chosen effects (the base model where none is chosen).

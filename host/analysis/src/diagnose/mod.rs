@@ -108,7 +108,7 @@ pub fn diagnose(
     let named = matches!(findings.verdict, Verdict::Effect | Verdict::Ambiguous);
     let last = findings.last.as_ref().filter(|_| named).unwrap_or(&findings.start);
     let mut detection = detection::detection(&problem, last, &findings.invisible);
-    if findings.verdict == Verdict::Unexplained {
+    if findings.verdict == Verdict::Unexplained || findings.beside.is_some() {
         // What is missing may hide anything.
         detection.limits.clear();
     }
@@ -279,6 +279,7 @@ fn find(
     };
     let without_effects = if before.is_empty() { start } else { &base };
     let misfit = left.as_ref().unwrap_or(&without_effects.misfit);
+    let beside = verdict::missing_beside(verdict, &signs, &last.misfit);
     let (verdict, doubt) = verdict::verdict(verdict, &signs, misfit);
     let posterior = match worth_a_name {
         true => {
@@ -314,6 +315,7 @@ fn find(
         swing,
         again,
         verdict,
+        beside,
         doubt,
         model,
     }

@@ -182,6 +182,7 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         invisible,
         swing,
         verdict,
+        beside,
         doubt,
         model,
         posterior,
@@ -261,6 +262,12 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         None => sentence(*verdict, &effects, equal, &candidates, &start.misfit),
     };
     let (reason, would_tell) = doubt.unzip();
+    if let Some(place) = beside {
+        summary += &format!(
+            " Something else is missing: {}, and no set of known effects explains that.",
+            off_by(place)
+        );
+    }
     if let Some(swing) = swing {
         summary += &format!(" {}.", swing.text());
     }
@@ -433,12 +440,14 @@ fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
     out
 }
 
+/// Which channel misses in which phase, and by how much.
+fn off_by(place: &misfit::Place) -> String {
+    let words = channel_words(&channel_name(place.channel));
+    format!("{words} ({}) is off by {:.1} run spreads", place.phase.name(), place.size)
+}
+
 /// Why nothing can be concluded, and what would tell; `met` are the effects that the search ended at.
 fn doubtful(doubt: &Doubt, problem: &Problem, met: &[&str]) -> (String, String) {
-    let place = |p: &misfit::Place| {
-        let words = channel_words(&channel_name(p.channel));
-        format!("{words} ({}) is off by {:.1} run spreads", p.phase.name(), p.size)
-    };
     let trial = |p: &misfit::Place| &problem.campaign.runs[p.run].info.trial;
     match doubt {
         Doubt::FewConditions => {
@@ -458,7 +467,7 @@ fn doubtful(doubt: &Doubt, problem: &Problem, met: &[&str]) -> (String, String) 
             format!(
                 "{}, more than a model that lacks nothing ({RELEVANT}) and less than a clear misfit \
                  ({UNEXPLAINED:.1}), and {}",
-                place(p),
+                off_by(p),
                 match met {
                     [] => "no effect explains it".to_owned(),
                     some => format!(
@@ -482,7 +491,7 @@ fn doubtful(doubt: &Doubt, problem: &Problem, met: &[&str]) -> (String, String) 
                 .to_owned(),
         ),
         Doubt::OneCondition(p) => (
-            format!("{}, but mostly in one condition (that of trial {})", place(p), trial(p)),
+            format!("{}, but mostly in one condition (that of trial {})", off_by(p), trial(p)),
             format!("repeat the condition of trial {} and run conditions near it", trial(p)),
         ),
     }

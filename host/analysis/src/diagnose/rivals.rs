@@ -160,6 +160,7 @@ pub fn find<'a>(
         swing: None,
         again: None,
         verdict,
+        beside: None,
         doubt,
         model,
     };

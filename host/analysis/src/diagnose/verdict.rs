@@ -158,6 +158,16 @@ pub fn verdict(search: Verdict, signs: &Signs, misfit: &Misfit) -> (Verdict, Opt
     }
 }
 
+/// Where effects are named and something else is missing all the same: drift is read off repetitions whatever
+/// the search finds, and a `search` that ended without an explanation leaves a clear misfit. The worst of what
+/// is `left` beyond chance.
+#[must_use]
+pub fn missing_beside(search: Verdict, signs: &Signs, left: &Misfit) -> Option<Place> {
+    let clear = |p: &&Place| p.size > UNEXPLAINED && p.at_least > 1.0;
+    let worst = || left.places.iter().filter(clear).max_by(|a, b| a.size.total_cmp(&b.size)).copied();
+    if signs.only_drift && search == Verdict::Unexplained { worst() } else { None }
+}
+
 /// The verdict where most trials' measured forces do not balance: something is missing whatever the model shows.
 #[must_use]
 pub fn unbalanced(verdict: Verdict, conditions: usize) -> Verdict {

@@ -2,7 +2,7 @@
 
 use stickslip_analysis::diagnose::misfit::{Misfit, Place};
 use stickslip_analysis::diagnose::verdict::{
-    Doubt, Left, Signs, Verdict, explains, of_search, unbalanced, verdict,
+    Doubt, Left, Signs, Verdict, explains, missing_beside, of_search, unbalanced, verdict,
 };
 use stickslip_analysis::fit::phases::Phase;
 
@@ -98,6 +98,24 @@ fn doubts_and_signs_beside_the_search_decide_in_this_order() {
         (Unexplained, Signs { equal: true, ..quiet }, vec![], Unexplained, None),
     ] {
         assert_eq!(verdict(search, &signs, &misfit(&places)), (expected, doubt), "{search:?} {signs:?}");
+    }
+}
+
+#[test]
+fn where_drift_alone_is_named_a_clear_misfit_that_nothing_explains_is_said() {
+    use Verdict::{NothingMissing, Unexplained};
+    let quiet = Signs { equal: false, only_drift: false, only_pads: false, swings: false, conditions: 6 };
+    let drift = Signs { only_drift: true, ..quiet };
+    let clear = place(6.0, 5.0);
+    for (search, signs, places, expected) in [
+        (Unexplained, drift, vec![place(5.0, 4.0), clear], Some(clear)),
+        // Nothing that is beyond chance, and worth it.
+        (Unexplained, drift, vec![place(9.0, 0.9), place(3.9, 3.0)], None),
+        (NothingMissing, drift, vec![clear], None),
+        // Then the verdict says it.
+        (Unexplained, quiet, vec![clear], None),
+    ] {
+        assert_eq!(missing_beside(search, &signs, &misfit(&places)), expected, "{search:?} {signs:?}");
     }
 }
 

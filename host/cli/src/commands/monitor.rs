@@ -26,12 +26,14 @@ use super::package::of_trial;
   stickslip monitor --device qemu --data data/demo --foxglove
   stickslip monitor --device replay:run.mcap --speed 0.5
   stickslip monitor --device replay:run.mcap --plain
+  stickslip monitor --device can:can0
 
 Draws in the terminal: share of the friction limit used, friction, probability to hold, sag, alarms with how much \
 they came ahead, grip to hold, health of the line. q ends it. Without a terminal, or with --plain, it prints a line a \
 second and one for each alarm. --foxglove serves the same to viewers (in Foxglove: Open connection, Foxglove WebSocket, ws://ADDRESS).")]
 pub struct Args {
-    /// `qemu`, `qemu:FIRMWARE`, `serial:PORT`, or `replay:FILE`: a log of stream, replay or board log
+    /// `qemu`, `qemu:FIRMWARE`, `serial:PORT`, `can:INTERFACE` (what a board tells its controller), or `replay:FILE`: a log of
+    /// stream, replay or board log
     #[arg(long, default_value = "qemu", value_name = "DEVICE")]
     pub device: String,
     /// Stream a trial of this data set to the board and watch that; without it the board is only watched
@@ -107,6 +109,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     };
     let log = matches!(source, Source::Log(_));
     ensure!(!log || args.data.is_none(), "--data is for a board; a log holds the trial that it is of");
+    ensure!(
+        !matches!(source, Source::Bus(_)) || args.data.is_none(),
+        "--data is for a board on a line: a bus takes no trial; connect the board by `serial:PORT` to send it one"
+    );
     let trial = |data| of_trial(data, args.trial.as_deref(), args.model.as_deref(), output);
     let package = args.data.as_deref().map(trial).transpose()?;
     if args.device.starts_with("qemu") && package.is_none() {
@@ -185,10 +191,15 @@ impl Watch {
                 Err(RecvTimeoutError::Timeout) => continue,
                 Err(RecvTimeoutError::Disconnected) => break,
             };
+            if let Happened::Note(text) = &event.what {
+                output.note(text);
+                continue;
+            }
             for alarm in self.take(&event)? {
                 output.text(format_args!("ALARM {}", plain::alarm(&alarm)));
             }
-            let told = matches!(event.what, Happened::Report(_) | Happened::Prediction(_));
+            let told =
+                matches!(event.what, Happened::Report(_) | Happened::Prediction(_) | Happened::Heard(_));
             if told && event.at_s.floor() > said_s {
                 said_s = event.at_s.floor();
                 output.text(plain::line(&self.state));

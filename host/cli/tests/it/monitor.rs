@@ -43,9 +43,21 @@ fn board_monitor_is_monitor_on_the_boards_device() {
 }
 
 #[test]
+fn a_bus_is_heard_and_sent_nothing() {
+    let words = ["monitor", "--device", "can:no-such-can", "--plain"];
+    let output = stickslip().args(words).output().expect("run");
+    let text = String::from_utf8_lossy(&output.stderr);
+    let way_out = text.contains("ip link set no-such-can up") || text.contains("modprobe can-raw");
+    assert!(!output.status.success() && text.contains("no-such-can") && way_out, "{text}");
+    let output = stickslip().args(words).args(["--data", "data/demo"]).output().expect("run");
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && text.contains("a bus takes no trial"), "{text}");
+}
+
+#[test]
 fn what_cannot_be_watched_says_what_can() {
     for (words, part) in [
-        (["--device", "can:can0"], "serial:PORT"),
+        (["--device", "can:"], "can:can0"),
         (["--device", "replay:no.mcap"], "no.mcap"),
         (["--speed", "0"], "0.01 to 1000"),
         (["--foxglove", "here"], "127.0.0.1:8765"),

@@ -15,8 +15,8 @@ const ALLOWED: [(&str, &[&str]); 18] = [
     ("host/first", &["shared"]),
     ("host/device", &["shared"]),
     ("host/analysis", &["shared", "data"]),
-    // Names of flags and doubts.
-    ("host/live", &["shared", "device", "analysis"]),
+    // The unit: its frames on the bus. The analyses: names of flags and doubts.
+    ("host/live", &["shared", "unit", "device", "analysis"]),
     ("host/report", &["shared", "data", "analysis"]),
     // The unit: the grip that it advises closes the loop in `stickslip demo`.
     ("host/cli", &["shared", "unit", "data", "rig", "lcp", "device", "analysis", "live", "report"]),
