@@ -5,7 +5,7 @@
 use stickslip_shared::effects::{REGISTRY, Role, find as find_effect};
 use stickslip_shared::model::Model;
 
-use crate::diagnose::misfit::Misfit;
+use crate::diagnose::misfit::{Misfit, Place};
 use crate::diagnose::search::Search;
 use crate::diagnose::select::{
     Candidate, Held, candidates, explained, hold_out, paired, search_again, total,
@@ -69,6 +69,9 @@ pub struct Choice {
     pub equal: Vec<Vec<&'static str>>,
     /// Where nothing explains the data: the best model met, if it explains much of them.
     pub near: Option<Model<f64>>,
+    /// Where nothing explains the data: effects that explain what they act on, each with those that do as well in its
+    /// place, and the worst of what is missing beside them.
+    pub part: Option<(Vec<Candidate>, Vec<Vec<&'static str>>, Place)>,
     /// What is left where no more than the compliance of the pads was found.
     pub left: Option<Misfit>,
     /// Verdict of the search.
@@ -79,7 +82,7 @@ impl Choice {
     /// Nothing was chosen, nothing is wrong.
     pub fn nothing() -> Self {
         let verdict = Verdict::NothingMissing;
-        Self { chosen: Vec::new(), equal: Vec::new(), near: None, left: None, verdict }
+        Self { chosen: Vec::new(), equal: Vec::new(), near: None, part: None, left: None, verdict }
     }
 }
 
@@ -170,7 +173,12 @@ pub fn choose(
     let nothing = Choice { left: only_pads.then(|| judged.misfit.clone()), ..Choice::nothing() };
     match verdict::of_search(explains, named(&chosen), &Left::of(&judged.misfit)) {
         verdict @ Verdict::Effect => Choice { chosen, equal, verdict, ..Choice::nothing() },
-        verdict @ Verdict::Unexplained => Choice { verdict, near, ..Choice::nothing() },
+        verdict @ Verdict::Unexplained => {
+            let apart = chosen.last().filter(|c| named(&chosen) > 0 && !entangled(problem, &c.held));
+            let apart = apart.and_then(|c| verdict::apart(&start.misfit, &c.held.beyond(start)));
+            let part = apart.map(|beside| (chosen, equal, beside));
+            Choice { verdict, near, part, ..Choice::nothing() }
+        }
         _ => nothing,
     }
 }

@@ -262,6 +262,13 @@ fn find(
             choice = choose(problem, start, &first, trials, &mut stages, (pass, Search::Thorough), tick);
         }
     }
+    let mut beside = None;
+    if again.is_none()
+        && let Some((chosen, equal, place)) = choice.part.take()
+    {
+        beside = Some(place);
+        choice = Choice { chosen, equal, verdict: Verdict::Effect, ..Choice::nothing() };
+    }
     let Choice { chosen, equal, left, verdict, .. } = choice;
     let last = beforehand::last(start, &chosen).clone();
     // Ordinary pads are no finding.
@@ -279,7 +286,7 @@ fn find(
     };
     let without_effects = if before.is_empty() { start } else { &base };
     let misfit = left.as_ref().unwrap_or(&without_effects.misfit);
-    let beside = verdict::missing_beside(verdict, &signs, &last.misfit);
+    let beside = beside.or_else(|| verdict::missing_beside(verdict, &signs, &last.misfit));
     let (verdict, doubt) = verdict::verdict(verdict, &signs, misfit);
     let posterior = match worth_a_name {
         true => {

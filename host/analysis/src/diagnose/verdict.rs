@@ -23,6 +23,8 @@ const ADEQUATE_ERROR: f64 = 1.3;
 /// [`FAR`] of them: something else stands behind it.
 const POOR_ERROR: f64 = 1.75;
 const FAR: f64 = 8.0;
+/// An effect acts where it changes a misfit by more than this share of it.
+const ACTS: f64 = 0.1;
 /// Fewest conditions for a verdict.
 pub const FEWEST_CONDITIONS: usize = 4;
 
@@ -156,6 +158,37 @@ pub fn verdict(search: Verdict, signs: &Signs, misfit: &Misfit) -> (Verdict, Opt
         Some(doubt) => (Verdict::Inconclusive, Some(doubt)),
         None => (verdict, None),
     }
+}
+
+/// Two things may be missing that show in different places, one of them not listed: shares of all then say little of
+/// effects that explain the other. They do where nothing worth a name is left of any place they act on, a clear misfit
+/// ([`UNEXPLAINED`]) and [`EXPLAINS`] of what was there above the run spread among it, and all else is as it was: the
+/// worst of that. `before` and `after` are what is missed without and with them.
+#[must_use]
+pub fn apart(before: &Misfit, after: &Misfit) -> Option<Place> {
+    let relevant = |p: &Place, than: f64| p.size > than && p.at_least > 1.0;
+    let above = |p: &Place| (p.size * p.size - 1.0).max(0.0);
+    let (mut had, mut left, mut clear) = (0.0, 0.0, false);
+    let mut beside: Option<Place> = None;
+    for now in &after.places {
+        let same = |p: &&Place| (p.channel, p.phase) == (now.channel, now.phase);
+        let Some(then) = before.places.iter().find(same) else { continue };
+        let still = relevant(now, RELEVANT);
+        if now.size < (1.0 - ACTS) * then.size {
+            if still {
+                return None;
+            }
+            had += above(then);
+            left += above(now);
+            clear |= relevant(then, UNEXPLAINED);
+        } else if still {
+            if now.size > (1.0 + ACTS) * then.size {
+                return None;
+            }
+            beside = beside.filter(|p| p.size >= now.size).or(Some(*now));
+        }
+    }
+    beside.filter(|_| clear && left <= (1.0 - EXPLAINS) * had)
 }
 
 /// Where effects are named and something else is missing all the same: drift is read off repetitions whatever

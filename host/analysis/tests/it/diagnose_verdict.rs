@@ -2,7 +2,7 @@
 
 use stickslip_analysis::diagnose::misfit::{Misfit, Place};
 use stickslip_analysis::diagnose::verdict::{
-    Doubt, Left, Signs, Verdict, explains, missing_beside, of_search, unbalanced, verdict,
+    Doubt, Left, Signs, Verdict, apart, explains, missing_beside, of_search, unbalanced, verdict,
 };
 use stickslip_analysis::fit::phases::Phase;
 
@@ -116,6 +116,27 @@ fn where_drift_alone_is_named_a_clear_misfit_that_nothing_explains_is_said() {
         (Unexplained, quiet, vec![clear], None),
     ] {
         assert_eq!(missing_beside(search, &signs, &misfit(&places)), expected, "{search:?} {signs:?}");
+    }
+}
+
+#[test]
+fn effects_that_explain_all_that_they_act_on_are_told_from_what_is_missing_elsewhere() {
+    // Misfit in each of a few channels, before and after, each beyond chance.
+    let of = |sizes: &[f64]| {
+        let places = sizes.iter().enumerate().map(|(channel, s)| Place { channel, ..place(*s, *s) });
+        misfit(&places.collect::<Vec<_>>())
+    };
+    for (before, after, left, why) in [
+        (&[6.0, 4.0, 4.8, 3.7], &[0.9, 0.9, 4.8, 3.7], Some(4.8), "two settled, two as they were"),
+        (&[6.0, 4.0, 3.0, 1.0], &[0.9, 0.9, 2.9, 1.0], Some(2.9), "little is left elsewhere"),
+        (&[6.0, 4.0, 1.0, 1.0], &[0.9, 0.9, 1.0, 1.0], None, "nothing is left"),
+        (&[6.0, 4.0, 4.8, 3.7], &[0.9, 2.6, 4.8, 3.7], None, "it acts on one that it does not settle"),
+        (&[6.0, 4.0, 4.8, 3.7], &[0.9, 0.9, 4.2, 3.7], None, "a part of another one is its own"),
+        (&[6.0, 4.0, 4.8, 3.7], &[0.9, 0.9, 4.8, 4.2], None, "it makes another one worse"),
+        (&[3.9, 3.9, 4.8, 3.7], &[0.9, 0.9, 4.8, 3.7], None, "nothing that it settles was clear"),
+        (&[4.1, 2.6, 4.8, 3.7], &[2.0, 2.2, 4.8, 3.7], None, "it leaves a fifth of what it acts on"),
+    ] {
+        assert_eq!(apart(&of(before), &of(after)).map(|p| p.size), left, "{why}");
     }
 }
 
