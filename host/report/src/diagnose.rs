@@ -106,15 +106,16 @@ fn plain(report: &Report) -> String {
     let set = |set: &[&'static str]| set.iter().map(what).collect::<Vec<_>>().join(", and ");
     let e = &report.error;
     let fall = format!("from {:.1} to {:.1} run spreads", e.before, e.after);
+    let also = report.also_missing.as_ref().map_or(String::new(), |text| format!(" {text}"));
     match report.verdict {
         Verdict::Effect => format!(
-            "The model lacks something: {}. With it the held-out error falls {fall}.",
+            "The model lacks something: {}. With it the held-out error falls {fall}.{also}",
             set(&report.effects)
         ),
         Verdict::Ambiguous => {
             let others: Vec<String> = report.ambiguous_with.iter().map(|s| set(s)).collect();
             format!(
-                "The model lacks something that these data do not tell apart: {}; or {}. The held-out error falls {fall}.",
+                "The model lacks something that these data do not tell apart: {}; or {}. The held-out error falls {fall}.{also}",
                 set(&report.effects),
                 others.join("; or ")
             )

@@ -69,13 +69,22 @@ pub struct Choice {
     pub equal: Vec<Vec<&'static str>>,
     /// Where nothing explains the data: the best model met, if it explains much of them.
     pub near: Option<Model<f64>>,
-    /// Where nothing explains the data: effects that explain what they act on, each with those that do as well in its
-    /// place, and the worst of what is missing beside them.
-    pub part: Option<(Vec<Candidate>, Vec<Vec<&'static str>>, Place)>,
+    /// Where nothing explains the data: effects that explain what they act on.
+    pub part: Option<Part>,
     /// What is left where no more than the compliance of the pads was found.
     pub left: Option<Misfit>,
     /// Verdict of the search.
     pub verdict: Verdict,
+}
+
+/// Effects that explain all that they act on, while something else is missing.
+pub struct Part {
+    /// In the order in which they were chosen.
+    pub chosen: Vec<Candidate>,
+    /// For each of them: those that do as well in its place.
+    pub equal: Vec<Vec<&'static str>>,
+    /// The worst of what is missing beside them.
+    pub beside: Place,
 }
 
 impl Choice {
@@ -176,7 +185,7 @@ pub fn choose(
         verdict @ Verdict::Unexplained => {
             let apart = chosen.last().filter(|c| named(&chosen) > 0 && !entangled(problem, &c.held));
             let apart = apart.and_then(|c| verdict::apart(&start.misfit, &c.held.beyond(start)));
-            let part = apart.map(|beside| (chosen, equal, beside));
+            let part = apart.map(|beside| Part { chosen, equal, beside });
             Choice { verdict, near, part, ..Choice::nothing() }
         }
         _ => nothing,

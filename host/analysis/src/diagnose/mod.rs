@@ -37,8 +37,8 @@ use crate::model::candidate::{CandidateEffect, Described};
 use crate::progress::Progress;
 use beforehand::Start;
 use choice::{
-    Choice, MOST_EFFECTS, Pass, SEARCHED_AGAIN, SEARCHED_FURTHER, SURVIVORS, Stages, Tick, choose, sets,
-    small_compliance, small_compliance_in,
+    Choice, MOST_EFFECTS, Part, Pass, SEARCHED_AGAIN, SEARCHED_FURTHER, SURVIVORS, Stages, Tick, choose,
+    sets, small_compliance, small_compliance_in,
 };
 use findings::Findings;
 use misfit::Misfit;
@@ -264,7 +264,7 @@ fn find(
     }
     let mut beside = None;
     if again.is_none()
-        && let Some((chosen, equal, place)) = choice.part.take()
+        && let Some(Part { chosen, equal, beside: place }) = choice.part.take()
     {
         beside = Some(place);
         choice = Choice { chosen, equal, verdict: Verdict::Effect, ..Choice::nothing() };

@@ -124,6 +124,9 @@ pub struct Report {
     pub reason: Option<String>,
     /// Where nothing can be concluded: what to measure so that it can.
     pub would_tell: Option<String>,
+    /// Where effects are named and something that no set of them explains is missing too: where that shows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub also_missing: Option<String>,
     /// Chosen effects, strongest first.
     pub effects: Vec<&'static str>,
     /// Sets that explain the data as well.
@@ -262,11 +265,14 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         None => sentence(*verdict, &effects, equal, &candidates, &start.misfit),
     };
     let (reason, would_tell) = doubt.unzip();
-    if let Some(place) = beside {
-        summary += &format!(
-            " Something else is missing: {}, and no set of known effects explains that.",
-            off_by(place)
-        );
+    let also_missing = beside.as_ref().map(|place| {
+        format!("Something else is missing: {}, and no set of known effects explains that.", off_by(place))
+    });
+    if let Some(text) = &also_missing {
+        if weighed {
+            limits.push("probabilities weigh what is missing as one thing: where something else is missing beside what is named, they are too low".into());
+        }
+        summary += &format!(" {text}");
     }
     if let Some(swing) = swing {
         summary += &format!(" {}.", swing.text());
@@ -276,6 +282,7 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         summary,
         reason,
         would_tell,
+        also_missing,
         effects,
         ambiguous_with: equal.clone(),
         candidates,
