@@ -11,25 +11,13 @@ use socketcan::errors::CanError;
 use socketcan::{CanAnyFrame, CanFdSocket, CanFilter, ShouldRetry, Socket, SocketOptions};
 use stickslip_unit::bus::{STATE_ID, State, WRENCH_ID, Wrench};
 
+use crate::NAP;
+use crate::event::Happened;
+
 /// A unit sends 250 states a second: after so long without one that is said.
 const SILENT: Duration = Duration::from_secs(1);
-/// The longest wait for a frame before it is asked whether to stop.
-const NAP: Duration = Duration::from_millis(50);
 /// All bits of a standard identifier.
 const WHOLE_ID: u32 = 0x7ff;
-
-/// What comes over a bus.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Told {
-    /// What the unit says, once a tick.
-    State(Box<State>),
-    /// Wrench on the object at a finger, gripper axes, N and N m; `None`: its sensor says that it measured none.
-    Wrench(usize, Option<[f32; 6]>),
-    /// Frames so far of another length, or with a value that there is not.
-    Damaged(u64),
-    /// An error of the bus, or its silence.
-    Note(String),
-}
 
 /// Listens on a CAN interface, to the frames of a unit and to errors of the bus.
 ///
@@ -67,7 +55,7 @@ pub fn watch(
     socket: &CanFdSocket,
     interface: &str,
     stop: &AtomicBool,
-    tell: &mut dyn FnMut(Told),
+    tell: &mut dyn FnMut(Happened),
 ) -> anyhow::Result<()> {
     socket.set_read_timeout(NAP)?;
     let mut damaged = 0;
@@ -76,11 +64,11 @@ pub fn watch(
     while !stop.load(Ordering::Relaxed) {
         match socket.read_frame() {
             Ok(CanAnyFrame::Error(frame)) => {
-                tell(Told::Note(format!("{interface}: {}", CanError::from(frame))));
+                tell(Happened::Note(format!("{interface}: {}", CanError::from(frame))));
             }
             Ok(frame) => match take(&frame) {
                 Ok(Some(what)) => {
-                    if matches!(what, Told::State(_)) {
+                    if matches!(what, Happened::Heard(_)) {
                         (heard, silent) = (Instant::now(), false);
                     }
                     tell(what);
@@ -88,7 +76,7 @@ pub fn watch(
                 Ok(None) => {}
                 Err(Damaged) => {
                     damaged += 1;
-                    tell(Told::Damaged(damaged));
+                    tell(Happened::Damaged(damaged));
                 }
             },
             Err(error) if error.should_retry() => {}
@@ -103,7 +91,7 @@ pub fn watch(
                  and termination of the bus fit?",
                 SILENT.as_secs()
             );
-            tell(Told::Note(remark));
+            tell(Happened::Note(remark));
         }
     }
     Ok(())
@@ -112,7 +100,7 @@ pub fn watch(
 /// A frame of the unit or of its sensors of another length, or with a value that there is not.
 struct Damaged;
 
-fn take(frame: &CanAnyFrame) -> Result<Option<Told>, Damaged> {
+fn take(frame: &CanAnyFrame) -> Result<Option<Happened>, Damaged> {
     let (id, data) = match frame {
         CanAnyFrame::Fd(frame) => (frame.id(), frame.data()),
         CanAnyFrame::Normal(frame) => (frame.id(), frame.data()),
@@ -120,11 +108,11 @@ fn take(frame: &CanAnyFrame) -> Result<Option<Told>, Damaged> {
     };
     let Id::Standard(id) = id else { return Ok(None) };
     if id.as_raw() == STATE_ID {
-        return State::decode(data).map(|state| Some(Told::State(Box::new(state)))).ok_or(Damaged);
+        return State::decode(data).map(|state| Some(Happened::Heard(Box::new(state)))).ok_or(Damaged);
     }
     let Some(finger) = id.as_raw().checked_sub(WRENCH_ID).filter(|finger| *finger < 2) else {
         return Ok(None);
     };
     let wrench = Wrench::decode(data).ok_or(Damaged)?;
-    Ok(Some(Told::Wrench(usize::from(finger), wrench.valid.then_some(wrench.values))))
+    Ok(Some(Happened::Wrench(usize::from(finger), wrench.valid.then_some(wrench.values))))
 }

@@ -29,9 +29,9 @@ use stickslip_shared::predictor::Prediction;
 use stickslip_shared::wire;
 
 use crate::FOXGLOVE_ADDRESS;
+use crate::event::Event;
 use crate::plain;
 use crate::scene::{half_width_m, pad_radius_m};
-use crate::source::{Event, Happened};
 use crate::state::{Alarm, State, used};
 
 /// Scenes are for eyes: so many a second.
@@ -177,7 +177,7 @@ impl Server {
             self.channels.log.log_with_meta(&message(alarm, stamp), stamp.meta());
             put(&self.channels.alarm, stamp, alarm)?;
         }
-        if !matches!(event.what, Happened::Report(_) | Happened::Prediction(_) | Happened::Heard(_)) {
+        if !event.what.predicts() {
             return Ok(());
         }
         let Some(prediction) = &state.prediction else { return Ok(()) };

@@ -3,7 +3,7 @@
 
 use anyhow::bail;
 
-use crate::source::Event;
+use crate::event::Event;
 use crate::state::{Alarm, State};
 
 /// A server that there is none of.

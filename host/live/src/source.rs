@@ -10,12 +10,9 @@ use stickslip_device::package::Package;
 use stickslip_device::records::{PREDICTION_RECORD, SAMPLE_RECORD, TELEMETRY_RECORD};
 use stickslip_device::{Device, log, session};
 use stickslip_shared::model::Scene;
-use stickslip_shared::predictor::Prediction;
-use stickslip_shared::wire::{Info, Sample, Statistics, TelemetryReport};
-use stickslip_unit::bus::State;
 
-#[cfg(target_os = "linux")]
-use crate::bus::{self, Told};
+use crate::NAP;
+use crate::event::{Event, Happened};
 
 /// Where events come from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -42,49 +39,24 @@ impl Source {
             _ => Ok(Self::Board(name.to_owned())),
         }
     }
-}
 
-/// What happened.
-#[derive(Clone, Debug)]
-pub enum Happened {
-    /// A board answered.
-    Board(Box<Info>),
-    /// What is held, where it is known, and the trial's name.
-    Scene(Box<Scene<f32>>, String),
-    /// A remark for the user.
-    Note(String),
-    /// Counts a second of the costs in reports (of a log, whose board is not there).
-    Timer(u32),
-    /// Measured, as the board was sent it.
-    Sample(Sample),
-    /// From the board.
-    Report(Box<TelemetryReport>),
-    /// From the bus: what a board says there each tick.
-    Heard(Box<State>),
-    /// From the bus: frames so far that arrived here with a length or a value that there is not.
-    Damaged(u64),
-    /// From the bus: wrench on the object at a finger, gripper axes, N and N m; `None`: its sensor says that it
-    /// measured none.
-    Wrench(usize, Option<[f32; 6]>),
-    /// Of a replay's log: one a tick.
-    Prediction(Box<Prediction>),
-    /// The board's counts since its reset; frames that arrived here damaged.
-    Counts(Box<Statistics>, u64),
-}
-
-/// What happened, and when: s since the first.
-#[derive(Clone, Debug)]
-pub struct Event {
-    /// By this machine's clock, of a log by that of its run.
-    pub at_s: f64,
-    /// What.
-    pub what: Happened,
+    /// Whether a recorded trial can be sent there.
+    ///
+    /// # Errors
+    /// It cannot: the text says why, and what to do.
+    pub fn takes_a_trial(&self) -> anyhow::Result<()> {
+        match self {
+            Self::Board(_) => Ok(()),
+            Self::Bus(_) => bail!(
+                "--data is for a board on a line: a bus takes no trial; connect the board by `serial:PORT` to send it one"
+            ),
+            Self::Log(_) => bail!("--data is for a board; a log holds the trial that it is of"),
+        }
+    }
 }
 
 /// How often the board is asked for its counts.
 const COUNTS: Duration = Duration::from_secs(1);
-/// The longest sleep before it is asked whether to stop.
-const NAP: Duration = Duration::from_millis(50);
 
 /// Follows `source` until it ends or `stop` is set. A board gets the trial in `package`, where there is one; a log is
 /// played `speed` times as fast as it was written.
@@ -98,15 +70,12 @@ pub fn follow(
     stop: &AtomicBool,
     tell: &mut dyn FnMut(Event),
 ) -> anyhow::Result<()> {
+    if package.is_some() {
+        source.takes_a_trial()?;
+    }
     match source {
         Source::Log(file) => play(file, speed, stop, tell),
-        Source::Bus(interface) => {
-            ensure!(
-                package.is_none(),
-                "a bus takes no trial: connect the board by `serial:PORT` to send it one"
-            );
-            listen(interface, stop, tell)
-        }
+        Source::Bus(interface) => listen(interface, stop, tell),
         Source::Board(name) => {
             let mut device = Device::open(name)?;
             let began = Instant::now();
@@ -122,15 +91,9 @@ pub fn follow(
 
 #[cfg(target_os = "linux")]
 fn listen(interface: &str, stop: &AtomicBool, tell: &mut dyn FnMut(Event)) -> anyhow::Result<()> {
-    let socket = bus::open(interface)?;
+    let socket = crate::bus::open(interface)?;
     let began = Instant::now();
-    bus::watch(&socket, interface, stop, &mut |told| {
-        let what = match told {
-            Told::State(state) => Happened::Heard(state),
-            Told::Wrench(finger, wrench) => Happened::Wrench(finger, wrench),
-            Told::Damaged(frames) => Happened::Damaged(frames),
-            Told::Note(text) => Happened::Note(text),
-        };
+    crate::bus::watch(&socket, interface, stop, &mut |what| {
         tell(Event { at_s: began.elapsed().as_secs_f64(), what });
     })
 }

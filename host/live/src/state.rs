@@ -12,7 +12,7 @@ use stickslip_shared::wire::sequence::{Order, Sequence};
 use stickslip_shared::wire::{Mode, Sample, Statistics, TICK_US, TelemetryReport};
 use stickslip_unit::bus::State as BusState;
 
-use crate::source::{Event, Happened};
+use crate::event::{Event, Happened};
 
 /// Of the course that is kept, s.
 pub const TRACE_S: f64 = 10.0;

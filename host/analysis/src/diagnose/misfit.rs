@@ -53,7 +53,19 @@ pub struct Place {
     pub run: usize,
 }
 
+impl Place {
+    /// Whether it misses by more than `floors` run spreads, beyond chance.
+    pub fn exceeds(&self, floors: f64) -> bool {
+        self.size > floors && self.at_least > 1.0
+    }
+}
+
 impl Misfit {
+    /// What a channel misses by in a phase, where it is measured.
+    pub fn at(&self, channel: usize, phase: Phase) -> Option<&Place> {
+        self.places.iter().find(|p| (p.channel, p.phase) == (channel, phase))
+    }
+
     /// Size of the worst place; zero where nothing is measured.
     pub fn worst(&self) -> f64 {
         self.places.first().map_or(0.0, |p| p.size)
@@ -78,7 +90,7 @@ impl Misfit {
 
     /// Whether some place misses by more than `floors` run spreads, beyond chance.
     pub fn exceeds(&self, floors: f64) -> bool {
-        self.places.iter().any(|p| p.size > floors && p.at_least > 1.0)
+        self.places.iter().any(|p| p.exceeds(floors))
     }
 }
 

@@ -170,7 +170,7 @@ struct Fitted<'a> {
 /// `places` of `held` as something beside its effects would leave them that takes up what is worth a name.
 fn completed(places: &Places, held: &Held, first: &Held) -> Places {
     let mut out = places.clone();
-    for p in held.beyond(first).places.iter().filter(|p| p.size > RELEVANT && p.at_least > 1.0) {
+    for p in held.beyond(first).places.iter().filter(|p| p.exceeds(RELEVANT)) {
         for x2 in out.iter_mut().filter_map(|m| m.get_mut(&(p.channel, p.phase))) {
             *x2 *= (RELEVANT / p.size).powi(2);
         }

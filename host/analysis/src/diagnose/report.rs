@@ -230,12 +230,7 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
             channel: channel_name(p.channel),
             phase: p.phase.name(),
             before: p.size,
-            after: last
-                .misfit
-                .places
-                .iter()
-                .find(|q| q.channel == p.channel && q.phase == p.phase)
-                .map_or(0.0, |q| q.size),
+            after: last.misfit.at(p.channel, p.phase).map_or(0.0, |q| q.size),
         })
         .collect();
     let mut unexplained = match verdict {

@@ -37,7 +37,7 @@ pub fn describe(problem: &Problem, held: &Held) -> Vec<Structure> {
     held.misfit
         .places
         .iter()
-        .filter(|p| p.size > RELEVANT && p.at_least > 1.0)
+        .filter(|p| p.exceeds(RELEVANT))
         .take(PLACES)
         .map(|p| Structure {
             channel: channel_name(p.channel),

@@ -23,7 +23,7 @@ const ADEQUATE_ERROR: f64 = 1.3;
 /// [`FAR`] of them: something else stands behind it.
 const POOR_ERROR: f64 = 1.75;
 const FAR: f64 = 8.0;
-/// An effect acts where it changes a misfit by more than this share of it.
+/// An effect acts where it lowers a misfit by more than this share of it.
 const ACTS: f64 = 0.1;
 /// Fewest conditions for a verdict.
 pub const FEWEST_CONDITIONS: usize = 4;
@@ -138,7 +138,7 @@ pub struct Signs {
 /// model leaves, without the effects that the search chose.
 #[must_use]
 pub fn verdict(search: Verdict, signs: &Signs, misfit: &Misfit) -> (Verdict, Option<Doubt>) {
-    let weak = || misfit.places.iter().find(|p| p.size > RELEVANT && p.at_least > 1.0).copied();
+    let weak = || misfit.places.iter().find(|p| p.exceeds(RELEVANT)).copied();
     let verdict = match search {
         _ if signs.only_drift => Verdict::Effect,
         Verdict::NothingMissing | Verdict::Unexplained if signs.only_pads => Verdict::Effect,
@@ -160,32 +160,32 @@ pub fn verdict(search: Verdict, signs: &Signs, misfit: &Misfit) -> (Verdict, Opt
     }
 }
 
-/// Two things may be missing that show in different places, one of them not listed: shares of all then say little of
-/// effects that explain the other. They do where nothing worth a name is left of any place they act on, a clear misfit
-/// ([`UNEXPLAINED`]) and [`EXPLAINS`] of what was there above the run spread among it, and all else is as it was: the
-/// worst of that. `before` and `after` are what is missed without and with them.
+/// The worst misfit elsewhere, where effects explain all that they act on. Two things may be missing that show in
+/// different places, one of them not listed: shares of all that is missing then say little of the effects that explain
+/// the other. `before` and `after` are what is missed without and with them. `None` unless, where they act, one misfit
+/// was clear ([`UNEXPLAINED`]), none is worth a name any more ([`RELEVANT`]) and [`EXPLAINS`] of what was above the run
+/// spread is gone, and unless something is left elsewhere that did not grow.
 #[must_use]
 pub fn apart(before: &Misfit, after: &Misfit) -> Option<Place> {
-    let relevant = |p: &Place, than: f64| p.size > than && p.at_least > 1.0;
     let above = |p: &Place| (p.size * p.size - 1.0).max(0.0);
     let (mut had, mut left, mut clear) = (0.0, 0.0, false);
     let mut beside: Option<Place> = None;
     for now in &after.places {
-        let same = |p: &&Place| (p.channel, p.phase) == (now.channel, now.phase);
-        let Some(then) = before.places.iter().find(same) else { continue };
-        let still = relevant(now, RELEVANT);
+        let Some(then) = before.at(now.channel, now.phase) else { continue };
+        let still = now.exceeds(RELEVANT);
         if now.size < (1.0 - ACTS) * then.size {
             if still {
                 return None;
             }
             had += above(then);
             left += above(now);
-            clear |= relevant(then, UNEXPLAINED);
+            clear |= then.exceeds(UNEXPLAINED);
         } else if still {
             if now.size > (1.0 + ACTS) * then.size {
                 return None;
             }
-            beside = beside.filter(|p| p.size >= now.size).or(Some(*now));
+            // The worst comes first.
+            beside = beside.or(Some(*now));
         }
     }
     beside.filter(|_| clear && left <= (1.0 - EXPLAINS) * had)
@@ -196,9 +196,8 @@ pub fn apart(before: &Misfit, after: &Misfit) -> Option<Place> {
 /// is `left` beyond chance.
 #[must_use]
 pub fn missing_beside(search: Verdict, signs: &Signs, left: &Misfit) -> Option<Place> {
-    let clear = |p: &&Place| p.size > UNEXPLAINED && p.at_least > 1.0;
-    let worst = || left.places.iter().filter(clear).max_by(|a, b| a.size.total_cmp(&b.size)).copied();
-    if signs.only_drift && search == Verdict::Unexplained { worst() } else { None }
+    let worst = left.places.iter().find(|p| p.exceeds(UNEXPLAINED));
+    worst.filter(|_| signs.only_drift && search == Verdict::Unexplained).copied()
 }
 
 /// The verdict where most trials' measured forces do not balance: something is missing whatever the model shows.
@@ -217,9 +216,8 @@ fn doubt(conditions: usize, misfit: &Misfit) -> Option<Doubt> {
     if conditions < FEWEST_CONDITIONS {
         return Some(Doubt::FewConditions);
     }
-    let relevant = || misfit.places.iter().filter(|p| p.size > RELEVANT);
-    match relevant().find(|p| p.at_least > 1.0) {
+    match misfit.places.iter().find(|p| p.exceeds(RELEVANT)) {
         Some(place) => Some(Doubt::Small(*place)),
-        None => relevant().next().map(|place| Doubt::OneCondition(*place)),
+        None => misfit.places.first().filter(|p| p.size > RELEVANT).map(|place| Doubt::OneCondition(*place)),
     }
 }

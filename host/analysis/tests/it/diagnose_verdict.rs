@@ -11,8 +11,11 @@ fn place(size: f64, at_least: f64) -> Place {
     Place { channel: 6, phase: Phase::Sliding, size, at_least, run: 0 }
 }
 
+/// The worst first, as misfits have them.
 fn misfit(places: &[Place]) -> Misfit {
-    Misfit { error: 1.0, perfect_model: 1.0, systematic: Vec::new(), excess: 0.0, places: places.to_vec() }
+    let mut places = places.to_vec();
+    places.sort_by(|a, b| b.size.total_cmp(&a.size));
+    Misfit { error: 1.0, perfect_model: 1.0, systematic: Vec::new(), excess: 0.0, places }
 }
 
 #[test]

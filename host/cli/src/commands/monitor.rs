@@ -11,8 +11,9 @@ use ratatui::crossterm::event::{self, Event as Input, KeyCode, KeyModifiers};
 use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_live::FOXGLOVE_ADDRESS;
+use stickslip_live::event::{Event, Happened};
 use stickslip_live::foxglove::Server;
-use stickslip_live::source::{Event, Happened, Source, follow};
+use stickslip_live::source::{Source, follow};
 use stickslip_live::state::{Alarm, Line, State};
 use stickslip_live::{plain, view};
 use stickslip_report::terminal::{Output, Style};
@@ -107,12 +108,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         }
         None => Duration::MAX,
     };
-    let log = matches!(source, Source::Log(_));
-    ensure!(!log || args.data.is_none(), "--data is for a board; a log holds the trial that it is of");
-    ensure!(
-        !matches!(source, Source::Bus(_)) || args.data.is_none(),
-        "--data is for a board on a line: a bus takes no trial; connect the board by `serial:PORT` to send it one"
-    );
+    if args.data.is_some() {
+        source.takes_a_trial()?;
+    }
     let trial = |data| of_trial(data, args.trial.as_deref(), args.model.as_deref(), output);
     let package = args.data.as_deref().map(trial).transpose()?;
     if args.device.starts_with("qemu") && package.is_none() {

@@ -5,10 +5,9 @@ use std::os::unix::net::UnixDatagram;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use socketcan::CanFdSocket;
-use stickslip_live::bus::{self, Told};
-use stickslip_live::plain;
-use stickslip_live::source::{Event, Happened};
+use stickslip_live::event::{Event, Happened};
 use stickslip_live::state::State;
+use stickslip_live::{bus, plain};
 use stickslip_shared::predictor::{flags, validity};
 use stickslip_shared::wire::Mode;
 use stickslip_unit::bus::{STATE_ID, State as BusState, WRENCH_ID, Wrench};
@@ -43,7 +42,7 @@ fn state(counter: u8, flags: u32) -> BusState {
 }
 
 /// What is told of `frames`, until a frame that ends it.
-fn told(frames: &[Vec<u8>]) -> Vec<Told> {
+fn told(frames: &[Vec<u8>]) -> Vec<Happened> {
     let (here, there) = UnixDatagram::pair().expect("a pair");
     for frame in frames {
         there.send(frame).expect("sent");
@@ -52,7 +51,7 @@ fn told(frames: &[Vec<u8>]) -> Vec<Told> {
     let stop = AtomicBool::new(false);
     let mut told = Vec::new();
     bus::watch(&CanFdSocket::from(OwnedFd::from(here)), "can0", &stop, &mut |what| {
-        let ends = matches!(&what, Told::State(state) if state.counter == 255);
+        let ends = matches!(&what, Happened::Heard(state) if state.counter == 255);
         stop.store(ends, Ordering::Relaxed);
         told.push(what);
     })
@@ -60,14 +59,9 @@ fn told(frames: &[Vec<u8>]) -> Vec<Told> {
     told
 }
 
-fn seen(told: Vec<Told>) -> State {
+fn seen(told: Vec<Happened>) -> State {
     let mut seen = State::default();
-    for (tick, told) in told.into_iter().enumerate() {
-        let what = match told {
-            Told::State(state) => Happened::Heard(state),
-            Told::Damaged(frames) => Happened::Damaged(frames),
-            other => panic!("{other:?}"),
-        };
+    for (tick, what) in told.into_iter().enumerate() {
         seen.take(&Event { at_s: tick as f64 * 0.004, what });
     }
     seen
@@ -90,12 +84,12 @@ fn a_unit_on_the_bus_is_heard_as_its_encoder_says_it() {
         // Of somebody else.
         canfd(0x7ff, &[1, 2, 3]).to_vec(),
     ]);
-    let Told::Wrench(0, Some(values)) = told[0] else { panic!("{:?}", told[0]) };
+    let Happened::Wrench(0, Some(values)) = told[0] else { panic!("{:?}", told[0]) };
     for (got, sent) in values.iter().zip(wrench.values) {
         assert!((got - sent).abs() < 1e-5, "{values:?}");
     }
-    assert!(matches!(told[1], Told::Wrench(1, None)), "{:?}", told[1]);
-    let Told::State(heard) = &told[2] else { panic!("{:?}", told[2]) };
+    assert!(matches!(told[1], Happened::Wrench(1, None)), "{:?}", told[1]);
+    let Happened::Heard(heard) = &told[2] else { panic!("{:?}", told[2]) };
     assert_eq!((heard.flags, heard.validity), (flags::SLIP_AHEAD_1 | flags::UNSURE, validity::POSE));
     assert_eq!((heard.used, heard.mode), ([Some(0.62), None], Mode::Running));
     assert_eq!(told.len(), 4, "{told:?}");
@@ -139,7 +133,7 @@ fn lost_states_and_frames_of_another_length_are_counted() {
 fn a_counter_that_wraps_is_no_loss() {
     let frames = [250_u8, 251, 252, 253, 254].map(|n| canfd(STATE_ID, &state(n, 0).encode()).to_vec());
     let mut told = told(&frames);
-    told.extend([0, 1].map(|n| Told::State(Box::new(state(n, 0)))));
+    told.extend([0, 1].map(|n| Happened::Heard(Box::new(state(n, 0)))));
     assert_eq!(seen(told).line().reports_lost, 0);
 }
 
@@ -156,7 +150,7 @@ fn a_silent_bus_is_said_once() {
         let socket = CanFdSocket::from(OwnedFd::from(here));
         bus::watch(&socket, "can0", &stop, &mut |what| notes.push(what)).expect("watched");
     });
-    assert!(matches!(&notes[..], [Told::Note(text)] if text.contains("can0")), "{notes:?}");
+    assert!(matches!(&notes[..], [Happened::Note(text)] if text.contains("can0")), "{notes:?}");
     assert!(begun.elapsed().as_secs_f64() > 1.0);
 }
 

@@ -7,7 +7,8 @@ use std::sync::atomic::AtomicBool;
 use stickslip_analysis::model::file::default_model;
 use stickslip_analysis::run::replay::{feed, run};
 use stickslip_device::log::{Entry, Header, Writer};
-use stickslip_live::source::{Event, Source, follow};
+use stickslip_live::event::Event;
+use stickslip_live::source::{Source, follow};
 use stickslip_shared::predictor::Limits;
 use stickslip_shared::wire::{Mode, TelemetryReport};
 

@@ -1,6 +1,7 @@
 //! Where events come from.
 
-use stickslip_live::source::{Happened, Source};
+use stickslip_live::event::Happened;
+use stickslip_live::source::Source;
 
 use crate::recorded::{events, events_of, write};
 

@@ -1,6 +1,6 @@
 //! What is kept of a run.
 
-use stickslip_live::source::{Event, Happened};
+use stickslip_live::event::{Event, Happened};
 use stickslip_live::state::State;
 use stickslip_live::{plain, words};
 use stickslip_shared::predictor::{Prediction, Slip, flags};

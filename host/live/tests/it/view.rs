@@ -2,8 +2,8 @@
 
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
+use stickslip_live::event::{Event, Happened};
 use stickslip_live::plain;
-use stickslip_live::source::{Event, Happened};
 use stickslip_live::state::State;
 use stickslip_live::view::draw;
 use stickslip_shared::predictor::{FingerPrediction, Prediction};
