@@ -10,7 +10,9 @@ use crate::diagnose::search::Search;
 use crate::diagnose::select::{
     Candidate, Held, candidates, explained, hold_out, paired, search_again, total,
 };
-use crate::diagnose::verdict::{self, CERTAIN, EXPLAINS, EXPLAINS_RELEVANT, Left, RELEVANT, Verdict};
+use crate::diagnose::verdict::{
+    self, CERTAIN, EXPLAINS, EXPLAINS_RELEVANT, Left, RELEVANT, UNEXPLAINED, Verdict,
+};
 use crate::fit::problem::Problem;
 use crate::fit::{self, Free};
 use crate::model::candidate::{self, CandidateEffect};
@@ -316,8 +318,9 @@ fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<&'static 
             let no_worse = paired(&c.held.loss, &winner.held.loss).is_none_or(|(t, _)| t < EQUAL);
             let behind = winner.explained - explained(&base.misfit, &c.held.misfit);
             // Significant or not: what differs by so little is below the run spread.
-            // Where much is left, the model is wrong and losses do not tell two effects apart.
-            let near = total(&c.held) < SAME_LOSS * total(&winner.held) || poor(&winner.held.beyond(base));
+            // Where a clear misfit is left, something else is missing: losses do not tell then what it hides.
+            let near = total(&c.held) < SAME_LOSS * total(&winner.held)
+                || winner.held.beyond(base).exceeds(UNEXPLAINED);
             let both = settled(winner) && settled(c) && winner.explained < EXPLAINS;
             (no_worse && (behind < EQUAL_SHARE || both)) || (near && behind < SAME_SHARE)
         })
