@@ -90,8 +90,9 @@ fn flag_table(document: &Document) -> Markup {
     html! { @if spans().next().is_some() { (unfold("Flags as a table", &rows)) } }
 }
 
-/// What was predicted, in words.
-fn sentence(document: &Document) -> String {
+/// What was predicted, in a sentence.
+#[must_use]
+pub fn sentence(document: &Document) -> String {
     let p = &document.prediction;
     let slip = match (p.first_warning_s, p.first_slip_s) {
         (Some(warning), Some(slip)) if warning < slip => {

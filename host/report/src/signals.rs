@@ -82,7 +82,8 @@ pub(crate) fn findings(report: &Report) -> Vec<String> {
 }
 
 /// What physics says of the data, in a sentence.
-pub(crate) fn verdict(report: &Report) -> (Tone, String) {
+#[must_use]
+pub fn verdict(report: &Report) -> (Tone, String) {
     let count = report.findings.len();
     match (count, report.errors.len(), report.balance.failing) {
         (1.., ..) => {
