@@ -97,7 +97,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         output.text(format_args!("and {} more tares; --json lists all", tares.len() - 5));
     }
     for (file, row) in bad_rows.iter().take(20) {
-        output.refused(format_args!("{} line {}: {}", file.display(), row.line, row.reason));
+        match row.reason.contains(&format!("line {}", row.line)) {
+            true => output.refused(&row.reason),
+            false => output.refused(format_args!("{} line {}: {}", file.display(), row.line, row.reason)),
+        }
     }
     if bad_rows.len() > 20 {
         output.refused(format_args!("and {} more rows; --json lists all", bad_rows.len() - 20));
