@@ -156,16 +156,16 @@ pub struct Sensors {
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct WrenchSensor {
     /// Standard deviation.
-    #[serde(default, skip_serializing_if = "unstated")]
+    #[serde(default)]
     pub force_noise_n: f64,
     /// Bound on a constant error.
-    #[serde(default, skip_serializing_if = "unstated")]
+    #[serde(default)]
     pub force_uncertainty_n: f64,
     /// Standard deviation.
-    #[serde(default, skip_serializing_if = "unstated")]
+    #[serde(default)]
     pub torque_noise_nm: f64,
     /// Bound on a constant error.
-    #[serde(default, skip_serializing_if = "unstated")]
+    #[serde(default)]
     pub torque_uncertainty_nm: f64,
 }
 
@@ -173,17 +173,11 @@ pub struct WrenchSensor {
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub struct PoseSensor {
     /// Standard deviation.
-    #[serde(default, skip_serializing_if = "unstated")]
+    #[serde(default)]
     pub position_noise_m: f64,
     /// Standard deviation.
-    #[serde(default, skip_serializing_if = "unstated")]
+    #[serde(default)]
     pub rotation_noise_rad: f64,
-}
-
-/// A sensor without noise and error does not exist: zero is what nobody stated.
-#[allow(clippy::trivially_copy_pass_by_ref)]
-fn unstated(value: &f64) -> bool {
-    *value == 0.0
 }
 
 /// One row of trials.csv.

@@ -254,7 +254,7 @@ fn cell(r: &ErrorRow, size: Size, repeated: bool, channel: usize) -> Markup {
     };
     let fits = class == "fits";
     // Nothing beyond the tolerance is no number.
-    if fits && size.rms == 0.0 {
+    if fits && readable(size.rms, r.unit).starts_with("0 ") {
         return html! { td class="soft" { "0" } };
     }
     html! {

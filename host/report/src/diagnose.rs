@@ -187,7 +187,7 @@ pub fn credible(report: &Report) -> Vec<String> {
 fn credible_chart(report: &Report) -> Option<Bars> {
     let d = report.discrepancy.as_ref().filter(|_| has_after(report))?;
     let mut rows: Vec<(String, f64, bool)> =
-        report.credible_sets.iter().map(|s| (set_words(s), s.probability, true)).collect();
+        report.credible_sets.iter().map(|s| (words(&set_words(s)), s.probability, true)).collect();
     rows.push(("none of the sets tried".into(), d.probability, false));
     shares(rows, "probability")
 }
@@ -486,9 +486,8 @@ fn map(report: &Report, channels: &[&str], title: &str, size: fn(&Place) -> f64,
         .map(|p| p.name())
         .filter(|name| report.places.iter().any(|p| p.phase == *name))
         .collect();
-    let at = |channel: &str, phase: &str| {
-        report.places.iter().find(|p| p.channel == channel && p.phase == phase)
-    };
+    let at =
+        |channel: &str, phase: &str| report.places.iter().find(|p| p.channel == channel && p.phase == phase);
     html! {
         div class="scroll" {
             table class="heat" {

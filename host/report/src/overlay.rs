@@ -56,12 +56,7 @@ pub fn plot_id(channel: usize) -> String {
 /// Traces of a comparison with the trials to choose from; `errors` say which channels fail. Errors `after` are those
 /// of a better model: what it mends most comes first.
 #[must_use]
-pub fn section(
-    traces: &[Trace],
-    models: &[&str],
-    errors: &[ErrorRow],
-    after: Option<&[ErrorRow]>,
-) -> Markup {
+pub fn section(traces: &[Trace], models: &[&str], errors: &[ErrorRow], after: Option<&[ErrorRow]>) -> Markup {
     let groups = groups(traces, errors, after);
     let plots: Vec<Plot> =
         groups.iter().map(|(channels, first)| one_plot(channels, *first, models)).collect();
@@ -95,7 +90,12 @@ fn groups(traces: &[Trace], errors: &[ErrorRow], after: Option<&[ErrorRow]>) -> 
         })
         .collect();
     out.sort_by(|a, b| b.1.cmp(&a.1).then(b.2.total_cmp(&a.2)));
-    let failing = out.iter().filter(|g| g.1).count();
+    // What a better model does not mend is not what it is shown for.
+    let failing = out
+        .iter()
+        .filter(|g| g.1 && (after.is_none() || g.2 > 0.0))
+        .count()
+        .max(if after.is_some() && out.iter().any(|g| g.1) { FEWEST } else { 0 });
     let shown = if failing == 0 { FEWEST } else { failing.min(MOST) };
     out.into_iter().enumerate().map(|(k, (channels, ..))| (channels, k < shown)).collect()
 }

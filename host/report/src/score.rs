@@ -303,8 +303,8 @@ pub fn summary(d: &Document) -> Vec<String> {
             _ => String::new(),
         };
         let each: Vec<String> =
-            rows.iter().map(|r| format!("{} {}{}", r.method, r.in_time, lead(r))).collect();
-        lines.push(format!("{}, of {} in time: {}", class.name(), first.events, each.join("; ")));
+            rows.iter().map(|r| format!("{}: {}{}", r.method, r.in_time, lead(r))).collect();
+        lines.push(format!("{}, {} in all, in time by {}", class.name(), first.events, each.join("; ")));
     }
     let mut told: Vec<&str> = Vec::new();
     let mut alarms: Vec<String> = Vec::new();

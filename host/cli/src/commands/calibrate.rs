@@ -139,10 +139,16 @@ fn print(c: &Calibration, verbose: bool, output: &Output) {
     if verbose {
         tables(c, output);
     }
-    for remark in &c.remarks {
+    // That a coefficient is not determined stands above, with its range.
+    let told = |text: &str| !verbose && text.contains("friction is not determined");
+    for remark in c.remarks.iter().map(ToString::to_string).filter(|text| !told(text)) {
         output.text(format_args!("  {remark}"));
     }
-    output.text(if verbose { "" } else { "\nErrors before and after, the sensors' offsets at rest: --verbose" });
+    output.text(if verbose {
+        ""
+    } else {
+        "\nErrors before and after, the sensors' offsets at rest: --verbose"
+    });
 }
 
 fn range(low: Option<f64>, high: Option<f64>) -> String {

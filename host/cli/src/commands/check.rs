@@ -104,7 +104,11 @@ fn holdings(report: &Report, output: &Output) {
             })
             .collect();
         let (primitive, object) = (count.primitive.replace('_', " "), &count.object);
-        output.text(format_args!("  {primitive} of {object}: {} trials{}", count.trials, conditions.concat()));
+        output.text(format_args!(
+            "  {primitive} of {object}: {} trials{}",
+            count.trials,
+            conditions.concat()
+        ));
     }
     let [slowest, fastest] = report.rate_hz;
     let gaps = match report.gaps.gaps {
@@ -120,7 +124,9 @@ fn holdings(report: &Report, output: &Output) {
         groups => format!("repetitions: {} trials in {groups} groups", report.repeated_trials),
     };
     let nominal = report.nominal_rate_hz;
-    output.text(format_args!("  rate: {slowest:.2} to {fastest:.2} Hz (nominal {nominal}); {gaps}; {repeated}"));
+    output.text(format_args!(
+        "  rate: {slowest:.2} to {fastest:.2} Hz (nominal {nominal}); {gaps}; {repeated}"
+    ));
 }
 
 fn channel_table(report: &Report, output: &Output) {
@@ -194,7 +200,8 @@ fn balance_table(balance: &Balance, output: &Output) {
                 .map_or_else(String::new, |pusher| format!(", pusher {} N in world axes", vector(&pusher)))
         ));
     } else {
-        output.text("constant offsets are unknown: no phase before contact with all finger forces measured\n");
+        output
+            .text("constant offsets are unknown: no phase before contact with all finger forces measured\n");
     }
 }
 

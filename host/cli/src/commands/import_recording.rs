@@ -83,7 +83,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             signal.filled * 100.0,
         ));
     }
-    for line in page::noise_line(noise) {
+    if let Some(line) = page::noise_line(noise) {
         output.text(format_args!("  {line}"));
     }
     for line in page::clock_lines(offsets) {

@@ -6,12 +6,12 @@ use anyhow::Context;
 use stickslip_shared::predictor::{Limits, MAX_SEGMENTS, Prediction};
 
 use stickslip_analysis::model::file::model_or_default;
+use stickslip_analysis::run::replay::Span;
 use stickslip_analysis::run::replay::{
     self, ReplayError, at_board_rate, feed, first_difference, hash, interpolated_poses,
 };
 use stickslip_analysis::run::series;
 use stickslip_analysis::run::simulate::prepare;
-use stickslip_analysis::run::replay::Span;
 use stickslip_analysis::run::summary::{Against, Document};
 use stickslip_data::series::SeriesWriter;
 use stickslip_device::log::{self, Entry};

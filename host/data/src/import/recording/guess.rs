@@ -570,6 +570,8 @@ mod tests {
             assert_eq!(of(name).as_deref(), Some(meant), "{name}");
         }
         assert_eq!(of("max"), None);
+        // A plate is pushed against; what a name does not tell comes after what others tell.
+        assert!(tells("plate") && tells("Left") && !tells("ft"));
         assert_eq!(of("status"), None);
     }
 }
