@@ -233,7 +233,7 @@ fn flag_chart(document: &Document, t_s: &[f64]) -> Option<Chart> {
         Some(Line { points, colour: MODELS[0], width: 7 })
     });
     Some(Chart {
-        size: (820, 60 + 26 * rows.len() as u32),
+        size: (640, 60 + 26 * rows.len() as u32),
         x_label: "time, s".into(),
         x: ends,
         least_span: rows.len() as f64,

@@ -45,8 +45,9 @@ pub fn fill(data: &mut Dataset) -> Found {
     ];
     for ((key, stated), value) in keys.into_iter().zip(values) {
         if let Some(value) = value.filter(|value| *stated == 0.0 && *value > 0.0) {
-            *stated = value;
-            found.push((key, value));
+            // Three digits are more than it is known to.
+            *stated = format!("{value:.2e}").parse().unwrap_or(value);
+            found.push((key, *stated));
         }
     }
     found
