@@ -2,21 +2,20 @@
 //! command; then a card for each effect that is named or nearly so, the bench and the traces without and with
 //! it, what else was tried, and what these data cannot tell.
 
-use std::collections::BTreeMap;
-
 use maud::{Markup, html};
 
 use crate::bars::{Bars, multiples, shares};
 use crate::figures::Figure;
 use crate::html::{Tone, figure, first_screen, heat, left_out, list, page, swatch, unfold};
+use crate::limits;
+pub use crate::limits::limits_on_effects;
 use crate::overlay::{plot_id, section, trace_figures};
 use crate::plot::{Chart, Line, MODELS};
 use crate::signature::{Run, bars, over_a_run, signature};
-use crate::words::{first_sentence, interval, short};
+use crate::words::{first_sentence, identifier_words as words, interval, parameter_words, short};
 use stickslip_analysis::channels::{NAMES, channel_words};
 use stickslip_analysis::compare::document::Comparison;
 use stickslip_analysis::diagnose::RELEVANT;
-use stickslip_analysis::diagnose::detection::UpperLimit;
 use stickslip_analysis::diagnose::experiment::Experiment;
 use stickslip_analysis::diagnose::posterior::Weighed;
 use stickslip_analysis::diagnose::report::{CandidateReport, Place, Report, Verdict};
@@ -49,7 +48,6 @@ pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>
         @if let Some(would_tell) = &report.would_tell { p { b { "What would tell:" } " " (would_tell) "." } }
         (misfit_bars(report))
     };
-    let limits = limits_on_effects(report);
     let run = traces.filter(|_| has_after(report)).and_then(over_a_run);
     let body = html! {
         (first_screen(("diagnose", name), (tone, lead), &picture, next))
@@ -69,10 +67,7 @@ pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>
         (maps(report, traces.is_some()))
         (list("Remaining misfit", &report.unexplained.iter().map(structure_words).collect::<Vec<_>>()))
         @if let Some(experiment) = &report.suggested_experiment { (drawn_experiment(experiment)) }
-        @if !has_after(report) && !limits.is_empty() {
-            h2 { "What may still be there" }
-            (limit_table(&limits))
-        }
+        @if !has_after(report) { (limits::section(report)) }
         @if !report.classes.is_empty() {
             h2 { "What these trials cannot tell apart" }
             div class="flow" {
@@ -85,11 +80,6 @@ pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>
         (list("What cannot be concluded", &report.limits))
     };
     page(&format!("stickslip diagnose: {name}"), body)
-}
-
-/// An identifier as words.
-fn words(id: &str) -> String {
-    id.replace('_', " ")
 }
 
 /// Errors of the first model: what fails before decides what is shown.
@@ -201,24 +191,6 @@ fn credible_bars(report: &Report) -> Markup {
             (report.conditions) " conditions count as " (format!("{:.1}", d.effective_conditions)) " independent ones."
         }
     }
-}
-
-/// How strong each effect may be although it is not named: effect, parameter, upper limit, typical size.
-pub fn limits_on_effects(report: &Report) -> Vec<[String; 4]> {
-    let with_unit = |x: f64, unit: &str| match unit {
-        "1" => short(x),
-        unit => format!("{} {unit}", short(x)),
-    };
-    let each = |(id, strengths): (&&'static str, &BTreeMap<&'static str, UpperLimit>)| {
-        let row = |(name, l): (&&'static str, &UpperLimit)| {
-            let upper = l
-                .upper
-                .map_or("not limited by these data".into(), |x| format!("at most {}", with_unit(x, l.unit)));
-            [(*id).to_owned(), (*name).to_owned(), upper, with_unit(l.plausible, l.unit)]
-        };
-        strengths.iter().map(row).collect::<Vec<_>>()
-    };
-    report.limits_on_effects.iter().flat_map(each).collect()
 }
 
 /// Whether a model with effects stands beside the base model.
@@ -333,7 +305,7 @@ fn strength(c: &CandidateReport) -> Markup {
                 @for p in c.info.parameters {
                     @if let Some(v) = c.parameters.get(p.name) {
                         tr {
-                            th scope="row" class="text" { (words(p.name)) div class="soft" { (p.what) } }
+                            th scope="row" class="text" { (parameter_words(p.name)) div class="soft" { (p.what) } }
                             td { b { (short(v.value)) } " " (if p.unit == "1" { "" } else { p.unit }) }
                             td { (interval(v.low, v.high)) }
                             td { (short(p.typical)) }
@@ -404,7 +376,7 @@ fn tried(report: &Report) -> Markup {
                 td { (format!("{:.1e}", c.p_value)) }
                 td class="left" {
                     @for (n, v) in &c.parameters {
-                        div { (words(n)) " " (short(v.value)) " (" (interval(v.low, v.high)) ") " (if v.unit == "1" { "" } else { v.unit }) }
+                        div { (parameter_words(n)) " " (short(v.value)) " (" (interval(v.low, v.high)) ") " (if v.unit == "1" { "" } else { v.unit }) }
                     }
                 }
             }
@@ -518,7 +490,7 @@ fn map(report: &Report, channels: &[&str], title: &str, size: fn(&Place) -> f64,
 
 fn map_cell(place: &Place, size: f64, traces: bool) -> Markup {
     let beyond = size > RELEVANT;
-    let number = html! { (format!("{size:.1}")) @if beyond { span class="said" { " beyond" } } };
+    let number = html! { (format!("{size:.1}")) @if beyond { span class="said" { " fails" } } };
     // Sum and difference of the fingers are seen in the traces of both.
     let channel = place.channel.replace("finger_sum", "finger1").replace("finger_difference", "finger1");
     let goto = NAMES.iter().position(|n| *n == channel).filter(|_| traces).map(plot_id);
@@ -567,22 +539,6 @@ fn drawn_experiment(e: &Experiment) -> Markup {
     }
 }
 
-fn limit_table(limits: &[[String; 4]]) -> Markup {
-    html! {
-        div class="scroll" {
-            table {
-                caption { "How strong an effect may be all the same (95 %)" }
-                thead { tr { @for h in ["effect", "strength", "limit", "typical"] { th scope="col" { (h) } } } }
-                tbody {
-                    @for [effect, name, upper, typical] in limits {
-                        tr { th scope="row" { (words(effect)) } td { (words(name)) } td { (upper) } td { (typical) } }
-                    }
-                }
-            }
-        }
-    }
-}
-
 /// Fitted parameters of the model that is judged.
 fn parameters(report: &Report) -> Markup {
     unfold(
@@ -594,7 +550,7 @@ fn parameters(report: &Report) -> Markup {
                 tbody {
                     @for (name, v) in &report.parameters {
                         tr {
-                            th scope="row" { (words(name)) }
+                            th scope="row" { (parameter_words(name)) }
                             td { (short(v.value)) }
                             td { (interval(v.low, v.high)) }
                             td { (if v.unit == "1" { "–" } else { v.unit }) }
