@@ -15,13 +15,16 @@ export CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS := \
 FLASH_LIMIT := 262144
 RAM_LIMIT := 49152
 
-.PHONY: help book first setup mujoco-setup test test-full python lint lint-boards studies test-host hil hil-probe soak soak-program soak-short firmware firmware-g474 flash-g474 size no-panic cost demo fuzz bench
+.PHONY: help book first setup browser mujoco-setup test test-full python lint lint-boards studies test-host hil hil-probe soak soak-program soak-short firmware firmware-g474 flash-g474 size no-panic cost demo fuzz bench
 
 help: ## This list
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
 
 setup: ## Install what is missing: thumbv7em target, QEMU
 	@tools/setup.sh
+
+browser: ## Install Chromium where it is missing: it clicks through the pages in the tests
+	@tools/setup.sh browser
 
 mujoco-setup: ## A Python environment with MuJoCo for `stickslip-lab mujoco`, outside the repository
 	@tools/mujoco/setup.sh
@@ -58,7 +61,7 @@ lint-boards: ## Clippy for the other board and the tests on boards
 	cargo clippy -p stickslip-lab --features probe --test hil -- -D warnings
 
 # Of all crates, here and below: with `-p` cargo joins the features of fewer crates, and builds them all again.
-test-host: ## Tests of shared and host
+test-host: browser ## Tests of shared and host
 	cargo test --no-fail-fast --tests
 
 studies: ## Tests that take minutes each (marked `ignored`)

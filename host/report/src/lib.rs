@@ -11,6 +11,7 @@ pub mod diagnose;
 pub mod figures;
 pub mod html;
 pub mod import;
+mod limits;
 mod outline;
 pub mod overlay;
 mod packed;

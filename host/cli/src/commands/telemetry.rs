@@ -32,7 +32,7 @@ pub fn live(report: &TelemetryReport) -> String {
         ]);
     }
     format!(
-        "{table}\nholds {}, friction {:.2}, at least {:.2}\nsag {:.2} mm, {:.2} mm ahead, rotation {:.2}°, drop {}, grip to hold {}\nflags: {}\nin doubt: {}",
+        "{table}\nholds {}, friction {:.2}, at least {:.2}\nsag {:.2} mm, {:.2} mm ahead, rotation {:.2}°, drop {}, grip with reserve {}\nflags: {}\nin doubt: {}",
         holds(p.hold_probability),
         p.friction,
         p.friction_least,
