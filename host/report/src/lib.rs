@@ -11,7 +11,7 @@ pub mod diagnose;
 pub mod figures;
 pub mod html;
 pub mod import;
-mod outline;
+pub mod outline;
 pub mod overlay;
 mod packed;
 pub mod plot;
