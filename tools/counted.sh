@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.."
 kept=target/counted
 mkdir -p "$kept"
 log=$(mktemp "$kept/XXXXXX")
-trap 'rm -f "$log" "$log.beside"' EXIT
+trap 'rm -f "$log" "$log.beside"; [ -z "${beside-}" ] || kill "$beside" 2>/dev/null' EXIT
 began=$(date +%s)
 
 name=$1
