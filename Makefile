@@ -87,7 +87,7 @@ test-host-rest: ## All tests of shared and host, with all features
 studies: ## Tests that take minutes each (marked `ignored`)
 	cargo test --release -p stickslip-lab --test blind -- --ignored
 
-CORE := device::every_prediction device::a_bad_line device::a_refused_command device::after_every_kind device::a_reset_board
+CORE := device::every_prediction device::a_refused_command device::after_every_kind device::a_reset_board
 hil-core: firmware ## A streamed push on the emulated board, bit for bit, and its bad inputs
 	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test --test board $(QUICK) -- \
 		--ignored --test-threads 1 $(CORE)

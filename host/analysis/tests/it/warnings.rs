@@ -1,7 +1,6 @@
 //! Warnings judged by the key of simulated grasps.
 
 use stickslip_analysis::score::alarms::Episode;
-use stickslip_analysis::score::rate::Rate;
 use stickslip_analysis::score::warnings::*;
 
 fn trial(scenario: &str, episodes: &[[f64; 3]], drop: Option<f64>) -> TrialKey {
