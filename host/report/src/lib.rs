@@ -12,7 +12,7 @@ pub mod figures;
 pub mod html;
 pub mod import;
 mod limits;
-mod outline;
+pub mod outline;
 pub mod overlay;
 mod packed;
 pub mod plot;

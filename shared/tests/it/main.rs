@@ -1,6 +1,7 @@
 //! Tests of the crate from outside, in one program: it links once.
 
 mod alarm;
+mod angle;
 mod bad_input;
 mod checksum;
 mod common;

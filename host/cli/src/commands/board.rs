@@ -376,7 +376,7 @@ fn info(device: &mut Device, output: &Output) -> anyhow::Result<()> {
     }
     if let Some(clock) = &told.clock {
         let drift =
-            clock.drift.map_or("not told in so short a time".to_owned(), |d| format!("{:.1} ppm", d * 1e6));
+            clock.drift.map_or("unknown after so short a time".to_owned(), |d| format!("{:.1} ppm", d * 1e6));
         output.text(format_args!(
             "its clock: {:.6} s ahead, give or take {:.2} ms; drift {drift}",
             clock.offset_s,

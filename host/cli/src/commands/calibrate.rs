@@ -196,8 +196,9 @@ fn pad_words(pads: &PadStiffness) -> String {
         Some(high) => format!("{} to {}", n_mm(pads.low_n_m), n_mm(high)),
         None => format!("at least {}", n_mm(pads.low_n_m)),
     };
-    let value =
-        pads.tangential_n_m.map_or_else(|| "not told from rigid".into(), |k| format!("{} N/mm", n_mm(k)));
+    let value = pads
+        .tangential_n_m
+        .map_or_else(|| "as rigid as these data can show".into(), |k| format!("{} N/mm", n_mm(k)));
     let model = match pads.in_model {
         true => "in the model",
         false => "within the tolerance of rigid contact: not in the model",

@@ -116,6 +116,27 @@ fn no_unit_test_is_in_a_target_that_is_not_built_as_a_test() {
     }
 }
 
+/// A test that no target runs guards nothing.
+#[test]
+fn every_ignored_test_names_a_target_that_runs_it() {
+    let makefile = std::fs::read_to_string(repository().join("Makefile")).expect("the Makefile");
+    let mut files = Vec::new();
+    for (path, _) in ALLOWED {
+        sources(&repository().join(path), &mut files);
+    }
+    let mut ignored = 0;
+    for path in files {
+        let text = std::fs::read_to_string(&path).expect("a source");
+        for line in text.lines().map(str::trim).filter(|line| line.starts_with("#[ignore")) {
+            let target = line.split_once("make ").and_then(|(_, rest)| rest.split('"').next());
+            let there = target.is_some_and(|target| makefile.contains(&format!("\n{target}:")));
+            assert!(there, "{}: {line}", path.display());
+            ignored += 1;
+        }
+    }
+    assert!(ignored > 20, "{ignored}");
+}
+
 #[test]
 fn a_file_above_600_lines_says_why_at_its_head() {
     let mut files = Vec::new();
