@@ -11,6 +11,7 @@ mod effects_analytic;
 mod effects_neutral_and_typical;
 mod faces;
 mod falling;
+mod far_jump;
 mod formula;
 mod free_motion;
 mod friction;
