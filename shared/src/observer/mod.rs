@@ -27,7 +27,7 @@ pub mod trend;
 
 pub use params::Params;
 
-use crate::real::{Real, Vec3, clamp, max, min, norm, sqrt};
+use crate::real::{Real, Vec3, clamp, max, min, norm};
 use bearing::Bearing;
 use friction::{Friction, Use};
 use grip::Grip;

@@ -15,6 +15,7 @@ mod falling;
 mod formula;
 mod free_motion;
 mod friction;
+mod leaps;
 mod lift;
 mod linear_push;
 mod messages;

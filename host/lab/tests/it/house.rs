@@ -13,7 +13,8 @@ const ALLOWED: [(&str, &[&str]); 18] = [
     ("host/lcp", &["shared"]),
     // Seen while the rest is built: nothing but what the board runs.
     ("host/first", &["shared"]),
-    ("host/device", &["shared"]),
+    // The unit: what of a host's sample is young enough for it.
+    ("host/device", &["shared", "unit"]),
     ("host/analysis", &["shared", "data"]),
     // The unit: its frames on the bus. The analyses: names of flags and doubts.
     ("host/live", &["shared", "unit", "device", "analysis"]),
