@@ -198,6 +198,8 @@ impl<R: Real> Friction<R> {
     }
 
     /// There is more than this with the probability `p`, where so much is `held`.
+    // Once in the program: it is asked for in a dozen places.
+    #[inline(never)]
     fn quantile(&self, p: R, held: R) -> R {
         let middle = self.middle(held);
         if !(middle > R::zero()) {
@@ -208,6 +210,7 @@ impl<R: Real> Friction<R> {
     }
 
     /// Probability that there is as much as `needed`.
+    #[inline(never)]
     pub fn probability_of(&self, needed: R) -> R {
         let held = max(self.proven, self.holds);
         if !(needed > held) {
