@@ -21,8 +21,8 @@ pub fn fill(data: &mut Dataset) -> Found {
         median(data, &|s: &Sample| of(s).map(|w| part(&w)))
     };
     let pose = |part: fn(&Pose) -> [f64; 3]| median(data, &|s: &Sample| s.object.map(|p| part(&p)));
-    let (force, torque): (fn(&Wrench) -> [f64; 3], fn(&Wrench) -> [f64; 3]) =
-        (|w| w.force_n, |w| w.torque_nm);
+    let force: fn(&Wrench) -> [f64; 3] = |w| w.force_n;
+    let torque: fn(&Wrench) -> [f64; 3] = |w| w.torque_nm;
     let finger: fn(&Sample) -> Option<Wrench> = |s| s.finger[0];
     let pusher: fn(&Sample) -> Option<Wrench> = |s| s.pusher_wrench;
     let values = [
