@@ -164,10 +164,27 @@ fn set_words(s: &Weighed) -> String {
     }
 }
 
+/// Credible sets that are less probable than this are put into words together. Half of it: a screen full of sets that
+/// differ by what the data hardly show.
+const TOGETHER: f64 = 0.03;
+const FAINT: &str = "sets below 3 % together, mostly with one effect more that these data hardly show";
+
+/// Credible sets that have a line of their own.
+fn likely(report: &Report) -> impl Iterator<Item = &Weighed> {
+    report.credible_sets.iter().filter(|s| s.probability >= TOGETHER)
+}
+
+/// Probability of the other credible sets together.
+fn faint(report: &Report) -> f64 {
+    report.credible_sets.iter().map(|s| s.probability).filter(|p| *p < TOGETHER).sum()
+}
+
 /// The credible sets in words, one a line, and what is none of them; nothing where nothing had to be explained.
 pub fn credible(report: &Report) -> Vec<String> {
     let Some(d) = &report.discrepancy else { return Vec::new() };
-    let each = report.credible_sets.iter().map(|s| format!("{}: {}", set_words(s), percent(s.probability)));
+    let each = likely(report).map(|s| format!("{}: {}", set_words(s), percent(s.probability)));
+    let few = faint(report);
+    let few = (few > 0.0).then(|| format!("{FAINT}: {}", percent(few)));
     let rest = [
         format!("none of the sets tried: {}", percent(d.probability)),
         format!(
@@ -175,14 +192,15 @@ pub fn credible(report: &Report) -> Vec<String> {
             percent(d.beside)
         ),
     ];
-    each.chain(rest).collect()
+    each.chain(few).chain(rest).collect()
 }
 
 /// Probabilities of the credible sets, and of none of them, as bars.
 fn credible_chart(report: &Report) -> Option<Bars> {
     let d = report.discrepancy.as_ref().filter(|_| has_after(report))?;
     let mut rows: Vec<(String, f64, bool)> =
-        report.credible_sets.iter().map(|s| (set_words(s), s.probability, true)).collect();
+        likely(report).map(|s| (set_words(s), s.probability, true)).collect();
+    rows.push((FAINT.into(), faint(report), false));
     rows.push(("none of the sets tried".into(), d.probability, false));
     shares(rows, "probability")
 }
@@ -191,7 +209,7 @@ fn credible_bars(report: &Report) -> Markup {
     let Some((chart, d)) = credible_chart(report).zip(report.discrepancy.as_ref()) else { return html! {} };
     html! {
         h2 { "How probable" }
-        (figure("Sets of effects that were fitted", "", &credible(report).join("; "), &chart.markup().0))
+        (figure("Sets of effects", "", &credible(report).join("; "), &chart.markup().0))
         p class="soft" {
             (report.conditions) " conditions count as " (format!("{:.1}", d.effective_conditions)) " independent ones."
         }

@@ -54,7 +54,16 @@ pub struct Detection {
     pub limits: BTreeMap<&'static str, BTreeMap<&'static str, UpperLimit>>,
     /// Effects that these trials cannot tell apart.
     pub classes: Vec<Vec<&'static str>>,
+    /// As [`beside`].
+    pub companions: BTreeMap<&'static str, f64>,
 }
+
+/// Strengths are this many typical sizes (root mean square): typical is the middle of what is met. Twice as much: half
+/// the probability of what hardly shows.
+const PLAUSIBLE: f64 = 1.5;
+/// Largest logarithm of that of a strength that was not fitted: where the linear model promises more, the search would
+/// have taken the effect if it held. One more: up to three times the probability of what was not fitted.
+const MOST: f64 = 3.0;
 
 /// A strength of an effect, in units of its typical size.
 struct Column {
@@ -81,9 +90,10 @@ impl Column {
 /// Limits and classes around a fitted model; the `invisible` effects are known to change nothing.
 pub fn detection(problem: &Problem, held: &Held, invisible: &[&'static str]) -> Detection {
     let columns = columns(problem, held, invisible);
-    let limit_of = |c: &Column| limit(problem, held, c);
-    let limits: Vec<Option<f64>> = columns.par_iter().map(limit_of).collect();
-    let mut out = Detection::default();
+    let asked: Vec<Option<Asked>> = columns.par_iter().map(|c| asked(problem, held, c)).collect();
+    let upper = |(c, asked): (&Column, &Option<Asked>)| asked.as_ref()?.limit(c);
+    let limits: Vec<Option<f64>> = columns.iter().zip(&asked).map(upper).collect();
+    let mut out = Detection { companions: companions(&columns, &asked), ..Detection::default() };
     for (c, upper) in columns.iter().zip(&limits) {
         let p = &c.info.parameters[c.parameter];
         let upper = upper.map(|a| a * c.unit());
@@ -124,20 +134,65 @@ fn columns(problem: &Problem, held: &Held, invisible: &[&'static str]) -> Vec<Co
     out
 }
 
-/// Upper limit of one strength, in typical sizes; none where there is none within what is possible.
-fn limit(problem: &Problem, held: &Held, column: &Column) -> Option<f64> {
+/// What the residuals say of one strength that is not in the model, in typical sizes.
+#[derive(Clone, Copy, Debug)]
+struct Asked {
+    /// Strength that fits them best.
+    best: f64,
+    /// Its standard error: over conditions, or by the noise, whichever is larger.
+    error: f64,
+    /// Strength at which some channel would miss by [`RELEVANT`] run spreads in a phase.
+    shows: f64,
+}
+
+impl Asked {
+    /// Upper limit; none where there is none within what is possible.
+    fn limit(&self, column: &Column) -> Option<f64> {
+        let upper = (self.best.abs() + QUANTILE * self.error).max(self.shows);
+        (upper <= column.most()).then_some(upper)
+    }
+}
+
+/// Bayes factor of a strength, normal about its absence with [`PLAUSIBLE`] typical sizes, over its absence. `best` fits
+/// the residuals best, by the linear model, with standard error `error`; one `shows` by what is worth a name, and less
+/// says little either way. All in typical sizes.
+#[must_use]
+pub fn factor(best: f64, error: f64, shows: f64) -> f64 {
+    let noise2 = error.powi(2) + (shows / RELEVANT).powi(2);
+    let all2 = noise2 + PLAUSIBLE * PLAUSIBLE;
+    (noise2 / all2).sqrt() * (0.5 * best.powi(2) * (1.0 / noise2 - 1.0 / all2)).min(MOST).exp()
+}
+
+/// None where one typical size changes nothing.
+fn asked(problem: &Problem, held: &Held, column: &Column) -> Option<Asked> {
     let Held { solution, free, .. } = held;
     let known = free.len();
-    let smallest = RELEVANT / shown(problem, held, column)?;
+    let shows = RELEVANT / shown(problem, held, column)?;
     let all: Vec<Vec<Features>> = solution.columns.iter().cloned().chain([column.change.clone()]).collect();
     let grams = problem.grams(&solution.residual, &all);
     let prior = solution.priors(problem, free, 1);
-    let asked = gls::solve(grams.iter().map(|g| (1.0, g)), &prior)?[known];
+    let best = gls::solve(grams.iter().map(|g| (1.0, g)), &prior)?[known];
     let by_noise = information(&grams, &prior).cholesky()?.inverse()[(known, known)];
     let over_conditions = clustered_covariance(&grams, &prior, known + 1)[(known, known)];
-    let upper = asked.abs() + QUANTILE * by_noise.max(over_conditions).sqrt();
-    let upper = upper.max(smallest);
-    (upper <= column.most()).then_some(upper)
+    Some(Asked { best, error: by_noise.max(over_conditions).sqrt(), shows })
+}
+
+/// For each effect that is not in the model the Bayes factor ([`factor`]; mean over its strengths) of its presence
+/// beside what is in the model.
+pub fn beside(problem: &Problem, held: &Held, invisible: &[&'static str]) -> BTreeMap<&'static str, f64> {
+    let columns = columns(problem, held, invisible);
+    let asked: Vec<Option<Asked>> = columns.par_iter().map(|c| asked(problem, held, c)).collect();
+    companions(&columns, &asked)
+}
+
+fn companions(columns: &[Column], asked: &[Option<Asked>]) -> BTreeMap<&'static str, f64> {
+    let mut each: BTreeMap<&'static str, Vec<f64>> = BTreeMap::new();
+    for (c, asked) in columns.iter().zip(asked) {
+        if let Some(asked) = asked {
+            each.entry(c.info.id).or_default().push(factor(asked.best, asked.error, asked.shows));
+        }
+    }
+    each.into_iter().map(|(id, of)| (id, of.iter().sum::<f64>() / of.len() as f64)).collect()
 }
 
 /// What the data and the prior tell of the coefficients together; positive definite.

@@ -106,12 +106,18 @@ pub fn diagnose(
     };
     let experiment = pair.and_then(|[a, b]| experiment::experiments(&problem, a, b, 1).into_iter().next());
     let named = matches!(findings.verdict, Verdict::Effect | Verdict::Ambiguous);
+    let lead = findings.posterior.lead.take();
     let last = findings.last.as_ref().filter(|_| named).unwrap_or(&findings.start);
     let mut detection = detection::detection(&problem, last, &findings.invisible);
+    if let Some(lead) = lead.filter(|l| l.solution.model != last.solution.model) {
+        detection.companions = detection::beside(&problem, &lead, &findings.invisible);
+    }
+    let companions = std::mem::take(&mut detection.companions);
     if findings.verdict == Verdict::Unexplained || findings.beside.is_some() {
         // What is missing may hide anything.
         detection.limits.clear();
     }
+    findings.posterior.share_with(&companions);
     let mut report = report::report(&problem, findings, &model, begun.elapsed());
     (report.limits_on_effects, report.classes) = (detection.limits, detection.classes);
     report.weigh(unbalanced(dataset, &campaign.description));

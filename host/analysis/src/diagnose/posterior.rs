@@ -19,13 +19,17 @@
 //! and places there are.
 //!
 //! Before the data each of `n` effects is as likely as any other: a set of `k` has `n^-k` of the empty one. What
-//! is not listed is as likely as one that is, and may be missing
+//! is not listed ([`UNLISTED`]) may be missing
 //!
 //! - beside a set: it leaves no place with a systematic misfit beyond the form of laws that would be worth a name
-//!   ([`RELEVANT`]), for `n^-(k+1)`;
-//! - in place of it, and only look like it. The more a set explains, the less likely that is by chance: a
-//!   direction at random in `2 m` dimensions beyond the set's own has all but `1 - rho` of its square in the set with
-//!   probability `(1 - rho)^m`, and there are `n^k` sets. `m` follows from how often that happens (`ALIKE`).
+//!   ([`RELEVANT`]);
+//! - in place of all of them. It leaves as little as the best set does with something beside it, and that set only
+//!   looks like it. The more a set explains where it acts, the less likely that is by chance: a direction at random
+//!   in `2 m` dimensions beyond the set's own has all but `1 - rho` of its square in the set with probability
+//!   `(1 - rho)^m`, and there are `n^k` sets. `m` follows from how often that happens (`ALIKE`).
+//!
+//! A further effect may be there that was not fitted, as it hardly shows: each set shares its probability with
+//! those that have one effect more ([`Posterior::share_with`]), by what the residuals speak for it.
 
 use std::collections::BTreeMap;
 
@@ -34,9 +38,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::effects::REGISTRY;
 
+use crate::diagnose::choice::MOST_EFFECTS;
 use crate::diagnose::misfit::FORM;
-use crate::diagnose::select::{Held, explained};
-use crate::diagnose::verdict::RELEVANT;
+use crate::diagnose::select::Held;
+use crate::diagnose::verdict::{ACTS, RELEVANT};
 use crate::fit::Free;
 use crate::fit::features::{FEATURES, Features};
 use crate::fit::phases::{BINS, Phase};
@@ -50,6 +55,10 @@ const DRAWS: usize = 400;
 /// An effect that is not listed is explained to four fifths by a listed one in one case of ten (blind tests of the
 /// first rig: 89 to 92 % get no name).
 const ALIKE: [f64; 2] = [0.8, 0.1];
+/// Probability that something unlisted is missing, that of a listed effect being 1 (each of `n` has `1 / n`), beside
+/// a set or in place of all. Twice as much: names of which a third of the excess is not explained become as likely
+/// wrong as right where now two fifths.
+const UNLISTED: f64 = 0.2;
 /// The sets that are listed have this probability together.
 const CREDIBLE: f64 = 0.95;
 
@@ -73,6 +82,8 @@ pub struct Posterior {
     pub beside: f64,
     /// As many conditions as count.
     pub conditions: f64,
+    /// The fit of the most probable set.
+    pub lead: Option<Held>,
 }
 
 impl Posterior {
@@ -90,6 +101,40 @@ impl Posterior {
             out.push(s.clone());
         }
         out
+    }
+
+    /// Shares the probability of each set with those that have one effect more and were not fitted; `factors` are
+    /// Bayes factors of these effects beside what the most probable set has, from its residuals.
+    pub fn share_with(&mut self, factors: &BTreeMap<&'static str, f64>) {
+        let fitted: Vec<Vec<&'static str>> = self.sets.iter().map(|s| s.effects.clone()).collect();
+        let n = REGISTRY.len() as f64;
+        let mut shared: BTreeMap<Vec<&'static str>, f64> = BTreeMap::new();
+        for set in std::mem::take(&mut self.sets) {
+            let more = |id: &'static str| {
+                let mut effects = set.effects.clone();
+                effects.push(id);
+                effects.sort_unstable();
+                effects
+            };
+            let further: Vec<(Vec<&'static str>, f64)> = factors
+                .iter()
+                .filter(|(id, _)| set.effects.len() < MOST_EFFECTS && !set.effects.contains(id))
+                .map(|(id, factor)| (more(id), factor / n))
+                .filter(|(effects, _)| !fitted.contains(effects))
+                .collect();
+            let all = 1.0 + further.iter().map(|(_, odds)| odds).sum::<f64>();
+            *shared.entry(set.effects).or_default() += set.probability / all;
+            for (effects, odds) in further {
+                *shared.entry(effects).or_default() += set.probability * odds / all;
+            }
+        }
+        self.sets =
+            shared.into_iter().map(|(effects, probability)| Weighed { effects, probability }).collect();
+        self.sort();
+    }
+
+    fn sort(&mut self) {
+        self.sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     }
 
     /// That effect `id` is missing, alone or beside others.
@@ -129,33 +174,39 @@ pub fn posterior(
     let ln_n = (REGISTRY.len() as f64).ln();
     let chance = (ln_n - ALIKE[1].ln()) / -(1.0 - ALIKE[0]).ln();
     // Logarithm of the probability that something unlisted looks so much like a set.
-    let looks_like = |ids: &Vec<&str>, held: &Held| {
-        let left = (1.0 - explained(&first.misfit, &held.misfit)).clamp(f64::MIN_POSITIVE, 1.0);
+    let looks_like = |(ids, s): (&Vec<&str>, &Fitted)| {
+        let left = (1.0 - explained_where_it_acts(first, s.held)).clamp(f64::MIN_POSITIVE, 1.0);
         (ids.len() as f64 * ln_n + chance * left.ln()).min(0.0)
     };
-    let most_alike = sets.iter().map(|(ids, s)| looks_like(ids, s.held)).fold(0.0, f64::min);
-    let (mut rows, mut named) = (Vec::new(), Vec::new());
+    let most_alike = sets.iter().map(looks_like).fold(0.0, f64::min);
+    let (mut rows, mut named, mut fits) = (Vec::new(), Vec::new(), Vec::new());
     for (ids, s) in sets {
         let k = ids.len() as f64;
-        let (beside, instead) = match ids.is_empty() {
-            // Nothing that is listed: yet one of the sets explains what it does.
-            true => (0.0, (most_alike - ln_n).exp()),
-            false => ((-(k + 1.0) * ln_n).exp(), (looks_like(&ids, s.held) - ln_n).exp()),
-        };
-        rows.push((of_each_place(&completed(&s.places, s.held, first), &base), (beside + instead).ln()));
         rows.push((s.left, -k * ln_n));
-        named.push((ids, if beside > 0.0 { beside / (beside + instead) } else { 0.0 }));
+        // Nothing that is listed and something beside it is what is unlisted alone.
+        let beside = if ids.is_empty() { f64::NEG_INFINITY } else { UNLISTED.ln() - k * ln_n };
+        rows.push((of_each_place(&completed(&s.places, s.held, first), &base), beside));
+        named.push(ids);
+        fits.push(s.held);
     }
+    let least = rows.chunks(2).filter_map(|row| row.get(1));
+    let least = least.max_by(|a, b| log_density(&a.0, &even).total_cmp(&log_density(&b.0, &even)));
+    rows.extend(least.cloned().map(|(left, _)| (left, UNLISTED.ln() + most_alike)));
     let mean = weights(&rows, problem.campaign.conditions, tempered);
     let mut out = Posterior { conditions: conditions * tempered, ..Posterior::default() };
-    for ((effects, share), row) in named.into_iter().zip(mean.chunks(2)) {
-        let [complete, alone] = *row else { break };
-        let beside = complete * share;
+    let mut most = 0.0;
+    for ((effects, held), row) in named.into_iter().zip(fits).zip(mean.chunks_exact(2)) {
+        let [alone, beside] = *row else { break };
+        let probability = alone + beside;
         out.beside += beside;
-        out.unlisted += complete - beside;
-        out.sets.push(Weighed { effects, probability: alone + beside });
+        if probability > most {
+            most = probability;
+            out.lead = Some(held.clone());
+        }
+        out.sets.push(Weighed { effects, probability });
     }
-    out.sets.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    out.unlisted = mean.last().copied().unwrap_or(0.0);
+    out.sort();
     out
 }
 
@@ -165,6 +216,20 @@ struct Fitted<'a> {
     places: Places,
     left: Vec<LeftInPlace>,
     total: f64,
+}
+
+/// Share of the excess that a fit explains in the places where it acts, for better or worse ([`ACTS`]).
+fn explained_where_it_acts(first: &Held, held: &Held) -> f64 {
+    let above = |size: f64| (size * size - 1.0).max(0.0);
+    let (mut had, mut left) = (0.0, 0.0);
+    for now in &held.beyond(first).places {
+        let Some(then) = first.misfit.at(now.channel, now.phase) else { continue };
+        if (now.size - then.size).abs() > ACTS * then.size {
+            had += above(then.size);
+            left += above(now.size);
+        }
+    }
+    if had > 0.0 { 1.0 - left / had } else { 0.0 }
 }
 
 /// `places` of `held` as something beside its effects would leave them that takes up what is worth a name.

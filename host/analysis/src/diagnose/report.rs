@@ -133,8 +133,8 @@ pub struct Report {
     pub ambiguous_with: Vec<Vec<&'static str>>,
     /// All effects that were refitted, best first.
     pub candidates: Vec<CandidateReport>,
-    /// The most probable sets, which have 95 % together of what all sets that were fitted have. Empty where
-    /// nothing had to be explained.
+    /// The most probable sets, which have 95 % together of what all sets have: those that were fitted, and each of
+    /// them with one effect more that these data hardly show. Empty where nothing had to be explained.
     pub credible_sets: Vec<Weighed>,
     /// What no set explains; none where nothing had to be explained.
     pub discrepancy: Option<Discrepancy>,
@@ -264,9 +264,6 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         format!("Something else is missing: {}, and no set of known effects explains that.", off_by(place))
     });
     if let Some(text) = &also_missing {
-        if weighed {
-            limits.push("probabilities weigh what is missing as one thing: where something else is missing beside what is named, they are too low".into());
-        }
         summary += &format!(" {text}");
     }
     if let Some(swing) = swing {

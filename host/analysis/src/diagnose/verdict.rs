@@ -24,7 +24,7 @@ const ADEQUATE_ERROR: f64 = 1.3;
 const POOR_ERROR: f64 = 1.75;
 const FAR: f64 = 8.0;
 /// An effect acts where it lowers a misfit by more than this share of it.
-const ACTS: f64 = 0.1;
+pub const ACTS: f64 = 0.1;
 /// Fewest conditions for a verdict.
 pub const FEWEST_CONDITIONS: usize = 4;
 

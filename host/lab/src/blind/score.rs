@@ -75,6 +75,8 @@ pub struct Opened {
     pub credible_sets: Vec<Weighed>,
     /// Probability that it is none of the sets that were fitted.
     pub unlisted: f64,
+    /// Effects that are missing, alone or beside others, with [`SURE`] or more.
+    pub sure: Vec<&'static str>,
     /// Time of the diagnosis, s.
     pub seconds: f64,
 }
@@ -112,6 +114,8 @@ pub struct Figures {
     pub error_fell: Share,
     /// Of what is most probable with 95 % or more: right.
     pub sure_right: Share,
+    /// Of the effects that are missing with 95 % or more, alone or beside others: hidden.
+    pub sure_effects: Share,
     /// One of the credible sets is what was hidden (of listed effects, where there was something to explain).
     pub credible_holds: Share,
     /// Expected calibration error of the probability of what is most probable.
@@ -143,6 +147,7 @@ pub fn open(truth: Truth, report: &Report, each_alone: Vec<[f64; 2]>) -> Opened 
         each_alone,
         credible_sets: report.credible_sets.clone(),
         unlisted: report.discrepancy.map_or(0.0, |d| d.probability),
+        sure: report.candidates.iter().filter(|c| c.probability >= SURE).map(|c| c.id).collect(),
         seconds: report.seconds,
     }
 }
@@ -220,6 +225,9 @@ pub fn figures(runs: &[Opened]) -> Figures {
             if r.truth.class != Class::Unknown {
                 f.credible_holds.count(r.credible_sets.iter().any(|s| r.is_truth(&s.effects)));
             }
+        }
+        for id in &r.sure {
+            f.sure_effects.count(!r.is_wrong(&[*id]));
         }
         let hidden = &r.truth.effects;
         let truth = if hidden.is_empty() { "nothing".into() } else { hidden.join("+") };

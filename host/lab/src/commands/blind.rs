@@ -84,6 +84,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         ("two effects, none wrongly named", f.one_of_two, "-"),
         ("rightly named, error after within 1.3 run spreads", f.error_fell, "95 %"),
         ("most probable with 95 % or more: right", f.sure_right, "93 %"),
+        ("effect probable with 95 % or more, alone or beside others: hidden", f.sure_effects, "93 %"),
         ("credible sets hold what was hidden", f.credible_holds, "93 %"),
     ] {
         t.add_row(vec![Cell::new(what), Cell::new(text(&share)), Cell::new(aim)]);
