@@ -6,7 +6,8 @@
 //! independent would make a tenth of a run spread overwhelming.
 //!
 //! Conditions are not independent either: what a model lacks, it lacks in many of them alike. With
-//! `r` the mean correlation of residuals between conditions, `C` conditions count as
+//! `r` the mean correlation of residuals between conditions, or the intraclass correlation of their sizes in a place
+//! where that is larger (signs turn with the way that an object is pushed), `C` conditions count as
 //! `C / (1 + (C - 1) r)` (design effect, Kish 1965). Which conditions were measured is chance:
 //! probabilities are means over Dirichlet weights of the conditions (Bayesian bootstrap of held-out scores,
 //! pseudo-BMA+, Yao et al. 2018).
@@ -170,7 +171,9 @@ pub fn posterior(
     }
     let best = sets.values().max_by(|a, b| a.total.total_cmp(&b.total)).map_or(*first, |s| s.held);
     let conditions = problem.campaign.conditions as f64;
-    let tempered = 1.0 / (1.0 + (conditions - 1.0) * between_conditions(problem, &best.residual));
+    let alike =
+        between_conditions(problem, &best.residual).max(alike_in_place(&places(problem, &best.residual)));
+    let tempered = 1.0 / (1.0 + (conditions - 1.0) * alike);
     let ln_n = (REGISTRY.len() as f64).ln();
     let chance = (ln_n - ALIKE[1].ln()) / -(1.0 - ALIKE[0]).ln();
     // Logarithm of the probability that something unlisted looks so much like a set.
@@ -344,6 +347,32 @@ fn between_conditions(problem: &Problem, residual: &[Features]) -> f64 {
         squares += square;
     }
     if squares > 0.0 { (products / squares).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+/// Intraclass correlation of the sizes of residuals: the share of their variance that is between `places` (squares of
+/// sizes by condition), by analysis of variance; zero where there are too few.
+fn alike_in_place(places: &Places) -> f64 {
+    let mut by_place: BTreeMap<(usize, Phase), Vec<f64>> = BTreeMap::new();
+    for (at, x2) in places.iter().flatten() {
+        by_place.entry(*at).or_default().push(x2.sqrt());
+    }
+    by_place.retain(|_, x| x.len() > 1);
+    let groups = by_place.len() as f64;
+    let all = by_place.values().map(Vec::len).sum::<usize>() as f64;
+    if groups < 2.0 {
+        return 0.0;
+    }
+    let mean = by_place.values().flatten().sum::<f64>() / all;
+    let (mut between, mut within) = (0.0, 0.0);
+    for x in by_place.values() {
+        let n = x.len() as f64;
+        let here = x.iter().sum::<f64>() / n;
+        between += n * (here - mean).powi(2);
+        within += x.iter().map(|x| (x - here).powi(2)).sum::<f64>();
+    }
+    let (between, within) = (between / (groups - 1.0), within / (all - groups));
+    let size = between + (all / groups - 1.0) * within;
+    if size > 0.0 { ((between - within) / size).clamp(0.0, 1.0) } else { 0.0 }
 }
 
 /// Probability of each of `rows` (what it leaves by place, logarithm of the prior), as the mean over weights of the
