@@ -188,6 +188,8 @@ pub fn beside(problem: &Problem, held: &Held, invisible: &[&'static str]) -> BTr
 fn companions(columns: &[Column], asked: &[Option<Asked>]) -> BTreeMap<&'static str, f64> {
     let mut each: BTreeMap<&'static str, Vec<f64>> = BTreeMap::new();
     for (c, asked) in columns.iter().zip(asked) {
+        // What would not show by one run spread at twice the plausible size is not in question in these data.
+        let asked = asked.as_ref().filter(|a| a.shows < 2.0 * PLAUSIBLE * RELEVANT);
         if let Some(asked) = asked {
             each.entry(c.info.id).or_default().push(factor(asked.best, asked.error, asked.shows));
         }
