@@ -171,6 +171,11 @@ impl<R: Real> Predictor<R> {
         self.context.testimony
     }
 
+    /// Where the slip warning stands, and what raised it.
+    pub fn warning(&self) -> alarm::State {
+        self.tracked.as_ref().map_or(alarm::State::Clear, |t| t.alarms.slip.state)
+    }
+
     /// Replaces the plan from the next tick on.
     pub fn set_plan(&mut self, plan: Plan) {
         self.context.plan = plan;

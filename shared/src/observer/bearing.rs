@@ -41,7 +41,9 @@ pub struct BearingParams<R: Real> {
     /// A sample counts up to so many standard deviations in mean and noise: a knock is neither. Doubled: it is both.
     pub counted_sigmas: R,
     /// A sample counts up to so many in the deficit: three of them are a fall. Doubled: two are.
-    pub falls_sigmas: R,
+    pub sample_share: R,
+    /// And
+    pub lost_share: R,
     /// Less than this bears nothing, N: ten times the noise of a sensor. Doubled: objects of 20 to 40 g are not followed.
     pub least_n: R,
     /// Share with which a block enters the long-run variance: 0.6 s at 250 Hz. Doubled: known, and forgotten, in half of it.
@@ -63,7 +65,8 @@ impl<R: Real> Default for BearingParams<R> {
             noise: R::of(0.03),
             sudden_s: R::of(0.04),
             counted_sigmas: R::of(2.5),
-            falls_sigmas: R::of(5.0),
+            sample_share: R::of(0.4),
+            lost_share: R::of(0.15),
             least_n: R::of(0.2),
             block_share: R::of(0.05),
             suspect_share: R::of(0.4),
@@ -92,6 +95,8 @@ pub struct Bearing<R: Real> {
     fallen: u8,
     /// Samples so far: the first count more.
     age: u8,
+    /// They are of the rest before the tare.
+    rested: bool,
 }
 
 impl<R: Real> Default for Bearing<R> {
@@ -119,6 +124,17 @@ impl<R: Real> Bearing<R> {
             long_run: R::zero(),
             fallen: 0,
             age: 0,
+            rested: false,
+        }
+    }
+
+    /// Nothing borne yet, the noise known.
+    fn noise_alone(&self) -> Self {
+        Self {
+            variance: self.variance,
+            long_run: self.long_run,
+            blocks: self.blocks,
+            ..Self::new(self.params)
         }
     }
 
@@ -127,38 +143,36 @@ impl<R: Real> Bearing<R> {
         self.suspect
     }
 
-    /// One sample: the force that bears the object, measured and by the model, N. For how many
-    /// samples it has been falling; zero where it is borne.
-    pub fn falls(&mut self, bearing_n: Option<[R; 2]>, steered: bool, dt_s: R) -> u8 {
+    /// One sample: the force that bears the object, measured and by the model, N; `resting`: before the tare, where nothing
+    /// is told yet. For how many samples it has been falling; zero where it is borne.
+    pub fn falls(&mut self, bearing_n: Option<[R; 2]>, resting: bool, steered: bool, dt_s: R) -> u8 {
         let Some([measured, model]) = bearing_n.filter(|[_, model]| *model > self.params.least_n) else {
-            *self = Self {
-                variance: self.variance,
-                long_run: self.long_run,
-                blocks: self.blocks,
-                ..Self::new(self.params)
-            };
+            *self = self.noise_alone();
             return 0;
         };
         let share = measured / model;
         let change = share - self.last;
+        if resting {
+            self.rest(share);
+        } else if self.rested {
+            *self = self.noise_alone();
+        }
         self.last = share;
+        if resting {
+            return 0;
+        }
         // A fall is a few large differences, noise many.
         let square = min(change * change * R::of(0.5), self.sudden * R::of(4.0));
         self.sudden += (square - self.sudden) * min(dt_s / self.params.sudden_s, R::one());
         let sigma = max(sqrt(max(max(self.variance, self.sudden), self.long_run)), R::of(1e-3));
         let allowed = max(self.params.allowed_share / sigma, self.params.allowed_sigmas);
-        let enough = self.params.chance * R::of(0.5) / allowed;
+        let enough = max(self.params.chance * R::of(0.5) / allowed, self.params.lost_share / sigma);
         let right = (self.mean - R::one()).abs() < self.params.weight_share;
         if self.fallen >= self.params.fallen_samples {
-            *self = Self {
-                variance: self.variance,
-                long_run: self.long_run,
-                blocks: self.blocks,
-                ..Self::new(self.params)
-            };
+            *self = self.noise_alone();
         } else if right && !steered {
-            let most = self.params.falls_sigmas;
-            let gain = clamp((min(self.mean, R::one()) - share) / sigma, -most, most) - allowed;
+            let most = enough * self.params.sample_share;
+            let gain = clamp((min(self.mean, R::one()) - share) / sigma - allowed, -most, most);
             self.deficit = clamp(self.deficit + gain, R::zero(), enough * R::of(2.0));
         } else {
             self.deficit = R::zero();
@@ -183,6 +197,19 @@ impl<R: Real> Bearing<R> {
             self.note_block(counted);
         }
         0
+    }
+
+    /// One sample of the rest before the tare, in which constant errors are in it yet: noise is all that it tells.
+    fn rest(&mut self, share: R) {
+        self.rested = true;
+        self.age = self.age.saturating_add(1);
+        let part = R::one() / R::of(f64::from(self.age));
+        self.mean += (share - self.mean) * part;
+        let away = share - self.mean;
+        if self.age > 1 {
+            self.variance += (away * away - self.variance) * part;
+            self.note_block(away);
+        }
     }
 
     /// The long-run variance, by the differences of blocks.

@@ -10,12 +10,15 @@
 //! where the pose is not measured, it is a ratio that is clipped at the coefficient
 //! ([`plateau`]), or fingers that no longer bear the weight they bore.
 //!
+//! Noise makes `r` larger than it is; [`load`] takes that off.
+//!
 //! Constant errors of the sensors are taken off by what they show beyond the model's
 //! wrenches while the rig is at rest at the start, within bounds.
 
 pub mod bearing;
 pub mod friction;
 pub mod grip;
+pub mod load;
 pub mod motion;
 pub mod params;
 pub mod plateau;
@@ -28,6 +31,7 @@ use crate::real::{Real, Vec3, clamp, max, min, norm, sqrt};
 use bearing::Bearing;
 use friction::{Friction, Use};
 use grip::Grip;
+use load::LoadNoise;
 use motion::{Forces, Motion, Moved};
 use plateau::{Bars, Plateau};
 use shear::Load;
@@ -43,6 +47,7 @@ pub struct Observer<R: Real> {
     motion: Motion<R>,
     trend: Trend<R>,
     ratio: Option<R>,
+    load_noise: LoadNoise<R>,
     plateau: Plateau<R>,
     /// The object slipped at the last sample, by its pose.
     slid: bool,
@@ -134,6 +139,7 @@ impl<R: Real> Observer<R> {
             threat: None,
             grip: Grip::new(params.grip),
             ratio: None,
+            load_noise: LoadNoise::new(params.load),
             plateau: Plateau::new(params.plateau),
             slid: false,
             bearing: Bearing::new(params.bearing),
@@ -235,11 +241,11 @@ impl<R: Real> Observer<R> {
             ..Observed::default()
         };
         for (r, w) in seen.finger.iter_mut().zip(s.wrenches) {
-            *r = w.as_ref().and_then(|w| ratio(&[w], s.arm_m));
+            *r = w.as_ref().and_then(|w| needed(&[w], s.arm_m)).map(|q| norm(&q));
         }
         let both = match s.wrenches {
-            [Some(a), Some(b)] => ratio(&[a, b], s.arm_m),
-            [Some(w), None] | [None, Some(w)] => ratio(&[w], s.arm_m),
+            [Some(a), Some(b)] => needed(&[a, b], s.arm_m),
+            [Some(w), None] | [None, Some(w)] => needed(&[w], s.arm_m),
             [None, None] => None,
         };
         let load = match s.wrenches {
@@ -248,15 +254,19 @@ impl<R: Real> Observer<R> {
         };
         self.grip.follow(s.grip_n, load.map(|l| l.normal_n), s.dt_s);
         // Before the tare a constant error may look like any load.
-        let now = both.filter(|_| self.tared >= self.params.tare_samples);
-        let bears = s.bearing_n.filter(|_| now.is_some());
-        let fallen = self.bearing.falls(bears, s.steered, s.dt_s);
+        let tared = self.tared >= self.params.tare_samples;
+        let both = both.map(|q| self.load_noise.needed(&q, !tared)).filter(|_| tared);
+        let now = both.map(|b| b.ratio);
+        let fallen = self.bearing.falls(s.bearing_n, !tared, s.steered, s.dt_s);
         let falling = fallen > 0;
         // What was held is no limit: only more than that is slip.
-        let noise = self.trend.noise();
+        let noise = max(self.trend.noise(), both.map_or(R::zero(), |b| b.noise));
         let (proven, likely) = (self.friction.proven() * effects, self.friction.likely() * effects);
         let held = proven + noise * R::of(3.0);
         let clipped = now.map_or(0, |now| {
+            let risen = max(seen.limit * self.params.slipping_share - noise, held);
+            // A grip that was commanded down lifts the ratio of any load: such a jump clips nothing.
+            let by_grip = self.grip.comes_to(now).is_some();
             self.plateau.clipped(&Bars {
                 now,
                 level: self.friction.level() * effects,
@@ -264,8 +274,8 @@ impl<R: Real> Observer<R> {
                 held: proven,
                 steered: s.steered,
                 accelerates: s.accelerates,
-                risen: max(seen.limit * self.params.slipping_share - noise, held),
-                jumped: max(likely * min(s.sliding, R::one()), held),
+                risen,
+                jumped: if by_grip { risen } else { max(likely * min(s.sliding, R::one()), held) },
                 sliding: s.sliding,
             })
         });
@@ -305,8 +315,8 @@ impl<R: Real> Observer<R> {
         let fastest = |m: Moved<R>| max(norm(&m.velocity_m_s[0]), norm(&m.velocity_m_s[1]));
         let usage = Use {
             needed: smooth / effects,
-            // The smoothed ratio's is 0.42 of a sample's.
-            noise: self.trend.noise() * R::of(0.42),
+            // The smoothed ratio's is 0.42 of a sample's where noise is white, and 0.65 where it is filtered.
+            noise: noise * R::of(0.75),
             slip_s: seen.moved.map(|m| m.slip_s),
             speed_m_s: seen.moved.map_or_else(R::zero, fastest),
             grip_holds: self.grip.holds(),
@@ -411,8 +421,9 @@ fn if_it_goes_on<R: Real>(lasted_s: R, ahead_s: R, well: impl Fn(R) -> R) -> R {
     sum
 }
 
-/// Needed friction coefficient of some fingers' wrenches together; `None` without normal force.
-fn ratio<R: Real>(wrenches: &[&[R; 6]], arm_m: R) -> Option<R> {
+/// Needed friction coefficient of some fingers' wrenches together, with its direction: X, turn, Z; `None` without normal
+/// force.
+fn needed<R: Real>(wrenches: &[&[R; 6]], arm_m: R) -> Option<Vec3<R>> {
     let (mut x, mut z, mut turn, mut normal) = (R::zero(), R::zero(), R::zero(), R::zero());
     for [fx, fy, fz, _, ty, _] in wrenches.iter().copied() {
         x += *fx;
@@ -424,8 +435,9 @@ fn ratio<R: Real>(wrenches: &[&[R; 6]], arm_m: R) -> Option<R> {
         return None;
     }
     let torsion = if arm_m > R::zero() { turn / arm_m } else { R::zero() };
-    let needed = sqrt(x * x + z * z + torsion * torsion) / normal;
-    needed.finite().then_some(min(needed, R::of(100.0)))
+    let needed = Vec3::new(x, torsion, z) / normal;
+    let size = norm(&needed);
+    size.finite().then(|| needed * min(R::one(), R::of(100.0) / max(size, R::of(1e-3))))
 }
 
 /// Load of both fingers.

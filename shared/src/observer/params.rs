@@ -5,6 +5,7 @@
 use super::bearing::BearingParams;
 use super::friction::FrictionParams;
 use super::grip::GripParams;
+use super::load::LoadParams;
 use super::motion::MotionParams;
 use super::plateau::PlateauParams;
 use super::shear::ShearParams;
@@ -37,6 +38,8 @@ pub struct Params<R: Real> {
     /// Fingers that let the object fall for so many samples, which the pose does not show, contradict it: 24 ms, in which half of
     /// gravity moves it by 1.4 mm. Doubled: poses that are late by less than 60 ms are not found out.
     pub unseen_samples: u8,
+    /// Noise of the load.
+    pub load: LoadParams<R>,
     /// Friction, learnt.
     pub friction: FrictionParams<R>,
     /// Motion by the pose.
@@ -69,6 +72,7 @@ impl<R: Real> Default for Params<R> {
             ended_share: R::of(0.97),
             noise: R::of(0.005),
             unseen_samples: 6,
+            load: LoadParams::default(),
             friction: FrictionParams::default(),
             motion: MotionParams::default(),
             shear: ShearParams::default(),

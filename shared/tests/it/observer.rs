@@ -3,10 +3,12 @@
 use crate::common::Noise;
 use stickslip_shared::observer::bearing::Bearing;
 use stickslip_shared::observer::friction::{Friction, Use};
+use stickslip_shared::observer::load::{LoadNoise, LoadParams};
 use stickslip_shared::observer::motion::{Forces, Motion};
 use stickslip_shared::observer::plateau::{Bars, Plateau, PlateauParams};
 use stickslip_shared::observer::shear::Load;
 use stickslip_shared::observer::trend::{Trend, TrendParams};
+use stickslip_shared::observer::{Observer, Seen};
 use stickslip_shared::real::Vec3;
 
 const DT: f32 = 0.004;
@@ -315,7 +317,7 @@ fn falls(ticks: u32, share: impl Fn(f32) -> f32) -> Option<u32> {
     let (mut bearing, mut noise) = (Bearing::default(), Noise(23));
     (0..ticks).find(|tick| {
         let measured = share(*tick as f32 * DT) + 0.03 * noise.next();
-        bearing.falls(Some([measured, 1.0]), false, DT) > 0
+        bearing.falls(Some([measured, 1.0]), false, false, DT) > 0
     })
 }
 
@@ -326,6 +328,88 @@ fn fingers_that_bear_a_tenth_less_are_told_within_40_ms_and_noise_is_not_in_an_h
     assert_eq!(falls(HOUR, |_| 1.0), None);
     // A weight that is not what was told proves nothing.
     assert_eq!(falls(1000, |t| if t < 2.0 { 1.4 } else { 1.2 }), None);
+}
+
+#[test]
+fn a_fifth_of_the_weight_that_is_lost_is_told_within_40_ms_whatever_the_noise() {
+    for sigma in [1e-4, 1e-3, 0.003, 0.01, 0.03] {
+        let (mut bearing, mut noise) = (Bearing::default(), Noise(29));
+        let first = (0..3000u32).find(|tick| {
+            let share = if *tick < 2500 { 1.0f32 } else { 0.8 };
+            bearing.falls(Some([share + sigma * noise.next(), 1.0]), *tick < 32, false, DT) > 0
+        });
+        let tick = first.unwrap_or_else(|| panic!("noise {sigma}: never told"));
+        assert!((2500..2510).contains(&tick), "noise {sigma}: tick {tick}");
+    }
+}
+
+/// Mean needed coefficient, and mean length, of a load of 0.3 along Z under broadband noise: along the face, of the torsion.
+fn needed_under(noise: [f32; 2]) -> [f32; 2] {
+    let mut load = LoadNoise::new(LoadParams::default());
+    let mut sources = [11, 12, 13].map(|seed| Slow(Noise(seed), 0.0));
+    let (mut sum, mut length) = (0.0, 0.0);
+    for tick in 0..HOUR / 10 {
+        let [x, y, z] = &mut sources;
+        let q = Vec3::new(noise[0] * x.next(), noise[1] * y.next(), 0.3 + noise[0] * z.next());
+        let needed = load.needed(&q, tick < 32).ratio;
+        if tick >= 250 {
+            sum += needed;
+            length += q.norm();
+        }
+    }
+    [sum, length].map(|s| s / (HOUR / 10 - 250) as f32)
+}
+
+#[test]
+fn noise_as_large_as_half_the_load_adds_less_than_a_twentieth_to_what_it_needs() {
+    let [needed, length] = needed_under([0.07, 0.14]);
+    assert!((needed - 0.3).abs() < 0.015, "{needed}");
+    // The length of the vector itself.
+    assert!(length > 0.335, "{length}");
+    let [needed, _] = needed_under([0.001, 0.002]);
+    assert!((needed - 0.3).abs() < 1e-3, "{needed}");
+}
+
+/// Samples in which an observer that sees no pose takes a load of 4 N for clipped while the grip is commanded by `grip_n`, and
+/// the normal force follows within some samples. Friction told: 0.4.
+fn over_while(ticks: u32, grip_n: impl Fn(u32) -> f32, load_n: impl Fn(u32) -> f32) -> Vec<u32> {
+    let (mut observer, mut noise) = (Observer::new(0.4f32), Noise(31));
+    let mut normal_n = grip_n(0);
+    (0..ticks)
+        .filter(|tick| {
+            let grip_n = grip_n(*tick);
+            normal_n += (grip_n - normal_n) * 0.3;
+            let half_n = 0.5 * load_n(*tick);
+            let wrench = |sign: f32, noise: &mut Noise| {
+                Some([0.01 * noise.next(), sign * normal_n, half_n + 0.01 * noise.next(), 0.0, 0.0, 0.0])
+            };
+            let measured = [wrench(-1.0, &mut noise), wrench(1.0, &mut noise)];
+            observer.tare(&measured, &measured.map(Option::unwrap), *tick < 32);
+            let seen = observer.observe(&Seen {
+                wrenches: &measured,
+                grip_n,
+                points_m: None,
+                gripper_m_s: Vec3::zeros(),
+                arm_m: 0.005,
+                bearing_n: Some([2.0 * half_n, 2.0 * half_n]),
+                steered: false,
+                accelerates: false,
+                effects: 1.0,
+                sliding: 1.0,
+                dt_s: DT,
+            });
+            seen.over_s > 0.0
+        })
+        .collect()
+}
+
+#[test]
+fn a_grip_that_is_commanded_down_to_a_level_that_holds_clips_no_load() {
+    // To nine tenths of the friction told; the same ratio by a load that jumps may be clipped.
+    let step = |tick: u32| if tick < 500 { 7.0 } else { 5.55 };
+    assert_eq!(over_while(900, step, |_| 4.0), Vec::<u32>::new());
+    let jump = |tick: u32| if tick < 500 { 4.0 } else { 5.05 };
+    assert!(!over_while(900, |_| 7.0, jump).is_empty());
 }
 
 /// Noise of unit variance through a low-pass, of which 0.6 is left a sample later.
@@ -343,7 +427,7 @@ fn a_light_object_under_broadband_force_noise_is_not_told_to_fall_once_the_noise
     let (mut bearing, mut noise) = (Bearing::default(), Slow(Noise(3), 0.0));
     // 70 g, 0.3 N of noise.
     let falls: Vec<u32> = (0..HOUR / 4)
-        .filter(|_| bearing.falls(Some([0.7 + 0.3 * noise.next(), 0.7]), false, DT) == 1)
+        .filter(|_| bearing.falls(Some([0.7 + 0.3 * noise.next(), 0.7]), false, false, DT) == 1)
         .filter(|tick| *tick > 250)
         .collect();
     assert!(falls.is_empty(), "at ticks {falls:?}");
