@@ -15,13 +15,16 @@ export CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS := \
 FLASH_LIMIT := 262144
 RAM_LIMIT := 49152
 
-.PHONY: help book first setup mujoco-setup test test-full python lint lint-boards studies test-host hil hil-probe soak soak-program soak-short firmware firmware-g474 flash-g474 size no-panic cost demo fuzz bench
+.PHONY: help book first setup browser mujoco-setup test test-rest test-full python lint lint-emulated lint-rest lint-boards studies test-host test-host-rest hil hil-core hil-probe soak soak-program soak-short firmware firmware-g474 flash-g474 size no-panic cost demo fuzz bench
 
 help: ## This list
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
 
 setup: ## Install what is missing: thumbv7em target, QEMU
 	@tools/setup.sh
+
+browser: ## Install Chromium where it is missing: it clicks through the pages in the tests
+	@tools/setup.sh browser
 
 mujoco-setup: ## A Python environment with MuJoCo for `stickslip-lab mujoco`, outside the repository
 	@tools/mujoco/setup.sh
@@ -39,31 +42,55 @@ book: ## The manual as pages with a search, in book/, all links followed (instal
 	PATH="$$PATH:$(CURDIR)/target/tools/bin" mdbook build
 	python3 tools/book_links.py book
 
-test: setup lint test-host hil firmware-g474 size no-panic ## Everything CI runs
+# What is built for every change: the host without what few need (a server for Foxglove, figures as PNG) and without the
+# second rig. Of all these crates, here and below: with `-p` cargo joins the features of fewer crates, and builds them all again.
+QUICK := --workspace --exclude stickslip-firmware --exclude stickslip-hil-tests --exclude stickslip-python \
+	--exclude stickslip-second-rig --no-default-features
 
-test-full: test python lint-boards studies soak-short ## And what takes longer: before anything is called done
+test: setup ## After every change: lint, quick tests of every crate, the firmware in QEMU
+	@tools/counted.sh test --beside "firmware lint-emulated" lint test-host beside hil-core
+
+test-rest: setup ## What `make test` leaves out: long tests, all features, second rig, browser, firmware of the G474 (CI runs both)
+	@tools/counted.sh test-rest lint-rest test-host-rest hil firmware-g474 size no-panic
+
+test-full: test test-rest python lint-boards studies soak-short ## And what takes longer: before anything is called done
 
 python: ## The Python wheel (target/python/wheels), its tests and notebooks in an environment of its own
 	tools/python.sh
 
 lint: ## Formatting, clippy and documentation without warnings
 	cargo fmt --all --check
+	cargo clippy --all-targets --no-default-features -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --no-default-features
+
+lint-emulated: ## Clippy for the emulated board
+	cargo clippy -p stickslip-firmware --features mps2-an386 $(QEMU_BUILD) -- -D warnings
+
+lint-rest: ## Clippy and documentation of all features, clippy for the real board
 	cargo clippy --all-targets -- -D warnings
-	cargo clippy -p stickslip-firmware --features nucleo-g474re $(BOARD_BUILD) -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
+	cargo clippy -p stickslip-firmware --features nucleo-g474re $(BOARD_BUILD) -- -D warnings
 
 lint-boards: ## Clippy for the other board and the tests on boards
 	cargo clippy -p stickslip-firmware --features simulated $(BOARD_BUILD) -- -D warnings
 	cargo clippy -p stickslip-hil-tests --tests --features nucleo-g474re $(BOARD_BUILD) -- -D warnings
 	cargo clippy -p stickslip-lab --features probe --test hil -- -D warnings
 
-# Of all crates, here and below: with `-p` cargo joins the features of fewer crates, and builds them all again.
-test-host: ## Tests of shared and host
-	cargo test --no-fail-fast --tests
+test-host: ## Quick tests of shared and host
+	cargo test --no-fail-fast --tests $(QUICK)
+
+# Long ones are marked `ignored`, with this target as the reason. The memory of a process is measured alone.
+test-host-rest: browser ## All tests of shared and host, with all features; pages in a browser
+	cargo test --no-fail-fast --test it --test kept --test browser -- --include-ignored --skip of_a_long_csv
+	cargo test --test it -- --ignored of_a_long_csv
 
 studies: ## Tests that take minutes each (marked `ignored`)
 	cargo test --release -p stickslip-lab --test blind -- --ignored
-	cargo test -p stickslip-live --no-default-features --test it
+
+CORE := device::every_prediction device::a_refused_command device::after_every_kind device::a_reset_board
+hil-core: firmware ## A streamed push on the emulated board, bit for bit, and its bad inputs
+	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test --test board $(QUICK) -- \
+		--ignored --test-threads 1 $(CORE)
 
 hil: setup firmware ## Tests on the emulated board, and of the line to it
 	elf=$$(cargo test --no-run -p stickslip-hil-tests --features mps2-an386 $(QEMU_BUILD) --message-format=json \

@@ -251,17 +251,25 @@ impl<G: Gauges> Control<G> {
         let run = self.run.as_mut()?;
         self.report.at_us = now_us;
         let next = match run.request.source {
-            Source::Link => match run.link.take() {
-                Next::Sample(sample) => {
+            Source::Link => {
+                let mut next = run.link.take();
+                while let Next::Sample(sample) = next {
                     self.report.at_us = measured(&sample);
                     let age_us = host_clock::age_us(self.report.at_us, now_us);
-                    if age_us > WRENCH_AGE_US {
+                    let late = age_us > WRENCH_AGE_US;
+                    if late {
                         COUNTERS.readings_dropped.add(1);
                     }
-                    Next::Sample(host_clock::as_measured(sample, age_us))
+                    if late && !SAMPLES.is_empty() {
+                        // One sample a tick would never make up for a host whose clock is the faster one.
+                        next = run.link.take();
+                        continue;
+                    }
+                    next = Next::Sample(host_clock::as_measured(sample, age_us));
+                    break;
                 }
-                none => none,
-            },
+                next
+            }
             Source::Unit => {
                 while let Some(sample) = SAMPLES.try_receive() {
                     self.fingers.told(sample, measured(&sample));

@@ -3,7 +3,8 @@
 //!
 //! What to run lies at [`INPUT`], put there by QEMU's loader: magic, length, then postcard
 //! records: a head, and for each trial its scene, model and plan, followed by its samples; then
-//! pairs of contact problems for the pyramid solver (`lcp::contact`).
+//! pairs of contact problems for the pyramid solver (`lcp::contact`); then problems whose answers are printed, by
+//! their factors for that solver and dense ones for Lemke's method (`lcp::dense`).
 //! Printed are lines of counts of the 25 MHz timer; the first line says how many counts a
 //! million instructions take.
 #![no_std]
@@ -19,9 +20,10 @@ use heapless::{String, Vec};
 use postcard_rpc::Topic;
 use serde::de::DeserializeOwned;
 use stickslip_firmware::board::current::{self as board, timer};
-use stickslip_shared::lcp::SolveStatus;
 use stickslip_shared::lcp::contact::ContactSolver;
+use stickslip_shared::lcp::dense::Dense;
 use stickslip_shared::lcp::factors::{Contact, Factors};
+use stickslip_shared::lcp::{Report, SolveStatus};
 use stickslip_shared::model::Formulation;
 use stickslip_shared::predictor::{HASH_START, Plan, Prediction, Predictor};
 use stickslip_shared::probe::{self, Edge, Part};
@@ -35,8 +37,8 @@ const INPUT_BYTES: usize = 16 << 20;
 const MAGIC: u32 = 0x5354_4331;
 
 /// Trials that follow; formulation, seed, ticks and horizon (s) of the self-test; contact problems that
-/// follow the trials, in pairs.
-type Head = (u32, Formulation, u32, u32, f32, u32);
+/// follow the trials, in pairs; contact problems and dense ones whose answers are printed.
+type Head = (u32, Formulation, u32, u32, f32, u32, u32, u32);
 /// Contacts and degrees of freedom of the contact problems.
 const CONTACTS: usize = 16;
 const FREEDOMS: usize = 8;
@@ -44,6 +46,11 @@ const FREEDOMS: usize = 8;
 type ContactRecord = ([f32; FREEDOMS], [[f32; FREEDOMS]; 2], [f32; 5]);
 /// Inverse masses and contacts.
 type ProblemRecord = ([f32; FREEDOMS], Vec<ContactRecord, CONTACTS>);
+/// Unknowns of a dense problem, at most, and entries of its matrix.
+const UNKNOWNS: usize = 62;
+const ENTRIES: usize = UNKNOWNS * UNKNOWNS;
+/// Matrix, row by row, and constant.
+type DenseRecord = (Vec<f32, ENTRIES>, Vec<f32, UNKNOWNS>);
 /// Scene, model and limits, plan, place in the data set, samples that follow.
 type Trial = (ModelPackage, Plan, f32, u32);
 
@@ -227,6 +234,42 @@ fn solve_pair(solver: &mut ContactSolver<f32, CONTACTS, FREEDOMS>, pair: &[Probl
     ));
 }
 
+/// What a solver says, what it took, and its answer, number by number as bits.
+fn print_answer(report: Report<f32>, counts: u32, z: &[f32]) {
+    print(format_args!("answer {} {} {} {counts}", report.status as u8, report.pivots, z.len()));
+    for part in z.chunks(8) {
+        let mut line: String<128> = String::new();
+        let _ = line.push('z');
+        for number in part {
+            // Eight numbers of ten digits fit.
+            let _ = write!(line, " {}", number.to_bits());
+        }
+        print(format_args!("{line}"));
+    }
+}
+
+#[inline(never)]
+fn solve_contact(solver: &mut ContactSolver<f32, CONTACTS, FREEDOMS>, record: &ProblemRecord) {
+    let problem = problem(record);
+    let mut z = [0.0; 6 * CONTACTS];
+    let z = z.get_mut(..problem.unknowns()).unwrap_or_default();
+    solver.forget();
+    let (report, counts, _) = watched(|| {
+        let (impulses, report) = solver.solve(&problem).best();
+        impulses.write_unknowns(z);
+        report
+    });
+    print_answer(report, counts, z);
+}
+
+#[inline(never)]
+fn solve_dense(record: &DenseRecord) {
+    let mut solver = Dense::<f32, { UNKNOWNS + 2 }>::new();
+    let (outcome, counts, _) = watched(|| solver.solve(&record.0, &record.1));
+    let (z, report) = outcome.best();
+    print_answer(report, counts, z);
+}
+
 fn telemetry(prediction: &Prediction) -> usize {
     let report = TelemetryReport { prediction: *prediction, ..Default::default() };
     let mut line = [0; MAX_LINE];
@@ -274,7 +317,7 @@ fn main() -> ! {
 
 fn run() -> Option<()> {
     let mut input = input()?;
-    let (trials, formulation, seed, ticks, horizon_s, pairs): Head = input.next()?;
+    let (trials, formulation, seed, ticks, horizon_s, pairs, contact, dense): Head = input.next()?;
     let mut hash = HASH_START;
     for k in 0..trials {
         let ((scene, model, limits), plan, ordinal, count): Trial = input.next()?;
@@ -292,6 +335,12 @@ fn run() -> Option<()> {
     let mut solver = ContactSolver::new();
     for _ in 0..pairs {
         solve_pair(&mut solver, &[input.next()?, input.next()?]);
+    }
+    for _ in 0..contact {
+        solve_contact(&mut solver, &input.next()?);
+    }
+    for _ in 0..dense {
+        solve_dense(&input.next()?);
     }
     if ticks > 0 {
         print(format_args!("selftest"));

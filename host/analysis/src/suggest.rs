@@ -63,10 +63,10 @@ pub enum SuggestError {
     #[error("{0} effect(s) to tell apart: name two different ones, or none")]
     NotTwo(usize),
     /// The same effect twice.
-    #[error("{0} cannot be told from itself: name two different effects")]
+    #[error("{0} cannot be distinguished from itself: name two different effects")]
     Twice(&'static str),
     /// Part of the model.
-    #[error("the model already has {0}: it cannot be told from another by adding it")]
+    #[error("the model already has {0}: adding it cannot distinguish it from another")]
     InModel(&'static str),
     /// Nothing changes the data.
     #[error(

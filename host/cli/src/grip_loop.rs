@@ -119,7 +119,7 @@ fn name(scenario: &Scenario) -> &'static str {
         Scenario::SuddenLoad { .. } => "sudden load",
         Scenario::Bumps { .. } => "bumps",
         Scenario::SoftCreep { .. } => "soft creep",
-        Scenario::HeavierThanTold { .. } => "heavier than told",
+        Scenario::HeavierThanTold { .. } => "heavier than stated",
         Scenario::OffCentre { .. } => "off centre",
         Scenario::FrictionDrop { .. } => "friction drops",
         Scenario::Jam { .. } => "jam",

@@ -136,3 +136,21 @@ fn a_self_test_holds_every_check_on_a_sound_unit_and_a_log_has_what_the_unit_rep
     assert_eq!((kept.records.len() as u64, kept.lost.len()), (reports, 0));
     unit.board(&["log", "/no/such/folder/unit.mcap"]).failure().stderr(contains("/no/such/folder"));
 }
+
+#[test]
+#[ignore = "needs the firmware: make hil"]
+fn a_stream_by_this_machines_clock_says_what_the_board_was_told_and_predicts_the_hosts_bits() {
+    let device = format!("qemu:{}", named("STICKSLIP_FIRMWARE"));
+    let stream = |more: &[&str]| {
+        let mut command = assert_cmd::Command::cargo_bin("stickslip").expect("the program");
+        command.args(["stream", &data(), "--clock", "--device", &device]).args(more).assert()
+    };
+    stream(&[]).success().stdout(
+        contains("the board was told this clock:").and(contains("samples came too late to be measurements")),
+    );
+    let told: Value =
+        serde_json::from_slice(&stream(&["--json"]).success().get_output().stdout).expect("one document");
+    assert!(told["clock"]["uncertainty_s"].as_f64().is_some_and(|s| s > 0.0), "{told}");
+    assert!(told["compared"].as_u64().is_some_and(|n| n > 0) && told["equal"] == told["compared"], "{told}");
+    stream(&["--line-faults", "1"]).failure().stderr(contains("cannot be used with"));
+}

@@ -11,8 +11,8 @@ use std::process::Command;
 
 use libtest_mimic::{Arguments, Trial};
 
-/// Widths of a phone and of a large screen, px.
-const WIDTHS: [u32; 2] = [390, 1600];
+/// Widths of a phone, a tablet and a large screen, px.
+const WIDTHS: [u32; 3] = [390, 768, 1600];
 
 /// Clicks all that can be clicked, moves all sliders, and leaves what happened in the document.
 const VISIT: &str = r#"<script>

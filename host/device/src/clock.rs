@@ -82,6 +82,12 @@ impl Clock {
         Some(Self { at_s, offset_s, drift, uncertainty_s, used: used.len(), made: exchanges.len() })
     }
 
+    /// The same, times of this machine counted from `zero_s` of them.
+    #[must_use]
+    pub fn counted_from(&self, zero_s: f64) -> Self {
+        Self { at_s: self.at_s - zero_s, offset_s: self.offset_s + zero_s, ..*self }
+    }
+
     /// The board's time at a time of this machine, s.
     #[must_use]
     pub fn board_s(&self, host_s: f64) -> f64 {
@@ -124,6 +130,15 @@ mod tests {
         assert!((clock.drift.unwrap() - 60e-6).abs() < 1e-8, "{clock:?}");
         assert!((clock.board_s(100.0) - (12.5 + 100.0 * (1.0 + 60e-6))).abs() < 2e-6);
         assert!((clock.host_s(clock.board_s(7.0)) - 7.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn counted_from_another_time_it_is_the_same_clock() {
+        let clock = Clock::of(&exchanges(40, 0.5, 12.5, 60e-6, |_| [3e-4, 3e-4])).unwrap();
+        let shifted = clock.counted_from(3.25);
+        for t in [0.0, 7.0, 1e3] {
+            assert!((shifted.board_s(t) - clock.board_s(t + 3.25)).abs() < 1e-9, "{t}");
+        }
     }
 
     #[test]

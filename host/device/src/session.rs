@@ -3,14 +3,19 @@
 //! The board's clock rules: it takes one sample a tick, and the host keeps a few ahead of
 //! what the telemetry says was taken. So neither side's clock drifts against the other's,
 //! and the host's jitter (up to [`AHEAD`] ticks) does not reach the tick.
+//!
+//! By the host's clock ([`Pace::Host`]) a trial is streamed as a host that measures would: each sample when it is due, with
+//! the time of its measurement, by a clock that the board was told.
 
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
 use stickslip_shared::predictor::{HASH_START, Predictor};
 use stickslip_shared::wire::sequence::{Order, Sequence};
-use stickslip_shared::wire::{self, Mode, Source, StartRequest, Statistics, TelemetryReport};
+use stickslip_shared::wire::{self, Mode, Sample, Source, StartRequest, Statistics, TelemetryReport};
+use stickslip_unit::host_clock::{MAX_AGE_US, WRENCH_AGE_US, as_measured};
 
+use super::clock::{Clock, Exchange};
 use super::faults::Injected;
 use super::package::Package;
 use super::{Device, DeviceError};
@@ -22,6 +27,16 @@ const SILENCE: Duration = Duration::from_secs(5);
 /// Without a sample taken for this long, while none waits on the board, those on their way
 /// count as lost.
 const STARVED: Duration = Duration::from_millis(500);
+
+/// Whose clock says when a sample goes out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pace {
+    /// The board's: a sample is of the tick that takes it.
+    #[default]
+    Board,
+    /// This machine's, which the board is told: a sample is of its own time, and none where that is too long ago.
+    Host,
+}
 
 /// What happens in a run, in order, for a log or a display.
 pub enum Event<'a> {
@@ -57,6 +72,10 @@ pub struct Outcome {
     pub equal: usize,
     /// The first sample after which they differed.
     pub first_difference: Option<u32>,
+    /// The board's clock by the trial's times as it was told last; none where the board's own clock ruled.
+    pub clock: Option<Clock>,
+    /// Samples, of those taken or left out by the board, that were too old to be a measurement of their tick.
+    pub too_old: u32,
     /// Duration of the run by this machine's clock.
     pub seconds: f64,
     /// The same by the board's ticks.
@@ -68,7 +87,7 @@ pub struct Outcome {
 }
 
 /// Loads the model, streams every sample, and compares each report with the predictor run
-/// on this host over the same samples. With `faults`, a seed, the line is damaged on purpose.
+/// on this host over the same samples. With `faults`, a seed, the line is damaged on purpose. `pace` says whose clock rules.
 ///
 /// # Errors
 /// Where the board refuses, falls silent, restarts, or the line is cut. What happened
@@ -76,6 +95,7 @@ pub struct Outcome {
 pub fn stream(
     device: &mut Device,
     package: &Package,
+    pace: Pace,
     faults: Option<u64>,
     watch: &mut dyn FnMut(Event<'_>) -> std::io::Result<()>,
 ) -> anyhow::Result<Outcome> {
@@ -86,24 +106,37 @@ pub fn stream(
     let request = StartRequest {
         source: Source::Link,
         trial: package.ordinal,
-        prefill: AHEAD.min(count as u32) as u8,
+        prefill: if pace == Pace::Board { AHEAD.min(count as u32) as u8 } else { 1 },
         length: Some(count as u32),
     };
     let before = device.statistics()?;
+    let mut metronome = match pace {
+        Pace::Board => None,
+        Pace::Host => Some(Metronome::new(device)?),
+    };
     device.command::<wire::Start>(&request)?;
     device.forget_reports();
+    if let Some(metronome) = &mut metronome {
+        // A start forgets the clock.
+        metronome.begin(device)?;
+    }
     if let Some(seed) = faults {
         device.damage_line(seed);
     }
-    let mut run = Run::new(package)?;
+    let mut run = Run::new(package, pace)?;
     let mut heard = Instant::now();
     loop {
-        while let Some(sample) = run.to_send() {
+        while let Some(sample) = run.to_send(metronome.as_ref()) {
             device.publish::<wire::Samples>(sample.seq, sample)?;
             watch(Event::Sent(sample))?;
             run.sent += 1;
         }
-        let Some(report) = device.report(Duration::from_millis(100))? else {
+        let mut wait = Duration::from_millis(100);
+        if let Some(metronome) = &mut metronome {
+            metronome.go_on(device)?;
+            wait = run.next().map_or(wait, |next| metronome.until(next).min(wait));
+        }
+        let Some(report) = device.report(wait)? else {
             if heard.elapsed() > SILENCE {
                 return Err(DeviceError::Silent { last: run.last, count }.into());
             }
@@ -135,6 +168,8 @@ pub fn stream(
         board_s,
         ticks_missed: statistics.ticks_missed.saturating_sub(before.ticks_missed),
         injected: device.injected(),
+        clock: metronome.and_then(|metronome| metronome.told),
+        too_old: statistics.readings_dropped.saturating_sub(before.readings_dropped),
         statistics,
         timer_hz: device.info().timer_hz,
         frames_damaged: device.damaged_frames(),
@@ -158,8 +193,68 @@ pub fn await_model(device: &mut Device) -> Result<(), DeviceError> {
     Err(DeviceError::NoAnswer { request: "stickslip/model/commit" })
 }
 
+/// Keeps the trial's time by this machine's clock, and the board told of it.
+struct Metronome {
+    /// Times of this machine count from here.
+    began: Instant,
+    /// The trial's time 0, s of them.
+    zero_s: f64,
+    exchanges: Vec<Exchange>,
+    /// When times were last exchanged, and when the clock was last told.
+    exchanged: Instant,
+    told_at: Instant,
+    told: Option<Clock>,
+}
+
+impl Metronome {
+    /// Exchanges before the run.
+    const FIRST: (usize, Duration) = (20, Duration::from_millis(5));
+    /// Times are exchanged so often in it, ...
+    const EXCHANGED: Duration = Duration::from_secs(1);
+    /// ... and the clock is told so often: without a drift it is good for a minute.
+    const TOLD: Duration = Duration::from_secs(10);
+    /// From the start of the run to the trial's time 0, s.
+    const LEAD_S: f64 = 0.02;
+
+    fn new(device: &mut Device) -> Result<Self, DeviceError> {
+        let began = Instant::now();
+        let exchanges = device.exchange_clocks_since(began, Self::FIRST.0, Self::FIRST.1)?;
+        let now = Instant::now();
+        Ok(Self { began, zero_s: 0.0, exchanges, exchanged: now, told_at: now, told: None })
+    }
+
+    fn begin(&mut self, device: &mut Device) -> Result<(), DeviceError> {
+        self.zero_s = self.began.elapsed().as_secs_f64() + Self::LEAD_S;
+        self.tell(device)
+    }
+
+    fn tell(&mut self, device: &mut Device) -> Result<(), DeviceError> {
+        let clock = Clock::of(&self.exchanges).map(|clock| clock.counted_from(self.zero_s));
+        if let Some(clock) = &clock {
+            device.tell_clock(clock)?;
+        }
+        (self.told, self.told_at) = (clock.or(self.told), Instant::now());
+        Ok(())
+    }
+
+    fn go_on(&mut self, device: &mut Device) -> Result<(), DeviceError> {
+        if self.exchanged.elapsed() >= Self::EXCHANGED {
+            self.exchanges.extend(device.exchange_clocks_since(self.began, 1, Duration::ZERO)?);
+            self.exchanged = Instant::now();
+        }
+        if self.told_at.elapsed() >= Self::TOLD { self.tell(device) } else { Ok(()) }
+    }
+
+    /// How long it is until a sample is due.
+    fn until(&self, sample: &Sample) -> Duration {
+        let due_s = self.zero_s + f64::from(sample.t_us) * 1e-6;
+        Duration::try_from_secs_f64(due_s - self.began.elapsed().as_secs_f64()).unwrap_or_default()
+    }
+}
+
 struct Run<'a> {
     package: &'a Package,
+    pace: Pace,
     predictor: Predictor<f32>,
     hash: u32,
     /// The next sample that the predictor on this host takes.
@@ -184,7 +279,7 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(package: &'a Package) -> anyhow::Result<Self> {
+    fn new(package: &'a Package, pace: Pace) -> anyhow::Result<Self> {
         let (scene, model, limits) = package.model.clone();
         let mut predictor = Predictor::new(scene, model, limits)
             .map_err(|fault| anyhow::anyhow!("the predictor cannot run the model ({fault:?})"))?;
@@ -192,6 +287,7 @@ impl<'a> Run<'a> {
         predictor.set_plan(package.plan.clone());
         Ok(Self {
             package,
+            pace,
             predictor,
             hash: HASH_START,
             next: 0,
@@ -209,9 +305,15 @@ impl<'a> Run<'a> {
         })
     }
 
-    fn to_send(&self) -> Option<&'a wire::Sample> {
-        let room = self.sent < self.done.saturating_add(AHEAD);
-        room.then(|| self.package.samples.get(self.sent as usize)).flatten()
+    fn next(&self) -> Option<&'a Sample> {
+        self.package.samples.get(self.sent as usize)
+    }
+
+    fn to_send(&self, metronome: Option<&Metronome>) -> Option<&'a Sample> {
+        self.next().filter(|next| match metronome {
+            Some(metronome) => metronome.until(next).is_zero(),
+            None => self.sent < self.done.saturating_add(AHEAD),
+        })
     }
 
     fn take(&mut self, report: &TelemetryReport) {
@@ -251,13 +353,13 @@ impl<'a> Run<'a> {
         }
         let unreported = report.taken.wrapping_sub(self.replayed).wrapping_sub(1);
         let from = seq.saturating_sub(unreported);
-        if unreported > 0 && from != self.next {
+        // Of a sample without a report it is not known either how old it was.
+        if unreported > 0 && (from != self.next || self.pace == Pace::Host) {
             self.outcome.unknown_from = Some(self.next);
             return;
         }
         for sample in package.samples.iter().take(seq as usize + 1).skip(from as usize) {
-            let prediction = self.predictor.take(sample);
-            self.hash = prediction.hash(self.hash);
+            self.follow(sample, report.hash);
         }
         self.next = seq.saturating_add(1);
         self.replayed = report.taken;
@@ -266,6 +368,22 @@ impl<'a> Run<'a> {
             self.outcome.equal += 1;
         } else if self.outcome.first_difference.is_none() {
             self.outcome.first_difference = Some(seq);
+        }
+    }
+
+    /// The predictor here takes a sample, or of it what was young enough: of the three that is, the board's hash tells.
+    fn follow(&mut self, sample: &Sample, told: u32) {
+        if self.pace == Pace::Board {
+            self.hash = self.predictor.take(sample).hash(self.hash);
+            return;
+        }
+        let before = (self.predictor.clone(), self.hash);
+        for age_us in [0, WRENCH_AGE_US + 1, MAX_AGE_US + 1] {
+            (self.predictor, self.hash) = before.clone();
+            self.hash = self.predictor.take(&as_measured(*sample, age_us)).hash(self.hash);
+            if self.hash == told {
+                break;
+            }
         }
     }
 

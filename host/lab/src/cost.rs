@@ -10,6 +10,7 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, bail, ensure};
 use serde::Serialize;
+use stickslip_shared::lcp::SolveStatus;
 use stickslip_shared::model::Formulation;
 use stickslip_shared::wire::Sample;
 
@@ -73,7 +74,9 @@ pub struct TickCost {
     pub validity: u32,
 }
 
-/// Contacts and degrees of freedom of the contact problems that the board solves.
+/// Unknowns of the dense problems that the board solves, at most.
+const UNKNOWNS: usize = 62;
+/// Contacts and degrees of freedom of the contact problems that the board solves, at most.
 pub const PROBLEM: (usize, usize) = (16, 8);
 
 /// A contact problem and its neighbour, solved on the board by `lcp::contact`; instructions.
@@ -89,6 +92,30 @@ pub struct SolveCost {
     pub solved: [bool; 3],
 }
 
+/// An answer of one of the board's solvers.
+#[derive(Clone, Debug, Default)]
+pub struct BoardAnswer {
+    /// It claims to be a solution.
+    pub claimed: bool,
+    /// It says that there is none.
+    pub none: bool,
+    /// What it took.
+    pub instructions: f64,
+    /// The unknowns; fewer than the problem's where none was found.
+    pub z: Vec<f32>,
+    unknowns: usize,
+}
+
+/// What the board shall run.
+#[derive(Clone, Copy, Default)]
+struct Work<'a> {
+    trials: &'a [Package],
+    selftest: Option<SelfTest>,
+    pairs: &'a [[Factors; 2]],
+    contact: &'a [Factors],
+    dense: &'a [(Vec<f64>, Vec<f64>)],
+}
+
 /// What a run counted.
 #[derive(Clone, Debug, Default)]
 pub struct Counts {
@@ -98,6 +125,8 @@ pub struct Counts {
     pub steps: Vec<StepCost>,
     /// Every pair of contact problems.
     pub solves: Vec<SolveCost>,
+    /// Of the problems whose answers were asked for, in their order.
+    pub answers: Vec<BoardAnswer>,
     /// Deepest stack below the caller of `tick`, bytes.
     pub stack_bytes: u32,
     /// Hash over all predictions.
@@ -105,20 +134,28 @@ pub struct Counts {
 }
 
 /// What the board shall run, as it reads it.
-fn input(trials: &[Package], selftest: SelfTest, pairs: &[[Factors; 2]]) -> anyhow::Result<Vec<u8>> {
-    let number = u32::try_from(trials.len()).context("too many trials")?;
-    let (formulation, seed, ticks, horizon_s) = selftest;
-    let problems = u32::try_from(pairs.len()).context("too many problems")?;
-    let mut records = postcard::to_stdvec(&(number, formulation, seed, ticks, horizon_s, problems))?;
-    for trial in trials {
-        let count = u32::try_from(trial.samples.len()).context("too many samples")?;
+fn input(work: Work<'_>) -> anyhow::Result<Vec<u8>> {
+    let number = |length: usize, of: &str| u32::try_from(length).with_context(|| format!("too many {of}"));
+    let (formulation, seed, ticks, horizon_s) = work.selftest.unwrap_or((Formulation::Cone, 0, 0, 0.0));
+    let head = (
+        (number(work.trials.len(), "trials")?, formulation, seed, ticks, horizon_s),
+        (number(work.pairs.len(), "pairs")?, number(work.contact.len(), "problems")?),
+        number(work.dense.len(), "problems")?,
+    );
+    let mut records = postcard::to_stdvec(&head)?;
+    for trial in work.trials {
+        let count = number(trial.samples.len(), "samples")?;
         records.extend(postcard::to_stdvec(&(&trial.model, &trial.plan, trial.ordinal, count))?);
         for sample in &trial.samples {
             records.extend(postcard::to_stdvec::<Sample>(sample)?);
         }
     }
-    for problem in pairs.as_flattened() {
+    for problem in work.pairs.as_flattened().iter().chain(work.contact) {
         records.extend(record(problem)?);
+    }
+    for (m, q) in work.dense {
+        ensure!(q.len() <= UNKNOWNS, "{} unknowns; the board's program holds {UNKNOWNS}", q.len());
+        records.extend(postcard::to_stdvec(&(single(m), single(q)))?);
     }
     let length = u32::try_from(records.len()).ok().filter(|l| *l < (16 << 20) - 8);
     let length = length.context("more samples than the board's memory holds (16 MiB): fewer trials")?;
@@ -128,15 +165,21 @@ fn input(trials: &[Package], selftest: SelfTest, pairs: &[[Factors; 2]]) -> anyh
     Ok(bytes)
 }
 
-/// A problem of [`PROBLEM`]'s size, rounded to single precision.
+fn single(numbers: &[f64]) -> Vec<f32> {
+    numbers.iter().map(|x| *x as f32).collect()
+}
+
+/// A problem of [`PROBLEM`]'s size at most, rounded to single precision.
 fn record(problem: &Factors) -> anyhow::Result<Vec<u8>> {
     let (contacts, freedoms) = (problem.friction.len(), problem.inverse_mass.len());
     ensure!(
-        (contacts, freedoms) == PROBLEM,
+        contacts <= PROBLEM.0 && freedoms <= PROBLEM.1,
         "{contacts} contacts and {freedoms} degrees of freedom; the board's program holds {PROBLEM:?}"
     );
-    let row = |r: usize| [0, 1, 2, 3, 4, 5, 6, 7].map(|k| problem.jacobian[r * freedoms + k] as f32);
-    let inverse_mass = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| problem.inverse_mass[k] as f32);
+    // A degree of freedom that is not there does not move.
+    let padded =
+        |numbers: &[f64]| [0, 1, 2, 3, 4, 5, 6, 7].map(|k| numbers.get(k).map_or(0.0, |x| *x as f32));
+    let row = |r: usize| padded(&problem.jacobian[r * freedoms..(r + 1) * freedoms]);
     let list: Vec<_> = (0..contacts)
         .map(|i| {
             let tangent = contacts + 4 * i;
@@ -145,7 +188,25 @@ fn record(problem: &Factors) -> anyhow::Result<Vec<u8>> {
             (row(i), [row(tangent), row(tangent + 1)], numbers.map(|x| x as f32))
         })
         .collect();
-    Ok(postcard::to_stdvec(&(inverse_mass, list))?)
+    Ok(postcard::to_stdvec(&(padded(&problem.inverse_mass), list))?)
+}
+
+/// Solves contact problems by their factors, then dense ones, on the emulated board in single precision; their
+/// answers in this order.
+///
+/// # Errors
+/// QEMU or the program is missing, a problem is too large for it, or what it printed is not what was asked for.
+pub fn answers(
+    program: &Path,
+    contact: &[Factors],
+    dense: &[(Vec<f64>, Vec<f64>)],
+) -> anyhow::Result<Vec<BoardAnswer>> {
+    let counts = on_board(program, Work { contact, dense, ..Work::default() })?;
+    let asked = contact.len() + dense.len();
+    ensure!(counts.answers.len() == asked, "{} answers for {asked} problems", counts.answers.len());
+    let whole = counts.answers.iter().all(|a| a.z.len() == a.unknowns);
+    ensure!(whole, "the board did not print all of an answer");
+    Ok(counts.answers)
 }
 
 /// Runs `trials`, the self-test and pairs of contact problems on the emulated board and counts.
@@ -158,9 +219,13 @@ pub fn count(
     selftest: SelfTest,
     pairs: &[[Factors; 2]],
 ) -> anyhow::Result<Counts> {
+    on_board(program, Work { trials, selftest: Some(selftest), pairs, ..Work::default() })
+}
+
+fn on_board(program: &Path, work: Work<'_>) -> anyhow::Result<Counts> {
     ensure!(program.is_file(), "{} is not there: `make cost` builds it", program.display());
     let file = std::env::temp_dir().join(format!("stickslip-cost-{}.bin", std::process::id()));
-    std::fs::write(&file, input(trials, selftest, pairs)?).with_context(|| file.display().to_string())?;
+    std::fs::write(&file, input(work)?).with_context(|| file.display().to_string())?;
     let result = run(program, &file);
     let _ = std::fs::remove_file(&file);
     result
@@ -257,6 +322,17 @@ impl Reader {
                 moved: instructions(moved),
                 solved: [a, b, c].map(|x| x == 1),
             }),
+            ("answer", &[status, _, unknowns, counts]) => self.counts.answers.push(BoardAnswer {
+                claimed: status == SolveStatus::Solved as u32,
+                none: status == SolveStatus::Contradiction as u32,
+                instructions: instructions(counts),
+                z: Vec::new(),
+                unknowns: unknowns as usize,
+            }),
+            ("z", bits) => {
+                let last = self.counts.answers.last_mut().context("numbers of no answer")?;
+                last.z.extend(bits.iter().map(|bits| f32::from_bits(*bits)));
+            }
             ("stack", [bytes]) => self.counts.stack_bytes = self.counts.stack_bytes.max(*bytes),
             ("end", [hash]) => {
                 self.counts.hash = *hash;

@@ -92,7 +92,7 @@ struct Outlook {
     rotation_rad: Option<f32>,
     /// Time until the grasp is lost, s.
     drop_in_s: Option<f32>,
-    /// Grip of each finger that holds, N.
+    /// Grip of each finger that holds with reserve (at 80 % of the least friction), N.
     holding_grip_n: Option<f32>,
     /// Grip that the board advises, N.
     advised_grip_n: Option<f32>,

@@ -18,7 +18,7 @@ pub fn line(state: &State) -> String {
     let used = p.finger.map(|f| f.measured_utilisation.map_or("-".to_owned(), |u| format!("{u:.2}")));
     let grip = p.holding_grip_n.map_or("-".to_owned(), |n| format!("{n:.1} N"));
     format!(
-        "{:7.2} s  used {} and {} of friction {} (at least {}), holds {}, sag {}, drop {}, grip to hold {grip}; flags {}; in doubt: {}; {line}",
+        "{:7.2} s  used {} and {} of friction {} (at least {}), holds {}, sag {}, drop {}, grip with reserve {grip}; flags {}; in doubt: {}; {line}",
         state.now_s,
         used[0],
         used[1],

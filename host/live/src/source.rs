@@ -128,7 +128,7 @@ fn stream(
     tell: &mut dyn FnMut(Happened),
 ) -> anyhow::Result<()> {
     tell(Happened::Scene(Box::new(package.model.0.clone()), trial.to_owned()));
-    let outcome = session::stream(device, package, None, &mut |event| {
+    let outcome = session::stream(device, package, session::Pace::Board, None, &mut |event| {
         if stop.load(Ordering::Relaxed) {
             return Err(std::io::ErrorKind::Interrupted.into());
         }

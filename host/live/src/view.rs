@@ -18,15 +18,20 @@ const FINGERS: [Color; 2] = [Color::Cyan, Color::Magenta];
 const HIGH: f32 = 0.8;
 /// Narrower terminals have alarms and the line's health above each other, so that alarms can be read.
 const WIDE: u16 = 116;
+/// Lower terminals have the footer in one line: the course needs the room.
+const HIGH_ENOUGH: u16 = 30;
+/// End of the course's axis where nothing is above it.
+const AXIS: f64 = 1.2;
 
 /// Draws `state` into all of `frame`.
 pub fn draw(frame: &mut Frame, state: &State) {
+    let short = frame.area().height < HIGH_ENOUGH;
     let [head, fingers, course, below, foot] = Layout::vertical([
         Constraint::Length(1),
         Constraint::Length(4),
         Constraint::Min(6),
-        Constraint::Length(11),
-        Constraint::Length(2),
+        Constraint::Length(10),
+        Constraint::Length(if short { 1 } else { 2 }),
     ])
     .areas(frame.area());
     frame.render_widget(title(state), head);
@@ -46,7 +51,7 @@ pub fn draw(frame: &mut Frame, state: &State) {
     boxed(frame, object, "object and grip", of_object(state));
     boxed(frame, alarms, &format!("alarms ({})", state.alarms_counted), of_alarms(state, alarms));
     boxed(frame, line, "line", if wide { of_line(state) } else { of_line_briefly(state) });
-    frame.render_widget(footer(state), foot);
+    frame.render_widget(footer(state, short), foot);
 }
 
 fn boxed(frame: &mut Frame, area: Rect, name: &str, lines: Vec<Line<'static>>) {
@@ -105,6 +110,10 @@ fn trace(frame: &mut Frame, area: Rect, state: &State) {
         let points = state.trace.iter().map(|p| (p.at_s - state.now_s, f64::from(p.used[finger])));
         points.filter(|(_, used)| used.is_finite()).collect()
     });
+    // Sensors may show more friction than the model has.
+    let most = course.iter().flatten().map(|(_, used)| *used).fold(AXIS, f64::max);
+    let end = if most > AXIS { (most / 0.4).ceil().min(5.0) * 0.4 } else { AXIS };
+    let course = course.map(|line| line.into_iter().map(|(t, used)| (t, used.min(end))).collect::<Vec<_>>());
     let limit = [(-TRACE_S, 1.0), (0.0, 1.0)];
     let line = |data, colour| {
         Dataset::default()
@@ -124,7 +133,11 @@ fn trace(frame: &mut Frame, area: Rect, state: &State) {
         // The newest is at the right.
         .legend_position(Some(LegendPosition::TopLeft))
         .x_axis(Axis::default().bounds([-TRACE_S, 0.0]).labels([format!("-{TRACE_S:.0} s"), "now".into()]))
-        .y_axis(Axis::default().bounds([0.0, 1.2]).labels(["0", "0.6", "1.2"]));
+        .y_axis(Axis::default().bounds([0.0, end]).labels([
+            "0".to_owned(),
+            format!("{:.1}", 0.5 * end),
+            format!("{end:.1}"),
+        ]));
     frame.render_widget(chart, area);
 }
 
@@ -136,13 +149,20 @@ fn of_object(state: &State) -> Vec<Line<'static>> {
     let drop = if p.drop_in_s.is_some() { drop.style(Style::default().fg(Color::Red)) } else { drop };
     vec![
         Line::raw(format!("holds         {}", holds(p.hold_probability))),
-        Line::raw(format!("sag           {}", number(p.sag_m * 1e3, 2, " mm"))),
+        Line::raw(format!(
+            "sag           {}{}",
+            number(p.sag_m * 1e3, 2, " mm"),
+            if p.rotation_rad.is_finite() {
+                format!(", {:.2}°", p.rotation_rad.to_degrees())
+            } else {
+                String::new()
+            }
+        )),
         Line::raw(format!("sag ahead     {}", number(p.sag_ahead_m * 1e3, 2, " mm"))),
-        Line::raw(format!("rotation      {}", number(p.rotation_rad.to_degrees(), 2, "°"))),
         drop,
         Line::raw(format!("grip          {}", newton(commanded))),
-        Line::raw(format!("grip to hold  {}", newton(p.holding_grip_n))),
-        Line::raw(format!("grip advised  {}", newton(state.advised_grip_n))),
+        Line::raw(format!("with reserve  {}", newton(p.holding_grip_n))),
+        Line::raw(format!("advised       {}", newton(state.advised_grip_n))),
         Line::raw(format!(
             "friction      {}, min {}",
             coefficient(p.friction),
@@ -201,10 +221,13 @@ fn of_line_briefly(state: &State) -> Vec<Line<'static>> {
     ]
 }
 
-fn footer(state: &State) -> Paragraph<'static> {
+fn footer(state: &State, short: bool) -> Paragraph<'static> {
     let said = state.prediction.as_ref().map_or(String::new(), |p| {
         format!("flags: {}   in doubt: {}", flag_names(p.flags), doubt_names(p.validity))
     });
     let last = state.notes.last().map_or(String::new(), |note| format!("   {note}"));
+    if short {
+        return Paragraph::new(Line::raw(format!("q: quit   {said}{last}")));
+    }
     Paragraph::new(vec![Line::raw(said), Line::raw(format!("q: quit{last}"))])
 }

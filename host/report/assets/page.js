@@ -164,20 +164,25 @@ $(document, '.viewer').forEach((root, number) => {
     place.fingers = px(...c.fingers);
     const [, , w, h] = svg.getAttribute('viewBox').split(' ').map(Number);
     const placed = [], said = [];
-    c.forces.forEach(([name, where, [fx, fy]], number) => {
+    c.forces.forEach(([name, where, [fx, fy]]) => {
       const force = [fx[at] ?? 0, fy[at] ?? 0], d = [force[0] * c.n, -force[1] * c.n];
       const from = place[where] || [0, 0];
       svg.querySelector(`[data-force="${name}"]`)?.setAttribute('d', arrow(from, d));
       const [what, ink] = name.split(' ');
       const label = ink === 'measured' && svg.querySelector(`[data-label="${what}"]`);
       if (label) {
-        const x = Math.min(Math.max(from[0] + d[0] + 5, 5), w - 95);
-        let y = Math.min(Math.max(from[1] + d[1] + c.labels[number], 52), h - 36), over;
+        // Beyond the tip: on along an arrow that lies, above or below one that stands.
+        const lies = Math.abs(d[0]) >= Math.abs(d[1]), ends = lies && d[0] < 0;
+        const tip = from[0] + d[0] + (ends ? -6 : 6);
+        const x = ends ? Math.min(Math.max(tip, 95), w) : Math.min(Math.max(tip, 5), w - 95);
+        const left = ends ? x - 95 : x, shift = lies ? 4 : 4 + 10 * Math.sign(d[1]);
+        let y = Math.min(Math.max(from[1] + d[1] + shift, 52), h - 36), over;
         // No text over another.
-        while ((over = placed.find(p => Math.abs(x - p[0]) < 95 && Math.abs(y - p[1]) < 16))) y = over[1] + 16;
-        placed.push([x, y]);
+        while ((over = placed.find(p => Math.abs(left - p[0]) < 95 && Math.abs(y - p[1]) < 16))) y = over[1] + 16;
+        placed.push([left, y]);
         label.setAttribute('x', x);
         label.setAttribute('y', y);
+        label.setAttribute('text-anchor', ends ? 'end' : 'start');
         label.textContent = `${what} ${Math.hypot(...force).toFixed(1)} N`;
         said.push(label.textContent);
       }

@@ -90,7 +90,12 @@ impl Bars {
         match self.scale {
             Scale::Multiples(_) if value >= 10.0 => format!("{value:.0}"),
             Scale::Multiples(_) => format!("{value:.1}"),
-            Scale::Shares => format!("{:.0} %", 100.0 * value),
+            Scale::Shares => match value {
+                v if v < 0.0 => "worse".to_owned(),
+                v if v > 0.0 && v < 0.005 => "below 1 %".to_owned(),
+                v if v > 0.995 && v < 1.0 => "above 99 %".to_owned(),
+                v => format!("{:.0} %", 100.0 * v),
+            },
         }
     }
 
@@ -109,7 +114,10 @@ impl Bars {
             Scale::Multiples(limit) => format!("--limit:{:.1}%", self.place(limit)),
             Scale::Shares => "--limit:0%".to_owned(),
         };
-        let axis = if matches!(self.scale, Scale::Multiples(_)) { ", logarithmic" } else { "" };
+        let axis = match self.scale {
+            Scale::Multiples(limit) => format!(", logarithmic; the line is at {limit}"),
+            Scale::Shares => String::new(),
+        };
         html! {
             div class="bars" {
                 @for row in &self.rows {

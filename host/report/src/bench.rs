@@ -17,9 +17,9 @@ use crate::outline::{corners, hull};
 use crate::packed::Packed;
 
 /// Size of the drawing, px.
-const SIZE: [f64; 2] = [640.0, 330.0];
+const SIZE: [f64; 2] = [640.0, 270.0];
 /// Share of the drawing that the object takes at most, in each direction.
-const SHARE: [f64; 2] = [0.55, 0.42];
+const SHARE: [f64; 2] = [0.55, 0.45];
 /// The longest arrow, px.
 const LONGEST: f64 = 85.0;
 /// The largest deviation of a model is drawn this large at least, px, if an enlargement of [`ENLARGED`] does it.
@@ -81,8 +81,6 @@ pub struct Course {
     parts: Vec<(String, [Packed; 3])>,
     forces: Vec<(String, &'static str, [Packed; 2])>,
     grip: Packed,
-    /// Shift of each force's label, px.
-    labels: Vec<f64>,
 }
 
 impl Scenery {
@@ -286,11 +284,27 @@ impl Scenery {
                     }
                 }
                 @if let Some(grip) = self.grip_n.get(i).filter(|g| g.is_finite() && self.finger.is_some()) {
-                    text x="10" y=(SIZE[1] - 30.0) font-size="13" fill="#222222" data-note="grip" { (format!("grip {grip:.1} N")) }
+                    text x="64" y=(SIZE[1] - 10.0) font-size="13" fill="#222222" data-note="grip" { (format!("grip {grip:.1} N")) }
                 }
+                (self.axes())
                 path d=(format!("M{:.1} {}h{bar:.1}", SIZE[0] - 10.0 - bar, SIZE[1] - 10.0)) stroke="#888888" stroke-width="2" {}
                 text x=(format!("{:.1}", SIZE[0] - 10.0 - bar)) y=(SIZE[1] - 16.0) font-size="13" fill="#222222" { "20 mm" }
             }
+        }
+    }
+
+    /// Which way the axes of the forces run.
+    fn axes(&self) -> Markup {
+        let corner = [14.0, SIZE[1] - 14.0];
+        let [right, up] = if self.view == [0, 2] { ["x", "z"] } else { ["x", "y"] };
+        let text = |at: [f64; 2], name: &str| {
+            html! { text x=(at[0]) y=(at[1]) font-size="12" fill="#222222" { (name) } }
+        };
+        html! {
+            path d=(arrow_path(corner, [28.0, 0.0])) fill="none" stroke="#888888" stroke-width="1.5" {}
+            path d=(arrow_path(corner, [0.0, -28.0])) fill="none" stroke="#888888" stroke-width="1.5" {}
+            (text([corner[0] + 32.0, corner[1] + 4.0], right))
+            (text([corner[0] - 3.0, corner[1] - 33.0], up))
         }
     }
 
@@ -335,26 +349,24 @@ impl Scenery {
         (self.anchor(force.at, i), [fx * self.px_per_n, -fy * self.px_per_n])
     }
 
-    /// Where the text at each force's arrow begins, px; none over another.
-    fn labels(&self, i: usize) -> Vec<[f64; 2]> {
-        let mut placed: Vec<[f64; 2]> = Vec::new();
+    /// Where the text at each force's arrow stands, px, and whether it ends there; none over another.
+    fn labels(&self, i: usize) -> Vec<Label> {
+        let mut placed: Vec<Label> = Vec::new();
         let one = |force: &Force| {
-            let ([x, y], [dx, dy]) = self.reach(force, i);
-            let x = (x + dx + 5.0).clamp(5.0, SIZE[0] - LABEL[0]);
-            let mut y = (y + dy + label_shift(&force.name)).clamp(52.0, SIZE[1] - 36.0);
+            let (from, along) = self.reach(force, i);
+            let mut label = beyond(from, along);
             if force.ink == "measured" {
-                let over = |y: f64, p: &[f64; 2]| (x - p[0]).abs() < LABEL[0] && (y - p[1]).abs() < LABEL[1];
-                while let Some(p) = placed.iter().find(|p| over(y, p)) {
-                    y = p[1] + LABEL[1];
+                while let Some(other) = placed.iter().find(|p| label.meets(p)) {
+                    label.at[1] = other.at[1] + LABEL[1];
                 }
-                placed.push([x, y]);
+                placed.push(label);
             }
-            [x, y]
+            label
         };
         self.forces.iter().map(one).collect()
     }
 
-    fn arrow(&self, force: &Force, i: usize, [at_x, at_y]: [f64; 2]) -> Markup {
+    fn arrow(&self, force: &Force, i: usize, text: Label) -> Markup {
         let ([x, y], [dx, dy]) = self.reach(force, i);
         let [fx, fy] = force.n.get(i).copied().unwrap_or([0.0; 2]);
         let path = arrow_path([x, y], [dx, dy]);
@@ -364,7 +376,8 @@ impl Scenery {
             path data-force=(format!("{} {}", force.name, force.ink)) d=(path) fill="none" stroke=(colour)
                 stroke-width=(if label { "2.5" } else { "1.8" }) {}
             @if label {
-                text data-label=(force.name) x=(format!("{at_x:.1}")) y=(format!("{at_y:.1}")) font-size="13" fill="#222222" {
+                text data-label=(force.name) x=(format!("{:.1}", text.at[0])) y=(format!("{:.1}", text.at[1])) font-size="13"
+                    text-anchor=(if text.ends { "end" } else { "start" }) fill="#222222" {
                     (format!("{} {:.1} N", force.name, fx.hypot(fy)))
                 }
             }
@@ -398,19 +411,38 @@ impl Scenery {
                     (name, f.at, [0, 1].map(|k| column(&|i| f.n.get(i).map_or(f64::NAN, |q| q[k]))))
                 })
                 .collect(),
-            labels: self.forces.iter().map(|f| label_shift(&f.name)).collect(),
             grip: column(&|i| self.grip_n.get(i).copied().unwrap_or(f64::NAN)),
         }
     }
 }
 
-/// Labels of arrows that meet stand apart.
-fn label_shift(name: &str) -> f64 {
-    match name {
-        "fingers" => 18.0,
-        "weight" => 10.0,
-        _ => -10.0,
+/// A text at an arrow.
+#[derive(Clone, Copy)]
+struct Label {
+    at: [f64; 2],
+    /// It ends there; otherwise it begins there.
+    ends: bool,
+}
+
+impl Label {
+    /// Its left end, px.
+    fn left(&self) -> f64 {
+        if self.ends { self.at[0] - LABEL[0] } else { self.at[0] }
     }
+
+    fn meets(&self, other: &Label) -> bool {
+        (self.left() - other.left()).abs() < LABEL[0] && (self.at[1] - other.at[1]).abs() < LABEL[1]
+    }
+}
+
+/// Beyond the tip of an arrow: on along one that lies, above or below one that stands. The script does the same.
+fn beyond([x, y]: [f64; 2], [dx, dy]: [f64; 2]) -> Label {
+    let lies = dx.abs() >= dy.abs();
+    let ends = lies && dx < 0.0;
+    let x = x + dx + if ends { -6.0 } else { 6.0 };
+    let x = if ends { x.clamp(LABEL[0], SIZE[0]) } else { x.clamp(5.0, SIZE[0] - LABEL[0]) };
+    let y = y + dy + if lies { 4.0 } else { 4.0 + 10.0 * dy.signum() };
+    Label { at: [x, y.clamp(52.0, SIZE[1] - 36.0)], ends }
 }
 
 /// A line with a head; too short a one is nothing.

@@ -43,7 +43,7 @@ pub fn page(comparison: &Comparison, next: &str) -> String {
         @if !rest.is_empty() { p { (rest) } }
         (facts(c))
         @if let Some(report) = last {
-            (section(&c.traces, &names, &report.errors))
+            (section(&c.traces, &names, &report.errors, None))
             (tables(c))
             @if !c.changes.is_empty() { (changes(c)) }
             (regions(report))
@@ -97,7 +97,7 @@ fn picture(c: &Comparison) -> Markup {
 }
 
 fn worst_bars(c: &Comparison) -> Option<Bars> {
-    let bars = multiples(worst(c), "error beyond the tolerance, noise floors (no bar: below 0.1)", 1.0);
+    let bars = multiples(worst(c), "error beyond the tolerance, in noise floors", 1.0);
     // Before and after are the first and the last model.
     let ends = c.models.first().zip(c.models.last()).filter(|_| c.models.len() > 1);
     bars.map(|bars| bars.of_series(ends.into_iter().flat_map(|(a, b)| [a.name.clone(), b.name.clone()])))
@@ -115,7 +115,7 @@ fn worst(c: &Comparison) -> Vec<(String, Vec<f64>)> {
         // matter of a few samples of timing.
         let of = |r: &&ErrorRow| {
             let brief = r.duration_s < SUSTAINED_S;
-            let time = if brief { format!(", {:.0} ms", 1e3 * r.duration_s) } else { String::new() };
+            let time = if brief { format!(" (for {:.0} ms)", 1e3 * r.duration_s) } else { String::new() };
             Some((format!("{}{time}", place_words(&r.place, many)), vec![r.error.multiples?]))
         };
         let some = report.errors.iter().any(|r| r.fails);
@@ -156,7 +156,8 @@ fn tables(c: &Comparison) -> Markup {
     let repeated = c.data.noise_floor == Source::Repetitions;
     let explained = match repeated {
         true => {
-            "RMS error beyond the tolerance, in multiples of the noise floor and in units; bold: fails. A cell leads to its traces."
+            "RMS error beyond the tolerance, in multiples of the noise floor and in units. Bold and coloured: fails. Pale: as \
+             chance may give it, or within the floor. A cell leads to its traces."
         }
         false => {
             "RMS error beyond the tolerance, in units: without repetitions there is no noise floor. Bold: beyond the sensors' uncertainty for 0.1 s or longer. A cell leads to its traces."
@@ -251,13 +252,22 @@ fn cell(r: &ErrorRow, size: Size, repeated: bool, channel: usize) -> Markup {
             @if class == "fails" { span class="said" { " fails" } }
         }
     };
+    let fits = class == "fits";
+    // Nothing beyond the tolerance is no number.
+    if fits && readable(size.rms, r.unit).starts_with("0 ") {
+        return html! { td class="soft" { "0" } };
+    }
     html! {
         @match multiples {
-            Some(m) => { td class=(class) style=(heat(m)) { (inner) } }
+            // What does not fail does not shout.
+            Some(m) => { td class=(class) style=(heat(if fits { m.min(PALE) } else { m })) { (inner) } }
             None => { td class=(class) { (inner) } }
         }
     }
 }
+
+/// Cells that do not fail are coloured as this many noise floors at most.
+const PALE: f64 = 1.3;
 
 fn changes(c: &Comparison) -> Markup {
     let many = c.models.first().is_some_and(|m| !m.errors.is_empty() && many_primitives(&m.errors));

@@ -2,21 +2,20 @@
 //! command; then a card for each effect that is named or nearly so, the bench and the traces without and with
 //! it, what else was tried, and what these data cannot tell.
 
-use std::collections::BTreeMap;
-
 use maud::{Markup, html};
 
 use crate::bars::{Bars, multiples, shares};
 use crate::figures::Figure;
 use crate::html::{Tone, figure, first_screen, heat, left_out, list, page, swatch, unfold};
-use crate::overlay::{section, trace_figures};
+use crate::limits;
+pub use crate::limits::limits_on_effects;
+use crate::overlay::{plot_id, section, trace_figures};
 use crate::plot::{Chart, Line, MODELS};
 use crate::signature::{Run, bars, over_a_run, signature};
-use crate::words::{first_sentence, interval, short};
-use stickslip_analysis::channels::channel_words;
+use crate::words::{first_sentence, identifier_words as words, interval, parameter_words, short};
+use stickslip_analysis::channels::{NAMES, channel_words};
 use stickslip_analysis::compare::document::Comparison;
 use stickslip_analysis::diagnose::RELEVANT;
-use stickslip_analysis::diagnose::detection::UpperLimit;
 use stickslip_analysis::diagnose::experiment::Experiment;
 use stickslip_analysis::diagnose::posterior::Weighed;
 use stickslip_analysis::diagnose::report::{CandidateReport, Place, Report, Verdict};
@@ -49,7 +48,6 @@ pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>
         @if let Some(would_tell) = &report.would_tell { p { b { "What would tell:" } " " (would_tell) "." } }
         (misfit_bars(report))
     };
-    let limits = limits_on_effects(report);
     let run = traces.filter(|_| has_after(report)).and_then(over_a_run);
     let body = html! {
         (first_screen(("diagnose", name), (tone, lead), &picture, next))
@@ -62,17 +60,14 @@ pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>
         }
         (cards(report, run.as_ref()))
         @if let Some(c) = traces {
-            (section(&c.traces, &c.models.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), first_errors(c)))
+            (section(&c.traces, &c.models.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), first_errors(c), last_errors(c)))
         }
         (credible_bars(report))
         (tried(report))
-        (maps(report))
+        (maps(report, traces.is_some()))
         (list("Remaining misfit", &report.unexplained.iter().map(structure_words).collect::<Vec<_>>()))
         @if let Some(experiment) = &report.suggested_experiment { (drawn_experiment(experiment)) }
-        @if !has_after(report) && !limits.is_empty() {
-            h2 { "What may still be there" }
-            (limit_table(&limits))
-        }
+        @if !has_after(report) { (limits::section(report)) }
         @if !report.classes.is_empty() {
             h2 { "What these trials cannot tell apart" }
             div class="flow" {
@@ -87,14 +82,14 @@ pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>
     page(&format!("stickslip diagnose: {name}"), body)
 }
 
-/// An identifier as words.
-fn words(id: &str) -> String {
-    id.replace('_', " ")
-}
-
 /// Errors of the first model: what fails before decides what is shown.
 fn first_errors(c: &Comparison) -> &[stickslip_analysis::compare::document::ErrorRow] {
     c.models.first().map_or(&[], |m| &m.errors)
+}
+
+/// Errors of a second model.
+fn last_errors(c: &Comparison) -> Option<&[stickslip_analysis::compare::document::ErrorRow]> {
+    c.models.get(1..)?.last().map(|m| m.errors.as_slice())
 }
 
 /// The verdict without identifiers in the lead.
@@ -199,8 +194,8 @@ pub fn credible(report: &Report) -> Vec<String> {
 fn credible_chart(report: &Report) -> Option<Bars> {
     let d = report.discrepancy.as_ref().filter(|_| has_after(report))?;
     let mut rows: Vec<(String, f64, bool)> =
-        likely(report).map(|s| (set_words(s), s.probability, true)).collect();
-    rows.push((FAINT.into(), faint(report), false));
+        likely(report).map(|s| (words(&set_words(s)), s.probability, true)).collect();
+    rows.extend(Some(faint(report)).filter(|p| *p > 0.0).map(|p| (FAINT.to_owned(), p, false)));
     rows.push(("none of the sets tried".into(), d.probability, false));
     shares(rows, "probability")
 }
@@ -214,24 +209,6 @@ fn credible_bars(report: &Report) -> Markup {
             (report.conditions) " conditions count as " (format!("{:.1}", d.effective_conditions)) " independent ones."
         }
     }
-}
-
-/// How strong each effect may be although it is not named: effect, parameter, upper limit, typical size.
-pub fn limits_on_effects(report: &Report) -> Vec<[String; 4]> {
-    let with_unit = |x: f64, unit: &str| match unit {
-        "1" => short(x),
-        unit => format!("{} {unit}", short(x)),
-    };
-    let each = |(id, strengths): (&&'static str, &BTreeMap<&'static str, UpperLimit>)| {
-        let row = |(name, l): (&&'static str, &UpperLimit)| {
-            let upper = l
-                .upper
-                .map_or("not limited by these data".into(), |x| format!("at most {}", with_unit(x, l.unit)));
-            [(*id).to_owned(), (*name).to_owned(), upper, with_unit(l.plausible, l.unit)]
-        };
-        strengths.iter().map(row).collect::<Vec<_>>()
-    };
-    report.limits_on_effects.iter().flat_map(each).collect()
 }
 
 /// Whether a model with effects stands beside the base model.
@@ -251,7 +228,7 @@ fn misfit_chart(report: &Report) -> Option<Bars> {
         .take(DRAWN)
         .map(|p| (place_words(p), if after { vec![p.before, p.after] } else { vec![p.before] }))
         .collect();
-    let bars = multiples(rows, "systematic misfit, run spreads of one run (no bar: below 0.1)", RELEVANT);
+    let bars = multiples(rows, "systematic misfit in run spreads", RELEVANT);
     bars.map(|bars| bars.of_series(SERIES.into_iter().take(if after { 2 } else { 0 })))
 }
 
@@ -261,7 +238,7 @@ fn misfit_bars(report: &Report) -> Markup {
         div class="legend" {
             (swatch("m0", SERIES[0]))
             @if has_after(report) { (swatch("m1", SERIES[1])) }
-            (swatch("line measured", &format!("{RELEVANT} run spreads: above, an effect is looked for")))
+            (swatch("line measured", &format!("{RELEVANT} run spreads: beyond, an effect is looked for")))
         }
         (figure("Where the model misses most", "", "largest systematic misfits by channel and phase", &chart.markup().0))
     }
@@ -346,7 +323,7 @@ fn strength(c: &CandidateReport) -> Markup {
                 @for p in c.info.parameters {
                     @if let Some(v) = c.parameters.get(p.name) {
                         tr {
-                            th scope="row" class="text" { (words(p.name)) div class="soft" { (p.what) } }
+                            th scope="row" class="text" { (parameter_words(p.name)) div class="soft" { (p.what) } }
                             td { b { (short(v.value)) } " " (if p.unit == "1" { "" } else { p.unit }) }
                             td { (interval(v.low, v.high)) }
                             td { (short(p.typical)) }
@@ -396,11 +373,12 @@ fn added_to(report: &Report) -> String {
 /// All effects that were refitted, as bars.
 fn tried_chart(report: &Report) -> Option<Bars> {
     let named = |id: &str| has_after(report) && report.effects.contains(&id);
-    let rows: Vec<(String, f64, bool)> = report
+    let mut rows: Vec<(String, f64, bool)> = report
         .candidates
         .iter()
         .map(|c| (words(c.id) + &of_else(report, c), c.own_share().0, named(c.id)))
         .collect();
+    rows.sort_by(|a, b| b.2.cmp(&a.2).then(b.1.total_cmp(&a.1)));
     shares(rows, &format!("share {} explained", of_what(report)))
 }
 
@@ -416,7 +394,7 @@ fn tried(report: &Report) -> Markup {
                 td { (format!("{:.1e}", c.p_value)) }
                 td class="left" {
                     @for (n, v) in &c.parameters {
-                        div { (words(n)) " " (short(v.value)) " (" (interval(v.low, v.high)) ") " (if v.unit == "1" { "" } else { v.unit }) }
+                        div { (parameter_words(n)) " " (short(v.value)) " (" (interval(v.low, v.high)) ") " (if v.unit == "1" { "" } else { v.unit }) }
                     }
                 }
             }
@@ -455,44 +433,25 @@ fn tried(report: &Report) -> Markup {
     }
 }
 
-/// Misfit of each channel in each phase, before and after.
-fn maps(report: &Report) -> Markup {
+/// Misfit of each channel in each phase, before and after: where it is relevant; the rest folded. Where the page
+/// has traces, a cell leads to them.
+fn maps(report: &Report, traces: bool) -> Markup {
+    let worst = |channel: &str| {
+        let of = report.places.iter().filter(|p| p.channel == channel);
+        of.map(|p| p.before.max(p.after)).fold(0.0, f64::max)
+    };
     let mut channels: Vec<&str> = Vec::new();
     for p in report.places.iter().filter(|p| p.before.max(p.after) > 1.0) {
         if !channels.contains(&p.channel.as_str()) {
             channels.push(&p.channel);
         }
     }
-    let phases: Vec<&str> = Phase::ALL
-        .iter()
-        .map(|p| p.name())
-        .filter(|name| report.places.iter().any(|p| p.phase == *name))
-        .collect();
-    let map = |title: &str, size: fn(&Place) -> f64| {
+    let (fail, fit): (Vec<&str>, Vec<&str>) = channels.iter().partition(|c| worst(c) > RELEVANT);
+    let pair = |channels: &[&str]| {
         html! {
-            div class="scroll" {
-                table class="heat" {
-                    caption { (title) }
-                    thead {
-                        tr {
-                            th scope="col" class="level" { "channel" }
-                            @for phase in &phases { th scope="col" { (phase) } }
-                        }
-                    }
-                    tbody {
-                        @for channel in &channels {
-                            tr {
-                                th scope="row" class="level" { (channel_words(channel)) }
-                                @for phase in &phases {
-                                    @match report.places.iter().find(|p| p.channel == *channel && p.phase == *phase) {
-                                        Some(p) => { td style=(heat(size(p))) { (format!("{:.1}", size(p))) } }
-                                        None => { td { "–" } }
-                                    }
-                                }
-                            }
-                        }
-                    }
-                }
+            div class="flow" {
+                (map(report, channels, SERIES[0], |p| p.before, traces))
+                @if has_after(report) { (map(report, channels, SERIES[1], |p| p.after, traces)) }
             }
         }
     };
@@ -500,12 +459,70 @@ fn maps(report: &Report) -> Markup {
         @if !channels.is_empty() {
             h2 { "Systematic misfit by channel and phase" }
             p class="soft" {
-                "Root mean square over the conditions, in run spreads of one run. Channels within one run spread \
-                 everywhere are left out."
+                "Root mean square over the conditions, in run spreads of one run; bold: beyond " (RELEVANT) "."
+                @if traces { " A cell leads to its traces." }
             }
-            div class="flow" {
-                (map("The model as given, friction refitted", |p| p.before))
-                @if has_after(report) { (map("With the named effects", |p| p.after)) }
+            @if fail.is_empty() { p { "No channel is beyond " (RELEVANT) " run spreads." } } @else { (pair(&fail)) }
+            @if !fit.is_empty() {
+                (unfold(&format!("Channels between one and {RELEVANT} run spreads"), &pair(&fit)))
+            }
+        }
+    }
+}
+
+fn map(report: &Report, channels: &[&str], title: &str, size: fn(&Place) -> f64, traces: bool) -> Markup {
+    let phases: Vec<&str> = Phase::ALL
+        .iter()
+        .map(|p| p.name())
+        .filter(|name| report.places.iter().any(|p| p.phase == *name))
+        .collect();
+    let at =
+        |channel: &str, phase: &str| report.places.iter().find(|p| p.channel == channel && p.phase == phase);
+    html! {
+        div class="scroll" {
+            table class="heat" {
+                caption { (capital(title)) }
+                thead {
+                    tr {
+                        th scope="col" class="level" { "channel" }
+                        @for phase in &phases { th scope="col" { (phase) } }
+                    }
+                }
+                tbody {
+                    @for channel in channels {
+                        tr {
+                            th scope="row" class="level" { (channel_words(channel)) }
+                            @for phase in &phases {
+                                @match at(channel, phase) {
+                                    Some(p) => { (map_cell(p, size(p), traces)) }
+                                    None => { td class="soft" { "–" } }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn map_cell(place: &Place, size: f64, traces: bool) -> Markup {
+    let beyond = size > RELEVANT;
+    let number = html! { (format!("{size:.1}")) @if beyond { span class="said" { " fails" } } };
+    // Sum and difference of the fingers are seen in the traces of both.
+    let channel = place.channel.replace("finger_sum", "finger1").replace("finger_difference", "finger1");
+    let goto = NAMES.iter().position(|n| *n == channel).filter(|_| traces).map(plot_id);
+    let phase = match place.phase {
+        "rest before" => "before contact",
+        "rest after" => "end",
+        "peak of the onset" => "onset",
+        same => same,
+    };
+    html! {
+        td class=(if beyond { "fails" } else { "fits" }) style=(heat(size)) {
+            @match goto {
+                Some(plot) => { button type="button" data-goto=(plot) data-phase=(phase) { (number) } }
+                None => { (number) }
             }
         }
     }
@@ -540,22 +557,6 @@ fn drawn_experiment(e: &Experiment) -> Markup {
     }
 }
 
-fn limit_table(limits: &[[String; 4]]) -> Markup {
-    html! {
-        div class="scroll" {
-            table {
-                caption { "How strong an effect may be all the same (95 %)" }
-                thead { tr { @for h in ["effect", "strength", "limit", "typical"] { th scope="col" { (h) } } } }
-                tbody {
-                    @for [effect, name, upper, typical] in limits {
-                        tr { th scope="row" { (words(effect)) } td { (words(name)) } td { (upper) } td { (typical) } }
-                    }
-                }
-            }
-        }
-    }
-}
-
 /// Fitted parameters of the model that is judged.
 fn parameters(report: &Report) -> Markup {
     unfold(
@@ -567,7 +568,7 @@ fn parameters(report: &Report) -> Markup {
                 tbody {
                     @for (name, v) in &report.parameters {
                         tr {
-                            th scope="row" { (words(name)) }
+                            th scope="row" { (parameter_words(name)) }
                             td { (short(v.value)) }
                             td { (interval(v.low, v.high)) }
                             td { (if v.unit == "1" { "–" } else { v.unit }) }

@@ -3,6 +3,7 @@
 
 use maud::{Markup, html};
 use stickslip_analysis::check::Report;
+use stickslip_analysis::compare::verdict::readable;
 use stickslip_data::Dataset;
 use stickslip_data::import::recording::{Import, Offset, Signal};
 
@@ -48,6 +49,7 @@ pub fn page(command: &str, import: &Import, report: &Report, next: &str) -> Stri
         }
         (list("What physics does not allow", &signals::findings(report)))
         (assumed(&import.signals))
+        @if let Some(line) = noise_line(&import.noise) { p { (line) } }
         (list("Left out", &refused(&|k| k < LISTED)))
         @if left_out > LISTED {
             (unfold(&format!("{} more", left_out - LISTED), &html! {
@@ -130,6 +132,18 @@ fn tares(import: &Import) -> Markup {
             }))
         }
     }
+}
+
+/// What was taken as the sensors' noise where the mapping states none.
+#[must_use]
+pub fn noise_line(noise: &[(&str, f64)]) -> Option<String> {
+    let units = [("_nm", "N m"), ("_n", "N"), ("_rad", "rad"), ("_m", "m")];
+    let each = |(key, value): &(&str, f64)| {
+        let (name, unit) = units.iter().find_map(|(end, unit)| Some((key.strip_suffix(end)?, *unit)))?;
+        Some(format!("{} {}", name.replace(['_', '.'], " ").replace(" noise", ""), readable(*value, unit)))
+    };
+    let values: Vec<String> = noise.iter().filter_map(each).collect();
+    (!values.is_empty()).then(|| format!("noise, from the data: {}", values.join(", ")))
 }
 
 /// One line for a clock that all trials share, otherwise one for each trial.

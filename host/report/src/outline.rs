@@ -52,14 +52,3 @@ pub fn hull(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     outline.extend(half(&mut points.iter().rev()));
     outline
 }
-
-#[cfg(test)]
-mod tests {
-    use super::hull;
-
-    #[test]
-    fn the_outline_of_a_square_with_points_inside_is_the_square() {
-        let points = vec![[0.0, 0.0], [1.0, 1.0], [0.5, 0.5], [1.0, 0.0], [0.2, 0.7], [0.0, 1.0]];
-        assert_eq!(hull(points), [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
-    }
-}

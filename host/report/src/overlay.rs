@@ -53,10 +53,11 @@ pub fn plot_id(channel: usize) -> String {
     NAMES[together(channel)[0]].replace('_', "-").replace("finger1", "fingers")
 }
 
-/// Traces of a comparison with the trials to choose from; `errors` say which channels fail.
+/// Traces of a comparison with the trials to choose from; `errors` say which channels fail. Errors `after` are those
+/// of a better model: what it mends most comes first.
 #[must_use]
-pub fn section(traces: &[Trace], models: &[&str], errors: &[ErrorRow]) -> Markup {
-    let groups = groups(traces, errors);
+pub fn section(traces: &[Trace], models: &[&str], errors: &[ErrorRow], after: Option<&[ErrorRow]>) -> Markup {
+    let groups = groups(traces, errors, after);
     let plots: Vec<Plot> =
         groups.iter().map(|(channels, first)| one_plot(channels, *first, models)).collect();
     let runs: Vec<Run> = traces.iter().map(|t| run(t, &groups)).collect();
@@ -65,7 +66,7 @@ pub fn section(traces: &[Trace], models: &[&str], errors: &[ErrorRow]) -> Markup
 }
 
 /// Channels that are drawn together, and whether one fails; failing ones first, the worst of them ahead.
-fn groups(traces: &[Trace], errors: &[ErrorRow]) -> Vec<(Vec<usize>, bool)> {
+fn groups(traces: &[Trace], errors: &[ErrorRow], after: Option<&[ErrorRow]>) -> Vec<(Vec<usize>, bool)> {
     let measured = |c: &usize| traces.iter().any(|t| t.measured.iter().any(|s| s[*c].is_finite()));
     let mut out: Vec<(Vec<usize>, bool, f64)> = (0..COUNT)
         .map(together)
@@ -75,12 +76,26 @@ fn groups(traces: &[Trace], errors: &[ErrorRow]) -> Vec<(Vec<usize>, bool)> {
         .filter(|channels| !channels.is_empty())
         .map(|channels| {
             let rows = || errors.iter().filter(|r| channels.contains(&r.index));
-            let worst = rows().filter_map(|r| r.error.multiples).fold(0.0, f64::max);
+            let left = |r: &ErrorRow| {
+                let same = after.into_iter().flatten().find(|a| a.place == r.place);
+                same.and_then(|a| a.error.multiples).unwrap_or(0.0)
+            };
+            // Of what fails: a place that may be chance is no reason to be the first.
+            let size = |r: &ErrorRow| Some(r.error.multiples? - left(r));
+            let of = |failing: bool| {
+                rows().filter(|r| r.fails == failing).filter_map(size).fold(f64::NEG_INFINITY, f64::max)
+            };
+            let worst = if rows().any(|r| r.fails) { of(true) } else { of(false) };
             (channels.clone(), rows().any(|r| r.fails || r.sustained == Some(true)), worst)
         })
         .collect();
     out.sort_by(|a, b| b.1.cmp(&a.1).then(b.2.total_cmp(&a.2)));
-    let failing = out.iter().filter(|g| g.1).count();
+    // What a better model does not mend is not what it is shown for.
+    let failing = out
+        .iter()
+        .filter(|g| g.1 && (after.is_none() || g.2 > 0.0))
+        .count()
+        .max(if after.is_some() && out.iter().any(|g| g.1) { FEWEST } else { 0 });
     let shown = if failing == 0 { FEWEST } else { failing.min(MOST) };
     out.into_iter().enumerate().map(|(k, (channels, ..))| (channels, k < shown)).collect()
 }

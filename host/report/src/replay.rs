@@ -90,8 +90,9 @@ fn flag_table(document: &Document) -> Markup {
     html! { @if spans().next().is_some() { (unfold("Flags as a table", &rows)) } }
 }
 
-/// What was predicted, in words.
-fn sentence(document: &Document) -> String {
+/// What was predicted, in a sentence.
+#[must_use]
+pub fn sentence(document: &Document) -> String {
     let p = &document.prediction;
     let slip = match (p.first_warning_s, p.first_slip_s) {
         (Some(warning), Some(slip)) if warning < slip => {
@@ -232,7 +233,7 @@ fn flag_chart(document: &Document, t_s: &[f64]) -> Option<Chart> {
         Some(Line { points, colour: MODELS[0], width: 7 })
     });
     Some(Chart {
-        size: (820, 60 + 26 * rows.len() as u32),
+        size: (640, 60 + 26 * rows.len() as u32),
         x_label: "time, s".into(),
         x: ends,
         least_span: rows.len() as f64,

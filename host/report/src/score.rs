@@ -11,6 +11,7 @@ use stickslip_analysis::score::calibration::Calibration;
 use stickslip_analysis::score::document::Document;
 use stickslip_analysis::score::figures::{Class, Row};
 use stickslip_analysis::score::rate::Rate;
+use stickslip_analysis::score::truth::Kind;
 
 const SIZE: (u32, u32) = (400, 220);
 
@@ -283,6 +284,45 @@ pub fn shown(rows: &[Row]) -> impl Iterator<Item = &Row> {
         let some = alarms(row.false_alarm_rate) || alarms(row.near_alarm_rate);
         (row.events > 0 || some && !told).then_some(row)
     })
+}
+
+/// A line for each kind of event that there was, and one for the predictor's false alarms: how many each method
+/// warned of in time.
+#[must_use]
+pub fn summary(d: &Document) -> Vec<String> {
+    let ours = d.rows.first().map(|r| r.method.as_str());
+    let mut lines: Vec<String> = Vec::new();
+    for class in Class::ALL {
+        let rows: Vec<&Row> = d.rows.iter().filter(|r| r.class == class && r.events > 0).collect();
+        let Some(first) = rows.first() else { continue };
+        let lead = |r: &Row| match r.lead_s {
+            Some([low, middle, high]) if Some(r.method.as_str()) == ours => {
+                let [low, middle, high] = [low, middle, high].map(|x| 1e3 * x);
+                format!(", {middle:.0} ms ahead (nine of ten {low:.0} to {high:.0})")
+            }
+            _ => String::new(),
+        };
+        let each: Vec<String> =
+            rows.iter().map(|r| format!("{}: {}{}", r.method, r.in_time, lead(r))).collect();
+        lines.push(format!("{}, {} in all, in time by {}", class.name(), first.events, each.join("; ")));
+    }
+    let mut told: Vec<&str> = Vec::new();
+    let mut alarms: Vec<String> = Vec::new();
+    for r in d.rows.iter().filter(|r| Some(r.method.as_str()) == ours) {
+        let kind = match r.class.kind() {
+            Kind::Slip => "slip",
+            Kind::Moved => "sag or rotation",
+            Kind::Drop => "drop",
+        };
+        if let Some(false_alarms) = r.false_alarm_rate.filter(|_| !told.contains(&kind)) {
+            told.push(kind);
+            alarms.push(format!("{kind} {}", rate(&false_alarms)));
+        }
+    }
+    if !alarms.is_empty() {
+        lines.push(format!("false alarms: {}", alarms.join("; ")));
+    }
+    lines
 }
 
 /// A count and its time, and the interval of the rate: '2 in 73 s (12 to 356 an hour)'.

@@ -22,6 +22,10 @@ use super::viewer::{self, Plot, Run};
 
 /// Side of a drawing, pixels.
 const VIEW: f64 = 340.0;
+/// Room above and below what is drawn, px.
+const ROOM: f64 = 44.0;
+/// Room of a force's text, px.
+const TEXT: [f64; 2] = [46.0, 14.0];
 /// Room about the bodies, as a share of their extent.
 const MARGIN: f64 = 0.35;
 /// Colours of finger 1, finger 2, pusher.
@@ -82,7 +86,8 @@ pub(crate) fn findings(report: &Report) -> Vec<String> {
 }
 
 /// What physics says of the data, in a sentence.
-pub(crate) fn verdict(report: &Report) -> (Tone, String) {
+#[must_use]
+pub fn verdict(report: &Report) -> (Tone, String) {
     let count = report.findings.len();
     match (count, report.errors.len(), report.balance.failing) {
         (1.., ..) => {
@@ -290,9 +295,15 @@ fn drawing(object: Option<&Shape<f64>>, trial: &Trial, right: usize, up: usize) 
     let extent = (high[0] - low[0]).max(high[1] - low[1]).max(1e-3);
     let scale = VIEW / (extent * (1.0 + 2.0 * MARGIN));
     let centre = [0, 1].map(|k| 0.5 * (low[k] + high[k]));
+    let most = arrows.iter().map(|arrow| arrow.force_n.norm()).fold(1e-9, f64::max);
+    let reach = VIEW * 0.22 / most;
+    // As high as object, arrows and their texts need.
+    let tips = arrows.iter().map(|a| a.from[up] + a.force_n[up] * reach / scale);
+    let ends = points.iter().map(|p| p[1]).chain(tips).map(|y| ((y - centre[1]) * scale).abs());
+    let high = (2.0 * (ends.fold(0.0, f64::max) + ROOM)).min(VIEW);
     let pixel =
-        |p: [f64; 2]| [VIEW / 2.0 + (p[0] - centre[0]) * scale, VIEW / 2.0 - (p[1] - centre[1]) * scale];
-    let mut svg = format!("<svg role=\"img\" viewBox=\"0 0 {VIEW} {VIEW}\">\n");
+        |p: [f64; 2]| [VIEW / 2.0 + (p[0] - centre[0]) * scale, high / 2.0 - (p[1] - centre[1]) * scale];
+    let mut svg = format!("<svg role=\"img\" viewBox=\"0 0 {VIEW} {high:.0}\">\n");
     let corners: Vec<String> =
         outline.iter().map(|p| pixel(*p)).map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
     let _ = writeln!(
@@ -300,10 +311,9 @@ fn drawing(object: Option<&Shape<f64>>, trial: &Trial, right: usize, up: usize) 
         "<polygon points=\"{}\" fill=\"#888888\" fill-opacity=\"0.18\" stroke=\"#888888\" stroke-width=\"1.5\"/>",
         corners.join(" ")
     );
-    let most = arrows.iter().map(|arrow| arrow.force_n.norm()).fold(1e-9, f64::max);
+    let mut placed: Vec<[f64; 2]> = Vec::new();
     for Arrow { from, force_n, colour } in &arrows {
         let [x, y] = pixel([from[right], from[up]]);
-        let reach = VIEW * 0.22 / most;
         let (dx, dy) = (force_n[right] * reach, -force_n[up] * reach);
         let colour = hex(*colour);
         let _ = writeln!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"{colour}\"/>");
@@ -323,11 +333,25 @@ fn drawing(object: Option<&Shape<f64>>, trial: &Trial, right: usize, up: usize) 
         }
         // A force along the line of sight is named in another view.
         if length > 0.4 * force_n.norm() * reach {
+            // Beyond the tip, none over another.
+            let (lies, ends) = (dx.abs() >= dy.abs(), dx < 0.0);
+            let x = x + dx + if ends { -TEXT[0] } else { 4.0 };
+            let mut at = [
+                x.clamp(4.0, VIEW - TEXT[0]),
+                (y + dy + if lies { 4.0 } else { 4.0 + 8.0 * dy.signum() }).clamp(12.0, high - 4.0),
+            ];
+            let over = |at: &[f64; 2], p: &[f64; 2]| {
+                (at[0] - p[0]).abs() < TEXT[0] && (at[1] - p[1]).abs() < TEXT[1]
+            };
+            while let Some(p) = placed.iter().find(|p| over(&at, p)) {
+                at[1] = p[1] + TEXT[1];
+            }
+            placed.push(at);
             let _ = writeln!(
                 svg,
                 "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"12\" fill=\"#222222\">{:.1} N</text>",
-                (x + dx).clamp(4.0, VIEW - 50.0),
-                (y + dy - 6.0).clamp(12.0, VIEW - 4.0),
+                at[0],
+                at[1],
                 force_n.norm()
             );
         }
@@ -338,8 +362,8 @@ fn drawing(object: Option<&Shape<f64>>, trial: &Trial, right: usize, up: usize) 
         svg,
         "<path d=\"M10 {0}h{bar:.1}\" stroke=\"#888888\" stroke-width=\"2\"/><text x=\"10\" y=\"{1}\" font-size=\"12\" \
          fill=\"#222222\">20 mm</text>\n</svg>",
-        VIEW - 10.0,
-        VIEW - 15.0
+        high - 10.0,
+        high - 15.0
     );
     svg
 }

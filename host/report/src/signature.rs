@@ -49,8 +49,10 @@ pub fn signature(marks: &[Mark], run: Option<&Run>) -> Markup {
             (swatch("m0", SERIES[0]))
             (swatch("m1", SERIES[1]))
         }
-        (figure("Its signature", "", "what the effect changes beside what the model lacks", &chart.markup().0))
-        @if let Some(run) = run { (figure(&run.title, run.unit, &run.words, &run.chart.svg())) }
+        div class="pair" {
+            (figure("Its signature", "", "what the effect changes beside what the model lacks", &chart.markup().0))
+            @if let Some(run) = run { (figure(&run.title, run.unit, &run.words, &run.chart.svg())) }
+        }
         p { "On this bench it changes " (largest.join("; ")) " (root mean square)." }
     }
 }

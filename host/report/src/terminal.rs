@@ -297,31 +297,3 @@ fn print_line(stream: &mut impl Write, text: impl Display) {
         std::process::exit(0);
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::{command_line, with_schema};
-
-    #[test]
-    fn every_document_has_a_schema_and_one_of_its_own_stays() {
-        let of = |json| -> serde_json::Value {
-            serde_json::from_str(&with_schema(Some("stickslip-x/1"), &json).unwrap()).unwrap()
-        };
-        assert_eq!(
-            of(serde_json::json!({ "a": 1 })),
-            serde_json::json!({ "schema": "stickslip-x/1", "a": 1 })
-        );
-        assert_eq!(
-            of(serde_json::json!([1])),
-            serde_json::json!({ "schema": "stickslip-x/1", "results": [1] })
-        );
-        assert_eq!(of(serde_json::json!({ "schema": "own/2" })), serde_json::json!({ "schema": "own/2" }));
-    }
-
-    #[test]
-    fn a_command_line_can_be_copied_whatever_the_paths_are() {
-        let words = ["compare", "my data", "--model", "it's.toml"];
-        let line = command_line(words);
-        assert_eq!(shlex::split(&line).unwrap()[1..], words);
-    }
-}

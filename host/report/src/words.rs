@@ -5,6 +5,21 @@ pub fn short(x: f64) -> String {
     if x == 0.0 || (x.abs() >= 0.01 && x.abs() < 1e4) { format!("{x:.3}") } else { format!("{x:.2e}") }
 }
 
+/// An identifier as words.
+#[must_use]
+pub fn identifier_words(id: &str) -> String {
+    id.replace('_', " ")
+}
+
+/// A parameter's name without its unit, which stands beside its value: 'offset x' of `offset_x_m`.
+#[must_use]
+pub fn parameter_words(name: &str) -> String {
+    const UNITS: [&str; 10] = ["_n_m", "_m_n", "_1_m", "_s_m", "_nm", "_rad", "_n", "_m", "_s", "_kg"];
+    let cut = UNITS.iter().find_map(|unit| name.strip_suffix(unit)).filter(|cut| !cut.is_empty());
+    let plain = cut.unwrap_or(name).replace(['_', '.'], " ");
+    plain.replace("finger1", "finger 1").replace("finger2", "finger 2")
+}
+
 /// An interval; too few conditions give none.
 pub fn interval(low: f64, high: f64) -> String {
     match low.is_finite() && high.is_finite() {

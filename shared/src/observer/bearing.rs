@@ -146,19 +146,16 @@ impl<R: Real> Bearing<R> {
     /// One sample: the force that bears the object, measured and by the model, N; `resting`: before the tare, where nothing
     /// is told yet. For how many samples it has been falling; zero where it is borne.
     pub fn falls(&mut self, bearing_n: Option<[R; 2]>, resting: bool, steered: bool, dt_s: R) -> u8 {
-        let Some([measured, model]) = bearing_n.filter(|[_, model]| *model > self.params.least_n) else {
-            *self = self.noise_alone();
-            return 0;
-        };
-        let share = measured / model;
-        let change = share - self.last;
-        if resting {
-            self.rest(share);
-        } else if self.rested {
+        let weighed = bearing_n.filter(|[_, model]| *model > self.params.least_n);
+        if weighed.is_none() || self.fallen >= self.params.fallen_samples || self.rested && !resting {
             *self = self.noise_alone();
         }
+        let Some([measured, model]) = weighed else { return 0 };
+        let share = measured / model;
+        let change = share - self.last;
         self.last = share;
         if resting {
+            self.rest(share);
             return 0;
         }
         // A fall is a few large differences, noise many.
@@ -168,9 +165,7 @@ impl<R: Real> Bearing<R> {
         let allowed = max(self.params.allowed_share / sigma, self.params.allowed_sigmas);
         let enough = max(self.params.chance * R::of(0.5) / allowed, self.params.lost_share / sigma);
         let right = (self.mean - R::one()).abs() < self.params.weight_share;
-        if self.fallen >= self.params.fallen_samples {
-            *self = self.noise_alone();
-        } else if right && !steered {
+        if right && !steered {
             let most = enough * self.params.sample_share;
             let gain = clamp((min(self.mean, R::one()) - share) / sigma - allowed, -most, most);
             self.deficit = clamp(self.deficit + gain, R::zero(), enough * R::of(2.0));

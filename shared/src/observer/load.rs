@@ -6,7 +6,7 @@
 //! of its noise (the gain of Wiener's filter, `1 - v / P`). The noise is that of samples three apart, by which filtered
 //! noise has lost most of its memory, and which 50 and 60 Hz do not hide from; at first, what the rest of the tare shows.
 
-use crate::real::{Real, Vec3, clamp, max, min, norm, sqrt};
+use crate::real::{Real, Vec3, clamp, max, min, sqrt};
 use crate::window::shift_in;
 
 /// Samples whose differences are noise.

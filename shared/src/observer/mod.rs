@@ -27,7 +27,7 @@ pub mod trend;
 
 pub use params::Params;
 
-use crate::real::{Real, Vec3, clamp, max, min, norm, sqrt};
+use crate::real::{Real, Vec3, clamp, max, min, norm};
 use bearing::Bearing;
 use friction::{Friction, Use};
 use grip::Grip;
@@ -240,18 +240,19 @@ impl<R: Real> Observer<R> {
             least_limit: self.friction.least() * effects,
             ..Observed::default()
         };
+        let mut sum = [R::zero(); 4];
         for (r, w) in seen.finger.iter_mut().zip(s.wrenches) {
-            *r = w.as_ref().and_then(|w| needed(&[w], s.arm_m)).map(|q| norm(&q));
+            let Some(w) = w else { continue };
+            let parts = parts(w, s.arm_m);
+            sum.iter_mut().zip(parts).for_each(|(sum, x)| *sum += x);
+            *r = needed(&parts).map(|q| norm(&q));
         }
-        let both = match s.wrenches {
-            [Some(a), Some(b)] => needed(&[a, b], s.arm_m),
-            [Some(w), None] | [None, Some(w)] => needed(&[w], s.arm_m),
-            [None, None] => None,
-        };
-        let load = match s.wrenches {
-            [Some(a), Some(b)] => Some(load(a, b, s.arm_m, s.gripper_m_s)),
-            _ => None,
-        };
+        let both = needed(&sum);
+        let load = s.wrenches.iter().all(Option::is_some).then(|| {
+            let [x, torsion, z, normal_n] = sum;
+            // What the object exerts on the pads: it moves along with it.
+            Load { force_n: -Vec3::new(x, torsion, z), normal_n, gripper_m_s: s.gripper_m_s }
+        });
         self.grip.follow(s.grip_n, load.map(|l| l.normal_n), s.dt_s);
         // Before the tare a constant error may look like any load.
         let tared = self.tared >= self.params.tare_samples;
@@ -421,32 +422,20 @@ fn if_it_goes_on<R: Real>(lasted_s: R, ahead_s: R, well: impl Fn(R) -> R) -> R {
     sum
 }
 
-/// Needed friction coefficient of some fingers' wrenches together, with its direction: X, turn, Z; `None` without normal
-/// force.
-fn needed<R: Real>(wrenches: &[&[R; 6]], arm_m: R) -> Option<Vec3<R>> {
-    let (mut x, mut z, mut turn, mut normal) = (R::zero(), R::zero(), R::zero(), R::zero());
-    for [fx, fy, fz, _, ty, _] in wrenches.iter().copied() {
-        x += *fx;
-        z += *fz;
-        turn += *ty;
-        normal += fy.abs();
-    }
-    if !(normal > R::of(0.02)) {
-        return None;
-    }
-    let torsion = if arm_m > R::zero() { turn / arm_m } else { R::zero() };
-    let needed = Vec3::new(x, torsion, z) / normal;
-    let size = norm(&needed);
-    size.finite().then(|| needed * min(R::one(), R::of(100.0) / max(size, R::of(1e-3))))
+/// What of a wrench loads the pad: force along X, torsion at its arm, force along Z, and the normal force, N.
+fn parts<R: Real>([fx, fy, fz, _, ty, _]: &[R; 6], arm_m: R) -> [R; 4] {
+    let torsion = if arm_m > R::zero() { *ty / arm_m } else { R::zero() };
+    [*fx, torsion, *fz, fy.abs()]
 }
 
-/// Load of both fingers.
-fn load<R: Real>(a: &[R; 6], b: &[R; 6], arm_m: R, gripper_m_s: Vec3<R>) -> Load<R> {
-    let torsion = if arm_m > R::zero() { (a[4] + b[4]) / arm_m } else { R::zero() };
-    Load {
-        // What the object exerts on the pads: it moves along with it.
-        force_n: -Vec3::new(a[0] + b[0], torsion, a[2] + b[2]),
-        normal_n: a[1].abs() + b[1].abs(),
-        gripper_m_s,
+/// Friction coefficient that such a load needs, with its direction; `None` without normal force.
+// Once in the program, not once for each finger.
+#[inline(never)]
+fn needed<R: Real>([x, torsion, z, normal]: &[R; 4]) -> Option<Vec3<R>> {
+    if !(*normal > R::of(0.02)) {
+        return None;
     }
+    let needed = Vec3::new(*x, *torsion, *z) / *normal;
+    let size = norm(&needed);
+    size.finite().then(|| needed * min(R::one(), R::of(100.0) / max(size, R::of(1e-3))))
 }

@@ -40,6 +40,9 @@ impl<R: Real> Context<R> {
         mut doubt: u32,
     ) -> Result<(), Unfollowed> {
         let raw = self.poses(sample, Some(tracked)).ok_or(Unfollowed::Sample)?;
+        if self.leapt(&tracked.poses, &raw) {
+            return Err(Unfollowed::Sample);
+        }
         let poses = self.denoised(raw, tracked);
         let drive =
             drive_between(&tracked.poses, &poses, &tracked.reference_m, sample.grip_cmd_n, self.trial)

@@ -11,6 +11,11 @@ pub struct Params {
     /// Longest time between two samples that the model bridges, s; after a longer gap it starts anew.
     /// The model's steps stay below 20 ms in at most three parts. Doubled: bridges are coarser.
     pub longest_gap_s: f32,
+    /// No gripper or pusher is faster than this, m/s: a pose that says so is none. Robots carry at up to 5, and one that a
+    /// camera of 31 Hz holds moves by eight of its samples at once. Doubled: wild poses up to 16 cm off are followed.
+    pub fastest_m_s: f32,
+    /// The same of turning, rad/s. Doubled: wild rotations up to 1.6 rad are followed.
+    pub fastest_rad_s: f32,
     /// Samples in a row that must show the object elsewhere before the model starts anew there: a
     /// wild pose comes alone or in pairs. Doubled: a true jump is followed 12 ms later.
     pub strayed_samples: u8,
@@ -104,6 +109,8 @@ impl Default for Params {
     fn default() -> Self {
         Self {
             longest_gap_s: 0.1,
+            fastest_m_s: 20.0,
+            fastest_rad_s: 200.0,
             strayed_samples: 3,
             pose_gain: 0.004,
             least_ahead_s: 0.004,

@@ -8,10 +8,11 @@ use super::sag::Sag;
 use super::tracked::Tracked;
 use super::types::Sample;
 use crate::cone::Kept;
-use crate::real::{Real, Vec3, norm};
+use crate::real::{Real, Vec3, max, norm};
 use crate::step::{Drive, State};
 use crate::track::{
     Acceleration, PathFilter, Pose, Poses, Settling, between_pads, drive_between, seat, support_pose,
+    twist_between,
 };
 
 impl<R: Real> Context<R> {
@@ -135,6 +136,20 @@ impl<R: Real> Context<R> {
             Pose { position_m: p.position_m + shift, rotation: p.rotation }
         });
         Some(Poses { t_s: sample.t_s, carrier, pusher, support: tracked.and_then(|t| t.support) })
+    }
+
+    /// Whether gripper or pusher leapt from one sample to the other: what is carried does not, so that such a pose is none.
+    pub(super) fn leapt(&self, from: &Poses<R>, to: &Poses<R>) -> bool {
+        let [least_s, fastest_m_s, fastest_rad_s] =
+            [self.params.least_ahead_s, self.params.fastest_m_s, self.params.fastest_rad_s]
+                .map(|x| R::of(f64::from(x)));
+        let within_s = max(to.t_s - from.t_s, least_s);
+        let leaps = |from: &Pose<R>, to: &Pose<R>| {
+            let (speed, turning) = twist_between(from, to, within_s);
+            !(norm(&speed) <= fastest_m_s && norm(&turning) <= fastest_rad_s)
+        };
+        let pushers = from.pusher.as_ref().zip(to.pusher.as_ref());
+        leaps(&from.carrier, &to.carrier) || pushers.is_some_and(|(from, to)| leaps(from, to))
     }
 
     /// Takes sensor noise off the prescribed paths.

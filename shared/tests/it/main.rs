@@ -1,6 +1,7 @@
 //! Tests of the crate from outside, in one program: it links once.
 
 mod alarm;
+mod angle;
 mod bad_input;
 mod checksum;
 mod common;
@@ -14,6 +15,7 @@ mod falling;
 mod formula;
 mod free_motion;
 mod friction;
+mod leaps;
 mod lift;
 mod linear_push;
 mod messages;

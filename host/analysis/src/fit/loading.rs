@@ -64,26 +64,11 @@ fn length(run: &Run, jump: impl Fn(usize) -> f64) -> f64 {
 
 /// Share of its rise by which a channel may lag in bins of these lengths: it decays over `length` of path, and no
 /// faster than from bin to bin, as `length` is known to a factor of three.
-fn shares(length: f64, bins_m: &[f64; 4]) -> [f64; 4] {
+pub fn shares(length: f64, bins_m: &[f64; 4]) -> [f64; 4] {
     let mut from_m = 0.0;
     std::array::from_fn(|k| {
         let decay = (from_m / length.max(f64::MIN_POSITIVE)).min(k as f64);
         from_m += bins_m[k];
         (length / bins_m[k]).min(1.0) * (-decay).exp()
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::shares;
-
-    #[test]
-    fn a_contact_that_loads_within_a_bin_lags_as_before_and_one_that_takes_longer_by_its_path() {
-        let bins = [1e-4, 2e-4, 4e-4, 8e-4];
-        let short = shares(5e-5, &bins);
-        assert!((short[0] - 0.5).abs() < 1e-12 && (short[2] - 0.125 * (-2.0_f64).exp()).abs() < 1e-12);
-        let long = shares(1e-3, &bins);
-        assert!((long[3] - (-0.7_f64).exp()).abs() < 1e-12, "{long:?}");
-        assert_eq!(shares(0.0, &bins), [0.0; 4]);
-    }
 }

@@ -6,7 +6,7 @@
 
 pub mod alarms;
 pub mod calibration;
-mod cause;
+pub mod cause;
 pub mod document;
 pub mod figures;
 pub mod judge;

@@ -1,16 +1,29 @@
 //! Tests of the crate from outside, in one program: it links once.
 
+mod alarms;
+mod calibration_trials;
+mod cause;
+mod channel_words;
 mod check_physics;
 mod contact;
 mod diagnose_groups;
 mod diagnose_posterior;
 mod diagnose_statistics;
 mod diagnose_verdict;
+mod followed_columns;
+mod left_out;
+mod loading;
 mod model_against_rig;
 mod model_file;
 mod module_edges;
+mod motion;
+mod noise_floor;
 mod pads;
+mod rate;
 mod replay;
 mod score;
 mod simulated;
 mod sparse_pushes;
+mod swing;
+mod truth;
+mod warnings;

@@ -63,6 +63,7 @@ fn diagnosed(dataset: &Dataset) -> Report {
 }
 
 #[test]
+#[ignore = "long: make test-host-rest"]
 fn feet_that_are_told_as_a_face_are_a_load_that_is_spread_otherwise() {
     let report = diagnosed(&pushes(described("patch", None), 5));
     assert!(matches!(report.verdict, Verdict::Effect | Verdict::Ambiguous), "{}", report.summary);
@@ -74,6 +75,7 @@ fn feet_that_are_told_as_a_face_are_a_load_that_is_spread_otherwise() {
 }
 
 #[test]
+#[ignore = "long: make test-host-rest"]
 fn nothing_is_said_about_the_support_whose_feet_are_told() {
     let report = diagnosed(&pushes(feet(), 6));
     assert!(!report.effects.contains(&"support_pressure"), "{}", report.summary);

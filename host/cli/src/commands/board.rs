@@ -11,7 +11,7 @@ use serde_json::json;
 use super::board_set::SetArgs;
 use super::monitor;
 use super::package::of_trial;
-use super::telemetry::describe;
+use super::telemetry::{describe, told as in_words};
 use stickslip_analysis::Progress;
 use stickslip_device::clock::Clock;
 use stickslip_device::{Device, log};
@@ -375,13 +375,7 @@ fn info(device: &mut Device, output: &Output) -> anyhow::Result<()> {
         }
     }
     if let Some(clock) = &told.clock {
-        let drift =
-            clock.drift.map_or("not told in so short a time".to_owned(), |d| format!("{:.1} ppm", d * 1e6));
-        output.text(format_args!(
-            "its clock: {:.6} s ahead, give or take {:.2} ms; drift {drift}",
-            clock.offset_s,
-            clock.uncertainty_s * 1e3
-        ));
+        output.text(format_args!("its clock: {}", in_words(clock)));
     }
     let s = &told.statistics;
     output.text(format_args!(

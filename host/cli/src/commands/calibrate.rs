@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::commands::fitted::{file_or_default, write};
 use stickslip_analysis::calibrate::{Calibration, Options, PadStiffness, Share, calibrate, name};
 use stickslip_analysis::channels;
+use stickslip_analysis::compare::verdict::readable;
 use stickslip_report::terminal::{Output, table};
 
 /// Arguments of `stickslip calibrate`.
@@ -32,6 +33,9 @@ pub struct Args {
     /// Only trials of this primitive
     #[arg(long, value_name = "NAME")]
     pub primitive: Option<String>,
+    /// Print errors before and after, and the sensors' offsets at rest too
+    #[arg(long, short)]
+    pub verbose: bool,
 }
 
 fn share(text: &str) -> Result<f64, String> {
@@ -68,7 +72,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             write(&calibration.on(&file), path)?;
             output.note(format_args!("model of {} written to {}", calibration.primitive, path.display()));
         }
-        print(calibration, output);
+        print(calibration, args.verbose, output);
         documents.push(Written { calibration, file: path.map(|f| f.display().to_string()) });
     }
     if let Some(path) = args.out.as_ref().filter(|_| several) {
@@ -95,58 +99,95 @@ fn named(out: &Path, primitive: &str, several: bool) -> PathBuf {
     out.with_file_name(format!("{stem}-{primitive}.{extension}"))
 }
 
-fn print(c: &Calibration, output: &Output) {
+fn print(c: &Calibration, verbose: bool, output: &Output) {
+    let known: Vec<String> = c
+        .estimates
+        .iter()
+        .filter(|e| e.determined)
+        .map(|e| format!("{} {:.3} ({})", name(e.coefficient), e.value, range(e.low, e.high)))
+        .collect();
+    let primitive = c.primitive.replace('_', " ");
+    output.text(match known.as_slice() {
+        [] => format!("{primitive}: these trials determine no friction, only the range that it may have."),
+        known => format!("{primitive}: friction {}.", known.join(", ")),
+    });
     output.text(format_args!(
-        "{}: friction from {} trial(s), validated on {}",
-        c.primitive,
+        "  fitted to {} trial(s), validated on {}",
         c.calibration_trials.len(),
         c.held_out_trials
     ));
     let all = c.calibration_trials.len() + c.held_out_trials + c.left_out.len();
     output.left_out(&c.left_out, all, "all: --json");
-    let mut friction = table(["coefficient", "value", "95 % interval", "determined"]);
-    for e in &c.estimates {
-        let bound = |b: Option<f64>| b.map_or_else(|| "-".into(), |b| format!("{b:.3}"));
-        let range = format!("{} to {}", bound(e.low), bound(e.high));
-        let (value, known) =
-            if e.determined { (format!("{:.3}", e.value), "yes") } else { ("-".into(), "no: range only") };
-        friction.add_row([name(e.coefficient).into(), value, range, known.to_string()]);
+    for e in c.estimates.iter().filter(|e| !e.determined) {
+        output.text(format_args!("  {}: not determined, {}", name(e.coefficient), range(e.low, e.high)));
     }
-    output.table(&friction);
     if let Some(pads) = &c.pads {
-        output.text(pad_words(pads));
+        output.text(format_args!("  {}", pad_words(pads)));
     }
-    let mut errors = table(["quantity", "unit", "signal", "before", "calibration", "held out"]);
-    let size = |x: f64| if x.is_finite() { format!("{x:.3e}") } else { "-".into() };
+    let held: Vec<String> = c
+        .errors
+        .iter()
+        .filter(|e| e.held_out.is_finite())
+        .map(|e| {
+            let quantity = format!("{:?}", e.quantity).to_lowercase();
+            format!("{quantity} {} of {}", readable(e.held_out, e.unit), readable(e.signal, e.unit))
+        })
+        .collect();
+    if !held.is_empty() {
+        output.text(format_args!("  held-out error of the signal, RMS: {}", held.join("; ")));
+    }
+    if verbose {
+        tables(c, output);
+    }
+    // That a coefficient is not determined stands above, with its range.
+    let told = |text: &str| !verbose && text.contains("friction is not determined");
+    for remark in c.remarks.iter().map(ToString::to_string).filter(|text| !told(text)) {
+        output.text(format_args!("  {remark}"));
+    }
+    output.text(if verbose {
+        ""
+    } else {
+        "\nErrors before and after, the sensors' offsets at rest: --verbose"
+    });
+}
+
+fn range(low: Option<f64>, high: Option<f64>) -> String {
+    match (low, high) {
+        (Some(low), Some(high)) => format!("{low:.3} to {high:.3}"),
+        (Some(low), None) => format!("{low:.3} or more"),
+        (None, Some(high)) => format!("{high:.3} or less"),
+        (None, None) => "any".into(),
+    }
+}
+
+fn tables(c: &Calibration, output: &Output) {
+    let mut errors = table(["quantity", "signal", "before", "calibration", "held out"]);
     for e in &c.errors {
+        let size = |x: f64| if x.is_finite() { readable(x, e.unit) } else { "-".into() };
         errors.add_row([
             format!("{:?}", e.quantity).to_lowercase(),
-            e.unit.into(),
             size(e.signal),
             size(e.before),
             size(e.calibration),
             size(e.held_out),
         ]);
     }
-    output.text("root mean square errors over windows of the motion:");
+    output.text("\nroot mean square errors over windows of the motion:");
     output.table(&errors);
     let mut offsets = table(["channel", "offset at rest"]);
-    let shown = |(k, o): (usize, &f64)| {
+    let mut some = false;
+    for (k, offset) in c.offsets.iter().enumerate() {
         let small = if k % 6 < 3 { 5e-3 } else { 1e-4 };
-        (o.abs() > small).then(|| [channels::NAMES[k].to_string(), format!("{o:.4}")])
-    };
-    let rows: Vec<_> = c.offsets.iter().enumerate().filter_map(shown).collect();
-    if !rows.is_empty() {
-        for row in rows {
-            offsets.add_row(row);
+        if offset.abs() > small {
+            some = true;
+            let unit = channels::quantity(k).unit();
+            offsets.add_row([channels::channel_words(channels::NAMES[k]), readable(*offset, unit)]);
         }
-        output.text("sensor offsets removed (tare):");
+    }
+    if some {
+        output.text("\nsensor offsets removed (tare):");
         output.table(&offsets);
     }
-    for remark in &c.remarks {
-        output.text(format_args!("- {remark}"));
-    }
-    output.text("");
 }
 
 fn pad_words(pads: &PadStiffness) -> String {
@@ -155,8 +196,9 @@ fn pad_words(pads: &PadStiffness) -> String {
         Some(high) => format!("{} to {}", n_mm(pads.low_n_m), n_mm(high)),
         None => format!("at least {}", n_mm(pads.low_n_m)),
     };
-    let value =
-        pads.tangential_n_m.map_or_else(|| "not told from rigid".into(), |k| format!("{} N/mm", n_mm(k)));
+    let value = pads
+        .tangential_n_m
+        .map_or_else(|| "as rigid as these data can show".into(), |k| format!("{} N/mm", n_mm(k)));
     let model = match pads.in_model {
         true => "in the model",
         false => "within the tolerance of rigid contact: not in the model",

@@ -18,6 +18,9 @@ pub struct Args {
     /// List at most this many errors, warnings and failing trials (--json lists all)
     #[arg(long, default_value_t = 10)]
     pub most: usize,
+    /// Print noise and scatter of every channel, the balance of forces and the offsets at rest too
+    #[arg(long, short)]
+    pub verbose: bool,
     /// Write a page that shows signals and frames as they were understood: one trial of each primitive
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
@@ -32,9 +35,12 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let index = Index::open(&args.data)?;
     let report = check(&index, output);
+    output.text(format_args!("{}\n", signals::verdict(&report).1));
     holdings(&report, output);
-    channel_table(&report, output);
-    balance(&report.balance, args.most, output);
+    if args.verbose {
+        channel_table(&report, output);
+    }
+    balance(&report.balance, args, output);
     clocks(&report.clocks, output);
     list("warnings", report.warnings.iter().map(ToString::to_string), args.most, output);
     list("physics errors", report.findings.iter().map(ToString::to_string), args.most, output);
@@ -58,7 +64,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     );
     match report.balance.failing {
         0 => {
-            output.text("No errors.");
+            output.text(if args.verbose {
+                "\nNo errors."
+            } else {
+                "\nNo errors. Noise of every channel, balance, offsets at rest: --verbose, or --html for the page"
+            });
             output.next(next.iter().map(String::as_str));
         }
         failing => output.text(format_args!(
@@ -78,42 +88,45 @@ fn holdings(report: &Report, output: &Output) {
         check::primitive_names(report)
     ));
     output.left_out(&report.left_out, report.trials, "by every command with a model; see below");
-    let mut rows = table(["primitive", "object", "trials", "conditions"]);
     for count in &report.primitives {
-        let conditions = count.conditions.iter().map(|(name, values)| match values.as_slice() {
-            values if values.len() <= 8 => {
-                let values: Vec<String> = values.iter().map(|value| short(*value)).collect();
-                format!("{name} {}", values.join(" "))
-            }
-            [first, .., last] => {
-                format!("{name} {} to {} ({} values)", short(*first), short(*last), values.len())
-            }
-            _ => name.clone(),
-        });
-        rows.add_row([
-            count.primitive.clone(),
-            count.object.clone(),
-            count.trials.to_string(),
-            conditions.collect::<Vec<_>>().join("; "),
-        ]);
-    }
-    output.table(&rows);
-    let [slowest, fastest] = report.rate_hz;
-    output.text(format_args!(
-        "rate: {slowest:.2} to {fastest:.2} Hz (nominal {}); gaps: {} in {} trials, longest {:.1} ms",
-        report.nominal_rate_hz,
-        report.gaps.gaps,
-        report.gaps.trials,
-        report.gaps.longest_s * 1e3
-    ));
-    if report.repeated_groups == 0 {
-        output.text("repetitions: none, so there is no noise floor");
-    } else {
+        let conditions: Vec<String> = count
+            .conditions
+            .iter()
+            .map(|(name, values)| match values.as_slice() {
+                values if values.len() <= 8 => {
+                    let values: Vec<String> = values.iter().map(|value| short(*value)).collect();
+                    format!("; {name} {}", values.join(" "))
+                }
+                [first, .., last] => {
+                    format!("; {name} {} to {} ({} values)", short(*first), short(*last), values.len())
+                }
+                _ => format!("; {name}"),
+            })
+            .collect();
+        let (primitive, object) = (count.primitive.replace('_', " "), &count.object);
         output.text(format_args!(
-            "repetitions: {} trials in {} groups",
-            report.repeated_trials, report.repeated_groups
+            "  {primitive} of {object}: {} trials{}",
+            count.trials,
+            conditions.concat()
         ));
     }
+    let [slowest, fastest] = report.rate_hz;
+    let gaps = match report.gaps.gaps {
+        0 => "no gaps".to_owned(),
+        gaps => format!(
+            "{gaps} gaps in {} trials, longest {:.1} ms",
+            report.gaps.trials,
+            report.gaps.longest_s * 1e3
+        ),
+    };
+    let repeated = match report.repeated_groups {
+        0 => "repetitions: none, so there is no noise floor".to_owned(),
+        groups => format!("repetitions: {} trials in {groups} groups", report.repeated_trials),
+    };
+    let nominal = report.nominal_rate_hz;
+    output.text(format_args!(
+        "  rate: {slowest:.2} to {fastest:.2} Hz (nominal {nominal}); {gaps}; {repeated}"
+    ));
 }
 
 fn channel_table(report: &Report, output: &Output) {
@@ -133,14 +146,37 @@ fn channel_table(report: &Report, output: &Output) {
     output.table(&rows);
 }
 
-fn balance(balance: &Balance, most: usize, output: &Output) {
-    output.text("\nbalance of measured forces: fingers + pusher + weight, world axes");
+fn balance(balance: &Balance, args: &Args, output: &Output) {
     for (reason, trials) in &balance.not_checked {
-        output.text(format_args!("not checked in {trials} trials: {}", reason.label()));
+        output.text(format_args!("  balance of forces: not checked in {trials} trials: {}", reason.label()));
     }
     if balance.checked == 0 {
         return;
     }
+    if balance.failing == 0 {
+        let checked = balance.checked;
+        output.text(format_args!("  forces balance within the sensors' uncertainty in all {checked} trials"));
+    } else {
+        output.text(format_args!(
+            "  FORCES DO NOT BALANCE in {} of {} trials, beyond the sensors' uncertainty: a sensor, the stated mass, or \
+             a force that is not measured (cable, table, knock, filling); no model of the measured contacts can \
+             explain it",
+            balance.failing, balance.checked
+        ));
+        for (trial, worst) in balance.worst.iter().take(args.most) {
+            output.text(format_args!("    {trial}, {}: {} N", worst.stage.label(), vector(&worst.sum_n)));
+        }
+        if balance.worst.len() > args.most {
+            output.text(format_args!("    and {} more", balance.worst.len() - args.most));
+        }
+    }
+    if args.verbose || balance.failing > 0 {
+        balance_table(balance, output);
+    }
+}
+
+fn balance_table(balance: &Balance, output: &Output) {
+    output.text("\nsum of measured forces: fingers + pusher + weight, world axes");
     let mut rows = table(["stage", "trials", "mean sum N", "scatter N", "worst N", "bound N"]);
     for stage in &balance.stages {
         rows.add_row([
@@ -153,26 +189,10 @@ fn balance(balance: &Balance, most: usize, output: &Output) {
         ]);
     }
     output.table(&rows);
-    if balance.failing == 0 {
-        output.text(format_args!("balanced within the sensors' uncertainty in all {}", balance.checked));
-    } else {
-        output.text(format_args!(
-            "FORCES DO NOT BALANCE in {} of {} trials, beyond the sensors' uncertainty: a sensor, the stated mass, or \
-             a force that is not measured (cable, table, knock, filling); no model of the measured contacts can \
-             explain it",
-            balance.failing, balance.checked
-        ));
-        for (trial, worst) in balance.worst.iter().take(most) {
-            output.text(format_args!("  {trial}, {}: {} N", worst.stage.label(), vector(&worst.sum_n)));
-        }
-        if balance.worst.len() > most {
-            output.text(format_args!("  and {} more", balance.worst.len() - most));
-        }
-    }
     if let Some(tare) = &balance.tare {
         output.text(format_args!(
             "constant offsets found before contact ({} trials): fingers together {} N in gripper axes \
-             (scatter {}){}",
+             (scatter {}){}\n",
             tare.trials,
             vector(&tare.fingers_sum_n),
             vector(&tare.fingers_scatter_n),
@@ -180,16 +200,17 @@ fn balance(balance: &Balance, most: usize, output: &Output) {
                 .map_or_else(String::new, |pusher| format!(", pusher {} N in world axes", vector(&pusher)))
         ));
     } else {
-        output.text("constant offsets are unknown: no phase before contact with all finger forces measured");
+        output
+            .text("constant offsets are unknown: no phase before contact with all finger forces measured\n");
     }
 }
 
 fn clocks(clocks: &[Clocks], output: &Output) {
-    output.text("\nclocks of poses and forces");
     for Clocks { primitive, compared, behind_s, scattered, unknown } in clocks {
+        let primitive = primitive.replace('_', " ");
         if let (Some((means, trials)), Some([behind_s, half_s])) = (compared, behind_s) {
             output.text(format_args!(
-                "{primitive}: poses {:.0} ms {} forces, give or take {:.0} ms, by the {} ({trials} trials)",
+                "  clocks, {primitive}: poses {:.0} ms {} forces, give or take {:.0} ms, by the {} ({trials} trials)",
                 1e3 * behind_s.abs(),
                 if *behind_s < 0.0 { "ahead of" } else { "behind" },
                 1e3 * half_s,
@@ -198,12 +219,12 @@ fn clocks(clocks: &[Clocks], output: &Output) {
         }
         if *scattered > 0 {
             output.text(format_args!(
-                "{primitive}: not known in {scattered} trials: the object moves in the grasp at no fixed time after the \
-                 contact"
+                "  clocks, {primitive}: not known in {scattered} trials: the object moves in the grasp at no fixed time \
+                 after the contact"
             ));
         }
         for (why, trials) in unknown {
-            output.text(format_args!("{primitive}: not known in {trials} trials: {}", why.label()));
+            output.text(format_args!("  clocks, {primitive}: not known in {trials} trials: {}", why.label()));
         }
     }
 }

@@ -9,7 +9,7 @@ use stickslip_analysis::check::check;
 use stickslip_data::import::{BadRow, recording};
 use stickslip_data::{Index, Stage, TableFormat};
 use stickslip_report::import as page;
-use stickslip_report::terminal::{Output, command_line, table};
+use stickslip_report::terminal::{Output, command_line};
 
 /// Arguments of every import.
 #[derive(Debug, clap::Args)]
@@ -50,6 +50,8 @@ pub(super) struct RecordingReport<'r> {
     tares: &'r [(String, String, [f64; 6])],
     /// Clocks that were estimated, by trial and stream.
     offsets: &'r [recording::Offset],
+    /// Noise of sensors that the mapping does not state, taken from the data: key of `[sensors]`, SI.
+    noise: &'r [(&'static str, f64)],
     /// Trials and rows of the table that were left out, with the reason.
     refused: &'r [String],
     /// Rows that could not be used, by file.
@@ -63,26 +65,29 @@ pub(super) struct RecordingReport<'r> {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let Args { files, html } = args;
     let import = recording::import(&files.file)?;
-    let recording::Import { dataset, signals, refused, bad_rows, tares, offsets } = &import;
+    let recording::Import { dataset, signals, refused, bad_rows, tares, offsets, noise } = &import;
     let stage = Stage::begin(&files.out)?;
     stickslip_data::write_as(dataset, stage.folder(), files.tables)?;
     stage.finish()?;
-    let mut rows = table(["signal", "stream", "columns", "units", "frame", "rate Hz", "on the base of time"]);
-    for signal in signals {
-        rows.add_row([
-            signal.signal.clone(),
-            signal.stream.clone(),
-            signal.named_columns(),
-            signal.units.clone(),
-            signal.frame.clone(),
-            format!("{:.1}", signal.rate_hz),
-            format!("{}; {:.0} % of rows", signal.base, signal.filled * 100.0),
-        ]);
-    }
     output.text("What was assumed:");
-    output.table(&rows);
+    for signal in signals {
+        output.text(format_args!(
+            "  {} of {}, {:.1} Hz: {} in {}; {}; {}, {:.0} % of rows",
+            signal.signal.replace('_', " "),
+            signal.stream,
+            signal.rate_hz,
+            signal.named_columns(),
+            signal.units,
+            signal.frame,
+            signal.base,
+            signal.filled * 100.0,
+        ));
+    }
+    if let Some(line) = page::noise_line(noise) {
+        output.text(format_args!("  {line}"));
+    }
     for line in page::clock_lines(offsets) {
-        output.text(line);
+        output.text(format_args!("  {line}"));
     }
     for (trial, signal, offset) in tares.iter().take(5) {
         let offset: Vec<String> = offset.iter().map(|value| format!("{value:.4}")).collect();
@@ -92,7 +97,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         output.text(format_args!("and {} more tares; --json lists all", tares.len() - 5));
     }
     for (file, row) in bad_rows.iter().take(20) {
-        output.refused(format_args!("{} line {}: {}", file.display(), row.line, row.reason));
+        match row.reason.contains(&format!("line {}", row.line)) {
+            true => output.refused(&row.reason),
+            false => output.refused(format_args!("{} line {}: {}", file.display(), row.line, row.reason)),
+        }
     }
     if bad_rows.len() > 20 {
         output.refused(format_args!("and {} more rows; --json lists all", bad_rows.len() - 20));
@@ -125,15 +133,18 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         signals,
         tares,
         offsets,
+        noise,
         refused,
         bad_rows,
         physics: physics.clone(),
     })?;
     anyhow::ensure!(
         physics.is_empty(),
-        "{} physics error(s): correct units, axes, acts_on or clocks in {} and import again into another folder",
+        "{} physics error(s): correct units, axes, acts_on or clocks in {} and import again into another folder; \
+         where the mapping is right, a sensor or the stated mass is not: `stickslip check {}`",
         physics.len(),
-        files.file.display()
+        files.file.display(),
+        files.out.display()
     );
     output.next(next);
     Ok(())

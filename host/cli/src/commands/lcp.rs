@@ -112,9 +112,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         total.p99_us
     ));
     if total.impossible > 0 {
-        let told: usize = sets.iter().filter(|s| s.impossible > 0).map(|s| s.rays).sum();
+        let rays: usize = sets.iter().filter(|s| s.impossible > 0).map(|s| s.rays).sum();
         output.text(format!(
-            "without a solution {}: {told} reported as such, the rest as not solved",
+            "without a solution {}: {rays} reported as such, the rest as not solved",
             total.impossible
         ));
     }

@@ -30,7 +30,7 @@ use super::package::of_trial;
   stickslip monitor --device can:can0
 
 Draws in the terminal: share of the friction limit used, friction, probability to hold, sag, alarms with how much \
-they came ahead, grip to hold, health of the line. q ends it. Without a terminal, or with --plain, it prints a line a \
+they came ahead, the grip that holds with reserve, health of the line. q ends it. Without a terminal, or with --plain, it prints a line a \
 second and one for each alarm. --foxglove serves the same to viewers (in Foxglove: Open connection, Foxglove WebSocket, ws://ADDRESS).")]
 pub struct Args {
     /// `qemu`, `qemu:FIRMWARE`, `serial:PORT`, `can:INTERFACE` (what a board tells its controller), or `replay:FILE`: a log of

@@ -6,6 +6,7 @@ use anyhow::Context;
 use stickslip_shared::predictor::{Limits, MAX_SEGMENTS, Prediction};
 
 use stickslip_analysis::model::file::model_or_default;
+use stickslip_analysis::run::replay::Span;
 use stickslip_analysis::run::replay::{
     self, ReplayError, at_board_rate, feed, first_difference, hash, interpolated_poses,
 };
@@ -49,6 +50,9 @@ pub struct Args {
     /// Write every plot as SVG and PNG into a new folder
     #[arg(long, value_name = "DIR")]
     pub figures: Option<PathBuf>,
+    /// Print when each flag and each doubt is up, and how the solver fared, too
+    #[arg(long, short)]
+    pub verbose: bool,
 }
 
 /// Replays and reports.
@@ -115,7 +119,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             output.figures(folder, &stickslip_report::replay::figures(&document, &shown))?;
         }
     }
-    print(&document, output);
+    print(&document, args.verbose, output);
     output.next(next(args).iter().map(String::as_str));
     output.document(&document)?;
     if let Some(a) = &document.against {
@@ -182,54 +186,36 @@ fn read_against(path: &Path, predictions: &[Prediction]) -> anyhow::Result<Again
     })
 }
 
-fn print(d: &Document, output: &Output) {
+fn print(d: &Document, verbose: bool, output: &Output) {
+    output.text(format_args!("{}\n", stickslip_report::replay::sentence(d)));
     output.text(format_args!("trial {}: {} ticks, hash {}", d.trial, d.ticks, d.hash));
     let p = &d.prediction;
-    let time = |t: Option<f64>| t.map_or_else(|| "never".to_owned(), |t| format!("at {t:.3} s"));
     let measured = p.peak_measured_utilisation.map_or_else(|| "not measured".into(), |u| format!("{u:.2}"));
     output.text(format_args!(
-        "utilisation: at most {:.2} by the model, {measured} by the sensors; slip warning {}, slip {}, up to \
-         {:.1} mm/s; sag at most {:.2} mm, rotation {:.1} mrad",
+        "  friction used: at most {:.2} by the model, {measured} by the sensors; slip up to {:.1} mm/s",
         p.peak_utilisation,
-        time(p.first_warning_s),
-        time(p.first_slip_s),
-        p.peak_slip_m_s * 1e3,
-        p.peak_sag_m * 1e3,
-        p.peak_rotation_rad * 1e3
+        p.peak_slip_m_s * 1e3
     ));
-    let ticks: Vec<String> =
-        d.solver.ticks.iter().map(|(k, n)| format!("{} {n}", k.replace('_', " "))).collect();
-    output.text(format_args!(
-        "solver: {}; momentum residual at most {:.1e} N; Newton steps {:.1} a tick, at most {}",
-        ticks.join(", "),
-        d.solver.worst_residual_n,
-        d.solver.mean_iterations,
-        d.solver.most_iterations
-    ));
-    if d.solver.cone_instead_share > 0.0 {
-        output.text(format_args!(
-            "pyramids not solved within their work, cone in their place: {:.1} % of the ticks",
-            100.0 * d.solver.cone_instead_share
-        ));
+    let summed = summed(&d.flags);
+    for (flag, spans) in summed.iter().take(FLAGS_SHOWN) {
+        output.text(format_args!("  {flag}: {spans}"));
     }
-    if let Some(w) = &d.solver.witness {
-        output.text(format_args!(
-            "the other formulation: {} of {} steps solved by both, points stick and slide alike in {} of them ({:.2} %)",
-            w.compared,
-            w.asked,
-            w.alike,
-            100.0 * f64::from(w.alike) / f64::from(w.compared.max(1))
-        ));
+    let mut doubts: Vec<(&str, usize)> = Vec::new();
+    for span in &d.doubts {
+        let doubt = span.flag.trim_start_matches("doubt: ");
+        match doubts.iter_mut().find(|(known, _)| *known == doubt) {
+            Some((_, ticks)) => *ticks += span.ticks,
+            None => doubts.push((doubt, span.ticks)),
+        }
     }
-    let mut shown = table(["flag", "rises, s", "falls, s", "ticks"]);
-    for s in d.flags.iter().chain(&d.doubts).take(40) {
-        let falls = s.falls_s.map_or_else(|| "-".to_owned(), |t| format!("{t:.3}"));
-        shown.add_row([s.flag.to_owned(), format!("{:.3}", s.rises_s), falls, s.ticks.to_string()]);
+    if !doubts.is_empty() {
+        let each: Vec<String> = doubts.iter().map(|(doubt, ticks)| format!("{doubt} in {ticks}")).collect();
+        output.text(format_args!("  doubts, in ticks of {}: {}", d.ticks, each.join(", ")));
     }
-    output.table(&shown);
-    let all = d.flags.len() + d.doubts.len();
-    if all > 40 {
-        output.text(format_args!("{} more in the JSON document", all - 40));
+    if verbose {
+        in_full(d, output);
+    } else {
+        output.text("\nEach flag and doubt, the solver: --verbose, or --html for the page");
     }
     if let Some(a) = &d.against {
         match &a.first_difference {
@@ -252,4 +238,71 @@ fn print(d: &Document, output: &Output) {
             output.text(format_args!("{}: {lost}", a.file));
         }
     }
+}
+
+/// Flags that are listed without `--verbose`.
+const FLAGS_SHOWN: usize = 5;
+
+/// Each flag once, as it first rises, with when it is up; both fingers in one line where they agree.
+fn summed(spans: &[Span]) -> Vec<(String, String)> {
+    let mut flags: Vec<&str> = Vec::new();
+    for span in spans {
+        if !flags.contains(&span.flag) {
+            flags.push(span.flag);
+        }
+    }
+    let mut rows: Vec<(String, String)> = Vec::new();
+    for flag in flags {
+        let of: Vec<&Span> = spans.iter().filter(|s| s.flag == flag).collect();
+        let (Some(first), Some(last)) = (of.first(), of.last()) else { continue };
+        let until = last.falls_s.map_or_else(|| "the end".to_owned(), |t| format!("{t:.3} s"));
+        let pauses = match of.len() {
+            1 => String::new(),
+            times => format!(", up {times} times"),
+        };
+        let when = format!("from {:.3} s to {until}{pauses}", first.rises_s);
+        match rows.last_mut() {
+            Some((known, same)) if *same == when && flag == known.replace("finger 1", "finger 2") => {
+                *known = known.replace("finger 1", "fingers 1 and 2");
+            }
+            _ => rows.push((flag.to_owned(), when)),
+        }
+    }
+    // What is foreseen and what slips first: the rest is circumstance.
+    let told = |flag: &str| !(flag.contains("slip") || flag.contains("drop"));
+    rows.sort_by_key(|(flag, _)| told(flag));
+    rows
+}
+
+fn in_full(d: &Document, output: &Output) {
+    let ticks: Vec<String> =
+        d.solver.ticks.iter().map(|(k, n)| format!("{} {n}", k.replace('_', " "))).collect();
+    output.text(format_args!(
+        "\nsolver: {}; momentum residual at most {:.1e} N; Newton steps {:.1} a tick, at most {}",
+        ticks.join(", "),
+        d.solver.worst_residual_n,
+        d.solver.mean_iterations,
+        d.solver.most_iterations
+    ));
+    if d.solver.cone_instead_share > 0.0 {
+        output.text(format_args!(
+            "pyramids not solved within their work, cone in their place: {:.1} % of the ticks",
+            100.0 * d.solver.cone_instead_share
+        ));
+    }
+    if let Some(w) = &d.solver.witness {
+        output.text(format_args!(
+            "the other formulation: {} of {} steps solved by both, points stick and slide alike in {} of them ({:.2} %)",
+            w.compared,
+            w.asked,
+            w.alike,
+            100.0 * f64::from(w.alike) / f64::from(w.compared.max(1))
+        ));
+    }
+    let mut shown = table(["flag", "rises, s", "falls, s", "ticks"]);
+    for s in d.flags.iter().chain(&d.doubts) {
+        let falls = s.falls_s.map_or_else(|| "-".to_owned(), |t| format!("{t:.3}"));
+        shown.add_row([s.flag.to_owned(), format!("{:.3}", s.rises_s), falls, s.ticks.to_string()]);
+    }
+    output.table(&shown);
 }

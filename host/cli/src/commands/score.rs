@@ -6,7 +6,7 @@ use stickslip_analysis::model::file::model_or_default;
 use stickslip_analysis::score;
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::document::{Document, Options};
-use stickslip_report::score::{LEGEND, cells, shown, time, time_left, utilisation};
+use stickslip_report::score::{LEGEND, cells, shown, summary, time, time_left, utilisation};
 use stickslip_report::terminal::{Output, command_line, table};
 
 /// Command line of `stickslip score`.
@@ -37,6 +37,9 @@ pub struct Args {
     /// Write every plot as SVG and PNG into a new folder
     #[arg(long, value_name = "DIR")]
     pub figures: Option<PathBuf>,
+    /// Print the table of all events and methods, and stated against actual values, too
+    #[arg(long, short)]
+    pub verbose: bool,
 }
 
 /// Scores and reports.
@@ -61,7 +64,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     if let Some(folder) = &args.figures {
         output.figures(folder, &stickslip_report::score::figures(&document))?;
     }
-    print(&document, output);
+    print(&document, args.verbose, output);
     output.next(next);
     output.document(&document)
 }
@@ -81,7 +84,7 @@ fn next(args: &Args, d: &Document) -> Vec<String> {
 /// Trials passed over that are named.
 const NAMED: usize = 3;
 
-fn print(d: &Document, output: &Output) {
+fn print(d: &Document, verbose: bool, output: &Output) {
     for warning in &d.warnings {
         output.note(warning);
     }
@@ -92,14 +95,26 @@ fn print(d: &Document, output: &Output) {
         output
             .note(format_args!("{} more trials not scored (--json lists all)", d.passed_over.len() - NAMED));
     }
-    output.text(stickslip_report::score::verdict(d).1);
+    output.text(format_args!("{}\n", stickslip_report::score::verdict(d).1));
     output.text(format_args!(
-        "{}: {} trials, {} scored; sample unusable in {:.2} % of the ticks\n",
+        "{}: {} trials, {} scored; sample unusable in {:.2} % of the ticks",
         d.data.display(),
         d.trials,
         time(d.hours),
         d.doubtful_share * 100.0
     ));
+    for line in summary(d) {
+        output.text(format_args!("  {line}"));
+    }
+    if verbose {
+        in_full(d, output);
+    } else {
+        output.text("\nAll events and methods, what the words mean: --verbose, or --html for the page");
+    }
+}
+
+fn in_full(d: &Document, output: &Output) {
+    output.text("");
     let mut events = table([
         "event",
         "method",

@@ -7,11 +7,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 use stickslip_shared::wire::{self, TelemetryReport};
 
 use super::package::of_trial;
-use super::telemetry::{describe, live};
+use super::telemetry::{describe, live, told};
 use stickslip_device::Device;
 use stickslip_device::log::{self, Entry};
 use stickslip_device::package::Package;
-use stickslip_device::session::{self, Event, Outcome};
+use stickslip_device::session::{self, Event, Outcome, Pace};
 use stickslip_report::terminal::Output;
 
 /// A run that takes so many times what its ticks take is not in real time.
@@ -22,10 +22,12 @@ const LATE: f64 = 1.05;
 #[command(after_help = "Examples:
   stickslip stream data/demo --trial linear_push-obj4-g20-v10-s0-r1 --device qemu
   stickslip stream data/demo --device serial:/dev/ttyACM0 --model model.toml
+  stickslip stream data/demo --device serial:/dev/ttyACM0 --clock
 
 The board takes one sample every 4 ms by its own clock. QEMU's clock counts instructions, 125
-million a second, and is synchronised with this machine's. Exit code 1 where the board and the predictor
-on this host differ in a single bit, or the board did not process every sample.")]
+million a second, and is synchronised with this machine's. With --clock this machine's clock rules instead,
+as for a host that measures: the board is told it and knows when each sample was measured. Exit code 1 where the board and the predictor
+on this host differ in a single bit, or (without --clock) the board did not process every sample.")]
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     #[arg(value_name = "DATA")]
@@ -42,6 +44,10 @@ pub struct Args {
     /// Record the run, as it happens; `stickslip replay --against FILE` compares it later
     #[arg(long, value_name = "FILE.mcap")]
     pub log: Option<PathBuf>,
+    /// Send each sample when it is due by this machine's clock, and tell the board that clock: offset and drift. What comes
+    /// too late is no measurement, and counted
+    #[arg(long, conflicts_with = "line_faults")]
+    pub clock: bool,
     /// Damage the line on purpose: loss, repetition, reordering, garbage, drawn from this seed
     #[arg(long, value_name = "SEED")]
     pub line_faults: Option<u64>,
@@ -66,7 +72,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         args.log.as_deref().map(|path| start_log(path, &package, &trial, device.info())).transpose()?;
     let began = Instant::now();
     let mut display = Display::new(output.progress(package.samples.len() as u64, "streaming"));
-    let outcome = session::stream(&mut device, &package, args.line_faults, &mut |event| {
+    let pace = if args.clock { Pace::Host } else { Pace::Board };
+    let outcome = session::stream(&mut device, &package, pace, args.line_faults, &mut |event| {
         let now_ns = began.elapsed().as_nanos() as u64;
         match event {
             Event::Report(report) => {
@@ -87,7 +94,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         outcome.first_difference.unwrap_or_default()
     );
     anyhow::ensure!(
-        args.line_faults.is_some() || outcome.taken == outcome.samples,
+        args.clock || args.line_faults.is_some() || outcome.taken == outcome.samples,
         "the board processed {} of {} samples: the others were lost on the line or arrived too late",
         outcome.taken,
         outcome.samples
@@ -146,6 +153,15 @@ fn report(output: &Output, outcome: &Outcome) {
         "{} of {} samples processed; {:.2} s of the board's ticks in {:.2} s by this machine's clock",
         outcome.taken, outcome.samples, outcome.board_s, outcome.seconds
     ));
+    if let Some(clock) = &outcome.clock {
+        output.text(format_args!("the board was told this clock: {}", told(clock)));
+        output
+            .text(format_args!("{} samples came too late to be measurements of their tick", outcome.too_old));
+        if outcome.too_old > 0 {
+            output
+                .note("`stickslip replay --against` the log of this run differs where samples were too late");
+        }
+    }
     output.text(format_args!("{} reports, {} lost on the line", outcome.reports, outcome.reports_lost));
     output.text(format_args!(
         "ticks missed {}, tick cost mean {:.3} ms, worst {:.3} ms; starved {}, samples lost {}, dropped {}, frames damaged {} on the board and {} on the host",

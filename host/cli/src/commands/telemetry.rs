@@ -1,5 +1,6 @@
 //! What a board says, in words: for `stream` and `board`.
 
+use stickslip_device::clock::Clock;
 use stickslip_live::words::{doubt_names, flag_names, holds, when};
 use stickslip_report::terminal::table;
 use stickslip_shared::wire::{Info, TelemetryReport};
@@ -14,6 +15,13 @@ pub fn describe(info: &Info) -> String {
         info.reset_cause,
         info.tick_us / 1000
     )
+}
+
+/// A board's clock by this machine's.
+pub fn told(clock: &Clock) -> String {
+    let drift =
+        clock.drift.map_or("not told in so short a time".to_owned(), |d| format!("{:.1} ppm", d * 1e6));
+    format!("{:.6} s ahead, give or take {:.2} ms; drift {drift}", clock.offset_s, clock.uncertainty_s * 1e3)
 }
 
 /// The newest prediction, as a table.
@@ -32,7 +40,7 @@ pub fn live(report: &TelemetryReport) -> String {
         ]);
     }
     format!(
-        "{table}\nholds {}, friction {:.2}, at least {:.2}\nsag {:.2} mm, {:.2} mm ahead, rotation {:.2}°, drop {}, grip to hold {}\nflags: {}\nin doubt: {}",
+        "{table}\nholds {}, friction {:.2}, at least {:.2}\nsag {:.2} mm, {:.2} mm ahead, rotation {:.2}°, drop {}, grip with reserve {}\nflags: {}\nin doubt: {}",
         holds(p.hold_probability),
         p.friction,
         p.friction_least,

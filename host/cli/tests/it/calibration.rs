@@ -74,6 +74,7 @@ fn sticking_fingers_leave_newtons_open_and_sliding_ones_leave_little() {
 }
 
 #[test]
+#[ignore = "long: make test-host-rest"]
 fn data_of_several_primitives_get_a_model_each_and_one_of_the_best_determined_friction() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
@@ -88,6 +89,7 @@ fn data_of_several_primitives_get_a_model_each_and_one_of_the_best_determined_fr
 }
 
 #[test]
+#[ignore = "long: make test-host-rest"]
 fn a_platform_that_holds_whatever_its_friction_is_bounded_below_and_gets_a_value_near_that_bound() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo");
     let data = stickslip_data::read(&folder).unwrap();
@@ -128,6 +130,7 @@ fn captured(trial: &Trial, rate_hz: f64) -> Trial {
 }
 
 #[test]
+#[ignore = "long: make test-host-rest"]
 fn motion_capture_from_60_hz_on_gives_the_friction_that_the_full_rate_gives() {
     let description = objects::bench("captured");
     let drawn = Reality::draw(&description, Nuisance::PAPER, 3);

@@ -9,6 +9,7 @@ fn the_command_line_is_consistent_and_every_command_shows_an_example() {
 }
 
 #[test]
+#[ignore = "long: make test-host-rest"]
 fn every_example_of_help_that_needs_no_more_than_the_demo_runs() {
     fn examples(command: &clap::Command, found: &mut Vec<String>) {
         let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();

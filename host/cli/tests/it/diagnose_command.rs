@@ -181,7 +181,7 @@ fn a_name_that_is_not_known_is_refused_before_any_data_are_read() {
         assert!(error.contains("did you mean grip_force_loss"), "{words:?}: {error}");
     }
     let twice = ["suggest", "nowhere", "--between", "sensor_gain", "--between", "sensor_gain"];
-    assert!(refused(at, &twice).contains("sensor_gain cannot be told from itself"));
+    assert!(refused(at, &twice).contains("sensor_gain cannot be distinguished from itself"));
 }
 
 #[test]

@@ -87,6 +87,7 @@ fn record(folder: &Path, seed: u64, pusher: bool) {
 }
 
 #[test]
+#[ignore = "long: make test-host-rest"]
 fn the_clock_of_a_motion_capture_is_found_within_its_interval_with_and_without_a_sensor_in_the_pusher() {
     for (seed, pusher) in [(3, true), (4, true), (5, false), (6, false)] {
         let folder = tempfile::tempdir().expect("a folder");

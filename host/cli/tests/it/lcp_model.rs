@@ -50,6 +50,7 @@ fn json(folder: &Path, command: &str, formulation: &str) -> Value {
 }
 
 #[test]
+#[ignore = "long: make test-host-rest"]
 fn compare_diagnose_and_score_take_a_model_with_pyramids_and_judge_it_by_its_own_predictions() {
     let folder = pushes();
     for command in ["compare", "diagnose", "score"] {

@@ -20,4 +20,5 @@ mod pages;
 mod readme;
 mod recordings;
 mod refused;
+mod report_parts;
 mod shell;

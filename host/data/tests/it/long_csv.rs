@@ -36,7 +36,7 @@ fn peak_mb() -> Option<f64> {
 }
 
 #[test]
-#[ignore = "writes a file of 100 MB or more"]
+#[ignore = "writes a file of 100 MB or more: make test-rest"]
 fn of_a_long_csv_memory_holds_the_mapped_columns_and_the_trials_not_the_file() {
     let megabytes: f64 =
         std::env::var("STICKSLIP_CSV_MB").ok().and_then(|mb| mb.parse().ok()).unwrap_or(100.0);

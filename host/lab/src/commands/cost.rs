@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use serde::Serialize;
 
-use crate::cost::{self, Counts, Part, TICK_INSTRUCTIONS, TickCost};
+use crate::cost::{self, BoardAnswer, Counts, Part, TICK_INSTRUCTIONS, TickCost};
 use crate::held::{Held, NOISE_M};
 use crate::hunt::run::Case;
 use stickslip_analysis::model::file::model_or_default;
@@ -13,9 +13,11 @@ use stickslip_analysis::run::replay::{Feed, feed};
 use stickslip_data::Index;
 use stickslip_device::package::Package;
 use stickslip_device::qemu::built;
-use stickslip_lcp::files::Factors;
+use stickslip_lcp::files::{Factors, ProblemFile, read};
 use stickslip_lcp::generate::{Family, contact_problem, neighbour};
+use stickslip_lcp::solve::percentile;
 use stickslip_report::terminal::{Output, table};
+use stickslip_shared::lcp::{residual, tolerance};
 use stickslip_shared::model::{Formulation, Model};
 use stickslip_shared::predictor::validity;
 
@@ -25,6 +27,7 @@ use stickslip_shared::predictor::validity;
   stickslip-lab cost
   stickslip-lab cost data/demo --selftest 0
   stickslip-lab cost --cases data/worst/*.json
+  stickslip-lab cost --lcp ../shared/data/lcp/*.fac
   stickslip --json cost --selftest 20000 > cost.json
 
 Needs the program that `make cost` builds, and QEMU. Counts instructions, not cycles; the
@@ -48,6 +51,10 @@ pub struct Args {
     /// Additional runs found by `stickslip-lab hunt`
     #[arg(long, value_name = "CASE.json", num_args = 1..)]
     pub cases: Vec<PathBuf>,
+    /// Only solve these problem files (.fac by the contact solver, .lcp by Lemke's method) on the board, in single
+    /// precision, and judge each answer; exit code 1 where one is claimed falsely
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    pub lcp: Vec<PathBuf>,
     /// The program for the board [default: where `make cost` puts it]
     #[arg(long, value_name = "ELF")]
     pub program: Option<PathBuf>,
@@ -98,6 +105,9 @@ struct CaseCost {
 /// # Errors
 /// Data or model cannot be read, or the board's program or QEMU is missing or fails.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
+    if !args.lcp.is_empty() {
+        return solve_files(args, output);
+    }
     let model = model_or_default(args.model.as_deref())?;
     let mut packages = Vec::new();
     for folder in &args.data {
@@ -110,7 +120,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             });
         }
     }
-    let program = args.program.clone().unwrap_or_else(|| built("STICKSLIP_COST", "cost"));
+    let program = program(args);
     let recorded = cost::count(&program, &packages, NO_SELF_TEST, &[])?;
     let varied = match args.selftest {
         0 => Counts::default(),
@@ -209,6 +219,135 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         stack_bytes: recorded.stack_bytes,
         tick_instructions: TICK_INSTRUCTIONS,
     })
+}
+
+fn program(args: &Args) -> PathBuf {
+    args.program.clone().unwrap_or_else(|| built("STICKSLIP_COST", "cost"))
+}
+
+/// Problems of a file on the board.
+#[derive(Serialize)]
+struct Solved {
+    file: String,
+    problems: usize,
+    /// Claimed, and a solution of what the board was given to 2e-5.
+    solved: usize,
+    /// Claimed, and none.
+    falsely: usize,
+    /// Not claimed; of them said to have no solution.
+    marked: [usize; 2],
+    /// Largest residual of a claim: of the problem rounded to single precision, as the board had it, and as it was.
+    worst_residual: [f64; 2],
+    /// Instructions: median and most.
+    instructions: [f64; 2],
+}
+
+fn solve_files(args: &Args, output: &Output) -> anyhow::Result<()> {
+    let program = program(args);
+    let mut all = Vec::new();
+    for path in &args.lcp {
+        // As they are, and as the board has them.
+        let (exact, given): (Vec<_>, Vec<_>);
+        let answers = match read(path)? {
+            ProblemFile::Factors(set) => {
+                exact = set.problems.iter().map(Factors::dense).collect();
+                given = set.problems.iter().map(|problem| rounded_factors(problem).dense()).collect();
+                cost::answers(&program, &set.problems, &[])
+            }
+            ProblemFile::Dense(set) => {
+                exact = set.problems;
+                given = exact.iter().map(|(m, q)| (rounded(m), rounded(q))).collect();
+                cost::answers(&program, &[], &exact)
+            }
+        };
+        let answers = answers.with_context(|| path.display().to_string())?;
+        let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        all.push(judge(file, [&exact, &given], &answers));
+    }
+    let sum = |of: &dyn Fn(&Solved) -> usize| all.iter().map(of).sum::<usize>();
+    let mut rows = table([
+        "problems",
+        "number",
+        "solved",
+        "falsely",
+        "marked",
+        "'none'",
+        "residual",
+        "unrounded",
+        "instructions",
+        "most",
+    ]);
+    for s in &all {
+        rows.add_row(vec![
+            s.file.clone(),
+            s.problems.to_string(),
+            s.solved.to_string(),
+            s.falsely.to_string(),
+            s.marked[0].to_string(),
+            s.marked[1].to_string(),
+            format!("{:.1e}", s.worst_residual[0]),
+            format!("{:.1e}", s.worst_residual[1]),
+            format!("{:.0}", s.instructions[0]),
+            format!("{:.0}", s.instructions[1]),
+        ]);
+    }
+    output.table(&rows);
+    let falsely = sum(&|s| s.falsely);
+    output.text(format_args!(
+        "on the board: {} of {} solved to {:.0e}, {} marked, {falsely} claimed falsely",
+        sum(&|s| s.solved),
+        sum(&|s| s.problems),
+        tolerance::<f32>(),
+        sum(&|s| s.marked[0]),
+    ));
+    output.document(&all)?;
+    ensure!(falsely == 0, "{falsely} answers were claimed and are none");
+    Ok(())
+}
+
+fn rounded(numbers: &[f64]) -> Vec<f64> {
+    numbers.iter().map(|x| f64::from(*x as f32)).collect()
+}
+
+fn rounded_factors(problem: &Factors) -> Factors {
+    Factors {
+        jacobian: rounded(&problem.jacobian),
+        inverse_mass: rounded(&problem.inverse_mass),
+        compliance: rounded(&problem.compliance),
+        friction: rounded(&problem.friction),
+        constant: rounded(&problem.constant),
+    }
+}
+
+fn judge(file: String, [exact, given]: [&[(Vec<f64>, Vec<f64>)]; 2], answers: &[BoardAnswer]) -> Solved {
+    let (mut solved, mut falsely, mut worst_residual) = (0, 0, [0.0_f64; 2]);
+    for ((exact, given), answer) in exact.iter().zip(given).zip(answers).filter(|(_, answer)| answer.claimed)
+    {
+        let z: Vec<f64> = answer.z.iter().map(|x| f64::from(*x)).collect();
+        let residual = |(m, q): &(Vec<f64>, Vec<f64>)| {
+            if z.len() == q.len() { residual::dense(m, q, &z).value() } else { f64::INFINITY }
+        };
+        let [of_given, of_exact] = [given, exact].map(residual);
+        // Written so that a residual that is not a number counts as false.
+        if of_given <= f64::from(tolerance::<f32>()) {
+            solved += 1
+        } else {
+            falsely += 1
+        }
+        worst_residual = [worst_residual[0].max(of_given), worst_residual[1].max(of_exact)];
+    }
+    let mut instructions: Vec<f64> = answers.iter().map(|a| a.instructions).collect();
+    instructions.sort_by(f64::total_cmp);
+    let none = answers.iter().filter(|a| a.none).count();
+    Solved {
+        file,
+        problems: answers.len(),
+        solved,
+        falsely,
+        marked: [answers.iter().filter(|a| !a.claimed).count(), none],
+        worst_residual,
+        instructions: [percentile(&instructions, 50), percentile(&instructions, 100)],
+    }
 }
 
 /// Objects at rest: nothing changes, then only what noise changes.

@@ -26,7 +26,7 @@ pub struct Args {
     /// What is true of every trial [default: DATA.key.json, else key.json beside DATA]
     #[arg(long, value_name = "FILE")]
     pub key: Option<PathBuf>,
-    /// Model that is told [default: model.toml in DATA or beside it, else hard contact]
+    /// Model that the predictor gets [default: model.toml in DATA or beside it, else hard contact]
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
     /// How often the object's pose is given
@@ -41,7 +41,7 @@ pub struct Args {
     /// Spoil the samples, or the model, first
     #[arg(long, value_enum, value_name = "FAULT")]
     pub degrade: Option<Fault>,
-    /// Share of the friction told at which the threshold to compare with warns
+    /// Share of the stated friction at which the threshold to compare with warns
     #[arg(long, value_name = "SHARE", default_value_t = 0.8)]
     pub threshold: f64,
 }
@@ -85,7 +85,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let [ours, threshold] = sums;
     let methods = [
         Method { name: "predictor".into(), figures: ours },
-        Method { name: format!("F_t/F_n > {} of the friction told", args.threshold), figures: threshold },
+        Method { name: format!("F_t/F_n > {} of the stated friction", args.threshold), figures: threshold },
     ];
     let mut rows = table(["", &methods[0].name, &methods[1].name]);
     type Pick = fn(&Figures) -> &Share;

@@ -11,14 +11,14 @@ use stickslip_data::Index;
 use stickslip_device::clock::Clock;
 use stickslip_device::log;
 use stickslip_device::package::Package;
-use stickslip_device::session::{self, Event, Outcome};
+use stickslip_device::session::{self, Event, Outcome, Pace};
 use stickslip_device::{Device, DeviceError};
 use stickslip_lab::held::{Held, NOISE_M};
 use stickslip_shared::model::{Base, Formulation, Friction, Model};
 use stickslip_shared::predictor::validity;
 use stickslip_shared::wire::{self, Mode, Recalled, Refusal, ResetCause};
 
-fn firmware() -> String {
+pub(super) fn firmware() -> String {
     format!("qemu:{}", super::named("STICKSLIP_FIRMWARE", "hil").to_string_lossy())
 }
 
@@ -26,7 +26,7 @@ fn data() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo")
 }
 
-fn package() -> Package {
+pub(super) fn package() -> Package {
     let index = Index::open(&data()).expect("the demo's data");
     let trial = index.read_trial(&index.trials[0]).expect("its first trial");
     let friction = Friction { finger: 0.4, pusher: 0.25, support: 0.3 };
@@ -35,7 +35,7 @@ fn package() -> Package {
 }
 
 fn stream(device: &mut Device, package: &Package, faults: Option<u64>) -> Outcome {
-    session::stream(device, package, faults, &mut |_| Ok(())).expect("a run")
+    session::stream(device, package, Pace::Board, faults, &mut |_| Ok(())).expect("a run")
 }
 
 #[test]
@@ -95,7 +95,7 @@ fn a_line_cut_in_the_middle_is_told_and_the_log_keeps_what_happened_before() {
     let mut device = Device::open(&name).unwrap();
     let emulator = device.emulator().expect("QEMU");
     let mut reports = 0;
-    let result = session::stream(&mut device, &package(), None, &mut |event| {
+    let result = session::stream(&mut device, &package(), Pace::Board, None, &mut |event| {
         if let Event::Report(report) = event {
             reports += 1;
             log.record(0, log::Entry::Telemetry(report)).unwrap();
@@ -418,7 +418,7 @@ fn after_every_kind_of_bad_command_model_settings_and_predictions_are_the_old_on
     assert_eq!((info.mode, info.model_crc, info.unit), (Mode::Ready, crc, 12));
     // `stream` loads the model: the board's own is compared by its checksum above.
     let mut advised = Vec::new();
-    let outcome = session::stream(&mut device, &package(), None, &mut |event| {
+    let outcome = session::stream(&mut device, &package(), Pace::Board, None, &mut |event| {
         if let Event::Report(report) = event {
             advised.extend(report.advised_grip_n);
         }
@@ -467,7 +467,7 @@ fn a_unit_whose_stored_number_limits_and_grip_are_set_has_them_after_a_reset() {
     assert_eq!((info.recalled, info.unit, info.mode), (Recalled::Done, 12, Mode::Ready));
     // The trial commands 20 N and more: the advice keeps within what is stored.
     let mut advised = Vec::new();
-    session::stream(&mut device, &package(), None, &mut |event| {
+    session::stream(&mut device, &package(), Pace::Board, None, &mut |event| {
         if let Event::Report(report) = event {
             advised.extend(report.advised_grip_n);
         }

@@ -9,6 +9,7 @@ fn upper(report: &Report, effect: &str, strength: &str) -> f64 {
 }
 
 #[test]
+#[ignore = "long: make test-host-rest"]
 fn a_small_mass_error_that_is_not_named_lies_below_its_limit() {
     let report = found(&made("mass_error=0.05", 8, |_| true));
     assert!(report.effects.is_empty(), "{}", report.summary);

@@ -108,7 +108,9 @@ fn what_the_bus_does_not_tell_is_shown_as_not_known_and_alarms_are_raised() {
     assert_eq!(seen.alarms.iter().map(|alarm| alarm.flag).collect::<Vec<_>>(), [flags::SLIP_AHEAD_1]);
     assert_eq!(seen.alarms[0].foreseen_in_s, None, "the bus does not say when");
     let line = plain::line(&seen);
-    for part in ["used 0.62 and -", "friction - (at least -)", "sag -", "grip to hold 7.5 N", "slip ahead"] {
+    for part in
+        ["used 0.62 and -", "friction - (at least -)", "sag -", "grip with reserve 7.5 N", "slip ahead"]
+    {
         assert!(line.contains(part), "`{part}` in {line}");
     }
     assert!(!line.contains("NaN"), "{line}");

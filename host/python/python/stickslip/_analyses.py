@@ -108,7 +108,7 @@ def compare(
 def diagnose(
     data: Data, model: AnyModel = None, *, formulas: Path | None = None, progress: Progress = None
 ) -> Report:
-    """Which physical effect ``model`` lacks: verdict, sentence, probabilities, what cannot be told.
+    """Which physical effect ``model`` lacks: verdict, sentence, probabilities, what these data leave open.
 
     ``formulas``: a file with more candidates. ``report.model``: the model with the effect; ``None`` where no
     effect is named.

@@ -321,7 +321,10 @@ fn stream(look: &Look, used: &mut Vec<&'static str>, text: &mut String) {
         "# time.clock = \"estimated\", \"starts_together\" or time.offset_s where this device has its own clock\n",
     );
     let mut left = Vec::new();
-    for (body, group) in &groups {
+    // Whose name tells what it is comes first: the others get what is left.
+    let mut ordered: Vec<(&String, &Group)> = groups.iter().collect();
+    ordered.sort_by_key(|(body, _)| !tells(body));
+    for (body, group) in ordered {
         // A topic's columns do not name their body.
         let label = if look.topic.is_some() {
             format!("{} {body}", look.name).trim().to_owned()
@@ -412,6 +415,19 @@ fn stated(look: &Look, group: &Group, kind: Kind, quantity: Quantity) -> Option<
     unit(&look.names[at]).1.filter(|unit| quantity.factor(unit).is_ok())
 }
 
+/// What measures a wrench, and words that its columns are named by.
+const WRENCHES: [(&str, &[&str]); 3] = [
+    ("pusher", &["push", "tip", "plate", "probe", "wall", "rod", "anvil", "environment"]),
+    ("finger1", &["1", "left"]),
+    ("finger2", &["2", "right"]),
+];
+
+/// Whether a name says which wrench it is.
+fn tells(body: &str) -> bool {
+    let body = body.to_lowercase();
+    WRENCHES.iter().flat_map(|(_, words)| *words).any(|word| body.contains(word))
+}
+
 /// The first of `roles` that is not taken, by the words in `body`.
 fn role(
     body: &str,
@@ -441,13 +457,10 @@ fn wrench(
     used: &mut Vec<&'static str>,
     text: &mut String,
 ) {
-    let words: [(&str, &[&str]); 3] =
-        [("pusher", &["push", "tip"]), ("finger1", &["1", "left"]), ("finger2", &["2", "right"])];
+    let [pusher, one, two] = WRENCHES;
     // Fingers come first where the name tells nothing.
-    let ordered = [words[0], words[1], words[2]];
-    let fallback = [words[1], words[2], words[0]];
-    let tells = ordered.iter().any(|(_, list)| list.iter().any(|word| body.contains(word)));
-    let Some(role) = role(body, &look.file, if tells { &ordered } else { &fallback }, used) else {
+    let words = if tells(body) { [pusher, one, two] } else { [one, two, pusher] };
+    let Some(role) = role(body, &look.file, &words, used) else {
         let _ = writeln!(text, "# not used: a fourth wrench, {body:?}");
         return;
     };
@@ -557,6 +570,8 @@ mod tests {
             assert_eq!(of(name).as_deref(), Some(meant), "{name}");
         }
         assert_eq!(of("max"), None);
+        // A plate is pushed against; what a name does not tell comes after what others tell.
+        assert!(tells("plate") && tells("Left") && !tells("ft"));
         assert_eq!(of("status"), None);
     }
 }

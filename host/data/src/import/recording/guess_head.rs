@@ -125,7 +125,15 @@ diameter_m = 0.02   # CHECK
 [dataset.pushers.linear_push]
 contact = "plane"   # CHECK: plane, line (length_m), point (tip_radius_m)
 
-# [dataset.sensors.finger] force_noise_n, torque_noise_nm, ...: estimated from the data where absent
+# How far readings may be off throughout, offset included: from the data sheets. What is smaller is not found.
+[dataset.sensors.finger]
+force_uncertainty_n = 0.25   # CHECK
+torque_uncertainty_nm = 0.003   # CHECK
+[dataset.sensors.pusher]
+force_uncertainty_n = 0.75   # CHECK
+torque_uncertainty_nm = 0.037   # CHECK
+# Noise (force_noise_n, torque_noise_nm; [dataset.sensors.pose] position_noise_m, rotation_noise_rad) is taken from
+# the data where it is not stated.
 
 # [fixed.gripper]   # where the gripper stands still and no stream has its pose
 # position_m = [0.0, 0.0, 0.5]

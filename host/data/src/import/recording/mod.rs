@@ -14,6 +14,7 @@ pub mod grid;
 pub mod guess;
 mod guess_head;
 pub mod mapping;
+mod noise;
 pub mod offset;
 pub mod source;
 pub mod units;
@@ -78,6 +79,8 @@ pub struct Import {
     pub tares: Vec<(String, String, [f64; 6])>,
     /// Of clocks that are `"estimated"`, by trial and stream.
     pub offsets: Vec<Offset>,
+    /// Noise of sensors that the mapping does not state, taken from the data: key of `[sensors]`, SI.
+    pub noise: Vec<(&'static str, f64)>,
 }
 
 /// Reads the mapping at `path` and all recordings that it names.
@@ -121,7 +124,8 @@ pub fn import(path: &Path) -> Result<Import, RecordingError> {
         return Err(RecordingError::NoTrials { file: path.to_owned(), why });
     }
     let signals = signals(&mapping, &facts);
-    Ok(Import { dataset, signals, refused, bad_rows, tares, offsets })
+    let noise = noise::fill(&mut dataset);
+    Ok(Import { dataset, signals, refused, bad_rows, tares, offsets, noise })
 }
 
 /// The rows of each stream of one trial, on the first stream's clock.

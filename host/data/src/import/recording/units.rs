@@ -1,5 +1,7 @@
 //! Units of recordings, as factors to SI.
 
+use crate::spelling::did_you_mean;
+
 /// What a number measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
@@ -64,7 +66,11 @@ impl Quantity {
         let found = self.units().iter().find(|(name, _)| plain(name) == wanted);
         found.map(|(_, factor)| *factor).ok_or_else(|| {
             let names: Vec<&str> = self.units().iter().map(|(name, _)| *name).collect();
-            format!("unknown unit {unit:?}; one of {}", names.join(", "))
+            let plainly: Vec<String> = names.iter().map(|name| plain(name)).collect();
+            let plainly: Vec<&str> = plainly.iter().map(String::as_str).collect();
+            let meant = did_you_mean(&wanted, &plainly).and_then(|m| plainly.iter().position(|p| *p == m));
+            let hint = meant.map_or_else(String::new, |k| format!("; did you mean {:?}?", names[k]));
+            format!("unknown unit {unit:?}; one of {}{hint}", names.join(", "))
         })
     }
 }
@@ -90,5 +96,7 @@ mod tests {
         assert_eq!(Quantity::Force.factor("kgf"), Ok(9.806_65));
         let refusal = Quantity::Length.factor("ft").expect_err("no feet");
         assert!(refusal.contains("\"ft\"") && refusal.contains("mm"), "{refusal}");
+        let refusal = Quantity::Torque.factor("Nnm").expect_err("no such unit");
+        assert!(refusal.ends_with("did you mean \"N mm\"?"), "{refusal}");
     }
 }

@@ -1,0 +1,27 @@
+//! What the pages and tables are made of: outlines of point clouds, schemas of documents, command lines.
+
+use stickslip_report::outline::hull;
+use stickslip_report::terminal::{command_line, with_schema};
+
+#[test]
+fn the_outline_of_a_square_with_points_inside_is_the_square() {
+    let points = vec![[0.0, 0.0], [1.0, 1.0], [0.5, 0.5], [1.0, 0.0], [0.2, 0.7], [0.0, 1.0]];
+    assert_eq!(hull(points), [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+}
+
+#[test]
+fn every_document_has_a_schema_and_one_of_its_own_stays() {
+    let of = |json| -> serde_json::Value {
+        serde_json::from_str(&with_schema(Some("stickslip-x/1"), &json).unwrap()).unwrap()
+    };
+    assert_eq!(of(serde_json::json!({ "a": 1 })), serde_json::json!({ "schema": "stickslip-x/1", "a": 1 }));
+    assert_eq!(of(serde_json::json!([1])), serde_json::json!({ "schema": "stickslip-x/1", "results": [1] }));
+    assert_eq!(of(serde_json::json!({ "schema": "own/2" })), serde_json::json!({ "schema": "own/2" }));
+}
+
+#[test]
+fn a_command_line_can_be_copied_whatever_the_paths_are() {
+    let words = ["compare", "my data", "--model", "it's.toml"];
+    let line = command_line(words);
+    assert_eq!(shlex::split(&line).unwrap()[1..], words);
+}
