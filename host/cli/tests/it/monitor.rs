@@ -56,11 +56,13 @@ fn a_bus_is_heard_and_sent_nothing() {
 
 #[test]
 fn what_cannot_be_watched_says_what_can() {
+    let foxglove =
+        if cfg!(feature = "foxglove") { "127.0.0.1:8765" } else { "cargo install --path host/cli" };
     for (words, part) in [
         (["--device", "can:"], "can:can0"),
         (["--device", "replay:no.mcap"], "no.mcap"),
         (["--speed", "0"], "0.01 to 1000"),
-        (["--foxglove", "here"], "127.0.0.1:8765"),
+        (["--foxglove", "here"], foxglove),
     ] {
         let output = stickslip().arg("monitor").args(words).output().expect("run");
         let text = String::from_utf8_lossy(&output.stderr);
