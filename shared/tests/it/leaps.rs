@@ -2,13 +2,10 @@
 //! body is really there the model starts anew after a gap's length.
 
 use nalgebra::UnitQuaternion;
-use stickslip_shared::model::{
-    Base, FingerContact, Formulation, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
-};
+use stickslip_shared::model::{Base, Formulation, Friction, Model};
 use stickslip_shared::predictor::{Limits, Params, Prediction, Predictor, Sample, flags, validity};
 use stickslip_shared::real::Vec3;
 use stickslip_shared::selftest::push;
-use stickslip_shared::shape::inertia;
 use stickslip_shared::track::Pose;
 
 /// The first sample that is spoilt.
@@ -23,14 +20,7 @@ const PUSHER: u32 = 4;
 /// A prism held in the air, or a bar of a kilogram between discs, table and plate.
 fn predictor(bar: bool, formulation: Formulation) -> Predictor<f32> {
     let (scene, model, limits) = if bar {
-        let (shape, mass_kg) = (Shape::Prism { length_m: 0.1, side_m: 0.025 }, 1.0);
-        let scene = Scene {
-            gravity_m_s2: [0.0, 0.0, -9.81],
-            object: Object { inertia_kg_m2: inertia(&shape, mass_kg), shape, mass_kg },
-            fingers: Some(FingerContact::Disc { diameter_m: 0.01 }),
-            pusher: Some(PusherContact::Plane),
-            support: Some(SupportContact::Patch),
-        };
+        let scene = crate::common::bar(1.0);
         let friction = Friction { finger: 0.4, pusher: 0.4, support: 0.4 };
         (scene, Model::base(Base::Hard, friction), Limits::default())
     } else {

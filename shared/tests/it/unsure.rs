@@ -1,16 +1,14 @@
 //! Doubts of the model and of the sample: each shows in the validity word, and makes the flags unsure.
 
+use crate::common::bar;
 use nalgebra::UnitQuaternion;
 use stickslip_shared::contact::{self, Contacts, SLOTS};
-use stickslip_shared::model::{
-    Base, FingerContact, Formulation, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
-};
+use stickslip_shared::model::{Base, Formulation, Friction, Model};
 use stickslip_shared::predictor::{
     Limits, Params, Prediction, Predictor, Sample, SolverStatus, flags, validity,
 };
 use stickslip_shared::real::Vec3;
 use stickslip_shared::selftest::push;
-use stickslip_shared::shape::inertia;
 use stickslip_shared::step::{Drive, State};
 use stickslip_shared::track::Pose;
 
@@ -120,14 +118,7 @@ fn points_that_found_no_place_are_counted_and_such_a_step_makes_flags_unsure() {
 /// A bar of 20 kg that is seen to jump by up to a centimetre between discs, table and plate, where three steps in a row are
 /// not solved, and to rest from the sixth sample on. `samples` of the stream, by a predictor that starts anew after so many unsolved ones.
 fn jumps(unsolved_samples: u8, samples: u32) -> Vec<Prediction> {
-    let (shape, mass_kg) = (Shape::Prism { length_m: 0.1, side_m: 0.025 }, 20.0);
-    let scene = Scene {
-        gravity_m_s2: [0.0, 0.0, -9.81],
-        object: Object { inertia_kg_m2: inertia(&shape, mass_kg), shape, mass_kg },
-        fingers: Some(FingerContact::Disc { diameter_m: 0.01 }),
-        pusher: Some(PusherContact::Plane),
-        support: Some(SupportContact::Patch),
-    };
+    let scene = bar(20.0);
     let friction = Friction { finger: 0.4, pusher: 0.4, support: 0.4 };
     let model = Model { formulation: Formulation::Lcp, ..Model::base(Base::Hard, friction) };
     let mut predictor = Predictor::new(scene, model, Limits::default())

@@ -197,3 +197,14 @@ impl Noise {
         sum * 1.732
     }
 }
+
+/// A bar of this mass between discs, table and plate.
+pub fn bar(mass_kg: f64) -> Scene<f32> {
+    Scene {
+        gravity_m_s2: [0.0, 0.0, -9.81],
+        object: object(Shape::Prism { length_m: 0.1, side_m: 0.025 }, mass_kg),
+        fingers: Some(FingerContact::Disc { diameter_m: 0.01 }),
+        pusher: Some(PusherContact::Plane),
+        support: Some(SupportContact::Patch),
+    }
+}
