@@ -133,6 +133,20 @@ impl Rise {
         (0..6).map(|k| (x[k] - self.base[k]) * self.direction[k]).sum()
     }
 
+    /// How fast it is in the second half of the time since it has left its rest, 1/s.
+    #[must_use]
+    pub fn speed(&self) -> f64 {
+        let moving = &self.along[self.left.min(self.along.len())..];
+        let late = &moving[moving.len() / 2..];
+        let count = late.len().max(1) as f64;
+        let mean = |of: fn(&(f64, f64)) -> f64| late.iter().map(of).sum::<f64>() / count;
+        let (middle_s, middle) = (mean(|(t, _)| *t), mean(|(_, x)| *x));
+        let (with, own) = late.iter().fold((0.0, 0.0), |(with, own), (t, x)| {
+            (with + (t - middle_s) * (x - middle), own + (t - middle_s).powi(2))
+        });
+        if own > 0.0 { (with / own).max(0.0) } else { 0.0 }
+    }
+
     /// Corners from `from_s` on: level before, a multiple of `shape` (of the time since) after.
     #[must_use]
     pub fn corners(&self, from_s: f64, shape: &dyn Fn(f64) -> f64) -> Vec<Corner> {

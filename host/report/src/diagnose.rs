@@ -19,6 +19,7 @@ use stickslip_analysis::diagnose::RELEVANT;
 use stickslip_analysis::diagnose::experiment::Experiment;
 use stickslip_analysis::diagnose::posterior::Weighed;
 use stickslip_analysis::diagnose::report::{CandidateReport, Place, Report, Verdict};
+use stickslip_analysis::diagnose::signature::Mark;
 use stickslip_analysis::diagnose::structure::Structure;
 use stickslip_analysis::fit::phases::Phase;
 
@@ -48,7 +49,7 @@ pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>
         @if let Some(would_tell) = &report.would_tell { p { b { "What would tell:" } " " (would_tell) "." } }
         (misfit_bars(report))
     };
-    let run = traces.filter(|_| has_after(report)).and_then(over_a_run);
+    let run = traces.filter(|_| has_after(report)).and_then(|traces| over_a_run(traces, named_marks(report)));
     let body = html! {
         (first_screen(("diagnose", name), (tone, lead), &picture, next))
         div class="facts" {
@@ -575,13 +576,22 @@ pub fn figures(report: &Report, traces: Option<&Comparison>) -> Vec<Figure> {
     }
     add(
         "signature-in-one-run",
-        traces.filter(|_| has_after(report)).and_then(over_a_run).map(|run| run.chart),
+        traces
+            .filter(|_| has_after(report))
+            .and_then(|traces| over_a_run(traces, named_marks(report)))
+            .map(|run| run.chart),
     );
     add("next-experiment", report.suggested_experiment.as_ref().map(experiment_chart));
     for trace in traces.iter().flat_map(|c| &c.traces).take(1) {
         out.extend(trace_figures(trace));
     }
     out
+}
+
+/// What the first named effect changes.
+fn named_marks(report: &Report) -> &[Mark] {
+    let named = report.candidates.iter().find(|c| report.effects.contains(&c.id));
+    named.map_or(&[], |c| c.signature.as_slice())
 }
 
 /// Whether an effect is named, does as well, or explains much.

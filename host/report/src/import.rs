@@ -48,6 +48,7 @@ pub fn page(command: &str, import: &Import, report: &Report, next: &str) -> Stri
             @if left_out > 0 { span { b { (left_out) } " trials or rows left out" } }
         }
         (list("What physics does not allow", &signals::findings(report)))
+        (signals::suspects(report))
         (assumed(&import.signals))
         @if let Some(line) = noise_line(&import.noise) { p { (line) } }
         (list("Left out", &refused(&|k| k < LISTED)))

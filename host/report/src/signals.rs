@@ -75,9 +75,17 @@ pub fn page(report: &Report, description: &Description, trials: &[Trial], next: 
             span { b { (report.samples) } " samples" }
         }
         (list("What physics does not allow", &findings(report)))
+        (suspects(report))
         (understood(description, trials))
     };
     whole(&format!("stickslip check: {}", report.name), body)
+}
+
+/// Sensors that explain why the forces do not balance, and what to do.
+pub(crate) fn suspects(report: &Report) -> Markup {
+    html! { @for text in report.warnings.iter().filter(|_| !report.suspects.is_empty()) {
+        @if text.text.contains("do not balance") { p { (text.text) } }
+    } }
 }
 
 /// What cannot be in the data.
@@ -99,9 +107,16 @@ pub fn verdict(report: &Report) -> (Tone, String) {
         (0, 0, 1..) => (
             Tone::Fair,
             format!(
-                "Forces do not balance in {} of {}.",
+                "Forces do not balance in {} of {}{}",
                 report.balance.failing,
-                counted(report.balance.checked, "trial")
+                counted(report.balance.checked, "trial"),
+                match report.suspects.as_slice() {
+                    [] => ".".to_owned(),
+                    suspects => {
+                        let all: Vec<String> = suspects.iter().map(ToString::to_string).collect();
+                        format!("; {} would explain it.", all.join(", or "))
+                    }
+                }
             ),
         ),
         _ => (Tone::Good, format!("Physics has nothing against these {}.", counted(report.trials, "trial"))),

@@ -21,13 +21,19 @@ const POINTS: usize = 300;
 /// What the two bars of each row are of.
 const SERIES: [&str; 2] = ["what the data show that the model lacks", "what the effect changes"];
 
-/// What an effect changes beside what the data show, by channel and phase.
-pub fn bars(marks: &[Mark]) -> Option<Bars> {
+/// The places that are drawn: where the effect changes most or most is left.
+fn largest(marks: &[Mark]) -> Vec<&Mark> {
     let mut shown: Vec<&Mark> = marks.iter().collect();
     shown.sort_by(|a, b| b.left.max(b.change).total_cmp(&a.left.max(a.change)));
+    shown.truncate(MARKS);
+    shown
+}
+
+/// What an effect changes beside what the data show, by channel and phase.
+pub fn bars(marks: &[Mark]) -> Option<Bars> {
     let name = |m: &Mark| format!("{}, {}", channel_words(&m.channel), m.phase);
     multiples(
-        shown.iter().take(MARKS).map(|m| (name(m), vec![m.left, m.change])).collect(),
+        largest(marks).iter().map(|m| (name(m), vec![m.left, m.change])).collect(),
         "run spreads",
         1.0,
     )
@@ -70,12 +76,20 @@ pub struct Run {
 }
 
 /// Measurement less the first model, and last model less the first, in the trial and the channel
-/// that the last model explains better by most noise floors.
+/// that the last model explains better by most noise floors: of the channels of the bars, where it explains one of them.
 #[must_use]
-pub fn over_a_run(traces: &Comparison) -> Option<Run> {
+pub fn over_a_run(traces: &Comparison, marks: &[Mark]) -> Option<Run> {
+    let shown = largest(marks);
+    let drawn = |c: usize| {
+        // Both fingers of what is together or of one less the other.
+        let plain = |m: &&Mark| m.channel.replace("finger_sum", "finger").replace("finger_difference", "finger");
+        let name = NAMES[c].replace("finger1", "finger").replace("finger2", "finger");
+        shown.iter().any(|m| m.change > 1.0 && (m.channel == NAMES[c] || plain(m) == name))
+    };
     let of = |t| (0..COUNT).filter_map(move |c| Some((explained(t, c)?, c, t)));
     let all = traces.traces.iter().flat_map(of);
-    let (_, channel, trace) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (_, channel, trace) =
+        all.max_by(|a, b| drawn(a.1).cmp(&drawn(b.1)).then(a.0.total_cmp(&b.0)))?;
     let (given, named) = (trace.modelled.first()?, trace.modelled.last()?);
     let (factor, unit) = scale(quantity(channel).unit());
     let less = |rows: &[Signals]| -> Vec<f64> {

@@ -1,7 +1,9 @@
 //! What a data set holds and whether its measurements can be trusted, trial by trial: memory
 //! for one group of repetitions at a time.
 
+mod imbalance;
 pub mod physics;
+pub mod sensor_error;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -21,7 +23,8 @@ use crate::evidence::statistics::median;
 use crate::left_out::LeftOut;
 use crate::progress::Progress;
 use crate::run::simulate::prepare;
-use physics::{Breach, Cause, Clocks, Finding, TrialPhysics};
+use physics::{Clocks, Finding, TrialPhysics};
+use sensor_error::Suspect;
 use stickslip_data::{Description, Index, Pose, Sample, Trial, TrialInfo, Warning, error::join_warnings};
 use stickslip_shared::track::Pose as Placed;
 
@@ -55,6 +58,9 @@ pub struct Report {
     pub channels: Vec<Channel>,
     /// Balance of the measured forces.
     pub balance: Balance,
+    /// Where most trials do not balance: sensors whose turn or gain explains it, the likeliest first. No physics error
+    /// then: the data can be, and a diagnosis can name it.
+    pub suspects: Vec<Suspect>,
     /// Whether poses and forces go by one clock, and in which trials that cannot be known.
     pub clocks: Vec<Clocks>,
     /// What physics does not allow: units, signs, columns, clocks.
@@ -270,7 +276,7 @@ pub fn check(index: &Index, progress: &dyn Progress) -> Report {
         trials.iter().map(|trial| (trial.file.clone(), &trial.physics)).collect();
     let clocks = physics::clocks(physics.iter().map(|(_, of)| *of));
     let mut findings = physics::findings(index, &physics);
-    findings.extend(imbalance(&trials, &balance, &findings));
+    let suspects = imbalance::judge(&trials, &balance, &description, &mut findings, &mut warnings);
     Report {
         name: index.description.name.clone(),
         trials: trials.len(),
@@ -283,6 +289,7 @@ pub fn check(index: &Index, progress: &dyn Progress) -> Report {
         gaps,
         channels: channel_table(&trials, &floor, samples),
         balance,
+        suspects,
         clocks,
         findings,
         left_out,
@@ -407,56 +414,6 @@ fn unknown_primitives(index: &Index) -> Vec<Warning> {
         ),
     };
     names.into_iter().map(warning).collect()
-}
-
-/// Forces that do not balance in more than half of the trials are a property of the bench, not an
-/// event in some of them; said where no cause is known already.
-fn imbalance(trials: &[TrialFacts], balance: &Balance, known: &[Finding]) -> Option<Finding> {
-    let named = known.iter().any(|finding| !matches!(finding.cause, Cause::GripUnit | Cause::ClockOffset));
-    if named || 2 * balance.failing <= balance.checked {
-        return None;
-    }
-    // The multiple of the weight that the forces carry, where nothing but the weight is missing.
-    let carried = trials.iter().filter_map(|trial| {
-        let worst = trial.balance.as_ref().ok()?.iter().find(|stage| stage.fails())?;
-        let weight_sq: f64 = trial.weight_n.iter().map(|w| w * w).sum();
-        let along: f64 = trial.weight_n.iter().zip(worst.sum_n).map(|(w, s)| w * s).sum();
-        let share = along / weight_sq;
-        let across: f64 = trial.weight_n.iter().zip(worst.sum_n).map(|(w, s)| (s - share * w).powi(2)).sum();
-        (weight_sq > 0.0 && across.sqrt() <= worst.bound_n + 3.0 * worst.standard_error_n)
-            .then_some(1.0 - share)
-    });
-    let carried: Vec<f64> = carried.collect();
-    let likely = match median(carried.iter().copied()) {
-        Some(multiple) if 2 * carried.len() > balance.failing && multiple > 0.0 => format!(
-            "what is left over is along gravity: a wrong mass (the forces carry {multiple:.2} times mass_kg), a \
-             vertical force that is not measured (cable, table), or a sensor's offset"
-        ),
-        _ => "a sensor's offset or gain beyond what [sensors] states, a force that is not measured (cable, table, \
-              stop), or wrong axes of a sensor"
-            .to_owned(),
-    };
-    let (first, worst) = balance.worst.first()?;
-    let file = trials.iter().find(|trial| trial.name == *first).map(|trial| trial.file.clone())?;
-    let [x, y, z] = worst.sum_n;
-    let breach = Breach {
-        cause: Cause::Balance,
-        columns: "columns finger{1,2}_f*, pusher_f*".to_owned(),
-        text: format!(
-            "the measured forces and the weight sum to [{x:.3}, {y:.3}, {z:.3}] N in the stage '{}', sensors may be off \
-             by {:.3} N; {likely}",
-            worst.stage.label(),
-            worst.bound_n
-        ),
-    };
-    Some(Finding {
-        cause: breach.cause,
-        file,
-        columns: breach.columns,
-        text: breach.text,
-        trials: balance.failing,
-        of: trials.len(),
-    })
 }
 
 fn primitives(infos: &[TrialInfo]) -> Vec<PrimitiveCount> {

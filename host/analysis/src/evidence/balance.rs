@@ -7,7 +7,7 @@
 //! the balance fails. A constant offset of the sensors explains a failure that stays the same
 //! in their axes: [`crate::evidence::offsets`].
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -36,6 +36,41 @@ pub struct StageBalance {
     pub bound_n: f64,
     /// White noise of the mean.
     pub standard_error_n: f64,
+    /// What the sum consists of.
+    #[serde(skip)]
+    pub parts: Parts,
+}
+
+/// Mean forces of finger 1, finger 2 and pusher, and what small errors of their sensors would do to the sum.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Parts {
+    /// World axes.
+    pub force_n: [Vector3<f64>; 3],
+    /// Times a small rotation of the sensor (gripper axes; the pusher's: world axes): what that adds to the sum.
+    pub turned_n: [Matrix3<f64>; 3],
+    /// Turns gripper axes into the world's.
+    pub gripper: Matrix3<f64>,
+}
+
+impl Parts {
+    fn of(samples: &[&Sample]) -> Self {
+        let mut parts = Self::default();
+        let share = 1.0 / samples.len().max(1) as f64;
+        for sample in samples {
+            let turn = gripper(sample).map_or_else(Matrix3::identity, |turn| *turn.to_rotation_matrix().matrix());
+            parts.gripper += turn * share;
+            let [one, two] = sample.finger;
+            let all = [(one, turn), (two, turn), (sample.pusher_wrench, Matrix3::identity())];
+            for (k, (wrench, turn)) in all.into_iter().enumerate() {
+                let force = wrench.map_or_else(Vector3::zeros, |wrench| Vector3::from(wrench.force_n));
+                if force.iter().all(|component| component.is_finite()) {
+                    parts.force_n[k] += turn * force * share;
+                    parts.turned_n[k] -= turn * force.cross_matrix() * share;
+                }
+            }
+        }
+        parts
+    }
 }
 
 impl StageBalance {
@@ -102,7 +137,7 @@ pub fn balance(
     let mut balances = Vec::new();
     for stage in STAGES {
         let range = stages.range(stage);
-        let sums: Vec<Vector3<f64>> = range
+        let (used, sums): (Vec<&Sample>, Vec<Vector3<f64>>) = range
             .filter(|at| slow.get(*at).copied().unwrap_or(false))
             .filter_map(|at| trial.samples.get(at))
             .filter_map(|sample| {
@@ -111,9 +146,9 @@ pub fn balance(
                     (None, true) => Vector3::zeros(),
                     (None, false) => return None,
                 };
-                Some(fingers_n(sample)? + pusher + weight)
+                Some((sample, fingers_n(sample)? + pusher + weight))
             })
-            .collect();
+            .unzip();
         if sums.is_empty() {
             continue;
         }
@@ -131,6 +166,7 @@ pub fn balance(
             bound_n: 2.0 * sensors.finger.force_uncertainty_n
                 + measured_pusher * sensors.pusher.force_uncertainty_n,
             standard_error_n: (noise / count).sqrt(),
+            parts: Parts::of(&used),
         });
     }
     if balances.is_empty() { Err(NotChecked::NothingSlow) } else { Ok(balances) }

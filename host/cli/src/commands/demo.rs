@@ -254,10 +254,9 @@ impl Steps<'_> {
             Value::Null
         };
         if words.first() == Some(&"diagnose") {
-            for key in ["verdict", "effects", "ambiguous_with", "error"] {
-                if let Some(value) = document.get(key) {
-                    self.output.text(format_args!("{key}: {value}"));
-                }
+            // As the command itself says it.
+            if let Some(summary) = document.get("summary").and_then(Value::as_str) {
+                self.output.text(summary);
             }
         }
         self.done.push(Done { command: line, result: document.clone() });

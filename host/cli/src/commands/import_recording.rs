@@ -9,6 +9,7 @@ use stickslip_analysis::check::check;
 use stickslip_data::import::{BadRow, recording};
 use stickslip_data::{Index, Stage, TableFormat};
 use stickslip_report::import as page;
+use stickslip_report::signals;
 use stickslip_report::terminal::{Output, command_line};
 
 /// Arguments of every import.
@@ -72,13 +73,13 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     output.text("What was assumed:");
     for signal in signals {
         output.text(format_args!(
-            "  {} of {}, {:.1} Hz: {} in {}; {}; {}, {:.0} % of rows",
+            "  {} of {}, {:.1} Hz: {} in {}; {}{}, {:.0} % of rows",
             signal.signal.replace('_', " "),
             signal.stream,
             signal.rate_hz,
             signal.named_columns(),
             signal.units,
-            signal.frame,
+            if signal.frame.is_empty() { String::new() } else { format!("{}; ", signal.frame) },
             signal.base,
             signal.filled * 100.0,
         ));
@@ -125,6 +126,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     for finding in &physics {
         output.text(format_args!("physics: {finding}"));
+    }
+    if !report.suspects.is_empty() {
+        output.text(format_args!("{}", signals::verdict(&report).1));
     }
     output.document(&RecordingReport {
         out: &files.out,

@@ -241,7 +241,7 @@ fn unit(name: &str) -> (String, Option<String>) {
 /// Body, kind and axis that a column's name tells.
 fn meaning(name: &str) -> Option<(String, Kind, char)> {
     let plain = words(&unit(name).0);
-    // A body before the axis, after it (`fx_1`), or a number in between (`F1x`).
+    // A body before the axis, after it (`fx_1`, `fx_left`), or a number in between (`F1x`).
     static PATTERNS: LazyLock<Vec<(Kind, Regex)>> = LazyLock::new(|| {
         [
             (
@@ -253,6 +253,10 @@ fn meaning(name: &str) -> Option<(String, Kind, char)> {
             (Kind::Position, r"^(?:(.*?)_)??(?:p|pos|position|translation)?_*([xyz])(_*[0-9]*)$"),
             (Kind::Force, r"^(?:(.*?)_)??f([0-9]+)_*([xyz])$"),
             (Kind::Torque, r"^(?:(.*?)_)??[tm]([0-9]+)_*([xyz])$"),
+            (Kind::Quaternion, r"^()(?:q|quat|quaternion|rot|rotation|orientation)_*([wxyz])_+([a-z][a-z0-9_]*)$"),
+            (Kind::Force, r"^()(?:f|force)_*([xyz])_+([a-z][a-z0-9_]*)$"),
+            (Kind::Torque, r"^()(?:t|m|torque|moment)_*([xyz])_+([a-z][a-z0-9_]*)$"),
+            (Kind::Position, r"^()(?:p|pos|position|translation)?_*([xyz])_+([a-z][a-z0-9_]*)$"),
         ]
         .into_iter()
         .filter_map(|(kind, pattern)| Some((kind, Regex::new(pattern).ok()?)))
@@ -263,6 +267,10 @@ fn meaning(name: &str) -> Option<(String, Kind, char)> {
         let part = |at: usize| found.get(at).map_or("", |part| part.as_str());
         let (axis, tail) =
             if part(2).starts_with(['w', 'x', 'y', 'z']) { (part(2), part(3)) } else { (part(3), part(2)) };
+        // A speed is no place.
+        if ["vel", "acc", "speed", "dot", "std", "cov"].iter().any(|other| tail.starts_with(other)) {
+            return None;
+        }
         let body = format!("{}_{}", part(1).trim_matches('_'), tail.trim_matches('_'));
         return Some((body.trim_matches('_').to_owned(), *kind, axis.chars().next()?));
     }
@@ -566,10 +574,15 @@ mod tests {
             ("x", " Position x"),
             ("obj_qw", "obj Quaternion w"),
             ("Block Rotation W", "block Quaternion w"),
+            ("Fx_left", "left Force x"),
+            ("Tz_plate", "plate Torque z"),
+            ("x_object_mm", "object Position x"),
+            ("qw_hand", "hand Quaternion w"),
         ] {
             assert_eq!(of(name).as_deref(), Some(meant), "{name}");
         }
         assert_eq!(of("max"), None);
+        assert_eq!(of("x_velocity"), None);
         // A plate is pushed against; what a name does not tell comes after what others tell.
         assert!(tells("plate") && tells("Left") && !tells("ft"));
         assert_eq!(of("status"), None);

@@ -12,6 +12,11 @@
 //!   gripper's motion, and by all of it once the force is level (it slides). With `q` the share that it lacks and `T` the
 //!   time in which the force `F` rises, its way is `b (t - q T F / F_max)`.
 //!
+//! The share is that of what pushes (plate, pusher, its mount) in all that gives way, the pads with it. All together gives
+//! way by `v T / F_max`, with `v` the gripper's speed, which is measured; what pushes by no more than a bench does
+//! ([`PUSHED_M_N`]). So the share is small where pads are soft, and may be all where they are as hard as the plate. Where
+//! the largest share that is allowed fits best, larger ones are tried as well.
+//!
 //! Each pair of power and share is a fit of its own, the share with the force as measured. What is told is the interval
 //! over all of them by their likelihood, and of many trials by the product of their likelihoods for the same pair: where
 //! the data show the curve the interval is narrow, where they do not it holds what each curve says. Noise counts as
@@ -37,14 +42,12 @@ const DRAWN_S: f64 = 0.3;
 const ONE: f64 = 3.0;
 /// Powers of the time with which the force rises.
 const POWERS: [f64; 4] = [1.0, 1.25, 1.5, 2.0];
-/// The largest share of the gripper's motion that what pushes takes while the force rises: pads are made to give way,
-/// and take half of it at least. (All of it would be an onset of its own when the object slides: no data tell that
-/// from a clock.)
-const LARGEST_SHARE: f64 = 0.5;
-/// Shares that are tried besides none.
-const SHARES: usize = 5;
-/// Pairs of power and share.
-const CURVES: usize = POWERS.len() * (SHARES + 1);
+/// By how much what pushes gives way, m/N: a plate on a robot's arm (0.2 N/um); a load cell on a table gives way by a
+/// fifth of it. Twice as much makes intervals of soft pads up to twice as wide: an object that only moves in the gripper
+/// when it slides looks as a later clock does.
+const PUSHED_M_N: f64 = 5e-6;
+/// Shares of the gripper's motion that are tried besides none, up to all of it.
+const SHARES: usize = 10;
 /// Twice the difference of the logarithms of two likelihoods that differ by two standard deviations.
 const TWO_SD: f64 = 4.0;
 /// A trial has no more say than this in which curve it is (three standard deviations): one may be of another kind.
@@ -96,8 +99,10 @@ struct OfCurve {
 pub(super) struct Own {
     offset_s: f64,
     sd_s: f64,
-    /// One for each power and share; infinite misfits where it cannot be.
+    /// One for each power and share, shares of a power side by side; infinite misfits where it cannot be.
     curves: Vec<OfCurve>,
+    /// The largest share that what pushes can take, of [`SHARES`].
+    shares: usize,
     /// Standard deviation of what the force hides between two samples, where it jumps.
     hidden_s: f64,
     /// As [`Offset::blurred_s`].
@@ -125,11 +130,14 @@ impl Own {
         let forces = POWERS.map(|power| force_rise.corners(from_s, &|since_s| since_s.powf(power)));
         let forces = Fitted::of(&force_rise, &forces).ok_or(Unseen::Force)?;
         let from_s = begin_s(&way_rise).ok_or(Unseen::Way)?;
-        let mut tried: Vec<Vec<Corner>> = Vec::with_capacity(CURVES);
+        let mut tried: Vec<Vec<Corner>> = Vec::with_capacity(POWERS.len() * (SHARES + 1));
+        let speed_m_s = way_rise.speed();
+        let mut largest = 0.0;
         for (force_s, ..) in &forces.each {
             let loading = Loading::after(&force, &force_rise, *force_s, way_rise.last_s() - from_s);
+            largest = f64::max(largest, PUSHED_M_N / (loading.s_per_n * speed_m_s).max(PUSHED_M_N));
             tried.extend((0..=SHARES).map(|k| {
-                let share = LARGEST_SHARE * k as f64 / SHARES as f64;
+                let share = k as f64 / SHARES as f64;
                 way_rise.corners(from_s, &|since_s| since_s - share * loading.way_s(since_s))
             }));
         }
@@ -147,20 +155,24 @@ impl Own {
                 }
             })
             .collect();
-        let (offset_s, half_s) = interval(&curves).ok_or(Unseen::Way)?;
+        let shares = (largest * SHARES as f64).round() as usize;
+        let of = |shares| curves.chunks(SHARES + 1).flat_map(|of| &of[..=shares]).copied().collect();
+        let (offset_s, half_s) = interval(&of, shares).ok_or(Unseen::Way)?;
         let (force_s, force_sd, _) = forces.best();
         let hidden_s = force_sd.min(WITHIN * force_rise.step_s);
         let way_s = if of_force { offset_s + force_s } else { force_s - offset_s };
         let blurred_s = force_rise.blurred_s();
         let sd_s = 0.5 * (half_s + blurred_s);
-        Ok(Self { offset_s, sd_s, curves, hidden_s, blurred_s, of_force, force_s, way_s, force, way })
+        Ok(Self { offset_s, sd_s, curves, shares, hidden_s, blurred_s, of_force, force_s, way_s, force, way })
     }
 
-    /// What it says if its onsets have curve `k`: no more than what is likely at all, where they cannot.
-    fn curve(&self, k: usize) -> OfCurve {
+    /// What it says of each curve up to a share: no more than what is likely at all, where its onsets cannot have it.
+    fn up_to(&self, shares: usize) -> Vec<OfCurve> {
+        let allowed = || self.curves.chunks(SHARES + 1).flat_map(|of| &of[..=shares]);
+        let best = allowed().map(|of| of.misfit).fold(f64::INFINITY, f64::min);
         let own = OfCurve { offset_s: self.offset_s, sd_s: self.sd_s, misfit: MOST };
-        let of = self.curves.get(k).filter(|of| of.misfit.is_finite());
-        of.map_or(own, |of| OfCurve { misfit: of.misfit.min(MOST), ..*of })
+        let of = |of: &OfCurve| OfCurve { misfit: (of.misfit - best).min(MOST), ..*of };
+        allowed().map(|curve| if curve.misfit.is_finite() { of(curve) } else { own }).collect()
     }
 }
 
@@ -196,6 +208,8 @@ impl Fitted {
 
 /// How the force rises after its onset, as the way that the gripper makes meanwhile if all of it goes into the force.
 struct Loading {
+    /// Time of the motion that a newton takes, s.
+    s_per_n: f64,
     step_s: f64,
     way_s: Vec<f64>,
 }
@@ -224,10 +238,10 @@ impl Loading {
         // The object never moves against the gripper's motion: all of it is as much as the force leaves room for.
         let most_n = way_s.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let told = way_s.iter().enumerate().filter(|(_, n)| **n > Self::TOLD * most_n);
-        let per_n = told.map(|(k, n)| step_s * k as f64 / n).fold(f64::INFINITY, f64::min);
-        let per_n = if per_n.is_finite() { per_n } else { 0.0 };
-        way_s.iter_mut().for_each(|n| *n *= per_n);
-        Self { step_s, way_s }
+        let s_per_n = told.map(|(k, n)| step_s * k as f64 / n).fold(f64::INFINITY, f64::min);
+        let s_per_n = if s_per_n.is_finite() { s_per_n } else { 0.0 };
+        way_s.iter_mut().for_each(|n| *n *= s_per_n);
+        Self { s_per_n, step_s, way_s }
     }
 
     /// In time of the gripper's motion, so long after the onset.
@@ -239,9 +253,18 @@ impl Loading {
     }
 }
 
-/// Middle and half width of the 95 % interval over all curves: where the likelihood is within two standard deviations
-/// of the greatest.
-fn interval(curves: &[OfCurve]) -> Option<(f64, f64)> {
+/// Middle and half width of the 95 % interval over all curves up to the share numbered `shares`: where the likelihood is
+/// within two standard deviations of the greatest. Where the greatest is that of the largest share, the range was too
+/// small: the next is tried too.
+fn interval(of: &dyn Fn(usize) -> Vec<OfCurve>, mut shares: usize) -> Option<(f64, f64)> {
+    let curves = loop {
+        let curves = of(shares);
+        let place = (0..curves.len()).min_by(|a, b| curves[*a].misfit.total_cmp(&curves[*b].misfit))?;
+        if shares >= SHARES || place % (shares + 1) != shares {
+            break curves;
+        }
+        shares += 1;
+    };
     let best = curves.iter().map(|of| of.misfit).reduce(f64::min).filter(|best| best.is_finite())?;
     let ends = curves.iter().filter(|of| of.misfit - best <= TWO_SD).map(|of| {
         let half_s = of.sd_s * (TWO_SD - (of.misfit - best)).sqrt();
@@ -306,17 +329,24 @@ pub(super) fn pooled(
         .collect();
     // Clocks that were started anew agree by chance alone.
     let one = agree.len() >= 2 && 2 * agree.len() > told.len();
-    // The curve is the same in all of them.
-    let of_curve = |k: usize| {
-        let offset_s = middle(&agree, &|own| own.curve(k).offset_s);
-        let scatter_s = 1.4826 * middle(&agree, &|own| (own.curve(k).offset_s - offset_s).abs());
-        // The median of normal numbers has 1.25 times the standard error of their mean.
-        let sd_s =
-            1.25 * scatter_s.max(middle(&agree, &|own| own.curve(k).sd_s)) / (agree.len() as f64).sqrt();
-        OfCurve { offset_s, sd_s, misfit: agree.iter().map(|own| own.curve(k).misfit).sum() }
+    // The curve is the same in all of them, and so is the share that physics allows.
+    let of_curves = |shares: usize| {
+        let each: Vec<Vec<OfCurve>> = agree.iter().map(|own| own.up_to(shares)).collect();
+        let middle = |of: &dyn Fn(&[OfCurve]) -> f64| {
+            super::super::quantile(&super::super::sorted(each.iter().map(|own| of(own))), 0.5)
+        };
+        let of_curve = |k: usize| {
+            let offset_s = middle(&|own| own[k].offset_s);
+            let scatter_s = 1.4826 * middle(&|own| (own[k].offset_s - offset_s).abs());
+            // The median of normal numbers has 1.25 times the standard error of their mean.
+            let sd_s = 1.25 * scatter_s.max(middle(&|own| own[k].sd_s)) / (each.len() as f64).sqrt();
+            OfCurve { offset_s, sd_s, misfit: each.iter().map(|own| own[k].misfit).sum() }
+        };
+        (0..POWERS.len() * (shares + 1)).map(of_curve).collect()
     };
-    let curves: Vec<OfCurve> = (0..CURVES).filter(|_| one).map(of_curve).collect();
-    let (middle_s, half_s) = interval(&curves).unwrap_or((middle_s, 2.0 * sd_s));
+    let shares = middle(&agree, &|own| own.shares as f64).round() as usize;
+    let all = if one { interval(&of_curves, shares) } else { None };
+    let (middle_s, half_s) = all.unwrap_or((middle_s, 2.0 * sd_s));
     // Motions of one program may touch at the same place between two samples each time.
     let half_s = half_s.hypot(2.0 * middle(&agree, &|own| own.hidden_s));
     // What a logger or a filter does to the force, it does in all trials alike: no scatter that squares add up.
@@ -435,6 +465,10 @@ mod tests {
         Correlated,
         /// The pusher takes a third of the motion while the force rises.
         PusherGivesWay,
+        /// Pads harder than the plate: it takes two thirds of the motion.
+        PlateIsSofter,
+        /// The object turns on a tilted plate before it moves in the gripper, when the force is level.
+        TurnsFirst,
         /// The force rises with the power 1.5 of the way.
         FindsItsPlace,
         /// Rigid pads: the force is all there within a sample.
@@ -455,6 +489,8 @@ mod tests {
         let (slides_m, lacks) = match kind {
             Kind::Rigid => (5e-6, 0.0),
             Kind::PusherGivesWay => (1e-4, 0.33),
+            Kind::PlateIsSofter => (6e-5, 0.67),
+            Kind::TurnsFirst => (1e-4, 1.0),
             Kind::FilledUp | Kind::FilledUpAndNoise => (7e-5, 0.3),
             _ => (2e-4, 0.0),
         };
@@ -514,6 +550,8 @@ mod tests {
             Kind::Plain,
             Kind::Correlated,
             Kind::PusherGivesWay,
+            Kind::PlateIsSofter,
+            Kind::TurnsFirst,
             Kind::FindsItsPlace,
             Kind::Rigid,
             Kind::FilledUp,
