@@ -253,7 +253,10 @@ fn meaning(name: &str) -> Option<(String, Kind, char)> {
             (Kind::Position, r"^(?:(.*?)_)??(?:p|pos|position|translation)?_*([xyz])(_*[0-9]*)$"),
             (Kind::Force, r"^(?:(.*?)_)??f([0-9]+)_*([xyz])$"),
             (Kind::Torque, r"^(?:(.*?)_)??[tm]([0-9]+)_*([xyz])$"),
-            (Kind::Quaternion, r"^()(?:q|quat|quaternion|rot|rotation|orientation)_*([wxyz])_+([a-z][a-z0-9_]*)$"),
+            (
+                Kind::Quaternion,
+                r"^()(?:q|quat|quaternion|rot|rotation|orientation)_*([wxyz])_+([a-z][a-z0-9_]*)$",
+            ),
             (Kind::Force, r"^()(?:f|force)_*([xyz])_+([a-z][a-z0-9_]*)$"),
             (Kind::Torque, r"^()(?:t|m|torque|moment)_*([xyz])_+([a-z][a-z0-9_]*)$"),
             (Kind::Position, r"^()(?:p|pos|position|translation)?_*([xyz])_+([a-z][a-z0-9_]*)$"),
