@@ -76,10 +76,11 @@ impl Dataset {
     #[staticmethod]
     fn from_recording(py: Python<'_>, mapping: PathBuf) -> PyResult<(Self, String)> {
         let imported = watched(py, None, move |_| Ok(recording::import(&mapping)?))?;
-        let recording::Import { dataset, signals, refused, bad_rows, tares, offsets, noise } = imported;
+        let recording::Import { dataset, signals, refused, bad_rows, tares, offsets, noise, in_time_order } =
+            imported;
         let report = json!({
             "signals": signals, "refused": refused, "bad_rows": bad_rows, "tares": tares, "offsets": offsets,
-            "noise": noise
+            "noise": noise, "in_time_order": in_time_order
         });
         Ok((Self::of(dataset.into(), Vec::new()), report.to_string()))
     }

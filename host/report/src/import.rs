@@ -51,6 +51,7 @@ pub fn page(command: &str, import: &Import, report: &Report, next: &str) -> Stri
         (signals::suspects(report))
         (assumed(&import.signals))
         @if let Some(line) = noise_line(&import.noise) { p { (line) } }
+        p { (order_line(import.in_time_order)) }
         (list("Left out", &refused(&|k| k < LISTED)))
         @if left_out > LISTED {
             (unfold(&format!("{} more", left_out - LISTED), &html! {
@@ -145,6 +146,17 @@ pub fn noise_line(noise: &[(&str, f64)]) -> Option<String> {
     };
     let values: Vec<String> = noise.iter().filter_map(each).collect();
     (!values.is_empty()).then(|| format!("noise, from the data: {}", values.join(", ")))
+}
+
+/// In which order the trials are.
+#[must_use]
+pub fn order_line(in_time_order: bool) -> &'static str {
+    if in_time_order {
+        "trials in the order of their time stamps"
+    } else {
+        "trials in the order of their names or of the table, as their time stamps start anew: what wears from trial to trial \
+         is found only if that is the order of the runs"
+    }
 }
 
 /// One line for a clock that all trials share, otherwise one for each trial.

@@ -32,12 +32,8 @@ fn largest(marks: &[Mark]) -> Vec<&Mark> {
 /// What an effect changes beside what the data show, by channel and phase.
 pub fn bars(marks: &[Mark]) -> Option<Bars> {
     let name = |m: &Mark| format!("{}, {}", channel_words(&m.channel), m.phase);
-    multiples(
-        largest(marks).iter().map(|m| (name(m), vec![m.left, m.change])).collect(),
-        "run spreads",
-        1.0,
-    )
-    .map(|bars| bars.of_series(SERIES))
+    multiples(largest(marks).iter().map(|m| (name(m), vec![m.left, m.change])).collect(), "run spreads", 1.0)
+        .map(|bars| bars.of_series(SERIES))
 }
 
 /// The pictures of a card; `run` where the effect is named.
@@ -82,14 +78,14 @@ pub fn over_a_run(traces: &Comparison, marks: &[Mark]) -> Option<Run> {
     let shown = largest(marks);
     let drawn = |c: usize| {
         // Both fingers of what is together or of one less the other.
-        let plain = |m: &&Mark| m.channel.replace("finger_sum", "finger").replace("finger_difference", "finger");
+        let plain =
+            |m: &&Mark| m.channel.replace("finger_sum", "finger").replace("finger_difference", "finger");
         let name = NAMES[c].replace("finger1", "finger").replace("finger2", "finger");
         shown.iter().any(|m| m.change > 1.0 && (m.channel == NAMES[c] || plain(m) == name))
     };
     let of = |t| (0..COUNT).filter_map(move |c| Some((explained(t, c)?, c, t)));
     let all = traces.traces.iter().flat_map(of);
-    let (_, channel, trace) =
-        all.max_by(|a, b| drawn(a.1).cmp(&drawn(b.1)).then(a.0.total_cmp(&b.0)))?;
+    let (_, channel, trace) = all.max_by(|a, b| drawn(a.1).cmp(&drawn(b.1)).then(a.0.total_cmp(&b.0)))?;
     let (given, named) = (trace.modelled.first()?, trace.modelled.last()?);
     let (factor, unit) = scale(quantity(channel).unit());
     let less = |rows: &[Signals]| -> Vec<f64> {

@@ -84,7 +84,8 @@ pub fn suspects(trials: &[&[StageBalance]], description: &Description) -> Vec<Su
     {
         let turned = |stage: &StageBalance| of.iter().map(|k| stage.parts.turned_n[*k]).sum::<Matrix3<f64>>();
         let force = |stage: &StageBalance| of.iter().map(|k| stage.parts.force_n[*k]).sum::<Vector3<f64>>();
-        let turn = fit(&stages, sensors, &|stage| DMatrix::from_iterator(3, 3, turned(stage).iter().copied()));
+        let turn =
+            fit(&stages, sensors, &|stage| DMatrix::from_iterator(3, 3, turned(stage).iter().copied()));
         let gain = fit(&stages, sensors, &|stage| DMatrix::from_iterator(3, 1, force(stage).iter().copied()));
         let mut judge = |fault, effect, size: f64, [least, most]: [f64; 2], left_n: f64, part: &Part| {
             let fails = |trial: &&&[StageBalance]| {

@@ -57,7 +57,8 @@ impl Parts {
         let mut parts = Self::default();
         let share = 1.0 / samples.len().max(1) as f64;
         for sample in samples {
-            let turn = gripper(sample).map_or_else(Matrix3::identity, |turn| *turn.to_rotation_matrix().matrix());
+            let turn =
+                gripper(sample).map_or_else(Matrix3::identity, |turn| *turn.to_rotation_matrix().matrix());
             parts.gripper += turn * share;
             let [one, two] = sample.finger;
             let all = [(one, turn), (two, turn), (sample.pusher_wrench, Matrix3::identity())];

@@ -50,7 +50,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let sound = report.errors.is_empty() && report.findings.is_empty() && report.balance.failing == 0;
     let next = ["calibrate", &args.data.display().to_string(), "--out", "model.toml"].map(str::to_owned);
     if let Some(path) = &args.html {
-        let line = if sound || !report.suspects.is_empty() { command_line(next.iter().map(String::as_str)) } else { String::new() };
+        let line = if sound || !report.suspects.is_empty() {
+            command_line(next.iter().map(String::as_str))
+        } else {
+            String::new()
+        };
         let trials = signals::examples(&index);
         output.page(path, signals::page(&report, &index.description, &trials, &line))?;
     }

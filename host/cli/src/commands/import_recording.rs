@@ -53,6 +53,8 @@ pub(super) struct RecordingReport<'r> {
     offsets: &'r [recording::Offset],
     /// Noise of sensors that the mapping does not state, taken from the data: key of `[sensors]`, SI.
     noise: &'r [(&'static str, f64)],
+    /// The trials follow each other as their time stamps do; otherwise as their names or the table do.
+    in_time_order: bool,
     /// Trials and rows of the table that were left out, with the reason.
     refused: &'r [String],
     /// Rows that could not be used, by file.
@@ -66,7 +68,8 @@ pub(super) struct RecordingReport<'r> {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let Args { files, html } = args;
     let import = recording::import(&files.file)?;
-    let recording::Import { dataset, signals, refused, bad_rows, tares, offsets, noise } = &import;
+    let recording::Import { dataset, signals, refused, bad_rows, tares, offsets, noise, in_time_order } =
+        &import;
     let stage = Stage::begin(&files.out)?;
     stickslip_data::write_as(dataset, stage.folder(), files.tables)?;
     stage.finish()?;
@@ -87,6 +90,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     if let Some(line) = page::noise_line(noise) {
         output.text(format_args!("  {line}"));
     }
+    output.text(format_args!("  {}", page::order_line(*in_time_order)));
     for line in page::clock_lines(offsets) {
         output.text(format_args!("  {line}"));
     }
@@ -138,6 +142,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         tares,
         offsets,
         noise,
+        in_time_order: *in_time_order,
         refused,
         bad_rows,
         physics: physics.clone(),

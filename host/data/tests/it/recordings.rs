@@ -167,6 +167,21 @@ fn files_in_other_units_axes_signs_rates_and_clocks_become_the_truth_that_they_w
 }
 
 #[test]
+fn trials_follow_each_other_as_they_were_recorded_where_a_clock_ran_on_and_as_their_names_where_not() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mapping = laboratory(folder.path());
+    let order = |import: &Import| -> Vec<i64> {
+        import.dataset.trials.iter().filter_map(|trial| trial.info.run).collect()
+    };
+    // Both begin at the same reading of the clock.
+    let imported = import(&mapping).expect("imports");
+    assert_eq!((order(&imported), imported.in_time_order), (vec![1, 2], false));
+    write(folder.path(), "obj4_g20_v10_r1_ft.csv", &force_file(&[(60.0, 61.5)], false));
+    let imported = import(&mapping).expect("imports");
+    assert_eq!((order(&imported), imported.in_time_order), (vec![2, 1], true));
+}
+
+#[test]
 fn one_recording_is_cut_into_its_trials_by_a_column_or_by_times_in_a_table() {
     let folder = tempfile::tempdir().expect("folder");
     let streams = STREAMS.split("[[streams]]").take(2).collect::<Vec<_>>().join("[[streams]]");

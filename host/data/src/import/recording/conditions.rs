@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::error::RecordingError;
 use super::mapping::{Mapping, Trials};
 use super::units::Quantity;
+use crate::spelling::did_you_mean;
 use crate::{TrialInfo, trials};
 
 /// Trials that the mapping finds, and what of their description was refused.
@@ -175,6 +176,42 @@ pub fn files(mapping: &Path, pattern: &str) -> Result<BTreeMap<String, PathBuf>,
         }
     }
     Ok(found)
+}
+
+/// Of what is in the folder of a pattern that no file matches, a file whose name ends nearly as the pattern: `; did you
+/// mean "{trial}_mocap.csv"?`.
+pub fn nearest(mapping: &Path, pattern: &str) -> String {
+    let Some((head, tail)) = pattern.split_once("{trial}").filter(|(_, tail)| !tail.contains('/')) else {
+        return String::new();
+    };
+    let (folder, head) = head.rsplit_once('/').map_or(("", head), |(folder, head)| (folder, head));
+    let folder = match beside(mapping, Path::new(folder)) {
+        here if here.as_os_str().is_empty() => PathBuf::from("."),
+        folder => folder,
+    };
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let ends: Vec<(usize, String)> = names
+        .filter_map(|name| {
+            let from = name.len().checked_sub(tail.len() + 1)?;
+            (0..=2)
+                .filter_map(|k| {
+                    let end = name.get(from + k..)?;
+                    did_you_mean(tail, &[end])
+                        .map(|end| (strsim::damerau_levenshtein(end, tail), end.to_owned()))
+                })
+                .min()
+        })
+        .collect();
+    ends.into_iter().min().map_or_else(String::new, |(_, end)| {
+        let folder = if pattern.contains('/') {
+            pattern.rsplit_once('/').map_or("", |(folder, _)| folder)
+        } else {
+            ""
+        };
+        let joint = if folder.is_empty() { "" } else { "/" };
+        format!("; did you mean \"{folder}{joint}{head}{{trial}}{end}\"?")
+    })
 }
 
 /// `path` relative to the folder of the mapping.

@@ -81,6 +81,9 @@ pub struct Import {
     pub offsets: Vec<Offset>,
     /// Noise of sensors that the mapping does not state, taken from the data: key of `[sensors]`, SI.
     pub noise: Vec<(&'static str, f64)>,
+    /// The trials follow each other as their time stamps do; otherwise as their names or the table do, because the first
+    /// stream's clock starts anew in each of them.
+    pub in_time_order: bool,
 }
 
 /// Reads the mapping at `path` and all recordings that it names.
@@ -95,6 +98,7 @@ pub fn import(path: &Path) -> Result<Import, RecordingError> {
     let recordings =
         if mapping.one_recording() { one_file_of_all(&mapping)? } else { one_file_a_trial(&mapping)? };
     let Recordings { mut trials, mut refused, bad_rows, mut offsets } = recordings;
+    let in_time_order = by_time(&mut trials);
     if !mapping.one_recording() {
         offsets = estimate(&mapping, &mut trials, &mut refused);
     }
@@ -125,7 +129,26 @@ pub fn import(path: &Path) -> Result<Import, RecordingError> {
     }
     let signals = signals(&mapping, &facts);
     let noise = noise::fill(&mut dataset);
-    Ok(Import { dataset, signals, refused, bad_rows, tares, offsets, noise })
+    Ok(Import { dataset, signals, refused, bad_rows, tares, offsets, noise, in_time_order })
+}
+
+/// Brings the trials into the order in which they were recorded, where the first stream's clock ran on from one to the next:
+/// what wears goes by it. Otherwise they stay as they are.
+fn by_time(trials: &mut [Recorded]) -> bool {
+    let span = |recorded: &Recorded| {
+        let t_s = &recorded.streams.first()?.t_s;
+        Some([*t_s.first()?, *t_s.last()?])
+    };
+    let mut spans: Vec<[f64; 2]> = trials.iter().filter_map(span).collect();
+    spans.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let one_after_another = spans.windows(2).all(|pair| pair[0][1] < pair[1][0]);
+    if one_after_another {
+        trials.sort_by(|a, b| {
+            let start = |recorded: &Recorded| span(recorded).map_or(f64::INFINITY, |[start, _]| start);
+            start(a).total_cmp(&start(b))
+        });
+    }
+    one_after_another
 }
 
 /// The rows of each stream of one trial, on the first stream's clock.
@@ -168,7 +191,12 @@ fn one_file_a_trial(mapping: &Mapping) -> Result<Recordings, RecordingError> {
         if found.is_empty() {
             return Err(RecordingError::Mapping {
                 file: mapping.path.clone(),
-                advice: format!("streams.{}.file: no file matches {:?}", stream.name, stream.file),
+                advice: format!(
+                    "streams.{}.file: no file matches {:?}{}",
+                    stream.name,
+                    stream.file,
+                    conditions::nearest(&mapping.path, &stream.file)
+                ),
             });
         }
         files.push(found);
