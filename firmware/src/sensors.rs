@@ -8,7 +8,7 @@ use stickslip_shared::wire::TICK_US;
 use stickslip_unit::bus::{STATE_BYTES, STATE_ID};
 use stickslip_unit::source::ft300::{STOP, STOP_COUNT, start_stream};
 
-use crate::queues::BETWEEN;
+use crate::queues::{BETWEEN, SENSORS};
 
 /// For how long a frame may wait for the bus: a tick, then there is a newer one.
 const WAITS: Duration = Duration::from_micros(TICK_US as u64);
@@ -24,16 +24,14 @@ fn now_us() -> u32 {
 pub async fn serial<R: Read, W: Write>(mut rx: R, mut tx: W) -> ! {
     let mut bytes = [0; 32];
     loop {
-        if !BETWEEN.hub(|hub| hub.has_serial()).unwrap_or(false) {
+        if !SENSORS.with(|hub| hub.has_serial()).unwrap_or(false) {
             Timer::after(SILENCE).await;
             continue;
         }
         match with_timeout(SILENCE, rx.read(&mut bytes)).await {
             Ok(Ok(count)) => {
                 let at_us = now_us();
-                for byte in bytes.iter().take(count) {
-                    BETWEEN.arrived(|hub| hub.byte(*byte, at_us));
-                }
+                SENSORS.bytes(&BETWEEN, bytes.get(..count).unwrap_or_default(), at_us);
             }
             Ok(Err(_)) => BETWEEN.counters.readings_damaged.add(1),
             Err(_) => {
@@ -73,7 +71,7 @@ pub async fn bus<B: Bus>(mut bus: B) -> ! {
             Either3::First(Some((id, length))) => {
                 disturbed = false;
                 let at_us = now_us();
-                BETWEEN.arrived(|hub| hub.frame(id, data.get(..length)?, at_us));
+                SENSORS.take(&BETWEEN, |hub| hub.frame(id, data.get(..length)?, at_us));
             }
             Either3::First(None) => {
                 if !core::mem::replace(&mut disturbed, true) {
@@ -90,7 +88,7 @@ pub async fn bus<B: Bus>(mut bus: B) -> ! {
             Either3::Third(()) => {
                 let now_us = now_us();
                 let mut asked = heapless::Vec::<_, 2>::new();
-                BETWEEN.hub(|hub| asked.extend(hub.requests(now_us)));
+                SENSORS.with(|hub| asked.extend(hub.requests(now_us)));
                 for request in asked {
                     let row = request.row.map(|row| [row]);
                     send(&mut bus, request.id.as_raw(), row.as_ref().map_or(&[], |row| row)).await;

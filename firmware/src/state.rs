@@ -11,7 +11,7 @@ use stickslip_unit::slot::Slot;
 
 use crate::board::current::{AlarmLines, Channels, Flash, This};
 use crate::link::Link;
-use crate::queues::BETWEEN;
+use crate::queues::{BETWEEN, SENSORS};
 
 /// What the processor's start tells.
 pub struct Started {
@@ -41,7 +41,7 @@ pub fn init(
     let Started { cause, boots, post_mortem, recorder } = started;
     let slot = SLOT.init(Slot::new());
     let control = CONTROL.init(Control::new(&BETWEEN, PREDICTOR.init(None), gauges, lines, recorder));
-    let link = LINK.init(Link::new(&BETWEEN, (cause, boots, post_mortem), flash));
+    let link = LINK.init(Link::new((&BETWEEN, &SENSORS), (cause, boots, post_mortem), flash));
     let recalled = link.recall(slot);
     control.recall(link.settings(), slot, recalled);
     (control, link)

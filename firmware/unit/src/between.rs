@@ -15,6 +15,7 @@ use crate::bus::State;
 use crate::counters::Counters;
 use crate::queue::Queue;
 use crate::slot::Slot;
+use crate::source::ft300::BYTE_US;
 use crate::source::hub::{Hub, Measured};
 
 /// A checked command, to be applied at the beginning of a tick.
@@ -61,8 +62,6 @@ pub struct Between {
     pub spare: Queue<&'static mut Slot, 1>,
     /// What became of tares: set by the control task.
     tared: Mutex<Cell<TareState>>,
-    /// Sensors on the serial line and the bus.
-    hub: Mutex<RefCell<Hub>>,
     mode: AtomicU8,
     /// CRC-32 of the model in use; meaningful where the mode is not `Safe`.
     model_crc: AtomicU32,
@@ -86,7 +85,6 @@ impl Between {
             states: Queue::new(),
             spare: Queue::new(),
             tared: Mutex::new(Cell::new(TareState { ended: 0, waits: [false; 2], offsets: [[0.0; 6]; 2] })),
-            hub: Mutex::new(RefCell::new(Hub::new())),
             mode: AtomicU8::new(0),
             model_crc: AtomicU32::new(0),
         }
@@ -126,32 +124,60 @@ impl Between {
         self.model_crc.store(crc, Ordering::Relaxed);
     }
 
-    /// The sensors on the lines, where nobody else is at them.
-    pub fn hub<T>(&self, what: impl FnOnce(&mut Hub) -> T) -> Option<T> {
-        critical_section::with(|cs| self.hub.borrow(cs).try_borrow_mut().ok().map(|mut hub| what(&mut hub)))
-    }
-
-    /// Something for the sensors' decoders to take; what was damaged by it is counted, what it measured handed on.
-    pub fn arrived(&self, what: impl FnOnce(&mut Hub) -> Option<Measured>) {
-        let measured = self.hub(|hub| {
-            let before = hub.losses();
-            let measured = what(hub);
-            let after = hub.losses();
-            self.counters.readings_damaged.add(after.damaged.saturating_sub(before.damaged));
-            self.counters.readings_dropped.add(after.faulty.saturating_sub(before.faulty));
-            measured
-        });
-        if let Some(measured) = measured.flatten()
-            && self.readings.try_send(measured).is_err()
-        {
-            self.counters.readings_dropped.add(1);
-        }
-    }
-
     /// Hands the unit's state to the bus. One that finds no room is counted: those that wait are sent first.
     pub fn tell(&self, state: State) {
         if self.states.try_send(state).is_err() {
             self.counters.frames_unsent.add(1);
+        }
+    }
+}
+
+/// The sensors on the unit's lines, for the tasks at them and for the link.
+// Not a part of `Between`: that begins as zeros, which take no flash.
+pub struct SensorLines(Mutex<RefCell<Hub>>);
+
+impl Default for SensorLines {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl SensorLines {
+    /// Nothing connected.
+    pub const fn new() -> Self {
+        Self(Mutex::new(RefCell::new(Hub::new())))
+    }
+
+    /// The decoders, where nobody else is at them.
+    pub fn with<T>(&self, what: impl FnOnce(&mut Hub) -> T) -> Option<T> {
+        critical_section::with(|cs| self.0.borrow(cs).try_borrow_mut().ok().map(|mut hub| what(&mut hub)))
+    }
+
+    /// Bytes of the serial line, the last of which came at `at_us`.
+    pub fn bytes(&self, between: &Between, bytes: &[u8], at_us: u32) {
+        let last = bytes.len().saturating_sub(1) as u32;
+        let mut byte_us = at_us.wrapping_sub(BYTE_US * last);
+        for byte in bytes {
+            self.take(between, |hub| hub.byte(*byte, byte_us));
+            byte_us = byte_us.wrapping_add(BYTE_US);
+        }
+    }
+
+    /// Something for the decoders to take; what was damaged by it is counted, what it measured handed on.
+    pub fn take(&self, between: &Between, what: impl FnOnce(&mut Hub) -> Option<Measured>) {
+        let counters = &between.counters;
+        let measured = self.with(|hub| {
+            let before = hub.losses();
+            let measured = what(hub);
+            let after = hub.losses();
+            counters.readings_damaged.add(after.damaged.saturating_sub(before.damaged));
+            counters.readings_dropped.add(after.faulty.saturating_sub(before.faulty));
+            measured
+        });
+        if let Some(measured) = measured.flatten()
+            && between.readings.try_send(measured).is_err()
+        {
+            counters.readings_dropped.add(1);
         }
     }
 }

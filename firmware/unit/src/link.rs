@@ -11,7 +11,7 @@ use stickslip_shared::wire::{
     self, Answer, ClockReading, Info, Mode, Port, PostMortem, Recalled, Refusal, ResetCause, Sample, Source,
 };
 
-use crate::between::{Between, Command};
+use crate::between::{Between, Command, SensorLines};
 use crate::board::Board;
 use crate::memory::Settings;
 use crate::slot::Slot;
@@ -21,6 +21,7 @@ use crate::upload::Upload;
 /// State of the receiving task.
 pub struct Link<B: Board> {
     between: &'static Between,
+    sensors: &'static SensorLines,
     upload: Upload,
     sequence: Sequence,
     reset_cause: ResetCause,
@@ -38,12 +39,13 @@ pub struct Link<B: Board> {
 impl<B: Board> Link<B> {
     /// After a start of the processor.
     pub fn new(
-        between: &'static Between,
+        (between, sensors): (&'static Between, &'static SensorLines),
         (reset_cause, boots, post_mortem): (ResetCause, u32, Option<PostMortem>),
         flash: Option<B::Flash>,
     ) -> Self {
         Self {
             between,
+            sensors,
             upload: Upload::default(),
             sequence: Sequence::default(),
             reset_cause,
@@ -61,7 +63,7 @@ impl<B: Board> Link<B> {
     pub fn recall(&mut self, slot: &mut Slot) -> Recalled {
         (self.settings, self.recalled) = self.stored.recall(&mut self.upload, slot);
         self.scene_crc = slot.scene_crc;
-        self.between.hub(|hub| hub.assign(&self.settings.sensors));
+        self.sensors.with(|hub| hub.assign(&self.settings.sensors));
         self.recalled
     }
 
@@ -139,7 +141,7 @@ impl<B: Board> Link<B> {
                 }
                 crate::fingers::check_sensors(&sensors)?;
                 link.queue(Command::Sensors(sensors.clone()))?;
-                link.between.hub(|hub| hub.assign(&sensors));
+                link.sensors.with(|hub| hub.assign(&sensors));
                 link.settings.assign(&sensors)
             });
         } else if key == wire::SetGrasp::REQ_KEY {
