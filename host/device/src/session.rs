@@ -153,6 +153,8 @@ pub fn stream(
             break;
         }
     }
+    // Reports that come after the run are not counted.
+    let injected = device.injected();
     if run.last.is_none_or(|last| (last as usize) + 1 < count) {
         device.command::<wire::Stop>(&())?;
     }
@@ -168,7 +170,7 @@ pub fn stream(
         seconds,
         board_s,
         ticks_missed: statistics.ticks_missed.saturating_sub(before.ticks_missed),
-        injected: device.injected(),
+        injected,
         clock: metronome.and_then(|metronome| metronome.told),
         too_old: statistics.readings_dropped.saturating_sub(before.readings_dropped),
         statistics,

@@ -98,7 +98,9 @@ fn a_bad_line_costs_what_was_done_to_it_and_every_loss_is_counted() {
     assert_eq!(counted.frames_damaged + counted.frames_too_long, injected.damaged + injected.garbage);
     assert_eq!(counted.samples as usize, outcome.taken);
     assert_eq!(outcome.taken + (missing + no_room) as usize, outcome.samples);
-    assert_eq!(outcome.reports_lost, injected.reports_lost);
+    // One before the first of the run has none before it to show it.
+    let hidden = injected.reports_lost - outcome.reports_lost.min(injected.reports_lost);
+    assert!(outcome.reports_lost <= injected.reports_lost && hidden <= 1, "{outcome:?}");
     assert_eq!(outcome.first_difference, None);
 }
 

@@ -114,8 +114,7 @@ fn a_late_stream_of_a_host_that_told_its_clock_is_flagged_and_not_taken_for_the_
             continue;
         }
         assert!(measured(taken) || *age_us > longest_us - 200, "{age_us} us: {report:?}");
-        let wrench = report.prediction.validity & validity::NO_WRENCH == 0;
-        assert!(*age_us < longest_us + 200 || !wrench, "{age_us} us: {report:?}");
+        assert!(*age_us < longest_us + 200 || !measured(taken), "{age_us} us: {report:?}");
     }
     assert!(present.iter().any(measured), "a sample of now is a measurement");
     assert!(untold.iter().all(|taken| taken.report.prediction.validity & validity::NO_WRENCH == 0));
@@ -131,7 +130,7 @@ fn samples_of_a_host_whose_clock_is_twice_as_fast_never_pile_up_on_a_board_that_
     let faster = (0..50).any(|_| {
         let exchanges = device.exchange_clocks_since(zero, 20, Duration::from_millis(5)).unwrap();
         let clock = Clock::of(&exchanges).expect("a clock");
-        let before = device.statistics().unwrap().readings_dropped;
+        let before = device.statistics().unwrap();
         let mut reports = Vec::new();
         let mut hear = |device: &mut Device, wait: Duration| {
             let report = device.report(wait).unwrap();
@@ -156,11 +155,18 @@ fn samples_of_a_host_whose_clock_is_twice_as_fast_never_pile_up_on_a_board_that_
             }
         }
         end(&mut device);
-        let left_out = COUNT as usize - reports.len();
-        let dropped = (device.statistics().unwrap().readings_dropped - before) as usize;
+        let after = device.statistics().unwrap();
+        // By the board's own count: reports may be lost on a line that nobody reads.
+        let left_out = COUNT - reports.last().map_or(0, |report| report.taken);
+        let dropped = after.readings_dropped - before.readings_dropped;
+        let no_room = after.samples_dropped - before.samples_dropped;
         let spanned = reports.first().zip(reports.last()).map(|(first, last)| last.tick - first.tick + 1);
         println!("{} of {COUNT} samples taken in {spanned:?} ticks, {dropped} too old", reports.len());
-        assert!(dropped >= left_out, "{left_out} left out, {dropped} counted");
+        assert!(dropped + no_room >= left_out, "{left_out} left out, {dropped} and {no_room} counted");
+        if no_room > 0 || after.reports_dropped > before.reports_dropped {
+            // This machine stopped one of the two for longer than its queue holds.
+            return false;
+        }
         assert_eq!(reports.last().and_then(|r| r.sample_seq), Some(COUNT - 1), "the newest is taken");
         // One a tick would have taken all of them, the last ones 120 ms late.
         spanned.is_some_and(|ticks| ticks < COUNT * 3 / 4) && left_out > 0
@@ -171,6 +177,14 @@ fn samples_of_a_host_whose_clock_is_twice_as_fast_never_pile_up_on_a_board_that_
 #[test]
 #[ignore = "needs the firmware: make hil"]
 fn a_trial_streamed_by_this_machines_clock_keeps_its_times_on_the_board_and_what_came_too_late_is_counted() {
+    // Where a busy machine stops this program for so long that reports find no room, it is not known what the board took: once
+    // more.
+    let complete = (0..10).any(|_| a_trial_by_this_machines_clock_is_told_in_whole());
+    assert!(complete, "reports were lost each time");
+}
+
+/// `false`: reports were lost; what was told is judged all the same.
+fn a_trial_by_this_machines_clock_is_told_in_whole() -> bool {
     let package = super::device::package();
     let mut device = Device::open(&super::device::firmware()).unwrap();
     let mut reports = Vec::new();
@@ -187,7 +201,11 @@ fn a_trial_streamed_by_this_machines_clock_keeps_its_times_on_the_board_and_what
         let off_us = report.at_us.wrapping_sub(wanted(*seq) as i64 as u32).cast_signed();
         assert!(off_us.abs() <= 2, "sample {seq}: measured {off_us} us beside its time by the told clock");
     }
-    assert_eq!((outcome.first_difference, outcome.unknown_from), (None, None));
+    assert_eq!(outcome.first_difference, None);
+    if outcome.reports_lost > 0 || outcome.statistics.reports_dropped > 0 {
+        return false;
+    }
+    assert_eq!(outcome.unknown_from, None);
     assert!(outcome.compared > 0 && outcome.equal == outcome.compared);
     // Each that is missing was left out for a newer one; of those taken, the old ones had no wrench.
     let left_out = outcome.samples - outcome.taken;
@@ -197,4 +215,5 @@ fn a_trial_streamed_by_this_machines_clock_keeps_its_times_on_the_board_and_what
     println!("{} taken, {too_old} too old, {left_out} left out, {unmeasured} not measured", outcome.taken);
     assert!((left_out..=left_out + unmeasured).contains(&too_old));
     assert_eq!(outcome.statistics.samples_lost, 0);
+    true
 }
