@@ -13,7 +13,7 @@ use crate::queues::BETWEEN;
 pub async fn run(control: &mut Control<This>, mut watchdog: Watchdog) -> ! {
     let mut deadline = Deadline::from(This::now_us(), TICK_US);
     loop {
-        Timer::at(Instant::from_micros(deadline.next())).await;
+        Timer::at(Instant::from_micros(deadline.next_us())).await;
         let (began, now_us) = (timer(), This::now_us());
         if deadline.missed(now_us) {
             BETWEEN.counters.ticks_missed.add(1);

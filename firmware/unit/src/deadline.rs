@@ -15,7 +15,7 @@ impl Deadline {
     }
 
     /// When the next one is due.
-    pub fn next(&mut self) -> u64 {
+    pub fn next_us(&mut self) -> u64 {
         self.due_us = self.due_us.saturating_add(u64::from(self.period_us));
         self.due_us
     }

@@ -11,7 +11,7 @@ fn run(take_us: &[u64]) -> (Vec<(u64, u64)>, u64) {
     let mut deadline = Deadline::from(now_us, PERIOD_US as u32);
     let mut begun = Vec::new();
     for take_us in take_us {
-        let due_us = deadline.next();
+        let due_us = deadline.next_us();
         now_us = now_us.max(due_us);
         missed += u64::from(deadline.missed(now_us));
         begun.push((due_us, now_us));
