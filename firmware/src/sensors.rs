@@ -1,64 +1,20 @@
 //! The sensors on the unit's serial line and bus: bytes and frames in, readings to the control task.
 
-use core::cell::RefCell;
-
-use critical_section::Mutex;
 use embassy_futures::select::{Either3, select3};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Ticker, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
-use stickslip_shared::wire::{Sensors, TICK_US};
-use stickslip_unit::bus::{STATE_BYTES, STATE_ID, State};
+use stickslip_shared::wire::TICK_US;
+use stickslip_unit::bus::{STATE_BYTES, STATE_ID};
 use stickslip_unit::source::ft300::{STOP, STOP_COUNT, start_stream};
-use stickslip_unit::source::hub::{Hub, Measured};
 
-use crate::queue::Queue;
-use crate::queues::READINGS;
-use crate::stats::COUNTERS;
-
-static HUB: Mutex<RefCell<Hub>> = Mutex::new(RefCell::new(Hub::new()));
-/// The unit's state, to be sent on the bus.
-static STATES: Queue<State, 2> = Queue::new();
+use crate::queues::{BETWEEN, SENSORS};
 
 /// For how long a frame may wait for the bus: a tick, then there is a newer one.
 const WAITS: Duration = Duration::from_micros(TICK_US as u64);
 
 /// Silence on the serial line after which its sensor is asked again to stream: ten of its frames.
 const SILENCE: Duration = Duration::from_millis(100);
-
-/// Which sensor measures which finger.
-pub fn assign(sensors: &Sensors) {
-    critical_section::with(|cs| {
-        if let Ok(mut hub) = HUB.borrow(cs).try_borrow_mut() {
-            hub.assign(sensors);
-        }
-    });
-}
-
-/// Something for the hub to take; what was damaged by it is counted, what it measured handed on.
-fn take(what: impl FnOnce(&mut Hub) -> Option<Measured>) {
-    let measured = critical_section::with(|cs| {
-        let mut hub = HUB.borrow(cs).try_borrow_mut().ok()?;
-        let before = hub.losses();
-        let measured = what(&mut hub);
-        let after = hub.losses();
-        COUNTERS.readings_damaged.add(after.damaged.saturating_sub(before.damaged));
-        COUNTERS.readings_dropped.add(after.faulty.saturating_sub(before.faulty));
-        measured
-    });
-    if let Some(measured) = measured
-        && READINGS.try_send(measured).is_err()
-    {
-        COUNTERS.readings_dropped.add(1);
-    }
-}
-
-/// Hands the unit's state to the bus. One that finds no room is counted: those that wait are sent first.
-pub fn tell(state: State) {
-    if STATES.try_send(state).is_err() {
-        COUNTERS.frames_unsent.add(1);
-    }
-}
 
 fn now_us() -> u32 {
     Instant::now().as_micros() as u32
@@ -68,18 +24,16 @@ fn now_us() -> u32 {
 pub async fn serial<R: Read, W: Write>(mut rx: R, mut tx: W) -> ! {
     let mut bytes = [0; 32];
     loop {
-        if !critical_section::with(|cs| HUB.borrow(cs).try_borrow().is_ok_and(|hub| hub.has_serial())) {
+        if !SENSORS.with(|hub| hub.has_serial()).unwrap_or(false) {
             Timer::after(SILENCE).await;
             continue;
         }
         match with_timeout(SILENCE, rx.read(&mut bytes)).await {
             Ok(Ok(count)) => {
                 let at_us = now_us();
-                for byte in bytes.iter().take(count) {
-                    take(|hub| hub.byte(*byte, at_us));
-                }
+                SENSORS.bytes(&BETWEEN, bytes.get(..count).unwrap_or_default(), at_us);
             }
-            Ok(Err(_)) => COUNTERS.readings_damaged.add(1),
+            Ok(Err(_)) => BETWEEN.counters.readings_damaged.add(1),
             Err(_) => {
                 // A stream that was begun and is not understood must end before it can begin.
                 let _ = tx.write_all(&[STOP; STOP_COUNT]).await;
@@ -103,7 +57,7 @@ pub trait Bus {
 async fn send<B: Bus>(bus: &mut B, id: u16, data: &[u8]) {
     // A bus that is off, or where nobody else is, takes none: reading must go on.
     if with_timeout(WAITS, bus.write(id, data)).await.is_err() {
-        COUNTERS.frames_unsent.add(1);
+        BETWEEN.counters.frames_unsent.add(1);
     }
 }
 
@@ -113,15 +67,15 @@ pub async fn bus<B: Bus>(mut bus: B) -> ! {
     let mut data = [0; 64];
     let mut disturbed = false;
     loop {
-        match select3(bus.read(&mut data), STATES.receive(), ticker.next()).await {
+        match select3(bus.read(&mut data), BETWEEN.states.receive(), ticker.next()).await {
             Either3::First(Some((id, length))) => {
                 disturbed = false;
                 let at_us = now_us();
-                take(|hub| hub.frame(id, data.get(..length)?, at_us));
+                SENSORS.take(&BETWEEN, |hub| hub.frame(id, data.get(..length)?, at_us));
             }
             Either3::First(None) => {
                 if !core::mem::replace(&mut disturbed, true) {
-                    COUNTERS.readings_damaged.add(1);
+                    BETWEEN.counters.readings_damaged.add(1);
                 }
                 // What could not be asked meanwhile is not asked all at once; the host's link runs on the same executor.
                 ticker.reset();
@@ -134,11 +88,7 @@ pub async fn bus<B: Bus>(mut bus: B) -> ! {
             Either3::Third(()) => {
                 let now_us = now_us();
                 let mut asked = heapless::Vec::<_, 2>::new();
-                critical_section::with(|cs| {
-                    if let Ok(mut hub) = HUB.borrow(cs).try_borrow_mut() {
-                        asked.extend(hub.requests(now_us));
-                    }
-                });
+                SENSORS.with(|hub| asked.extend(hub.requests(now_us)));
                 for request in asked {
                     let row = request.row.map(|row| [row]);
                     send(&mut bus, request.id.as_raw(), row.as_ref().map_or(&[], |row| row)).await;

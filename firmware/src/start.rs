@@ -2,9 +2,9 @@
 //! differs.
 
 use embassy_executor::SendSpawner;
+use stickslip_unit::control::Control;
 
 use crate::board::current as board;
-use crate::control::Control;
 use crate::link::{self, Link};
 use crate::state::{self, Started};
 use crate::{post_mortem, stack};
@@ -26,13 +26,13 @@ pub struct Ends {
 }
 
 #[embassy_executor::task]
-async fn control(control: &'static mut Control<board::Channels>, watchdog: board::Watchdog) -> ! {
-    control.run(watchdog).await
+async fn control(control: &'static mut Control<board::This>, watchdog: board::Watchdog) -> ! {
+    crate::control::run(control, watchdog).await
 }
 
 #[embassy_executor::task]
 async fn receive(link: &'static mut Link, rx: board::Rx) -> ! {
-    link.run(rx).await
+    link::receive(link, rx).await
 }
 
 #[embassy_executor::task]
@@ -75,7 +75,7 @@ fn begin(spawn: impl FnOnce(Ends, SendSpawner)) {
 /// Board and state.
 // A function of its own: its stack is free again before the first task begins.
 #[inline(never)]
-fn prepare() -> (&'static mut Control<board::Channels>, Ends) {
+fn prepare() -> (&'static mut Control<board::This>, Ends) {
     stack::guard();
     let (recorder, post_mortem, boots) = post_mortem::begin();
     let board = board::init(post_mortem.is_some());

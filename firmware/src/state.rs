@@ -5,13 +5,13 @@ use static_cell::StaticCell;
 use stickslip_shared::predictor::Predictor;
 use stickslip_shared::wire::{PostMortem, ResetCause};
 
+use stickslip_unit::control::Control;
 use stickslip_unit::post_mortem::Recorder;
+use stickslip_unit::slot::Slot;
 
-use crate::board::current::{AlarmLines, Channels, Flash};
-use crate::control::Control;
+use crate::board::current::{AlarmLines, Channels, Flash, This};
 use crate::link::Link;
-use crate::slot::Slot;
-use crate::stored::Stored;
+use crate::queues::{BETWEEN, SENSORS};
 
 /// What the processor's start tells.
 pub struct Started {
@@ -33,15 +33,15 @@ pub fn init(
     lines: AlarmLines,
     flash: Option<Flash>,
     started: Started,
-) -> (&'static mut Control<Channels>, &'static mut Link) {
+) -> (&'static mut Control<This>, &'static mut Link) {
     static SLOT: StaticCell<Slot> = StaticCell::new();
     static PREDICTOR: StaticCell<Option<Predictor<f32>>> = StaticCell::new();
-    static CONTROL: StaticCell<Control<Channels>> = StaticCell::new();
+    static CONTROL: StaticCell<Control<This>> = StaticCell::new();
     static LINK: StaticCell<Link> = StaticCell::new();
     let Started { cause, boots, post_mortem, recorder } = started;
     let slot = SLOT.init(Slot::new());
-    let control = CONTROL.init(Control::new(PREDICTOR.init(None), gauges, lines, recorder));
-    let link = LINK.init(Link::new(cause, boots, post_mortem, Stored::new(flash)));
+    let control = CONTROL.init(Control::new(&BETWEEN, PREDICTOR.init(None), gauges, lines, recorder));
+    let link = LINK.init(Link::new((&BETWEEN, &SENSORS), (cause, boots, post_mortem), flash));
     let recalled = link.recall(slot);
     control.recall(link.settings(), slot, recalled);
     (control, link)

@@ -6,13 +6,13 @@
 mod tests {
     use heapless::Vec;
     use stickslip_firmware as _;
-    use stickslip_firmware::upload::Upload;
     use stickslip_hil_tests::{HOSTILE, REFERENCE};
     use stickslip_shared::selftest::{self, hostile};
     use stickslip_shared::wire::frame::{FrameError, FrameReader, MAX_LINE, crc32, encode};
     use stickslip_shared::wire::{self, ModelChunk, ModelCommit, Refusal};
     use stickslip_unit::source::WrenchSource;
     use stickslip_unit::source::ft300::{Ft300, TRANSMISSION_US};
+    use stickslip_unit::upload::Upload;
 
     #[test]
     fn predictor_gives_the_bits_of_the_host_without_look_ahead() {

@@ -12,6 +12,7 @@ mod owners;
 mod params;
 mod solver;
 
+use crate::cone::Kept;
 use crate::contact::{self, Body, Contact, Contacts, is_finger};
 use crate::effects::{self, Environment, FrictionLaw, Loads, Reading, Slip, StepContext};
 use crate::lcp::step::Past;
@@ -182,15 +183,7 @@ pub fn step<R: Real, const NC: usize>(
 ) -> StepOutput<R, NC> {
     let mut work = Workspace::new();
     let summary = step_in(scene, model, state, drive, &SolveBudget::default(), &mut work);
-    StepOutput {
-        summary,
-        friction: work
-            .answers()
-            .map(|a| FrictionLaw { mu: a.mu, adhesion_n: a.adhesion_n, viscosity_s_m: R::zero() })
-            .collect(),
-        force_n: work.answers().map(|a| a.force_n).collect(),
-        contacts: work.contacts,
-    }
+    StepOutput::of(summary, &work)
 }
 
 /// Advances `state` by one step. On `SolveStatus::BadInput` and `SolveStatus::Contradiction`, and where
@@ -447,15 +440,17 @@ pub fn step_from<R: Real, const NC: usize>(
     output
 }
 
-/// [`step`] in `f64` for any scene, compiled in this crate: a host built for tests optimises
-/// this crate alone.
+/// [`step_in`] in `f64` for any scene, compiled in this crate: a host built for tests optimises
+/// this crate alone. Nothing of the step before is used but `work`'s memory.
 pub fn step_f64(
     scene: &Scene<f64>,
     model: &Model<f64>,
     state: &mut State<f64, { contact::SLOTS }>,
     drive: &Drive<f64>,
-) -> StepOutput<f64, { contact::SLOTS }> {
-    step(scene, model, state, drive)
+    work: &mut Workspace<f64, { contact::SLOTS }>,
+) -> StepSummary<f64> {
+    *work.kept() = Kept::nothing();
+    step_in(scene, model, state, drive, &SolveBudget::default(), work)
 }
 
 /// Angular velocity `w` after a step without torques: one Newton step on

@@ -13,9 +13,9 @@ use cortex_m_rt::entry;
 use embassy_time::{Duration, Ticker};
 use stickslip_firmware::board::current as board;
 use stickslip_firmware::post_mortem;
+use stickslip_firmware::queues::BETWEEN;
 use stickslip_firmware::stack::Frame;
 use stickslip_firmware::start::{self, Ends};
-use stickslip_firmware::stats::COUNTERS;
 
 /// Amplifiers without load: each channel alternates about 2000 counts and ten times its number.
 #[embassy_executor::task]
@@ -61,7 +61,7 @@ async fn provoke() -> ! {
     let mut ticker = Ticker::every(Duration::from_millis(1));
     loop {
         ticker.next().await;
-        if COUNTERS.keys_unknown.get() == 0 {
+        if BETWEEN.counters.keys_unknown.get() == 0 {
             continue;
         }
         // Lets the answer out first.

@@ -18,25 +18,28 @@ compile_error!("choose one board: --features mps2-an386 or --features nucleo-g47
 #[cfg(not(any(feature = "mps2-an386", feature = "nucleo-g474re")))]
 compile_error!("choose a board: --features mps2-an386 or --features nucleo-g474re");
 
-use embedded_hal::digital::OutputPin;
 pub use stickslip_shared::wire::ResetCause;
-use stickslip_unit::alarm::{Alarms, LineFault, Lines};
+use stickslip_unit::board::Board;
+use stickslip_unit::counters::MemoryUse;
 
-/// Alarm lines, whatever they are made of.
-pub trait SetAlarms {
-    /// # Errors
-    /// One of them cannot be set.
-    fn set_alarms(&mut self, alarms: Alarms) -> Result<(), LineFault>;
-}
+impl Board for current::This {
+    const NAME: &'static str = current::NAME;
+    const TIMER_HZ: u32 = current::TIMER_HZ;
+    const HAS_GAUGES: bool = current::HAS_GAUGES;
+    const HAS_SERIAL_SENSOR: bool = current::HAS_SERIAL_SENSOR;
+    const HAS_CAN: bool = current::HAS_CAN;
+    const MEMORY: core::ops::Range<u32> = current::MEMORY;
+    type Channels = current::Channels;
+    type Lines = current::AlarmLines;
+    type Flash = current::Flash;
 
-impl<S: OutputPin, D: OutputPin, U: OutputPin> SetAlarms for Lines<S, D, U> {
-    fn set_alarms(&mut self, alarms: Alarms) -> Result<(), LineFault> {
-        self.set(alarms)
+    fn timer() -> u32 {
+        current::timer()
     }
-}
-
-/// Twelve strain-gauge channels, six a finger, as raw converter counts.
-pub trait Gauges {
-    /// The newest readings; `None` where there are no gauges or the converter failed.
-    fn read(&mut self) -> Option<[u16; 12]>;
+    fn now_us() -> u64 {
+        embassy_time::Instant::now().as_micros()
+    }
+    fn memory() -> MemoryUse {
+        MemoryUse { stack: crate::stack::depth_bytes(), variables: crate::stack::static_bytes() }
+    }
 }

@@ -28,10 +28,13 @@ use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_storage_async::nor_flash::{self, NorFlash, ReadNorFlash};
 use stickslip_unit::alarm::Lines;
 
-use super::{Gauges, ResetCause, mailbox};
-use crate::stats::COUNTERS;
+use super::{ResetCause, mailbox};
+use crate::queues::BETWEEN;
 use crate::{post_mortem, stack};
 use stickslip_shared::wire::Ending;
+
+/// This board.
+pub struct This;
 
 /// Name that the board reports.
 pub const NAME: &str = "mps2-an386";
@@ -248,7 +251,7 @@ pub static COUNTS: Mutex<Cell<Option<[u16; 12]>>> = Mutex::new(Cell::new(None));
 /// The converters.
 pub struct Channels;
 
-impl Gauges for Channels {
+impl stickslip_unit::board::Channels for Channels {
     fn read(&mut self) -> Option<[u16; 12]> {
         critical_section::with(|cs| COUNTS.borrow(cs).get())
     }
@@ -470,7 +473,7 @@ unsafe fn DefaultHandler(irqn: i16) {
             while UART0.read(U_STATE) & U_RX_FULL != 0 {
                 let byte = [UART0.read(U_DATA) as u8];
                 if RECEIVED.try_write(&byte).is_err() {
-                    COUNTERS.bytes_lost.add(1);
+                    BETWEEN.counters.bytes_lost.add(1);
                 }
             }
         }

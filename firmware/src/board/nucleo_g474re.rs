@@ -31,10 +31,13 @@ use stickslip_shared::wire::Ending;
 use stickslip_unit::alarm::Lines;
 use stickslip_unit::source::ft300;
 
-use super::{Gauges, ResetCause};
+use super::ResetCause;
+use crate::queues::BETWEEN;
 use crate::sensors::Bus;
-use crate::stats::COUNTERS;
 use crate::{post_mortem, stack};
+
+/// This board.
+pub struct This;
 
 /// Name that the board reports.
 pub const NAME: &str = "nucleo-g474re";
@@ -86,7 +89,7 @@ impl Read for Rx {
         let read = self.0.read(bytes).await;
         if matches!(read, Err(usart::Error::Overrun)) {
             // The ring was full, or a byte was not fetched in time; how many were lost nobody knows.
-            COUNTERS.bytes_lost.add(1);
+            BETWEEN.counters.bytes_lost.add(1);
         }
         read
     }
@@ -157,7 +160,7 @@ impl Channels {
     }
 }
 
-impl Gauges for Channels {
+impl stickslip_unit::board::Channels for Channels {
     fn read(&mut self) -> Option<[u16; 12]> {
         let mut sound = true;
         for (adc, channel) in [pac::ADC1, pac::ADC2].into_iter().zip(0..) {

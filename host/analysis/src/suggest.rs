@@ -1,10 +1,12 @@
-//! The experiment that would tell two effects apart.
+//! The experiments that would tell effects apart, and a plan of several.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_data::Dataset;
 
-use crate::diagnose::{self, Telling, experiment::Experiment};
+use crate::diagnose::experiment::{Experiment, Plan};
+use crate::diagnose::posterior::Weighed;
+use crate::diagnose::{self, Telling};
 use crate::fit::FitError;
 use crate::left_out::LeftOut;
 use crate::model::candidate::CandidateEffect;
@@ -14,10 +16,12 @@ use crate::progress::Progress;
 /// Between what.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// The two effects to separate; empty: the two that explain the data best.
+    /// The two effects to separate; empty: the credible ones.
     pub between: Vec<CandidateEffect>,
-    /// Effects of the user that may be among the best two, beside the listed ones.
+    /// Effects of the user that may be among them, beside the listed ones.
     pub own: Vec<CandidateEffect>,
+    /// Trials of a plan.
+    pub runs: Option<usize>,
 }
 
 impl Options {
@@ -26,6 +30,9 @@ impl Options {
     /// # Errors
     /// Not two effects, the same one twice, or one that the model has.
     pub fn check(&self, model: &ModelFile) -> Result<(), SuggestError> {
+        if let Some(runs) = self.runs.filter(|runs| !(1..=MOST_RUNS).contains(runs)) {
+            return Err(SuggestError::Runs(runs));
+        }
         match self.between.as_slice() {
             [] => {}
             [a, b] if a.info.id == b.info.id => return Err(SuggestError::Twice(a.info.id)),
@@ -42,14 +49,20 @@ impl Options {
 
 /// Experiments proposed.
 const MOST: usize = 8;
+/// Most trials of a plan.
+const MOST_RUNS: usize = 1000;
 
-/// Two effects and the experiments that separate them.
+/// Effects and the experiments that separate them.
 #[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Report {
-    /// Ids of the effects.
+    /// Ids of the two likeliest, or of the two that were named.
     pub between: [&'static str; 2],
-    /// Best first.
+    /// All that are weighed, with their probabilities.
+    pub sets: Vec<Weighed>,
+    /// Best first: where one run tells most.
     pub experiments: Vec<Experiment>,
+    /// The trials that together tell most, where a number of them was asked for.
+    pub plan: Option<Plan>,
     /// Trials that were used.
     pub trials: usize,
     /// Trials that were left out, and why.
@@ -68,6 +81,9 @@ pub enum SuggestError {
     /// Part of the model.
     #[error("the model already has {0}: adding it cannot distinguish it from another")]
     InModel(&'static str),
+    /// No plan, or one that nobody measures.
+    #[error("a plan of {0} trials: between 1 and {MOST_RUNS}")]
+    Runs(usize),
     /// Nothing changes the data.
     #[error(
         "there are no two candidates to separate: fewer than two effects change these data by more than noise"
@@ -78,7 +94,7 @@ pub enum SuggestError {
     Fit(#[from] FitError),
 }
 
-/// Fits two effects to `data` and finds where their predictions differ most.
+/// Fits the effects to `data` and finds the trials that tell most about which of them is missing.
 ///
 /// # Errors
 /// See [`SuggestError`].
@@ -90,7 +106,9 @@ pub fn suggest(
 ) -> Result<Report, SuggestError> {
     options.check(model)?;
     progress.begin("fitting", diagnose::steps() as usize);
-    let found = diagnose::suggest(data, model, (&options.between, &options.own), MOST, &|| progress.step(1))?;
-    let Telling { between, experiments, trials, left_out } = found.ok_or(SuggestError::NoCandidates)?;
-    Ok(Report { between, experiments, trials, left_out })
+    let of = (options.between.as_slice(), options.own.as_slice());
+    let found = diagnose::suggest(data, model, of, (MOST, options.runs), &|| progress.step(1))?;
+    let Telling { between, sets, experiments, plan, trials, left_out } =
+        found.ok_or(SuggestError::NoCandidates)?;
+    Ok(Report { between, sets, experiments, plan, trials, left_out })
 }

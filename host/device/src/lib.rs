@@ -32,8 +32,12 @@ use faults::{Faults, Injected};
 use line::{Event, Line};
 use qemu::Qemu;
 
-/// How long an answer may take. QEMU looks for a newly opened pseudo terminal once a second.
+/// How long the answer to a request may take that is asked again. QEMU looks for a newly opened pseudo terminal once a second.
 const ANSWER: Duration = Duration::from_millis(800);
+/// The same of one that is asked once.
+const ONCE: Duration = Duration::from_secs(4);
+/// The same of an emulator at its own line: a busy machine may stop it for a while, and it loses nothing meanwhile.
+const EMULATED: Duration = Duration::from_secs(4);
 /// Tries of a request that may be repeated without harm.
 const TRIES: usize = 5;
 
@@ -109,12 +113,20 @@ impl Device {
         E::Request: Serialize,
         E::Response: DeserializeOwned,
     {
+        self.ask::<E>(request, ONCE)
+    }
+
+    fn ask<E: Endpoint>(&mut self, request: &E::Request, answer: Duration) -> Result<E::Response, DeviceError>
+    where
+        E::Request: Serialize,
+        E::Response: DeserializeOwned,
+    {
         self.seq = self.seq.wrapping_add(1);
         let mut line = [0; MAX_LINE];
         let bytes = encode(E::REQ_KEY, self.seq, request, &mut line)
             .ok_or(DeviceError::TooLong { request: E::PATH })?;
         self.line.write(bytes)?;
-        let deadline = Instant::now() + ANSWER;
+        let deadline = Instant::now() + if self.qemu.is_some() { EMULATED } else { answer };
         loop {
             match self.line.next(deadline)? {
                 None => return Err(DeviceError::NoAnswer { request: E::PATH }),
@@ -139,7 +151,7 @@ impl Device {
     {
         let mut last = DeviceError::NoAnswer { request: E::PATH };
         for _ in 0..TRIES {
-            match self.request::<E>(request) {
+            match self.ask::<E>(request, ANSWER) {
                 Err(error @ (DeviceError::NoAnswer { .. } | DeviceError::Undecodable { .. })) => last = error,
                 done => return done,
             }

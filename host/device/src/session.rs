@@ -25,8 +25,9 @@ pub const AHEAD: u32 = 24;
 /// Without a report for this long the board counts as silent.
 const SILENCE: Duration = Duration::from_secs(5);
 /// Without a sample taken for this long, while none waits on the board, those on their way
-/// count as lost.
+/// count as lost: by this machine's clock and by the board's, either of which a busy machine may hold up.
 const STARVED: Duration = Duration::from_millis(500);
+const STARVED_TICKS: u32 = STARVED.as_micros() as u32 / wire::TICK_US;
 
 /// Whose clock says when a sample goes out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -152,6 +153,8 @@ pub fn stream(
             break;
         }
     }
+    // Reports that come after the run are not counted.
+    let injected = device.injected();
     if run.last.is_none_or(|last| (last as usize) + 1 < count) {
         device.command::<wire::Stop>(&())?;
     }
@@ -167,7 +170,7 @@ pub fn stream(
         seconds,
         board_s,
         ticks_missed: statistics.ticks_missed.saturating_sub(before.ticks_missed),
-        injected: device.injected(),
+        injected,
         clock: metronome.and_then(|metronome| metronome.told),
         too_old: statistics.readings_dropped.saturating_sub(before.readings_dropped),
         statistics,
@@ -265,8 +268,9 @@ struct Run<'a> {
     /// Samples before this one are done with: taken or lost.
     done: u32,
     last: Option<u32>,
-    /// When the board last took a sample.
+    /// When the board last took a sample, and in which tick.
     fed: Instant,
+    fed_tick: Option<u32>,
     reports: Option<Sequence>,
     /// First and last report: when they arrived, and their ticks.
     spanned: Option<[(Instant, u32); 2]>,
@@ -296,6 +300,7 @@ impl<'a> Run<'a> {
             done: 0,
             last: None,
             fed: Instant::now(),
+            fed_tick: None,
             reports: None,
             spanned: None,
             answered: Vec::new(),
@@ -332,14 +337,16 @@ impl<'a> Run<'a> {
         if let Order::Next { lost } = sequence.judge(report.seq) {
             self.outcome.reports_lost += lost;
         }
+        let fed_tick = *self.fed_tick.get_or_insert(report.tick);
         let Some(seq) = report.sample_seq else {
-            if report.waiting == 0 && self.fed.elapsed() > STARVED {
+            let ticks = report.tick.wrapping_sub(fed_tick);
+            if report.waiting == 0 && self.fed.elapsed() > STARVED && ticks >= STARVED_TICKS {
                 self.done = self.sent;
-                self.fed = Instant::now();
+                (self.fed, self.fed_tick) = (Instant::now(), Some(report.tick));
             }
             return;
         };
-        self.fed = Instant::now();
+        (self.fed, self.fed_tick) = (Instant::now(), Some(report.tick));
         self.done = self.done.max(seq.saturating_add(1));
         self.last = Some(seq);
         self.answered.push((seq, *report));

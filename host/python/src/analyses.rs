@@ -193,6 +193,7 @@ pub fn suggest(
     model: Option<&Model>,
     between: Vec<String>,
     formulas: Option<PathBuf>,
+    runs: Option<usize>,
     told: Told<'_, '_>,
 ) -> PyResult<Report> {
     let (whole, file) = (data.whole(), file_of(model));
@@ -202,7 +203,7 @@ pub fn suggest(
         for name in &between {
             named.extend(CandidateEffect::of(&candidate::named(name, &formulas)?));
         }
-        let options = suggesting::Options { between: named, own: candidates(&formulas) };
+        let options = suggesting::Options { between: named, own: candidates(&formulas), runs };
         options.check(&file)?;
         let found = analysis::suggest(&whole(progress), &file, &options, progress)?;
         Report::new("suggest", &found)

@@ -198,6 +198,11 @@ impl<R: Real> Observer<R> {
         Self::of(self.friction.regrasped(), self.params)
     }
 
+    /// The object's way so far says nothing of how it moves from now on.
+    pub fn forget_motion(&mut self) {
+        self.motion.forget();
+    }
+
     /// Learns the constant error of the sensors while the rig rests: what `measured` shows
     /// beyond the model's `expected`. `true`: more than a constant error may be.
     pub fn tare(&mut self, measured: &[Option<[R; 6]>; 2], expected: &[[R; 6]; 2], at_rest: bool) -> bool {

@@ -45,6 +45,8 @@ impl<R: Real> Context<R> {
                     f.slip_speed_m_s = f.slip_speed_m_s.max(narrow(norm(v)));
                 }
             }
+        } else if tracked.away && seen.is_some() {
+            leaves_in_s = Some(0.0);
         } else if let (Some(moved), Some(seen)) = (&observed.moved, seen) {
             let edge_m = self.to_the_edge(tracked, seen);
             leaves_in_s = self
@@ -78,6 +80,12 @@ impl<R: Real> Context<R> {
             sag_ahead_m: p.sag_ahead_m,
             rotation_rad: p.rotation_rad,
         }
+    }
+
+    /// Whether an object seen there in the gripper has left the pads.
+    pub(super) fn out_of_reach(&self, tracked: &Tracked<R>, seen: &Pose<R>) -> bool {
+        let edge_m = self.to_the_edge(tracked, seen);
+        self.scene.fingers.is_some() && edge_m.as_flattened().iter().any(|left| *left < R::zero())
     }
 
     /// How far each way (object X and Z) the object can still move until a pad's centre is off

@@ -14,7 +14,7 @@ use super::witness::Witness;
 use crate::cone::Kept;
 use crate::cone::SolveStatus;
 use crate::health::Repeats;
-use crate::real::{Real, Vec3, min, norm};
+use crate::real::{Real, Vec3, max, min, norm};
 use crate::step::{Drive, Workspace};
 use crate::track::{PathFilter, drive_between};
 
@@ -101,23 +101,37 @@ impl<R: Real> Context<R> {
         if of_one_moment == Some(None) {
             object = None;
         }
+        tracked.unseen_s += drive.dt_s;
         if let Some(seen) = object {
             let measured = of_one_moment.flatten().unwrap_or_else(|| poses.carrier.to_local(&seen));
             let strayed = self.correct(tracked, &measured);
             tracked.strayed = if strayed { tracked.strayed.saturating_add(1) } else { 0 };
             // What slides leaves the model step by step, a wild pose jumps.
             let limit = R::of(f64::from(self.limits.divergence_m));
-            let jumped = !(norm(&(measured.position_m - tracked.seen_m)) <= limit);
-            if !(strayed && jumped) {
-                tracked.seen_m = measured.position_m;
+            let way_m = norm(&(measured.position_m - tracked.seen_m));
+            let jumped = !(way_m <= limit);
+            // Nothing leaves the fingers faster than they are carried.
+            let off = self.out_of_reach(tracked, &measured);
+            let fastest_m_s = R::of(f64::from(self.params.fastest_m_s));
+            if strayed && off && !(way_m <= max(limit, fastest_m_s * tracked.unseen_s)) {
+                tracked.strayed = 0;
             }
-            if strayed && jumped && tracked.strayed < self.params.strayed_samples {
+            let wild = strayed && jumped && tracked.strayed < self.params.strayed_samples;
+            if !wild {
+                tracked.seen_m = measured.position_m;
+                tracked.unseen_s = R::zero();
+            }
+            if wild {
                 // One wild pose is the camera's error; an object does not jump there and back.
                 doubt |= validity::POSE;
                 object = None;
             } else if strayed {
+                if tracked.away && !off {
+                    tracked.returned();
+                    self.observer.forget_motion();
+                }
+                tracked.away = off;
                 tracked.strayed = 0;
-                tracked.seen_m = measured.position_m;
                 tracked.ahead = None;
                 tracked.outlook = None;
                 doubt |= validity::DIVERGED;

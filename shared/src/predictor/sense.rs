@@ -67,7 +67,7 @@ impl<R: Real> Context<R> {
         if tracked.apart >= 3 {
             *doubt |= validity::MODEL;
         }
-        let points_m = seen.map(|s| {
+        let points_m = seen.filter(|_| !tracked.away).map(|s| {
             let turn = s.rotation * tracked.start.rotation.inverse();
             let half = tracked.state.jaw_half_m;
             let about_y = turn.into_inner().j * R::of(2.0) * patch_arm(&self.scene);

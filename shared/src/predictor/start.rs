@@ -54,6 +54,8 @@ impl<R: Real> Context<R> {
             ahead: None,
             kept: [Kept::nothing(); 2],
             seen_m: local.position_m,
+            unseen_s: R::zero(),
+            away: false,
             outlook: None,
             alarms: Alarms::default(),
             rest_m: local.position_m,

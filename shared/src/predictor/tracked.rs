@@ -38,6 +38,10 @@ pub(super) struct Tracked<R: Real> {
     pub(super) kept: [Kept<R>; 2],
     /// Where the object was last measured without a jump, in the gripper.
     pub(super) seen_m: Vec3<R>,
+    /// Since then, s.
+    pub(super) unseen_s: R,
+    /// It was seen out of the fingers' reach.
+    pub(super) away: bool,
     /// What the newest finished one found.
     pub(super) outlook: Option<Foreseen<R>>,
     pub(super) alarms: Alarms,
@@ -60,6 +64,14 @@ impl<R: Real> Tracked<R> {
     /// The planned motion changes, or the gripper gains or loses speed: the load does too.
     pub(super) fn steered(&self) -> bool {
         self.gaining_s > R::zero() || self.settling_s > R::zero()
+    }
+
+    /// Back in the grasp: what went before is no slip on the pads that the next one could be like.
+    #[cold]
+    pub(super) fn returned(&mut self) {
+        self.rest_m = self.seen_m;
+        self.slipped_m = Vec3::zeros();
+        self.alarms = Alarms::default();
     }
 
     /// How far the object has come in this slip, or came in the last one.

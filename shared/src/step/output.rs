@@ -110,6 +110,22 @@ pub struct StepOutput<R: Real, const NC: usize> {
     pub force_n: Vec<[R; 3], NC>,
 }
 
+impl<R: Real, const NC: usize> StepOutput<R, NC> {
+    /// The contact points that `work` has of the step that ended with `summary`.
+    #[must_use]
+    pub fn of(summary: StepSummary<R>, work: &Workspace<R, NC>) -> Self {
+        Self {
+            summary,
+            friction: work
+                .answers()
+                .map(|a| FrictionLaw { mu: a.mu, adhesion_n: a.adhesion_n, viscosity_s_m: R::zero() })
+                .collect(),
+            force_n: work.answers().map(|a| a.force_n).collect(),
+            contacts: work.contacts.clone(),
+        }
+    }
+}
+
 impl<R: Real, const NC: usize> core::ops::Deref for StepOutput<R, NC> {
     type Target = StepSummary<R>;
     fn deref(&self) -> &StepSummary<R> {

@@ -5,10 +5,10 @@ use core::sync::atomic::Ordering;
 use cortex_m_semihosting::{debug, hprintln};
 use embassy_time::{Duration, Ticker, Timer};
 use stickslip_firmware::board::current as board;
-use stickslip_firmware::queues::SAMPLES;
+use stickslip_firmware::queues::BETWEEN;
 use stickslip_firmware::stack::BUDGET_BYTES;
-use stickslip_firmware::stats::COUNTERS;
 use stickslip_shared::wire::TICK_US;
+use stickslip_unit::board::Board;
 use stickslip_unit::host_clock::MAX_AGE_US;
 
 use crate::done::{DONE, ON_SENSORS, TOLD_US, count, value};
@@ -60,12 +60,12 @@ const MOST_INSTRUCTIONS: u32 = 400_000;
 #[embassy_executor::task]
 pub async fn judge(ticks: u32) {
     // In a run on its sensors the unit counts samples that the host never sent.
-    while COUNTERS.ticks.get() < ticks || ON_SENSORS.load(Ordering::Relaxed) {
+    while BETWEEN.counters.ticks.get() < ticks || ON_SENSORS.load(Ordering::Relaxed) {
         Timer::after_millis(100).await;
     }
-    let (s, d) = (COUNTERS.read(), &DONE);
+    let (s, d) = (BETWEEN.counters.read(&board::This::memory()), &DONE);
     let [erasures, worn] = board::erasures();
-    let waiting = u32::try_from(SAMPLES.len()).unwrap_or(u32::MAX);
+    let waiting = u32::try_from(BETWEEN.samples.len()).unwrap_or(u32::MAX);
     hprintln!("virtual time {} s: {} ticks, {} missed", s.ticks / 250, s.ticks, s.ticks_missed);
     // 8 ns an instruction, 40 ns a count.
     hprintln!("instructions a tick: mean {}, worst {}", s.mean_cost * 5, s.worst_cost * 5);

@@ -31,7 +31,7 @@ const TICKS: u32 = 15_000;
 
 #[embassy_executor::task]
 async fn receive(link: &'static mut Link, seed: u32, models: &'static [Bytes; 2]) -> ! {
-    link.run(Host::new(seed, models)).await
+    link::receive(link, Host::new(seed, models)).await
 }
 
 #[embassy_executor::task]

@@ -3,7 +3,8 @@
 //! 19200 baud, 8 data bits, no parity, one stop bit. 100 frames a second of 16 bytes: `20 4e`, six signed
 //! 16-bit numbers, low byte first (forces in N times 100, torques in N m times 1000), CRC-16 of Modbus, low byte
 //! first. The stream begins when 0x0200 is written to register 410 of Modbus slave 9, and ends when 50
-//! bytes `ff` are sent. Source: FT 300-S Force Torque Sensor, instruction manual (Robotiq), 4.4
+//! bytes `ff` are sent. Frames leave the sensor evenly: one that comes later than its period says waited on the way, and is
+//! as old as that. Source: FT 300-S Force Torque Sensor, instruction manual (Robotiq), 4.4
 //! 'Serial communication'.
 
 use crc::{CRC_16_MODBUS, Crc, NoTable};
@@ -16,12 +17,19 @@ pub const BAUD: u32 = 19_200;
 pub const FRAME: usize = 16;
 /// From one frame to the next, us.
 pub const PERIOD_US: u32 = 10_000;
+/// A byte on the line, us: ten bits.
+pub const BYTE_US: u32 = 10 * 1_000_000 / BAUD;
 /// A frame on the line, us: ten bits a byte. The measurement is older than its last byte by as much.
 pub const TRANSMISSION_US: u32 = (FRAME as u32) * 10 * 1_000_000 / BAUD;
 /// Byte that ends the stream; sent [`STOP_COUNT`] times.
 pub const STOP: u8 = 0xff;
 /// See [`STOP`].
 pub const STOP_COUNT: usize = 50;
+
+/// Of a delay so much is taken for the sensor's clock being slow: one of 0.1 % is followed within 0.16 ms.
+const DRIFT_SHARE: u32 = 16;
+/// After a longer silence the sensor's beat is not known any more, us: clocks 0.1 % apart lose a ms of it.
+const LONGEST_US: u32 = 1_000_000;
 
 const HEADER: [u8; 2] = [0x20, 0x4e];
 static CRC: Crc<u16, NoTable> = Crc::<u16, NoTable>::new(&CRC_16_MODBUS);
@@ -41,12 +49,29 @@ pub struct Ft300 {
     bytes: [u8; FRAME],
     filled: usize,
     losses: Losses,
+    /// When the last frame was measured, us.
+    last_us: Option<u32>,
 }
 
 impl Ft300 {
     /// Nothing received.
     pub const fn new() -> Self {
-        Self { bytes: [0; FRAME], filled: 0, losses: Losses::NONE }
+        Self { bytes: [0; FRAME], filled: 0, losses: Losses::NONE, last_us: None }
+    }
+
+    /// When a frame was measured whose last byte came at `at_us`. Frames are a period apart, some may be lost; one that is late by
+    /// less than half a period is as old as it would be in time, but for a share of the delay: the sensor's clock is its own.
+    fn measured_us(&mut self, at_us: u32) -> u32 {
+        let come_us = at_us.wrapping_sub(TRANSMISSION_US);
+        let since_us =
+            self.last_us.map(|last_us| come_us.wrapping_sub(last_us)).filter(|us| *us <= LONGEST_US);
+        let late_us = since_us.map_or(0, |us| us % PERIOD_US);
+        // Beyond half a period it is early, or late by more: then it counts as in time.
+        let in_time = late_us >= PERIOD_US / 2 || since_us.is_some_and(|us| us < PERIOD_US / 2);
+        let older_us = if in_time { 0 } else { late_us - late_us / DRIFT_SHARE };
+        let measured_us = come_us.wrapping_sub(older_us);
+        self.last_us = Some(measured_us);
+        measured_us
     }
 
     /// Drops the oldest byte.
@@ -89,7 +114,7 @@ impl WrenchSource for Ft300 {
             } else if let Some(values) = self.frame() {
                 self.filled = 0;
                 let stands_us = TRANSMISSION_US + PERIOD_US + PERIOD_US / 2;
-                return Some(Reading { at_us: at_us.wrapping_sub(TRANSMISSION_US), stands_us, values });
+                return Some(Reading { at_us: self.measured_us(at_us), stands_us, values });
             } else {
                 count(&mut self.losses.damaged);
                 self.drop_first();

@@ -1,9 +1,12 @@
 //! The FT 300's stream.
 
 use proptest::prelude::*;
-use stickslip_unit::source::ft300::{BAUD, Ft300, STOP, STOP_COUNT, TRANSMISSION_US, start_stream};
+use stickslip_shared::wire::{self, Calibration, Port, Sensor};
+use stickslip_unit::fingers::Fingers;
+use stickslip_unit::source::ft300::{BAUD, BYTE_US, Ft300, STOP, STOP_COUNT, TRANSMISSION_US, start_stream};
 use stickslip_unit::source::{Losses, Reading, WrenchSource};
 
+use super::bench::Unit;
 use super::simulated::Robotiq;
 
 fn feed(source: &mut Ft300, bytes: &[u8], at_us: u32) -> Vec<Reading> {
@@ -74,5 +77,69 @@ proptest! {
         // The garbage may end as a frame begins: then the first one is lost with it, never both.
         prop_assert!(!found.is_empty());
         prop_assert!((found[found.len() - 1].values[1] + 4.0).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn a_reading_that_waited_on_the_way_is_as_old_as_it_is_also_of_a_sensor_whose_clock_is_its_own() {
+    for ppm in [-1000.0, 0.0, 1000.0] {
+        let mut unit = Unit::start(None);
+        let sensors = [Sensor { port: Port::Ft300, finger: 1 }].into_iter().collect();
+        assert_eq!(unit.request::<wire::SetSensors>(&sensors), Ok(()));
+        let (mut oldest, mut youngest) = (0.0f64, 0.0f64);
+        for k in 0..400u32 {
+            // Frames of 100 Hz by the sensor's clock; one of five waits for up to 4.9 ms, one of fifty is lost.
+            let measured_us = 20_000.0 + f64::from(k) * 10_000.0 * (1.0 + ppm * 1e-6);
+            let waits_us = if k % 5 == 3 { f64::from(k * 37 % 4900) } else { 0.0 };
+            if k % 50 == 20 {
+                continue;
+            }
+            let come_us = (measured_us + f64::from(TRANSMISSION_US) + waits_us) as u32;
+            let frame = Robotiq::frame([k as f32 * 0.01; 6]);
+            unit.sensors.bytes(unit.between, &frame, come_us);
+            let (_, _, reading) = unit.between.readings.try_receive().expect("a reading");
+            let off_us = f64::from(reading.at_us) - measured_us;
+            (oldest, youngest) = (oldest.min(off_us), youngest.max(off_us));
+        }
+        println!("{ppm} ppm: {oldest} to {youngest} us from when it was measured");
+        // A sixteenth of a wait of 4.9 ms, and what a clock of 0.1 % is ahead.
+        assert!(oldest > -200.0 && youngest < 500.0, "{ppm}: {oldest} {youngest}");
+    }
+}
+
+#[test]
+fn frames_that_are_read_at_once_were_measured_one_after_the_other() {
+    let mut unit = Unit::start(None);
+    let sensors = [Sensor { port: Port::Ft300, finger: 0 }].into_iter().collect();
+    assert_eq!(unit.request::<wire::SetSensors>(&sensors), Ok(()));
+    let two = [Robotiq::frame([1.0; 6]), Robotiq::frame([2.0; 6])].concat();
+    unit.sensors.bytes(unit.between, &two, 100_000);
+    let found: Vec<u32> =
+        std::iter::from_fn(|| unit.between.readings.try_receive()).map(|(_, _, r)| r.at_us).collect();
+    assert_eq!(found[1], 100_000 - TRANSMISSION_US);
+    assert!((found[1] - found[0]).abs_diff(16 * BYTE_US) <= 8, "{found:?}");
+}
+
+#[test]
+fn a_late_reading_stands_no_longer_than_one_in_time() {
+    // A finger with a matrix, three frames in time, a fourth 4 ms late, then none.
+    for late_us in [0, 4_000] {
+        let mut fingers = Fingers::new();
+        fingers.assign(&[Sensor { port: Port::Ft300, finger: 0 }]).expect("one sensor");
+        let matrix = core::array::from_fn(|i| core::array::from_fn(|j| f32::from(u8::from(i == j))));
+        fingers.calibrate(&Calibration { finger: 0, matrix });
+        let mut source = Ft300::default();
+        let frame_us = |k: u32| 10_000 * (k + 1) + TRANSMISSION_US;
+        for k in 0..4 {
+            let come_us = frame_us(k) + if k == 3 { late_us } else { 0 };
+            for reading in feed(&mut source, &Robotiq::frame([5.0; 6]), come_us) {
+                assert!(fingers.take(Port::Ft300, 0, reading));
+            }
+        }
+        // 8.3 ms on the line, a period and a half.
+        let measured_us = 40_000;
+        let stands_us = TRANSMISSION_US + 15_000;
+        assert!(fingers.sample(measured_us + stands_us - 500).finger[0].is_some(), "{late_us}");
+        assert!(fingers.sample(measured_us + stands_us + 500).finger[0].is_none(), "{late_us}");
     }
 }

@@ -15,11 +15,11 @@ use stickslip_unit::memory::{Memory, MemoryFault, Settings, VERSION};
 const PAGE: usize = 2048;
 const WORD: usize = 8;
 const PAGES: usize = 8;
-const RANGE: core::ops::Range<u32> = 0..(PAGES * PAGE) as u32;
+pub const RANGE: core::ops::Range<u32> = 0..(PAGES * PAGE) as u32;
 
 /// How the word or page looks at which the power went.
 #[derive(Clone, Copy, Debug)]
-enum Cut {
+pub enum Cut {
     /// As before.
     Before,
     /// A part of it is done.
@@ -30,14 +30,14 @@ enum Cut {
 
 /// Flash that refuses what real flash refuses, and loses power after a number of words and pages.
 #[derive(Clone)]
-struct Flash {
+pub struct Flash {
     bytes: Vec<u8>,
     left: Option<(usize, Cut)>,
     done: usize,
 }
 
 #[derive(Debug)]
-struct PowerCut;
+pub struct PowerCut;
 
 impl NorFlashError for PowerCut {
     fn kind(&self) -> NorFlashErrorKind {
@@ -46,7 +46,7 @@ impl NorFlashError for PowerCut {
 }
 
 impl Flash {
-    fn new() -> Self {
+    pub fn new() -> Self {
         Self { bytes: vec![0xff; PAGES * PAGE], left: None, done: 0 }
     }
 

@@ -40,9 +40,10 @@ use choice::{
     Choice, MOST_EFFECTS, Part, Pass, SEARCHED_AGAIN, SEARCHED_FURTHER, SURVIVORS, Stages, Tick, choose,
     sets, small_compliance, small_compliance_in,
 };
+use experiment::{Experiment, Grid, Hypothesis, Plan};
 use findings::Findings;
 use misfit::Misfit;
-use posterior::{Posterior, posterior};
+use posterior::{Posterior, Weighed, posterior};
 use report::Report;
 use search::Search;
 use select::{Candidate, Held, candidates, explained, hold_out, search_again};
@@ -104,7 +105,10 @@ pub fn diagnose(
             Some([&findings.last.as_ref()?.solution.model, &other.held.solution.model])
         }),
     };
-    let experiment = pair.and_then(|[a, b]| experiment::experiments(&problem, a, b, 1).into_iter().next());
+    let experiment = pair.and_then(|pair| {
+        let pair = pair.map(|model| Hypothesis { model, probability: 0.5 });
+        Grid::new(&problem, &findings.start.solution.model, &pair).experiments(1).into_iter().next()
+    });
     let named = matches!(findings.verdict, Verdict::Effect | Verdict::Ambiguous);
     let last = findings.last.as_ref().filter(|_| named).unwrap_or(&findings.start);
     let mut detection = detection::detection(&problem, last, &findings.invisible);
@@ -153,20 +157,28 @@ pub fn base_misfit(dataset: &Dataset, model: impl Into<Described>) -> Result<Mis
     Ok(beforehand::start(&campaign_of(dataset, &model.model)?, &model).base.misfit)
 }
 
-/// Two effects that the data cannot tell apart, and the experiments that would.
+/// Sets of effects that the data cannot tell apart, and the experiments that would.
 pub struct Telling {
-    /// Ids of the effects.
+    /// Ids of the two that come first.
     pub between: [&'static str; 2],
+    /// All that are weighed, and how probable each is.
+    pub sets: Vec<Weighed>,
     /// Best first.
-    pub experiments: Vec<experiment::Experiment>,
+    pub experiments: Vec<Experiment>,
+    /// The best trials together, where they were asked for.
+    pub plan: Option<Plan>,
     /// Trials that were used.
     pub trials: usize,
     /// Trials that were not, and why.
     pub left_out: Vec<LeftOut>,
 }
 
-/// The best experiments between the two effects of `between` (or the two best candidates of the
-/// list and of the user's `own`): which two, and where they differ most. `None` where there are no two.
+/// Least probability with which one of two sets goes into a plan: what hardly differs from certainty would
+/// rank no experiment.
+const OPEN: f64 = 0.05;
+
+/// The best experiments between the two effects of `between`, each as likely as the other, or between the credible
+/// sets of one effect of the list and of the user's `own`, and a plan of `runs` trials. `None` where there are no two.
 ///
 /// # Errors
 /// Where no trial can be simulated.
@@ -174,7 +186,7 @@ pub fn suggest(
     dataset: &Dataset,
     model: impl Into<Described>,
     (between, own): (&[CandidateEffect], &[CandidateEffect]),
-    most: usize,
+    (most, runs): (usize, Option<usize>),
     tick: Tick,
 ) -> Result<Option<Telling>, FitError> {
     let model = model.into();
@@ -189,13 +201,54 @@ pub fn suggest(
     }
     let found = candidates(problem, base, &others, &trials, SURVIVORS, tick).0;
     let [a, b, ..] = found.as_slice() else { return Ok(None) };
-    let (x, y) = (&a.held.solution.model, &b.held.solution.model);
+    let weighed = match between {
+        [] => weighed(problem, base, &found),
+        _ => vec![(a, 0.5), (b, 0.5)],
+    };
+    let of: Vec<Hypothesis> = weighed
+        .iter()
+        .map(|(c, probability)| Hypothesis { model: &c.held.solution.model, probability: *probability })
+        .collect();
+    let grid = Grid::new(problem, &base.solution.model, &of);
+    let first: Vec<&'static str> = weighed.iter().map(|(c, _)| c.info.id).collect();
+    let set = |(c, probability): &(&Candidate, f64)| Weighed {
+        effects: vec![c.info.id],
+        probability: *probability,
+    };
     Ok(Some(Telling {
-        between: [a.info.id, b.info.id],
-        experiments: experiment::experiments(problem, x, y, most),
+        between: [first.first().copied().unwrap_or(a.info.id), first.get(1).copied().unwrap_or(b.info.id)],
+        sets: weighed.iter().map(set).collect(),
+        experiments: grid.experiments(most),
+        plan: runs.map(|runs| grid.plan(runs)),
         trials: problem.trials(),
         left_out: problem.left_out(),
     }))
+}
+
+/// The candidates that have 95 % of the probability of all of them together, most probable first, and at least two.
+fn weighed<'a>(problem: &Problem, base: &Held, found: &'a [Candidate]) -> Vec<(&'a Candidate, f64)> {
+    let given = base.solution.model.effects.len();
+    let fits: Vec<&Held> = std::iter::once(base).chain(found.iter().map(|c| &c.held)).collect();
+    // The compliance of any pad is a candidate here as well: it is what its rival is told apart from.
+    let posterior = posterior(problem, given, &fits, |_, _| false);
+    let mut out: Vec<(&Candidate, f64)> = found.iter().map(|c| (c, posterior.of(c.info.id))).collect();
+    // Equal ones stay in the order of their loss.
+    out.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let all: f64 = out.iter().map(|(_, p)| p).sum();
+    let mut sum = 0.0;
+    let credible = out.iter().take_while(|(_, p)| {
+        let open = sum < posterior::CREDIBLE * all;
+        sum += p;
+        open
+    });
+    let kept = credible.count().max(2);
+    out.truncate(kept);
+    for (_, p) in &mut out {
+        *p = if all > 0.0 { (*p / all).max(OPEN) } else { 1.0 };
+    }
+    let all: f64 = out.iter().map(|(_, p)| p).sum();
+    out.iter_mut().for_each(|(_, p)| *p /= all);
+    out
 }
 
 /// The problem built anew around a model `near` the data, and the base model in it: corrections of coarse

@@ -51,7 +51,7 @@ const DRAWS: usize = 400;
 /// first rig: 89 to 92 % get no name).
 const ALIKE: [f64; 2] = [0.8, 0.1];
 /// The sets that are listed have this probability together.
-const CREDIBLE: f64 = 0.95;
+pub const CREDIBLE: f64 = 0.95;
 
 /// A set of effects and its probability.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]

@@ -59,7 +59,7 @@ pub fn bands(prepared: &Prepared, model: &Model<f64>, at: &[usize]) -> Vec<(usiz
     let mut out = Vec::new();
     prepared.observe(model, 1, |sample, state, step, drive| {
         if at.binary_search(&sample).is_ok() {
-            out.push((sample, band(state, step, drive)));
+            out.push((sample, band(state, &step.output(), drive)));
         }
     });
     out
@@ -71,7 +71,7 @@ pub fn bands_of_forces(prepared: &Prepared, model: &Model<f64>, at: &[usize]) ->
     prepared.observe(model, 1, |sample, state, step, drive| {
         if at.binary_search(&sample).is_ok() {
             let sides = |channel: usize, _| [quantity(channel) == Quantity::Force; 2];
-            out.push((sample, sides_of(state, step, drive, &sides)));
+            out.push((sample, sides_of(state, &step.output(), drive, &sides)));
         }
     });
     out
@@ -95,7 +95,7 @@ pub fn bands_towards(
                 let away = wanted[channel] - value;
                 [away < -tolerance[channel], away > tolerance[channel]]
             };
-            out.push((sample, sides_of(state, step, drive, &sides)));
+            out.push((sample, sides_of(state, &step.output(), drive, &sides)));
         }
     });
     out

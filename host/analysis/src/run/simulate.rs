@@ -12,7 +12,7 @@ use stickslip_shared::model::{
     Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
 };
 use stickslip_shared::shape::inertia;
-use stickslip_shared::step::{Drive, State, StepOutput, step_f64};
+use stickslip_shared::step::{Drive, State, StepOutput, StepSummary, Workspace, step_f64};
 use stickslip_shared::track::{self, Pose, Poses, between_pads, drive_between, seat, settle, support_pose};
 use thiserror::Error;
 
@@ -90,6 +90,27 @@ pub struct Simulated {
     pub normal_n: Vec<[f64; 4]>,
 }
 
+/// The last step before a sample; its summary's fields are read as its own.
+pub struct Step<'a> {
+    summary: StepSummary<f64>,
+    work: &'a Workspace<f64, SLOTS>,
+}
+
+impl Step<'_> {
+    /// With its contact points.
+    #[must_use]
+    pub fn output(&self) -> StepOutput<f64, SLOTS> {
+        StepOutput::of(self.summary, self.work)
+    }
+}
+
+impl std::ops::Deref for Step<'_> {
+    type Target = StepSummary<f64>;
+    fn deref(&self) -> &StepSummary<f64> {
+        &self.summary
+    }
+}
+
 /// Whether contacts of `model` give way.
 fn gives_way(model: &Model<f64>) -> bool {
     let compliance = |e: &Effect<f64>| e.info().is_some_and(|i| i.role.is_compliance());
@@ -108,12 +129,18 @@ const LOADING_ROUNDS: usize = 3;
 
 /// Loads the springs of pads that give way, and the jaw, as they are where the object was measured at rest:
 /// it is let go, sinks into its pads, and is put back to where it was measured with the springs as they are.
-fn load_springs(scene: &Scene<f64>, model: &Model<f64>, state: &mut State<f64, SLOTS>, drive: &Drive<f64>) {
+fn load_springs(
+    scene: &Scene<f64>,
+    model: &Model<f64>,
+    state: &mut State<f64, SLOTS>,
+    drive: &Drive<f64>,
+    work: &mut Workspace<f64, SLOTS>,
+) {
     let start = state.clone();
     let still = Drive { dt_s: LOADING_STEP_S, ..*drive };
     for _ in 0..LOADING_ROUNDS {
         for _ in 0..LOADING_STEPS {
-            if step_f64(scene, model, state, &still).status != SolveStatus::Solved {
+            if step_f64(scene, model, state, &still, work).status != SolveStatus::Solved {
                 *state = start;
                 return;
             }
@@ -355,20 +382,21 @@ impl Prepared {
         &self,
         model: &Model<f64>,
         stride: usize,
-        mut each: impl FnMut(usize, &State<f64, SLOTS>, &StepOutput<f64, SLOTS>, &Drive<f64>),
+        mut each: impl FnMut(usize, &State<f64, SLOTS>, &Step, &Drive<f64>),
     ) {
         let n = self.poses.len();
         let Some((mut drive, unseated, mut state)) = self.at_rest(model) else { return };
+        let mut work = Workspace::new();
         let shift = seat(&self.scene, model, &state, &drive);
         if let Some(p) = &mut drive.pusher {
             p.position_m += drive.carrier.inverse_transform_vector(&shift);
         }
         settle(&self.scene, model, &mut state, &drive, track::SettlingParams::default());
         if self.scene.fingers.is_some() && gives_way(model) {
-            load_springs(&self.scene, model, &mut state, &drive);
+            load_springs(&self.scene, model, &mut state, &drive, &mut work);
         }
-        let settled = step_f64(&self.scene, model, &mut state, &drive);
-        each(0, &state, &settled, &drive);
+        let summary = step_f64(&self.scene, model, &mut state, &drive, &mut work);
+        each(0, &state, &Step { summary, work: &work }, &drive);
         let stride = stride.max(1);
         let mut from = 0;
         while from + 1 < n {
@@ -381,16 +409,16 @@ impl Prepared {
             if let Some(whole) = drive_between(&a, &b, &unseated, self.grip_n[to], self.ordinal) {
                 let mut part = whole;
                 part.dt_s = whole.dt_s / parts;
-                let mut last = step_f64(&self.scene, model, &mut state, &part);
+                let mut summary = step_f64(&self.scene, model, &mut state, &part, &mut work);
                 for _ in 1..parts as usize {
                     for m in [&mut part.pusher, &mut part.support].into_iter().flatten() {
                         m.position_m += m.velocity_m_s * part.dt_s;
                         m.rotation =
                             stickslip_shared::step::turned(&m.rotation, &(m.angular_rad_s * part.dt_s));
                     }
-                    last = step_f64(&self.scene, model, &mut state, &part);
+                    summary = step_f64(&self.scene, model, &mut state, &part, &mut work);
                 }
-                each(to, &state, &last, &part);
+                each(to, &state, &Step { summary, work: &work }, &part);
             }
             from = to;
         }
@@ -408,7 +436,7 @@ impl Prepared {
         Some((drive, unseated, state))
     }
 
-    fn record(&self, step: &StepOutput<f64, SLOTS>, out: &mut Simulated) {
+    fn record(&self, step: &StepSummary<f64>, out: &mut Simulated) {
         let mut row = [f64::NAN; COUNT];
         let r = &step.reading;
         let local = Pose { position_m: r.position_m, rotation: r.rotation };

@@ -6,6 +6,7 @@ mod cause;
 mod channel_words;
 mod check_physics;
 mod contact;
+mod diagnose_experiment;
 mod diagnose_groups;
 mod diagnose_posterior;
 mod diagnose_statistics;

@@ -103,6 +103,16 @@ fn a_formula_is_added_refitted_calibrated_compared_and_separated_like_an_effect(
         between["between"].as_array().expect("two").iter().filter_map(Value::as_str).collect();
     pair.sort_unstable();
     assert_eq!(pair, ["sensor_gain", "weak_jaw"]);
+    let plan = json(folder, &[words.as_slice(), &["--runs", "3"]].concat())["plan"].clone();
+    let told: Vec<f64> = plan["trials"]
+        .as_array()
+        .expect("trials")
+        .iter()
+        .map(|t| t["information_bits"].as_f64().expect("bits"))
+        .collect();
+    assert!(told.len() == 3 && told.is_sorted(), "each trial adds: {plan}");
+    let open = plan["open_bits"].as_f64().expect("bits");
+    assert!((open - 1.0).abs() < 1e-12 && told[2] <= open, "two that are equally likely: {plan}");
 }
 
 #[test]

@@ -127,13 +127,13 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
                 let mut last = Instant::now();
                 prepared.observe(&model, 1, |_, _, step, _| {
                     let now = Instant::now();
-                    by_contacts.entry(step.contacts.len()).or_default().add(&Steps {
+                    by_contacts.entry(usize::from(step.points)).or_default().add(&Steps {
                         steps: 1,
                         median_s: 0.0,
                         newton_steps: step.iterations as usize,
                         unsolved: usize::from(step.status != SolveStatus::Solved),
                     });
-                    times.push((step.contacts.len() as u16, (now - last).as_nanos() as u32));
+                    times.push((step.points, (now - last).as_nanos() as u32));
                     last = now;
                 });
                 let stepped = ThreadTime::now();

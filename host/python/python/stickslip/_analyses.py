@@ -162,12 +162,16 @@ def suggest(
     *,
     between: Sequence[str] = (),
     formulas: Path | None = None,
+    runs: int | None = None,
     progress: Progress = None,
 ) -> Report:
-    """The experiment that would tell two effects apart; without ``between``, the best two of a diagnosis."""
+    """The experiments that would tell two effects apart; without ``between``, all that are credible.
+
+    ``runs``: also a plan of so many trials that together tell most (``report.plan``).
+    """
     of = _data(data)
     before = set(of.refused)
-    report = Report(_stickslip.suggest(of, native(model), list(between), _file(formulas), progress))
+    report = Report(_stickslip.suggest(of, native(model), list(between), _file(formulas), runs, progress))
     _refused(before, of, report)
     return report
 

@@ -99,7 +99,12 @@ def add(
 ) -> Report: ...
 def refit(data: Dataset, model: Model, told: _Told) -> Report: ...
 def suggest(
-    data: Dataset, model: Model | None, between: Sequence[str], formulas: str | None, told: _Told
+    data: Dataset,
+    model: Model | None,
+    between: Sequence[str],
+    formulas: str | None,
+    runs: int | None,
+    told: _Told,
 ) -> Report: ...
 def score(
     data: Dataset, model: Model | None, object_pose: str, ratio: float, rate_n_s: float, told: _Told

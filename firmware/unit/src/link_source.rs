@@ -1,9 +1,9 @@
 //! The tick's sample of a run whose samples the host sends. Of a run on the unit's own sensors it is
-//! [`stickslip_unit::fingers`] that makes it.
+//! [`fingers`](crate::fingers) that makes it.
 
-use stickslip_shared::wire::{Sample, StartRequest};
+use stickslip_shared::wire::{SAMPLE_QUEUE, Sample, StartRequest};
 
-use crate::queues::SAMPLES;
+use crate::queue::Queue;
 
 /// What a source has for a tick.
 pub enum Next {
@@ -33,14 +33,14 @@ impl LinkSource {
     }
 
     /// The sample for this tick.
-    pub fn take(&mut self) -> Next {
-        if !self.begun && SAMPLES.len() < self.prefill.max(1) {
-            self.waited = self.waited.saturating_add(u8::from(!SAMPLES.is_empty()));
+    pub fn take(&mut self, samples: &Queue<Sample, SAMPLE_QUEUE>) -> Next {
+        if !self.begun && samples.len() < self.prefill.max(1) {
+            self.waited = self.waited.saturating_add(u8::from(!samples.is_empty()));
             if self.waited < PATIENCE {
                 return Next::Filling;
             }
         }
         self.begun = true;
-        SAMPLES.try_receive().map_or(Next::Starved, Next::Sample)
+        samples.try_receive().map_or(Next::Starved, Next::Sample)
     }
 }

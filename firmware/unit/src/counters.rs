@@ -59,36 +59,53 @@ pub struct Counters {
     cost: Mutex<Cell<(u32, u64, u32)>>,
 }
 
-/// The board's counts since reset.
-pub static COUNTERS: Counters = Counters {
-    ticks: Counter::new(),
-    ticks_missed: Counter::new(),
-    samples: Counter::new(),
-    starved: Counter::new(),
-    samples_lost: Counter::new(),
-    samples_repeated: Counter::new(),
-    samples_reordered: Counter::new(),
-    samples_dropped: Counter::new(),
-    samples_unasked: Counter::new(),
-    reports_dropped: Counter::new(),
-    bytes_lost: Counter::new(),
-    frames_damaged: Counter::new(),
-    frames_too_long: Counter::new(),
-    keys_unknown: Counter::new(),
-    bodies_undecodable: Counter::new(),
-    commands_refused: Counter::new(),
-    model_swaps: Counter::new(),
-    solver_marks: Counter::new(),
-    sensor_marks: Counter::new(),
-    witnessed: Counter::new(),
-    witness_apart: Counter::new(),
-    readings_damaged: Counter::new(),
-    readings_dropped: Counter::new(),
-    frames_unsent: Counter::new(),
-    cost: Mutex::new(Cell::new((0, 0, 0))),
-};
+/// Memory that is taken, bytes.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MemoryUse {
+    /// The deepest that the stack was.
+    pub stack: u32,
+    /// What variables take.
+    pub variables: u32,
+}
+
+impl Default for Counters {
+    fn default() -> Self {
+        Self::new()
+    }
+}
 
 impl Counters {
+    /// Nothing counted.
+    pub const fn new() -> Self {
+        Self {
+            ticks: Counter::new(),
+            ticks_missed: Counter::new(),
+            samples: Counter::new(),
+            starved: Counter::new(),
+            samples_lost: Counter::new(),
+            samples_repeated: Counter::new(),
+            samples_reordered: Counter::new(),
+            samples_dropped: Counter::new(),
+            samples_unasked: Counter::new(),
+            reports_dropped: Counter::new(),
+            bytes_lost: Counter::new(),
+            frames_damaged: Counter::new(),
+            frames_too_long: Counter::new(),
+            keys_unknown: Counter::new(),
+            bodies_undecodable: Counter::new(),
+            commands_refused: Counter::new(),
+            model_swaps: Counter::new(),
+            solver_marks: Counter::new(),
+            sensor_marks: Counter::new(),
+            witnessed: Counter::new(),
+            witness_apart: Counter::new(),
+            readings_damaged: Counter::new(),
+            readings_dropped: Counter::new(),
+            frames_unsent: Counter::new(),
+            cost: Mutex::new(Cell::new((0, 0, 0))),
+        }
+    }
+
     /// Books the cost of one tick of a run.
     pub fn book(&self, cost: u32) {
         critical_section::with(|cs| {
@@ -98,8 +115,8 @@ impl Counters {
         });
     }
 
-    /// All counts.
-    pub fn read(&self) -> Statistics {
+    /// All counts, with what memory is taken.
+    pub fn read(&self, memory: &MemoryUse) -> Statistics {
         let (ticks, sum, worst_cost) = critical_section::with(|cs| self.cost.borrow(cs).get());
         // Seven digits are enough: a division of 64 bits would bring 0.9 KB.
         let mean_cost = (sum as f32 / ticks.max(1) as f32) as u32;
@@ -130,8 +147,8 @@ impl Counters {
             readings_damaged: self.readings_damaged.get(),
             readings_dropped: self.readings_dropped.get(),
             frames_unsent: self.frames_unsent.get(),
-            stack_bytes: crate::stack::depth_bytes(),
-            static_bytes: crate::stack::static_bytes(),
+            stack_bytes: memory.stack,
+            static_bytes: memory.variables,
         }
     }
 }

@@ -1,22 +1,23 @@
 //! What the unit remembers: read once at the start, written when the host asks, never in a run: flash may hold up the
 //! processor for a page's erasure (22 ms).
 
-use embassy_futures::block_on;
-use stickslip_shared::wire::{Mode, Recalled, Refusal};
-use stickslip_unit::memory::{Memory, MemoryFault, Settings};
+use core::ops::Range;
 
-use crate::board::current::{self as board, Flash};
-use crate::queues::{MODEL_CRC, mode};
+use embassy_futures::block_on;
+use embedded_storage_async::nor_flash::NorFlash;
+use stickslip_shared::wire::{Recalled, Refusal};
+
+use crate::memory::{Memory, MemoryFault, Settings};
 use crate::slot::Slot;
 use crate::upload::Upload;
 
 /// The memory, where the board has one.
-pub struct Stored(Option<Memory<Flash>>);
+pub struct Stored<F: NorFlash>(Option<Memory<F>>);
 
-impl Stored {
-    /// On the board's flash.
-    pub fn new(flash: Option<Flash>) -> Self {
-        Self(flash.and_then(|flash| Memory::new(flash, board::MEMORY).ok()))
+impl<F: NorFlash> Stored<F> {
+    /// In a part of the board's flash.
+    pub fn new(flash: Option<F>, range: Range<u32>) -> Self {
+        Self(flash.and_then(|flash| Memory::new(flash, range).ok()))
     }
 
     /// The settings, and the model decoded into `slot`, checked as if they came over the line.
@@ -45,14 +46,18 @@ impl Stored {
         (settings, recalled)
     }
 
-    /// Stores the settings, and the model in use where it is another than the stored one.
+    /// Stores the settings, and the model in use, by its checksum, where it is another than the stored one.
     ///
     /// # Errors
     /// No memory, or it fails; or the bytes of the model in use are gone, since others were sent that were refused: then
     /// nothing is written.
-    pub fn store(&mut self, settings: &Settings, upload: &Upload) -> Result<(), Refusal> {
+    pub fn store(
+        &mut self,
+        settings: &Settings,
+        upload: &Upload,
+        in_use: Option<u32>,
+    ) -> Result<(), Refusal> {
         let memory = self.0.as_mut().ok_or(Refusal::NoMemory)?;
-        let in_use = (mode() != Mode::Safe).then(|| MODEL_CRC.load(core::sync::atomic::Ordering::Relaxed));
         let sent = in_use == Some(upload.crc());
         if in_use.is_some() && !sent && model_crc(memory) != in_use {
             return Err(Refusal::NotStored);
@@ -82,6 +87,6 @@ impl Stored {
 /// Checksum of the stored model; `None` where none can be read.
 // A function of its own: its room is not on the stack while something is stored.
 #[inline(never)]
-fn model_crc(memory: &mut Memory<Flash>) -> Option<u32> {
+fn model_crc<F: NorFlash>(memory: &mut Memory<F>) -> Option<u32> {
     block_on(memory.model_crc())
 }
