@@ -540,7 +540,7 @@ fn rivals(report: &Report) -> [String; 2] {
     match (report.effects.first(), other) {
         (Some(chosen), Some(other)) => [chosen, other].map(|id| format!("if it is {}", words(id))),
         _ => {
-            let best = report.candidates.first().map_or_else(String::new, |best| words(&best.id));
+            let best = report.candidates.first().map_or_else(String::new, |best| words(best.id));
             ["if nothing is added to the model".to_owned(), format!("if it is {best}")]
         }
     }
