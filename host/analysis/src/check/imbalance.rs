@@ -37,7 +37,7 @@ fn sentence(suspects: &[Suspect], balance: &Balance) -> String {
     let effect = suspects.first().map_or("", |best| best.effect);
     format!(
         "the measured forces and the weight do not balance in {} of {} trials; {} {which} (sums of {:.2} N become {:.2} N{}). \
-         Where the sensor can be looked at, correct its axes or its gain in the mapping; otherwise go on: `diagnose` knows \
+         Where the sensor can be looked at, correct its axes or its gain in the mapping; otherwise go on: `diagnose` tries \
          this as {effect}",
         balance.failing,
         balance.checked,
