@@ -144,6 +144,14 @@ pub fn share(explained: f64) -> String {
     if explained < 0.0 { "none: worse".into() } else { format!("{:.0} %", 100.0 * explained) }
 }
 
+/// That in words, `of_what` being what it is a share of.
+pub fn explains(explained: f64, of_what: &str) -> String {
+    match explained {
+        e if e < 0.0 => format!("explains none {of_what} and leaves more"),
+        e => format!("explains {} {of_what}", share(e)),
+    }
+}
+
 /// A probability in per cent; what is nearly none or all is said to be so.
 pub fn percent(probability: f64) -> String {
     match probability {
@@ -255,19 +263,19 @@ fn role(c: &CandidateReport, what: &str) -> String {
     let left = format!("leaves {:.2} run spreads", c.held_out_error);
     match (c.explained_beyond, c.beside.as_slice()) {
         (Some(beyond), held) => format!(
-            "{what}; beside {}, found before it, it explains {} of what that leaves (together {} of the excess error) and {left}",
+            "{what}; beside {}, found before it, it {} (together {} of the excess error) and {left}",
             joined(held),
-            share(beyond),
+            explains(beyond, "of what that leaves"),
             share(c.explained)
         ),
         (None, []) => {
-            format!("{what}; on its own it explains {} of the excess error and {left}", share(c.explained))
+            format!("{what}; on its own it {} and {left}", explains(c.explained, "of the excess error"))
         }
         (None, held) => {
             format!(
-                "{what}; with {} it explains {} of the excess error and {left}",
+                "{what}; with {} it {} and {left}",
                 joined(held),
-                share(c.explained)
+                explains(c.explained, "of the excess error")
             )
         }
     }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use stickslip_shared::effects::Info;
+use stickslip_shared::effects::{Info, Role, find as find_effect};
 
 use crate::channels::channel_words;
 use crate::diagnose::detection::UpperLimit;
@@ -517,6 +517,12 @@ fn better_predicted(
     )
 }
 
+/// The effect that depends on the order of trials, where it is the only one.
+fn drift(effects: &[&'static str]) -> Option<&'static Info> {
+    let [id] = effects else { return None };
+    find_effect(id).filter(|info| info.role == Role::Order)
+}
+
 /// The verdict in words. Its shares are those of the table of `candidates`.
 fn sentence(
     verdict: Verdict,
@@ -545,6 +551,13 @@ fn sentence(
         Verdict::NothingMissing | Verdict::Inconclusive => format!(
             "Nothing is missing: no channel has a systematic misfit of more than {:.1} run spreads.",
             misfit.worst().max(0.1)
+        ),
+        // Repetitions show it, whose means hide it: of these it may explain nothing.
+        Verdict::Effect if share < verdict::EXPLAINS && drift(effects).is_some() => format!(
+            "The model lacks {}: repetitions made later differ from those made before by more than chance (p = {:.1e}), \
+             as friction that changes with the order of trials makes them.",
+            effects.join(" and "),
+            candidates.iter().find(named).map_or(0.0, |c| c.p_value)
         ),
         Verdict::Effect => format!(
             "The model lacks {}; {} {} {of_what}{next}.",

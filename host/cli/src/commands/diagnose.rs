@@ -200,8 +200,8 @@ fn print_first(report: &Report, output: &Output) {
             let strength: Vec<String> = strength.collect();
             let colon = if strength.is_empty() { "" } else { ": " };
             let (share, of_what) = c.own_share();
-            let share = stickslip_report::diagnose::share(share);
-            output.text(format_args!("  {} explains {share} {of_what}{colon}{}", c.id, strength.join(", ")));
+            let explains = stickslip_report::diagnose::explains(share, &of_what);
+            output.text(format_args!("  {} {explains}{colon}{}", c.id, strength.join(", ")));
         }
     }
     for p in report.places.iter().filter(|p| p.before.max(p.after) > 1.0).take(LISTED) {
