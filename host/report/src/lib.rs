@@ -8,6 +8,7 @@ pub mod bench;
 pub mod compare;
 pub mod data;
 pub mod diagnose;
+mod experiment;
 pub mod figures;
 pub mod html;
 pub mod import;

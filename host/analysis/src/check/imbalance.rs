@@ -1,8 +1,8 @@
 //! Forces that do not balance in most trials: what is wrong with the bench.
 
+use super::facts::{Balance, TrialFacts};
 use super::physics::{Breach, Cause, Finding};
 use super::sensor_error::{Suspect, suspects};
-use super::{Balance, TrialFacts};
 use crate::evidence::balance::StageBalance;
 use crate::evidence::statistics::median;
 use stickslip_data::{Description, Warning};

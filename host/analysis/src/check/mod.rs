@@ -1,6 +1,7 @@
 //! What a data set holds and whether its measurements can be trusted, trial by trial: memory
 //! for one group of repetitions at a time.
 
+mod facts;
 mod imbalance;
 pub mod physics;
 pub mod sensor_error;
@@ -23,6 +24,8 @@ use crate::evidence::statistics::median;
 use crate::left_out::LeftOut;
 use crate::progress::Progress;
 use crate::run::simulate::prepare;
+use facts::TrialFacts;
+pub use facts::{Balance, StageSummary, TareSummary};
 use physics::{Clocks, Finding, TrialPhysics};
 use sensor_error::Suspect;
 use stickslip_data::{Description, Index, Pose, Sample, Trial, TrialInfo, Warning, error::join_warnings};
@@ -108,69 +111,6 @@ pub struct Channel {
     pub white: Option<f64>,
     /// Between repetitions, by stage: before contact, pushed, end. `None`: no repetition.
     pub floor: [Option<f64>; STAGES.len()],
-}
-
-/// The balance over the data set.
-#[derive(Clone, Debug, Default, JsonSchema, Serialize)]
-pub struct Balance {
-    /// Trials in which it was formed.
-    pub checked: usize,
-    /// Trials in which it fails in any stage.
-    pub failing: usize,
-    /// Stages over the data set.
-    pub stages: Vec<StageSummary>,
-    /// Failing trials with their worst stage, worst first.
-    pub worst: Vec<(String, StageBalance)>,
-    /// Why it was not formed, and in how many trials.
-    pub not_checked: Vec<(NotChecked, usize)>,
-    /// Mean of the offsets found before contact, and their scatter between trials.
-    pub tare: Option<TareSummary>,
-}
-
-/// One stage over the trials.
-#[derive(Clone, Debug, JsonSchema, Serialize)]
-pub struct StageSummary {
-    /// Name.
-    pub stage: &'static str,
-    /// Trials.
-    pub trials: usize,
-    /// Mean of the trials' sums, world axes.
-    pub mean_n: [f64; 3],
-    /// Scatter of the trials' sums.
-    pub scatter_n: [f64; 3],
-    /// Greatest sum's component.
-    pub worst_n: f64,
-    /// Bound by the sensors' uncertainty.
-    pub bound_n: f64,
-}
-
-/// Offsets over the trials.
-#[derive(Clone, Debug, JsonSchema, Serialize)]
-pub struct TareSummary {
-    /// Trials in which they could be found.
-    pub trials: usize,
-    /// Fingers' sum, gripper axes: mean.
-    pub fingers_sum_n: [f64; 3],
-    /// Its scatter between trials.
-    pub fingers_scatter_n: [f64; 3],
-    /// Pusher force, world axes: mean.
-    pub pusher_n: Option<[f64; 3]>,
-}
-
-/// What one trial tells.
-struct TrialFacts {
-    name: String,
-    file: PathBuf,
-    weight_n: [f64; 3],
-    physics: TrialPhysics,
-    samples: usize,
-    measured: [usize; COUNT],
-    white: [Option<f64>; COUNT],
-    median_step_s: f64,
-    gaps: usize,
-    longest_gap_s: f64,
-    balance: Result<Vec<StageBalance>, NotChecked>,
-    offsets: Option<AtRest>,
 }
 
 /// Scatter of repetitions of each channel and stage.

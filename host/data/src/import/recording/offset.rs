@@ -14,7 +14,7 @@
 //!
 //! The share is that of what pushes (plate, pusher, its mount) in all that gives way, the pads with it. All together gives
 //! way by `v T / F_max`, with `v` the gripper's speed, which is measured; what pushes by no more than a bench does
-//! ([`PUSHED_M_N`]). So the share is small where pads are soft, and may be all where they are as hard as the plate. Where
+//! (`PUSHED_M_N`). So the share is small where pads are soft, and may be all where they are as hard as the plate. Where
 //! the largest share that is allowed fits best, larger ones are tried as well.
 //!
 //! Each pair of power and share is a fit of its own, the share with the force as measured. What is told is the interval
