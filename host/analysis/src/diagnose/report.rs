@@ -548,6 +548,11 @@ fn sentence(
     let next = best(&mut candidates.iter().filter(others))
         .map_or(String::new(), |(id, (share, _))| format!("; next best {id} ({})", percent(share)));
     match verdict {
+        Verdict::NothingMissing if misfit.worst() > RELEVANT => format!(
+            "Nothing is missing: no channel misses by more than {RELEVANT:.1} run spreads beyond chance (the largest misfit, \
+             {:.1}, is within it).",
+            misfit.worst()
+        ),
         Verdict::NothingMissing | Verdict::Inconclusive => format!(
             "Nothing is missing: no channel has a systematic misfit of more than {:.1} run spreads.",
             misfit.worst().max(0.1)
