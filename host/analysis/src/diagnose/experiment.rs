@@ -239,27 +239,28 @@ pub fn greedy(
     trials: usize,
     distances: impl Fn(usize, usize) -> Vec<f64>,
 ) -> Vec<(usize, f64)> {
-    let pairs = probabilities.len() * probabilities.len();
-    let mut runs = vec![0; choices];
-    let mut of_choice = vec![vec![0.0; pairs]; choices];
-    let mut total = vec![0.0; pairs];
+    // Of each kind: in the repetitions that are planned, and in one more.
+    let mut planned = vec![(0, vec![0.0; probabilities.len() * probabilities.len()]); choices];
+    let mut further: Vec<Vec<f64>> = (0..choices).map(|k| distances(k, 1)).collect();
+    let mut total = vec![0.0; probabilities.len() * probabilities.len()];
     let mut out = Vec::new();
     for _ in 0..trials {
         let next = |k: usize| {
-            let with = distances(k, runs[k] + 1);
-            let sum: Vec<f64> =
-                total.iter().zip(&of_choice[k]).zip(&with).map(|((t, o), w)| t - o + w).collect();
-            (k, information_bits(probabilities, &sum), with, sum)
+            let change = planned[k].1.iter().zip(&further[k]).map(|(now, then)| then - now);
+            let sum: Vec<f64> = total.iter().zip(change).map(|(t, c)| t + c).collect();
+            (k, information_bits(probabilities, &sum), sum)
         };
         let bits = |b: f64| (b / SAME_BITS).round();
         // Where nothing is open any more, what parts the two that are hardest to part.
         let hardest = |sum: &[f64]| apart(sum, probabilities.len());
         let best = (0..choices)
             .map(next)
-            .max_by(|p, q| bits(p.1).total_cmp(&bits(q.1)).then(hardest(&p.3).total_cmp(&hardest(&q.3))));
-        let Some((k, told, with, sum)) = best else { break };
-        (of_choice[k], total) = (with, sum);
-        runs[k] += 1;
+            .max_by(|p, q| bits(p.1).total_cmp(&bits(q.1)).then(hardest(&p.2).total_cmp(&hardest(&q.2))));
+        let Some((k, told, sum)) = best else { break };
+        total = sum;
+        let (runs, now) = &mut planned[k];
+        *runs += 1;
+        *now = std::mem::replace(&mut further[k], distances(k, *runs + 1));
         out.push((k, told));
     }
     out

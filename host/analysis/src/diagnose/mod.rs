@@ -205,18 +205,18 @@ pub fn suggest(
         [] => weighed(problem, base, &found),
         _ => vec![(a, 0.5), (b, 0.5)],
     };
+    let [(first, _), (second, _), ..] = weighed[..] else { return Ok(None) };
     let of: Vec<Hypothesis> = weighed
         .iter()
         .map(|(c, probability)| Hypothesis { model: &c.held.solution.model, probability: *probability })
         .collect();
     let grid = Grid::new(problem, &base.solution.model, &of);
-    let first: Vec<&'static str> = weighed.iter().map(|(c, _)| c.info.id).collect();
     let set = |(c, probability): &(&Candidate, f64)| Weighed {
         effects: vec![c.info.id],
         probability: *probability,
     };
     Ok(Some(Telling {
-        between: [first.first().copied().unwrap_or(a.info.id), first.get(1).copied().unwrap_or(b.info.id)],
+        between: [first.info.id, second.info.id],
         sets: weighed.iter().map(set).collect(),
         experiments: grid.experiments(most),
         plan: runs.map(|runs| grid.plan(runs)),

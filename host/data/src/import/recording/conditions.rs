@@ -146,23 +146,38 @@ fn quantity(column: &str) -> Option<Quantity> {
     }
 }
 
+/// Where the files of a pattern (`raw/{trial}_ft.csv`) are looked for.
+struct Place<'a> {
+    /// What is listed.
+    folder: PathBuf,
+    /// What the pattern has before the name with the placeholder (`raw/`).
+    before: &'a str,
+    /// Of that name, before and after the placeholder.
+    head: &'a str,
+    tail: &'a str,
+    /// What follows below it.
+    after: PathBuf,
+}
+
+/// `None`: no placeholder.
+fn place<'a>(mapping: &Path, pattern: &'a str) -> Option<Place<'a>> {
+    let (start, end) = pattern.split_once("{trial}")?;
+    let (before, head) = start.split_at(start.rfind('/').map_or(0, |slash| slash + 1));
+    let (tail, after) = end.split_once('/').unwrap_or((end, ""));
+    let folder = match beside(mapping, Path::new(before)) {
+        here if here.as_os_str().is_empty() => PathBuf::from("."),
+        folder => folder,
+    };
+    Some(Place { folder, before, head, tail, after: PathBuf::from(after) })
+}
+
 /// Names of the trials whose files exist for `pattern` (`raw/{trial}_ft.csv`), with their paths.
 ///
 /// # Errors
 /// A folder that cannot be listed.
 pub fn files(mapping: &Path, pattern: &str) -> Result<BTreeMap<String, PathBuf>, RecordingError> {
     let mut found = BTreeMap::new();
-    // The part of the path with the placeholder, what is before it and what after.
-    let parts: Vec<&str> = pattern.split('/').collect();
-    let Some(at) = parts.iter().position(|part| part.contains("{trial}")) else { return Ok(found) };
-    let before = if at == 0 { PathBuf::new() } else { PathBuf::from(parts[..at].join("/")) };
-    let before = if pattern.starts_with('/') && at == 1 { PathBuf::from("/") } else { before };
-    let after: PathBuf = parts[at + 1..].iter().collect();
-    let (head, tail) = parts[at].split_once("{trial}").unwrap_or((parts[at], ""));
-    let folder = match beside(mapping, &before) {
-        here if here.as_os_str().is_empty() => PathBuf::from("."),
-        folder => folder,
-    };
+    let Some(Place { folder, head, tail, after, .. }) = place(mapping, pattern) else { return Ok(found) };
     let io = |error: std::io::Error| RecordingError::Io { file: folder.clone(), error: error.to_string() };
     for entry in std::fs::read_dir(&folder).map_err(io)? {
         let name = entry.map_err(io)?.file_name().to_string_lossy().into_owned();
@@ -181,37 +196,20 @@ pub fn files(mapping: &Path, pattern: &str) -> Result<BTreeMap<String, PathBuf>,
 /// Of what is in the folder of a pattern that no file matches, a file whose name ends nearly as the pattern: `; did you
 /// mean "{trial}_mocap.csv"?`.
 pub fn nearest(mapping: &Path, pattern: &str) -> String {
-    let Some((head, tail)) = pattern.split_once("{trial}").filter(|(_, tail)| !tail.contains('/')) else {
-        return String::new();
-    };
-    let (folder, head) = head.rsplit_once('/').map_or(("", head), |(folder, head)| (folder, head));
-    let folder = match beside(mapping, Path::new(folder)) {
-        here if here.as_os_str().is_empty() => PathBuf::from("."),
-        folder => folder,
-    };
+    let place = place(mapping, pattern).filter(|place| place.after.as_os_str().is_empty());
+    let Some(Place { folder, before, head, tail, .. }) = place else { return String::new() };
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
-    let ends: Vec<(usize, String)> = names
-        .filter_map(|name| {
-            let from = name.len().checked_sub(tail.len() + 1)?;
-            (0..=2)
-                .filter_map(|k| {
-                    let end = name.get(from + k..)?;
-                    did_you_mean(tail, &[end])
-                        .map(|end| (strsim::damerau_levenshtein(end, tail), end.to_owned()))
-                })
-                .min()
-        })
-        .collect();
-    ends.into_iter().min().map_or_else(String::new, |(_, end)| {
-        let folder = if pattern.contains('/') {
-            pattern.rsplit_once('/').map_or("", |(folder, _)| folder)
-        } else {
-            ""
+    let ends = names.filter_map(|name| {
+        let from = name.len().checked_sub(tail.len() + 1)?;
+        let alike = |k: usize| {
+            let end = did_you_mean(tail, &[name.get(from + k..)?])?;
+            Some((strsim::damerau_levenshtein(end, tail), end.to_owned()))
         };
-        let joint = if folder.is_empty() { "" } else { "/" };
-        format!("; did you mean \"{folder}{joint}{head}{{trial}}{end}\"?")
-    })
+        (0..=2).filter_map(alike).min()
+    });
+    ends.min()
+        .map_or_else(String::new, |(_, end)| format!("; did you mean \"{before}{head}{{trial}}{end}\"?"))
 }
 
 /// `path` relative to the folder of the mapping.
