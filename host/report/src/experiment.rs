@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use crate::html::{figure, swatch};
 use crate::plot::{Chart, Line, MODELS};
-use crate::words::{identifier_words as words, short};
+use crate::words::identifier_words as words;
 use stickslip_analysis::channels::channel_words;
 use stickslip_analysis::compare::verdict::scale;
 use stickslip_analysis::diagnose::experiment::Experiment;
@@ -34,8 +34,11 @@ pub fn experiment_chart(e: &Experiment) -> Chart {
 
 /// The two models whose predictions the suggested experiment compares.
 fn rivals(report: &Report) -> [String; 2] {
-    let other = report.ambiguous_with.iter().flatten().find(|id| !report.effects.contains(id));
-    match (report.effects.first(), other) {
+    // Of two sets that do as well, what one has and the other has not.
+    let set = report.ambiguous_with.first();
+    let chosen = report.effects.iter().find(|id| set.is_some_and(|set| !set.contains(id)));
+    let other = set.and_then(|set| set.iter().find(|id| !report.effects.contains(id)));
+    match (chosen, other) {
         (Some(chosen), Some(other)) => [chosen, other].map(|id| format!("if it is {}", words(id))),
         _ => {
             let best = report.candidates.first().map_or_else(String::new, |best| words(best.id));
@@ -49,9 +52,9 @@ pub fn drawn_experiment(report: &Report, e: &Experiment) -> Markup {
     let [one, other] = rivals(report);
     let words = format!("the two models' predictions {:.1} standard deviations apart", e.standard_deviations);
     let conditions = [
-        e.grip_n.map(|n| ("grip", format!("{} N", short(n)))),
-        e.slope_rad.map(|s| ("slope", format!("{} deg", short(s.to_degrees())))),
-        e.pusher_offset_m.map(|m| ("pusher off the middle", format!("{} mm", short(m * 1e3)))),
+        e.grip_n.map(|n| ("grip", format!("{n:.1} N"))),
+        e.slope_rad.map(|s| ("slope", format!("{:.1} deg", s.to_degrees()))),
+        e.pusher_offset_m.map(|m| ("pusher off the middle", format!("{:.1} mm", m * 1e3))),
         Some(("runs", e.runs.to_string())),
     ];
     html! {
