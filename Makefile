@@ -29,8 +29,10 @@ browser: ## Install Chromium where it is missing: it clicks through the pages in
 mujoco-setup: ## A Python environment with MuJoCo for `stickslip-lab mujoco`, outside the repository
 	@tools/mujoco/setup.sh
 
+# With the features of `stickslip`, so that the long build goes on from it.
 first: ## A first look before the long build: a recorded push through the predictor
-	cargo run -p stickslip-first
+	cargo build --release -p stickslip-first -p stickslip-cli --no-default-features --bin stickslip-first
+	target/release/stickslip-first
 
 # Without the server for Foxglove, an eighth of the build.
 demo: first setup firmware ## A first look; a push through the firmware in QEMU, replayed and compared; drops prevented on the rig
