@@ -70,16 +70,7 @@ pub fn summary(
     let of = if tally.failures + tally.new > 0 { " where either of them fails" } else { "" };
     words +=
         &format!(" goes from {} to {} times the noise floor{of}", factor(tally.before), factor(tally.after));
-    let sizes = changes.iter().filter_map(|c| Some((c, c.before.multiples?, c.after.multiples?)));
-    let change = |(_, before, after): &(&Change, f64, f64)| (before * before - after * after).abs();
-    if let Some((c, from, to)) = sizes.max_by(|a, b| change(a).total_cmp(&change(b))) {
-        words += &format!(
-            ", most in {} from {} to {}",
-            place_words(&c.place, many_primitives(&first.errors)),
-            factor(from),
-            factor(to),
-        );
-    }
+    words += &largest_changes(changes, tally.after <= tally.before, many_primitives(&first.errors));
     if !single {
         words += &format!("; {}", counted(tally));
         if let Some(without) = tallies.get(1).filter(|_| first.open_force_n.is_some()) {
@@ -92,6 +83,27 @@ pub fn summary(
         }
     }
     format!("{words}. {state}")
+}
+
+/// Where the error changes most as all of it does (whether that `falls`), and where it changes by more against that.
+fn largest_changes(changes: &[Change], falls: bool, many: bool) -> String {
+    let sizes: Vec<(&Change, f64, f64)> =
+        changes.iter().filter_map(|c| Some((c, c.before.multiples?, c.after.multiples?))).collect();
+    let change = |(_, before, after): &(&Change, f64, f64)| {
+        if falls { before * before - after * after } else { after * after - before * before }
+    };
+    let words = |(c, from, to): &(&Change, f64, f64)| {
+        format!("{} from {} to {}", place_words(&c.place, many), factor(*from), factor(*to))
+    };
+    let most = sizes.iter().max_by(|a, b| change(a).total_cmp(&change(b))).filter(|c| change(c) > 0.0);
+    let against = sizes.iter().min_by(|a, b| change(a).total_cmp(&change(b)));
+    let against = against.filter(|c| -change(c) > most.map_or(0.0, change));
+    let way = if falls { "rises" } else { "falls" };
+    let mut out = most.map_or(String::new(), |c| format!(", most in {}", words(c)));
+    if let Some(c) = against {
+        out += &format!(", while it {way} in {}", words(c));
+    }
+    out
 }
 
 /// '12 of 24 failures are removed, 2 are larger, 1 is new'.
