@@ -82,7 +82,9 @@ mod tests {
             rest_s: 0.0,
         };
         let mut law = FrictionLaw::<f64> { mu: [0.4, 0.4], adhesion_n: 0.0, viscosity_s_m: 0.0 };
-        MyEffect.friction(&[0.1, 0.0, 0.0, 0.0, 0.0, 0.0], &context, &[0.0; 3], &slip, &mut law);
+        let mut parameters = [0.0; MAX_PARAMETERS];
+        parameters[0] = 0.1;
+        MyEffect.friction(&parameters, &context, &[0.0; MEMORY], &slip, &mut law);
         // 0.4 raised by a tenth.
         let published: f64 = 0.44;
         assert!((law.mu[0] - published).abs() < 1e-12, "{:?}", law.mu);

@@ -7,9 +7,9 @@ use crate::real::Real;
 use serde::{Deserialize, Serialize};
 
 /// Most parameters of one effect.
-pub const MAX_PARAMETERS: usize = 6;
-/// Numbers that an effect may remember from step to step.
-pub const MEMORY: usize = 3;
+pub const MAX_PARAMETERS: usize = 18;
+/// Numbers that an effect may remember from step to step: one of each body, or what it needs.
+pub const MEMORY: usize = 4;
 
 /// An effect in a model: which, and its parameters (SI units, see its [`Info`]).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -72,6 +72,8 @@ pub enum Role {
         /// m
         normal_m: f64,
     },
+    /// Only what the force sensors show differs, by what they would show without it and nothing else.
+    Sensing,
     /// A later trial of the same condition differs; its first parameter is the change from trial to trial.
     Order,
 }

@@ -22,6 +22,9 @@ use nalgebra::UnitQuaternion;
 /// Ticks of one trial.
 const TRIAL_TICKS: u32 = 150;
 
+/// Levels drawn for the parameters of an effect; more parameters take them again.
+const LEVELS: usize = 6;
+
 /// What a self-test produced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Digest {
@@ -113,11 +116,9 @@ fn random_model(draw: &mut Draw) -> Model<f32> {
         let Some(info) = REGISTRY.get(draw.below(REGISTRY.len() as u32) as usize) else { continue };
         let mut parameters = [0.0; MAX_PARAMETERS];
         // As many draws for each, so that a new parameter leaves the other trials as they are.
-        for (k, p) in parameters.iter_mut().enumerate() {
-            let level = draw.within(0.3, 1.0);
-            if let Some(i) = info.parameters.get(k) {
-                *p = (i.typical as f32 * level).clamp(i.low as f32, i.high as f32);
-            }
+        let levels: [f32; LEVELS] = core::array::from_fn(|_| draw.within(0.3, 1.0));
+        for ((p, i), level) in parameters.iter_mut().zip(info.parameters).zip(levels.iter().cycle()) {
+            *p = (i.typical as f32 * level).clamp(i.low as f32, i.high as f32);
         }
         let _ = effects.push(Effect { code: info.code, parameters });
     }

@@ -114,9 +114,9 @@ pub(super) fn pad_x_m<R: Real>(c: &StepContext<R>) -> R {
 /// How far the object has opened a jaw that gives way late: from where it closed, and `late_s`
 /// times how fast `width` grows. There the jaw has its force.
 pub(super) fn opened<R: Real>(width: R, late_s: R, c: &StepContext<R>, memory: &mut [R; MEMORY]) -> R {
-    let [closed, start, last] = *memory;
+    let [closed, start, last, _] = *memory;
     let (start, last) = if closed == R::zero() { (width, width) } else { (start, last) };
-    *memory = [R::one(), start, width];
+    *memory = [R::one(), start, width, R::zero()];
     width - start + late_s * (width - last) / max(c.dt_s, R::of(1e-6))
 }
 

@@ -68,7 +68,7 @@ pub const INFO: Info = Info {
 impl<R: Real> Law<R> for GripForceLag {
     fn grip(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, memory: &mut [R; MEMORY], grip_n: &mut R) {
         let half = R::of(0.5);
-        let [loss, error, last] = *memory;
+        let [loss, error, last, _] = *memory;
         let speed = (c.slip_speed_m_s[0] + c.slip_speed_m_s[1]) * half;
         let keep = max(p[1], R::zero());
         let keep = keep / (keep + c.dt_s);
@@ -79,7 +79,7 @@ impl<R: Real> Law<R> for GripForceLag {
         // The first command is met from the start.
         let step = if last > R::zero() { *grip_n - last } else { R::zero() };
         let error = (error - step) * keep;
-        *memory = [loss, error, *grip_n];
+        *memory = [loss, error, *grip_n, R::zero()];
         *grip_n = (*grip_n + error) * max(R::one() - loss, R::zero());
     }
 }

@@ -19,11 +19,11 @@ macro_rules! bounds_of {
     };
 }
 
-const fn bounds_of<const N: usize>(parameters: &[Parameter]) -> [[f64; 2]; N] {
+const fn bounds_of<const N: usize>(parameters: &[Parameter]) -> [[f32; 2]; N] {
     let mut bounds = [[0.0; 2]; N];
     let mut k = 0;
     while k < N {
-        bounds[k] = [parameters[k].low, parameters[k].high];
+        bounds[k] = [parameters[k].low as f32, parameters[k].high as f32];
         k += 1;
     }
     bounds
@@ -40,9 +40,9 @@ macro_rules! registry {
         /// Descriptions of all effects.
         pub static REGISTRY: &[&Info] = &[$(&$module::INFO),*];
 
-        /// Least and largest values of the parameters of the effect with this code, without the words of its description, for
-        /// which a board has no room; `None` where there is none.
-        pub fn bounds(code: u8) -> Option<&'static [[f64; 2]]> {
+        /// Least and largest values of the parameters of the effect with this code, to the precision of a board and without
+        /// the words of its description, for which one has no room; `None` where there is none.
+        pub fn bounds(code: u8) -> Option<&'static [[f32; 2]]> {
             match code {
                 formula::CODE => Some(bounds_of!(formula)),
                 $($code => Some(bounds_of!($module)),)*

@@ -60,11 +60,11 @@ impl<R: Real> Law<R> for RollingResistance {
         // Stable while dt² moment / (inertia range) < 1; smallest inertia as of a 5 mm radius.
         let coarse = c.dt_s * c.dt_s * moment / (loads.mass_kg * R::of(2.5e-5));
         let range = max(R::of(RANGE_RAD), coarse);
-        let [x, y, z] = *memory;
+        let [x, y, z, _] = *memory;
         let spring = Vec3::new(x, y, z) + rolled * (c.dt_s / load);
         let size = norm(&spring);
         let spring = if size > range { spring * (range / size) } else { spring };
-        *memory = [spring.x, spring.y, spring.z];
+        *memory = [spring.x, spring.y, spring.z, R::zero()];
         loads.torque_nm -= spring * (moment / range);
     }
 }

@@ -1,7 +1,8 @@
 //! The largest force leaks into a sensor's other channels.
 //!
-//! Fingers: `f_x += to_x N`, `f_z += to_z N` (each finger its own share), `t_y += to_torsion N`
-//! on both, `N` the size of the normal force shown. Pusher: `f_y += pusher_to_y f_x`.
+//! Each finger has shares of its own: `f_x += to_x N`, `f_z += to_z N`, and the torque about each axis by
+//! `to_t N`, `N` the size of the normal force shown. The pusher has the same of its force along X. What smaller forces
+//! leak is left out.
 
 use super::law::{Law, Reading, StepContext};
 use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
@@ -10,6 +11,9 @@ use crate::real::Real;
 /// See the module.
 pub struct SensorCrosstalk;
 
+/// Place of a finger's normal force in its wrench.
+const NORMAL: usize = 1;
+
 /// Description.
 pub const INFO: Info = Info {
     id: "sensor_crosstalk",
@@ -17,68 +21,48 @@ pub const INFO: Info = Info {
     summary: "a sensor shows a share of its largest force in channels across it",
     signature: "tangential forces or torsion in proportion to grip even while nothing loads the object",
     source: "ATI F/T calibration, crosstalk matrix",
-    role: Role::Plain,
+    role: Role::Sensing,
     parameters: &[
-        Parameter::new(
-            "finger1_to_x",
-            "1",
-            0.02,
-            0.0,
-            [-0.2, 0.2],
-            "finger 1: normal force shown along gripper X",
-        ),
-        Parameter::new(
-            "finger2_to_x",
-            "1",
-            0.02,
-            0.0,
-            [-0.2, 0.2],
-            "finger 2: normal force shown along gripper X",
-        ),
-        Parameter::new(
-            "finger1_to_z",
-            "1",
-            0.02,
-            0.0,
-            [-0.2, 0.2],
-            "finger 1: normal force shown along gripper Z",
-        ),
-        Parameter::new(
-            "finger2_to_z",
-            "1",
-            0.02,
-            0.0,
-            [-0.2, 0.2],
-            "finger 2: normal force shown along gripper Z",
-        ),
-        Parameter::new(
-            "to_torsion_m",
-            "m",
-            0.0005,
-            0.0,
-            [-0.01, 0.01],
-            "torque about gripper Y for each newton of normal force",
-        ),
-        Parameter::new(
-            "pusher_to_y",
-            "1",
-            0.02,
-            0.0,
-            [-0.2, 0.2],
-            "pusher: world X force shown along world Y",
-        ),
+        shared("finger1_to_x", "finger 1: normal force shown along gripper X"),
+        shared("finger2_to_x", "finger 2: normal force shown along gripper X"),
+        shared("finger1_to_z", "finger 1: normal force shown along gripper Z"),
+        shared("finger2_to_z", "finger 2: normal force shown along gripper Z"),
+        torque("finger1_to_tx_m", "finger 1: torque about gripper X for each newton of normal force"),
+        torque("finger2_to_tx_m", "finger 2: torque about gripper X for each newton of normal force"),
+        torque("finger1_to_ty_m", "finger 1: torque about gripper Y for each newton of normal force"),
+        torque("finger2_to_ty_m", "finger 2: torque about gripper Y for each newton of normal force"),
+        torque("finger1_to_tz_m", "finger 1: torque about gripper Z for each newton of normal force"),
+        torque("finger2_to_tz_m", "finger 2: torque about gripper Z for each newton of normal force"),
+        shared("pusher_to_y", "pusher: world X force shown along world Y"),
+        shared("pusher_to_z", "pusher: world X force shown along world Z"),
+        torque("pusher_to_tx_m", "pusher: torque about world X for each newton of world X force"),
+        torque("pusher_to_ty_m", "pusher: torque about world Y for each newton of world X force"),
+        torque("pusher_to_tz_m", "pusher: torque about world Z for each newton of world X force"),
     ],
 };
 
+/// Force shown across, as a share of the largest.
+const fn shared(name: &'static str, what: &'static str) -> Parameter {
+    Parameter::new(name, "1", 0.02, 0.0, [-0.2, 0.2], what)
+}
+
+/// Torque shown for each newton of the largest force.
+const fn torque(name: &'static str, what: &'static str) -> Parameter {
+    Parameter::new(name, "m", 0.0005, 0.0, [-0.02, 0.02], what)
+}
+
 impl<R: Real> Law<R> for SensorCrosstalk {
     fn sense(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, reading: &mut Reading<R>) {
-        let [finger1, finger2] = &mut reading.finger;
-        for (wrench, to_x, to_z) in [(finger1, p[0], p[2]), (finger2, p[1], p[3])] {
-            let normal = wrench[1].abs();
-            wrench[0] += to_x * normal;
-            wrench[2] += to_z * normal;
-            wrench[4] += p[4] * normal;
+        for (k, wrench) in reading.finger.iter_mut().enumerate() {
+            let normal = wrench[NORMAL].abs();
+            let across = wrench.iter_mut().enumerate().filter(|(channel, _)| *channel != NORMAL);
+            for ((_, shown), share) in across.zip(p.iter().skip(k).step_by(2)) {
+                *shown += *share * normal;
+            }
         }
-        reading.pusher[1] += p[5] * reading.pusher[0];
+        let [push, across @ ..] = &mut reading.pusher;
+        for (shown, share) in across.iter_mut().zip(p.iter().skip(10)) {
+            *shown += *share * *push;
+        }
     }
 }

@@ -18,7 +18,7 @@ pub const INFO: Info = Info {
     summary: "force sensors read too much or too little by a constant share",
     signature: "forces that do not balance: fingers and pusher disagree in proportion to the force",
     source: "ATI F/T calibration, gain error",
-    role: Role::Plain,
+    role: Role::Sensing,
     parameters: &[
         Parameter::new("finger1", "1", 0.05, 0.0, [-0.5, 0.5], "relative error of finger 1"),
         Parameter::new("finger2", "1", 0.05, 0.0, [-0.5, 0.5], "relative error of finger 2"),

@@ -187,9 +187,9 @@ pub fn validate<R: Real>(scene: &Scene<R>, model: &Model<R>) -> Result<(), Model
     }
     for e in &model.effects {
         let bounds = crate::effects::bounds(e.code).ok_or(ModelError::UnknownEffect)?;
-        let inside = |(p, bounds): (&R, &[f64; 2])| {
-            // Bounds are decimal; a value sent as f32 may round just past them.
-            let [low, high] = bounds.map(R::of);
+        let inside = |(p, bounds): (&R, &[f32; 2])| {
+            // Bounds and values sent as f32 are rounded: a value may lie just past its bound.
+            let [low, high] = bounds.map(|x| R::of(f64::from(x)));
             let slack = R::of(1e-6) * (high - low);
             p.finite() && *p >= low - slack && *p <= high + slack
         };

@@ -2,7 +2,7 @@
 
 use crate::scenes::*;
 use stickslip_shared::contact::Body;
-use stickslip_shared::effects::{Effect, Law, MEMORY};
+use stickslip_shared::effects::{Effect, Law, MAX_PARAMETERS, MEMORY, Reading};
 use stickslip_shared::model::{FingerContact, Friction};
 
 const N: f64 = 20.0;
@@ -10,6 +10,11 @@ const MU: f64 = 0.4;
 
 fn close(a: f64, b: f64, share: f64) {
     assert!((a - b).abs() <= share * b.abs().max(1e-3), "{a} is not {b} within {share}");
+}
+
+/// Parameters of an effect, the rest zero.
+fn with_zeros<const N: usize>(parameters: [f64; N]) -> [f64; MAX_PARAMETERS] {
+    core::array::from_fn(|k| parameters.get(k).copied().unwrap_or(0.0))
 }
 
 /// The same with an object so light that its inertia does not show at first contact.
@@ -50,10 +55,20 @@ fn viscous_friction_adds_viscosity_times_speed() {
 fn dwell_strengthening_raises_the_peak_with_the_logarithm_of_rest() {
     // The gap of half a millimetre lasts 0.1 s at 5 mm/s and 0.025 s at 20 mm/s.
     for (v, rest) in [(0.005, 0.1), (0.02, 0.025)] {
-        let peak = light_push(v).with("dwell_strengthening", &[0.2, 0.05]).play().peak(0);
+        let peak = light_push(v).with("dwell_strengthening", &[0.2, 0.05, 1e-6]).play().peak(0);
         let expected = 2.0 * MU * N * (1.0 + 0.2 * (1.0_f64 + rest / 0.05).ln());
         // Rest counts in steps of 4 ms.
         close(peak, expected, 0.02);
+    }
+}
+
+#[test]
+fn sliding_renews_a_contact_and_is_stronger_where_it_is_slow() {
+    // Steady sliding has the age that the renewal distance takes.
+    for v in [0.002, 0.05] {
+        let force =
+            light_push(v).with("dwell_strengthening", &[0.2, 0.01, 1e-4]).play().last().reading.pusher[0];
+        close(force, 2.0 * MU * N * (1.0 + 0.2 * (1.0_f64 + 1e-4 / v / 0.01).ln()), 2e-3);
     }
 }
 
@@ -263,7 +278,7 @@ fn a_sharp_grip_force_lag_drops_all_above_its_knee_and_nothing_below() {
 fn grip_lost_by_the_metre_of_slip_stays_lost_at_rest() {
     let law: &dyn Law<f64> = stickslip_shared::effects::law(16).unwrap();
     let lost_after = |drop: f64, drop_1_m: f64| {
-        let parameters = [drop, 0.05, 1e-3, 1.0, drop_1_m, 0.0];
+        let parameters = with_zeros([drop, 0.05, 1e-3, 1.0, drop_1_m]);
         let mut memory = [0.0; MEMORY];
         let mut context = at_rest_context(0.001);
         let mut step = |speed_m_s: f64| {
@@ -312,17 +327,18 @@ fn rolling_resistance_slows_a_free_cylinder_by_two_thirds_of_g_arm_over_radius()
 }
 
 #[test]
-fn sensor_bias_adds_its_constants_to_its_channels_only() {
+fn sensor_bias_adds_each_of_its_constants_to_its_own_channel() {
     let plain = push::<f64>(0.01).play();
-    let run = push::<f64>(0.01).with("sensor_bias", &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]).play();
-    let (a, b) = (&run.last().reading, &plain.last().reading);
-    for (k, (x, z)) in [(0.1, 0.2), (0.3, 0.4)].into_iter().enumerate() {
-        for (c, add) in [x, 0.0, z, 0.0, 0.0, 0.0].into_iter().enumerate() {
-            assert!((a.finger[k][c] - b.finger[k][c] - add).abs() < 1e-12);
-        }
+    let biases: [f64; 18] = core::array::from_fn(|k| 0.01 * (k + 1) as f64);
+    let run = push::<f64>(0.01).with("sensor_bias", &biases).play();
+    let channels = |reading: &Reading<f64>| {
+        let [finger1, finger2] = reading.finger;
+        [finger1, finger2, reading.pusher].concat()
+    };
+    let (with, without) = (channels(&run.last().reading), channels(&plain.last().reading));
+    for ((with, without), bias) in with.iter().zip(&without).zip(biases) {
+        assert!((with - without - bias).abs() < 1e-12);
     }
-    assert!((a.pusher[0] - b.pusher[0] - 0.5).abs() < 1e-12);
-    assert!((a.pusher[2] - b.pusher[2] - 0.6).abs() < 1e-12);
 }
 
 #[test]
@@ -337,7 +353,9 @@ fn sensor_gain_scales_fingers_and_pusher() {
 #[test]
 fn sensor_misalignment_turns_the_push_into_the_channels_across() {
     let plain = pure_push::<f64>(0.01).play().last().reading.pusher;
-    let turned = pure_push::<f64>(0.01).with("sensor_misalignment", &[0.0, 0.0, 0.03, 0.02]).play();
+    let mut turn = [0.0; 9];
+    (turn[7], turn[8]) = (0.03, 0.02);
+    let turned = pure_push::<f64>(0.01).with("sensor_misalignment", &turn).play();
     let w = turned.last().reading.pusher;
     // About Y: x goes to -z; about Z: x goes to y.
     close(w[2] - plain[2], -0.03 * plain[0], 1e-6);
@@ -349,7 +367,7 @@ fn a_finger_sensor_turned_about_gripper_z_shows_a_share_of_the_grip_along_the_sl
     let mut run = hold::<f64>();
     run.scene.gravity_m_s2 = [0.0; 3];
     let plain = run.play().last().reading.finger;
-    let turned = run.with("sensor_misalignment", &[0.0, 0.0, 0.0, 0.0, 0.03, -0.02]).play();
+    let turned = run.with("sensor_misalignment", &[0.0, 0.0, 0.03, 0.0, 0.0, -0.02]).play();
     for ((w, plain), angle) in turned.last().reading.finger.iter().zip(plain).zip([0.03, -0.02]) {
         close(plain[1].abs(), N, 1e-6);
         close(w[0] - plain[0], -angle * plain[1], 1e-6);
@@ -357,14 +375,17 @@ fn a_finger_sensor_turned_about_gripper_z_shows_a_share_of_the_grip_along_the_sl
 }
 
 #[test]
-fn sensor_crosstalk_leaks_its_share_of_the_grip_on_each_finger() {
-    let mut run = hold::<f64>().with("sensor_crosstalk", &[0.02, 0.03, -0.01, 0.01, 0.0005]);
+fn sensor_crosstalk_leaks_its_share_of_the_grip_into_every_channel_across_it() {
+    // By channel: X, Z (shares), torques about X, Y, Z (m).
+    let shares = [[0.02, -0.01, 0.0004, 0.0005, -0.0002], [0.03, 0.01, -0.0003, 0.0006, 0.0001]];
+    let parameters: Vec<f64> = (0..10).map(|k| shares[k % 2][k / 2]).collect();
+    let mut run = hold::<f64>().with("sensor_crosstalk", &parameters);
     run.scene.gravity_m_s2 = [0.0; 3];
     let shown = run.play().last().reading.finger;
-    for (w, to_x, to_z) in [(shown[0], 0.02, -0.01), (shown[1], 0.03, 0.01)] {
-        close(w[0], to_x * N, 1e-3);
-        close(w[2], to_z * N, 1e-3);
-        close(w[4], 0.0005 * N, 1e-3);
+    for (w, shares) in shown.iter().zip(shares) {
+        for (channel, share) in [0, 2, 3, 4, 5].into_iter().zip(shares) {
+            close(w[channel], share * N, 1e-3);
+        }
     }
 }
 
@@ -380,7 +401,7 @@ fn mocap_latency_trails_by_speed_times_latency() {
 fn grip_force_lag_follows_a_step_of_the_command_with_its_time_constant() {
     let mut run = hold::<f64>();
     run.model.friction = Friction { finger: 0.4, pusher: 0.25, support: 0.3 };
-    let effect = Effect::<f64> { code: 16, parameters: [0.0, 0.1, 0.0, 0.0, 0.0, 0.0] };
+    let effect = Effect::<f64> { code: 16, parameters: with_zeros([0.0, 0.1]) };
     let law: &dyn Law<f64> = stickslip_shared::effects::law(effect.code).unwrap();
     // A context from the definition of the scene: at rest.
     let context = at_rest_context(0.001);

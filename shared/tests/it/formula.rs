@@ -4,8 +4,8 @@ use crate::common::{DT_S, gripped, hard, obj4, pose};
 use nalgebra::UnitQuaternion;
 use stickslip_shared::cone::SolveStatus;
 use stickslip_shared::contact::SLOTS;
-use stickslip_shared::effects::Effect;
 use stickslip_shared::effects::formula::{CODE, Fault, Formula, Op, Program, Target, Variable, Variables};
+use stickslip_shared::effects::{Effect, MAX_PARAMETERS};
 use stickslip_shared::model::Model;
 use stickslip_shared::real::Vec3;
 use stickslip_shared::step::{FormulaFault, State, StepOutput, step};
@@ -23,7 +23,7 @@ fn hold(
     let scene = gripped(obj4(), None);
     let mut model: Model<f64> = hard(0.4, 0.25, 0.3);
     for formula in formulas {
-        model.effects.push(Effect { code: CODE, parameters: [0.0; 6] }).unwrap();
+        model.effects.push(Effect { code: CODE, parameters: [0.0; MAX_PARAMETERS] }).unwrap();
         model.formulas.push(formula.clone()).unwrap();
     }
     let still = pose(Vec3::zeros(), UnitQuaternion::identity());
@@ -133,11 +133,11 @@ fn what_has_no_value_is_a_fault_also_where_a_later_operation_would_hide_it() {
         (vec![minus, Op::Constant(0.5), Op::Power], Fault::Domain),
         (vec![Op::Constant(1000.0), Op::Exponential], Fault::Overflow),
     ] {
-        let value = Program::new(&ops).unwrap().evaluate(&[0.0; 6], &nothing);
+        let value = Program::new(&ops).unwrap().evaluate(&[0.0; MAX_PARAMETERS], &nothing);
         assert_eq!(value, Err(fault), "{ops:?}");
     }
     // A sigmoid far out is 0 without a fault: exp may overflow under a division.
     let sigmoid =
         [Op::Constant(1.0), Op::Constant(1.0), Op::Constant(1000.0), Op::Exponential, Op::Add, Op::Divide];
-    assert_eq!(Program::new(&sigmoid).unwrap().evaluate(&[0.0; 6], &nothing), Ok(0.0));
+    assert_eq!(Program::new(&sigmoid).unwrap().evaluate(&[0.0; MAX_PARAMETERS], &nothing), Ok(0.0));
 }

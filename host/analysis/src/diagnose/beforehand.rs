@@ -10,7 +10,7 @@ use stickslip_shared::effects::{MAX_PARAMETERS, REGISTRY, Role};
 use stickslip_shared::model::{MAX_EFFECTS, Model};
 
 use crate::diagnose::choice::FALSE_ALARM;
-use crate::diagnose::search::Search;
+use crate::diagnose::search::{Reach, Search};
 use crate::diagnose::select::{Candidate, Held, explained, hold_out, p_value, total};
 use crate::diagnose::verdict::RELEVANT;
 use crate::fit::campaign::Campaign;
@@ -99,7 +99,13 @@ fn with_pads(problem: &Problem, base: &Held, trial: &CandidateEffect, start: &Mo
     let held = hold_out(problem, fit::solve(problem, start, &free, STEPS), free);
     let explained = explained(&base.misfit, &held.misfit);
     let p_value = p_value(&base.loss, &held.loss);
-    Candidate { info: trial.info, held, p_value, explained, starts: Vec::new(), searched: Search::Thorough }
+    known(trial, held, p_value, explained)
+}
+
+/// What needs no search.
+fn known(trial: &CandidateEffect, held: Held, p_value: f64, explained: f64) -> Candidate {
+    let (info, searched, reach) = (trial.info, Search::Thorough, Reach { promised: 1.0, left: 1.0 });
+    Candidate { info, held, p_value, explained, starts: Vec::new(), searched, reach }
 }
 
 /// What was `found` around another model, fitted anew on `base` in `problem`.
@@ -143,14 +149,6 @@ pub fn drifting<'a>(start: &Start<'a>) -> Option<Start<'a>> {
     let with = fitted(&with.model, &free);
     let before = last(&base, &found);
     let explained = explained(&before.misfit, &with.misfit);
-    let searched = Search::Thorough;
-    found.push(Candidate {
-        info: wear.info,
-        held: with,
-        p_value: chance,
-        explained,
-        starts: Vec::new(),
-        searched,
-    });
+    found.push(known(&wear, with, chance, explained));
     Some(Start { problem: around, base, found, others: Vec::new() })
 }

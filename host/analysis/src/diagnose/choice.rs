@@ -41,6 +41,8 @@ const LIKELY: f64 = 0.05;
 const NEAR: f64 = 0.5;
 /// Strengths of two effects that are correlated more than this are not two findings.
 const ENTANGLED: f64 = 0.98;
+/// ... where both depart from neutral by this share of their typical size.
+const DEPARTS: f64 = 0.1;
 /// Share of the excess below which a first effect is not even tried.
 const WORTH_TRYING: f64 = 0.25;
 /// Candidates that are searched again before `unexplained` is said.
@@ -208,6 +210,12 @@ fn entangled(problem: &Problem, held: &Held) -> bool {
         Free::Effect { slot, of, .. } if of.typical != of.neutral => Some((*slot, *of)),
         _ => None,
     };
+    // What hardly departs from its absence is not played against anything, whatever it is correlated with.
+    let departs = |k: usize| {
+        let typical = strength(&free[k]).map_or(0.0, |(_, of)| (of.typical - of.neutral).abs());
+        let x = strength(&free[k]).map_or(0.0, |(_, of)| (free[k].get(&solution.model) - of.neutral).abs());
+        x > DEPARTS * typical && !solution.at_edge.get(k).copied().unwrap_or(false)
+    };
     let at_bound = |f: &Free| {
         let x = f.get(&solution.model);
         strength(f).is_some_and(|(_, of)| x != of.neutral && (x <= of.low || x >= of.high))
@@ -215,7 +223,7 @@ fn entangled(problem: &Problem, held: &Held) -> bool {
     let correlated = |k: usize, l: usize| {
         let r = covariance[(k, l)] / (covariance[(k, k)] * covariance[(l, l)]).sqrt();
         let (a, b) = (strength(&free[k]), strength(&free[l]));
-        matches!((a, b), (Some(a), Some(b)) if a.0 != b.0) && r.abs() > ENTANGLED
+        matches!((a, b), (Some(a), Some(b)) if a.0 != b.0) && r.abs() > ENTANGLED && departs(k) && departs(l)
     };
     free.iter().any(at_bound) || (0..free.len()).any(|k| (0..k).any(|l| correlated(k, l)))
 }

@@ -13,8 +13,8 @@ use crate::diagnose::verdict::{Doubt, Verdict};
 pub struct Findings {
     /// Base model, refitted.
     pub base: Held,
-    /// The same with the pads that are measured, as long as they are no finding: what is not explained is what
-    /// this one misses.
+    /// The same with the pads as they give way, as long as they are no finding: what effects explain and what is not
+    /// explained is what this one misses.
     pub start: Held,
     /// What stood in the model before the search.
     pub found: Vec<Candidate>,

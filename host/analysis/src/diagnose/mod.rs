@@ -79,8 +79,9 @@ pub fn diagnose(
     let start = beforehand::start(&campaign, &model);
     let start = beforehand::drifting(&start).unwrap_or(start);
     tick();
+    let given = given(&campaign, start.held());
     let Start { mut problem, base, found, mut others } = start;
-    others.push(given(&campaign, &base));
+    others.push(given);
     let mut trials = CandidateEffect::listed();
     trials.extend(own.iter().cloned());
     let mut findings = if problem.noise.of_misfit.is_some() {
@@ -260,10 +261,16 @@ fn around<'a>(campaign: &'a Campaign, near: &Model<f64>, base: &Held) -> (Proble
     (problem, base)
 }
 
-/// The base model with the friction that was given: a strong effect pulls friction away, and where
-/// it ended the effect need not point to the truth.
-fn given(campaign: &Campaign, base: &Held) -> Model<f64> {
-    Model { friction: campaign.given, ..base.solution.model.clone() }
+/// The model of `start` with the friction that was given and the pads as they were read off: a strong effect pulls
+/// both away, and where they ended the effect need not point to the truth.
+fn given(campaign: &Campaign, start: &Held) -> Model<f64> {
+    let mut model = Model { friction: campaign.given, ..start.solution.model.clone() };
+    for f in &start.free {
+        if let Some((value, _)) = f.read_off(campaign) {
+            f.set(&mut model, value);
+        }
+    }
+    model
 }
 
 /// `ways` of contact that are far from `start`, each at its place, with the effects of `start`.
@@ -337,7 +344,8 @@ fn find(
         swings: swing.is_some(),
         conditions: problem.campaign.conditions,
     };
-    let without_effects = if before.is_empty() { start } else { &base };
+    let ordinary = found.iter().take_while(|c| !is_finding(c)).last();
+    let without_effects = ordinary.map_or(&base, |c| &c.held);
     let misfit = left.as_ref().unwrap_or(&without_effects.misfit);
     let beside = beside.or_else(|| verdict::missing_beside(verdict, &signs, &last.misfit));
     let (verdict, doubt) = verdict::verdict(verdict, &signs, misfit);

@@ -176,7 +176,6 @@ pub struct Report {
 /// Makes the report.
 pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Duration) -> Report {
     let Findings {
-        base,
         start,
         first,
         chosen,
@@ -194,8 +193,8 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
     } = &findings;
     let named = matches!(verdict, Verdict::Effect | Verdict::Ambiguous);
     let last = last.as_ref().filter(|_| named).unwrap_or(start);
-    let effects: Vec<&'static str> = if named { by_strength(base, chosen) } else { Vec::new() };
-    let met: Vec<&Held> = std::iter::once(base).chain(found.iter().chain(chosen).map(|c| &c.held)).collect();
+    let effects: Vec<&'static str> = if named { by_strength(start, chosen) } else { Vec::new() };
+    let met: Vec<&Held> = std::iter::once(start).chain(found.iter().chain(chosen).map(|c| &c.held)).collect();
     let candidate = |c: &Candidate| candidate(problem, &met, c);
     let mut candidates: Vec<CandidateReport> = first.iter().map(candidate).collect();
     for c in chosen.iter().filter(|_| named) {
@@ -214,15 +213,15 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         run_spreads: last.misfit.worst(),
         effective_conditions: posterior.conditions,
     });
-    let perfect_model = base.misfit.perfect_model;
+    let perfect_model = start.misfit.perfect_model;
     let error = ErrorReport {
-        before: base.misfit.error,
+        before: start.misfit.error,
         after: last.misfit.error,
         perfect_model,
-        worst_before: base.misfit.worst(),
+        worst_before: start.misfit.worst(),
         worst_after: last.misfit.worst(),
     };
-    let places = base
+    let places = start
         .misfit
         .places
         .iter()

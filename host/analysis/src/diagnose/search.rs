@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use stickslip_shared::effects::Info;
 use stickslip_shared::model::Model;
 
+use crate::fit::gls;
 use crate::fit::problem::Problem;
 use crate::fit::screen::{Screened, Start, screen};
 use crate::fit::{self, Free, Solution};
@@ -43,6 +44,23 @@ pub enum Search {
     Grid,
     /// As that, and from beside where it ended.
     Thorough,
+}
+
+/// How far the search for a fit went, as shares of the loss that the base leaves on the conditions it uses.
+#[derive(Clone, Copy, Debug)]
+pub struct Reach {
+    /// Left to first order.
+    pub promised: f64,
+    /// Left by the best fit.
+    pub left: f64,
+}
+
+impl Reach {
+    /// What may be left: a fit that falls short of what the first order promises may have ended in a side valley.
+    #[must_use]
+    pub fn hope(&self) -> f64 {
+        self.promised.min(self.left)
+    }
 }
 
 /// What an effect is fitted on top of.
@@ -90,27 +108,34 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// The effect fitted together with what the base has, from its starts or from where it was `searched` for
-    /// already.
-    pub fn fit(
+    /// Loss of the base where it is searched.
+    pub fn before(&self) -> f64 {
+        let (problem, bases) = self.site();
+        bases.first().map_or(0.0, |base| gls::least(&base.grams, &problem.priors(self.free, 0)).0)
+    }
+
+    /// The effect fitted together with what the base has from its starts, where it is searched.
+    pub fn search(
         &self,
         (info, starts): (&'static Info, &[Start]),
         free: &[Free],
         search: Search,
-        searched: Option<&Solution>,
     ) -> Option<Solution> {
         let (problem, bases) = self.site();
-        let on_all = |s: &Solution| match self.few {
-            Some(_) => fit::solve(self.problem, &s.model, free, STEPS),
-            None => s.clone(),
-        };
-        let best = match searched {
-            Some(best) => best.clone(),
-            None => on_all(&best_of_starts(problem, self.free.len(), &bases, (info, starts), free, search)?),
-        };
-        if search != Search::Thorough {
-            return Some(best);
+        best_of_starts(problem, self.free.len(), &bases, (info, starts), free, search)
+    }
+
+    /// What was `found`, fitted to all conditions.
+    pub fn on_all(&self, found: &Solution, free: &[Free]) -> Solution {
+        match self.few {
+            Some(_) => fit::solve(self.problem, &found.model, free, STEPS),
+            None => found.clone(),
         }
+    }
+
+    /// The best that is found from beside `best`, if it is better.
+    pub fn beside(&self, best: Solution, free: &[Free]) -> Solution {
+        let problem = self.site().0;
         let from = match self.few {
             Some(_) => fit::solve(problem, &best.model, free, FEW_STEPS),
             None => best.clone(),
@@ -118,9 +143,10 @@ impl<'a> Ground<'a> {
         let before = from.loss.1;
         let found = beside(problem, from, free);
         if found.loss.1 >= before {
-            return Some(best);
+            return best;
         }
-        Some(on_all(&found)).filter(|found| found.loss.1 < best.loss.1).or(Some(best))
+        let found = self.on_all(&found, free);
+        if found.loss.1 < best.loss.1 { found } else { best }
     }
 }
 

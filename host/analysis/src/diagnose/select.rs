@@ -14,7 +14,7 @@ use stickslip_shared::effects::Info;
 use stickslip_shared::model::MAX_EFFECTS;
 
 use crate::diagnose::misfit::{self, Misfit};
-use crate::diagnose::search::{Ground, Search};
+use crate::diagnose::search::{Ground, Reach, Search};
 use crate::fit::engine::FIXED;
 use crate::fit::features::Features;
 use crate::fit::gls::{self, Prior};
@@ -24,6 +24,11 @@ use crate::fit::{self, FOLDS, Free, Solution};
 
 /// Longest wave that counts as one where it shows in friction and in force, in paths.
 const LONGEST_WAVE: f64 = 3.0;
+/// A candidate is fitted to all conditions where the search on few found, or promises, this share of what the best one
+/// does: what is chosen, or is equal to that, explains nearly as much.
+const WORTH_FITTING: f64 = 0.3;
+/// ... and so many in any case: what is best is compared with the next.
+const FEWEST: usize = 2;
 /// A fit whose loss is beyond this many times what its linear model promises did not converge.
 const CONVERGED: f64 = 1.2;
 
@@ -65,6 +70,8 @@ pub struct Candidate {
     pub starts: Vec<Start>,
     /// How much was tried to fit it.
     pub searched: Search,
+    /// How far that went.
+    pub reach: Reach,
 }
 
 /// Held-out performance of a solution.
@@ -224,16 +231,51 @@ pub fn candidates(
     let invisible = screened.iter().filter(|s| s.invisible).map(|s| s.trial.info.id).collect();
     screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let most = screened.first().map_or(0.0, |s| s.gain);
-    let kept = screened.into_iter().filter(|s| s.gain > 0.02 * most && s.gain > 1.0).take(survivors);
-    let mut out: Vec<Candidate> = kept
+    // Of the best two it is said how they do, however little that is.
+    let told = |rank: usize, s: &Screened| {
+        if rank < FEWEST { s.gain > 0.0 && !s.invisible } else { s.gain > 1.0 && s.gain > 0.02 * most }
+    };
+    let ranked = screened.into_iter().enumerate().filter(|(rank, s)| told(*rank, s));
+    let kept = ranked.map(|(_, s)| s).take(survivors);
+    let mut begun: Vec<(Screened, Vec<Free>, Solution, Reach)> = kept
         .filter_map(|s| {
-            let c = refit((problem, base, &ground), (s.trial.info, &s.starts), Search::Quick, None);
+            let free = with(base, s.trial.info);
+            let found = ground.search((s.trial.info, &s.starts), &free, Search::Quick);
             tick();
-            c
+            let found = found?;
+            let reach = reach(&ground, &s.starts, &found);
+            Some((s, free, found, reach))
+        })
+        .collect();
+    begun.sort_by(|a, b| a.3.hope().total_cmp(&b.3.hope()));
+    let best = begun.first().map_or(0.0, |(_, _, _, reach)| 1.0 - reach.hope());
+    let worth = |(rank, reach): (usize, &Reach)| rank < FEWEST || 1.0 - reach.hope() > WORTH_FITTING * best;
+    let mut out: Vec<Candidate> = begun
+        .into_iter()
+        .enumerate()
+        .filter(|(rank, (_, _, _, reach))| worth((*rank, reach)))
+        .map(|(_, begun)| begun)
+        .filter_map(|(s, free, found, reach)| {
+            let fit = ground.on_all(&found, &free);
+            judged((problem, base), (s.trial.info, s.starts), (fit, free), (Search::Quick, reach))
         })
         .collect();
     out.sort_by(|a, b| total(&a.held).total_cmp(&total(&b.held)));
     (out, invisible)
+}
+
+/// Free parameters of `base` with effect `info`.
+fn with(base: &Held, info: &'static Info) -> Vec<Free> {
+    let mut free = base.free.clone();
+    free.extend(Free::of_effect(info, base.solution.model.effects.len()));
+    free
+}
+
+/// How far `found` went from its `starts`.
+fn reach(ground: &Ground, starts: &[Start], found: &Solution) -> Reach {
+    let before = ground.before();
+    let promised = starts.first().map_or(1.0, |s| s.loss / before);
+    Reach { promised, left: found.loss.1 / before }
 }
 
 /// Summed held-out loss.
@@ -257,8 +299,8 @@ fn longest_path(problem: &Problem) -> f64 {
     problem.campaign.runs.iter().map(|r| r.prepared.drive_path()).fold(0.0, f64::max)
 }
 
-/// The `most` best of `candidates` fitted again from more starts, where least squares may have ended in a
-/// side valley; those that come out better take the place of what was there.
+/// The `most` of `candidates` that may come out best, fitted again from more starts, where least squares may have ended
+/// in a side valley; those that come out better take the place of what was there.
 pub fn search_again(
     problem: &Problem,
     base: &Held,
@@ -268,38 +310,58 @@ pub fn search_again(
     tick: &(dyn Fn() + Sync),
 ) {
     let ground = Ground::new(problem, (&base.solution, &base.free), others);
+    candidates.sort_by(|a, b| a.reach.hope().total_cmp(&b.reach.hope()));
     for c in candidates.iter_mut().take(most).filter(|c| c.searched < search) {
-        let searched = (c.searched >= Search::Grid).then_some(&c.held.solution);
-        let again = refit((problem, base, &ground), (c.info, &c.starts), search, searched);
-        match again.filter(|again| total(&again.held) < total(&c.held)) {
-            Some(again) => *c = again,
-            None => c.searched = search,
+        if let Some(again) = fitted_again((problem, base, &ground), c, search) {
+            *c = again;
         }
+        c.searched = search;
         tick();
     }
     candidates.sort_by(|a, b| total(&a.held).total_cmp(&total(&b.held)));
 }
 
-/// The effect fitted together with what `base` has, from its starts or from where it was `searched` for
-/// already; `None` where it does not apply.
-fn refit(
+/// `candidate` after a wider `search`, if it is better held out.
+fn fitted_again(
     (problem, base, ground): (&Problem, &Held, &Ground),
-    (info, starts): (&'static Info, &[Start]),
+    candidate: &Candidate,
     search: Search,
-    searched: Option<&Solution>,
 ) -> Option<Candidate> {
-    let mut free = base.free.clone();
-    free.extend(Free::of_effect(info, base.solution.model.effects.len()));
-    let best = ground.fit((info, starts), &free, search, searched)?;
-    if part_of_a_wave(problem, &best, &free, base.free.len(), info) {
+    let Candidate { info, held, starts, searched, mut reach, .. } = candidate.clone();
+    let mut best = held.solution;
+    if searched < Search::Grid {
+        let found = ground.search((info, &starts), &held.free, search)?;
+        let left = found.loss.1 / ground.before();
+        if left < reach.left {
+            (reach.left, best) = (left, ground.on_all(&found, &held.free));
+        }
+    }
+    if search == Search::Thorough {
+        best = ground.beside(best, &held.free);
+    }
+    if best.model == candidate.held.solution.model {
         return None;
     }
-    let parameters = parameter_p_value(problem, &best, &free, base.free.len(), info);
-    let held = hold_out(problem, best, free);
+    let again = judged((problem, base), (info, starts), (best, held.free), (search, reach))?;
+    Some(again).filter(|again| total(&again.held) < total(&candidate.held))
+}
+
+/// The candidate that a fit on top of `base` makes; `None` where it does not apply.
+fn judged(
+    (problem, base): (&Problem, &Held),
+    (info, starts): (&'static Info, Vec<Start>),
+    (fit, free): (Solution, Vec<Free>),
+    (searched, reach): (Search, Reach),
+) -> Option<Candidate> {
+    if part_of_a_wave(problem, &fit, &free, base.free.len(), info) {
+        return None;
+    }
+    let parameters = parameter_p_value(problem, &fit, &free, base.free.len(), info);
+    let held = hold_out(problem, fit, free);
     // Three tests of the same question, one probability.
     let differences = p_value(&base.loss, &held.loss);
     let ratios = p_value(&log_loss(problem, &base.loss), &log_loss(problem, &held.loss));
     let p_value = combined(&[differences, ratios, parameters]);
     let explained = explained(&base.misfit, &held.misfit);
-    Some(Candidate { info, held, p_value, explained, starts: starts.to_vec(), searched: search })
+    Some(Candidate { info, held, p_value, explained, starts, searched, reach })
 }

@@ -8,6 +8,7 @@ use crate::fit::features::{FEATURES, Features};
 use crate::fit::free::Free;
 use crate::fit::gls::{self, Gram, Prior};
 use crate::fit::problem::{Problem, difference};
+use crate::fit::sensing;
 
 /// Dampings tried in a step, each ten times the one before: past the edge at which a contact
 /// lets go a full step is worthless, however short the way to go is.
@@ -78,7 +79,11 @@ pub fn sensitivities(
     let with = |f: &Free, step: f64| {
         let mut changed = model.clone();
         f.set(&mut changed, f.get(model) + step);
-        (f.get(&changed) - f.get(model), problem.predict(&changed))
+        let with = match sensing::is_sensed(f) {
+            true => sensing::moved(predicted, model, &changed),
+            false => problem.predict(&changed),
+        };
+        (f.get(&changed) - f.get(model), with)
     };
     let size = |all: &[Features]| -> f64 {
         problem.groups.iter().zip(all).map(|(g, r)| problem.whiteners[*g].square(r)).sum()
@@ -123,7 +128,7 @@ fn at_edges(
         let mut changed = model.clone();
         free[k].set(&mut changed, free[k].get(model) + x[k]);
         let step = free[k].get(&changed) - free[k].get(model);
-        if step == 0.0 || !matches!(free[k], Free::Effect { .. }) {
+        if step == 0.0 || !matches!(free[k], Free::Effect { .. }) || sensing::is_sensed(&free[k]) {
             return false;
         }
         let (mut told, mut wrong) = (0.0, 0.0);
@@ -214,9 +219,10 @@ pub fn solve_with(
     let mut columns = known.to_vec();
     columns.extend(sensitivities(problem, &model, &predicted, &free[known.len()..]));
     let mut is_old = !known.is_empty();
-    // Predictions that full steps would take, and those made.
-    let budget = iterations * (free.len() + 1);
-    let mut spent = free.len() - known.len();
+    // Predictions that full steps would take, and those made: what sensors do needs none.
+    let simulated = |free: &[Free]| free.iter().filter(|f| !sensing::is_sensed(f)).count();
+    let budget = iterations * (simulated(free) + 1);
+    let mut spent = simulated(&free[known.len()..]);
     let mut grams = problem.grams(&residual, &columns);
     let mut held: Option<Vec<bool>> = None;
     while spent < budget {
@@ -283,7 +289,7 @@ pub fn solve_with(
                 break;
             }
             columns = all_at(&model, &predicted);
-            spent += free.len();
+            spent += simulated(free);
             grams = problem.grams(&residual, &columns);
             is_old = false;
         }

@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use stickslip_shared::effects::{Info, Parameter};
+use stickslip_shared::effects::{Info, Parameter, find};
 use stickslip_shared::model::Model;
 
 use crate::fit::campaign::Campaign;
@@ -120,6 +120,13 @@ impl Free {
             Some(p) => p.neutral,
             None => self.get(given),
         }
+    }
+
+    /// What is read off of a parameter of the pads, without any model: value and range.
+    pub fn read_off(&self, campaign: &Campaign) -> Option<(f64, [f64; 2])> {
+        let Free::Effect { of, effect, .. } = self else { return None };
+        let role = find(effect)?.role;
+        campaign.pads.filter(|_| role.is_compliance())?.expected(of.name)
     }
 
     fn described(&self) -> Option<&'static Parameter> {

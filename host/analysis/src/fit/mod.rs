@@ -17,6 +17,7 @@ pub mod placing;
 pub mod problem;
 pub mod screen;
 pub mod search;
+pub mod sensing;
 pub mod unrepeated;
 
 use stickslip_shared::model::Model;

@@ -8,7 +8,6 @@ use std::sync::Arc;
 
 use nalgebra::DVector;
 use rayon::prelude::*;
-use stickslip_shared::effects::find as find_effect;
 use stickslip_shared::model::{Model, Scene};
 
 use crate::channels::{COUNT, Quantity};
@@ -315,17 +314,10 @@ impl<'a> Problem<'a> {
     /// Where a fit may take a parameter: the bounds of its description, and of pads what is read off.
     pub fn bounds(&self, free: &Free) -> (f64, f64) {
         let (low, high) = free.bounds();
-        match self.of_pads(free) {
+        match free.read_off(self.campaign) {
             Some((_, [least, most])) => (low.max(least), high.min(most)),
             None => (low, high),
         }
-    }
-
-    /// What is read off of a parameter of the pads.
-    fn of_pads(&self, free: &Free) -> Option<(f64, [f64; 2])> {
-        let Free::Effect { of, effect, .. } = free else { return None };
-        let role = find_effect(effect)?.role;
-        self.campaign.pads.filter(|_| role.is_compliance())?.expected(of.name)
     }
 
     /// Mean and precision of the prior of a parameter that has one: friction, about the value given, and the
@@ -336,7 +328,7 @@ impl<'a> Problem<'a> {
             Free::PusherFriction => 1,
             Free::SupportFriction => 2,
             Free::Effect { .. } => {
-                let (mean, [low, high]) = self.of_pads(free)?;
+                let (mean, [low, high]) = free.read_off(self.campaign)?;
                 return Some((mean, 16.0 / (high - low).powi(2)));
             }
         };

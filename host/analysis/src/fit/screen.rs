@@ -6,7 +6,7 @@
 //! the joint refit starts.
 
 use crate::model::candidate::CandidateEffect;
-use stickslip_shared::effects::{Info, MAX_PARAMETERS};
+use stickslip_shared::effects::{Info, MAX_PARAMETERS, Role};
 use stickslip_shared::model::Model;
 
 use crate::fit::engine::Solution;
@@ -14,6 +14,7 @@ use crate::fit::features::Features;
 use crate::fit::free::Free;
 use crate::fit::gls;
 use crate::fit::problem::Problem;
+use crate::fit::sensing;
 
 /// An effect to try, with where its fit may start.
 #[derive(Clone, Debug)]
@@ -134,7 +135,11 @@ fn screen_on(
     let info = trial.info;
     let predicted = &base.predicted;
     let changed = |parameters: [f64; MAX_PARAMETERS]| -> Vec<Features> {
-        let with = problem.predict(&trial.on(&base.model, parameters));
+        let model = trial.on(&base.model, parameters);
+        if let Some(effect) = model.effects.last().filter(|_| info.role == Role::Sensing) {
+            return predicted.iter().map(|p| sensing::shown(effect, p)).collect();
+        }
+        let with = problem.predict(&model);
         with.iter().zip(predicted).map(|(w, p)| w.iter().zip(p).map(|(a, b)| a - b).collect()).collect()
     };
     let size = |d: &[Features]| -> f64 {

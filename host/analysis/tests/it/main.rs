@@ -23,6 +23,7 @@ mod pads;
 mod rate;
 mod replay;
 mod score;
+mod sensing;
 mod simulated;
 mod sparse_pushes;
 mod swing;

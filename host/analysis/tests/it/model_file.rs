@@ -4,7 +4,7 @@ use stickslip_analysis::model::candidate;
 use stickslip_analysis::model::expression::parse;
 use stickslip_analysis::model::file::{EffectEntry, ModelFile};
 use stickslip_shared::effects::formula::{Fault, Program, Variable};
-use stickslip_shared::effects::{Effect, REGISTRY};
+use stickslip_shared::effects::{Effect, MAX_PARAMETERS, REGISTRY};
 use stickslip_shared::model::Formulation;
 
 const GOOD: &str = r#"format = "stickslip-model/1"
@@ -32,7 +32,9 @@ fn evaluate(text: &str, names: &[&str], values: [f64; 6], variables: [f64; 10]) 
     let ops = parse(text, &names).unwrap();
     let mut all = [0.0; Variable::NAMES.len()];
     all[..10].copy_from_slice(&variables);
-    Program::new(&ops).unwrap().evaluate(&values, &all)
+    let mut parameters = [0.0; MAX_PARAMETERS];
+    parameters[..6].copy_from_slice(&values);
+    Program::new(&ops).unwrap().evaluate(&parameters, &all)
 }
 
 #[test]
