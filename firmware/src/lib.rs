@@ -9,6 +9,7 @@ pub mod board;
 pub mod control;
 mod fast;
 pub mod link;
+mod moves;
 pub mod post_mortem;
 pub mod queues;
 pub mod sensors;

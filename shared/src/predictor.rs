@@ -60,8 +60,7 @@ use crate::work::TICK_WORK;
 use clock::Clock;
 use context::Context;
 use follow::Unfollowed;
-use late::lateness;
-use patch::{patch_arm, sliding_share, torsion_arm};
+use patch::of_effects;
 use tracked::Tracked;
 
 /// No gripper presses harder; what says so is no sample.
@@ -84,13 +83,14 @@ impl<R: Real> Predictor<R> {
 
     /// The same of what [`validate()`] has let through.
     pub fn of_valid(scene: Scene<R>, model: Model<R>, limits: Limits) -> Self {
+        let [sliding, late_s, torsion_arm_m] = of_effects(&scene, &model);
         Self {
             context: Context {
                 health: Health::default(),
                 observer: Observer::new(model.friction.finger),
-                sliding: sliding_share(&model),
-                late_s: lateness(&model),
-                torsion_arm_m: torsion_arm(&model, patch_arm(&scene)),
+                sliding,
+                late_s,
+                torsion_arm_m,
                 scene,
                 model,
                 limits,
@@ -152,9 +152,7 @@ impl<R: Real> Predictor<R> {
             tracked.outlook = None;
             tracked.kept = [Kept::nothing(); 2];
         }
-        context.sliding = sliding_share(&model);
-        context.late_s = lateness(&model);
-        context.torsion_arm_m = torsion_arm(&model, patch_arm(&scene));
+        [context.sliding, context.late_s, context.torsion_arm_m] = of_effects(&scene, &model);
         context.scene = scene;
         context.model = model;
         context.limits = limits;

@@ -306,7 +306,7 @@ impl<R: Real> Acceleration<R> {
     pub fn gains(&mut self, raw: Vec3<R>, noise_m2: R, dt_s: R) -> bool {
         let mut newer = raw;
         for place in &mut self.raw {
-            core::mem::swap(place, &mut newer);
+            newer = core::mem::replace(place, newer);
         }
         self.seen = self.seen.saturating_add(1);
         if (self.seen as usize) < 3 * BLOCK {

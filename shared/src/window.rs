@@ -1,7 +1,9 @@
 //! The last samples of a quantity, the newest first.
 
 /// Puts `newest` first and drops the last.
-// By swaps: `rotate_right` alone would bring 1.5 KB of `memmove`.
+// One by one: `rotate_right` alone would bring `memmove` (firmware/src/moves.rs), and swaps take some 200 bytes each.
 pub(crate) fn shift_in<T>(list: &mut [T], mut newest: T) {
-    list.iter_mut().for_each(|item| core::mem::swap(item, &mut newest));
+    for item in list {
+        newest = core::mem::replace(item, newest);
+    }
 }

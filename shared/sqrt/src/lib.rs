@@ -9,16 +9,14 @@
 #[inline(always)]
 pub fn sqrtf(x: f32) -> f32 {
     let mut bits = x.to_bits();
-    // SAFETY: only registers; s0 is given back as it was (its class cannot be named on stable).
+    // SAFETY: only registers; what a register of that class holds before and after cannot be said on stable, but that it is lost.
     unsafe {
         core::arch::asm!(
-            "vmov {kept}, s0",
-            "vmov s0, {bits}",
-            "vsqrt.f32 s0, s0",
-            "vmov {bits}, s0",
-            "vmov s0, {kept}",
+            "vmov s15, {bits}",
+            "vsqrt.f32 s15, s15",
+            "vmov {bits}, s15",
             bits = inout(reg) bits,
-            kept = out(reg) _,
+            out("s15") _,
             options(pure, nomem, nostack),
         );
     }

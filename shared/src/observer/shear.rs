@@ -189,7 +189,7 @@ impl<R: Real> Shear<R> {
         let square = (change.x * change.x + change.z * change.z) * R::of(0.25);
         self.variance += (min(square, self.variance * R::of(9.0)) - self.variance) * R::of(0.01);
         let mut newer = now;
-        self.recent.iter_mut().for_each(|c| core::mem::swap(c, &mut newer));
+        self.recent.iter_mut().for_each(|c| newer = core::mem::replace(c, newer));
         let was = self.smooth.force_n;
         self.smooth.towards(&now, R::of(0.4));
         self.rate_n_s = norm(&(self.smooth.force_n - was)) / dt_s;

@@ -146,7 +146,7 @@ impl<R: Real> Trend<R> {
         // Times count from now, so that they stay small.
         let mut newer = [mean + self.first, R::zero()];
         for place in self.means.iter_mut().rev() {
-            core::mem::swap(place, &mut newer);
+            newer = core::mem::replace(place, newer);
         }
         for [_, at] in &mut self.means {
             *at -= self.now_s;
@@ -198,7 +198,7 @@ impl<R: Real> Trend<R> {
         let white = max(off, noise) / tt;
         let mut newer = slope;
         for place in &mut self.slopes {
-            core::mem::swap(place, &mut newer);
+            newer = core::mem::replace(place, newer);
         }
         self.fits = self.fits.saturating_add(1);
         if self.fits as usize > BLOCKS {

@@ -24,9 +24,9 @@ pub(super) fn advance<R: Real>(
     worst: &mut Worst<R>,
 ) -> StepSummary<R> {
     let mut parts: u8 = 1;
-    while drive.dt_s / R::of(f64::from(parts)) > R::of(f64::from(params.longest_step_s) * 1.001)
-        && parts < MOST_PARTS
-    {
+    // A product in double precision would be the board's only one.
+    let longest_s = params.longest_step_s + params.longest_step_s * 0.001;
+    while drive.dt_s / R::of(f64::from(parts)) > R::of(f64::from(longest_s)) && parts < MOST_PARTS {
         parts += 1;
     }
     let mut part = *drive;

@@ -7,10 +7,8 @@
 //! hardly differ from sample to sample. A slip is seen as late as the poses are.
 
 use super::types::Sample;
-use crate::model::Model;
 use crate::real::{Real, Vec3};
 use crate::rotation::turned;
-use crate::step::effect_hooks;
 use crate::track::Pose;
 use crate::window::shift_in;
 
@@ -18,11 +16,6 @@ use crate::window::shift_in;
 const GRIPPERS: usize = 32;
 /// Poses of the object that are kept: 32 ms at 250 Hz, by which poses may be early.
 const OBJECTS: usize = 8;
-
-/// By how much the object's pose is late, by the model's effects, s.
-pub(super) fn lateness<R: Real>(model: &Model<R>) -> R {
-    effect_hooks(model).fold(R::zero(), |late_s, (_, law, p)| late_s + law.pose_late_s(p))
-}
 
 /// A pose and when it was taken, s.
 type Timed<R> = (R, Pose<R>);

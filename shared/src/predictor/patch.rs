@@ -6,9 +6,17 @@ use crate::model::{FingerContact, Model, Scene};
 use crate::real::{Real, Vec3, max, min, sqrt};
 use crate::step::{Workspace, effect_hooks};
 
-/// Friction while sliding over that at rest, by the model's effects.
-pub(super) fn sliding_share<R: Real>(model: &Model<R>) -> R {
-    effect_hooks(model).fold(R::one(), |share, (_, law, p)| share * law.sliding_share(p))
+/// By the model's effects: friction while sliding over that at rest, by how much the object's pose is late in s, and the arm
+/// of a finger's torsional friction in m.
+// A function of its own: it is called where a predictor begins and where it takes another model.
+#[inline(never)]
+pub(super) fn of_effects<R: Real>(scene: &Scene<R>, model: &Model<R>) -> [R; 3] {
+    effect_hooks(model).fold(
+        [R::one(), R::zero(), patch_arm(scene)],
+        |[sliding, late_s, arm_m], (_, law, p)| {
+            [sliding * law.sliding_share(p), late_s + law.pose_late_s(p), law.torsion_arm(p, arm_m)]
+        },
+    )
 }
 
 /// Arm of a finger's torsional friction by the shape of its patch: torsion limit over force limit.
@@ -18,11 +26,6 @@ pub(super) fn patch_arm<R: Real>(scene: &Scene<R>) -> R {
         Some(FingerContact::Line { length_m }) => length_m * R::of(0.5),
         _ => R::zero(),
     }
-}
-
-/// The same with the model's effects.
-pub(super) fn torsion_arm<R: Real>(model: &Model<R>, arm_m: R) -> R {
-    effect_hooks(model).fold(arm_m, |arm_m, (_, law, p)| law.torsion_arm(p, arm_m))
 }
 
 /// What the model's effects make of the fingers' friction limit under a load along `load`

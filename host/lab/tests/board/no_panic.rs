@@ -58,7 +58,7 @@ const INDIRECT: &[&str] = &[
     "next_expiration",
     "AtomicWaker",
     // Effects: their tables are followed.
-    "on_board7install",
+    "5patch10of_effects",
     "step7step_in",
     // The executors: the control task is a root, the lower one's tasks are not followed (above).
     "UART4",

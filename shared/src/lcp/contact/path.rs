@@ -78,11 +78,13 @@ impl<'a, R: Real, const ND: usize> Equations<'a, R, ND> {
         self.inverse = None;
         self.built = true;
         self.ready = true;
-        self.matrix = match self.mass {
-            Some(mass) => *mass,
-            None => [[R::zero(); ND]; ND],
-        };
-        if self.mass.is_none() {
+        if let Some(mass) = self.mass {
+            // Number by number: as a whole it would be moved, by a routine that is as long as it is slow.
+            for (to, from) in self.matrix.iter_mut().flatten().zip(mass.iter().flatten()) {
+                *to = *from;
+            }
+        } else {
+            self.matrix = [[R::zero(); ND]; ND];
             for k in 0..ND {
                 self.matrix[k][k] = R::one();
             }
