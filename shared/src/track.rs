@@ -13,6 +13,7 @@ use crate::contact::{self, Body, Contacts, SLOTS};
 use crate::model::{FingerContact, Model, Scene};
 use crate::real::{Real, Rotation, Vec3, max, norm, sqrt};
 use crate::step::{Drive, Moving, State, Workspace, support_under, turned};
+use crate::window::shift_in;
 use crate::work::Work;
 use nalgebra::{Quaternion, UnitQuaternion};
 
@@ -304,10 +305,7 @@ impl<R: Real> Acceleration<R> {
 
     /// One sample; `noise_m2`: variance on an axis. Whether the gripper gains or loses speed.
     pub fn gains(&mut self, raw: Vec3<R>, noise_m2: R, dt_s: R) -> bool {
-        let mut newer = raw;
-        for place in &mut self.raw {
-            newer = core::mem::replace(place, newer);
-        }
+        shift_in(&mut self.raw, raw);
         self.seen = self.seen.saturating_add(1);
         if (self.seen as usize) < 3 * BLOCK {
             return false;

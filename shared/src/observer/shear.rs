@@ -10,6 +10,7 @@
 //! their normal force give way when it falls under the same load.
 
 use crate::real::{Real, Vec3, clamp, max, min, norm, sqrt};
+use crate::window::shift_in;
 
 /// Samples that are kept.
 pub(super) const KEPT: usize = 8;
@@ -188,8 +189,7 @@ impl<R: Real> Shear<R> {
         let change = now.force_n - last.force_n;
         let square = (change.x * change.x + change.z * change.z) * R::of(0.25);
         self.variance += (min(square, self.variance * R::of(9.0)) - self.variance) * R::of(0.01);
-        let mut newer = now;
-        self.recent.iter_mut().for_each(|c| newer = core::mem::replace(c, newer));
+        shift_in(&mut self.recent, now);
         let was = self.smooth.force_n;
         self.smooth.towards(&now, R::of(0.4));
         self.rate_n_s = norm(&(self.smooth.force_n - was)) / dt_s;

@@ -7,6 +7,7 @@
 //! a knock less. A slope is proven at five, where both halves of the time show it.
 
 use crate::real::{Real, max, min, sqrt};
+use crate::window::shift_in;
 
 /// Blocks of the fit.
 const BLOCKS: usize = 6;
@@ -196,10 +197,7 @@ impl<R: Real> Trend<R> {
         let off = max(xx - slope * tx, R::zero()) / (n - R::of(2.0));
         let noise = self.variance / R::of(f64::from(self.params.per_block));
         let white = max(off, noise) / tt;
-        let mut newer = slope;
-        for place in &mut self.slopes {
-            newer = core::mem::replace(place, newer);
-        }
+        shift_in(&mut self.slopes, slope);
         self.fits = self.fits.saturating_add(1);
         if self.fits as usize > BLOCKS {
             let [now, .., then] = self.slopes;

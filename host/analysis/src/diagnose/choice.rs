@@ -2,7 +2,7 @@
 //!
 //! The rules are those of 9 and 10 in `docs/diagnose.md`.
 
-use stickslip_shared::effects::{REGISTRY, Role, find as find_effect};
+use stickslip_shared::effects::{Parameter, REGISTRY, Role, find as find_effect};
 use stickslip_shared::model::Model;
 
 use crate::diagnose::misfit::{Misfit, Place};
@@ -212,9 +212,11 @@ fn entangled(problem: &Problem, held: &Held) -> bool {
     };
     // What hardly departs from its absence is not played against anything, whatever it is correlated with.
     let departs = |k: usize| {
-        let typical = strength(&free[k]).map_or(0.0, |(_, of)| (of.typical - of.neutral).abs());
-        let x = strength(&free[k]).map_or(0.0, |(_, of)| (free[k].get(&solution.model) - of.neutral).abs());
-        x > DEPARTS * typical && !solution.at_edge.get(k).copied().unwrap_or(false)
+        let far = |of: &Parameter| {
+            (free[k].get(&solution.model) - of.neutral).abs() > DEPARTS * (of.typical - of.neutral).abs()
+        };
+        let at_edge = solution.at_edge.get(k).copied().unwrap_or(false);
+        strength(&free[k]).is_some_and(|(_, of)| far(of)) && !at_edge
     };
     let at_bound = |f: &Free| {
         let x = f.get(&solution.model);

@@ -249,12 +249,10 @@ pub fn candidates(
         .collect();
     begun.sort_by(|a, b| a.3.hope().total_cmp(&b.3.hope()));
     let best = begun.first().map_or(0.0, |(_, _, _, reach)| 1.0 - reach.hope());
-    let worth = |(rank, reach): (usize, &Reach)| rank < FEWEST || 1.0 - reach.hope() > WORTH_FITTING * best;
+    let worth = begun.iter().filter(|(_, _, _, reach)| 1.0 - reach.hope() > WORTH_FITTING * best).count();
     let mut out: Vec<Candidate> = begun
         .into_iter()
-        .enumerate()
-        .filter(|(rank, (_, _, _, reach))| worth((*rank, reach)))
-        .map(|(_, begun)| begun)
+        .take(worth.max(FEWEST))
         .filter_map(|(s, free, found, reach)| {
             let fit = ground.on_all(&found, &free);
             judged((problem, base), (s.trial.info, s.starts), (fit, free), (Search::Quick, reach))
