@@ -15,7 +15,7 @@ export CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS := \
 FLASH_LIMIT := 262144
 RAM_LIMIT := 49152
 
-.PHONY: help book first setup browser mujoco-setup test test-rest test-full python lint lint-emulated lint-rest lint-boards studies test-host test-host-rest hil hil-core hil-probe soak soak-program soak-short firmware firmware-g474 flash-g474 size no-panic cost demo fuzz bench
+.PHONY: help book first setup browser mujoco-setup test test-rest test-full python format lint lint-emulated lint-rest lint-boards studies test-host test-host-rest hil hil-core hil-probe soak soak-program soak-short firmware firmware-g474 flash-g474 size no-panic cost demo fuzz bench
 
 help: ## This list
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -44,13 +44,16 @@ book: ## The manual as pages with a search, in book/, all links followed (instal
 	PATH="$$PATH:$(CURDIR)/target/tools/bin" mdbook build
 	python3 tools/book_links.py book
 
+# Tests of every change are compiled with clippy's lints and make their documentation: `cargo clippy` and `cargo doc` read all of
+# it twice more.
+LINTED := RUSTC_WORKSPACE_WRAPPER=$(CURDIR)/tools/lint-rustc.sh
 # What is built for every change: the host without what few need (a server for Foxglove, figures as PNG) and without the
 # second rig. Of all these crates, here and below: with `-p` cargo joins the features of fewer crates, and builds them all again.
 QUICK := --workspace --exclude stickslip-firmware --exclude stickslip-hil-tests --exclude stickslip-python \
 	--exclude stickslip-second-rig --no-default-features
 
 test: setup ## After every change: lint, quick tests of every crate, the firmware in QEMU
-	@tools/counted.sh test --beside "firmware lint-emulated" lint test-host beside hil-core
+	@tools/counted.sh test --beside "firmware lint-emulated" format test-host beside hil-core
 
 test-rest: setup ## What `make test` leaves out: long tests, all features, second rig, browser, firmware of the G474 (CI runs both)
 	@tools/counted.sh test-rest lint-rest test-host-rest hil firmware-g474 size no-panic
@@ -60,8 +63,10 @@ test-full: test test-rest python lint-boards studies soak-short ## And what take
 python: ## The Python wheel (target/python/wheels), its tests and notebooks in an environment of its own
 	tools/python.sh
 
-lint: ## Formatting, clippy and documentation without warnings
+format:
 	cargo fmt --all --check
+
+lint: format ## Formatting, clippy and documentation without warnings
 	cargo clippy --all-targets --no-default-features -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --no-default-features
 
@@ -78,12 +83,12 @@ lint-boards: ## Clippy for the other board and the tests on boards
 	cargo clippy -p stickslip-hil-tests --tests --features nucleo-g474re $(BOARD_BUILD) -- -D warnings
 	cargo clippy -p stickslip-lab --features probe --test hil -- -D warnings
 
-test-host: ## Quick tests of shared and host
-	cargo test --no-fail-fast --tests $(QUICK)
+test-host: ## Quick tests of shared and host, their lints and documentation
+	$(LINTED) cargo test --no-fail-fast --tests $(QUICK)
 
 # Long ones are marked `ignored`, with this target as the reason. The memory of a process is measured alone.
 test-host-rest: browser ## All tests of shared and host, with all features; pages in a browser
-	cargo test --no-fail-fast --test it --test kept --test browser -- --include-ignored --skip of_a_long_csv
+	cargo test --no-fail-fast --lib --test it --test kept --test browser -- --include-ignored --skip of_a_long_csv
 	cargo test --test it -- --ignored of_a_long_csv
 
 studies: ## Tests that take minutes each (marked `ignored`)
@@ -91,7 +96,7 @@ studies: ## Tests that take minutes each (marked `ignored`)
 
 CORE := device::every_prediction device::a_refused_command device::after_every_kind device::a_reset_board
 hil-core: firmware ## A streamed push on the emulated board, bit for bit, and its bad inputs
-	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test --test board $(QUICK) -- \
+	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 $(LINTED) cargo test --test board $(QUICK) -- \
 		--ignored --test-threads 1 $(CORE)
 
 hil: setup firmware ## Tests on the emulated board, and of the line to it

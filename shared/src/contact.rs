@@ -127,6 +127,11 @@ pub struct Contact<R: Real> {
     pub tangential_n_m: R,
     /// Damper over spring, s.
     pub damping_s: R,
+    /// How much of the tangential spring's travel is slip before all of the contact slides, 0 to 1: see
+    /// [`crate::effects::contact_compliance`].
+    pub microslip: R,
+    /// What is left of the tangential spring at the end of the step for that, 0 to 1.
+    pub kept: R,
     /// Radius over which a single point is spread (see [`spread`]), m; normally 0.
     pub spread_m: R,
 }
@@ -279,6 +284,8 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
             normal_n_m,
             tangential_n_m,
             damping_s,
+            microslip: R::zero(),
+            kept: R::one(),
             spread_m: R::zero(),
         };
         usize::from(slot >= NC || self.out.push(contact).is_err())

@@ -18,7 +18,7 @@ use crate::effects::{self, Environment, FrictionLaw, Loads, Reading, Slip, StepC
 use crate::lcp::step::Past;
 use crate::model::{Model, PusherContact, Scene, SupportContact};
 use crate::probe::{self, Part};
-use crate::real::{Real, Vec3, max};
+use crate::real::{Real, Vec3, max, sqrt};
 pub use crate::rotation::{support_under, turned};
 use crate::shape::rotated_inertia;
 use crate::solve::{Before, Bodies, ContactPoint, DOF, SolveBudget, SolveStatus};
@@ -282,7 +282,7 @@ pub fn step_from<R: Real, const NC: usize>(
     // Slots of the points that are handed to the solver.
     let mut near: u64 = 0;
     for i in 0..work.contacts.len() {
-        let Some(c) = work.contacts.get(i) else { continue };
+        let Some(c) = work.contacts.get_mut(i) else { continue };
         // The slot is below the capacity: `contact` sees to it.
         let Some(slot) = state.slots.get(c.slot) else { continue };
         let jaw = if is_finger(c.body) { R::one() } else { zero };
@@ -309,11 +309,31 @@ pub fn step_from<R: Real, const NC: usize>(
         if c.gap_m > work.params.adhesion_range_m {
             law.adhesion_n = zero;
         }
+        let load_n = slot.load_n;
+        let before = if !(load_n > zero) {
+            Before::Open
+        } else if slot.speed_m_s > zero {
+            Before::Slid { load_n }
+        } else {
+            Before::Stuck { load_n }
+        };
+        let larger = max(law.mu[0], law.mu[1]);
+        let bound_n = larger * (load_n + law.adhesion_n);
+        if c.microslip > zero && load_n > zero && bound_n > zero {
+            let (k, [s1, s2]) = (c.tangential_n_m * c.share, slot.spring_m);
+            // All of it slides where the spring holds what friction bears.
+            if k * k * (s1 * s1 + s2 * s2) < work.params.sliding_share2 * bound_n * bound_n {
+                // Implicit in the spring, with the distance of the last step.
+                let [x, y, z, wx, wy, wz, _] = state.velocity;
+                let u = Vec3::new(x, y, z) + Vec3::new(wx, wy, wz).cross(&c.lever_m) - c.surface_m_s;
+                let (u1, u2) = (c.axes[1].dot(&u), c.axes[2].dot(&u));
+                c.kept = bound_n / (bound_n + c.microslip * k * sqrt(u1 * u1 + u2 * u2) * dt);
+            }
+        }
         // Spring k and damper d over a step: force = -(k dt + d) (u + k s / (k dt + d)).
-        let (kn, kt) = (c.normal_n_m * c.share, c.tangential_n_m * c.share);
+        let (kn, kt) = (c.normal_n_m * c.share, c.tangential_n_m * c.share * c.kept);
         let (sn, st) = (kn * (dt + c.damping_s), kt * (dt + c.damping_s));
         let ratio = R::one() / (dt + c.damping_s);
-        let larger = max(law.mu[0], law.mu[1]);
         // Stiffness in proportion to mu² makes the slip direction that of maximum
         // dissipation on an elliptic cone.
         let shape = |m: R| {
@@ -337,14 +357,6 @@ pub fn step_from<R: Real, const NC: usize>(
             mu: law.mu,
             adhesion_n: law.adhesion_n,
             viscous_n_s_m: law.viscosity_s_m * max(slot.load_n, zero),
-        };
-        let load_n = slot.load_n;
-        let before = if !(load_n > zero) {
-            Before::Open
-        } else if slot.speed_m_s > zero {
-            Before::Slid { load_n }
-        } else {
-            Before::Stuck { load_n }
         };
         work.solver.add(&point, Past { before, spring_m: slot.spring_m });
         if let Ok([to, from]) = work.contacts.get_disjoint_mut([kept, i]) {

@@ -6,7 +6,6 @@
 //! a held object does not stick. Where nothing is gripped, the table is the contact.
 
 use super::law::{FrictionLaw, Law, Slip, StepContext};
-use crate::contact::{Body, is_finger};
 use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::{Real, max};
 
@@ -40,8 +39,7 @@ impl<R: Real> Law<R> for Adhesion {
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {
-        let table = slip.body == Body::Support && !(c.grip_cmd_n > R::zero());
-        if is_finger(slip.body) || table {
+        if c.rubs(slip.body) {
             law.adhesion_n += max(p[0], R::zero()) * slip.share;
         }
     }

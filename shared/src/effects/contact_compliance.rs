@@ -2,12 +2,20 @@
 //!
 //! Springs in series with the base model's: `1 / k' = 1 / k + compliance`, for each whole
 //! contact; tangential displacement before sliding is `F_t compliance` (Cattaneo 1938, Mindlin
-//! 1949, here linear). Fingers and support; the pusher is taken as stiff.
+//! 1949, here linear) as long as all of the contact sticks.
+//!
+//! Parts of a real contact slip before all of it slides. A spring of reach `z = mu N / k` that is moved by `s` loses
+//! `microslip |ds| / z` of its length: force follows `mu N (1 - exp(-microslip s / z)) / microslip` until it slides. That is
+//! Dahl's law (1968; bristles as in LuGre) with `microslip` 1, and slides from `1.5 z` on, as Mindlin's spheres do, with
+//! 0.6. `step` does it at the end of each step.
+//!
+//! The pusher is another body, with a compliance of its own: a plate on its sensor and arm gives
+//! way by micrometres under a push, and lets the object turn on it.
 
 use super::law::{Law, StepContext};
 use crate::contact::{Body, Contact};
 use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
-use crate::real::{Real, max};
+use crate::real::{Real, clamp, max};
 
 /// See the module.
 pub struct ContactCompliance;
@@ -16,9 +24,9 @@ pub struct ContactCompliance;
 pub const INFO: Info = Info {
     id: "contact_compliance",
     code: 8,
-    summary: "fingertips (and support) deform under load before they slip",
+    summary: "fingertips (support, pusher) deform under load before they slip",
     signature: "displacement in proportion to force before sliding, rounded onset of sliding, sag at lift-off",
-    source: "Mindlin 1949; Johnson 1985, Contact Mechanics",
+    source: "Mindlin 1949; Dahl 1968; Johnson 1985, Contact Mechanics",
     // Fingertips of 2e5 N/m under 40 N.
     role: Role::Compliance { normal_m: 2e-4 },
     parameters: &[
@@ -38,17 +46,34 @@ pub const INFO: Info = Info {
             [0.0, 0.001],
             "normal displacement for each newton on one contact",
         ),
+        Parameter::new(
+            "pusher_m_n",
+            "m/N",
+            2e-6,
+            0.0,
+            [0.0, 1e-4],
+            "displacement of the pusher for each newton, either way",
+        ),
+        Parameter::new(
+            "microslip",
+            "1",
+            0.6,
+            0.0,
+            [0.0, 1.0],
+            "how gradually fingertips (support) go over to sliding: 0 at once, 0.6 as Mindlin's spheres, 1 as Dahl's",
+        )
+        .tried_at(&[0.0, 1.0]),
     ],
 };
 
 impl<R: Real> Law<R> for ContactCompliance {
     fn contact(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, contact: &mut Contact<R>) {
-        if contact.body == Body::Pusher {
-            return;
-        }
         // k / (1 + k c) is 1 / (1 / k + c), and k itself for c = 0.
         let softer = |k: R, c: R| k / (R::one() + k * max(c, R::zero()));
-        contact.tangential_n_m = softer(contact.tangential_n_m, p[0]);
-        contact.normal_n_m = softer(contact.normal_n_m, p[1]);
+        let [tangential, normal] = if contact.body == Body::Pusher { [p[2], p[2]] } else { [p[0], p[1]] };
+        contact.tangential_n_m = softer(contact.tangential_n_m, tangential);
+        contact.normal_n_m = softer(contact.normal_n_m, normal);
+        contact.microslip =
+            if contact.body == Body::Pusher { R::zero() } else { clamp(p[3], R::zero(), R::one()) };
     }
 }

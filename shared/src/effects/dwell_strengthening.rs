@@ -3,9 +3,10 @@
 //! `mu = mu (1 + strengthening ln(1 + age / cutoff))`, the age of each body's contact by the ageing law
 //! `age' = 1 - v age / renewal`, `v` its mean slip speed: it grows at rest, sliding over the renewal distance makes it
 //! anew, and slow sliding is stronger than fast (Dieterich 1979, Ruina 1983: rate and state friction). What does
-//! not touch has no age.
+//! not touch has no age. Elsewhere than at the fingertips (or the table where nothing is gripped) with the share
+//! `elsewhere` of the strengthening.
 
-use super::law::{FrictionLaw, Law, Loads, Slip, StepContext};
+use super::law::{ELSEWHERE, FrictionLaw, Law, Loads, Slip, StepContext};
 use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::{Real, max};
 
@@ -44,6 +45,7 @@ pub const INFO: Info = Info {
             "distance of sliding over which the contact is made anew",
         )
         .tried_at(&[2e-6, 2e-5, 1e-4]),
+        ELSEWHERE,
     ],
 };
 
@@ -66,16 +68,17 @@ impl<R: Real> Law<R> for DwellStrengthening {
     fn friction(
         &self,
         p: &[R; MAX_PARAMETERS],
-        _: &StepContext<R>,
+        c: &StepContext<R>,
         ages: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {
         let age = ages.get(slip.body.index()).copied().unwrap_or(R::zero());
-        if p[0] == R::zero() || !(age > R::zero()) {
+        let strengthening = p[0] * c.scope(slip.body, p[3]);
+        if strengthening == R::zero() || !(age > R::zero()) {
             return;
         }
-        let factor = R::one() + p[0] * (R::one() + age / max(p[1], R::of(1e-4))).ln();
+        let factor = R::one() + strengthening * (R::one() + age / max(p[1], R::of(1e-4))).ln();
         law.mu = law.mu.map(|mu| mu * factor);
     }
 }

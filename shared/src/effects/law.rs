@@ -1,9 +1,9 @@
 //! What an effect may change, and what it sees: the trait that every effect implements.
 
-use crate::contact::{Body, Contact};
-use crate::effect::{MAX_PARAMETERS, MEMORY};
+use crate::contact::{Body, Contact, is_finger};
+use crate::effect::{MAX_PARAMETERS, MEMORY, Parameter};
 use crate::model::{FingerContact, PusherContact};
-use crate::real::{Real, Rotation, Vec3};
+use crate::real::{Real, Rotation, Vec3, clamp};
 
 /// What every hook may look at: the step as it begins.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +45,32 @@ pub struct StepContext<R: Real> {
     /// Absolute angular velocity, carrier axes.
     pub angular_rad_s: Vec3<R>,
 }
+
+impl<R: Real> StepContext<R> {
+    /// Whether `body` is what friction is about: a fingertip, or the support where nothing is gripped.
+    pub fn rubs(&self, body: Body) -> bool {
+        let gripped = self.fingers.is_some() && self.grip_cmd_n > R::zero();
+        is_finger(body) || (body == Body::Support && !gripped)
+    }
+
+    /// Share of a law of friction that acts between the object and `body`: all of it on what [`Self::rubs`],
+    /// `elsewhere` (0 to 1) on the others.
+    pub fn scope(&self, body: Body, elsewhere: R) -> R {
+        if self.rubs(body) { R::one() } else { clamp(elsewhere, R::zero(), R::one()) }
+    }
+}
+
+/// Which contacts a law of friction is about: pads and pusher are other materials and need not share it
+/// ([`StepContext::scope`]).
+pub const ELSEWHERE: Parameter = Parameter::new(
+    "elsewhere",
+    "1",
+    0.0,
+    0.0,
+    [0.0, 1.0],
+    "share of it at the other contacts: pusher, and support beside fingertips",
+)
+.tried_at(&[0.0, 1.0]);
 
 /// A body that the object leans on.
 #[derive(Clone, Copy, Debug)]

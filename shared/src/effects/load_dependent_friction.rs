@@ -3,9 +3,10 @@
 //! `mu = mu (N / N0)^-exponent` with `N` the normal force of the whole contact and
 //! `N0 = 20 N`, as for soft fingertips whose real contact area grows slower than the load
 //! (exponent 1/3 for Hertz contact: Bowden and Tabor 1950; Xydas and Kao 1999). `N0` is a
-//! constant because it and the base coefficient cannot be told apart.
+//! constant because it and the base coefficient cannot be told apart. Elsewhere than at the fingertips (or the
+//! table where nothing is gripped) with the share `elsewhere` of the exponent: hard contacts obey Amontons' law.
 
-use super::law::{FrictionLaw, Law, Slip, StepContext};
+use super::law::{ELSEWHERE, FrictionLaw, Law, Slip, StepContext};
 use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::{Real, max};
 
@@ -25,32 +26,36 @@ pub const INFO: Info = Info {
     signature: "tangential force not proportional to grip: relatively stronger at low grip (exponent above zero)",
     source: "Bowden and Tabor 1950; Xydas and Kao 1999, soft finger contact",
     role: Role::Plain,
-    parameters: &[Parameter::new(
-        "exponent",
-        "1",
-        0.15,
-        0.0,
-        [-0.5, 0.9],
-        "exponent of the fall with load; 1/3 for Hertz contact",
-    )],
+    parameters: &[
+        Parameter::new(
+            "exponent",
+            "1",
+            0.15,
+            0.0,
+            [-0.5, 0.9],
+            "exponent of the fall with load; 1/3 for Hertz contact",
+        ),
+        ELSEWHERE,
+    ],
 };
 
 impl<R: Real> Law<R> for LoadDependentFriction {
     fn friction(
         &self,
         p: &[R; MAX_PARAMETERS],
-        _: &StepContext<R>,
+        c: &StepContext<R>,
         _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {
         let load = slip.patch_load_n;
         // Before the first step there is no load to go by.
-        if p[0] == R::zero() || !(load > R::zero()) {
+        let exponent = p[0] * c.scope(slip.body, p[1]);
+        if exponent == R::zero() || !(load > R::zero()) {
             return;
         }
         let ratio = max(load, R::of(LEAST_N)) / R::of(REFERENCE_N);
-        let factor = (-p[0] * ratio.ln()).exp();
+        let factor = (-exponent * ratio.ln()).exp();
         law.mu = law.mu.map(|mu| mu * factor);
     }
 }

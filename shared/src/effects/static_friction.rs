@@ -1,9 +1,10 @@
 //! Break-away friction above sliding friction, falling with slip speed (Stribeck).
 //!
 //! `mu(v) = mu (1 + excess exp(-(v / v_s)^2))`, after Stribeck 1902 in the exponential form
-//! of Bo and Pavelescu 1982.
+//! of Bo and Pavelescu 1982; elsewhere than at the fingertips (or the table where nothing is gripped) with the share
+//! `elsewhere` of the excess.
 
-use super::law::{FrictionLaw, Law, Slip, StepContext};
+use super::law::{ELSEWHERE, FrictionLaw, Law, Slip, StepContext};
 use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::{Real, max};
 
@@ -28,6 +29,7 @@ pub const INFO: Info = Info {
             [1e-4, 0.1],
             "slip speed at which the excess has fallen to 1/e",
         ),
+        ELSEWHERE,
     ],
 };
 
@@ -35,16 +37,17 @@ impl<R: Real> Law<R> for StaticFriction {
     fn friction(
         &self,
         p: &[R; MAX_PARAMETERS],
-        _: &StepContext<R>,
+        c: &StepContext<R>,
         _: &[R; MEMORY],
         slip: &Slip<R>,
         law: &mut FrictionLaw<R>,
     ) {
-        if p[0] == R::zero() {
+        let excess = p[0] * c.scope(slip.body, p[2]);
+        if excess == R::zero() {
             return;
         }
         let x = slip.speed_m_s / max(p[1], R::of(1e-6));
-        let factor = R::one() + p[0] * (-x * x).exp();
+        let factor = R::one() + excess * (-x * x).exp();
         law.mu = law.mu.map(|mu| mu * factor);
     }
 

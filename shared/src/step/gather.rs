@@ -33,7 +33,7 @@ pub(super) fn gather<R: Real, const NC: usize>(
             let moved = speed * dt;
             let stiffness = answer.stiffness_n_s_m[k];
             let damper = c.damping_s * ratio * stiffness;
-            let spring = (-f[k + 1] - damper * speed) * dt / (stiffness - damper);
+            let spring = (-f[k + 1] - damper * speed) * dt / (stiffness - damper) * c.kept;
             slipped[k] = slot.spring_m[k] + moved - spring;
             slot.spring_m[k] = spring;
         }
@@ -50,7 +50,7 @@ pub(super) fn gather<R: Real, const NC: usize>(
         if !(bound > zero) {
             slot.spring_m = [zero; 2];
             slot.speed_m_s = zero;
-        } else if sliding && square > work.params.min_slip_m2 {
+        } else if (sliding || c.kept < R::one()) && square > work.params.min_slip_m2 {
             let travel = sqrt(square);
             slot.slip_m += travel;
             slot.speed_m_s = travel * by_dt;

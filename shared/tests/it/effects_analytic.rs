@@ -2,8 +2,12 @@
 
 use crate::scenes::*;
 use stickslip_shared::contact::Body;
-use stickslip_shared::effects::{Effect, Law, MAX_PARAMETERS, MEMORY, Reading};
+use stickslip_shared::effects::{
+    Effect, FrictionLaw, Law, MAX_PARAMETERS, MEMORY, Reading, Slip, StepContext, law,
+};
 use stickslip_shared::model::{FingerContact, Friction};
+use stickslip_shared::real::Vec3;
+use stickslip_shared::step::step;
 
 const N: f64 = 20.0;
 const MU: f64 = 0.4;
@@ -81,6 +85,50 @@ fn load_dependent_friction_is_a_power_of_the_load() {
     }
 }
 
+/// Friction of a contact of the nominal coefficient with `body`, loaded by 5 N and sliding at 2 mm/s.
+fn friction_at(body: Body, context: &StepContext<f64>, effect: &Effect<f64>) -> f64 {
+    let slip = Slip {
+        share: 1.0,
+        body,
+        patch_m: [0.0; 2],
+        object_m: Default::default(),
+        load_n: 5.0,
+        patch_load_n: 5.0,
+        speed_m_s: 2e-3,
+        distance_m: 0.01,
+        rest_s: 0.0,
+    };
+    let mut found = FrictionLaw { mu: [MU; 2], adhesion_n: 0.0, viscosity_s_m: 0.0 };
+    law::<f64>(effect.code).unwrap().friction(&effect.parameters, context, &[1.0; MEMORY], &slip, &mut found);
+    found.mu[0] * (1.0 + found.viscosity_s_m)
+}
+
+#[test]
+fn a_law_of_the_pads_friction_is_the_pushers_by_the_share_that_is_told() {
+    let gripped = at_rest_context(0.004);
+    let lying = StepContext { fingers: None, ..gripped };
+    for id in ["static_friction", "viscous_friction", "dwell_strengthening", "load_dependent_friction"] {
+        let with = |elsewhere: f64| {
+            let mut effect = Effect::<f64>::typical(id).unwrap();
+            let at = effect.info().unwrap().parameters.iter().position(|p| p.name == "elsewhere").unwrap();
+            effect.parameters[at] = elsewhere;
+            effect
+        };
+        let whole = friction_at(Body::Finger1, &gripped, &with(0.0));
+        assert!((whole - MU).abs() > 1e-3, "{id} shows at a fingertip");
+        for body in [Body::Pusher, Body::Support] {
+            assert_eq!(friction_at(body, &gripped, &with(0.0)), MU, "{id}");
+            assert_eq!(friction_at(body, &gripped, &with(1.0)), whole, "{id}");
+            let half = friction_at(body, &gripped, &with(0.5));
+            assert!(
+                (half - MU).abs() > 0.4 * (whole - MU).abs() && (half - whole).abs() > 1e-4,
+                "{id}: {half}"
+            );
+        }
+        assert_eq!(friction_at(Body::Support, &lying, &with(0.0)), whole, "{id} where nothing is gripped");
+    }
+}
+
 #[test]
 fn anisotropic_friction_pushes_with_the_root_of_the_ratio_along_x() {
     let force = push_force(&pure_push::<f64>(0.01).with("anisotropic_friction", &[1.44]));
@@ -108,6 +156,61 @@ fn contact_compliance_sags_by_weight_over_two_springs_and_closes_by_the_grip() {
     let state = run.play().state;
     close(-state.position_m.z, 0.2005 * 9.81 / 2.0 * (1e-4 + 1e-7), 1e-3);
     close(-state.jaw_m, N * (1e-5 + 1e-7), 1e-3);
+}
+
+#[test]
+fn a_pusher_gives_way_by_its_compliance_times_the_push() {
+    let at = |compliance_m_n: f64| {
+        let run = light_push(0.01).with("contact_compliance", &[0.0, 0.0, compliance_m_n]);
+        let record = run.play();
+        (record.state.position_m.x, record.last().reading.pusher[0])
+    };
+    let ((stiff_m, force_n), (soft_m, soft_n)) = (at(0.0), at(1e-5));
+    close(soft_n, force_n, 1e-3);
+    close(stiff_m - soft_m, force_n * 1e-5, 1e-3);
+}
+
+#[test]
+fn a_push_on_pads_whose_parts_slip_one_after_another_follows_dahls_law() {
+    let (compliance_m_n, limit_n) = (2e-4, 2.0 * MU * N);
+    let reach_m = MU * N * compliance_m_n;
+    for microslip in [0.0, 0.3, 0.6, 1.0] {
+        let mut run = light_push(0.005).with("contact_compliance", &[compliance_m_n, 0.0, 0.0, microslip]);
+        run.steps = 600;
+        let (mut before_m, mut seen) = (0.0, 0);
+        for steps in (10..run.steps).step_by(10) {
+            let record = Run { steps, ..run.clone() }.play();
+            let (s, force_n) = (record.state.position_m.x / reach_m, record.last().reading.pusher[0]);
+            let share = if microslip == 0.0 { s } else { (1.0 - (-microslip * s).exp()) / microslip };
+            assert!(
+                (force_n / limit_n - share.min(1.0)).abs() < 0.02,
+                "{microslip}: {force_n} N at {s} of the reach"
+            );
+            seen += usize::from(record.state.position_m.x > before_m && share < 0.95);
+            before_m = record.state.position_m.x;
+        }
+        assert!(seen > 5, "{microslip}: it loads over many steps");
+    }
+}
+
+#[test]
+fn a_push_that_ends_is_held_by_pads_whose_parts_slip_at_the_force_that_it_ended_at() {
+    for (compliance_m_n, microslip) in [(2e-4, 0.6), (2e-4, 1.0), (1e-6, 1.0)] {
+        let mut run = light_push(0.002).with("contact_compliance", &[compliance_m_n, 0.0, 0.0, microslip]);
+        run.steps = 300;
+        let moved = run.play();
+        let (mut state, mut drive) = (moved.state.clone(), run.drive);
+        drive.carrier_m_s = Vec3::zeros();
+        let plate = drive.pusher.as_mut().unwrap();
+        plate.position_m += plate.velocity_m_s * (drive.dt_s * run.steps as f64);
+        plate.velocity_m_s = Vec3::zeros();
+        state.absolute_m_s = Vec3::zeros();
+        let mut force_n = 0.0;
+        for _ in 0..50 {
+            force_n = step(&run.scene, &run.model, &mut state, &drive).reading.pusher[0];
+        }
+        close(force_n, moved.last().reading.pusher[0], 0.02);
+    }
 }
 
 fn torsion(fingers: FingerContact<f64>, change_m: f64) -> f64 {

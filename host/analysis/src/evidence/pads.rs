@@ -52,6 +52,11 @@ pub const SPRINGS: f64 = 2.0;
 /// sheared, a bonded one much less.
 const NORMAL: f64 = 0.5;
 const NORMAL_RANGE: [f64; 2] = [0.05, 1.0];
+/// A pusher's compliance, m/N, and the range: a steel fixture to a plate on the flexures of its force sensor.
+const PUSHER_M_N: f64 = 1e-6;
+const PUSHER_RANGE_M_N: [f64; 2] = [0.0, 1e-5];
+/// Sphere and plane of one material, by Mindlin's law.
+const MICROSLIP: f64 = 0.6;
 
 impl Pads {
     /// What to expect of a pad's parameter, by its name: value and range.
@@ -61,6 +66,9 @@ impl Pads {
         match name {
             "tangential_m_n" => Some((c, [c / SPRINGS, c * SPRINGS])),
             "normal_m_n" => Some((NORMAL * c, NORMAL_RANGE.map(|share| share * c))),
+            // Not read off: what is usual.
+            "pusher_m_n" => Some((PUSHER_M_N, PUSHER_RANGE_M_N)),
+            "microslip" => Some((MICROSLIP, [0.0, 1.0])),
             _ => None,
         }
     }

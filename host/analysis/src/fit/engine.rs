@@ -14,6 +14,10 @@ use crate::fit::sensing;
 /// lets go a full step is worthless, however short the way to go is.
 const DAMPINGS: usize = 6;
 
+/// What moves all features together by less than a tenth of a standard deviation over its whole range, squared, is not
+/// seen: a channel that was not measured, a law that is off. It stays where it is.
+const UNSEEN: f64 = 0.01;
+
 /// Where Gauss-Newton ended.
 #[derive(Clone, Debug)]
 pub struct Solution {
@@ -243,7 +247,10 @@ pub fn solve_with(
                 if let Some(d) = towards.get_mut(k) {
                     *d *= if told && precision > 0.0 { prior.precision[k] / precision } else { 0.0 };
                 }
-                damped.precision[k] = if held.as_ref().is_some_and(|h| h[k]) { FIXED } else { precision };
+                let (low, high) = problem.bounds(&free[k]);
+                let seen = prior.precision[k] > 0.0 || total[(k, k)] * (high - low).powi(2) > UNSEEN;
+                let stays = !seen || held.as_ref().is_some_and(|h| h[k]);
+                damped.precision[k] = if stays { FIXED } else { precision };
             }
             let Some(x) = gls::solve_towards(grams.iter().map(|g| (1.0, g)), &damped, &towards) else {
                 break;

@@ -17,6 +17,7 @@ support = 0.3
 id = "static_friction"
 excess = 0.2
 stribeck_speed_m_s = 0.002
+elsewhere = 0.0
 intervals = { excess = [0.15, 0.25] }
 [[effects]]
 id = "formula"
@@ -86,14 +87,14 @@ fn errors_name_line_column_and_what_to_do() {
         ("static_friction", "static_fricton", "8:6:", "did you mean static_friction"),
         ("excess = 0.2\n", "excess = 3\n", "9:10:", "between 0 and 2"),
         ("excess = 0.2\n", "exces = 0.2\n", "7:", "lacks its parameter excess"),
-        ("intervals", "interval", "11:12:", "no parameter 'interval'"),
+        ("intervals", "interval", "12:12:", "no parameter 'interval'"),
         ("\"hard\"", "\"stiff\"", "2:8:", "\"hard\" or \"soft\""),
         ("model/1", "model/9", "1:10:", "stickslip-model/1"),
         ("finger = 0.4", "finger = -0.4", "4:10:", "between 0 and 10"),
-        ("slip_speed_m_s/b", "slip_sped_m_s/b", "17:14:", "unknown name 'slip_sped_m_s'"),
-        ("\"finger2\"", "\"thumb\"", "16:10:", "thumb"),
+        ("slip_speed_m_s/b", "slip_sped_m_s/b", "18:14:", "unknown name 'slip_sped_m_s'"),
+        ("\"finger2\"", "\"thumb\"", "17:10:", "thumb"),
         ("support = 0.3", "support = ", "6:", ""),
-        ("low = 0,", "low = 0.5,", "18:14:", "between its low"),
+        ("low = 0,", "low = 0.5,", "19:14:", "between its low"),
     ] {
         let error = ModelFile::parse(&GOOD.replacen(from, to, 1), "m.toml").unwrap_err().to_string();
         assert!(error.starts_with(&format!("m.toml:{place}")) && error.contains(says), "{error}");
@@ -170,7 +171,7 @@ fn formulas_without_a_value_or_a_memory_are_refused_where_they_stand() {
         let text = GOOD.replace("1 + a*exp(-slip_speed_m_s/b)", expression);
         let error = ModelFile::parse(&text, "m.toml").unwrap_err().to_string();
         let says = says.replace("\\", "");
-        assert!(error.starts_with("m.toml:17:14:") && error.contains(&says), "{error}");
+        assert!(error.starts_with("m.toml:18:14:") && error.contains(&says), "{error}");
     }
 }
 

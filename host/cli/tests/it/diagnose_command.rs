@@ -71,6 +71,7 @@ fn refused(folder: &Path, words: &[&str]) -> String {
 }
 
 #[test]
+#[ignore = "long: make test-host-rest"]
 fn a_formula_is_added_refitted_calibrated_compared_and_separated_like_an_effect() {
     let folder = weak_grip();
     let added = json(folder, &["add", ".", "weak_jaw", "--model", "own.toml", "--out", "better.toml"]);

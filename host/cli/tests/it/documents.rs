@@ -85,7 +85,7 @@ fn documents_of_the_quick_commands_hold_what_their_schemas_describe() {
     of("simulate", &["simulate", ".", "--out", "simulated"], data);
     of("effects EFFECT", &["effects", "adhesion"], data);
     of("rig list-effects", &["rig", "--list-effects"], data);
-    of("rig", &["rig", "--out", "made", "--plan", "decay", "--runs", "1", "--objects", "obj4"], data);
+    of("rig", &["rig", "--out", "made", "--plan", "demo", "--runs", "1", "--objects", "obj4"], data);
     of("lcp", &["lcp", "--generate", "4", "--solver", "contact"], data);
     of("new", &["new", "trials/linear_push-obj4-g20-v10-s0-r1.csv", "--out", "mapping.toml"], data);
 }

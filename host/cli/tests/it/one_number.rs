@@ -150,6 +150,7 @@ fn noise_floor_contact_and_sensor_offsets_are_the_same_in_check_calibrate_compar
 }
 
 #[test]
+#[ignore = "long: make test-host-rest"]
 fn friction_of_add_and_refit_is_that_of_calibrate_on_the_new_model() {
     let mut data = made().data.clone();
     // One set of pads will do: six pushes.

@@ -561,28 +561,36 @@ mod tests {
         ((found.offset_s - TRUTH_S).abs() <= found.uncertainty_s, found.uncertainty_s)
     }
 
-    #[test]
-    fn the_interval_of_a_clock_holds_the_truth_whatever_the_noise_and_the_contact_and_however_many_trials() {
-        for kind in [
-            Kind::Plain,
-            Kind::Correlated,
-            Kind::PusherGivesWay,
-            Kind::PlateIsSofter,
-            Kind::TurnsFirst,
-            Kind::FindsItsPlace,
-            Kind::Rigid,
-            Kind::FilledUp,
-            Kind::FilledUpAndNoise,
-        ] {
-            for (trials, sets) in [(1, 60), (5, 30), (40, 12)] {
-                let all: Vec<(bool, f64)> = (0..sets).map(|seed| told(kind, seed, trials)).collect();
-                let hits = all.iter().filter(|(holds, _)| *holds).count();
-                let mean_s = all.iter().map(|(_, half_s)| half_s).sum::<f64>() / all.len() as f64;
-                println!("{kind:?}, {trials}: {hits} of {sets}, half width {:.1} ms", 1e3 * mean_s);
-                let of_85_percent = Binomial::new(0.85, sets).expect("a probability");
-                // By chance no more than once in 20.
-                assert!(of_85_percent.cdf(hits as u64) > 0.05, "{kind:?}, {trials}: {hits} of {sets}");
-            }
+    /// Asserts that of the intervals of `trials` pushes, `sets` of each kind, 85 % hold the truth or more.
+    fn intervals_hold(trials: usize, sets: u64) {
+        use Kind::*;
+        let give_way = [PusherGivesWay, PlateIsSofter, TurnsFirst, FindsItsPlace];
+        let others = [Plain, Correlated, Rigid, FilledUp, FilledUpAndNoise];
+        for kind in give_way.into_iter().chain(others) {
+            let all: Vec<(bool, f64)> = (0..sets).map(|seed| told(kind, seed, trials)).collect();
+            let hits = all.iter().filter(|(holds, _)| *holds).count();
+            let mean_s = all.iter().map(|(_, half_s)| half_s).sum::<f64>() / all.len() as f64;
+            println!("{kind:?}, {trials}: {hits} of {sets}, half width {:.1} ms", 1e3 * mean_s);
+            let of_85_percent = Binomial::new(0.85, sets).expect("a probability");
+            // By chance no more than once in 20.
+            assert!(of_85_percent.cdf(hits as u64) > 0.05, "{kind:?}, {trials}: {hits} of {sets}");
         }
+    }
+
+    #[test]
+    fn the_interval_of_a_clock_holds_the_truth_whatever_the_noise_and_the_contact_of_one_push() {
+        intervals_hold(1, 60);
+    }
+
+    #[test]
+    fn the_interval_of_a_clock_holds_the_truth_of_a_few_pushes() {
+        intervals_hold(5, 12);
+    }
+
+    #[test]
+    #[ignore = "long: make test-host-rest"]
+    fn the_interval_of_a_clock_holds_the_truth_however_many_pushes() {
+        intervals_hold(5, 30);
+        intervals_hold(40, 12);
     }
 }
