@@ -8,7 +8,7 @@
 //! | disc finger of radius a on a flat face | 6 on a ring of 2a/3 | torsional friction 2/3 mu N a of the uniform disc exactly; force and torsion together within 7 % of the disc's limit surface; normal moment up to 0.58 N a (disc: N a) |
 //! | disc or line finger on a cylinder | 2 on the line of contact, at ± half its length | the patch is a line along the axis |
 //! | line finger | 2 ends | |
-//! | plane pusher | the corners of the nearest face, or the two ends of a cylinder's line | |
+//! | plane pusher | the corners of the nearest face, or the two ends of a cylinder's line; with four points between them where it gives way | [`spread`] |
 //! | line pusher | the two ends of its overlap with the nearest face | |
 //! | point pusher | the nearest surface point | |
 //! | support | 10 to 16 points of the face, or the given feet | |
@@ -16,11 +16,14 @@
 //! A slot number belongs to each point, the same in every step, so that the spring memory
 //! finds its point again; which face of the object the points are on goes with it.
 
+mod spread;
+
 use crate::model::{Base, FingerContact, Model, PusherContact, RIGID_N_M, Scene, SupportContact};
 use crate::real::{Real, Rotation, Vec3, max, norm, sqrt};
 use crate::shape::{END_BELOW, ROUND};
 use crate::state::{Drive, Moving, State};
 use heapless::Vec;
+pub use spread::spread;
 
 /// Points on each fingertip.
 pub const FINGER_POINTS: usize = 6;
@@ -134,6 +137,8 @@ pub struct Contact<R: Real> {
     pub kept: R,
     /// Radius over which a single point is spread (see [`spread`]), m; normally 0.
     pub spread_m: R,
+    /// Whether a face or line of the pusher bears as an even foundation does (see [`spread`]), not with its corners alone.
+    pub even: bool,
 }
 
 /// All contacts of a step.
@@ -205,37 +210,6 @@ pub fn find_with<R: Real, const NC: usize>(
     lost
 }
 
-/// Replaces every point that is a whole contact by itself and has a `spread_m` above zero
-/// by three points at that radius, which bear torsion `mu N spread_m`. They take the slots
-/// after the point's own, which its body leaves free. Returns the points that did not fit.
-pub fn spread<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>) -> usize {
-    let third = R::of(1.0 / 3.0);
-    let (half, high) = (R::of(-0.5), R::of(0.866_025_403_784_438_6));
-    let mut lost = 0;
-    for i in 0..contacts.len() {
-        let Some(c) = contacts.get_mut(i) else { continue };
-        if !(c.spread_m > R::zero() && c.share > R::of(0.999)) {
-            continue;
-        }
-        let centre = *c;
-        let at = |k: usize, x: R, y: R| {
-            let (x, y) = (x * centre.spread_m, y * centre.spread_m);
-            Contact {
-                slot: centre.slot + k,
-                lever_m: centre.lever_m + centre.axes[1] * x + centre.axes[2] * y,
-                patch_m: [centre.patch_m[0] + x, centre.patch_m[1] + y],
-                share: centre.share * third,
-                ..centre
-            }
-        };
-        *c = at(0, R::one(), R::zero());
-        for point in [at(1, half, high), at(2, half, -high)] {
-            lost += usize::from(point.slot >= NC || contacts.push(point).is_err());
-        }
-    }
-    lost
-}
-
 impl<R: Real, const NC: usize> Builder<'_, R, NC> {
     #[inline(always)]
     fn in_object(&self, v: &Vec3<R>) -> Vec3<R> {
@@ -287,6 +261,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
             microslip: R::zero(),
             kept: R::one(),
             spread_m: R::zero(),
+            even: false,
         };
         usize::from(slot >= NC || self.out.push(contact).is_err())
     }

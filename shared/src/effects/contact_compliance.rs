@@ -9,8 +9,9 @@
 //! Dahl's law (1968; bristles as in LuGre) with `microslip` 1, and slides from `1.5 z` on, as Mindlin's spheres do, with
 //! 0.6. `step` does it at the end of each step.
 //!
-//! The pusher is another body, with a compliance of its own: a plate on its sensor and arm gives
-//! way by micrometres under a push, and lets the object turn on it.
+//! The pusher is another body, with a compliance of its own: a plate on its sensor and arm gives way by micrometres under a
+//! push, and the object turns on it by milliradians, much more where it is pressed near an edge. Its face bears as an even
+//! foundation does (`contact::spread`), where without this effect the corners do alone.
 
 use super::law::{Law, StepContext};
 use crate::contact::{Body, Contact};
@@ -73,6 +74,7 @@ impl<R: Real> Law<R> for ContactCompliance {
         let [tangential, normal] = if contact.body == Body::Pusher { [p[2], p[2]] } else { [p[0], p[1]] };
         contact.tangential_n_m = softer(contact.tangential_n_m, tangential);
         contact.normal_n_m = softer(contact.normal_n_m, normal);
+        contact.even = contact.body == Body::Pusher && p[2] > R::zero();
         contact.microslip =
             if contact.body == Body::Pusher { R::zero() } else { clamp(p[3], R::zero(), R::one()) };
     }

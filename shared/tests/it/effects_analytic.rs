@@ -1,13 +1,13 @@
 //! Each effect against a case whose answer is known in closed form.
 
 use crate::scenes::*;
-use stickslip_shared::contact::Body;
+use stickslip_shared::contact::{Body, Contacts, SLOTS, find, spread};
 use stickslip_shared::effects::{
     Effect, FrictionLaw, Law, MAX_PARAMETERS, MEMORY, Reading, Slip, StepContext, law,
 };
 use stickslip_shared::model::{FingerContact, Friction};
 use stickslip_shared::real::Vec3;
-use stickslip_shared::step::step;
+use stickslip_shared::step::{State, step};
 
 const N: f64 = 20.0;
 const MU: f64 = 0.4;
@@ -210,6 +210,50 @@ fn a_push_that_ends_is_held_by_pads_whose_parts_slip_at_the_force_that_it_ended_
             force_n = step(&run.scene, &run.model, &mut state, &drive).reading.pusher[0];
         }
         close(force_n, moved.last().reading.pusher[0], 0.02);
+    }
+}
+
+/// Contact of a face of 30 mm by 25 mm with a plane, tilted by `tilt` about Y and pressed so far that an even foundation of
+/// `stiffness_n_m` bears `load_n` at `off` of half its height: force and moment of the points that stand for it.
+fn pressed(off: f64) -> (f64, f64) {
+    let (half_m, load_n, stiffness_n_m) = (0.0125, 20.0, 1e6);
+    // Where all of it touches (off below a third) and where it does in part: Winkler's foundation.
+    let tilt = if off < 1.0 / 3.0 {
+        3.0 * load_n * off / (stiffness_n_m * half_m)
+    } else {
+        4.0 * load_n / (9.0 * stiffness_n_m * half_m * (1.0 - off) * (1.0 - off))
+    };
+    let deepest_m = if off < 1.0 / 3.0 {
+        load_n / stiffness_n_m + tilt * half_m
+    } else {
+        tilt * 3.0 * half_m * (1.0 - off)
+    };
+    let mut run = push::<f64>(0.0);
+    run.model.effects.push(Effect::neutral("contact_compliance").unwrap()).unwrap();
+    let drive = run.drive;
+    let mut state = State::held(&run.scene, &run.model, &drive, Vec3::zeros(), run.rotation);
+    state.position_m.x = 0.0;
+    let mut contacts = Contacts::<f64, SLOTS>::new();
+    find(&run.scene, &run.model, &state, &drive, &mut contacts);
+    for c in &mut contacts {
+        c.even = c.body == Body::Pusher;
+    }
+    assert_eq!(spread(&mut contacts), 0);
+    let points: Vec<_> = contacts.iter().filter(|c| c.body == Body::Pusher).collect();
+    assert_eq!(points.len(), 8);
+    close(points.iter().map(|c| c.share).sum(), 1.0, 1e-12);
+    points.iter().fold((0.0, 0.0), |(force_n, moment_nm), c| {
+        let depth_m = deepest_m - tilt * (half_m - c.lever_m.z);
+        let n = (stiffness_n_m * c.share * depth_m).max(0.0);
+        (force_n + n / load_n, moment_nm + n * c.lever_m.z / (load_n * half_m))
+    })
+}
+
+#[test]
+fn a_face_that_bears_evenly_stands_against_turning_as_winklers_foundation_does() {
+    for (off, share) in [(0.0, 1e-9), (0.2, 1e-9), (1.0 / 3.0, 1e-9), (0.5, 0.02), (0.7, 0.02)] {
+        let (force, moment) = pressed(off);
+        assert!((force - 1.0).abs() <= share && (moment - off).abs() <= share, "{off}: {force}, {moment}");
     }
 }
 

@@ -328,11 +328,13 @@ fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<&'static 
             let no_worse = paired(&c.held.loss, &winner.held.loss).is_none_or(|(t, _)| t < EQUAL);
             let behind = winner.explained - explained(&base.misfit, &c.held.misfit);
             // Significant or not: what differs by so little is below the run spread.
-            // Where a clear misfit is left, something else is missing: losses do not tell then what it hides.
-            let near = total(&c.held) < SAME_LOSS * total(&winner.held)
-                || winner.held.beyond(base).exceeds(UNEXPLAINED);
+            // Where a clear misfit is left, something else is missing: losses do not tell then what it hides, and what
+            // differs by less than that is as good.
+            let clear = winner.held.beyond(base).exceeds(UNEXPLAINED);
+            let near = (total(&c.held) < SAME_LOSS * total(&winner.held) || clear) && behind < SAME_SHARE
+                || clear && behind < 1.0 - winner.explained;
             let both = settled(winner) && settled(c) && winner.explained < EXPLAINS;
-            (no_worse && (behind < EQUAL_SHARE || both)) || (near && behind < SAME_SHARE)
+            (no_worse && (behind < EQUAL_SHARE || both)) || near
         })
         .take(LARGEST_SET - 1)
         .map(|c| c.info.id)
