@@ -17,6 +17,7 @@ fn opened(folder: &Path, key: &str) -> anyhow::Result<Opened> {
 }
 
 #[test]
+#[ignore = "long: make test-host-rest"]
 fn a_named_effect_is_right_or_wrong_by_the_key_and_soft_pads_are_no_wrong_name() {
     let folder = tempfile::tempdir().unwrap();
     let dataset = made("finger_friction_mismatch=0.4", 8, |_| true);
