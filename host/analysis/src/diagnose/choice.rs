@@ -288,7 +288,9 @@ pub fn small_compliance_in(problem: &Problem, held: &Held, id: &str) -> bool {
     let grip_n = problem.campaign.runs.iter().map(|r| r.prepared.grip_n()).fold(0.0, f64::max);
     let Held { solution, free, .. } = held;
     let covariance = fit::clustered_covariance(&solution.grams, &problem.priors(free, 0), free.len());
-    let of_it = |f: &Free| matches!(f, Free::Effect { effect, .. } if *effect == id);
+    // Along the face: pressed in they give way less than that, and a fit that says otherwise has taken something
+    // else for it. How gradually they let go is another matter, and the pusher is no pad.
+    let of_it = |f: &Free| matches!(f, Free::Effect { effect, of, .. } if *effect == id && of.name == "tangential_m_n");
     // What the data do not determine says nothing about the pads.
     free.iter().enumerate().filter(|(_, f)| of_it(f)).all(|(k, f)| {
         let compliance_m_n = f.get(&solution.model);
@@ -329,10 +331,10 @@ fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<&'static 
             let behind = winner.explained - explained(&base.misfit, &c.held.misfit);
             // Significant or not: what differs by so little is below the run spread.
             // Where a clear misfit is left, something else is missing: losses do not tell then what it hides, and what
-            // differs by less than that is as good.
+            // differs by less than the little that is left is as good.
             let clear = winner.held.beyond(base).exceeds(UNEXPLAINED);
             let near = (total(&c.held) < SAME_LOSS * total(&winner.held) || clear) && behind < SAME_SHARE
-                || clear && behind < 1.0 - winner.explained;
+                || clear && winner.explained > EXPLAINS && behind < 1.0 - winner.explained;
             let both = settled(winner) && settled(c) && winner.explained < EXPLAINS;
             (no_worse && (behind < EQUAL_SHARE || both)) || near
         })
