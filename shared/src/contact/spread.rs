@@ -38,52 +38,56 @@ pub fn spread<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>) -> usize
     lost + evened(contacts)
 }
 
-/// Puts two points between the ends of each line, or of each long edge of a face, that bears evenly, with Simpson's weights
-/// (1, 3, 3, 1): a foundation's stiffness against shift and turning, and less of it where it touches in part. The
-/// edges are those across the second axis. Returns the points that did not fit.
+/// Ends of what bears evenly: two of a line, four of a face.
+const ENDS: usize = 4;
+
+/// Puts two points between the ends of each line, or of each long edge of a face, that bears evenly. The edges are those
+/// across the second axis. Returns the points that did not fit.
 fn evened<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>) -> usize {
-    let mut ends: Vec<usize, 4> = Vec::new();
-    let mut lost = 0;
+    let mut ends: Vec<(usize, Contact<R>), ENDS> = Vec::new();
     for (i, c) in contacts.iter().enumerate() {
-        if c.even {
-            lost += usize::from(ends.push(i).is_err());
+        if c.even && ends.push((i, *c)).is_err() {
+            break;
         }
     }
-    let pairs: [[usize; 2]; 2] = match ends.as_slice() {
-        [a, b] => [[*a, *b], [*a, *a]],
+    match ends.as_slice() {
+        [a, b] => between(contacts, [a, b], a.1.slot + ENDS),
         [a, b, c, d] => {
-            let along = |from: usize, to: usize| match (contacts.get(from), contacts.get(to)) {
-                (Some(from), Some(to)) => (to.patch_m[1] - from.patch_m[1]).abs(),
-                _ => R::zero(),
-            };
-            if along(*a, *b) > along(*b, *c) { [[*a, *b], [*c, *d]] } else { [[*b, *c], [*d, *a]] }
+            let along = |from: &Contact<R>, to: &Contact<R>| (to.patch_m[1] - from.patch_m[1]).abs();
+            let [one, other] =
+                if along(&a.1, &b.1) > along(&b.1, &c.1) { [[a, b], [c, d]] } else { [[b, c], [d, a]] };
+            let slot = a.1.slot + ENDS;
+            between(contacts, one, slot) + between(contacts, other, slot + 2)
         }
-        _ => return lost,
-    };
-    let first = ends.iter().filter_map(|i| contacts.get(*i)).map(|c| c.slot).min().unwrap_or(NC);
-    for (pair, [from, to]) in pairs.into_iter().enumerate() {
-        let (Some(a), Some(b)) = (contacts.get(from).copied(), contacts.get(to).copied()) else { continue };
-        if from == to {
-            continue;
-        }
-        for k in 0..2 {
-            let t = R::of((k + 1) as f64 / 3.0);
-            let point = Contact {
-                slot: first + 4 + 2 * pair + k,
-                lever_m: a.lever_m + (b.lever_m - a.lever_m) * t,
-                gap_m: a.gap_m + (b.gap_m - a.gap_m) * t,
-                surface_m_s: a.surface_m_s + (b.surface_m_s - a.surface_m_s) * t,
-                patch_m: [0, 1].map(|i| a.patch_m[i] + (b.patch_m[i] - a.patch_m[i]) * t),
-                object_m: a.object_m + (b.object_m - a.object_m) * t,
-                share: a.share * R::of(0.75),
-                ..a
-            };
-            lost += usize::from(point.slot >= NC || contacts.push(point).is_err());
-        }
-        for end in [from, to] {
-            if let Some(c) = contacts.get_mut(end) {
-                c.share *= R::of(0.25);
-            }
+        _ => 0,
+    }
+}
+
+/// Shares what two ends bear with two points between them, from `slot` on, by Simpson's weights (1, 3, 3, 1): a foundation's
+/// stiffness against shift and turning, and less of it where it touches in part. Returns the points that did not fit.
+fn between<R: Real, const NC: usize>(
+    contacts: &mut Contacts<R, NC>,
+    [(from, a), (to, b)]: [&(usize, Contact<R>); 2],
+    slot: usize,
+) -> usize {
+    let mut lost = 0;
+    for k in 0..2 {
+        let t = R::of((k + 1) as f64 / 3.0);
+        let point = Contact {
+            slot: slot + k,
+            lever_m: a.lever_m + (b.lever_m - a.lever_m) * t,
+            gap_m: a.gap_m + (b.gap_m - a.gap_m) * t,
+            surface_m_s: a.surface_m_s + (b.surface_m_s - a.surface_m_s) * t,
+            patch_m: [0, 1].map(|i| a.patch_m[i] + (b.patch_m[i] - a.patch_m[i]) * t),
+            object_m: a.object_m + (b.object_m - a.object_m) * t,
+            share: a.share * R::of(0.75),
+            ..*a
+        };
+        lost += usize::from(point.slot >= NC || contacts.push(point).is_err());
+    }
+    for end in [*from, *to] {
+        if let Some(c) = contacts.get_mut(end) {
+            c.share *= R::of(0.25);
         }
     }
     lost

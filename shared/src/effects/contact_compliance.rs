@@ -71,11 +71,12 @@ impl<R: Real> Law<R> for ContactCompliance {
     fn contact(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, contact: &mut Contact<R>) {
         // k / (1 + k c) is 1 / (1 / k + c), and k itself for c = 0.
         let softer = |k: R, c: R| k / (R::one() + k * max(c, R::zero()));
-        let [tangential, normal] = if contact.body == Body::Pusher { [p[2], p[2]] } else { [p[0], p[1]] };
+        let pusher = contact.body == Body::Pusher;
+        let [tangential, normal, microslip] =
+            if pusher { [p[2], p[2], R::zero()] } else { [p[0], p[1], p[3]] };
         contact.tangential_n_m = softer(contact.tangential_n_m, tangential);
         contact.normal_n_m = softer(contact.normal_n_m, normal);
-        contact.even = contact.body == Body::Pusher && p[2] > R::zero();
-        contact.microslip =
-            if contact.body == Body::Pusher { R::zero() } else { clamp(p[3], R::zero(), R::one()) };
+        contact.microslip = clamp(microslip, R::zero(), R::one());
+        contact.even = pusher && p[2] > R::zero();
     }
 }

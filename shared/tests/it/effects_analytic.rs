@@ -178,16 +178,16 @@ fn a_push_on_pads_whose_parts_slip_one_after_another_follows_dahls_law() {
         let mut run = light_push(0.005).with("contact_compliance", &[compliance_m_n, 0.0, 0.0, microslip]);
         run.steps = 600;
         let (mut before_m, mut seen) = (0.0, 0);
-        for steps in (10..run.steps).step_by(10) {
-            let record = Run { steps, ..run.clone() }.play();
-            let (s, force_n) = (record.state.position_m.x / reach_m, record.last().reading.pusher[0]);
+        for output in run.play().outputs.iter().skip(9).step_by(10) {
+            let (at_m, force_n) = (output.reading.position_m.x, output.reading.pusher[0]);
+            let s = at_m / reach_m;
             let share = if microslip == 0.0 { s } else { (1.0 - (-microslip * s).exp()) / microslip };
             assert!(
                 (force_n / limit_n - share.min(1.0)).abs() < 0.02,
                 "{microslip}: {force_n} N at {s} of the reach"
             );
-            seen += usize::from(record.state.position_m.x > before_m && share < 0.95);
-            before_m = record.state.position_m.x;
+            seen += usize::from(at_m > before_m && share < 0.95);
+            before_m = at_m;
         }
         assert!(seen > 5, "{microslip}: it loads over many steps");
     }
@@ -213,8 +213,8 @@ fn a_push_that_ends_is_held_by_pads_whose_parts_slip_at_the_force_that_it_ended_
     }
 }
 
-/// Contact of a face of 30 mm by 25 mm with a plane, tilted by `tilt` about Y and pressed so far that an even foundation of
-/// `stiffness_n_m` bears `load_n` at `off` of half its height: force and moment of the points that stand for it.
+/// A face of 25 mm on a plane, tilted and pressed so far that an even foundation of 1e6 N/m would bear 20 N at `off` of half its
+/// height: force and moment of the points that stand for it, over 20 N and over them on half of the height.
 fn pressed(off: f64) -> (f64, f64) {
     let (half_m, load_n, stiffness_n_m) = (0.0125, 20.0, 1e6);
     // Where all of it touches (off below a third) and where it does in part: Winkler's foundation.
@@ -228,13 +228,10 @@ fn pressed(off: f64) -> (f64, f64) {
     } else {
         tilt * 3.0 * half_m * (1.0 - off)
     };
-    let mut run = push::<f64>(0.0);
-    run.model.effects.push(Effect::neutral("contact_compliance").unwrap()).unwrap();
-    let drive = run.drive;
-    let mut state = State::held(&run.scene, &run.model, &drive, Vec3::zeros(), run.rotation);
-    state.position_m.x = 0.0;
+    let run = push::<f64>(0.0);
+    let state = State::held(&run.scene, &run.model, &run.drive, Vec3::zeros(), run.rotation);
     let mut contacts = Contacts::<f64, SLOTS>::new();
-    find(&run.scene, &run.model, &state, &drive, &mut contacts);
+    find(&run.scene, &run.model, &state, &run.drive, &mut contacts);
     for c in &mut contacts {
         c.even = c.body == Body::Pusher;
     }

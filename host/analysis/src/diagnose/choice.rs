@@ -333,10 +333,10 @@ fn equals(base: &Held, winner: &Candidate, stage: &[Candidate]) -> Vec<&'static 
             // Where a clear misfit is left, something else is missing: losses do not tell then what it hides, and what
             // differs by less than the little that is left is as good.
             let clear = winner.held.beyond(base).exceeds(UNEXPLAINED);
-            let near = (total(&c.held) < SAME_LOSS * total(&winner.held) || clear) && behind < SAME_SHARE
-                || clear && winner.explained > EXPLAINS && behind < 1.0 - winner.explained;
+            let left = if clear && winner.explained > EXPLAINS { 1.0 - winner.explained } else { 0.0 };
+            let near = clear || total(&c.held) < SAME_LOSS * total(&winner.held);
             let both = settled(winner) && settled(c) && winner.explained < EXPLAINS;
-            (no_worse && (behind < EQUAL_SHARE || both)) || near
+            (no_worse && (behind < EQUAL_SHARE || both)) || (near && behind < SAME_SHARE.max(left))
         })
         .take(LARGEST_SET - 1)
         .map(|c| c.info.id)
