@@ -40,6 +40,8 @@ pub struct Parameter {
     pub what: &'static str,
     /// Where it only shapes the effect: values at which a fit starts; empty: about the typical one.
     pub tries: &'static [f64],
+    /// Where it came after the effect: the value with which a model file written before behaves as it did.
+    pub before: Option<f64>,
 }
 
 impl Parameter {
@@ -53,12 +55,17 @@ impl Parameter {
         what: &'static str,
     ) -> Self {
         let [low, high] = bounds;
-        Self { name, unit, typical, neutral, low, high, what, tries: &[] }
+        Self { name, unit, typical, neutral, low, high, what, tries: &[], before: None }
     }
 
     /// The same with the values at which a fit starts.
     pub const fn tried_at(self, tries: &'static [f64]) -> Self {
         Self { tries, ..self }
+    }
+
+    /// The same where it came after the effect, which behaved as with `before` until then.
+    pub const fn added(self, before: f64) -> Self {
+        Self { before: Some(before), ..self }
     }
 }
 

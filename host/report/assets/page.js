@@ -20,7 +20,9 @@ $(document, '.copy').forEach(button => button.addEventListener('click', async ()
 
 // What is wider than its place is scrolled by keys too.
 const scrolled = new ResizeObserver(of => of.forEach(({target: e}) => {
-  if (e.scrollWidth > e.clientWidth) e.tabIndex = 0; else e.removeAttribute('tabindex');
+  const more = e.scrollWidth > e.clientWidth;
+  e.classList.toggle('more', more);
+  if (more) e.tabIndex = 0; else e.removeAttribute('tabindex');
 }));
 $(document, '.scroll, .chart, .card').forEach(e => scrolled.observe(e));
 
@@ -111,6 +113,8 @@ $(document, '.viewer').forEach((root, number) => {
         return [(low + high) / 2 - half, (low + high) / 2 + half];
       }}},
       axes: [{...axis, grid: {show: false}, size: 26}, {...axis, grid: {stroke: css('grid'), width: 1}, size: 52}],
+      // As the lines themselves: the second finger's are dashed.
+      legend: {markers: {dash: (_, i) => known[i - 1]?.dash ? 'dashed' : 'solid'}},
       series: [{label: 't', value: (_, v) => v == null ? '–' : v.toFixed(3) + ' s'}, ...known.map(line => ({
         label: line.label, stroke: css(line.ink), width: line.ink === 'measured' ? 1.3 : 2, spanGaps: true,
         dash: line.dash ? [6, 4] : undefined, points: {show: false}, value: (_, v) => shown(v),
@@ -163,7 +167,7 @@ $(document, '.viewer').forEach((root, number) => {
     }
     place.fingers = px(...c.fingers);
     const [, , w, h] = svg.getAttribute('viewBox').split(' ').map(Number);
-    const placed = [], said = [];
+    const placed = [], said = [], room = [122, 18];
     c.forces.forEach(([name, where, [fx, fy]]) => {
       const force = [fx[at] ?? 0, fy[at] ?? 0], d = [force[0] * c.n, -force[1] * c.n];
       const from = place[where] || [0, 0];
@@ -174,11 +178,11 @@ $(document, '.viewer').forEach((root, number) => {
         // Beyond the tip: on along an arrow that lies, above or below one that stands.
         const lies = Math.abs(d[0]) >= Math.abs(d[1]), ends = lies && d[0] < 0;
         const tip = from[0] + d[0] + (ends ? -6 : 6);
-        const x = ends ? Math.min(Math.max(tip, 95), w) : Math.min(Math.max(tip, 5), w - 95);
-        const left = ends ? x - 95 : x, shift = lies ? 4 : 4 + 10 * Math.sign(d[1]);
+        const x = ends ? Math.min(Math.max(tip, room[0]), w) : Math.min(Math.max(tip, 5), w - room[0]);
+        const left = ends ? x - room[0] : x, shift = lies ? 4 : 4 + 10 * Math.sign(d[1]);
         let y = Math.min(Math.max(from[1] + d[1] + shift, 52), h - 36), over;
         // No text over another.
-        while ((over = placed.find(p => Math.abs(left - p[0]) < 95 && Math.abs(y - p[1]) < 16))) y = over[1] + 16;
+        while ((over = placed.find(p => Math.abs(left - p[0]) < room[0] && Math.abs(y - p[1]) < room[1]))) y = over[1] + room[1];
         placed.push([left, y]);
         label.setAttribute('x', x);
         label.setAttribute('y', y);

@@ -28,8 +28,8 @@ const VISIBLE: f64 = 12.0;
 const TOO_LARGE: f64 = 60.0;
 /// Enlargements of it.
 const ENLARGED: [f64; 6] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0];
-/// Room of the text at an arrow, px.
-const LABEL: [f64; 2] = [95.0, 16.0];
+/// Room of the text at an arrow, px: of the larger letters of paper and phones. The script has the same.
+const LABEL: [f64; 2] = [122.0, 18.0];
 /// Half length of a plane pusher in the drawing, px.
 const PLANE: f64 = 60.0;
 
@@ -51,6 +51,13 @@ struct Force {
     /// Name of the part that it acts at, or `fingers` or `object`.
     at: &'static str,
     n: Vec<[f64; 2]>,
+}
+
+impl Force {
+    /// Whether its size stands beside its arrow.
+    fn is_told(&self) -> bool {
+        self.ink == "measured"
+    }
 }
 
 /// A trial's bench over time.
@@ -274,7 +281,9 @@ impl Scenery {
                     }
                 }
                 (self.finger_shape())
-                @for (force, label) in self.forces.iter().zip(self.labels(i)) { (self.arrow(force, i, label)) }
+                // Texts over all arrows: their pale outline keeps them readable.
+                @for force in &self.forces { (self.arrow(force, i)) }
+                @for (force, label) in self.forces.iter().zip(self.labels(i)) { (Self::label(force, i, label)) }
                 text x="10" y="20" font-size="13" fill="#222222" data-note="time" {
                     (format!("t = {:.3} s", self.t_s.get(i).copied().unwrap_or_default()))
                 }
@@ -288,7 +297,7 @@ impl Scenery {
                 }
                 (self.axes())
                 path d=(format!("M{:.1} {}h{bar:.1}", SIZE[0] - 10.0 - bar, SIZE[1] - 10.0)) stroke="#888888" stroke-width="2" {}
-                text x=(format!("{:.1}", SIZE[0] - 10.0 - bar)) y=(SIZE[1] - 16.0) font-size="13" fill="#222222" { "20 mm" }
+                text x=(SIZE[0] - 10.0) y=(SIZE[1] - 16.0) font-size="13" text-anchor="end" fill="#222222" { "20 mm" }
             }
         }
     }
@@ -355,7 +364,7 @@ impl Scenery {
         let one = |force: &Force| {
             let (from, along) = self.reach(force, i);
             let mut label = beyond(from, along);
-            if force.ink == "measured" {
+            if force.is_told() {
                 while let Some(other) = placed.iter().find(|p| label.meets(p)) {
                     label.at[1] = other.at[1] + LABEL[1];
                 }
@@ -366,16 +375,19 @@ impl Scenery {
         self.forces.iter().map(one).collect()
     }
 
-    fn arrow(&self, force: &Force, i: usize, text: Label) -> Markup {
-        let ([x, y], [dx, dy]) = self.reach(force, i);
-        let [fx, fy] = force.n.get(i).copied().unwrap_or([0.0; 2]);
-        let path = arrow_path([x, y], [dx, dy]);
-        let colour = colour(&force.ink);
-        let label = force.ink == "measured";
+    fn arrow(&self, force: &Force, i: usize) -> Markup {
+        let (from, along) = self.reach(force, i);
         html! {
-            path data-force=(format!("{} {}", force.name, force.ink)) d=(path) fill="none" stroke=(colour)
-                stroke-width=(if label { "2.5" } else { "1.8" }) {}
-            @if label {
+            path data-force=(format!("{} {}", force.name, force.ink)) d=(arrow_path(from, along)) fill="none"
+                stroke=(colour(&force.ink)) stroke-width=(if force.is_told() { "2.5" } else { "1.8" }) {}
+        }
+    }
+
+    /// What a force is and how large; of a model's only the arrow is drawn.
+    fn label(force: &Force, i: usize, text: Label) -> Markup {
+        let [fx, fy] = force.n.get(i).copied().unwrap_or([0.0; 2]);
+        html! {
+            @if force.is_told() {
                 text data-label=(force.name) x=(format!("{:.1}", text.at[0])) y=(format!("{:.1}", text.at[1])) font-size="13"
                     text-anchor=(if text.ends { "end" } else { "start" }) fill="#222222" {
                     (format!("{} {:.1} N", force.name, fx.hypot(fy)))

@@ -381,7 +381,7 @@ fn trends(report: &ModelReport) -> Markup {
     );
     let drawn: Vec<Markup> = report.trends.iter().take(TRENDS).map(|t| trend(t, report, many)).collect();
     let (at_first, folded) = drawn.split_at(drawn.len().min(3));
-    let grid = |some: &[Markup]| html! { div class="grid" { @for one in some { (one) } } };
+    let grid = |some: &[Markup]| html! { div class="grid charts" { @for one in some { (one) } } };
     html! {
         @if !report.trends.is_empty() {
             h2 { "What the mean error depends on" }

@@ -105,8 +105,9 @@ fn plain(report: &Report) -> String {
     let also = report.also_missing.as_ref().map_or(String::new(), |text| format!(" {text}"));
     match report.verdict {
         Verdict::Effect => format!(
-            "The model lacks something: {}. With it the held-out error falls {fall}.{also}",
-            set(&report.effects)
+            "The model lacks something: {}. With {} the held-out error falls {fall}.{also}",
+            set(&report.effects),
+            if report.effects.len() == 1 { "it" } else { "them" }
         ),
         Verdict::Ambiguous => {
             let others: Vec<String> = report.ambiguous_with.iter().map(|s| set(s)).collect();
@@ -208,7 +209,13 @@ fn has_after(report: &Report) -> bool {
 }
 
 /// What the bars of the misfits are of.
-const SERIES: [&str; 2] = ["the model as given, friction refitted", "with the named effects"];
+fn series(report: &Report) -> [String; 2] {
+    let pads = |k: usize| if report.ordinary_pads[k] { ", ordinary pads beside it" } else { "" };
+    [
+        format!("the model as given, friction refitted{}", pads(0)),
+        format!("with the named effects{}", pads(1)),
+    ]
+}
 
 /// The largest misfits, before and after.
 fn misfit_chart(report: &Report) -> Option<Bars> {
@@ -220,15 +227,16 @@ fn misfit_chart(report: &Report) -> Option<Bars> {
         .map(|p| (place_words(p), if after { vec![p.before, p.after] } else { vec![p.before] }))
         .collect();
     let bars = multiples(rows, "systematic misfit in run spreads", RELEVANT);
-    bars.map(|bars| bars.of_series(SERIES.into_iter().take(if after { 2 } else { 0 })))
+    bars.map(|bars| bars.of_series(series(report).into_iter().take(if after { 2 } else { 0 })))
 }
 
 fn misfit_bars(report: &Report) -> Markup {
     let Some(chart) = misfit_chart(report) else { return html! {} };
+    let [before, after] = series(report);
     html! {
         div class="legend" {
-            (swatch("m0", SERIES[0]))
-            @if has_after(report) { (swatch("m1", SERIES[1])) }
+            (swatch("m0", &before))
+            @if has_after(report) { (swatch("m1", &after)) }
             (swatch("line measured", &format!("{RELEVANT} run spreads: beyond, an effect is looked for")))
         }
         (figure("Where the model misses most", "", "largest systematic misfits by channel and phase", &chart.markup().0))
@@ -438,11 +446,12 @@ fn maps(report: &Report, traces: bool) -> Markup {
         }
     }
     let (fail, fit): (Vec<&str>, Vec<&str>) = channels.iter().partition(|c| worst(c) > RELEVANT);
+    let [before, after] = series(report);
     let pair = |channels: &[&str]| {
         html! {
             div class="flow" {
-                (map(report, channels, SERIES[0], |p| p.before, traces))
-                @if has_after(report) { (map(report, channels, SERIES[1], |p| p.after, traces)) }
+                (map(report, channels, &before, |p| p.before, traces))
+                @if has_after(report) { (map(report, channels, &after, |p| p.after, traces)) }
             }
         }
     };

@@ -220,7 +220,7 @@ fn clocks(offsets: &[Offset]) -> Markup {
         })
         .collect();
     let (at_first, folded) = drawn.split_at(drawn.len().min(1));
-    let grid = |some: &[Markup]| html! { div class="grid" { @for one in some { (one) } } };
+    let grid = |some: &[Markup]| html! { div class="grid charts" { @for one in some { (one) } } };
     html! {
         @if !offsets.is_empty() {
             h2 { "Clocks" }

@@ -61,10 +61,10 @@ pub fn page(d: &Document, next: &str) -> String {
         (table(d))
         @if !leads.is_empty() {
             h2 { "Lead times: share of events warned at least this long ahead" }
-            div class="grid" { @for one in &leads { (one) } }
+            div class="grid charts" { @for one in &leads { (one) } }
         }
         @if !stated.is_empty() {
-            (unfold("Stated against actual values", &html! { div class="grid" { @for one in &stated { (one) } } }))
+            (unfold("Stated against actual values", &html! { div class="grid charts" { @for one in &stated { (one) } } }))
         }
         (missed(d))
     };

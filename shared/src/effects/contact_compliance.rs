@@ -54,7 +54,8 @@ pub const INFO: Info = Info {
             0.0,
             [0.0, 1e-4],
             "displacement of the pusher for each newton, either way",
-        ),
+        )
+        .added(0.0),
         Parameter::new(
             "microslip",
             "1",
@@ -63,7 +64,8 @@ pub const INFO: Info = Info {
             [0.0, 1.0],
             "how gradually fingertips (support) go over to sliding: 0 at once, 0.6 as Mindlin's spheres, 1 as Dahl's",
         )
-        .tried_at(&[0.0, 1.0]),
+        .tried_at(&[0.0, 1.0])
+        .added(0.0),
     ],
 };
 

@@ -76,7 +76,8 @@ pub const INFO: Info = Info {
         Parameter::new("late_s", "s", 0.0, 0.0, [0.0, 0.4], "delay of the jaw's motion")
             // The fit finds it.
             .tried_at(&[0.0]),
-        Parameter::new("grip_gradient_1_m", "1/m", 4.0, 0.0, [-60.0, 60.0], "the same, over the grip"),
+        Parameter::new("grip_gradient_1_m", "1/m", 4.0, 0.0, [-60.0, 60.0], "the same, over the grip")
+            .added(0.0),
         Parameter::new(
             "pad_moment_nm",
             "N m",
@@ -84,7 +85,8 @@ pub const INFO: Info = Info {
             0.0,
             [-20.0, 20.0],
             "moment of each pad's pressure about its middle, towards object +X",
-        ),
+        )
+        .added(0.0),
     ],
 };
 

@@ -61,7 +61,8 @@ pub const INFO: Info = Info {
             0.0,
             [-60.0, 60.0],
             "share of the grip lost for each metre of slip, also at rest",
-        ),
+        )
+        .added(0.0),
     ],
 };
 

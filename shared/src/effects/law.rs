@@ -70,7 +70,8 @@ pub const ELSEWHERE: Parameter = Parameter::new(
     [0.0, 1.0],
     "share of it at the other contacts: pusher, and support beside fingertips",
 )
-.tried_at(&[0.0, 1.0]);
+.tried_at(&[0.0, 1.0])
+.added(1.0);
 
 /// A body that the object leans on.
 #[derive(Clone, Copy, Debug)]

@@ -12,7 +12,7 @@ use crate::channels::channel_words;
 use crate::diagnose::detection::UpperLimit;
 use crate::diagnose::findings::Findings;
 use crate::diagnose::misfit::{self, Misfit};
-use crate::diagnose::posterior::{Weighed, effects};
+use crate::diagnose::posterior::{self, Weighed};
 use crate::diagnose::select::{Candidate, Held, explained};
 use crate::diagnose::signature::{Mark, signature};
 use crate::diagnose::structure::{self, Structure};
@@ -168,6 +168,9 @@ pub struct Report {
     pub friction_variation: [f64; 3],
     /// Time that the diagnosis took, s.
     pub seconds: f64,
+    /// Whether ordinary pads, which are no finding, stand in the fit before and in that after; for the page.
+    #[serde(skip)]
+    pub ordinary_pads: [bool; 2],
     /// Model with the chosen effects.
     #[serde(skip)]
     pub model: stickslip_shared::model::Model<f64>,
@@ -176,6 +179,7 @@ pub struct Report {
 /// Makes the report.
 pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Duration) -> Report {
     let Findings {
+        base,
         start,
         first,
         chosen,
@@ -245,6 +249,12 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         .iter()
         .map(|e| (e.name.clone(), Value { value: e.value, low: e.low, high: e.high, unit: e.unit }))
         .collect();
+    let given_effects = base.solution.model.effects.len();
+    let is_pads = |id: &str| find_effect(id).is_some_and(|info| info.role.is_compliance());
+    let ordinary_pads = [start, last].map(|held| {
+        let added = posterior::effects(held, given_effects, |_, _| false);
+        added.into_iter().any(|id| is_pads(id) && !effects.contains(&id))
+    });
     let left_out = problem.left_out();
     let mut limits = limits(problem, invisible);
     for info in &given.infos {
@@ -296,6 +306,7 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         conditions: problem.campaign.conditions,
         friction_variation: problem.noise.friction,
         seconds: took.as_secs_f64(),
+        ordinary_pads,
         model: model.clone(),
     }
 }
@@ -353,7 +364,7 @@ fn by_strength(base: &Held, chosen: &[Candidate]) -> Vec<&'static str> {
 /// `met` are the fits that others stand on, the base model's first.
 fn candidate(problem: &Problem, met: &[&Held], c: &Candidate) -> CandidateReport {
     let base = met[0];
-    let effects_of = |held: &Held| effects(held, base.solution.model.effects.len(), |_, _| false);
+    let effects_of = |held: &Held| posterior::effects(held, base.solution.model.effects.len(), |_, _| false);
     let mut beside = effects_of(&c.held);
     beside.retain(|id| *id != c.info.id);
     let without = met.iter().filter(|_| !beside.is_empty()).find(|held| effects_of(held) == beside);

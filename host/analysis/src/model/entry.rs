@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use std::ops::Range;
 
 use serde::Deserialize;
+use stickslip_data::spelling::did_you_mean;
 use stickslip_shared::effects::formula::{
     FORMULA_PARAMETERS, Formula, FormulaError, MAX_OPS, MAX_STACK, Op, Target, Variable,
 };
@@ -227,14 +228,14 @@ pub(super) fn entry(mut table: Table, span: Range<usize>) -> Result<EffectEntry,
     } else {
         let info = effects::find(&id)
             .ok_or_else(|| (id_span, names::unknown(&id, names::listed().chain(["formula"]))))?;
+        let lacking: Vec<&Parameter> =
+            info.parameters.iter().filter(|p| !table.contains_key(p.name)).collect();
+        if !lacking.is_empty() {
+            return Err((span, lacks(info, &lacking, &table)));
+        }
         let mut values = Vec::new();
         for p in info.parameters {
-            let value = table.remove(p.name).ok_or_else(|| {
-                (
-                    span.clone(),
-                    format!("effect '{id}' lacks its parameter {} ({}; {})", p.name, p.unit, p.what),
-                )
-            })?;
+            let Some(value) = table.remove(p.name) else { continue };
             let x = number(&value, p.name)?;
             if !(p.low..=p.high).contains(&x) {
                 let message =
@@ -252,6 +253,31 @@ pub(super) fn entry(mut table: Table, span: Range<usize>) -> Result<EffectEntry,
     }
     check_intervals(&intervals, names.iter().map(String::as_str)).map_err(|m| (span, m))?;
     Ok(EffectEntry { id, values, intervals, formula })
+}
+
+/// What to say of an effect without the parameters `lacking`; `rest` are the keys that it has.
+fn lacks(info: &Info, lacking: &[&Parameter], rest: &Table) -> String {
+    let described: Vec<String> =
+        lacking.iter().map(|p| format!("{} ({}; {})", p.name, p.unit, p.what)).collect();
+    let plural = if lacking.len() > 1 { "s" } else { "" };
+    let mut message = format!("effect '{}' lacks its parameter{plural} {}", info.id, described.join(" and "));
+    let names: Vec<&str> = lacking.iter().map(|p| p.name).collect();
+    // A parameter that is there was not meant to be another.
+    let mut strange = rest.keys().filter(|key| info.parameters.iter().all(|p| p.name != key.as_str()));
+    if let Some((key, meant)) = strange.find_map(|key| Some((key, did_you_mean(key, &names)?))) {
+        let _ = write!(message, "; was '{key}' meant to be {meant}?");
+        return message;
+    }
+    let before: Vec<String> =
+        lacking.iter().filter_map(|p| Some(format!("`{} = {}`", p.name, p.before?))).collect();
+    if !before.is_empty() {
+        let what = before.join(" and ");
+        let _ = write!(
+            message,
+            "; write {what} for the behaviour of files from before there was such a parameter"
+        );
+    }
+    message
 }
 
 fn formula_entry(table: &mut Table, span: &Range<usize>) -> Result<(FormulaEntry, Vec<f64>), Fault> {

@@ -87,6 +87,7 @@ fn errors_name_line_column_and_what_to_do() {
         ("static_friction", "static_fricton", "8:6:", "did you mean static_friction"),
         ("excess = 0.2\n", "excess = 3\n", "9:10:", "between 0 and 2"),
         ("excess = 0.2\n", "exces = 0.2\n", "7:", "lacks its parameter excess"),
+        ("excess = 0.2\n", "exces = 0.2\n", "7:", "was 'exces' meant to be excess?"),
         ("intervals", "interval", "12:12:", "no parameter 'interval'"),
         ("\"hard\"", "\"stiff\"", "2:8:", "\"hard\" or \"soft\""),
         ("model/1", "model/9", "1:10:", "stickslip-model/1"),
@@ -98,6 +99,36 @@ fn errors_name_line_column_and_what_to_do() {
     ] {
         let error = ModelFile::parse(&GOOD.replacen(from, to, 1), "m.toml").unwrap_err().to_string();
         assert!(error.starts_with(&format!("m.toml:{place}")) && error.contains(says), "{error}");
+    }
+}
+
+/// A file from before a parameter was there: the advice is what makes it readable, and nothing else is needed.
+#[test]
+fn a_parameter_that_came_later_is_asked_for_with_the_value_that_changes_nothing() {
+    let head = "format='stickslip-model/1'\nbase = 'hard'\n[friction]\nfinger=0.4\npusher=0.2\nsupport=0\n";
+    let mut seen = Vec::new();
+    for info in REGISTRY {
+        let Some(first) = info.parameters.iter().find(|p| p.before.is_some()) else { continue };
+        let mut text = format!("{head}[[effects]]\nid = '{}'\n", info.id);
+        for p in info.parameters.iter().filter(|p| p.before.is_none()) {
+            text += &format!("{} = {:?}\n", p.name, p.typical);
+        }
+        let error = ModelFile::parse(&text, "old.toml").unwrap_err().to_string();
+        let says = format!("effect '{}' lacks its parameter", info.id);
+        assert!(error.starts_with("old.toml:7:") && error.contains(&says), "{error}");
+        assert!(error.contains(first.what), "{error}");
+        let (_, advice) = error.split_once("; write ").unwrap_or_else(|| panic!("no advice: {error}"));
+        for line in advice.split('`').skip(1).step_by(2) {
+            text += &format!("{line}\n");
+            seen.push(line.to_owned());
+        }
+        let file = ModelFile::parse(&text, "new.toml").unwrap_or_else(|e| panic!("{text}\n{e}"));
+        for (p, value) in info.parameters.iter().zip(&file.effects[0].values) {
+            assert_eq!(*value, p.before.unwrap_or(p.typical), "{} {}", info.id, p.name);
+        }
+    }
+    for line in ["microslip = 0", "pusher_m_n = 0", "elsewhere = 1", "renewal_m = 0.000001"] {
+        assert!(seen.iter().any(|s| s == line), "{line} in {seen:?}");
     }
 }
 

@@ -109,6 +109,13 @@ pub fn check(name: &str, page: &str) -> usize {
         document.descendants().any(|n| n.has_tag_name("h1") || n.has_tag_name("h2")),
         "{name}: a heading"
     );
+    // What lies under an arrow cannot be read.
+    for bench in document.descendants().filter(|n| n.attribute("class") == Some("bench")) {
+        let with = |name: &'static str| bench.descendants().filter(move |n| n.attribute(name).is_some());
+        let (arrows, texts) =
+            (with("data-force").map(|n| n.range().start), with("data-label").map(|n| n.range().start));
+        assert!(arrows.max() < texts.min(), "{name}: an arrow over a text");
+    }
     let (mut coloured, mut level) = (0, 0);
     for node in document.descendants() {
         let tag = node.tag_name().name();
