@@ -19,11 +19,12 @@ $(document, '.copy').forEach(button => button.addEventListener('click', async ()
 }));
 
 // What is wider than its place is scrolled by keys too.
-const scrolled = new ResizeObserver(of => of.forEach(({target: e}) => {
+// In the next frame: the hint takes room, and a change of size within the observer's own turn is an error.
+const scrolled = new ResizeObserver(of => requestAnimationFrame(() => of.forEach(({target: e}) => {
   const more = e.scrollWidth > e.clientWidth;
   e.classList.toggle('more', more);
   if (more) e.tabIndex = 0; else e.removeAttribute('tabindex');
-}));
+})));
 $(document, '.scroll, .chart, .card').forEach(e => scrolled.observe(e));
 
 // Sixteen-bit codes between the smallest and the largest number; the last code is none.
