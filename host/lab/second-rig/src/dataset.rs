@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::error::Error;
 use crate::families::{Family, Plan};
 use crate::hidden::{Applied, CATALOGUE, Effect, Scale};
 use crate::physics::friction::{Kind, Law};
@@ -16,8 +17,9 @@ use crate::plan::bench::{BenchPlan, Primitive};
 use crate::plan::grasps;
 use crate::random::{chance, log_uniform, pick, sign, stream, uniform};
 use crate::reality::{Counterpart, ObjectSpec, Pad, Reality, Scatter};
+use crate::scene::{RunTruth, world};
 use crate::sensors::{Faults, PoseRate, Row, Sensors, Stated, read};
-use crate::trial::{RunTruth, TrialSpec, world};
+use crate::trial::TrialSpec;
 
 /// Everything about a data set before it is run.
 #[derive(Clone, Debug, Serialize)]
@@ -72,7 +74,7 @@ const LEVELS: [f64; 2] = [0.3, 2.5];
 
 impl DataSet {
     /// Draws a data set. Unknown effects are refused.
-    pub fn draw(family: &'static Family, seed: u64, wish: &Wish) -> Result<Self, crate::Error> {
+    pub fn draw(family: &'static Family, seed: u64, wish: &Wish) -> Result<Self, Error> {
         let bench = matches!(family.plan, Plan::Bench(_));
         let rng = &mut stream(seed, &format!("rig {}", family.name));
         let primitives: Vec<Primitive> = match family.plan {
@@ -148,12 +150,10 @@ fn about(record: &Record, at_s: f64) -> Vec<[f64; 3]> {
     record.samples.iter().filter(near).map(place).collect()
 }
 
-fn named_effects(
-    list: &[(String, Option<f64>)],
-) -> Result<Vec<(&'static Effect, Option<f64>)>, crate::Error> {
+fn named_effects(list: &[(String, Option<f64>)]) -> Result<Vec<(&'static Effect, Option<f64>)>, Error> {
     list.iter()
         .map(|(id, level)| {
-            let effect = Effect::named(id).ok_or_else(|| crate::Error::UnknownEffect(id.clone()))?;
+            let effect = Effect::named(id).ok_or_else(|| Error::UnknownEffect(id.clone()))?;
             Ok((effect, *level))
         })
         .collect()

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Map, Value};
 
-use super::{Scale, named};
+use super::scale::{Scale, named};
 use crate::physics::friction::{Grain, Kind, Law};
 use crate::physics::layout::Profile;
 use crate::random::{chance, log_uniform, sign, uniform};

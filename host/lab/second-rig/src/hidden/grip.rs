@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Map, Value};
 
-use super::{Scale, named};
+use super::scale::{Scale, named};
 use crate::random::{log_uniform, sign};
 use crate::reality::Reality;
 

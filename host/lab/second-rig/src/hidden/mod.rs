@@ -4,6 +4,7 @@
 mod contact;
 mod grip;
 mod outside;
+mod scale;
 mod sensing;
 
 use rand_chacha::ChaCha8Rng;
@@ -13,18 +14,7 @@ use serde_json::{Map, Value};
 use crate::plan::bench::Primitive::{self, Lift, LinearPush, Pivot, PlanarPush, Roll};
 use crate::reality::Reality;
 
-/// What an effect may ask when it draws its parameters.
-#[derive(Clone, Copy, Debug)]
-pub struct Scale {
-    /// Strength over the typical one.
-    pub level: f64,
-    /// A typical sliding speed of the plan, m/s.
-    pub speed_m_s: f64,
-    /// A typical sliding distance of the plan, m.
-    pub distance_m: f64,
-    /// Is anything grasped?
-    pub grasped: bool,
-}
+pub use scale::Scale;
 
 type Apply = fn(&mut Reality, Scale, &mut ChaCha8Rng) -> Map<String, Value>;
 
@@ -115,9 +105,4 @@ impl Effect {
         let parameters = (self.apply)(reality, scale, rng);
         Applied { id: self.id, listed: self.listed(), level: scale.level, parameters }
     }
-}
-
-/// A map of named numbers.
-fn named<const N: usize>(pairs: [(&str, f64); N]) -> Map<String, Value> {
-    pairs.into_iter().map(|(k, v)| (k.to_owned(), Value::from(v))).collect()
 }

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Map, Value, json};
 
-use super::{Scale, named};
+use super::scale::{Scale, named};
 use crate::random::{chance, sign, uniform};
 use crate::reality::Reality;
 

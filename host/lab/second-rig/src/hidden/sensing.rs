@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, Vector3};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Map, Value, json};
 
-use super::{Scale, named};
+use super::scale::{Scale, named};
 use crate::random::{chance, normal, pick, sign};
 use crate::reality::Reality;
 

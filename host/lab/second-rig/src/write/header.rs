@@ -4,8 +4,8 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use toml::{Table, Value};
 
-use crate::Error;
 use crate::dataset::DataSet;
+use crate::error::Error;
 use crate::plan::bench::{EDGE_M, Primitive, ROD_M};
 
 #[derive(Serialize)]

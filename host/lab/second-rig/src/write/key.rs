@@ -2,8 +2,8 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::Error;
 use crate::dataset::{DataSet, Run};
+use crate::error::Error;
 
 /// The key of a data set.
 pub fn json(set: &DataSet, runs: &[Run]) -> Result<String, Error> {

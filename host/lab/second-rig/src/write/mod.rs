@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use crate::Error;
 use crate::dataset::{DataSet, Run};
+use crate::error::Error;
 
 /// Writes the folder and the key file. The key must not lie in the folder.
 pub fn write(set: &DataSet, runs: &[Run], folder: &Path, key: &Path) -> Result<(), Error> {

@@ -1,7 +1,7 @@
 //! `trials.csv` and the table of each trial.
 
-use crate::Error;
 use crate::dataset::DataSet;
+use crate::error::Error;
 use crate::sensors::Row;
 use crate::trial::TrialSpec;
 

@@ -3,7 +3,7 @@
 use crate::common::clean;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use stickslip_second_rig::physics::record::{Record, Sample};
-use stickslip_second_rig::trial::world;
+use stickslip_second_rig::scene::world;
 
 fn run(set: &stickslip_second_rig::dataset::DataSet, i: usize) -> Record {
     world(&set.reality, &set.trials[i], set.seed).0.run()
