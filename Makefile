@@ -15,7 +15,7 @@ export CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS := \
 FLASH_LIMIT := 262144
 RAM_LIMIT := 49152
 
-.PHONY: help book first setup browser mujoco-setup test test-rest test-full python format lint lint-emulated lint-rest lint-boards studies test-host test-host-rest hil hil-core hil-probe soak soak-program soak-short firmware firmware-g474 flash-g474 size no-panic cost demo fuzz bench
+.PHONY: help book first setup browser mujoco-setup test test-rest test-full python format lint lint-emulated lint-rest lint-boards studies test-host test-host-rest published hil hil-core hil-probe soak soak-program soak-short firmware firmware-g474 flash-g474 size no-panic cost demo fuzz bench
 
 help: ## This list
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -88,8 +88,12 @@ test-host: ## Quick tests of shared and host, their lints and documentation
 
 # Long ones are marked `ignored`, with this target as the reason. The memory of a process is measured alone.
 test-host-rest: browser ## All tests of shared and host, with all features; pages in a browser
-	cargo test --no-fail-fast --lib --test it --test kept --test browser -- --include-ignored --skip of_a_long_csv
+	cargo test --no-fail-fast --lib --test it --test kept --test browser -- --include-ignored --skip of_a_long_csv --skip published::
 	cargo test --test it -- --ignored of_a_long_csv
+	$(if $(wildcard ../shared/data ../../shared/data),@$(MAKE) --no-print-directory published)
+
+published: ## Tests on the published recordings and problem files, where ../shared/data has them
+	cargo test --test it -- --ignored published::
 
 studies: ## Tests that take minutes each (marked `ignored`)
 	cargo test --release -p stickslip-lab --test blind -- --ignored

@@ -4,8 +4,9 @@ use nalgebra::DVector;
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 use stickslip_analysis::diagnose::select::{p_value, paired};
+use stickslip_analysis::fit::FOLDS;
 use stickslip_analysis::fit::features::FEATURES;
-use stickslip_analysis::fit::gls::{self, Whitener};
+use stickslip_analysis::fit::gls::{self, Gram, Prior, Whitener};
 
 fn rng(seed: u64) -> rand_chacha::ChaCha8Rng {
     rand_chacha::ChaCha8Rng::seed_from_u64(seed)
@@ -116,13 +117,42 @@ fn the_paired_test_sees_a_difference_of_one_standard_deviation_in_twenty_conditi
     assert!(paired(&a[..2], &[0.0; 2]).is_none(), "two conditions decide nothing");
 }
 
+/// One feature of a condition that was measured as `value`; the model says `2 x`.
+fn seen(condition: usize, value: f64) -> Gram {
+    gls::gram(condition, &[DVector::from_element(1, 2.0)], &[], &DVector::from_element(1, value))
+}
+
 #[test]
-fn every_condition_is_held_out_exactly_once() {
-    for folds in [2, 5, 10] {
-        for condition in 0..100 {
-            assert!(gls::fold(condition, folds) < folds);
-        }
-        let used: std::collections::BTreeSet<usize> = (0..folds).map(|c| gls::fold(c, folds)).collect();
-        assert!(used.len() >= folds.min(2));
+fn a_condition_is_predicted_by_a_fit_that_has_not_seen_it() {
+    const CONDITIONS: usize = 23;
+    let grams: Vec<Gram> = (0..CONDITIONS).map(|c| seen(c, (c as f64).sin())).collect();
+    let prior = Prior::none(1);
+    let of = |grams: &[Gram]| gls::held_out(grams, &gls::fold_solutions(grams, &prior, FOLDS));
+    let before = of(&grams);
+    for c in 0..CONDITIONS {
+        let without: Vec<Gram> =
+            grams.iter().filter(|g| gls::fold(g.condition, FOLDS) != gls::fold(c, FOLDS)).cloned().collect();
+        let x = gls::solve(without.iter().map(|g| (1.0, g)), &prior).expect("determined");
+        assert!((before[c] - gls::loss(&grams[c], &x)).abs() < 1e-12, "condition {c}");
+        // What it says of others changes, what is said of it by its own value alone.
+        let mut changed = grams.clone();
+        changed[c] = seen(c, 50.0);
+        let after = of(&changed);
+        assert!((after[c] - gls::loss(&changed[c], &x)).abs() < 1e-9, "condition {c} has seen itself");
+        let others = (0..CONDITIONS).filter(|o| gls::fold(*o, FOLDS) != gls::fold(c, FOLDS));
+        assert!(
+            others.into_iter().all(|o| (after[o] - before[o]).abs() > 1e-3),
+            "condition {c} teaches nothing"
+        );
+    }
+}
+
+#[test]
+fn parts_of_the_conditions_are_of_equal_size() {
+    for conditions in FOLDS..60 {
+        let mut sizes = [0; FOLDS];
+        (0..conditions).for_each(|c| sizes[gls::fold(c, FOLDS)] += 1);
+        let (least, most) = (sizes.iter().min().expect("parts"), sizes.iter().max().expect("parts"));
+        assert!(most - least <= 1, "{conditions} conditions: {sizes:?}");
     }
 }

@@ -9,6 +9,7 @@ mod dataset_round_trip;
 mod imports;
 mod long_csv;
 mod memory;
+mod published;
 mod recordings;
 mod schema;
 mod separators;

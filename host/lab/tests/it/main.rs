@@ -16,5 +16,6 @@ mod lcp_solvers;
 mod mujoco_export;
 mod prediction_bits;
 mod probabilities;
+mod published;
 mod search;
 mod worst_cases;
