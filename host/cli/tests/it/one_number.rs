@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use stickslip_analysis::calibrate::{Share, of_primitive};
+use stickslip_analysis::calibrate::{Coefficient, Share, of_primitive};
 use stickslip_analysis::channels::NAMES;
 use stickslip_analysis::check::Report;
 use stickslip_analysis::compare::document::Comparison;
@@ -14,7 +14,7 @@ use stickslip_analysis::evidence::stages::stages;
 use stickslip_analysis::fit::campaign::Campaign;
 use stickslip_analysis::fit::phases::bins;
 use stickslip_analysis::model::file::{EffectEntry, ModelFile, default_model};
-use stickslip_analysis::{add, calibrate, check, refit};
+use stickslip_analysis::{add, calibrate, check, diagnose, refit};
 use stickslip_data::{Dataset, Index, Trial, TrialInfo, write};
 use stickslip_rig::objects::{bench, trimmed};
 use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Setup, simulate};
@@ -185,4 +185,34 @@ fn friction_of_add_and_refit_is_that_of_calibrate_on_the_new_model() {
     let added = add(&data, &file, &[effect], &()).expect("fitted").model;
     assert_eq!(added.friction.pusher, 0.6, "a coefficient that is not fitted stays exactly");
     same(&calibrated(&added), &added);
+}
+
+/// The finger's coefficient by `calibrate` with all trials.
+fn friction_by_calibrate(data: &Dataset) -> calibrate::Estimate {
+    let options = calibrate::Options { share: Share::of(1.0), primitive: None, pads: false };
+    let mut report = calibrate(data, &ModelFile::default(), &options, &()).expect("calibrated");
+    let estimates = report.primitives.remove(0).estimates;
+    estimates.into_iter().find(|e| e.coefficient == Coefficient::Finger).expect("there are fingers")
+}
+
+#[test]
+fn friction_of_compare_without_a_model_is_that_of_calibrate_on_a_trial_of_each_condition() {
+    let mut data = made().data.clone();
+    let compared = compare(&data.clone().into(), &[], &Options::default(), &()).expect("compared");
+    let own = compared.calibrated.expect("no model was given").model.friction.finger;
+    let mut run = 0..;
+    data.trials.retain(|_| run.next().is_some_and(|run| run % 3 == 0));
+    assert_eq!(own, friction_by_calibrate(&data).value);
+}
+
+#[test]
+#[ignore = "long: make test-host-rest"]
+fn friction_of_diagnose_is_that_of_calibrate() {
+    let data = &made().data;
+    let report = diagnose(data, &ModelFile::default().to_model(), &[], &()).expect("diagnosed");
+    let (one, other) = (report.model.friction.finger, friction_by_calibrate(data));
+    // Two sets of signals: windows of the motion there, all phases here (0.397 and 0.403; the truth is 0.4).
+    assert!((one / other.value - 1.0).abs() < 0.02, "{one} and {}", other.value);
+    assert!(other.low.is_some_and(|low| low < one) && other.high.is_some_and(|high| one < high), "{one}");
+    assert!((one / 0.4 - 1.0).abs() < 0.02 && (other.value / 0.4 - 1.0).abs() < 0.02);
 }
