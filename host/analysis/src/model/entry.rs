@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 use serde::Deserialize;
 use stickslip_data::spelling::did_you_mean;
@@ -50,35 +51,36 @@ impl EffectEntry {
     }
 
     /// Description of the effect: of the list, or of the user's formula (its first parameter
-    /// taken as the strength, zero where that is allowed as its absence; kept for the rest of
-    /// the program).
+    /// taken as the strength, zero where that is allowed as its absence). That of a formula is kept for the
+    /// rest of the program, once however often it is asked for.
     pub fn info(&self) -> Option<&'static Info> {
+        static KEPT: Mutex<BTreeMap<String, &'static Info>> = Mutex::new(BTreeMap::new());
         let Some(f) = &self.formula else { return effects::find(&self.id) };
-        let keep = |text: &str| -> &'static str { Box::leak(text.to_string().into_boxed_str()) };
-        let each = f.parameters.iter().zip(&self.values).enumerate();
-        let parameters: Vec<Parameter> = each
-            .map(|(k, (p, value))| {
-                let neutral = if k == 0 { 0.0_f64.clamp(p.low, p.high) } else { *value };
-                let typical = if k == 0 && *value == neutral { 0.5 * (neutral + p.high) } else { *value };
-                let bounds = [p.low, p.high];
-                Parameter::new(
-                    keep(&p.name),
-                    keep(&p.unit),
-                    typical,
-                    neutral,
-                    bounds,
-                    "of the user's formula",
-                )
-            })
-            .collect();
-        Some(Box::leak(Box::new(Info {
-            id: keep(&f.name),
-            summary: keep(&format!("the user's formula for {}: {}", target_name(f), f.expression)),
-            signature: "as the formula says",
-            parameters: Box::leak(parameters.into_boxed_slice()),
-            ..formula::INFO
-        })))
+        let target = target_name(f);
+        let key = format!("{:?} {target:?} {:?} {:?} {:?}", f.name, f.expression, f.parameters, self.values);
+        let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+        Some(kept.entry(key).or_insert_with(|| described(f, target, &self.values)))
     }
+}
+
+fn described(f: &FormulaEntry, target: &str, values: &[f64]) -> &'static Info {
+    let keep = |text: &str| -> &'static str { Box::leak(text.to_string().into_boxed_str()) };
+    let each = f.parameters.iter().zip(values).enumerate();
+    let parameters: Vec<Parameter> = each
+        .map(|(k, (p, value))| {
+            let neutral = if k == 0 { 0.0_f64.clamp(p.low, p.high) } else { *value };
+            let typical = if k == 0 && *value == neutral { 0.5 * (neutral + p.high) } else { *value };
+            let bounds = [p.low, p.high];
+            Parameter::new(keep(&p.name), keep(&p.unit), typical, neutral, bounds, "of the user's formula")
+        })
+        .collect();
+    Box::leak(Box::new(Info {
+        id: keep(&f.name),
+        summary: keep(&format!("the user's formula for {target}: {}", f.expression)),
+        signature: "as the formula says",
+        parameters: Box::leak(parameters.into_boxed_slice()),
+        ..formula::INFO
+    }))
 }
 
 /// The user's own effect.

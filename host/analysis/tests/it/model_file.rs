@@ -273,3 +273,13 @@ fn a_name_that_is_alike_is_proposed_and_others_are_not() {
     assert!(!error("zzz").contains("mean"), "{}", error("zzz"));
     assert_eq!(candidate::named("my_hump", &formulas).unwrap(), formulas[1]);
 }
+
+/// A description is kept for the rest of the program: a notebook that diagnoses all day must not fill its memory with one.
+#[test]
+fn a_formula_is_described_once_however_often_it_is_asked_for() {
+    let described = |text: &str| ModelFile::parse(text, "m").unwrap().effects[1].info().unwrap();
+    let info = described(GOOD);
+    assert!(std::ptr::eq(info, described(GOOD)));
+    let other = described(&GOOD.replace("slip_speed_m_s/b", "slip_speed_m_s/b/2"));
+    assert!(!std::ptr::eq(info, other) && info.summary != other.summary);
+}
