@@ -8,9 +8,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use super::arguments::OneTrial;
 use super::board_set::SetArgs;
 use super::monitor;
-use super::package::of_trial;
 use super::telemetry::{describe, told as in_words};
 use stickslip_analysis::Progress;
 use stickslip_device::clock::Clock;
@@ -58,7 +58,7 @@ enum What {
         after_help = "Example:\n  stickslip board set --unit 7 --grip-most 40 --grasp grasp.toml --store --device serial:/dev/ttyACM0"
     )]
     Set(SetArgs),
-    /// Take the sensors' readings of the coming half second for no load
+    /// Tare: the sensors' mean over the next half second becomes zero load
     #[command(after_help = "Example:\n  stickslip board tare --device serial:/dev/ttyACM0")]
     Tare,
     /// Send the matrices of a file: `[[finger]]` with `number` and `matrix`
@@ -70,7 +70,7 @@ enum What {
         #[arg(value_name = "FILE.toml")]
         file: PathBuf,
     },
-    /// Watch what it predicts: as `stickslip monitor` on this device, for so long
+    /// Watch what it predicts: as `stickslip monitor` on this device, for a stated time
     #[command(after_help = "Example:\n  stickslip board monitor --seconds 60 --device serial:/dev/ttyACM0")]
     Monitor(Span),
     /// Check the line, the clock, the tick and that bad commands are refused
@@ -101,15 +101,8 @@ enum What {
 
 #[derive(Debug, clap::Args)]
 struct Load {
-    /// Folder of the data set whose object and rig it shall know
-    #[arg(value_name = "DATA")]
-    data: PathBuf,
-    /// Trial [default: the first]
-    #[arg(long, value_name = "ID")]
-    trial: Option<String>,
-    /// Contact model [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
-    #[arg(long, value_name = "MODEL.toml")]
-    model: Option<PathBuf>,
+    #[command(flatten)]
+    of: OneTrial,
     /// Store it
     #[arg(long)]
     store: bool,
@@ -127,7 +120,7 @@ struct SensorArgs {
 
 #[derive(Debug, clap::Args)]
 struct Span {
-    /// For so long
+    /// Duration
     #[arg(long, value_name = "S", default_value_t = 10.0)]
     seconds: f64,
 }
@@ -184,9 +177,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         _ => None,
     };
     let package = match &args.what {
-        What::Load(load) => {
-            Some(of_trial(&load.data, load.trial.as_deref(), load.model.as_deref(), output)?.0)
-        }
+        What::Load(load) => Some(load.of.package(output)?.0),
         _ => None,
     };
     let mut device = Device::open(&args.device)?;
@@ -257,7 +248,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         }
         What::Forget => {
             device.command::<wire::Forget>(&())?;
-            output.text("nothing is stored any more");
+            output.text("stored settings erased");
             output.document(&Done { stored: Some(false), ..Done::default() })
         }
     }
@@ -282,16 +273,16 @@ fn read_matrices(file: &std::path::Path) -> anyhow::Result<Vec<Calibration>> {
     Ok(all)
 }
 
-/// What a board was told to do and did.
+/// What was done on a board.
 #[derive(Default, JsonSchema, Serialize)]
 pub(super) struct Done {
     /// Length of the model that was loaded.
     #[serde(skip_serializing_if = "Option::is_none")]
     bytes: Option<usize>,
-    /// Settings stand in the board's memory.
+    /// Whether settings are stored in the board's memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     stored: Option<bool>,
-    /// It predicts after a reset without a host.
+    /// Whether it predicts after a reset without a host.
     #[serde(skip_serializing_if = "Option::is_none")]
     starts: Option<bool>,
     /// What was set, in words.
@@ -300,16 +291,16 @@ pub(super) struct Done {
     /// Sensors that were assigned.
     #[serde(skip_serializing_if = "Option::is_none")]
     sensors: Option<usize>,
-    /// Its readings of half a second are no load.
+    /// Whether the tare ended.
     #[serde(skip_serializing_if = "Option::is_none")]
     tared: Option<bool>,
-    /// What they were: no load of each finger by its sensor's numbers (converter counts, or N and N m).
+    /// Zero load of each finger in its sensor's numbers (converter counts, or N and N m).
     #[serde(skip_serializing_if = "Option::is_none")]
     offsets: Option<[[f32; 6]; 2]>,
     /// Calibration matrices that were sent.
     #[serde(skip_serializing_if = "Option::is_none")]
     matrices: Option<usize>,
-    /// Reports that came.
+    /// Reports received.
     #[serde(skip_serializing_if = "Option::is_none")]
     reports: Option<usize>,
     /// Log that was written.
@@ -320,29 +311,29 @@ pub(super) struct Done {
 /// What a board is.
 #[derive(JsonSchema, Serialize)]
 pub(super) struct Told {
-    /// As it says.
+    /// Firmware, protocol, model and how it last started.
     info: wire::Info,
     /// Its counts since reset.
     statistics: wire::Statistics,
-    /// Against this machine's; none where no exchange came back.
+    /// Its clock against this machine's; null where no exchange was answered.
     clock: Option<Clock>,
 }
 
 /// What a board must do whatever is connected to it.
 #[derive(JsonSchema, Serialize)]
 pub(super) struct Checks {
-    /// One by one.
+    /// Each check and its result.
     checks: Vec<Check>,
-    /// Of them.
+    /// Number of checks that failed.
     failed: usize,
 }
 
-/// One of them.
+/// A check.
 #[derive(JsonSchema, Serialize)]
 struct Check {
     /// What must hold.
     check: &'static str,
-    /// Did it?
+    /// Whether it holds.
     holds: bool,
 }
 
@@ -361,7 +352,7 @@ fn info(device: &mut Device, output: &Output) -> anyhow::Result<()> {
         Recalled::OtherVersion { found } => {
             format!("what is stored is of version {found}, not {}: set and store anew", wire::PROTOCOL)
         }
-        Recalled::Unusable => "what is stored cannot be used: set and store anew".to_owned(),
+        Recalled::Unusable => "the stored settings cannot be used: set and store them again".to_owned(),
     });
     if let Some(p) = &i.post_mortem {
         let line = if p.line > 0 { format!(", line {} of its source", p.line) } else { String::new() };
@@ -421,8 +412,8 @@ fn tare(device: &mut Device, output: &Output) -> anyhow::Result<[[f32; 6]; 2]> {
         .collect();
     ensure!(
         ended,
-        "no half second of readings came within {} s from the sensor of {}: is it connected, and within its range \
-         (`stickslip board info`: readings damaged, dropped)? Its tare goes on waiting for them",
+        "no half second of readings within {} s from the sensor of {}: is it connected, and within its range \
+         (`stickslip board info`: readings damaged, dropped)? The board goes on waiting for them",
         TARE.as_secs(),
         silent.join(" and ")
     );

@@ -6,6 +6,7 @@ use anyhow::Context;
 use comfy_table::{Cell, CellAlignment};
 use rayon::prelude::*;
 
+use super::arguments::Drawn;
 use stickslip_analysis::compare::document::{Change, Comparison, ErrorRow, Fate, ModelReport, Size};
 use stickslip_analysis::compare::noise::Source;
 use stickslip_analysis::compare::rows::many_primitives;
@@ -18,6 +19,7 @@ use stickslip_analysis::run::series;
 use stickslip_analysis::run::simulate::prepare;
 use stickslip_data::Index;
 use stickslip_data::series::SeriesWriter;
+use stickslip_report::compare::{DRAWN, figures, page};
 use stickslip_report::terminal::{Output, command_line, table};
 
 /// Arguments of `stickslip compare`.
@@ -40,14 +42,10 @@ pub struct Args {
     /// (0.3), or ids separated by commas
     #[arg(long, value_name = "SHARE|IDS")]
     pub held_out: Option<HeldOut>,
-    /// Write a page with all plots; it needs no network
-    #[arg(long, value_name = "FILE")]
-    pub html: Option<PathBuf>,
-    /// Write every plot as SVG and PNG into a new folder
-    #[arg(long, value_name = "DIR")]
-    pub figures: Option<PathBuf>,
+    #[command(flatten)]
+    drawn: Drawn,
     /// Print the tables of all channels and phases, and how to read them
-    #[arg(long)]
+    #[arg(long, short)]
     pub verbose: bool,
     /// Write the time series of measurement and models as recorded and as simulated, one row a
     /// sample of each compared trial
@@ -75,11 +73,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         held_out: args.held_out.clone().unwrap_or_default(),
         tare: if args.no_tare { Tare::None } else { Tare::BeforeContact },
         forces: if args.no_force_bands { Forces::AsReturned } else { Forces::OutsideBand },
-        drawn: if args.html.is_some() || args.figures.is_some() {
-            stickslip_report::compare::DRAWN
-        } else {
-            2
-        },
+        drawn: if args.drawn.any() { DRAWN } else { 2 },
     };
     let comparison =
         compare(&index, &models, &options, output).with_context(|| args.data.display().to_string())?;
@@ -94,12 +88,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         let models = comparison.calibrated.as_ref().map_or(&models[..], std::slice::from_ref);
         write_series(&index, models, &options, path, output)?;
     }
-    if let Some(path) = &args.html {
-        output.page(path, stickslip_report::compare::page(&comparison, &command_line(next())))?;
-    }
-    if let Some(folder) = &args.figures {
-        output.figures(folder, &stickslip_report::compare::figures(&comparison))?;
-    }
+    args.drawn.write(output, || page(&comparison, &command_line(next())), || figures(&comparison))?;
     print(&comparison, args.verbose, output);
     output.next(next());
     output.document(&comparison)

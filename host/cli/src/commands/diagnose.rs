@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use comfy_table::{Cell, CellAlignment};
 
+use super::arguments::Drawn;
 use crate::commands::fitted::{file_or_default, write};
 use stickslip_analysis::channels::channel_words;
 use stickslip_analysis::compare::document::Comparison;
@@ -13,6 +14,7 @@ use stickslip_analysis::diagnose::report::{Report, Verdict};
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::{EffectEntry, ModelFile};
 use stickslip_data::Index;
+use stickslip_report::diagnose::{figures, html};
 use stickslip_report::terminal::{Output, command_line, table};
 use stickslip_report::words::{interval, short};
 use stickslip_shared::model::Model;
@@ -36,14 +38,10 @@ pub struct Args {
     /// Where an effect is named: write the model with it
     #[arg(long, value_name = "BETTER.toml")]
     pub out: Option<PathBuf>,
-    /// Write a page with tables and plots; it needs no network
-    #[arg(long, value_name = "FILE")]
-    pub html: Option<PathBuf>,
-    /// Write every plot as SVG and PNG into a new folder
-    #[arg(long, value_name = "DIR")]
-    pub figures: Option<PathBuf>,
+    #[command(flatten)]
+    drawn: Drawn,
     /// Print all effects tried, misfits, limits and classes
-    #[arg(long)]
+    #[arg(long, short)]
     pub verbose: bool,
 }
 
@@ -68,20 +66,14 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     let next = next(args, &report, written);
     let next: Vec<&str> = next.iter().map(String::as_str).collect();
-    let drawn = args.html.is_some() || args.figures.is_some();
     // A picture is no reason to lose the diagnosis.
-    let traces = drawn.then(|| traces(&args.data, file.to_model(), &report, output)).and_then(|found| {
-        found.inspect_err(|why| output.note(format_args!("no traces can be shown: {why:#}"))).ok()
-    });
-    if let Some(path) = &args.html {
-        let name = &dataset.description.name;
-        let line = command_line(next.iter().copied());
-        let page = stickslip_report::diagnose::html(&report, name, &line, traces.as_ref());
-        output.page(path, page)?;
-    }
-    if let Some(folder) = &args.figures {
-        output.figures(folder, &stickslip_report::diagnose::figures(&report, traces.as_ref()))?;
-    }
+    let traces =
+        args.drawn.any().then(|| traces(&args.data, file.to_model(), &report, output)).and_then(|found| {
+            found.inspect_err(|why| output.note(format_args!("no traces can be shown: {why:#}"))).ok()
+        });
+    let line = command_line(next.iter().copied());
+    let page = || html(&report, &dataset.description.name, &line, traces.as_ref());
+    args.drawn.write(output, page, || figures(&report, traces.as_ref()))?;
     print(&report, args.verbose, output);
     match (&args.out, written) {
         (_, Some(path)) => output.text(format_args!("written to {}", path.display())),
@@ -159,7 +151,7 @@ fn print(report: &Report, verbose: bool, output: &Output) {
     output.text(&report.summary);
     output.left_out(&report.left_out, report.trials + report.left_out.len(), "all: --verbose or --html");
     if let Some(would_tell) = &report.would_tell {
-        output.text(format_args!("What would tell: {would_tell}."));
+        output.text(format_args!("What would decide: {would_tell}."));
     }
     for c in report.candidates.iter().filter(|c| report.effects.contains(&c.id)) {
         output.text(format_args!("{}: {}. In data: {}.", c.id, c.info.summary, c.info.signature));
@@ -266,11 +258,11 @@ fn print_all(report: &Report, output: &Output) {
         for [effect, name, upper, typical] in stickslip_report::diagnose::limits_on_effects(report) {
             t.add_row(vec![Cell::new(effect), Cell::new(name), right(upper), right(typical)]);
         }
-        output.text("\nWhat may still be there (95 %):");
+        output.text("\nUpper limits on effects (95 %):");
         output.table(&t);
     }
     for class in &report.classes {
-        output.text(format_args!("these trials cannot tell apart: {}", class.join(", ")));
+        output.text(format_args!("not separated by these trials: {}", class.join(", ")));
     }
     for one in &report.left_out {
         output.text(format_args!("left out: {one}"));

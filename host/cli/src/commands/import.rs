@@ -160,7 +160,7 @@ fn finish<V: Serialize>(
     output: &Output,
 ) -> anyhow::Result<()> {
     let stage = Stage::begin(&files.out)?;
-    stickslip_data::write_as(dataset, stage.folder(), files.tables)?;
+    stickslip_data::write_as(dataset, stage.folder(), files.format)?;
     stage.finish()?;
     let samples = dataset.trials.iter().map(|trial| trial.samples.len()).sum();
     let mut table = table(["what", "measured"]);

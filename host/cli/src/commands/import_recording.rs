@@ -18,11 +18,11 @@ pub(super) struct Files {
     /// The raw file; for `recording` the mapping file
     pub(super) file: PathBuf,
     /// Folder to write the data set into; new or empty
-    #[arg(long)]
+    #[arg(long, value_name = "DIR")]
     pub(super) out: PathBuf,
-    /// How trials are stored
-    #[arg(long, value_enum, default_value_t)]
-    pub(super) tables: TableFormat,
+    /// Format of the tables
+    #[arg(long, alias = "tables", value_enum, default_value_t)]
+    pub(super) format: TableFormat,
 }
 
 /// Arguments of `stickslip import recording`.
@@ -71,7 +71,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let recording::Import { dataset, signals, refused, bad_rows, tares, offsets, noise, in_time_order } =
         &import;
     let stage = Stage::begin(&files.out)?;
-    stickslip_data::write_as(dataset, stage.folder(), files.tables)?;
+    stickslip_data::write_as(dataset, stage.folder(), files.format)?;
     stage.finish()?;
     output.text("What was assumed:");
     for signal in signals {

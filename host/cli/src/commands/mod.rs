@@ -5,6 +5,7 @@
 //! `Command` and an arm of its `run`.
 
 pub mod add;
+mod arguments;
 pub mod board;
 mod board_set;
 pub mod calibrate;

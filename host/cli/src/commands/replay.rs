@@ -2,21 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
+use super::arguments::{Drawn, OneTrial};
+use super::package::at_board_rate;
 use anyhow::Context;
 use stickslip_shared::predictor::{Limits, MAX_SEGMENTS, Prediction};
 
-use stickslip_analysis::model::file::model_or_default;
 use stickslip_analysis::run::replay::Span;
-use stickslip_analysis::run::replay::{
-    self, ReplayError, at_board_rate, feed, first_difference, hash, interpolated_poses,
-};
+use stickslip_analysis::run::replay::{self, ReplayError, feed, first_difference, hash};
 use stickslip_analysis::run::series;
 use stickslip_analysis::run::simulate::prepare;
 use stickslip_analysis::run::summary::{Against, Document};
 use stickslip_data::series::SeriesWriter;
 use stickslip_device::log::{self, Entry};
 use stickslip_device::records::read_predictions;
-use stickslip_report::replay::Shown;
+use stickslip_report::replay::{Shown, figures, page};
 use stickslip_report::terminal::{Output, command_line, table};
 
 /// Arguments of `stickslip replay`.
@@ -26,15 +25,8 @@ use stickslip_report::terminal::{Output, command_line, table};
   stickslip replay data/demo --trial linear_push-obj4-g20-v10-s0-r1 --against run.mcap
   stickslip replay data/demo --trial linear_push-obj4-g20-v10-s0-r1 --model model.toml --html replay.html")]
 pub struct Args {
-    /// Folder of the data set (holds dataset.toml)
-    pub data: PathBuf,
-    /// Trial to replay [default: the first]
-    #[arg(long, value_name = "ID")]
-    pub trial: Option<String>,
-    /// Model to predict with [default: hard contact, friction 0.40 (fingers), 0.25 (pusher),
-    /// 0.30 (support)]
-    #[arg(long, value_name = "MODEL.toml")]
-    pub model: Option<PathBuf>,
+    #[command(flatten)]
+    of: OneTrial,
     /// Write the predictions to a log
     #[arg(long, value_name = "FILE.mcap")]
     pub log: Option<PathBuf>,
@@ -44,12 +36,8 @@ pub struct Args {
     /// Write the time series of measurement, model and prediction, one row a sample
     #[arg(long, value_name = "FILE.csv|FILE.parquet")]
     pub series: Option<PathBuf>,
-    /// Write a page with plots of the predictions
-    #[arg(long, value_name = "FILE")]
-    pub html: Option<PathBuf>,
-    /// Write every plot as SVG and PNG into a new folder
-    #[arg(long, value_name = "DIR")]
-    pub figures: Option<PathBuf>,
+    #[command(flatten)]
+    drawn: Drawn,
     /// Print when each flag and each doubt is up, and how the solver fared, too
     #[arg(long, short)]
     pub verbose: bool,
@@ -60,23 +48,14 @@ pub struct Args {
 /// # Errors
 /// Where data, model or log cannot be read, or the log differs from the replay.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let index = stickslip_report::data::open(&args.data, output)?;
-    let (at, info) = index.find(args.trial.as_deref())?;
-    let model = model_or_default(args.model.as_deref())?;
-    let bar = output.spinner("reading");
-    let (trial, every) = at_board_rate(index.read_trial(info)?);
-    bar.finish_and_clear();
-    if every > 1 {
-        output.note(every_so_many(&info.trial, every));
-    }
-    if let Some(text) = interpolated_poses(&trial) {
-        output.note(format_args!("trial {}: {text}", info.trial));
-    }
+    let index = stickslip_report::data::open(&args.of.data, output)?;
+    let model = args.of.with.read()?;
+    let (at, info, trial) = at_board_rate(&index, args.of.trial.as_deref(), output)?;
     let feed = feed(&index.description, &trial)?;
     if feed.crowded {
         output.note(format_args!(
-            "trial {}: its motion has more pieces than the {MAX_SEGMENTS} of a plan, unlike ones are joined: what is \
-             unexpected means little. Cut the record into trials of one stroke each",
+            "trial {}: its motion has more segments than a plan holds ({MAX_SEGMENTS}); different ones were joined, and the flag \
+             'unexpected' is unreliable. Split the record into trials of one stroke each",
             info.trial
         ));
     }
@@ -103,7 +82,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         output.note(format_args!("time series written to {}", path.display()));
     }
     let document = Document::new(&info.trial, &t_s, &feed.plan, &replayed, against);
-    if args.html.is_some() || args.figures.is_some() {
+    if args.drawn.any() {
         let next = command_line(next(args).iter().map(String::as_str));
         let (scenery, spans) = match prepare(&index.description, &trial, at) {
             Ok(p) if p.t_s.len() <= LONGEST_DRAWN => {
@@ -112,12 +91,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             _ => Default::default(),
         };
         let shown = Shown { t_s: &t_s, predictions: &replayed.predictions, scenery, spans, next: &next };
-        if let Some(path) = &args.html {
-            output.page(path, stickslip_report::replay::page(&document, &shown))?;
-        }
-        if let Some(folder) = &args.figures {
-            output.figures(folder, &stickslip_report::replay::figures(&document, &shown))?;
-        }
+        args.drawn.write(output, || page(&document, &shown), || figures(&document, &shown))?;
     }
     print(&document, args.verbose, output);
     output.next(next(args).iter().map(String::as_str));
@@ -133,18 +107,11 @@ const LONGEST_DRAWN: usize = 20_000;
 
 /// The same trial's measured forces against the model's.
 fn next(args: &Args) -> Vec<String> {
-    let mut line = vec!["compare".to_owned(), args.data.display().to_string()];
-    line.extend(args.trial.iter().flat_map(|t| ["--trial".to_owned(), t.clone()]));
-    line.extend(args.model.iter().flat_map(|m| ["--model".to_owned(), m.display().to_string()]));
+    let mut line = vec!["compare".to_owned(), args.of.data.display().to_string()];
+    line.extend(args.of.trial.iter().flat_map(|t| ["--trial".to_owned(), t.clone()]));
+    line.extend(args.of.with.model.iter().flat_map(|m| ["--model".to_owned(), m.display().to_string()]));
     line.extend(["--html".to_owned(), "compare.html".to_owned()]);
     line
-}
-
-/// That not all samples of a record are used.
-pub(super) fn every_so_many(trial: &str, every: usize) -> String {
-    format!(
-        "trial {trial}: the predictor takes a sample every 4 ms, as a board does: one in {every} of this record"
-    )
 }
 
 fn write_log(
@@ -286,7 +253,7 @@ fn in_full(d: &Document, output: &Output) {
     ));
     if d.solver.cone_instead_share > 0.0 {
         output.text(format_args!(
-            "pyramids not solved within their work, cone in their place: {:.1} % of the ticks",
+            "pyramids not solved within their work budget, cone used instead: {:.1} % of the ticks",
             100.0 * d.solver.cone_instead_share
         ));
     }

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use stickslip_analysis::model::file::model_or_default;
+use super::arguments::{Drawn, PredictsWith};
 use stickslip_analysis::score;
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::document::{Document, Options};
-use stickslip_report::score::{LEGEND, cells, shown, summary, time, time_left, utilisation};
+use stickslip_report::score::{LEGEND, cells, figures, page, shown, summary, time, time_left, utilisation};
 use stickslip_report::terminal::{Output, command_line, table};
 
 /// Command line of `stickslip score`.
@@ -18,10 +18,8 @@ use stickslip_report::terminal::{Output, command_line, table};
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,
-    /// Model to predict with [default: hard contact, friction 0.40 (fingers), 0.25 (pusher),
-    /// 0.30 (support)]
-    #[arg(long, value_name = "MODEL.toml")]
-    pub model: Option<PathBuf>,
+    #[command(flatten)]
+    with: PredictsWith,
     /// How often the predictor is given the object's measured pose
     #[arg(long, value_enum, default_value = "every")]
     pub object_pose: ObjectPose,
@@ -31,12 +29,8 @@ pub struct Args {
     /// Threshold of the baseline on the tangential force's rate, N/s
     #[arg(long, default_value_t = 20.0, value_name = "N/S")]
     pub rate: f64,
-    /// Write a page with the table and plots
-    #[arg(long, value_name = "FILE")]
-    pub html: Option<PathBuf>,
-    /// Write every plot as SVG and PNG into a new folder
-    #[arg(long, value_name = "DIR")]
-    pub figures: Option<PathBuf>,
+    #[command(flatten)]
+    drawn: Drawn,
     /// Print the table of all events and methods, and stated against actual values, too
     #[arg(long, short)]
     pub verbose: bool,
@@ -51,19 +45,14 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         anyhow::ensure!(value > 0.0 && value.is_finite(), "{option} is {value}; give a number above zero");
     }
     let index = stickslip_report::data::open(&args.data, output)?;
-    let model = model_or_default(args.model.as_deref())?;
+    let model = args.with.read()?;
     let options = Options { object_pose: args.object_pose, ratio: args.ratio, rate_n_s: args.rate };
     let document = score(&index, &model, &options, output)?;
     document.refused.iter().for_each(|refused| output.refused(refused));
     let next = next(args, &document);
     let next: Vec<&str> = next.iter().map(String::as_str).collect();
-    if let Some(path) = &args.html {
-        let line = command_line(next.iter().copied());
-        output.page(path, stickslip_report::score::page(&document, &line))?;
-    }
-    if let Some(folder) = &args.figures {
-        output.figures(folder, &stickslip_report::score::figures(&document))?;
-    }
+    let line = command_line(next.iter().copied());
+    args.drawn.write(output, || page(&document, &line), || figures(&document))?;
     print(&document, args.verbose, output);
     output.next(next);
     output.document(&document)
@@ -76,7 +65,7 @@ fn next(args: &Args, d: &Document) -> Vec<String> {
     let missed =
         d.rows.iter().filter(|r| Some(r.method.as_str()) == ours).flat_map(|r| &r.not_in_time).next();
     line.extend(missed.into_iter().flat_map(|trial| ["--trial".to_owned(), trial.clone()]));
-    line.extend(args.model.iter().flat_map(|m| ["--model".to_owned(), m.display().to_string()]));
+    line.extend(args.with.model.iter().flat_map(|m| ["--model".to_owned(), m.display().to_string()]));
     line.extend(["--html".to_owned(), "replay.html".to_owned()]);
     line
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use stickslip_analysis::model::file::model_or_default;
+use super::arguments::PredictsWith;
 use stickslip_analysis::simulate;
 use stickslip_data::{Stage, TableFormat};
 use stickslip_report::terminal::Output;
@@ -13,16 +13,14 @@ use stickslip_report::terminal::Output;
 pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     data: PathBuf,
-    /// Model to predict with [default: hard contact, friction 0.40 (fingers), 0.25 (pusher),
-    /// 0.30 (support)]
-    #[arg(long, value_name = "MODEL.toml")]
-    model: Option<PathBuf>,
+    #[command(flatten)]
+    with: PredictsWith,
     /// Folder to write the predicted data set into; new or empty
-    #[arg(long)]
+    #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// How trials are stored
-    #[arg(long, value_enum, default_value_t)]
-    tables: TableFormat,
+    /// Format of the tables
+    #[arg(long, alias = "tables", value_enum, default_value_t)]
+    format: TableFormat,
 }
 
 /// Simulates every trial and writes the result.
@@ -31,9 +29,9 @@ pub struct Args {
 /// Data or model that cannot be read, a folder that has content, no trial that can be simulated.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let index = stickslip_report::data::open(&args.data, output)?;
-    let model = model_or_default(args.model.as_deref())?;
+    let model = args.with.read()?;
     let stage = Stage::begin(&args.out)?;
-    let report = simulate(&index, &model, stage.folder(), args.tables, output)?;
+    let report = simulate(&index, &model, stage.folder(), args.format, output)?;
     stage.finish()?;
     for why in &report.refused {
         output.refused(why);

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use stickslip_shared::wire::{self, TelemetryReport};
 
-use super::package::of_trial;
+use super::arguments::OneTrial;
 use super::telemetry::{describe, live, told};
 use stickslip_device::Device;
 use stickslip_device::log::{self, Entry};
@@ -25,27 +25,20 @@ const LATE: f64 = 1.05;
   stickslip stream data/demo --device serial:/dev/ttyACM0 --clock
 
 The board takes one sample every 4 ms by its own clock. QEMU's clock counts instructions, 125
-million a second, and is synchronised with this machine's. With --clock this machine's clock rules instead,
-as for a host that measures: the board is told it and knows when each sample was measured. Exit code 1 where the board and the predictor
-on this host differ in a single bit, or (without --clock) the board did not process every sample.")]
+million a second, and is synchronised with this machine's. With --clock samples are
+sent by this machine's clock, as by a host that measures, and the board is synchronised with it. Exit code 1 where the
+board and the predictor on this host differ in a single bit, or (without --clock) the board did not process every sample.")]
 pub struct Args {
-    /// Folder of the data set (holds dataset.toml)
-    #[arg(value_name = "DATA")]
-    pub data: PathBuf,
-    /// Trial to stream [default: the first]
-    #[arg(long, value_name = "ID")]
-    pub trial: Option<String>,
+    #[command(flatten)]
+    of: OneTrial,
     /// `qemu`, `qemu:FIRMWARE` or `serial:PORT`
     #[arg(long, default_value = "qemu", value_name = "DEVICE")]
     pub device: String,
-    /// Contact model [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
-    #[arg(long, value_name = "MODEL.toml")]
-    pub model: Option<PathBuf>,
     /// Record the run, as it happens; `stickslip replay --against FILE` compares it later
     #[arg(long, value_name = "FILE.mcap")]
     pub log: Option<PathBuf>,
-    /// Send each sample when it is due by this machine's clock, and tell the board that clock: offset and drift. What comes
-    /// too late is no measurement, and counted
+    /// Send each sample when it is due by this machine's clock, and send the board the clock's offset and drift. Samples
+    /// that come too late are counted, and not used as measurements
     #[arg(long, conflicts_with = "line_faults")]
     pub clock: bool,
     /// Damage the line on purpose: loss, repetition, reordering, garbage, drawn from this seed
@@ -57,7 +50,7 @@ pub struct Args {
 /// Where data or model cannot be read, the device is not there, refuses, falls silent or
 /// is cut off, or its predictions differ from this host's.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let (package, trial) = of_trial(&args.data, args.trial.as_deref(), args.model.as_deref(), output)?;
+    let (package, trial) = args.of.package(output)?;
 
     let mut device = Device::open(&args.device)?;
     output.text(describe(device.info()));
@@ -102,7 +95,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A log whose header holds what the board was told.
+/// A log whose header holds what was sent to the board.
 fn start_log(path: &Path, package: &Package, trial: &str, info: &wire::Info) -> anyhow::Result<log::Writer> {
     let (scene, model, _) = &package.model;
     let header = log::Header {
@@ -154,7 +147,7 @@ fn report(output: &Output, outcome: &Outcome) {
         outcome.taken, outcome.samples, outcome.board_s, outcome.seconds
     ));
     if let Some(clock) = &outcome.clock {
-        output.text(format_args!("the board was told this clock: {}", told(clock)));
+        output.text(format_args!("clock sent to the board: {}", told(clock)));
         output
             .text(format_args!("{} samples came too late to be measurements of their tick", outcome.too_old));
         if outcome.too_old > 0 {

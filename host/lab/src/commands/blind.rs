@@ -50,10 +50,10 @@ pub struct Args {
     #[arg(long, value_name = "FACTOR")]
     pub strength: Option<f64>,
     /// Diagnose the data sets of this folder in place of drawn ones
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["hide", "each", "class", "plan", "only", "strength", "formula"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["hide", "each", "class", "plan", "only", "strength", "formula"])]
     pub data: Option<PathBuf>,
     /// Folder of their keys, NAME.json each [default: FOLDER.keys]
-    #[arg(long, value_name = "FOLDER", requires = "data")]
+    #[arg(long, value_name = "DIR", requires = "data")]
     pub keys: Option<PathBuf>,
     /// Try the formulas of this file beside the listed effects; one stands for the hidden effect
     /// whose name it bears

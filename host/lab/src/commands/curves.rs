@@ -27,10 +27,10 @@ pub struct Args {
     #[arg(long, required = true, num_args = 1.., value_name = "DATA")]
     pub learn_from: Vec<PathBuf>,
     /// How often the object's pose is given
-    #[arg(long, value_enum, default_value = "every")]
-    pub pose: ObjectPose,
+    #[arg(long, alias = "pose", value_enum, default_value = "every")]
+    pub object_pose: ObjectPose,
     /// Write the curves as a page
-    #[arg(long, value_name = "FILE.html")]
+    #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
 }
 
@@ -60,14 +60,14 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let mut rows = Vec::new();
     for folder in &args.learn_from {
         rows.extend(
-            grasps::each(folder, (None, None), |g| Ok(lessons(&g, args.pose)))?.into_iter().flatten(),
+            grasps::each(folder, (None, None), |g| Ok(lessons(&g, args.object_pose)))?.into_iter().flatten(),
         );
     }
     output.note(format!("trees: {} samples to learn from", rows.len()));
     let learnt = Learnt::from(rows)?;
     let mut trials = Vec::new();
     for folder in &args.data {
-        trials.extend(grasps::each(folder, (None, None), |g| Scored::of(&g, args.pose, &learnt))?);
+        trials.extend(grasps::each(folder, (None, None), |g| Scored::of(&g, args.object_pose, &learnt))?);
     }
     let (ours, up) = predictor(&trials);
     let curves: [Vec<Point>; 3] = std::array::from_fn(|k| curve(&trials, k));

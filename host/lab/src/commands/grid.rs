@@ -26,7 +26,7 @@ pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,
     /// Model [default: hard contact, friction 0.4, 0.25 and 0.3; platforms 2.5 where trials roll]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
     /// Threads [default: one for each core]
     #[arg(long, value_name = "N")]

@@ -37,7 +37,7 @@ pub struct Args {
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Folder for the worst cases found
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Number of cases to write for each target
     #[arg(long, default_value_t = 3)]

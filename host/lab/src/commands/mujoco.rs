@@ -31,7 +31,7 @@ pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,
     /// Model whose friction both engines use [default: 0.4, 0.25, and 2.5 where trials roll]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
     /// Only these trials
     #[arg(long = "trial", value_name = "ID")]

@@ -20,7 +20,7 @@ pub struct Args {
     /// Folder of the data set (holds dataset.toml)
     pub data: PathBuf,
     /// Model to start from [default: hard contact, no effects]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
     /// Share of the pushes that friction is fitted to
     #[arg(long, value_name = "SHARE", default_value_t = 0.1)]

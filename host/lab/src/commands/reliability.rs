@@ -28,10 +28,10 @@ pub struct Args {
     #[arg(required = true)]
     pub data: Vec<PathBuf>,
     /// How often the object's pose is given
-    #[arg(long, value_enum, default_value = "every")]
-    pub pose: ObjectPose,
+    #[arg(long, alias = "pose", value_enum, default_value = "every")]
+    pub object_pose: ObjectPose,
     /// Write the diagram as a page
-    #[arg(long, value_name = "FILE.html")]
+    #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
 }
 
@@ -50,7 +50,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let mut report = Report::default();
     for folder in &args.data {
         let of = |grasp: grasps::Grasp<'_>| {
-            let stated = Stated::of_grasp(&grasp, &grasp.predictions(args.pose, true)?);
+            let stated = Stated::of_grasp(&grasp, &grasp.predictions(args.object_pose, true)?);
             Ok((WITHOUT_SIGN.contains(&grasp.truth.scenario.as_str()), stated))
         };
         for (sudden, stated) in grasps::each(folder, (None, None), of)? {

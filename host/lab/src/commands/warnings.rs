@@ -17,7 +17,7 @@ use crate::grasps::{self, Grasp, Unit};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   stickslip-second-rig draw --family grasp-soft --seed 7 --out data/soft
-  stickslip-lab warnings data/soft --pose start
+  stickslip-lab warnings data/soft --object-pose start
   stickslip-lab warnings data/soft --degrade pose-frozen")]
 pub struct Args {
     /// Folders of the data sets (each holds dataset.toml)
@@ -27,11 +27,11 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     pub key: Option<PathBuf>,
     /// Model that the predictor gets [default: model.toml in DATA or beside it, else hard contact]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "MODEL.toml")]
     pub model: Option<PathBuf>,
     /// How often the object's pose is given
-    #[arg(long, value_enum, default_value = "every")]
-    pub pose: ObjectPose,
+    #[arg(long, alias = "pose", value_enum, default_value = "every")]
+    pub object_pose: ObjectPose,
     /// Give the predictor no plan
     #[arg(long)]
     pub no_plan: bool,
@@ -151,7 +151,7 @@ fn judged(args: &Args, mut grasp: Grasp<'_>, unit: &mut Unit) -> anyhow::Result<
     }
     let Grasp { truth, until_s: until, .. } = grasp;
     let raised: Vec<u32> =
-        grasp.predictions_by(unit, args.pose, !args.no_plan)?.iter().map(|p| p.flags).collect();
+        grasp.predictions_by(unit, args.object_pose, !args.no_plan)?.iter().map(|p| p.flags).collect();
     let t_s = &grasp.t_s;
     let up = |mask: u32| -> Vec<Episode> { episodes(t_s, raised.iter().map(|f| f & mask != 0), until) };
     let slip = up(SLIPS);
