@@ -146,7 +146,7 @@ fn a_stream_by_this_machines_clock_says_what_the_board_was_told_and_predicts_the
         command.args(["stream", &data(), "--clock", "--device", &device]).args(more).assert()
     };
     stream(&[]).success().stdout(
-        contains("the board was told this clock:").and(contains("samples came too late to be measurements")),
+        contains("clock sent to the board:").and(contains("samples came too late to be measurements")),
     );
     let told: Value =
         serde_json::from_slice(&stream(&["--json"]).success().get_output().stdout).expect("one document");

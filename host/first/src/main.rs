@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     println!("{file}: {} samples at 250 Hz\n", samples.len());
     println!("   time   friction used        push force        sag of the object");
-    println!("          sensors    model     measured  model   measured  model   what it says");
+    println!("          sensors    model     measured  model   measured  model   prediction");
     let (began, first_m) = (Instant::now(), samples[0].1[0]);
     let (mut before, mut said) = (0, -1.0);
     for (sample, [height_m, push_n]) in &samples {

@@ -146,9 +146,9 @@ impl Server {
         let context = Context::new();
         let channels = Channels::on(&context)?;
         let server = context.websocket_server().name("stickslip").bind(at.ip().to_string(), at.port());
-        let handle = server
-            .start_blocking()
-            .with_context(|| format!("cannot listen at {address}: choose another port, or end who has it"))?;
+        let handle = server.start_blocking().with_context(|| {
+            format!("cannot listen at {address}: choose another port, or stop the program that uses it")
+        })?;
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let began_ns = u64::try_from(now.as_nanos()).unwrap_or_default();
         Ok(Self { _context: context, handle: Some(handle), channels, began_ns, drawn_s: None })

@@ -144,7 +144,7 @@ fn stream(
     let outcome = outcome?;
     tell(Happened::Counts(Box::new(outcome.statistics), outcome.frames_damaged));
     tell(Happened::Note(format!(
-        "the trial is over: {} of {} predictions equal this host's bit for bit",
+        "trial finished: {} of {} predictions equal this host's bit for bit",
         outcome.equal, outcome.compared
     )));
     Ok(())

@@ -194,7 +194,7 @@ $(document, '.viewer').forEach((root, number) => {
     });
     const note = (name, text) => { const e = svg.querySelector(`[data-note="${name}"]`); if (e) e.textContent = text; };
     note('time', `t = ${run.t[at].toFixed(3)} s`);
-    note('enlarged', k > 1 ? `what the model's object is off by is drawn ${k} times` : 'to scale');
+    note('enlarged', k > 1 ? `deviation of the model's object drawn ${k} times larger` : 'to scale');
     if (c.grip[at] != null) note('grip', `grip ${c.grip[at].toFixed(1)} N`);
     // The drawing in words, at this time.
     const words = [`t = ${run.t[at].toFixed(3)} s`, ...said];

@@ -289,7 +289,7 @@ impl Scenery {
                 }
                 @if self.enlarged > 1.0 {
                     text x="10" y="38" font-size="13" fill="#222222" data-note="enlarged" {
-                        (format!("what the model's object is off by is drawn {} times", self.enlarged))
+                        (format!("deviation of the model's object drawn {} times larger", self.enlarged))
                     }
                 }
                 @if let Some(grip) = self.grip_n.get(i).filter(|g| g.is_finite() && self.finger.is_some()) {

@@ -46,7 +46,7 @@ pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>
     let picture = html! {
         (left_out(&report.left_out, &report.refused, report.trials + report.left_out.len()))
         @if !rest.is_empty() { p { (rest) } }
-        @if let Some(would_tell) = &report.would_tell { p { b { "What would tell:" } " " (would_tell) "." } }
+        @if let Some(would_tell) = &report.would_tell { p { b { "What would decide:" } " " (would_tell) "." } }
         (misfit_bars(report))
     };
     let run = traces.filter(|_| has_after(report)).and_then(|traces| over_a_run(traces, named_marks(report)));
@@ -70,7 +70,7 @@ pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>
         @if let Some(experiment) = &report.suggested_experiment { (drawn_experiment(report, experiment)) }
         @if !has_after(report) { (limits::section(report)) }
         @if !report.classes.is_empty() {
-            h2 { "What these trials cannot tell apart" }
+            h2 { "Effects that these trials do not separate" }
             div class="flow" {
                 @for class in &report.classes {
                     div class="card" { @for (k, id) in class.iter().enumerate() { @if k > 0 { " = " } b { (words(id)) } } }
@@ -105,14 +105,14 @@ fn plain(report: &Report) -> String {
     let also = report.also_missing.as_ref().map_or(String::new(), |text| format!(" {text}"));
     match report.verdict {
         Verdict::Effect => format!(
-            "The model lacks something: {}. With {} the held-out error falls {fall}.{also}",
+            "The model lacks: {}. With {} the held-out error falls {fall}.{also}",
             set(&report.effects),
             if report.effects.len() == 1 { "it" } else { "them" }
         ),
         Verdict::Ambiguous => {
             let others: Vec<String> = report.ambiguous_with.iter().map(|s| set(s)).collect();
             format!(
-                "The model lacks something that these data do not tell apart: {}; or {}. The held-out error falls {fall}.{also}",
+                "The model lacks effects that these data do not separate: {}; or {}. The held-out error falls {fall}.{also}",
                 set(&report.effects),
                 others.join("; or ")
             )

@@ -68,6 +68,6 @@ pub fn drawn_experiment(report: &Report, e: &Experiment) -> Markup {
             (swatch("line m1", &other))
         }
         (figure("What each of the two models predicts for one run", "", &words, &experiment_chart(e).svg()))
-        p class="soft" { "Repeat the motion of trial " (e.like_trial) ". The less the two hills overlap, the fewer runs decide." }
+        p class="soft" { "Repeat the motion of trial " (e.like_trial) ". The less the two distributions overlap, the fewer runs are needed." }
     }
 }

@@ -30,7 +30,9 @@ pub fn page(command: &str, import: &Import, report: &Report, next: &str) -> Stri
     let tone = if tone == Tone::Good && left_out > 0 { Tone::Fair } else { tone };
     let sentence = match tone {
         Tone::Bad => format!("{said} Correct units, axes, signs or clocks in the mapping, and import again."),
-        _ => format!("{said} Compare the pictures with your bench: physics does not see every wrong axis."),
+        _ => format!(
+            "{said} Compare the pictures with your bench: the physics checks do not detect every wrong axis."
+        ),
     };
     let refused = |k: &dyn Fn(usize) -> bool| -> Vec<String> {
         let rows = import.bad_rows.iter().map(|(file, row)| {
@@ -47,7 +49,7 @@ pub fn page(command: &str, import: &Import, report: &Report, next: &str) -> Stri
             span { b { (report.samples) } " samples" }
             @if left_out > 0 { span { b { (left_out) } " trials or rows left out" } }
         }
-        (list("What physics does not allow", &signals::findings(report)))
+        (list("Physics errors", &signals::findings(report)))
         (signals::suspects(report))
         (assumed(&import.signals))
         @if let Some(line) = noise_line(&import.noise) { p { (line) } }
@@ -203,7 +205,7 @@ fn blurred(offset: &Offset) -> String {
 }
 
 fn interval(offset_s: f64, half_s: f64) -> String {
-    format!("{offset_s:.4} s, give or take {:.1} ms (95 %)", half_s * 1e3)
+    format!("{offset_s:.4} s \u{b1} {:.1} ms (95 %)", half_s * 1e3)
 }
 
 /// Force and way of the object about the contact, by one clock: their corners lie at one time.

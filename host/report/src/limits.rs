@@ -60,14 +60,14 @@ pub fn section(report: &Report) -> Markup {
     let open: Vec<String> =
         report.limits_on_effects.iter().filter(|(_, s)| unseen(s)).map(|(id, _)| words(id)).collect();
     html! {
-        h2 { "What may still be there" }
+        h2 { "Upper limits on effects" }
         p class="soft" {
-            "Left of the line an effect of typical strength would have been seen; right of it, it may be there."
+            "Left of the line an effect of typical strength is excluded; right of it, it cannot be excluded."
         }
         @if let Some(chart) = limit_chart(report) {
-            (figure("How strong an effect may be all the same (95 %)", "", "limits on effects", &chart.markup().0))
+            (figure("Largest strength that these data allow (95 %)", "", "limits on effects", &chart.markup().0))
         }
-        @if !open.is_empty() { p { "These data say nothing of: " (open.join(", ")) "." } }
+        @if !open.is_empty() { p { "Not limited by these data: " (open.join(", ")) "." } }
         (unfold(&format!("All {} limits", limits.len()), &limit_table(&limits)))
     }
 }

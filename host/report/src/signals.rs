@@ -74,7 +74,7 @@ pub fn page(report: &Report, description: &Description, trials: &[Trial], next: 
             span { b { (report.trials) } " trials" }
             span { b { (report.samples) } " samples" }
         }
-        (list("What physics does not allow", &findings(report)))
+        (list("Physics errors", &findings(report)))
         (suspects(report))
         (understood(description, trials))
     };
@@ -99,7 +99,7 @@ pub fn verdict(report: &Report) -> (Tone, String) {
     let count = report.findings.len();
     match (count, report.errors.len(), report.balance.failing) {
         (1.., ..) => {
-            (Tone::Bad, format!("{}: the data cannot be as they stand.", counted(count, "physics error")))
+            (Tone::Bad, format!("{}: the data contradict physics.", counted(count, "physics error")))
         }
         (0, 1.., _) => {
             (Tone::Bad, format!("{} refused; the rest was read.", counted(report.errors.len(), "error")))
@@ -119,7 +119,7 @@ pub fn verdict(report: &Report) -> (Tone, String) {
                 }
             ),
         ),
-        _ => (Tone::Good, format!("Physics has nothing against these {}.", counted(report.trials, "trial"))),
+        _ => (Tone::Good, format!("No physics error in these {}.", counted(report.trials, "trial"))),
     }
 }
 

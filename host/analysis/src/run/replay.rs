@@ -87,8 +87,8 @@ pub fn interpolated_poses(trial: &Trial) -> Option<String> {
     let grasped: Vec<Pose<f64>> = known.iter().map(|k| k.1.to_local(&k.2)).collect();
     let every = samples_a_pose(&t_s, &grippers).min(samples_a_pose(&t_s, &grasped));
     (every > 1).then(|| {
-        "the poses are interpolated from a lower rate: the predictor takes their noise for less than it is, and may \
-         call a new frame a slip. Measure poses at the samples' rate, or do not count slip that rests on them"
+        "the poses are interpolated from a lower rate: the predictor underestimates their noise and may report slip \
+         at each new frame. Measure poses at the samples' rate, or disregard slip that follows from them"
             .to_owned()
     })
 }

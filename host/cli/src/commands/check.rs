@@ -62,10 +62,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let (errors, findings) = (report.errors.len(), report.findings.len());
     let folder = args.data.display();
     anyhow::ensure!(errors == 0, "{errors} refused in {folder}; the rest was read");
-    anyhow::ensure!(
-        findings == 0,
-        "{findings} physics error(s) in {folder}: the data cannot be as they stand"
-    );
+    anyhow::ensure!(findings == 0, "{findings} physics error(s) in {folder}: the data contradict physics");
     match report.balance.failing {
         0 => {
             output.text(if args.verbose {
@@ -220,7 +217,7 @@ fn clocks(clocks: &[Clocks], output: &Output) {
         let primitive = primitive.replace('_', " ");
         if let (Some((means, trials)), Some([behind_s, half_s])) = (compared, behind_s) {
             output.text(format_args!(
-                "  clocks, {primitive}: poses {:.0} ms {} forces, give or take {:.0} ms, by the {} ({trials} trials)",
+                "  clocks, {primitive}: poses {:.0} ms {} forces (\u{b1} {:.0} ms), by the {} ({trials} trials)",
                 1e3 * behind_s.abs(),
                 if *behind_s < 0.0 { "ahead of" } else { "behind" },
                 1e3 * half_s,

@@ -49,7 +49,7 @@ pub(super) struct Effect {
 pub(super) struct Parameter {
     /// Key in model files.
     name: &'static str,
-    /// Of its value.
+    /// Unit of its value.
     unit: &'static str,
     /// What it is.
     what: &'static str,

@@ -46,10 +46,10 @@ pub struct Args {
     /// Contact model [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
     #[arg(long, value_name = "MODEL.toml", requires = "data")]
     pub model: Option<PathBuf>,
-    /// Play a log so many times as fast
+    /// Playback speed of a log; 1 is real time
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR")]
     pub speed: f64,
-    /// End after so long [default: at q, or at the end of what is watched]
+    /// Stop after this time [default: at q, or at the end of the log or trial]
     #[arg(long, value_name = "S")]
     pub seconds: Option<f64>,
     /// Print lines instead of drawing
@@ -79,11 +79,11 @@ impl Args {
 /// What was watched.
 #[derive(JsonSchema, Serialize)]
 pub(super) struct Summary {
-    /// As it was named.
+    /// Device as given.
     device: String,
     /// From the first event to the last, s.
     seconds: f64,
-    /// Predictions that came.
+    /// Predictions received.
     predictions: u64,
     /// Health of the line at the end.
     line: Line,

@@ -29,7 +29,7 @@ pub struct Args {
     /// The two effects to separate [default: all that are credible]
     #[arg(long = "between", value_name = "EFFECT")]
     pub between: Vec<String>,
-    /// Plan so many trials that together tell most
+    /// Plan this many trials that together give the most information
     #[arg(long, value_name = "N")]
     pub runs: Option<usize>,
 }
@@ -73,7 +73,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     output.table(&t);
     if let Some(plan) = plan {
         output.text(format_args!(
-            "\nA plan of {} trials. Open are {:.2} bits; it is expected to tell {:.2} of them at least:",
+            "\nA plan of {} trials. Undecided: {:.2} bits; expected from the plan: at least {:.2} of them.",
             plan.trials.len(),
             plan.open_bits,
             plan.information_bits

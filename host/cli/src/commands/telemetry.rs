@@ -20,8 +20,8 @@ pub fn describe(info: &Info) -> String {
 /// A board's clock by this machine's.
 pub fn told(clock: &Clock) -> String {
     let drift =
-        clock.drift.map_or("not told in so short a time".to_owned(), |d| format!("{:.1} ppm", d * 1e6));
-    format!("{:.6} s ahead, give or take {:.2} ms; drift {drift}", clock.offset_s, clock.uncertainty_s * 1e3)
+        clock.drift.map_or("unknown after so short a time".to_owned(), |d| format!("{:.1} ppm", d * 1e6));
+    format!("{:.6} s ahead (\u{b1} {:.2} ms); drift {drift}", clock.offset_s, clock.uncertainty_s * 1e3)
 }
 
 /// The newest prediction, as a table.

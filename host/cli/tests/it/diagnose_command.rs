@@ -176,7 +176,7 @@ fn three_conditions_are_inconclusive_whoever_asks_and_nothing_is_written() {
     assert!(!folder.path().join("better.toml").exists());
     let page = std::fs::read_to_string(folder.path().join("page.html")).expect("written");
     assert!(check("diagnose", &page) > 5, "a heat map");
-    assert!(page.contains("What would tell"));
+    assert!(page.contains("What would decide"));
 }
 
 #[test]

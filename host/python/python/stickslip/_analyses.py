@@ -165,9 +165,9 @@ def suggest(
     runs: int | None = None,
     progress: Progress = None,
 ) -> Report:
-    """The experiments that would tell two effects apart; without ``between``, all that are credible.
+    """The experiments that would separate two effects; without ``between``, all that are credible.
 
-    ``runs``: also a plan of so many trials that together tell most (``report.plan``).
+    ``runs``: also a plan of this many trials that together give the most information (``report.plan``).
     """
     of = _data(data)
     before = set(of.refused)

@@ -42,7 +42,7 @@ pub fn quaternions(description: &Description, trial: &Trial, stages: &Stages) ->
     let gripper = gripper_order(description, trial, stages);
     if let Order::Other([given, other]) = gripper {
         let text = format!(
-            "with the gripper's rotation as it stands, forces and weight sum to {} N; in the other order to {} N; \
+            "with the gripper's rotation as recorded, forces and weight sum to {} N; in the other order to {} N; \
              {swapped}",
             short(given),
             short(other)

@@ -264,7 +264,7 @@ fn one_file_of_all(mapping: &Mapping) -> Result<Recordings, RecordingError> {
             for (name, span) in of_first.unwrap_or_default() {
                 if spans.insert(name.clone(), span).is_some() {
                     recordings.refused.push(format!(
-                        "trial {name}: its number stands at two places of column {column:?}; the later is used"
+                        "trial {name}: its number occurs in two separate parts of column {column:?}; the later is used"
                     ));
                 }
             }

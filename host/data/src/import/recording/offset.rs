@@ -292,7 +292,7 @@ pub(super) fn of_trial(mapping: &Mapping, streams: &[Source], estimated: usize) 
     let others: Vec<(usize, &Stream)> = others.iter().filter(on_first).copied().collect();
     let advice = |what: &str| {
         format!(
-            "clock = \"estimated\" of stream {}: {what}. It needs a push whose contact both see: forces (pusher, or \
+            "clock = \"estimated\" of stream {}: {what}. It needs a push whose contact both streams record: forces (pusher, or \
              fingers) by one clock, object and gripper by the other",
             own.name
         )
