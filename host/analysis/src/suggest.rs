@@ -73,7 +73,7 @@ pub struct Report {
 #[derive(Debug, thiserror::Error)]
 pub enum SuggestError {
     /// One or more than two effects are named.
-    #[error("{0} effect(s) to tell apart: name two different ones, or none")]
+    #[error("{0} effect(s) to separate: name two different ones, or none")]
     NotTwo(usize),
     /// The same effect twice.
     #[error("{0} cannot be distinguished from itself: name two different effects")]

@@ -68,7 +68,7 @@ impl Sight {
         let text =
             std::fs::read(key).with_context(|| format!("{}: cannot be read; state --key", key.display()))?;
         let told: Told = serde_json::from_slice(&text).with_context(|| {
-            format!("{}: does not tell the sensors; take a set of stickslip-second-rig draw", key.display())
+            format!("{}: does not state the sensors; take a set of stickslip-second-rig draw", key.display())
         })?;
         let s = told.reality.sensors;
         let hz = match s.pose_rate {

@@ -28,9 +28,9 @@ pub enum Fault {
     CommandHeld,
     /// The samples come at 100 Hz
     Rate100,
-    /// The friction told is twice as large
+    /// The stated friction is twice as large
     FrictionDouble,
-    /// The friction told is half as large
+    /// The stated friction is half as large
     FrictionHalf,
 }
 

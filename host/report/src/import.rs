@@ -156,7 +156,7 @@ pub fn order_line(in_time_order: bool) -> &'static str {
     if in_time_order {
         "trials in the order of their time stamps"
     } else {
-        "trials in the order of their names or of the table, as their time stamps start anew: what wears from trial to trial \
+        "trials in the order of their names or of the table, as their time stamps start again: what wears from trial to trial \
          is found only if that is the order of the runs"
     }
 }

@@ -258,7 +258,7 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
     let left_out = problem.left_out();
     let mut limits = limits(problem, invisible);
     for info in &given.infos {
-        limits.push(format!("the model already has {}: its parameters were fitted anew", info.id));
+        limits.push(format!("the model already has {}: its parameters were refitted", info.id));
     }
     limits.extend(summary_fit.notes);
     let met: Vec<&'static str> = chosen.iter().map(|c| c.info.id).collect();

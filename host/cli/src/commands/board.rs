@@ -29,7 +29,7 @@ use stickslip_shared::wire::{
   stickslip board sensors --finger1 ft300 --finger2 ati:5 --device serial:/dev/ttyACM0
   stickslip board selftest
 
-A board in QEMU begins anew with each command.")]
+A board in QEMU starts afresh with each command.")]
 pub struct Args {
     /// `qemu`, `qemu:FIRMWARE` or `serial:PORT`
     #[arg(long, global = true, default_value = "qemu", value_name = "DEVICE")]
@@ -350,7 +350,10 @@ fn info(device: &mut Device, output: &Output) -> anyhow::Result<()> {
         Recalled::Empty => "nothing is stored".to_owned(),
         Recalled::Done => "settings were taken from its memory".to_owned(),
         Recalled::OtherVersion { found } => {
-            format!("what is stored is of version {found}, not {}: set and store anew", wire::PROTOCOL)
+            format!(
+                "the stored settings are of version {found}, not {}: set and store them again",
+                wire::PROTOCOL
+            )
         }
         Recalled::Unusable => "the stored settings cannot be used: set and store them again".to_owned(),
     });

@@ -33,7 +33,7 @@ Draws in the terminal: share of the friction limit used, friction, probability t
 they came ahead, the grip that holds with reserve, health of the line. q ends it. Without a terminal, or with --plain, it prints a line a \
 second and one for each alarm. --foxglove serves the same to viewers (in Foxglove: Open connection, Foxglove WebSocket, ws://ADDRESS).")]
 pub struct Args {
-    /// `qemu`, `qemu:FIRMWARE`, `serial:PORT`, `can:INTERFACE` (what a board tells its controller), or `replay:FILE`: a log of
+    /// `qemu`, `qemu:FIRMWARE`, `serial:PORT`, `can:INTERFACE` (what a board sends its controller), or `replay:FILE`: a log of
     /// stream, replay or board log
     #[arg(long, default_value = "qemu", value_name = "DEVICE")]
     pub device: String,
@@ -115,7 +115,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let package = args.data.as_deref().map(trial).transpose()?;
     if args.device.starts_with("qemu") && package.is_none() {
         output.note(
-            "a board in QEMU begins anew and runs nothing by itself: --data DATA streams a trial to it",
+            "a board in QEMU starts afresh and runs nothing by itself: --data DATA streams a trial to it",
         );
     }
     let server = args.foxglove.as_deref().map(Server::start).transpose()?;

@@ -56,7 +56,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     output.text(describe(device.info()));
     if device.info().source != wire::SOURCE {
         output.note(
-            "the firmware was built from other sources than this program: build both anew (`make firmware`), \
+            "the firmware was built from other sources than this program: build both again (`make firmware`), \
              or their predictions may differ",
         );
     }

@@ -10,7 +10,7 @@
     stickslip.compare(data, [model, diagnosis.model])   # before and after; a page in a notebook
 
 Every function here is the command `stickslip` of the same name: the same numbers under the same names
-(:meth:`Report.to_dict` is what the command prints with ``--json``, ``stickslip schema COMMAND`` tells what each
+(:meth:`Report.to_dict` is what the command prints with ``--json``, ``stickslip schema COMMAND`` describes what each
 key means), the same refusals. All quantities are in SI units; names carry the unit.
 
 What is refused raises :class:`StickslipError`; what was left out while the rest goes on, and what makes results

@@ -144,7 +144,7 @@ def add(
 
 
 def refit(data: Data, model: Model | Path, *, progress: Progress = None) -> Report:
-    """All parameters of ``model`` fitted anew: ``report.model``, ``report.parameters``."""
+    """All parameters of ``model`` refitted: ``report.model``, ``report.parameters``."""
     of = _data(data)
     before = set(of.refused)
     ready = native(model)

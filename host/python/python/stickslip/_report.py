@@ -80,7 +80,7 @@ class Report(Fields):
     """What an analysis found.
 
     Its keys are those of the JSON document that the command of the same name prints; ``stickslip schema
-    COMMAND`` tells what each means. In a notebook it shows its page.
+    COMMAND`` describes what each means. In a notebook it shows its page.
     """
 
     __slots__ = ("_extra", "_native")
