@@ -15,6 +15,7 @@ pub const INFO: Info = Info {
     code: 200,
     summary: "what it is, in one line, without a full stop",
     signature: "what it looks like in data, the same way",
+    on_robot: "what it changes for a robot that grips, the same way",
     source: "where the law comes from",
     role: Role::Plain,
     parameters: &[Parameter::new("strength", "1", 0.1, 0.0, [0.0, 1.0], "what the parameter is")],

@@ -104,6 +104,8 @@ pub struct Info {
     pub summary: &'static str,
     /// What it looks like in data.
     pub signature: &'static str,
+    /// What it changes for a robot that grips: what its user has to reckon with.
+    pub on_robot: &'static str,
     /// Where the law comes from.
     pub source: &'static str,
     /// How a diagnosis treats it.

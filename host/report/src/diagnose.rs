@@ -13,7 +13,9 @@ pub use crate::limits::limits_on_effects;
 use crate::overlay::{plot_id, section, trace_figures};
 use crate::plot::Chart;
 use crate::signature::{Run, bars, over_a_run, signature};
-use crate::words::{first_sentence, identifier_words as words, interval, parameter_words, short};
+use crate::words::{
+    effects_in_words, first_sentence, identifier_words as words, interval, parameter_words, short,
+};
 use stickslip_analysis::channels::{NAMES, channel_words};
 use stickslip_analysis::compare::document::Comparison;
 use stickslip_analysis::diagnose::RELEVANT;
@@ -46,7 +48,7 @@ pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>
     let picture = html! {
         (left_out(&report.left_out, &report.refused, report.trials + report.left_out.len()))
         @if !rest.is_empty() { p { (rest) } }
-        @if let Some(would_tell) = &report.would_tell { p { b { "What would decide:" } " " (would_tell) "." } }
+        @if let Some(would_tell) = &report.would_tell { p { b { "What would decide:" } " " (effects_in_words(would_tell)) "." } }
         (misfit_bars(report))
     };
     let run = traces.filter(|_| has_after(report)).and_then(|traces| over_a_run(traces, named_marks(report)));
@@ -78,7 +80,7 @@ pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>
             }
         }
         (parameters(report))
-        (list("What cannot be concluded", &report.limits))
+        (list("What cannot be concluded", &report.limits.iter().map(|l| effects_in_words(l)).collect::<Vec<_>>()))
     };
     page(&format!("stickslip diagnose: {name}"), body)
 }
@@ -102,7 +104,8 @@ fn plain(report: &Report) -> String {
     let set = |set: &[&'static str]| set.iter().map(what).collect::<Vec<_>>().join(", and ");
     let e = &report.error;
     let fall = format!("from {:.1} to {:.1} run spreads", e.before, e.after);
-    let also = report.also_missing.as_ref().map_or(String::new(), |text| format!(" {text}"));
+    let also =
+        report.also_missing.as_ref().map_or(String::new(), |text| format!(" {}", effects_in_words(text)));
     match report.verdict {
         Verdict::Effect => format!(
             "The model lacks: {}. With {} the held-out error falls {fall}.{also}",
@@ -117,7 +120,9 @@ fn plain(report: &Report) -> String {
                 others.join("; or ")
             )
         }
-        Verdict::NothingMissing | Verdict::Unexplained | Verdict::Inconclusive => report.summary.clone(),
+        Verdict::NothingMissing | Verdict::Unexplained | Verdict::Inconclusive => {
+            effects_in_words(&report.summary)
+        }
     }
 }
 
@@ -300,6 +305,7 @@ fn card(c: &CandidateReport, class: &str, role: &str, run: Option<&Run>) -> Mark
             p class="soft" { (role) }
             p { (capital(c.info.summary)) "." }
             p { "In data: " (c.info.signature) "." }
+            p { "On the robot: " (c.info.on_robot) "." }
             (signature(&c.signature, run))
             @if class == "card" { (unfold("Strength", &strength(c))) } @else { (strength(c)) }
             p class="soft" { "Source: " (c.info.source) "." }

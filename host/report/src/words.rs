@@ -11,6 +11,20 @@ pub fn identifier_words(id: &str) -> String {
     id.replace('_', " ")
 }
 
+/// A text with words in place of the identifiers of effects.
+#[must_use]
+pub fn effects_in_words(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for part in text.split_inclusive(|c: char| !(c.is_ascii_alphanumeric() || c == '_')) {
+        let (id, end) =
+            part.split_at(part.trim_end_matches(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).len());
+        let known = stickslip_shared::effects::find(id).is_some();
+        out.push_str(&if known { identifier_words(id) } else { id.to_owned() });
+        out.push_str(end);
+    }
+    out
+}
+
 /// A parameter's name without its unit, which stands beside its value: 'offset x' of `offset_x_m`.
 #[must_use]
 pub fn parameter_words(name: &str) -> String {

@@ -18,6 +18,7 @@ pub const INFO: Info = Info {
     code: 14,
     summary: "fingertips stick: friction at zero load and a pull-off force",
     signature: "friction force against grip is a straight line that misses the origin; a pull when a contact opens",
+    on_robot: "light objects stick to the fingers: a small grip holds more than friction says, and an object may not come off when it is let go",
     source: "Derjaguin 1934; Johnson, Kendall and Roberts 1971",
     role: Role::Plain,
     parameters: &[Parameter::new(

@@ -18,6 +18,7 @@ pub const INFO: Info = Info {
     code: 5,
     summary: "fingertip friction differs along and across the object's length",
     signature: "a push force too high (or low) while forces or sag across it are too low (or high)",
+    on_robot: "an object slips more easily along one axis of its faces: the grip that holds depends on the direction of the load",
     source: "Michalowski and Mroz 1978, elliptic friction cone",
     role: Role::Plain,
     parameters: &[Parameter::new(

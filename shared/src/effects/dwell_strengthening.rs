@@ -24,6 +24,7 @@ pub const INFO: Info = Info {
     code: 3,
     summary: "friction grows with the logarithm of the time at rest, and sliding renews the contact",
     signature: "a peak at the onset of sliding that is higher the longer the object rested before (slow approach, pause)",
+    on_robot: "a grasp that rested holds more than a fresh one: right after a regrasp or a slip the grip needs more reserve",
     source: "Dieterich 1979; Ruina 1983; Marone 1998, rate and state friction",
     role: Role::Plain,
     parameters: &[

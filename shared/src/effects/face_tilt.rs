@@ -46,6 +46,7 @@ pub const INFO: Info = Info {
     code: 11,
     summary: "gripped faces form a wedge, or friction changes along the object",
     signature: "tangential force or grip opening that drifts with the position along the object, the same in every run",
+    on_robot: "the object is drawn or pushed out as it slides, so that a slip gets easier in one direction and harder in the other",
     source: "wedge statics: Meriam, Statics, ch. 6",
     role: Role::Plain,
     parameters: &[

@@ -17,6 +17,7 @@ pub const INFO: Info = Info {
     code: 6,
     summary: "finger 1 and finger 2 have different friction",
     signature: "tangential forces that differ between the two fingers, with a yaw moment that balances them",
+    on_robot: "the finger with less friction slips first and the object turns about the other: the grip must do for the weaker one",
     source: "Johansson and Westling 1984, friction measured for each digit",
     role: Role::Plain,
     parameters: &[Parameter::new(

@@ -30,6 +30,7 @@ pub const INFO: Info = Info {
     code: CODE,
     summary: "the user's own formula",
     signature: "what the formula says",
+    on_robot: "what the formula says",
     source: "the user's model.toml",
     role: Role::Plain,
     parameters: &[

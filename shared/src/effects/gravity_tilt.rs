@@ -16,6 +16,7 @@ pub const INFO: Info = Info {
     code: 18,
     summary: "gravity is not along the axis the rig assumes",
     signature: "a constant sideways force in proportion to mass, in all phases, whatever the grip",
+    on_robot: "a part of the weight acts sideways: the fingers bear a load in a direction in which the model expects none",
     source: "rigid body statics",
     role: Role::Plain,
     parameters: &[

@@ -32,6 +32,7 @@ pub const INFO: Info = Info {
     code: 16,
     summary: "grip lags its command and falls while the object slides",
     signature: "normal finger force that sags while sliding and recovers at rest or stays low, or trails a change of command",
+    on_robot: "while the object slides or the command changes, less grip acts than was commanded: a slip that begins feeds itself",
     source: "first-order force control; Whitney 1977",
     role: Role::Plain,
     parameters: &[

@@ -15,6 +15,7 @@ pub const INFO: Info = Info {
     code: 15,
     summary: "the grip that acts is below the commanded one",
     signature: "normal and tangential finger forces both too small by the same share (fraction) or amount (offset)",
+    on_robot: "the fingers press less than was commanded: slip and drop come at a smaller load than the command lets expect",
     source: "transmission losses: Townsend and Salisbury 1987",
     role: Role::Plain,
     parameters: &[

@@ -24,6 +24,7 @@ pub const INFO: Info = Info {
     code: 4,
     summary: "the friction coefficient depends on the normal force",
     signature: "tangential force not proportional to grip: relatively stronger at low grip (exponent above zero)",
+    on_robot: "twice the grip bears less than twice the load (exponent above zero): the grip that holds a heavy object is above the proportional one",
     source: "Bowden and Tabor 1950; Xydas and Kao 1999, soft finger contact",
     role: Role::Plain,
     parameters: &[

@@ -17,6 +17,7 @@ pub const INFO: Info = Info {
     code: 17,
     summary: "mass or centre of mass differs from the one given",
     signature: "vertical forces (fraction) or pitching moment (offset) wrong even at rest, independent of grip and speed",
+    on_robot: "the load on the fingers is another than planned, also at rest: the grip that holds has to be in proportion",
     source: "rigid body statics",
     role: Role::Plain,
     parameters: &[

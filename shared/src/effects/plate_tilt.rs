@@ -20,6 +20,7 @@ pub const INFO: Info = Info {
     code: 13,
     summary: "the pusher's face is not square to the push",
     signature: "a constant sideways share of the push force, and the object turns until it lies flat on the pusher",
+    on_robot: "what is pushed turns until it lies flat, and a share of the push goes sideways into the fingers: it ends up askew",
     source: "rigid body geometry",
     role: Role::Plain,
     parameters: &[

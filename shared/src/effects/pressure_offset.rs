@@ -18,6 +18,7 @@ pub const INFO: Info = Info {
     code: 10,
     summary: "the fingers' centre of pressure is off the middle of the pads",
     signature: "finger torques in proportion to grip before anything moves; sliding or lifting turns the object",
+    on_robot: "the object is held off the middle of the pads: it turns when it is lifted or slides, and bears less moment one way than the other",
     source: "Howe and Cutkosky 1996, limit surface about the centre of pressure",
     role: Role::Plain,
     parameters: &[

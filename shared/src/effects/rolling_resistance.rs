@@ -23,6 +23,7 @@ pub const INFO: Info = Info {
     code: 19,
     summary: "a moment opposes rolling on the pusher or the support",
     signature: "extra push force in proportion to the normal force while the object rolls or tips, none while it slides flat",
+    on_robot: "an object that rolls or tips against its surroundings takes more force than planned, and loads the fingers by it",
     source: "Tabor 1955, rolling friction; Dahl 1968, solid friction model",
     role: Role::Plain,
     parameters: &[Parameter::new(

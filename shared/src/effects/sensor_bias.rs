@@ -15,6 +15,7 @@ pub const INFO: Info = Info {
     code: 20,
     summary: "force sensors have constant offsets",
     signature: "the same error in a channel in every run and phase, even before contact",
+    on_robot: "nothing moves otherwise: what controller and prediction read is off by a constant, and shares of the friction limit with it",
     source: "ATI F/T manual, bias; MuJoCo and Vicon rigs zero sensors before each run",
     role: Role::Sensing,
     parameters: &[

@@ -20,6 +20,7 @@ pub const INFO: Info = Info {
     code: 23,
     summary: "a sensor shows a share of its largest force in channels across it",
     signature: "tangential forces or torsion in proportion to grip even while nothing loads the object",
+    on_robot: "nothing moves otherwise: a part of the grip is read as load or torsion, so that slip seems nearer or further than it is",
     source: "ATI F/T calibration, crosstalk matrix",
     role: Role::Sensing,
     parameters: &[

@@ -17,6 +17,7 @@ pub const INFO: Info = Info {
     code: 21,
     summary: "force sensors read too much or too little by a constant share",
     signature: "forces that do not balance: fingers and pusher disagree in proportion to the force",
+    on_robot: "nothing moves otherwise: forces are read too large or too small, and the grip that is thought to hold is off by that share",
     source: "ATI F/T calibration, gain error",
     role: Role::Sensing,
     parameters: &[

@@ -17,6 +17,7 @@ pub const INFO: Info = Info {
     code: 22,
     summary: "a force sensor is mounted turned",
     signature: "a share of the largest force appears in a channel across it, in proportion, with unchanged size",
+    on_robot: "nothing moves otherwise: a part of the grip is read as load on the pad, so that slip seems nearer or further than it is",
     source: "sensor mounting; Traversaro et al. 2015, in situ calibration",
     role: Role::Sensing,
     parameters: &[

@@ -17,6 +17,7 @@ pub const INFO: Info = Info {
     code: 1,
     summary: "friction is higher before sliding begins than while it lasts",
     signature: "a force peak at the onset of sliding that decays once the object moves",
+    on_robot: "it holds more than it keeps once it slides: a slip that has begun goes on under a load that it bore at rest",
     source: "Bo and Pavelescu 1982, exponential Stribeck law",
     role: Role::Plain,
     parameters: &[

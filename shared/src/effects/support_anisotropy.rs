@@ -33,6 +33,7 @@ pub const INFO: Info = Info {
     summary: "friction on the table depends on the direction of sliding",
     signature: "a push along one direction takes more force than across it, and the object drifts sideways towards \
                 the direction of less friction",
+    on_robot: "an object pushed on the table drifts towards the direction that slides easily: it does not go where it is pushed",
     source: "Michalowski and Mroz 1978, elliptic friction cone",
     role: Role::Plain,
     parameters: &[

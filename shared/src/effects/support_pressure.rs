@@ -40,6 +40,7 @@ pub const INFO: Info = Info {
     summary: "the load under a supported object is not spread as the model says",
     signature: "a push turns the object more or less than it should, and its force leans to one side, while a \
                 push through the middle takes mu times weight",
+    on_robot: "an object pushed on its support turns otherwise than planned: it ends up askew and leans against fingers or pusher",
     source: "Goyal, Ruina and Papadopoulos 1991, limit surface of a pressure distribution",
     role: Role::Plain,
     parameters: &[

@@ -27,6 +27,7 @@ pub const INFO: Info = Info {
     code: 9,
     summary: "fingertips bear more (or less) torsion than their nominal shape",
     signature: "rotation or torque about the contact normal is wrong while forces in a straight slide are right",
+    on_robot: "the object turns between the fingers at another moment than the pads' size says: held off its centre of mass it sags or stays level",
     source: "Goyal, Ruina and Papadopoulos 1991, limit surface; Salisbury 1982, soft finger",
     role: Role::Plain,
     parameters: &[Parameter::new(

@@ -19,6 +19,7 @@ pub const INFO: Info = Info {
     code: 2,
     summary: "friction rises in proportion to slip speed",
     signature: "tangential forces that differ between fast and slow runs in proportion to speed, at the same grip",
+    on_robot: "fast slips are braked by more friction than slow ones: a slow creep begins below the load at which a fast push slides",
     source: "Armstrong-Helouvry 1991, Control of Machines with Friction",
     role: Role::Plain,
     parameters: &[

@@ -18,6 +18,7 @@ pub const INFO: Info = Info {
     code: 7,
     summary: "fingertip friction drifts from trial to trial",
     signature: "residuals of tangential force that go with the order in which the trials were run, not with their conditions",
+    on_robot: "a grip that was enough is not after some hundred grasps (rate below zero): friction has to be learnt anew, or pads changed",
     source: "Archard 1953; Yu et al. 2016, More than a million ways to be pushed",
     role: Role::Order,
     parameters: &[Parameter::new(

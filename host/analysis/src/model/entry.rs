@@ -78,6 +78,7 @@ fn described(f: &FormulaEntry, target: &str, values: &[f64]) -> &'static Info {
         id: keep(&f.name),
         summary: keep(&format!("the user's formula for {target}: {}", f.expression)),
         signature: "as the formula says",
+        on_robot: "what the formula says",
         parameters: Box::leak(parameters.into_boxed_slice()),
         ..formula::INFO
     }))

@@ -35,6 +35,8 @@ pub(super) struct Effect {
     what: &'static str,
     /// What it looks like in data.
     in_data: &'static str,
+    /// What it changes for a robot that grips.
+    on_robot: &'static str,
     /// Where it is described.
     source: &'static str,
     /// Of a formula.
@@ -78,6 +80,7 @@ impl Effect {
             id: info.id,
             what: info.summary,
             in_data: info.signature,
+            on_robot: info.on_robot,
             source: info.source,
             expression: formula.and_then(|e| e.formula.as_ref()).map(|f| f.expression.clone()),
             parameters: parameters.collect(),
@@ -123,6 +126,7 @@ fn show(effect: &Effect, output: &Output) {
         output.text(format_args!("expression: {expression}"));
     }
     output.text(format_args!("in data: {}", effect.in_data));
+    output.text(format_args!("on the robot: {}", effect.on_robot));
     output.text(format_args!("source: {}\n", effect.source));
     let mut t = table(["parameter", "unit", "typical", "neutral", "bounds", "meaning"]);
     for p in &effect.parameters {

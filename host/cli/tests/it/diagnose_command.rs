@@ -154,8 +154,12 @@ fn a_diagnosis_writes_the_named_model_and_a_page_and_says_what_comes_next() {
     }
     // Its signature beside that of the data: as bars, and over one run.
     let card = page.split("<article").nth(1).expect("a card");
-    for told in ["what the data show that the model lacks", "what the effect changes", "The same in one run"]
-    {
+    for told in [
+        "what the data show that the model lacks",
+        "what the effect changes",
+        "The same in one run",
+        "On the robot: the fingers press less than was commanded",
+    ] {
         assert!(card.contains(told), "{told}");
     }
     for raw in ["finger_sum", "finger_difference", "_nm<", "http", "src=", "url(", "NaN"] {
@@ -225,7 +229,7 @@ fn effects_page_has_the_words_of_the_effects() {
         let section = page.split(&format!("## `{}`\n", info.id)).nth(1).unwrap_or_default();
         let section = section.split("\n## ").next().unwrap_or_default();
         let rows = info.parameters.iter().map(|p| format!("| `{}` | {} |", p.name, p.unit));
-        let words = [info.summary, info.signature, info.source].map(str::to_owned);
+        let words = [info.summary, info.signature, info.on_robot, info.source].map(str::to_owned);
         for text in words.into_iter().chain(rows).chain(info.parameters.iter().map(|p| p.what.to_owned())) {
             assert!(section.contains(&text.to_lowercase()), "{}: {text}", info.id);
         }

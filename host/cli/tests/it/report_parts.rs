@@ -2,6 +2,14 @@
 
 use stickslip_report::outline::hull;
 use stickslip_report::terminal::{command_line, with_schema};
+use stickslip_report::words::effects_in_words;
+
+#[test]
+fn effects_are_told_in_words_and_the_rest_of_a_text_stays() {
+    let text = "not visible in these data: support_pressure, mass_error; see my_effect in a_file.toml";
+    let words = "not visible in these data: support pressure, mass error; see my_effect in a_file.toml";
+    assert_eq!(effects_in_words(text), words);
+}
 
 #[test]
 fn the_outline_of_a_square_with_points_inside_is_the_square() {
