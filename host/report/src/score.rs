@@ -129,7 +129,7 @@ fn table(d: &Document) -> Markup {
     ];
     html! {
         div class="scroll" {
-            table {
+            table class="tight" {
                 caption { "Events found, and alarms without one" }
                 thead { tr { @for (k, h) in header.iter().enumerate() { th scope="col" class=(if k < 2 { "left" } else { "number" }) { (h) } } } }
                 tbody {
