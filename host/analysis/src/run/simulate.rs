@@ -306,7 +306,7 @@ pub fn prepare(description: &Description, trial: &Trial, ordinal: usize) -> Resu
     }
     if scene.pusher.is_some() && pushers.len() < samples.len() {
         return Err(fail(
-            "its primitive has a pusher, but neither trials.csv nor its first sample gives its pose",
+            "its primitive has a pusher, but neither trials.csv nor its first sample gives its pose (in a mapping: [fixed.pusher])",
         ));
     }
     let (grippers, pushers) = (denoised(&t_s, &grippers), denoised(&t_s, &pushers));

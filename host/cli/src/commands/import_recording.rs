@@ -131,6 +131,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     for finding in &physics {
         output.text(format_args!("physics: {finding}"));
     }
+    output.left_out(&report.left_out, report.trials, &format!("all: stickslip check {data}"));
     if !report.suspects.is_empty() {
         output.text(format_args!("{}", signals::verdict(&report).1));
     }

@@ -22,8 +22,10 @@ fn laboratory(folder: &Path) -> PathBuf {
     );
     let path = folder.join("mapping.toml");
     let text = fs::read_to_string(&path).expect("written");
-    let fixed = "[fixed.pusher]\nposition_m = [-0.0503, 0.0, 0.0]\n[[streams]]";
-    let text = text.replace("mass_kg = 0.2 ", "mass_kg = 0.2005 ").replacen("[[streams]]", fixed, 1);
+    let place = "[fixed.pusher]\nposition_m = [";
+    assert!(text.contains(&format!("{place}0.0, 0.0, 0.0]   # CHECK")), "{text}");
+    let text = text.replace("mass_kg = 0.2 ", "mass_kg = 0.2005 ");
+    let text = text.replace(&format!("{place}0.0,"), &format!("{place}-0.0503,"));
     fs::write(&path, text).expect("written");
     path
 }
@@ -46,6 +48,17 @@ fn a_guessed_and_corrected_mapping_imports_a_push_that_calibrates_and_is_never_w
         .filter(|name| name.contains("partial"))
         .collect();
     assert!(left.is_empty(), "{left:?}");
+}
+
+#[test]
+fn an_import_tells_that_no_model_can_run_along_pushes_whose_pusher_has_no_place_and_where_to_give_it() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mapping = laboratory(folder.path());
+    let text = fs::read_to_string(&mapping).expect("written");
+    let lines = text.lines().filter(|l| !l.starts_with("[fixed.pusher]") && !l.contains("-0.0503"));
+    fs::write(&mapping, lines.collect::<Vec<_>>().join("\n")).expect("written");
+    let (fine, said) = stickslip(&["import", "recording", "mapping.toml", "--out", "data"], folder.path());
+    assert!(fine && said.contains("1 of 1 trials is left out") && said.contains("[fixed.pusher]"), "{said}");
 }
 
 #[test]

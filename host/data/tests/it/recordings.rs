@@ -213,6 +213,57 @@ fn one_recording_is_cut_into_its_trials_by_a_column_or_by_times_in_a_table() {
 }
 
 #[test]
+fn one_recording_is_cut_into_its_trials_by_the_motion_of_the_gripper_between_rests() {
+    let folder = tempfile::tempdir().expect("folder");
+    // Motions of 0.5 s at 20 mm/s, 30 um of noise; between the second and the third are 0.3 s.
+    let moved = |t: f64| -> f64 { [1.0, 4.0, 4.8, 7.0].map(|from| (t - from).clamp(0.0, 0.5)).iter().sum() };
+    let mut text = String::from("t,x,y,z,qw,qx,qy,qz,fx,fy,fz\n");
+    for k in 0..2500 {
+        let t = f64::from(k) * 0.004;
+        let noise = 3e-5 * (f64::from(k) * 12.9898).sin();
+        let _ = writeln!(text, "{t},{},0,{noise},1,0,0,0,0,-20,0", 0.02 * moved(t) + noise);
+    }
+    write(folder.path(), "all.csv", &text);
+    let stream = r#"
+[[streams]]
+name = "all"
+file = "all.csv"
+time = { column = "t" }
+[streams.finger1]
+force = ["fx", "fy", "fz"]
+acts_on = "object"
+[streams.gripper]
+position = ["x", "y", "z"]
+quaternion_wxyz = ["qw", "qx", "qy", "qz"]
+"#;
+    let cut = |by: &str| {
+        let trials = format!(
+            "constants = {{ object = \"obj4\", primitive = \"lift\", grip_n = 20.0 }}\ncut_by_motion = {by}"
+        );
+        import(&write(folder.path(), "m.toml", &mapping(&trials, stream)))
+    };
+    let import = cut("{ rest_s = 0.5 }").expect("by motion");
+    let lasts = |trial: &stickslip_data::Trial| trial.samples.last().map_or(0.0, |sample| sample.t_s);
+    let lengths: Vec<f64> = import.dataset.trials.iter().map(lasts).collect();
+    let names: Vec<&str> = import.dataset.trials.iter().map(|trial| trial.info.trial.as_str()).collect();
+    assert_eq!(names, ["1", "2", "3"]);
+    // With half of the rest at either end, to the time over which is averaged.
+    for (length, moving) in lengths.iter().zip([0.5, 1.3, 0.5]) {
+        assert!((length - moving - 0.5).abs() < 0.2, "{lengths:?}");
+    }
+    assert_eq!(cut("{ rest_s = 0.2 }").expect("by shorter rests").dataset.trials.len(), 4);
+    for (by, words) in [
+        ("{ speed_m_s = 0.1 }", "the gripper never moves faster than 0.1 m/s"),
+        ("{ rest_s = 0 }", "must be above 0"),
+        ("{ rests_s = 1 }", "did you mean `rest_s`"),
+        ("{}\ncut_by = \"x\"", "one of them"),
+    ] {
+        let why = cut(by).expect_err("refused").to_string();
+        assert!(why.contains(words), "{words} is not in {why}");
+    }
+}
+
+#[test]
 fn what_is_wrong_is_named_with_the_way_out() {
     let folder = tempfile::tempdir().expect("folder");
     laboratory(folder.path());
@@ -468,9 +519,13 @@ fn of_a_bag_the_guess_makes_a_stream_of_each_topic_and_frame() {
         "[streams.object]   # CHECK: from the columns \"block\"\nposition = [\"translation.x\"",
         "[streams.gripper]   # CHECK: from the columns \"hand\"",
         "quaternion_wxyz = [\"rotation.w\", \"rotation.x\", \"rotation.y\", \"rotation.z\"]",
+        "[streams.grip]   # CHECK: the commanded normal force of each finger?\ncolumn = \"data\"",
+        "# No signal was found in this stream: it is left out.\n# [[streams]]\n# name = \"/joint_states\"",
     ] {
         assert!(text.contains(words), "{words} is not in:\n{text}");
     }
+    // It reads as it is.
+    assert_eq!(import(&write(folder.path(), "m.toml", &text)).expect("imports").dataset.trials.len(), 1);
 }
 
 #[test]

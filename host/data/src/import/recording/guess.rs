@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 use regex::Regex;
 
 use super::error::RecordingError;
-use super::guess_head::{conditions_in, head};
+use super::guess_head::{conditions_in, head, whole};
 use super::source::recording_at;
 use super::units::Quantity;
 use crate::csv_text::CsvText;
@@ -75,24 +75,26 @@ pub fn guess(files: &[(&Path, &Path)]) -> Result<String, RecordingError> {
         looks.extend(look(file, named)?);
     }
     let trial = common_name(&looks);
-    let mut text = String::new();
     let named = trial.as_deref().map(conditions_in).unwrap_or_default();
-    let _ = writeln!(text, "{}", head(&named));
+    let text = format!("{}\n", head(&named));
     let first = looks.first().and_then(span_s);
     for look in looks.iter_mut().skip(1) {
         let apart = |(a, b): (Span, Span)| a.0 > b.1 || b.0 > a.1;
         look.own_clock = look.topic.is_none() && first.zip(span_s(look)).is_some_and(apart);
     }
     let mut used = Vec::new();
+    let mut streams = Vec::new();
     for look in &mut looks {
         if let Some(trial) = &trial {
             look.name = stem(&look.file)[trial.len()..].trim_matches(JOINTS).to_owned();
             let at = look.file.rfind(trial.as_str()).unwrap_or(0);
             look.file.replace_range(at..at + trial.len(), "{trial}");
         }
-        stream(look, &mut used, &mut text);
+        let mut block = String::new();
+        stream(look, &mut used, &mut block);
+        streams.push(block);
     }
-    Ok(text)
+    Ok(whole(&text, &streams))
 }
 
 fn stem(file: &str) -> String {
@@ -363,7 +365,10 @@ fn stream(look: &Look, used: &mut Vec<&'static str>, text: &mut String) {
     left.extend(
         look.names.iter().map(String::as_str).filter(|name| !grouped.contains(name) && Some(*name) != time),
     );
-    let grip = left.iter().position(|name| name.to_lowercase().contains("grip"));
+    // A topic's column does not name what it is.
+    let of_grip = look.topic.as_ref().is_some_and(|topic| topic.to_lowercase().contains("grip"));
+    let grip =
+        left.iter().position(|name| name.to_lowercase().contains("grip") || (of_grip && *name == "data"));
     if let Some(name) = grip.map(|at| left.remove(at)) {
         let unit = unit(name).1.filter(|unit| Quantity::Force.factor(unit).is_ok());
         let of = unit.as_deref().unwrap_or("N");

@@ -104,6 +104,7 @@ format = "{FORMAT}"
 {PATTERN}
 {UNITS}
 # cut_by = "trial_number"   # column of the first stream, where one file holds all trials
+# cut_by_motion = { rest_s = 0.5 }   # or: each motion between rests of that length is a trial
 constants = { {CONSTANTS} }   # CHECK
 
 [dataset]   # as dataset.toml, docs/dataset.md
@@ -137,6 +138,34 @@ torque_uncertainty_nm = 0.037   # CHECK
 
 # [fixed.gripper]   # where the gripper stands still and no stream has its pose
 # position_m = [0.0, 0.0, 0.5]
-# [fixed.pusher]
-# position_m = [0.0, 0.0, 0.5]
+{PUSHER}
 # axes = ["x", "y", "z"]   # its x (towards the object), y, z in our world"#;
+
+/// Where a stream has the pusher's pose.
+const MOVING: &str =
+    "# [fixed.pusher]   # where it stands still and no stream has its pose\n# position_m = [0.0, 0.0, 0.5]";
+
+/// Where none has: without its place no model can be run along a push.
+const STANDING: &str = "[fixed.pusher]\nposition_m = [0.0, 0.0, 0.0]   # CHECK: where it stands, our world: no stream has its pose";
+
+/// How a signal of a stream begins.
+const SIGNAL: &str = "\n[streams.";
+
+/// The mapping of its `head` and its `streams`. A stream without a signal would be refused: it is a comment, so that what
+/// a bag holds beside is seen and not in the way.
+pub fn whole(head: &str, streams: &[String]) -> String {
+    let understood = |block: &String| block.contains(SIGNAL);
+    let moving = streams.iter().any(|block| block.contains("[streams.pusher_pose]"));
+    let mut text = head.replacen("{PUSHER}", if moving { MOVING } else { STANDING }, 1);
+    let any = streams.iter().any(understood);
+    for block in streams {
+        match any && !understood(block) {
+            true => text.extend(block.lines().map(|line| match line {
+                "" => "\n# No signal was found in this stream: it is left out.\n".to_owned(),
+                line => format!("# {}\n", line.trim_start_matches("# ")),
+            })),
+            false => text.push_str(block),
+        }
+    }
+    text
+}

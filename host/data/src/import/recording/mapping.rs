@@ -46,6 +46,24 @@ pub struct Trials {
     pub constants: BTreeMap<String, toml::Value>,
     /// Where one recording holds all trials: column of the first stream whose value numbers the trials; empty or zero: between trials.
     pub cut_by: Option<String>,
+    /// Where one recording holds all trials: what moves cuts it.
+    pub cut_by_motion: Option<CutByMotion>,
+}
+
+/// How one recording is cut by what moves: the gripper, or the object where no stream has the gripper's pose.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CutByMotion {
+    /// Shortest rest between two trials, s.
+    pub rest_s: f64,
+    /// It moves where it is faster, m/s; turns count at 50 mm.
+    pub speed_m_s: f64,
+}
+
+impl Default for CutByMotion {
+    fn default() -> Self {
+        Self { rest_s: 0.5, speed_m_s: 0.002 }
+    }
 }
 
 /// One recording device: its file, its clock, its signals.
@@ -347,10 +365,18 @@ impl Mapping {
                 first.name, other.name
             ));
         }
-        if per_trial && self.trials.cut_by.is_some() {
+        let Trials { cut_by, cut_by_motion, .. } = &self.trials;
+        if per_trial && (cut_by.is_some() || cut_by_motion.is_some()) {
             return Err(
-                "trials.cut_by is for one recording of many trials; the files have `{trial}`".to_owned()
+                "trials.cut_by and cut_by_motion are for one recording of many trials; the files have `{trial}`"
+                    .to_owned(),
             );
+        }
+        if cut_by.is_some() && cut_by_motion.is_some() {
+            return Err("trials: give cut_by or cut_by_motion, one of them".to_owned());
+        }
+        if cut_by_motion.is_some_and(|cut| !(cut.rest_s > 0.0 && cut.speed_m_s > 0.0)) {
+            return Err("trials.cut_by_motion: rest_s and speed_m_s must be above 0".to_owned());
         }
         Ok(())
     }
@@ -362,7 +388,8 @@ impl Mapping {
     #[must_use]
     pub fn one_recording(&self) -> bool {
         let per_trial = self.streams.iter().any(|stream| stream.file.contains("{trial}"));
-        !per_trial && (self.trials.cut_by.is_some() || self.trials.table.is_some())
+        let Trials { table, cut_by, cut_by_motion, .. } = &self.trials;
+        !per_trial && (cut_by.is_some() || cut_by_motion.is_some() || table.is_some())
     }
 }
 

@@ -7,6 +7,7 @@
 #[cfg(feature = "mcap")]
 pub mod bag;
 pub mod conditions;
+mod cut;
 pub mod error;
 mod filled;
 pub mod frames;
@@ -258,13 +259,15 @@ fn one_file_of_all(mapping: &Mapping) -> Result<Recordings, RecordingError> {
         }
     }
     let mut spans: BTreeMap<String, [f64; 2]> = BTreeMap::new();
-    let found = match &mapping.trials.cut_by {
-        Some(column) => {
-            let of_first = streams.first().map(|first| runs(&first.t_s, &first.column(column)));
-            for (name, span) in of_first.unwrap_or_default() {
+    let cut = cut::spans(mapping, &streams)
+        .map_err(|advice| RecordingError::Mapping { file: mapping.path.clone(), advice })?;
+    let found = match cut {
+        Some(trials) => {
+            for (name, span) in trials {
                 if spans.insert(name.clone(), span).is_some() {
                     recordings.refused.push(format!(
-                        "trial {name}: its number occurs in two separate parts of column {column:?}; the later is used"
+                        "trial {name}: its number occurs in two separate parts of column {:?}; the later is used",
+                        mapping.trials.cut_by.as_deref().unwrap_or_default()
                     ));
                 }
             }
@@ -300,22 +303,6 @@ fn one_file_of_all(mapping: &Mapping) -> Result<Recordings, RecordingError> {
         recordings.trials.push(Recorded { info, streams });
     }
     Ok(recordings)
-}
-
-/// Time spans of equal values, by the value; NaN and zero are no trial.
-fn runs(t_s: &[f64], values: &[f64]) -> Vec<(String, [f64; 2])> {
-    let mut found: Vec<(String, [f64; 2])> = Vec::new();
-    let mut last = f64::NAN;
-    for (t, value) in t_s.iter().zip(values) {
-        if !value.is_nan() && *value != 0.0 {
-            match found.last_mut() {
-                Some((_, span)) if last == *value => span[1] = *t,
-                _ => found.push((value.to_string(), [*t, *t])),
-            }
-        }
-        last = *value;
-    }
-    found
 }
 
 /// Brings the streams on the first one's clock.
