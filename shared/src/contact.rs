@@ -133,7 +133,9 @@ pub struct Contact<R: Real> {
     /// How much of the tangential spring's travel is slip before all of the contact slides, 0 to 1: see
     /// [`crate::effects::contact_compliance`].
     pub microslip: R,
-    /// What is left of the tangential spring at the end of the step for that, 0 to 1.
+    /// Slip by which the tangential spring gives way for that, m; 0 where all of the contact slides or none does.
+    pub reach_m: R,
+    /// What is left of the tangential spring at the end of the step, 0 to 1, as the step takes it beforehand.
     pub kept: R,
     /// Radius over which a single point is spread (see [`spread`]), m; normally 0.
     pub spread_m: R,
@@ -259,6 +261,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
             tangential_n_m,
             damping_s,
             microslip: R::zero(),
+            reach_m: R::zero(),
             kept: R::one(),
             spread_m: R::zero(),
             even: false,

@@ -323,11 +323,12 @@ pub fn step_from<R: Real, const NC: usize>(
             let (k, [s1, s2]) = (c.tangential_n_m * c.share, slot.spring_m);
             // All of it slides where the spring holds what friction bears.
             if k * k * (s1 * s1 + s2 * s2) < work.params.sliding_share2 * bound_n * bound_n {
-                // Implicit in the spring, with the distance of the last step.
+                // Implicit in the spring, with the distance of the last step; `gather` has that of this one.
                 let [x, y, z, wx, wy, wz, _] = state.velocity;
                 let u = Vec3::new(x, y, z) + Vec3::new(wx, wy, wz).cross(&c.lever_m) - c.surface_m_s;
                 let (u1, u2) = (c.axes[1].dot(&u), c.axes[2].dot(&u));
-                c.kept = bound_n / (bound_n + c.microslip * k * sqrt(u1 * u1 + u2 * u2) * dt);
+                c.reach_m = bound_n / (c.microslip * k);
+                c.kept = c.reach_m / (c.reach_m + sqrt(u1 * u1 + u2 * u2) * dt);
             }
         }
         // Spring k and damper d over a step: force = -(k dt + d) (u + k s / (k dt + d)).

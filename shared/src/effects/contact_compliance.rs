@@ -9,9 +9,10 @@
 //! Dahl's law (1968; bristles as in LuGre) with `microslip` 1, and slides from `1.5 z` on, as Mindlin's spheres do, with
 //! 0.6. `step` does it at the end of each step.
 //!
-//! The pusher is another body, with a compliance of its own: a plate on its sensor and arm gives way by micrometres under a
-//! push, and the object turns on it by milliradians, much more where it is pressed near an edge. Its face bears as an even
-//! foundation does (`contact::spread`), where without this effect the corners do alone.
+//! The pusher, and the support beside fingertips, is another body, with a compliance of its own: a plate on its sensor and
+//! arm gives way by micrometres under a push, and the object turns on it by milliradians, much more where it is pressed near
+//! an edge. The pusher's face bears as an even foundation does (`contact::spread`), where without this effect the corners do
+//! alone.
 
 use super::law::{Law, StepContext};
 use crate::contact::{Body, Contact};
@@ -54,7 +55,7 @@ pub const INFO: Info = Info {
             2e-6,
             0.0,
             [0.0, 1e-4],
-            "displacement of the pusher for each newton, either way",
+            "displacement of the pusher, and of the support beside fingertips, for each newton, either way",
         )
         .added(0.0),
         Parameter::new(
@@ -71,15 +72,14 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for ContactCompliance {
-    fn contact(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, contact: &mut Contact<R>) {
+    fn contact(&self, p: &[R; MAX_PARAMETERS], context: &StepContext<R>, contact: &mut Contact<R>) {
         // k / (1 + k c) is 1 / (1 / k + c), and k itself for c = 0.
         let softer = |k: R, c: R| k / (R::one() + k * max(c, R::zero()));
-        let pusher = contact.body == Body::Pusher;
         let [tangential, normal, microslip] =
-            if pusher { [p[2], p[2], R::zero()] } else { [p[0], p[1], p[3]] };
+            if context.rubs(contact.body) { [p[0], p[1], p[3]] } else { [p[2], p[2], R::zero()] };
         contact.tangential_n_m = softer(contact.tangential_n_m, tangential);
         contact.normal_n_m = softer(contact.normal_n_m, normal);
         contact.microslip = clamp(microslip, R::zero(), R::one());
-        contact.even = pusher && p[2] > R::zero();
+        contact.even = contact.body == Body::Pusher && p[2] > R::zero();
     }
 }

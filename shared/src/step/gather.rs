@@ -26,17 +26,6 @@ pub(super) fn gather<R: Real, const NC: usize>(
         let force = c.axes[0] * f[0] + c.axes[1] * f[1] + c.axes[2] * f[2];
         let Some(slot) = state.slots.get_mut(c.slot) else { continue };
         let ratio = R::one() / (dt + c.damping_s);
-        let mut slipped = [zero; 2];
-        for k in 0..2 {
-            // The bias was spring memory over step and damper, and the other body's motion.
-            let speed = answer.biased_slip_m_s[k] - slot.spring_m[k] * ratio;
-            let moved = speed * dt;
-            let stiffness = answer.stiffness_n_s_m[k];
-            let damper = c.damping_s * ratio * stiffness;
-            let spring = (-f[k + 1] - damper * speed) * dt / (stiffness - damper) * c.kept;
-            slipped[k] = slot.spring_m[k] + moved - spring;
-            slot.spring_m[k] = spring;
-        }
         let bound = f[0] + answer.adhesion_n;
         let [m1, m2] = answer.mu;
         let sliding = if bound > zero && m1 > zero && m2 > zero {
@@ -45,12 +34,30 @@ pub(super) fn gather<R: Real, const NC: usize>(
         } else {
             true
         };
+        // The bias was spring memory over step and damper, and the other body's motion.
+        let speed: [R; 2] = core::array::from_fn(|k| answer.biased_slip_m_s[k] - slot.spring_m[k] * ratio);
+        // Beforehand the distance was not known: with that of the last step, a spring whose object slows down would lose
+        // force that nothing takes from it.
+        let kept = if c.reach_m > zero && !sliding {
+            c.reach_m / (c.reach_m + sqrt(speed[0] * speed[0] + speed[1] * speed[1]) * dt)
+        } else {
+            c.kept
+        };
+        let mut slipped = [zero; 2];
+        for k in 0..2 {
+            let moved = speed[k] * dt;
+            let stiffness = answer.stiffness_n_s_m[k];
+            let damper = c.damping_s * ratio * stiffness;
+            let spring = (-f[k + 1] - damper * speed[k]) * dt / (stiffness - damper) * kept;
+            slipped[k] = slot.spring_m[k] + moved - spring;
+            slot.spring_m[k] = spring;
+        }
         let square = slipped[0] * slipped[0] + slipped[1] * slipped[1];
         slot.load_n = max(f[0], zero);
         if !(bound > zero) {
             slot.spring_m = [zero; 2];
             slot.speed_m_s = zero;
-        } else if (sliding || c.kept < R::one()) && square > work.params.min_slip_m2 {
+        } else if (sliding || kept < R::one()) && square > work.params.min_slip_m2 {
             let travel = sqrt(square);
             slot.slip_m += travel;
             slot.speed_m_s = travel * by_dt;

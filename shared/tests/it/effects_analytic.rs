@@ -213,6 +213,32 @@ fn a_push_that_ends_is_held_by_pads_whose_parts_slip_at_the_force_that_it_ended_
     }
 }
 
+#[test]
+fn a_push_that_slows_down_loses_no_force_to_pads_whose_parts_slip() {
+    // Six steps to a reach, stopped where the pads bear most but not all of what friction does.
+    let mut run = light_push(0.02).with("contact_compliance", &[2e-4, 0.0, 0.0, 1.0]);
+    let step_m = 0.02 * run.drive.dt_s;
+    run.model.effects[0].parameters[0] = 6.0 * step_m / (MU * N);
+    run.steps = 24;
+    let moved = run.play();
+    let (mut state, mut drive) = (moved.state.clone(), run.drive);
+    let (carrier_m_s, plate_m_s) = (drive.carrier_m_s, drive.pusher.unwrap().velocity_m_s);
+    let plate = drive.pusher.as_mut().unwrap();
+    plate.position_m += plate_m_s * (drive.dt_s * run.steps as f64);
+    let force_n = moved.last().reading.pusher[0];
+    assert!(force_n < 0.97 * 2.0 * MU * N && force_n > 0.85 * 2.0 * MU * N, "{force_n} N");
+    let mut held_n = force_n;
+    for left in (0..10).rev().map(|k| f64::from(k) / 10.0) {
+        drive.carrier_m_s = carrier_m_s * left;
+        let plate = drive.pusher.as_mut().unwrap();
+        plate.velocity_m_s = plate_m_s * left;
+        held_n = step(&run.scene, &run.model, &mut state, &drive).reading.pusher[0];
+        let plate = drive.pusher.as_mut().unwrap();
+        plate.position_m += plate.velocity_m_s * drive.dt_s;
+    }
+    assert!(held_n > force_n, "{held_n} N of {force_n}");
+}
+
 /// A face of 25 mm on a plane, tilted and pressed so far that an even foundation of 1e6 N/m would bear 20 N at `off` of half its
 /// height: force and moment of the points that stand for it, over 20 N and over them on half of the height.
 fn pressed(off: f64) -> (f64, f64) {

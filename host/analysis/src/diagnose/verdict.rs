@@ -143,7 +143,12 @@ pub fn verdict(search: Verdict, signs: &Signs, misfit: &Misfit) -> (Verdict, Opt
         _ if signs.only_drift => Verdict::Effect,
         Verdict::NothingMissing | Verdict::Unexplained if signs.only_pads => Verdict::Effect,
         Verdict::Effect if Left::of(misfit).near() && signs.conditions >= FEWEST_CONDITIONS => {
-            return (Verdict::Inconclusive, weak().map(Doubt::Weak));
+            // What swings is beyond doubt, and effects fitted to levels do not explain it.
+            return if signs.swings {
+                (Verdict::Unexplained, None)
+            } else {
+                (Verdict::Inconclusive, weak().map(Doubt::Weak))
+            };
         }
         Verdict::Effect if signs.equal => Verdict::Ambiguous,
         other => other,

@@ -85,6 +85,8 @@ fn doubts_and_signs_beside_the_search_decide_in_this_order() {
         ),
         // A model that may leave so much once effects are named is not condemned for it before.
         (Effect, quiet, vec![small], Inconclusive, Some(Doubt::Weak(small))),
+        // Nor is what swings then a doubt about an effect that was fitted to levels.
+        (Effect, Signs { swings: true, ..quiet }, vec![small], Unexplained, None),
         (
             Effect,
             Signs { equal: true, ..quiet },
