@@ -327,8 +327,9 @@ pub fn step_from<R: Real, const NC: usize>(
                 let [x, y, z, wx, wy, wz, _] = state.velocity;
                 let u = Vec3::new(x, y, z) + Vec3::new(wx, wy, wz).cross(&c.lever_m) - c.surface_m_s;
                 let (u1, u2) = (c.axes[1].dot(&u), c.axes[2].dot(&u));
-                c.reach_m = bound_n / (c.microslip * k);
-                c.kept = c.reach_m / (c.reach_m + sqrt(u1 * u1 + u2 * u2) * dt);
+                let gives_n_m = c.microslip * k;
+                c.reach_m = if gives_n_m > zero { bound_n / gives_n_m } else { zero };
+                c.kept = bound_n / (bound_n + gives_n_m * sqrt(u1 * u1 + u2 * u2) * dt);
             }
         }
         // Spring k and damper d over a step: force = -(k dt + d) (u + k s / (k dt + d)).

@@ -14,7 +14,7 @@ use crate::diagnose::verdict::{
     self, CERTAIN, EXPLAINS, EXPLAINS_RELEVANT, Left, RELEVANT, UNEXPLAINED, Verdict,
 };
 use crate::fit::problem::Problem;
-use crate::fit::{self, Free};
+use crate::fit::{self, Free, Solution};
 use crate::model::candidate::{self, CandidateEffect};
 
 /// Family-wise probability of naming an effect where there is none; what explains enough on conditions that
@@ -103,14 +103,14 @@ impl Choice {
 pub type Stages = Vec<(Model<f64>, Vec<Candidate>)>;
 
 /// Chooses effects one after the other, `first` being the candidates for the first place and `stages`
-/// those for further ones met so far, and judges what they explain.
+/// those for further ones met so far, and judges what they explain. Further ones may also start from friction as in `given`.
 pub fn choose(
     problem: &Problem,
     start: &Held,
     first: &[Candidate],
     trials: &[CandidateEffect],
     stages: &mut Stages,
-    (pass, search): (Pass, Search),
+    (pass, search, given): (Pass, Search, Option<&Model<f64>>),
     tick: Tick,
 ) -> Choice {
     let level = FALSE_ALARM / REGISTRY.len() as f64;
@@ -147,8 +147,11 @@ pub fn choose(
         }
         if chosen.len() < MOST_EFFECTS {
             let on = &last.held.solution.model;
+            // What is missing pulls friction away, and the effects chosen so far with it.
+            let others = other_ways(problem, &last.held, given);
             let at = stages.iter().position(|(model, _)| model == on).unwrap_or_else(|| {
-                stages.push((on.clone(), candidates(problem, &last.held, &[], trials, SURVIVORS, tick).0));
+                stages
+                    .push((on.clone(), candidates(problem, &last.held, &others, trials, SURVIVORS, tick).0));
                 stages.len() - 1
             });
             // Beside another effect least squares often ends in a side valley.
@@ -156,7 +159,7 @@ pub fn choose(
                 Search::Quick => (SEARCHED_FURTHER, Search::Grid),
                 other => (SEARCHED_AGAIN, other),
             };
-            search_again(problem, &last.held, &[], &mut stages[at].1, (most, search), tick);
+            search_again(problem, &last.held, &others, &mut stages[at].1, (most, search), tick);
             stage = stages[at].1.clone();
         }
     }
@@ -196,6 +199,24 @@ pub fn choose(
     }
 }
 
+/// `ways` of contact that are far from `start`, each at its place, with the effects of `start`.
+pub fn other_ways<'m>(
+    problem: &Problem,
+    start: &Held,
+    ways: impl IntoIterator<Item = &'m Model<f64>>,
+) -> Vec<Solution> {
+    let model = &start.solution.model;
+    let on = |m: &Model<f64>| match m.effects.len() == model.effects.len() {
+        true => m.clone(),
+        // More was found since.
+        false => Model { friction: m.friction, ..model.clone() },
+    };
+    ways.into_iter()
+        .filter(|m| fit::apart(problem.campaign, m, model))
+        .map(|m| fit::solve(problem, &on(m), &start.free, 0))
+        .collect()
+}
+
 /// What the fit of a candidate leaves.
 fn loss(candidate: &Candidate) -> f64 {
     candidate.held.solution.loss.1
@@ -218,9 +239,14 @@ fn entangled(problem: &Problem, held: &Held) -> bool {
         let at_edge = solution.at_edge.get(k).copied().unwrap_or(false);
         strength(&free[k]).is_some_and(|(_, of)| far(of)) && !at_edge
     };
+    // Pads that go over to sliding by Dahl's law are pads, and not pulled as far as they go.
+    let law = |f: &Free| {
+        let Free::Effect { effect, of, .. } = f else { return false };
+        of.name == "microslip" && find_effect(effect).is_some_and(|info| info.role.is_compliance())
+    };
     let at_bound = |f: &Free| {
         let x = f.get(&solution.model);
-        strength(f).is_some_and(|(_, of)| x != of.neutral && (x <= of.low || x >= of.high))
+        !law(f) && strength(f).is_some_and(|(_, of)| x != of.neutral && (x <= of.low || x >= of.high))
     };
     let correlated = |k: usize, l: usize| {
         let r = covariance[(k, l)] / (covariance[(k, k)] * covariance[(l, l)]).sqrt();

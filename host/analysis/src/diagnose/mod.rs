@@ -38,7 +38,7 @@ use crate::progress::Progress;
 use beforehand::Start;
 use choice::{
     Choice, MOST_EFFECTS, Part, Pass, SEARCHED_AGAIN, SEARCHED_FURTHER, SURVIVORS, Stages, Tick, choose,
-    sets, small_compliance, small_compliance_in,
+    other_ways, sets, small_compliance, small_compliance_in,
 };
 use experiment::{Experiment, Grid, Hypothesis, Plan};
 use findings::Findings;
@@ -273,20 +273,6 @@ fn given(campaign: &Campaign, start: &Held) -> Model<f64> {
     model
 }
 
-/// `ways` of contact that are far from `start`, each at its place, with the effects of `start`.
-fn other_ways(problem: &Problem, start: &Held, ways: &[Model<f64>]) -> Vec<Solution> {
-    let model = &start.solution.model;
-    let on = |m: &Model<f64>| match m.effects.len() == model.effects.len() {
-        true => m.clone(),
-        // The drift was found since.
-        false => Model { friction: m.friction, ..model.clone() },
-    };
-    ways.iter()
-        .filter(|m| fit::apart(problem.campaign, m, model))
-        .map(|m| fit::solve(problem, &on(m), &start.free, 0))
-        .collect()
-}
-
 /// Screening, choice and verdict; see `docs/diagnose.md` for the rules. `found` stands in the model beforehand.
 fn find(
     problem: &Problem,
@@ -302,6 +288,8 @@ fn find(
     let worth_a_name = relevant && problem.campaign.conditions >= FEWEST_CONDITIONS;
     // Where nothing is worth a name, the screening only tells what these data could not show.
     let survivors = if worth_a_name { SURVIVORS } else { 0 };
+    // The friction given comes last.
+    let given = others.last();
     let others: Vec<Solution> = match survivors {
         0 => Vec::new(),
         _ => other_ways(problem, start, others),
@@ -314,12 +302,13 @@ fn find(
         if first.first().is_some_and(|c| c.held.beyond(start).exceeds(UNEXPLAINED)) {
             search_again(problem, start, &others, &mut first, (SEARCHED_FURTHER, Search::Grid), tick);
         }
-        choice = choose(problem, start, &first, trials, &mut stages, (pass, Search::Quick), tick);
+        choice = choose(problem, start, &first, trials, &mut stages, (pass, Search::Quick, given), tick);
         again = choice.near.take().filter(|_| pass == Pass::First && !drifts);
         if choice.verdict == Verdict::Unexplained && again.is_none() {
             // Before that is said, the likely ones are looked at more closely.
             search_again(problem, start, &others, &mut first, (SEARCHED_AGAIN, Search::Thorough), tick);
-            choice = choose(problem, start, &first, trials, &mut stages, (pass, Search::Thorough), tick);
+            choice =
+                choose(problem, start, &first, trials, &mut stages, (pass, Search::Thorough, given), tick);
         }
     }
     let mut beside = None;
@@ -349,6 +338,8 @@ fn find(
     let misfit = left.as_ref().unwrap_or(&without_effects.misfit);
     let beside = beside.or_else(|| verdict::missing_beside(verdict, &signs, &last.misfit));
     let (verdict, doubt) = verdict::verdict(verdict, &signs, misfit);
+    // Effects that were found and are not named.
+    let taken_back = verdict == Verdict::Unexplained && !chosen.is_empty();
     let posterior = match worth_a_name {
         true => {
             let met = found.iter().chain(&chosen).chain(&first).chain(stages.iter().flat_map(|(_, of)| of));
@@ -360,9 +351,11 @@ fn find(
     };
     let model = match doubt {
         Some(Doubt::Weak(_)) => without_effects.solution.model.clone(),
+        _ if taken_back => without_effects.solution.model.clone(),
         _ => last.solution.model.clone(),
     };
     let start = without_effects.clone();
+    let (chosen, equal) = if taken_back { (Vec::new(), Vec::new()) } else { (chosen, equal) };
     let named = found
         .iter()
         .filter(is_finding)

@@ -25,9 +25,6 @@ const FEW_STEPS: usize = 2;
 const MOST_BESIDE: usize = 12;
 /// Places of the grid that are worth a few steps.
 const WORTH_STEPS: usize = 6;
-/// Groups on which places of the grid are ranked first, and one of how many is ranked again on [`FEW`].
-const VERY_FEW: usize = 3;
-const LIKELY_SHARE: usize = 8;
 /// Conditions that a search uses, about.
 const FEW: usize = 12;
 /// ... and of each primitive at least.
@@ -227,15 +224,7 @@ fn on_grid(problem: &Problem, starts: &[Start], info: &Info, slot: usize) -> Vec
         }
     }
     let grid: Vec<Model<f64>> = models.iter().flat_map(|m| fit::friction_grid(problem.campaign, m)).collect();
-    let best = |models: Vec<Model<f64>>, groups: usize, most: usize| -> Vec<Model<f64>> {
-        let cost = |m: Model<f64>| (fit::robust_cost(problem.campaign, &m, groups), m);
-        let mut ranked: Vec<(f64, Model<f64>)> = models.into_iter().map(cost).collect();
-        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-        ranked.into_iter().take(most).map(|(_, m)| m).collect()
-    };
-    // Most of the grid drops the object or jams it: very few trials show that.
-    let most = (grid.len() / LIKELY_SHARE).max(2 * WORTH_STEPS);
-    best(best(grid, VERY_FEW, most), FEW, WORTH_STEPS)
+    fit::likely(problem.campaign, grid, FEW, WORTH_STEPS)
 }
 
 /// The best that is found from `best` with one parameter after the other moved away, as long as that

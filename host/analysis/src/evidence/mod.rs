@@ -2,6 +2,7 @@
 //! trial, contact, sensor offsets, pads, noise, balance of the forces, tolerances of a rigid model.
 
 pub mod balance;
+pub mod carried;
 pub mod conditions;
 pub mod contact;
 pub mod force_bands;

@@ -9,6 +9,7 @@ use stickslip_shared::effects::formula::{Program, Variable};
 use stickslip_shared::model::{Friction, Model};
 
 use crate::channels::{self, Quantity};
+use crate::evidence::carried;
 use crate::evidence::conditions::condition_of;
 use crate::evidence::pads::{self, Pads};
 use crate::evidence::sensors::sensors_or_estimated;
@@ -87,7 +88,8 @@ impl Campaign {
             .par_iter()
             .enumerate()
             .map(|(i, trial)| {
-                let prepared = prepare(&dataset.description, trial, i)?;
+                let mut prepared = prepare(&dataset.description, trial, i)?;
+                prepared.carried_n = carried::measured_n(&prepared);
                 let stride = stride(&prepared);
                 let base = Model::base(start.base, start.friction);
                 let bare = Model { formulation: start.formulation, ..base };

@@ -1,15 +1,18 @@
-//! How contacts load while they begin to slide: what the onset's bins cannot tell.
+//! How contacts load while they begin to slide: what the bins of the onset, and of the start after a pause, cannot tell.
 //!
 //! A sample's travel, and the length over which pads, bristles and plates take up a force, lie between
 //! the first touch and sliding. Models of contact differ there by the whole of the force, each channel
-//! by its own share, common to the onset's bins. These are directions of the covariance, not
-//! a floor: a lag that decays along the path is ordinary, a level that stays is a finding.
+//! by its own share, common to the onset's bins. After a pause the same holds of the change from the pause to the end of
+//! the path: how far pads of a given stiffness along the face give way in torsion depends on how their pressure is spread
+//! (a ring of points, as in the model, 0.44 of `K R^2`, an even pressure on springs 0.5, a half-space 1.0 to 1.1: Johnson
+//! 1985, 3.7). These are directions of the covariance, not a floor: a lag that decays along the path is ordinary, a level
+//! that stays is a finding.
 
 use crate::channels::{COUNT, Quantity};
 use crate::evidence::pads::mean_square_m2;
 use crate::fit::campaign::Run;
 use crate::fit::features::{FEATURES, Features, quantity};
-use crate::fit::phases::{BINS, PEAK, onset_lengths};
+use crate::fit::phases::{BINS, PEAK, RESTART_M, onset_lengths};
 use crate::run::simulate::TURN_ARM_M;
 
 /// Stiffness of a contact's loading beyond what the model has of it, N/m: pads of 5e4 to 2e7 N/m load within
@@ -21,31 +24,41 @@ const STIFFNESS_N_M: f64 = 3e5;
 const OVERSHOOT: f64 = 0.05;
 /// First channel of forces and torques.
 const FIRST: usize = 6;
+/// Bins of the last part of the sliding path, of a pause, and of the start after it.
+const LAST: usize = 10;
+const PAUSE: usize = 11;
+const RESTART: usize = 12;
 
 /// Torque of both fingers about the closing direction.
 const TURNING: usize = FIRST + 4;
 
-/// One direction of one standard deviation for each channel of force and torque, by the features `measured`: what
+/// Directions of one standard deviation for each channel of force and torque, at the onset and after a pause, by the
+/// features `measured`: what
 /// a model does not move in a channel loads there all the same.
 pub fn lags(run: &Run, measured: &Features) -> Vec<Features> {
-    // From the rest before to the beginning of the sliding path.
-    let jump = |channel: usize| {
-        let d = measured[channel * BINS + 5] - measured[channel * BINS];
+    let change = |channel: usize, [from, to]: [usize; 2]| {
+        let d = measured[channel * BINS + to] - measured[channel * BINS + from];
         if d.is_finite() { d } else { 0.0 }
     };
-    let lengths = onset_lengths(&run.prepared);
-    let shares = shares(length(run, jump), &lengths);
-    (FIRST..COUNT)
-        .map(|channel| {
-            let mut d = vec![0.0; FEATURES];
-            d[channel * BINS + PEAK] = OVERSHOOT * jump(channel);
-            for (k, share) in shares.iter().enumerate() {
-                d[channel * BINS + 1 + k] = share * jump(channel);
-            }
-            d
-        })
-        .filter(|d| d.iter().any(|x| *x != 0.0))
-        .collect()
+    // From the rest before to the beginning of the sliding path.
+    let jump = |channel: usize| change(channel, [0, 5]);
+    let length_m = length(run, jump);
+    let shares = shares(length_m, &onset_lengths(&run.prepared));
+    let onset = |channel: usize| {
+        let mut d = vec![0.0; FEATURES];
+        d[channel * BINS + PEAK] = OVERSHOOT * jump(channel);
+        for (k, share) in shares.iter().enumerate() {
+            d[channel * BINS + 1 + k] = share * jump(channel);
+        }
+        d
+    };
+    let restart = |channel: usize| {
+        let mut d = vec![0.0; FEATURES];
+        d[channel * BINS + RESTART] = (length_m / RESTART_M).min(1.0) * change(channel, [PAUSE, LAST]);
+        d
+    };
+    let all = (FIRST..COUNT).flat_map(|channel| [onset(channel), restart(channel)]);
+    all.filter(|d| d.iter().any(|x| *x != 0.0)).collect()
 }
 
 /// Length of the drive's path over which contacts load, m: in one sample, under the largest force, and where the

@@ -5,6 +5,7 @@
 //! ([`engine`]). Intervals come from resampling whole conditions ([`intervals`]).
 
 pub mod campaign;
+pub mod carried;
 pub mod engine;
 pub mod features;
 pub mod free;
@@ -31,7 +32,7 @@ pub use engine::{Solution, loss_at, sensitivities, solve, solve_with};
 pub use free::{Free, base_parameters};
 pub use intervals::{Estimate, clustered_covariance};
 pub use search::{
-    MANY, apart, basins, first_fit, friction_grid, robust_cost, rough_start, starts, within_reach,
+    MANY, apart, basins, first_fit, friction_grid, likely, robust_cost, rough_start, starts, within_reach,
 };
 
 /// Parts of the conditions that are held out in turn.

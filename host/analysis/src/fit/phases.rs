@@ -15,6 +15,8 @@ pub const PEAK: usize = 15;
 const ONSET_EDGES_M: [f64; 4] = [1.5e-4, 4e-4, 9e-4, 1.8e-3];
 /// Parts of the path after that.
 const PARTS: usize = 6;
+/// Path of the bin after a pause, m.
+pub const RESTART_M: f64 = 9e-4;
 /// Samples closer to a change of phase belong to no bin, s.
 const GUARD_S: f64 = 0.016;
 
@@ -131,7 +133,7 @@ pub fn bins(prepared: &Prepared, simulated: &Simulated) -> (Vec<Option<u8>>, std
                 return Some(11);
             }
             let s = path[i] - path[onset];
-            if last_pause.is_some_and(|p| path[i] - path[p] < 9e-4) {
+            if last_pause.is_some_and(|p| path[i] - path[p] < RESTART_M) {
                 return Some(12);
             }
             let fine = ONSET_EDGES_M.iter().position(|e| s < scale * e);

@@ -19,7 +19,7 @@ use crate::fit::gls::{self, Gram, OFFSETS, Prior, Whitener};
 use crate::fit::loading;
 use crate::fit::noise::{self, Noise};
 use crate::fit::phases::{BINS, PEAK, Phase};
-use crate::fit::{placing, unrepeated};
+use crate::fit::{carried, placing, unrepeated};
 use crate::left_out::LeftOut;
 use stickslip_data::Sensors;
 
@@ -152,15 +152,20 @@ impl<'a> Problem<'a> {
             .collect();
         let scatter_m = placing::scatter_m(&campaign.runs);
         // Of the run that stands for each group.
-        let placings: Vec<Vec<Features>> = stands
+        let at_start: Vec<Vec<Features>> = stands
             .par_iter()
             .zip(&coarse)
-            .map(|(run, coarse)| placing::directions(&campaign.runs[*run], model, coarse, scatter_m))
+            .map(|(run, coarse)| {
+                let run = &campaign.runs[*run];
+                let mut directions = placing::directions(run, model, coarse, scatter_m);
+                directions.extend(carried::direction(run, model, &campaign.description.sensors));
+                directions
+            })
             .collect();
         let stated = noise::estimate(campaign, &residuals, &friction);
         let mut noise = stated.clone();
         if noise.freedom == 0 && campaign.sparse() && campaign.runs.len() >= unrepeated::FEWEST {
-            let of_runs: Vec<Vec<Features>> = of_run.iter().map(|g| placings[*g].clone()).collect();
+            let of_runs: Vec<Vec<Features>> = of_run.iter().map(|g| at_start[*g].clone()).collect();
             noise = unrepeated::estimate(&residuals, &friction, &of_runs, &noise.floor);
         }
         let mut whiteners = Vec::with_capacity(groups.len());
@@ -198,12 +203,12 @@ impl<'a> Problem<'a> {
             }
             let measured = noise::mean(group.runs.iter().map(|r| &campaign.runs[*r].measured));
             let lags = loading::lags(first, &measured);
-            let placing = &placings[g];
+            let at_start = &at_start[g];
             let one: Features = (0..FEATURES)
                 .map(|f| {
                     let mut v = floor2[f] + stated.spread[f].powi(2);
                     v += noise.directions.iter().chain(&lags).map(|d| d[f] * d[f]).sum::<f64>();
-                    let placed = placing.iter().map(|d| d[f]).filter(|x| x.is_finite());
+                    let placed = at_start.iter().map(|d| d[f]).filter(|x| x.is_finite());
                     v += placed.map(|x| x * x).sum::<f64>();
                     for k in 0..3 {
                         let x = sensitivity[k][g][f] * stated.friction[k];
@@ -213,7 +218,7 @@ impl<'a> Problem<'a> {
                 })
                 .collect();
             common.extend(lags);
-            common.extend(placing.iter().cloned());
+            common.extend(at_start.iter().cloned());
             let active: Vec<usize> = (0..FEATURES).filter(|f| mean[*f].is_finite()).collect();
             let weight = noise.of_misfit.as_ref().map_or(1.0, |of| of[stands[g]]);
             whiteners.push(Whitener::new(active, &variance, &common).weighed(weight));

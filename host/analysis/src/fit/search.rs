@@ -18,6 +18,11 @@ const FAR: f64 = 1.2;
 /// Friction coefficients tried before a fit: fingers, then pusher (rubber platforms grip hard).
 const TRIED: [&[f64]; 3] = [&[0.15, 0.4, 0.8], &[0.1, 0.25, 0.7, 2.5], &[0.15, 0.3, 0.6, 2.5]];
 
+/// Groups on which places of a grid are ranked first, and how many are ranked again on more: one of [`LIKELY_SHARE`], and
+/// not less than [`FEWEST_LIKELY`].
+const VERY_FEW: usize = 3;
+const LIKELY_SHARE: usize = 8;
+const FEWEST_LIKELY: usize = 12;
 /// Groups that friction is ranked on before a fit.
 pub const MANY: usize = 24;
 
@@ -79,15 +84,20 @@ pub fn apart(campaign: &Campaign, a: &Model<f64>, b: &Model<f64>) -> bool {
 
 /// `model` with all combinations of friction coefficients that are tried before a fit.
 pub fn friction_grid(campaign: &Campaign, model: &Model<f64>) -> Vec<Model<f64>> {
+    grid(base_parameters(campaign).iter(), model)
+}
+
+/// `model` first, and with all combinations of values that are tried for these coefficients.
+fn grid<'a>(coefficients: impl Iterator<Item = &'a Free>, model: &Model<f64>) -> Vec<Model<f64>> {
     let mut out = vec![model.clone()];
-    for free in base_parameters(campaign) {
+    for free in coefficients {
         let varied = |m: &Model<f64>| -> Vec<Model<f64>> {
             let with = |value: &f64| {
                 let mut m = m.clone();
                 free.set(&mut m, *value);
                 m
             };
-            std::iter::once(m.clone()).chain(tried(&free).iter().map(with)).collect()
+            std::iter::once(m.clone()).chain(tried(free).iter().map(with)).collect()
         };
         out = out.iter().flat_map(varied).collect();
     }
@@ -104,24 +114,26 @@ fn tried(free: &Free) -> &'static [f64] {
 
 /// `model` with those of the `free` friction coefficients that fit best on a coarse grid, by a
 /// robust cost: far from the truth an object may be dropped, and least squares would look nowhere
-/// else. A coefficient that is not free stays exactly where it is: moved here it would never come
-/// back, and take up what else the model lacks.
+/// else. All combinations: an object that rolls between two faces needs the friction of both. A coefficient that is not
+/// free stays exactly where it is: moved here it would never come back, and take up what else the model lacks.
 pub fn rough_start(campaign: &Campaign, model: &Model<f64>, free: &[Free]) -> Model<f64> {
+    let coefficients = free.iter().filter(|f| f.coefficient().is_some());
     let cost = |model: &Model<f64>| robust_cost(campaign, model, MANY);
-    let mut best = (cost(model), model.clone());
-    for _ in 0..2 {
-        for coefficient in free.iter().filter(|f| f.coefficient().is_some()) {
-            for value in tried(coefficient) {
-                let mut changed = best.1.clone();
-                coefficient.set(&mut changed, *value);
-                let c = cost(&changed);
-                if c < best.0 {
-                    best = (c, changed);
-                }
-            }
-        }
-    }
-    best.1
+    let found = likely(campaign, grid(coefficients, model), MANY, 1).into_iter().next();
+    found.filter(|found| cost(found) < cost(model)).unwrap_or_else(|| model.clone())
+}
+
+/// The `most` of `models` that fit best by [`robust_cost`] on `groups` groups: very few of them show what drops the object
+/// or jams it, as most of a grid does.
+pub fn likely(campaign: &Campaign, models: Vec<Model<f64>>, groups: usize, most: usize) -> Vec<Model<f64>> {
+    let best = |models: Vec<Model<f64>>, groups: usize, most: usize| -> Vec<Model<f64>> {
+        let cost = |m: Model<f64>| (robust_cost(campaign, &m, groups), m);
+        let mut ranked: Vec<(f64, Model<f64>)> = models.into_iter().map(cost).collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ranked.into_iter().take(most).map(|(_, m)| m).collect()
+    };
+    let first = (models.len() / LIKELY_SHARE).max(FEWEST_LIKELY).max(most);
+    best(best(models, VERY_FEW, first), groups, most)
 }
 
 /// Models from which the fit of `model` with one more effect may start: the best two by

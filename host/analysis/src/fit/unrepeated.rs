@@ -1,7 +1,7 @@
 //! What chance does where no condition was repeated: taken from what the model leaves.
 //!
-//! A run's residual is `B c + e`: known directions `B` (relative friction of each contact, and where the object
-//! was placed, see [`crate::fit::placing`]) with coefficients `c` of zero mean, and independent noise `e` of its
+//! A run's residual is `B c + e`: known directions `B` (relative friction of each contact, and how the run
+//! started, see [`crate::fit::placing`] and [`crate::fit::carried`]) with coefficients `c` of zero mean, and independent noise `e` of its
 //! own size for each feature, with the heavy tails of Student's t from run to run. Sizes are those of greatest
 //! likelihood over the runs (expectation and maximisation, Dempster, Laird and Rubin 1977; Lange, Little and
 //! Taylor 1989). What the model misses is in them: noise is an upper bound,
@@ -34,23 +34,23 @@ struct Direction<'a> {
 }
 
 /// The noise that the `residuals` of the runs leave room for, beside the `floor`. `friction` are each run's
-/// sensitivities to the relative change of finger, pusher and support friction, `placing` its directions of
-/// one standard deviation of where the object was placed.
+/// sensitivities to the relative change of finger, pusher and support friction, `at_start` its directions of
+/// one standard deviation of where the object was placed and of what the fingers carry.
 #[must_use]
 pub fn estimate(
     residuals: &[Features],
     friction: &[[Features; 3]],
-    placing: &[Vec<Features>],
+    at_start: &[Vec<Features>],
     floor: &Features,
 ) -> Noise {
     let directions: Vec<Vec<Direction<'_>>> = friction
         .iter()
-        .zip(placing)
-        .map(|(friction, placing)| {
+        .zip(at_start)
+        .map(|(friction, at_start)| {
             let of_friction = friction.iter().map(|f| (f, DEFAULT_FRICTION, true));
-            let of_placing = placing.iter().map(|f| (f, 1.0, false));
+            let of_start = at_start.iter().map(|f| (f, 1.0, false));
             let direction = |(features, sd, estimated)| Direction { features, sd, estimated };
-            of_friction.chain(of_placing).map(direction).collect()
+            of_friction.chain(of_start).map(direction).collect()
         })
         .collect();
     let (spread, sd, weights) = from_misfit(residuals, &directions, floor);
@@ -66,7 +66,7 @@ pub fn estimate(
     }
 }
 
-/// Noise of each feature, the standard deviation of the coefficients of the `directions`, as many for each run,
+/// Noise of each feature, the standard deviation of the coefficients of the `directions` (those that all runs have first),
 /// and the runs' weights, from the `residuals` of the runs. Noise is at least a twentieth of the `floor`.
 fn from_misfit(
     residuals: &[Features],
@@ -75,8 +75,8 @@ fn from_misfit(
 ) -> (Features, Vec<f64>, Vec<f64>) {
     let n = residuals.len();
     let mut spread = pooled(residuals, n, floor);
-    let first: &[Direction<'_>] = directions.first().map_or(&[], |of| of);
-    let mut sd: Vec<f64> = first.iter().map(|d| d.sd).collect();
+    let most: &[Direction<'_>] = directions.iter().max_by_key(|of| of.len()).map_or(&[], |of| of);
+    let mut sd: Vec<f64> = most.iter().map(|d| d.sd).collect();
     let mut weights = vec![1.0; n];
     for _ in 0..ROUNDS {
         let mut left: Vec<Features> = Vec::with_capacity(n);
@@ -112,7 +112,7 @@ fn from_misfit(
         }
         spread = pooled(&left, n, floor);
         for (k, sd) in sd.iter_mut().enumerate() {
-            if first.get(k).is_some_and(|d| d.estimated) {
+            if most.get(k).is_some_and(|d| d.estimated) {
                 *sd = (squares[k] / n as f64).sqrt();
             }
         }

@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod motion;
+mod preload;
 pub mod replay;
 pub mod series;
 pub mod simulate;

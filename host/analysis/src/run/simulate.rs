@@ -18,6 +18,7 @@ use thiserror::Error;
 
 use crate::channels::{self, COUNT, Signals, object_channels};
 use crate::run::motion::{denoised, interpolated};
+use crate::run::preload;
 use stickslip_data::{ContactSpec, Description, ObjectSpec, Trial};
 
 /// Why a trial cannot be simulated.
@@ -44,6 +45,8 @@ pub struct Prepared {
     pub start: Pose<f64>,
     /// Table, world.
     pub support: Option<Pose<f64>>,
+    /// Weight that the fingers carry of an object that lies on something before anything moves, N. `None`: the model decides.
+    pub carried_n: Option<f64>,
     /// Measured channels, one for each sample.
     pub measured: Vec<Signals>,
     /// Time stamps.
@@ -119,39 +122,6 @@ fn gives_way(model: &Model<f64>) -> bool {
 
 /// Arm at which a turn counts as a path, m.
 pub const TURN_ARM_M: f64 = 0.03;
-
-/// Steps of [`load_springs`] and their time: long against the swing of an object on its pads, which the implicit
-/// step then damps.
-const LOADING_STEPS: usize = 3;
-const LOADING_STEP_S: f64 = 0.02;
-/// How often the object is put back.
-const LOADING_ROUNDS: usize = 3;
-
-/// Loads the springs of pads that give way, and the jaw, as they are where the object was measured at rest:
-/// it is let go, sinks into its pads, and is put back to where it was measured with the springs as they are.
-fn load_springs(
-    scene: &Scene<f64>,
-    model: &Model<f64>,
-    state: &mut State<f64, SLOTS>,
-    drive: &Drive<f64>,
-    work: &mut Workspace<f64, SLOTS>,
-) {
-    let start = state.clone();
-    let still = Drive { dt_s: LOADING_STEP_S, ..*drive };
-    for _ in 0..LOADING_ROUNDS {
-        for _ in 0..LOADING_STEPS {
-            if step_f64(scene, model, state, &still, work).status != SolveStatus::Solved {
-                *state = start;
-                return;
-            }
-        }
-        let (slots, jaw_m) = (state.slots, state.jaw_m);
-        *state = State { slots, jaw_m, ..start.clone() };
-        for slot in &mut state.slots {
-            (slot.slip_m, slot.speed_m_s, slot.rest_s) = (0.0, 0.0, 0.0);
-        }
-    }
-}
 
 /// Rig and object of a trial as the model sees them.
 ///
@@ -318,7 +288,18 @@ pub fn prepare(description: &Description, trial: &Trial, ordinal: usize) -> Resu
         .collect();
     let measured =
         samples.iter().zip(&poses).map(|(s, p)| channels::measured(s, &p.carrier, &start.rotation)).collect();
-    Ok(Prepared { scene, carrier, start, support, measured, t_s, poses, grip_n, ordinal: ordinal as f64 })
+    Ok(Prepared {
+        scene,
+        carrier,
+        start,
+        support,
+        carried_n: None,
+        measured,
+        t_s,
+        poses,
+        grip_n,
+        ordinal: ordinal as f64,
+    })
 }
 
 /// Mean pose of the object in the carrier while nothing moves yet (at most 100 ms): pose
@@ -393,7 +374,11 @@ impl Prepared {
         }
         settle(&self.scene, model, &mut state, &drive, track::SettlingParams::default());
         if self.scene.fingers.is_some() && gives_way(model) {
-            load_springs(&self.scene, model, &mut state, &drive, &mut work);
+            preload::sink(&self.scene, model, &mut state, &drive, &mut work);
+        }
+        if let (Some(carried_n), Some(up)) = (self.carried_n, self.up()) {
+            let carried = (carried_n, self.weight_n());
+            preload::carry(&self.scene, model, &mut state, &drive, (up, carried), &mut work);
         }
         let summary = step_f64(&self.scene, model, &mut state, &drive, &mut work);
         each(0, &state, &Step { summary, work: &work }, &drive);
@@ -526,6 +511,25 @@ impl Prepared {
         let mut out = self.clone();
         out.start.position_m += shift_m;
         out
+    }
+
+    /// Weight of the object, N.
+    #[must_use]
+    pub fn weight_n(&self) -> f64 {
+        self.scene.object.mass_kg * Vector3::from(self.scene.gravity_m_s2).norm()
+    }
+
+    /// Direction against gravity, carrier axes at the start; `None` without gravity.
+    #[must_use]
+    pub fn up(&self) -> Option<Vector3<f64>> {
+        let gravity = Vector3::from(self.scene.gravity_m_s2);
+        (gravity.norm() > 0.0).then(|| -(self.carrier.rotation.inverse() * gravity.normalize()))
+    }
+
+    /// The same trial with the fingers carrying that much of the object's weight before anything moves.
+    #[must_use]
+    pub fn carrying(&self, carried_n: f64) -> Self {
+        Self { carried_n: Some(carried_n), ..self.clone() }
     }
 
     /// The same trial along two paths that nobody can tell from the measured one: the carrier

@@ -1,6 +1,13 @@
 //! How far channels lag where contacts load.
 
-use stickslip_analysis::fit::loading::shares;
+use std::path::Path;
+
+use stickslip_analysis::fit::campaign::Campaign;
+use stickslip_analysis::fit::features::FEATURES;
+use stickslip_analysis::fit::loading::{lags, shares};
+use stickslip_analysis::fit::phases::{BINS, Phase};
+use stickslip_analysis::model::file::default_model;
+use stickslip_data::read;
 
 #[test]
 fn a_contact_that_loads_within_a_bin_lags_as_before_and_one_that_takes_longer_by_its_path() {
@@ -10,4 +17,25 @@ fn a_contact_that_loads_within_a_bin_lags_as_before_and_one_that_takes_longer_by
     let long = shares(1e-3, &bins);
     assert!((long[3] - (-0.7_f64).exp()).abs() < 1e-12, "{long:?}");
     assert_eq!(shares(0.0, &bins), [0.0; 4]);
+}
+
+#[test]
+fn after_a_pause_a_channel_may_lag_by_a_share_of_what_the_stop_took_away_and_by_nothing_else() {
+    let mut data = read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo")).expect("the demo");
+    data.trials.truncate(1);
+    let campaign = Campaign::new(&data, &default_model());
+    // Push force, channel 18: 4 N on the way, 3 N in the pause.
+    let of = |pause_n: f64| {
+        let mut measured = vec![f64::NAN; FEATURES];
+        for bin in 0..BINS {
+            measured[18 * BINS + bin] = if Phase::of(bin) == Phase::Pause { pause_n } else { 4.0 };
+        }
+        lags(&campaign.runs[0], &measured)
+    };
+    assert!(of(4.0).is_empty(), "nothing changes at the pause");
+    let [direction] = &of(3.0)[..] else { panic!("one direction") };
+    for (feature, size) in direction.iter().enumerate().filter(|(_, size)| **size != 0.0) {
+        assert_eq!((feature / BINS, Phase::of(feature % BINS)), (18, Phase::Restart));
+        assert!(*size > 0.0 && *size < 0.5, "{size} N of 1 N");
+    }
 }

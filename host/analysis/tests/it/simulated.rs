@@ -2,10 +2,14 @@
 
 use std::path::Path;
 
+use stickslip_analysis::evidence::carried::measured_n;
 use stickslip_analysis::model::file::default_model;
 use stickslip_analysis::run::simulate::prepare;
 use stickslip_analysis::simulate;
 use stickslip_data::{Index, TableFormat};
+use stickslip_rig::objects::bench;
+use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Setup, run};
+use stickslip_shared::effects::Effect;
 
 #[test]
 fn what_a_model_predicts_is_a_data_set_that_the_same_model_predicts_again() {
@@ -39,4 +43,34 @@ fn what_a_model_predicts_is_a_data_set_that_the_same_model_predicts_again() {
             }
         }
     }
+}
+
+#[test]
+fn fingers_carry_at_rest_what_they_were_measured_to_and_all_of_the_weight_once_lifted() {
+    let description = bench("lifts");
+    let mut reality = Reality::draw(&description, Nuisance::PAPER, 5);
+    reality.stiffness_n_m = 3e4;
+    let setup = Setup { description: description.clone(), reality, step_s: STEP_S };
+    let condition =
+        Condition { grip_n: 20.0, speed_m_s: 0.01, travel: 0.006, ..Condition::new(Primitive::Lift, "obj4") };
+    let trial = run(&setup, &condition, 0, 5).expect("suits the rig").trial;
+    let measured = prepare(&description, &trial, 0).expect("prepares");
+    let weight_n = 9.81 * measured.scene.object.mass_kg;
+    let mut soft = default_model();
+    let mut pads = Effect::typical("contact_compliance").expect("listed");
+    pads.parameters[0] = 1.0 / 3e4;
+    soft.effects.push(pads).expect("room");
+    for model in [default_model(), soft] {
+        for share in [0.0, 0.4, 1.0] {
+            let of = measured.carrying(share * weight_n).simulate(&model).signals;
+            let carried_n = |row: &[f64]| row[8] + row[14];
+            let (first_n, last_n) = (carried_n(&of[0]), carried_n(&of[of.len() - 1]));
+            assert!((first_n / weight_n - share).abs() < 0.03, "{first_n} N of {share} of {weight_n} N");
+            assert!((last_n / weight_n - 1.0).abs() < 0.05, "{last_n} N of {weight_n} N");
+        }
+    }
+    // Of the measurement: the mean of what both fingers' sensors show before anything moves.
+    let rest = measured.measured.iter().take(10).map(|row| row[8] + row[14]).sum::<f64>() / 10.0;
+    let carried_n = measured_n(&measured).expect("something lies under it");
+    assert!((carried_n - rest.clamp(0.0, weight_n)).abs() < 0.05, "{carried_n} N, measured {rest} N");
 }
