@@ -77,5 +77,5 @@ fn a_key_that_does_not_tell_the_sensors_is_named() {
     let sight = Sight::told(&key).unwrap();
     assert!((sight.sigma_m - 2e-5 * 2f64.sqrt()).abs() < 1e-12 && (sight.share - 0.24).abs() < 1e-12);
     std::fs::write(&key, "{}").unwrap();
-    assert!(Sight::told(&key).unwrap_err().to_string().contains("does not tell the sensors"));
+    assert!(Sight::told(&key).unwrap_err().to_string().contains("does not state the sensors"));
 }
