@@ -52,7 +52,8 @@ pub const SPRINGS: f64 = 2.0;
 /// sheared, a bonded one much less.
 const NORMAL: f64 = 0.5;
 const NORMAL_RANGE: [f64; 2] = [0.05, 1.0];
-/// Compliance of a pusher, and of what an object lies on beside fingertips, m/N, and the range: a steel fixture to a plate on the flexures of its force sensor.
+/// Compliance of a pusher, and of what an object lies on beside fingertips, m/N, and the range: a steel fixture to a plate
+/// on the flexures of its force sensor.
 const PUSHER_M_N: f64 = 1e-6;
 const PUSHER_RANGE_M_N: [f64; 2] = [0.0, 1e-5];
 /// Sphere and plane of one material, by Mindlin's law.

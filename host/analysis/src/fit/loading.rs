@@ -12,7 +12,7 @@ use crate::channels::{COUNT, Quantity};
 use crate::evidence::pads::mean_square_m2;
 use crate::fit::campaign::Run;
 use crate::fit::features::{FEATURES, Features, quantity};
-use crate::fit::phases::{BINS, PEAK, RESTART_M, onset_lengths};
+use crate::fit::phases::{BINS, LAST, PAUSE, PEAK, RESTART, RESTART_M, onset_lengths};
 use crate::run::simulate::TURN_ARM_M;
 
 /// Stiffness of a contact's loading beyond what the model has of it, N/m: pads of 5e4 to 2e7 N/m load within
@@ -24,10 +24,6 @@ const STIFFNESS_N_M: f64 = 3e5;
 const OVERSHOOT: f64 = 0.05;
 /// First channel of forces and torques.
 const FIRST: usize = 6;
-/// Bins of the last part of the sliding path, of a pause, and of the start after it.
-const LAST: usize = 10;
-const PAUSE: usize = 11;
-const RESTART: usize = 12;
 
 /// Torque of both fingers about the closing direction.
 const TURNING: usize = FIRST + 4;

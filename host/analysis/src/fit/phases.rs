@@ -11,6 +11,12 @@ pub const BINS: usize = 16;
 /// The bin of the onset's peak: not a mean, but the largest departure from the first part of the
 /// sliding path.
 pub const PEAK: usize = 15;
+/// The bin of the last part of the sliding path.
+pub const LAST: usize = 10;
+/// That of a pause.
+pub const PAUSE: usize = 11;
+/// That of the start after a pause.
+pub const RESTART: usize = 12;
 /// Path after the onset at which the fine bins end, m.
 const ONSET_EDGES_M: [f64; 4] = [1.5e-4, 4e-4, 9e-4, 1.8e-3];
 /// Parts of the path after that.
@@ -60,9 +66,9 @@ impl Phase {
             0 => Phase::Before,
             1..=4 => Phase::Onset,
             PEAK => Phase::Peak,
-            5..=10 => Phase::Sliding,
-            11 => Phase::Pause,
-            12 => Phase::Restart,
+            5..=LAST => Phase::Sliding,
+            PAUSE => Phase::Pause,
+            RESTART => Phase::Restart,
             _ => Phase::After,
         }
     }
@@ -130,11 +136,11 @@ pub fn bins(prepared: &Prepared, simulated: &Simulated) -> (Vec<Option<u8>>, std
             }
             if !moving[i] {
                 last_pause = Some(i);
-                return Some(11);
+                return Some(PAUSE as u8);
             }
             let s = path[i] - path[onset];
             if last_pause.is_some_and(|p| path[i] - path[p] < RESTART_M) {
-                return Some(12);
+                return Some(RESTART as u8);
             }
             let fine = ONSET_EDGES_M.iter().position(|e| s < scale * e);
             Some(match fine {

@@ -464,12 +464,7 @@ impl Prepared {
 
     /// Whether the object lies on a table or a platform at the start.
     pub fn rests(&self) -> bool {
-        let down = Vector3::from(self.scene.gravity_m_s2);
-        let normal = |p: &Pose<f64>| p.rotation.transform_vector(&Vector3::x());
-        let pusher = self.poses.first().and_then(|p| p.pusher);
-        let platform = matches!(self.scene.pusher, Some(PusherContact::Plane))
-            && pusher.is_some_and(|p| normal(&p).dot(&down) < -0.7 * down.norm());
-        platform || self.scene.support.is_some()
+        self.on_platform() || self.scene.support.is_some()
     }
 
     /// Grip force commanded on each finger, one for each sample, N.
