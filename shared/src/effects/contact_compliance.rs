@@ -9,13 +9,17 @@
 //! Dahl's law (1968; bristles as in LuGre) with `microslip` 1, and slides from `1.5 z` on, as Mindlin's spheres do, with
 //! 0.6. `step` does it at the end of each step.
 //!
+//! Fingertips stiffen as they are pressed: curved ones by Hertz's and Mindlin's laws with `N^(1/3)`, rough faces with `N`
+//! (Johnson 1985, 7.2 and 13.4; Xydas and Kao 1999). Their stiffness goes with the commanded grip to the power of
+//! `stiffening`; the compliances are those at 20 N.
+//!
 //! The pusher, and the support beside fingertips, is another body, with a compliance of its own: a plate on its sensor and
 //! arm gives way by micrometres under a push, and the object turns on it by milliradians, much more where it is pressed near
 //! an edge. The pusher's face bears as an even foundation does (`contact::spread`), where without this effect the corners do
 //! alone.
 
 use super::law::{Law, StepContext};
-use crate::contact::{Body, Contact};
+use crate::contact::{Body, Contact, is_finger};
 use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
 use crate::real::{Real, clamp, max};
 
@@ -68,15 +72,37 @@ pub const INFO: Info = Info {
         )
         .tried_at(&[0.0, 1.0])
         .added(0.0),
+        Parameter::new(
+            "stiffening",
+            "1",
+            0.33,
+            0.0,
+            [0.0, 1.0],
+            "how fingertips stiffen with the grip: exponent of stiffness over grip, 0 rubber bonded flat, 1/3 Hertz, 1 rough faces",
+        )
+        // The fit finds it.
+        .tried_at(&[0.0])
+        .added(0.0),
     ],
 };
+
+/// Grip at which a fingertip that stiffens has the compliance of the parameters, N.
+pub const REFERENCE_N: f64 = 20.0;
+/// Lighter grips count as this much, N: the power law has no limit at zero.
+const LEAST_N: f64 = 0.5;
 
 impl<R: Real> Law<R> for ContactCompliance {
     fn contact(&self, p: &[R; MAX_PARAMETERS], context: &StepContext<R>, contact: &mut Contact<R>) {
         // k / (1 + k c) is 1 / (1 / k + c), and k itself for c = 0.
         let softer = |k: R, c: R| k / (R::one() + k * max(c, R::zero()));
-        let [tangential, normal, microslip] =
+        let [mut tangential, mut normal, microslip] =
             if context.rubs(contact.body) { [p[0], p[1], p[3]] } else { [p[2], p[2], R::zero()] };
+        if p[4] != R::zero() && is_finger(contact.body) && context.grip_cmd_n > R::zero() {
+            let ratio = max(context.grip_cmd_n, R::of(LEAST_N)) / R::of(REFERENCE_N);
+            let factor = (-p[4] * ratio.ln()).exp();
+            tangential = tangential * factor;
+            normal = normal * factor;
+        }
         contact.tangential_n_m = softer(contact.tangential_n_m, tangential);
         contact.normal_n_m = softer(contact.normal_n_m, normal);
         contact.microslip = clamp(microslip, R::zero(), R::one());

@@ -194,6 +194,26 @@ fn a_push_on_pads_whose_parts_slip_one_after_another_follows_dahls_law() {
 }
 
 #[test]
+fn pads_that_stiffen_move_before_they_slide_by_their_compliance_at_the_grip() {
+    let compliance_m_n = 1e-4;
+    let pushed_n_m = |grip_n: f64, stiffening: f64| {
+        let mut run =
+            light_push(0.005).with("contact_compliance", &[compliance_m_n, 0.0, 0.0, 0.0, stiffening]);
+        run.drive.grip_n = grip_n;
+        run.steps = 30;
+        let played = run.play();
+        played.last().reading.pusher[0] / played.last().reading.position_m.x
+    };
+    for stiffening in [0.0, 1.0 / 3.0, 1.0] {
+        for grip_n in [5.0, 20.0, 60.0] {
+            // Two pads.
+            let stiffness_n_m = 2.0 / compliance_m_n * (grip_n / 20.0_f64).powf(stiffening);
+            close(pushed_n_m(grip_n, stiffening), stiffness_n_m, 0.01);
+        }
+    }
+}
+
+#[test]
 fn a_push_that_ends_is_held_by_pads_whose_parts_slip_at_the_force_that_it_ended_at() {
     for (compliance_m_n, microslip) in [(2e-4, 0.6), (2e-4, 1.0), (1e-6, 1.0)] {
         let mut run = light_push(0.002).with("contact_compliance", &[compliance_m_n, 0.0, 0.0, microslip]);

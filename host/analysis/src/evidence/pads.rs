@@ -10,6 +10,7 @@
 //! that time counts for their compliance, as the clocks of pose and wrench agree no better.
 
 use nalgebra::Vector3;
+use stickslip_shared::effects::contact_compliance::REFERENCE_N;
 use stickslip_shared::model::{Base, FingerContact, RIGID_N_M};
 
 use crate::channels::Signals;
@@ -43,6 +44,10 @@ pub struct Pads {
     pub largest_n: f64,
     /// Loadings that it was found from: of a trial, one for each direction that is loaded.
     pub loadings: usize,
+    /// Where the compliance does not show, but is what is usual of hard contacts: what it may be at most, m/N.
+    pub at_most_m_n: Option<f64>,
+    /// Grip at which it is, N.
+    pub grip_n: f64,
 }
 
 /// Factor by which a pad's springs may differ from what was read off: on the same 20 data
@@ -55,18 +60,30 @@ const NORMAL_RANGE: [f64; 2] = [0.05, 1.0];
 /// Compliance of a pusher, and of what an object lies on beside fingertips, m/N, and the range: a steel fixture to a plate
 /// on the flexures of its force sensor.
 const PUSHER_M_N: f64 = 1e-6;
+/// Compliance of a contact of hard bodies, m/N.
+const ORDINARY_M_N: f64 = 1e-6;
 const PUSHER_RANGE_M_N: [f64; 2] = [0.0, 1e-5];
 /// Sphere and plane of one material, by Mindlin's law.
 const MICROSLIP: f64 = 0.6;
+/// Exponent of a pad's stiffness over the grip: curved faces by Hertz's law. Flat ones that are bonded have 0, rough ones 1.
+const STIFFENING: f64 = 1.0 / 3.0;
 
 impl Pads {
     /// What to expect of a pad's parameter, by its name: value and range.
     #[must_use]
     pub fn expected(&self, name: &str) -> Option<(f64, [f64; 2])> {
-        let c = self.tangential_m_n;
+        let own = self.tangential_m_n;
+        // At the grip for which the law has them: pads that stiffen may, or may not.
+        let ratio = self.grip_n / REFERENCE_N;
+        let range = |[low, high]: [f64; 2]| {
+            let [low, high] = self.at_most_m_n.map_or([low, high], |most| [0.0, most]);
+            [low * ratio.min(1.0), high * ratio.max(1.0)]
+        };
+        let c = own * ratio.powf(STIFFENING);
         match name {
-            "tangential_m_n" => Some((c, [c / SPRINGS, c * SPRINGS])),
-            "normal_m_n" => Some((NORMAL * c, NORMAL_RANGE.map(|share| share * c))),
+            "tangential_m_n" => Some((c, range([own / SPRINGS, own * SPRINGS]))),
+            "normal_m_n" => Some((NORMAL * c, range(NORMAL_RANGE.map(|share| share * own)))),
+            "stiffening" => Some((STIFFENING, [0.0, 1.0])),
             // Not read off: what is usual.
             "pusher_m_n" => Some((PUSHER_M_N, PUSHER_RANGE_M_N)),
             "microslip" => Some((MICROSLIP, [0.0, 1.0])),
@@ -78,6 +95,19 @@ impl Pads {
     #[must_use]
     pub fn matter(&self) -> bool {
         self.give_way() && self.moves_m() > RIGID.position_m
+    }
+
+    /// Stiff contacts where the loadings show no compliance that matters. They move the object by less than a rigid
+    /// model may be off, but keep the force that they slid with when the motion ends, which rigid ones do not.
+    #[must_use]
+    pub fn ordinary(self) -> Self {
+        let tolerated_m_n = 2.0 * RIGID.position_m / self.largest_n.max(f64::MIN_POSITIVE);
+        let seen_m_n = self.tangential_m_n.max(0.0) + 2.0 * self.sd_m_n + self.clock_m_n;
+        Self {
+            tangential_m_n: ORDINARY_M_N.min(0.5 * tolerated_m_n),
+            at_most_m_n: Some(tolerated_m_n.max(SPRINGS * seen_m_n)),
+            ..self
+        }
     }
 
     /// How far the largest force moves the object before it slides, m.
@@ -113,6 +143,8 @@ pub struct Slope {
     clock_m_n: f64,
     /// Largest load of the trial, N; zero for a torque.
     largest_n: f64,
+    /// Its grip, N.
+    grip_n: f64,
 }
 
 /// Compliance of the pads from the loadings of trials; `None` of fewer than four.
@@ -136,8 +168,17 @@ pub fn measured(slopes: &[Slope]) -> Option<Pads> {
     let effective = total * total / weights.iter().map(|w| w * w).sum::<f64>();
     let sd_m_n = 1.25 * 1.48 * deviation / effective.sqrt();
     let clock_m_n = weighted(&|s| s.clock_m_n)?;
+    let grip_n = weighted(&|s| s.grip_n)?;
     let largest_n = slopes.iter().map(|s| s.largest_n).fold(0.0, f64::max);
-    Some(Pads { tangential_m_n, sd_m_n, clock_m_n, largest_n, loadings: slopes.len() })
+    Some(Pads {
+        tangential_m_n,
+        sd_m_n,
+        clock_m_n,
+        largest_n,
+        loadings: slopes.len(),
+        at_most_m_n: None,
+        grip_n,
+    })
 }
 
 /// Load and displacement of a grasp at one sample: along gripper X, along Z and about Y.
@@ -171,7 +212,8 @@ pub fn loadings(trial: &Prepared) -> Vec<Slope> {
         .filter_map(|k| {
             let pairs: Vec<Option<(f64, f64)>> = loaded.iter().map(|l| l.map(|l| l[k])).collect();
             let slope = slope(&pairs, (from, touch), scale[k], driven[k])?;
-            Some(if k == 2 { Slope { largest_n: 0.0, ..slope } } else { slope })
+            let grip_n = trial.grip_n();
+            Some(Slope { largest_n: if k == 2 { 0.0 } else { slope.largest_n }, grip_n, ..slope })
         })
         .collect()
 }
@@ -231,5 +273,5 @@ fn slope(
     // The pads push against the displacement.
     let variance = scale * scale * rest / (n - 2.0) / spread;
     let clock_m_n = scale * driven / (LOADED * largest);
-    Some(Slope { compliance_m_n: -scale * slope, variance, clock_m_n, largest_n: largest })
+    Some(Slope { compliance_m_n: -scale * slope, variance, clock_m_n, largest_n: largest, grip_n: 0.0 })
 }

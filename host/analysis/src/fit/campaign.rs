@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use stickslip_shared::effects::Role;
 use stickslip_shared::effects::formula::{Program, Variable};
-use stickslip_shared::model::{Friction, Model};
+use stickslip_shared::model::{Base, Friction, Model};
 
 use crate::channels::{self, Quantity};
 use crate::evidence::carried;
@@ -128,7 +128,10 @@ impl Campaign {
             run.condition = c;
         }
         let loadings: Vec<_> = runs.iter().flat_map(|r| pads::loadings(&r.prepared)).collect();
-        let pads = pads::measured(&loadings).filter(Pads::matter).and_then(|p| p.beyond(start.base));
+        let measured = pads::measured(&loadings);
+        let pads = measured.filter(Pads::matter).and_then(|p| p.beyond(start.base));
+        let ordinary = || measured.filter(|_| start.base == Base::Hard).map(Pads::ordinary);
+        let pads = pads.or_else(ordinary);
         let used = sensors_or_estimated(&dataset.description, dataset.trials.iter());
         Self {
             description: Description { sensors: used.sensors, ..dataset.description.clone() },
