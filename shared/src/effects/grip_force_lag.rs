@@ -43,9 +43,11 @@ pub const INFO: Info = Info {
             "m/s",
             1e-3,
             1e-3,
-            [1e-4, 1e-2],
+            [1e-4, 0.5],
             "slip speed at which half of the drop is reached",
-        ),
+        )
+        // Far above the speeds of a slide the drop goes in proportion to them.
+        .tried_at(&[1e-3, 3e-2]),
         Parameter::new(
             "sharpness",
             "1",

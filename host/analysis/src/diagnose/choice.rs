@@ -173,9 +173,13 @@ pub fn choose(
     // One effect that does what several do together is the better answer.
     if named(&chosen) > 1 {
         let together = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
-        let alone = first
-            .iter()
-            .find(|c| c.p_value < level && c.explained > together - SIMPLER && !poor(&c.held.beyond(start)));
+        // One of these effects itself is no simpler answer where it leaves a clear misfit: the next was taken for that.
+        let leaves = |c: &Candidate| match chosen.iter().any(|of| of.info.id == c.info.id) {
+            true => c.held.beyond(start).exceeds(UNEXPLAINED),
+            false => poor(&c.held.beyond(start)),
+        };
+        let alone =
+            first.iter().find(|c| c.p_value < level && c.explained > together - SIMPLER && !leaves(c));
         if let Some(alone) = alone {
             equal = vec![equals(start, alone, first)];
             chosen = vec![alone.clone()];
@@ -242,7 +246,8 @@ fn entangled(problem: &Problem, held: &Held) -> bool {
     // Pads that go over to sliding by Dahl's law are pads, and not pulled as far as they go.
     let law = |f: &Free| {
         let Free::Effect { effect, of, .. } = f else { return false };
-        of.name == "microslip" && find_effect(effect).is_some_and(|info| info.role.is_compliance())
+        matches!(of.name, "microslip" | "stiffening")
+            && find_effect(effect).is_some_and(|info| info.role.is_compliance())
     };
     let at_bound = |f: &Free| {
         let x = f.get(&solution.model);
