@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 import rclpy
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.clock import Clock, ClockType
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from std_msgs.msg import Bool, Float64, String
@@ -269,6 +270,11 @@ class SlipNode(Node):
         self.in_grasp = list(parameter("object_in_grasp", here)) if not topics["object"] else None
         self.silent_s = parameter("silent_s", 0.1)
 
+        if self.in_grasp is not None:
+            self.get_logger().info("no topic of the object: each grasp begins at object_in_grasp")
+        # Whether something is in the fingers: what is not held cannot slip.
+        self.grasped = parameter("grasped", True)
+
         self.grip_n = None
         self.frame = None
         self.waits = True
@@ -288,6 +294,7 @@ class SlipNode(Node):
         subscribe(PoseStamped, topics["gripper"], lambda message: self.hear_pose("gripper", message))
         subscribe(PoseStamped, topics["object"], lambda message: self.hear_pose("object", message))
         subscribe(Float64, topics["grip"], self.hear_grip)
+        self.create_subscription(Bool, "~/grasp", self.hear_grasp, 10)
         self.create_subscription(String, "~/plan", self.hear_plan, 10)
         self.flags = {name: self.create_publisher(Bool, f"~/{name}", 10) for name in ("slip", "drop", "unsure")}
         self.utilisation = self.create_publisher(Float64, "~/utilisation", 10)
@@ -313,9 +320,7 @@ class SlipNode(Node):
         samples = self.assembler.wrench(finger, seconds(message.header.stamp), wrench)
         if self.assembler.jumps > jumps:
             self.get_logger().warning("the clock went back: prediction begins again")
-            self.predictor.restart()
-            self.waits, self.begun_s = True, -math.inf
-            self.seen_s.clear()
+            self.begin()
         self.step(samples)
 
     def hear_pose(self, body, message):
@@ -344,6 +349,18 @@ class SlipNode(Node):
         else:
             self.tell_once("a grip command is negative or not finite: the one before holds")
 
+    def hear_grasp(self, message):
+        """A grasp begins, or ends: between two nothing is predicted."""
+        if message.data:
+            self.begin()
+        self.grasped = message.data
+
+    def begin(self):
+        """With another grasp, or another clock."""
+        self.predictor.restart()
+        self.waits, self.begun_s = True, -math.inf
+        self.seen_s.clear()
+
     def hear_plan(self, message):
         """A JSON list of segments as stickslip.Predictor takes them; it counts from the newest sample."""
         try:
@@ -361,7 +378,7 @@ class SlipNode(Node):
             self.begun_s = sample.t_s
 
     def step(self, samples):
-        for sample in samples:
+        for sample in samples if self.grasped else ():
             self.begin_unseen(sample)
             try:
                 said = self.predictor.step(
@@ -405,7 +422,7 @@ def main():
     node = SlipNode()
     try:
         rclpy.spin(node)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
         node.destroy_node()

@@ -60,11 +60,19 @@ class Graph:
         for hear in self.listeners[topic]:
             hear(message)
 
+    def spin(self, node):
+        """Ends as by a signal."""
+        raise ExternalShutdownException
+
     def wait(self, seconds):
         """Time of the machine goes on, and timers call."""
         self.now_ns += round(seconds * 1e9)
         for call in self.timers:
             call()
+
+
+class ExternalShutdownException(Exception):
+    pass
 
 
 class Instant:
@@ -86,6 +94,9 @@ def install(graph, monkeypatch):
             return Instant(graph.now_ns)
 
     class Logger:
+        def info(self, text):
+            pass
+
         def warning(self, text):
             graph.warnings.append(text)
 
@@ -126,6 +137,9 @@ def install(graph, monkeypatch):
         def create_timer(self, period_s, callback, *, clock):
             graph.timers.append(callback)
 
+        def destroy_node(self):
+            pass
+
         def get_logger(self):
             return Logger()
 
@@ -134,7 +148,8 @@ def install(graph, monkeypatch):
         vars(made).update(content)
         monkeypatch.setitem(sys.modules, name, made)
 
-    module("rclpy")
+    module("rclpy", init=lambda: None, spin=graph.spin, try_shutdown=lambda: None)
+    module("rclpy.executors", ExternalShutdownException=ExternalShutdownException)
     module("rclpy.clock", Clock=Clock, ClockType=types.SimpleNamespace(STEADY_TIME="steady"))
     module("rclpy.node", Node=Node)
     module("rclpy.qos", qos_profile_sensor_data="sensor data")

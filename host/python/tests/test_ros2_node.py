@@ -308,6 +308,25 @@ def test_where_no_samples_come_unsure_is_published(bench):
     assert len(one.said("unsure")) == 101 and one.said("unsure")[-1] is True
 
 
+def test_between_two_grasps_nothing_is_predicted_and_each_begins_anew(bench):
+    one = bench(grasped=False)
+    one.play(one.trial[:50])
+    one.graph.wait(0.2)
+    assert one.said("slip") == [] and one.said("unsure") == [True]
+    for count in (1, 2):
+        one.graph.publish("/stickslip/grasp", ros.Bool(data=True))
+        some = one.trial[200 * count : 200 * count + 100]
+        one.play(some)
+        fresh = stickslip.Predictor(one.graph.parameters["rig"], one.graph.parameters["object"], grip_n=1.0)
+        own = [fresh.step(**{**sample, "t_s": EPOCH_S + sample["t_s"]}) for sample in some]
+        assert len(one.said("slip")) == 100 * count
+        assert one.predictions()[-100]["flags"] == own[0].flags
+        assert [p["sag_m"] for p in one.predictions()[-100:][:2]] == [said.sag_m for said in own[:2]]
+        one.graph.publish("/stickslip/grasp", ros.Bool(data=False))
+        one.play(one.trial[200 * count + 100 : 200 * count + 200])
+        assert len(one.said("slip")) == 100 * count
+
+
 def test_a_sensor_in_its_own_axes_that_feels_the_reaction_is_turned_into_what_the_predictor_takes(bench):
     straight = bench()
     straight.play(straight.trial)
@@ -357,6 +376,19 @@ def test_a_sensor_of_1_khz_is_used_every_fourth_time_or_said(bench):
     other = bench()
     fast(other)
     assert other.graph.warnings == ["samples are 1 ms apart, the predictor is made for 4 ms; set every to 4"]
+
+
+def test_a_signal_ends_the_program_without_a_trace(bench):
+    one = bench()
+    one.graph.kinds.clear()
+    one.module.main()
+
+
+def test_a_parameter_that_cannot_be_is_refused_when_the_node_starts(bench):
+    with pytest.raises(ValueError, match="acts_on is 'gripper'; give finger or object"):
+        bench(**{"finger1.acts_on": "gripper"})
+    with pytest.raises(stickslip.DataError, match="no such object in dataset.toml"):
+        bench(object="cup")
 
 
 def test_the_parameters_are_those_of_the_manual(bench):

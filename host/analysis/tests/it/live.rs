@@ -178,7 +178,7 @@ fn an_object_a_plan_or_a_limit_that_cannot_be_is_refused_with_what_can() {
 
     let segment = r#"{"duration_s": 1, "grip_n": 20}"#;
     assert_eq!(plan_of_json(&format!("[{segment}]")).expect("a plan").segments.len(), 1);
-    let nine = vec![segment; 9].join(",");
+    let nine = [segment; 9].join(",");
     assert!(matches!(plan_of_json(&format!("[{nine}]")), Err(PlanError::TooLong(9))));
     for (rows, words) in [
         (r#"[{"duration_s": 1}]"#, "grip_n"),
