@@ -10,7 +10,8 @@
 //! returns a report that serialises, or an error that says what to do. Those that read a data set trial by
 //! trial take an [`Index`](stickslip_data::Index), from a folder or from memory, and say in their report
 //! what of it was refused; those that need all trials at once take a
-//! [`Dataset`](stickslip_data::Dataset). Commands, pages and tests call these.
+//! [`Dataset`](stickslip_data::Dataset). Commands, pages and tests call these. [`run::live::Live`] is the predictor for samples
+//! that come one by one.
 
 pub mod add;
 pub mod calibrate;

@@ -172,17 +172,9 @@ pub(super) fn pose(cells: &[f64]) -> Result<PoseCells, f64> {
     };
     let quaternion = [w, i, j, k];
     if quaternion.iter().all(|q| !q.is_nan()) {
-        let norm = quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
-        if (norm - 1.0).abs() > 0.01 {
-            return Err(norm);
-        }
+        let pose = Pose { position_m: [x, y, z], quaternion }.normalised()?;
         if [x, y, z].iter().all(|p| !p.is_nan()) {
-            // A unit quaternion stays as it was written, to the last bit.
-            let scale = if (norm - 1.0).abs() < 1e-12 { 1.0 } else { norm };
-            return Ok(PoseCells::Whole(Pose {
-                position_m: [x, y, z],
-                quaternion: quaternion.map(|q| q / scale),
-            }));
+            return Ok(PoseCells::Whole(pose));
         }
     }
     if cells.iter().all(|cell| cell.is_nan()) { Ok(PoseCells::Absent) } else { Ok(PoseCells::Part) }

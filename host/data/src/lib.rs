@@ -51,6 +51,20 @@ impl Pose {
         let q = rotation.quaternion();
         Pose { position_m: (*position_m).into(), quaternion: [q.w, q.i, q.j, q.k] }
     }
+
+    /// The same with its quaternion normalised.
+    ///
+    /// # Errors
+    /// The norm of a quaternion that is off by more than 1 %, or not finite.
+    pub fn normalised(self) -> Result<Self, f64> {
+        let norm = self.quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
+        if !((norm - 1.0).abs() <= 0.01) {
+            return Err(norm);
+        }
+        // A unit quaternion stays as it was written, to the last bit.
+        let scale = if (norm - 1.0).abs() < 1e-12 { 1.0 } else { norm };
+        Ok(Pose { quaternion: self.quaternion.map(|q| q / scale), ..self })
+    }
 }
 
 /// Force (N) and torque (N m).

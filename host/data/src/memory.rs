@@ -53,6 +53,15 @@ pub fn from_memory(
     Ok((Index::from(Dataset { folder: PathBuf::new(), description, trials: read }), warnings))
 }
 
+/// A rig without trials: the text of a dataset.toml, called `file` where it is refused.
+///
+/// # Errors
+/// What the format refuses.
+pub fn rig(description: &str, file: &Path) -> Result<(Index, Vec<Warning>), DatasetError> {
+    let (description, warnings) = description::parse(description, file)?;
+    Ok((Index::from(Dataset { folder: PathBuf::new(), description, trials: Vec::new() }), warnings))
+}
+
 /// How a table in memory is called in messages.
 fn place(trial: &str) -> PathBuf {
     PathBuf::from(format!("trial {trial}"))

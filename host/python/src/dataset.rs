@@ -1,6 +1,6 @@
 //! Data sets for Python: from a folder, from a recording by its mapping, from arrays.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -9,9 +9,9 @@ use pyo3::types::PyDict;
 use serde_json::json;
 use stickslip_analysis::Progress;
 use stickslip_analysis::evidence::sensors;
-use stickslip_data::error::join_warnings;
+use stickslip_data::error::{DatasetError, Problem, join_warnings};
 use stickslip_data::import::recording;
-use stickslip_data::memory::{Columns, filled, from_memory};
+use stickslip_data::memory::{Columns, filled, from_memory, rig};
 use stickslip_data::{Dataset as Data, Index, Stage, TrialInfo, Warning, write_as};
 
 use crate::errors::{choice, raised};
@@ -38,6 +38,13 @@ impl Dataset {
         let mut notes: Vec<String> = join_warnings(warnings).iter().map(ToString::to_string).collect();
         notes.extend(sensors::unstated(&index.description).sentence());
         Self { index: Arc::new(index), notes, whole: Whole::default() }
+    }
+
+    /// A rig without trials. Nothing is measured against its sensors: what is stated of them does not matter.
+    fn of_rig(text: &str, file: &str) -> PyResult<Self> {
+        let (index, warnings) = rig(text, Path::new(file)).map_err(|error| raised(&error.into()))?;
+        let notes = join_warnings(warnings).iter().map(ToString::to_string).collect();
+        Ok(Self { index: Arc::new(index), notes, whole: Whole::default() })
     }
 
     /// All good trials, read once.
@@ -93,10 +100,7 @@ impl Dataset {
         rows: &str,
         tables: Vec<(String, Vec<Column<'_>>)>,
     ) -> PyResult<Self> {
-        let refuse =
-            |error: anyhow::Error| raised(&error.context("the description cannot be written as TOML"));
-        let value: toml::Value = serde_json::from_str(description).map_err(|e| refuse(e.into()))?;
-        let description = toml::to_string(&value).map_err(|e| refuse(e.into()))?;
+        let description = as_toml(description)?;
         let mut views = Vec::with_capacity(tables.len());
         for (trial, columns) in &tables {
             let mut seen = Vec::with_capacity(columns.len());
@@ -109,6 +113,20 @@ impl Dataset {
         let (index, warnings) =
             py.detach(|| from_memory(&description, rows, &views)).map_err(|error| raised(&error.into()))?;
         Ok(Self::of(index, warnings))
+    }
+
+    /// The rig of a dataset.toml, without trials.
+    #[staticmethod]
+    fn rig_of_file(file: PathBuf) -> PyResult<Self> {
+        let text = std::fs::read_to_string(&file)
+            .map_err(|error| raised(&DatasetError::of_file(&file, Problem::Io(error.to_string())).into()))?;
+        Self::of_rig(&text, &file.display().to_string())
+    }
+
+    /// The same of the text of dataset.toml as JSON.
+    #[staticmethod]
+    fn rig_of_description(description: &str) -> PyResult<Self> {
+        Self::of_rig(&as_toml(description)?, "dataset.toml")
     }
 
     #[getter]
@@ -171,6 +189,13 @@ impl Dataset {
             Ok(stage.finish()?)
         })
     }
+}
+
+/// The text of dataset.toml from its JSON.
+fn as_toml(description: &str) -> PyResult<String> {
+    let refuse = |error: anyhow::Error| raised(&error.context("the description cannot be written as TOML"));
+    let value: toml::Value = serde_json::from_str(description).map_err(|e| refuse(e.into()))?;
+    toml::to_string(&value).map_err(|e| refuse(e.into()))
 }
 
 fn conditions<'py>(py: Python<'py>, info: &TrialInfo) -> PyResult<Bound<'py, PyDict>> {

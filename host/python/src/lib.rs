@@ -1,12 +1,14 @@
 //! The analyses for Python: the native part of the package `stickslip` (`host/python/python/stickslip`).
 //!
-//! Here: data sets, models and the facade's functions, their reports as the JSON documents of the commands, and
-//! what runs them ([`run`]) without the interpreter's lock and so that Ctrl-C stops them. The package in Python
-//! gives reports attributes, takes pandas tables, and has the docstrings that users read.
+//! Here: data sets, models, the predictor over samples as they come and the facade's functions, their reports as
+//! the JSON documents of the commands, and what runs them ([`run`]) without the interpreter's lock and so that
+//! Ctrl-C stops them. The package in Python gives reports attributes, takes pandas tables, and has the docstrings
+//! that users read.
 
 mod analyses;
 mod dataset;
 mod errors;
+mod live;
 mod model;
 mod report;
 mod run;
@@ -34,6 +36,8 @@ mod _stickslip {
     use crate::dataset::Dataset;
     #[pymodule_export]
     use crate::errors::{AnalysisError, DataError, ModelError, StickslipError};
+    #[pymodule_export]
+    use crate::live::{FingerPrediction, Prediction, Predictor};
     #[pymodule_export]
     use crate::model::Model;
     #[pymodule_export]

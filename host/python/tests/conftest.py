@@ -6,6 +6,7 @@ import sys
 import warnings
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import stickslip
@@ -45,3 +46,50 @@ def bench(tmp_path_factory):
     hidden = ["--hidden", "finger_friction_mismatch", "--seed", "11", "--objects", "obj4"]
     command("rig", "--out", folder, "--plan", "push-small", *hidden)
     return folder
+
+
+@pytest.fixture(scope="session")
+def lifts(tmp_path_factory):
+    """Lifts of the synthetic rig, in some of which the object is lost."""
+    folder = tmp_path_factory.mktemp("rig") / "lifts"
+    command("rig", "--out", folder, "--plan", "lift", "--seed", "3", "--objects", "obj4")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return stickslip.Dataset.read(folder)
+
+
+WRENCH = ["fx_n", "fy_n", "fz_n", "tx_nm", "ty_nm", "tz_nm"]
+POSE = ["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]
+
+
+def samples(data, trial):
+    """A trial's samples as `Predictor.step` takes them."""
+    columns = data.columns(trial)
+    rows = len(columns["t_s"])
+
+    def of(prefix, names):
+        parts = [columns.get(f"{prefix}_{name}", np.full(rows, np.nan)) for name in names]
+        table = np.stack(parts, axis=1)
+        return [None if np.isnan(row).any() else row for row in table]
+
+    signals = {name: of(name, WRENCH) for name in ("finger1", "finger2")}
+    signals |= {name: of(name, POSE) for name in ("gripper", "object", "pusher")}
+    grip = columns.get("grip_cmd_n", np.full(rows, np.nan))
+    return [
+        {"t_s": t_s, "grip_n": None if np.isnan(grip[i]) else grip[i], **{k: v[i] for k, v in signals.items()}}
+        for i, t_s in enumerate(columns["t_s"])
+    ]
+
+
+def row_of(data, trial):
+    """A trial's conditions as `Predictor` takes them; its place in the data set too."""
+    at = [row["trial"] for row in data.trials].index(trial)
+    row = data.trials[at]
+    pusher = [row.get(f"pusher_{name}") for name in POSE]
+    return {
+        "object": row["object"],
+        "primitive": row["primitive"],
+        "grip_n": row["grip_n"],
+        "pusher": None if None in pusher else pusher,
+        "ordinal": at,
+    }

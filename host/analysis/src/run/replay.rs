@@ -15,7 +15,7 @@ use thiserror::Error;
 use crate::channels;
 use crate::run::motion::{denoised, samples_a_pose};
 use crate::run::simulate::{SceneError, scene};
-use stickslip_data::{Description, Trial};
+use stickslip_data::{Description, Trial, TrialInfo};
 
 /// Why a trial cannot be replayed.
 #[derive(Debug, Error)]
@@ -131,6 +131,24 @@ pub fn replay(
         .map_err(|why| ReplayError::Refused { trial: trial.info.trial.clone(), why })
 }
 
+/// The predictor before its first sample, in single precision as on a board: of a record, of a score, of samples as they
+/// come. `ordinal` is the trial's place in its data set.
+///
+/// # Errors
+/// The predictor refuses scene, model or limits.
+pub fn ready(
+    scene: Scene<f32>,
+    plan: Plan,
+    model: &Model<f64>,
+    limits: Limits,
+    ordinal: usize,
+) -> Result<Predictor<f32>, ModelError> {
+    let mut predictor = Predictor::new(scene, model.cast(), limits)?;
+    predictor.set_plan(plan);
+    predictor.set_trial(ordinal as f32);
+    Ok(predictor)
+}
+
 /// Samples from one call of `done` to the next.
 const REPORTED: usize = 250;
 
@@ -146,9 +164,7 @@ pub fn run(
     ordinal: usize,
     mut done: impl FnMut(usize),
 ) -> Result<Replayed, ModelError> {
-    let mut predictor = Predictor::new(feed.scene.clone(), model.cast(), limits)?;
-    predictor.set_plan(feed.plan.clone());
-    predictor.set_trial(ordinal as f32);
+    let mut predictor = ready(feed.scene.clone(), feed.plan.clone(), model, limits, ordinal)?;
     let mut predictions = Vec::with_capacity(feed.samples.len());
     for some in feed.samples.chunks(REPORTED) {
         predictions.extend(some.iter().map(|s| predictor.take(s)));
@@ -178,12 +194,22 @@ pub struct Converter {
 impl Converter {
     /// For the samples of `trial`.
     pub fn new(trial: &Trial) -> Self {
+        Self::since(trial.samples.first().map_or(0.0, |s| s.t_s), &trial.info)
+    }
+
+    /// For samples of a trial from `start_s` on.
+    pub fn since(start_s: f64, info: &TrialInfo) -> Self {
         Self {
             seq: 0,
-            start_s: start_s(trial),
-            grip_n: trial.info.grip_n.unwrap_or(0.0) as f32,
-            pusher: trial.info.pusher.as_ref().map(narrow_pose),
+            start_s,
+            grip_n: info.grip_n.unwrap_or(0.0) as f32,
+            pusher: info.pusher.as_ref().map(narrow_pose),
         }
+    }
+
+    /// Counts time from `start_s` on; what is commanded or fixed still holds.
+    pub fn restart(&mut self, start_s: f64) {
+        (self.seq, self.start_s) = (0, start_s);
     }
 
     /// The next sample. Only the first needs the object's pose.
@@ -194,7 +220,8 @@ impl Converter {
         self.seq = self.seq.wrapping_add(1);
         wire::Sample {
             seq,
-            t_us: ((s.t_s - self.start_s) * 1e6).round() as u32,
+            // Wraps around every 71 minutes, as a board's clock: the predictor knows.
+            t_us: ((s.t_s - self.start_s) * 1e6).round() as u64 as u32,
             grip_cmd_n: self.grip_n,
             gripper: s.gripper.as_ref().map(narrow_pose),
             object: s.object.as_ref().map(narrow_pose),
@@ -207,10 +234,6 @@ impl Converter {
             }),
         }
     }
-}
-
-fn start_s(trial: &Trial) -> f64 {
-    trial.samples.first().map_or(0.0, |s| s.t_s)
 }
 
 fn narrow_pose(pose: &stickslip_data::Pose) -> wire::Pose {

@@ -19,7 +19,7 @@ use thiserror::Error;
 use crate::channels::{self, COUNT, Signals, object_channels};
 use crate::run::motion::{denoised, interpolated};
 use crate::run::preload;
-use stickslip_data::{ContactSpec, Description, ObjectSpec, Trial};
+use stickslip_data::{ContactSpec, Description, ObjectSpec, Trial, TrialInfo};
 
 /// Why a trial cannot be simulated.
 #[derive(Debug, Error)]
@@ -128,19 +128,30 @@ pub const TURN_ARM_M: f64 = 0.03;
 /// # Errors
 /// Where `dataset.toml` lacks a dimension or names a contact that the format does not know.
 pub fn scene(description: &Description, trial: &Trial) -> Result<Scene<f64>, SceneError> {
-    let fail = |what: String| SceneError::Description { trial: trial.info.trial.clone(), what };
+    // A primitive that grips nothing leaves the gripper's columns empty.
+    scene_of(description, &trial.info, trial.samples.iter().any(|s| s.gripper.is_some()))
+}
+
+/// The same of a trial that is not recorded yet; `grasped`: the fingers hold the object.
+///
+/// # Errors
+/// As [`scene`].
+pub fn scene_of(
+    description: &Description,
+    info: &TrialInfo,
+    grasped: bool,
+) -> Result<Scene<f64>, SceneError> {
+    let fail = |what: String| SceneError::Description { trial: info.trial.clone(), what };
     let spec = description
         .objects
         .iter()
-        .find(|o| o.id == trial.info.object)
-        .ok_or_else(|| fail(format!("object `{}` is not in dataset.toml", trial.info.object)))?;
+        .find(|o| o.id == info.object)
+        .ok_or_else(|| fail(format!("object `{}` is not in dataset.toml", info.object)))?;
     let object = object(spec).map_err(&fail)?;
-    let primitive = &trial.info.primitive;
+    let primitive = &info.primitive;
     let fingers = description.fingers.as_ref().map(finger).transpose().map_err(&fail)?;
     let pusher = description.pushers.get(primitive).map(pusher).transpose().map_err(&fail)?;
     let support = description.supports.get(primitive).map(support).transpose().map_err(&fail)?;
-    // A primitive that grips nothing leaves the gripper's columns empty.
-    let grasped = trial.samples.iter().any(|s| s.gripper.is_some());
     Ok(Scene {
         gravity_m_s2: description.gravity_m_s2,
         object,

@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 use stickslip_shared::model::Model;
-use stickslip_shared::predictor::{Limits, Prediction, Predictor, flags};
+use stickslip_shared::predictor::{Limits, Prediction, flags};
 
 use crate::progress::Progress;
-use crate::run::replay::{Feed, ReplayError, at_board_rate, feed, intent_of, interpolated_poses};
+use crate::run::replay::{Feed, ReplayError, at_board_rate, feed, intent_of, interpolated_poses, ready};
 use crate::run::simulate::{SceneError, scene};
 use crate::score::alarms::{Episode, SLIPS, UNTRUSTED, episodes};
 use crate::score::calibration::Stated;
@@ -233,10 +233,8 @@ fn predict(
     pose: ObjectPose,
     trial: &str,
 ) -> Result<Vec<Prediction>, Refused> {
-    let mut predictor = Predictor::new(feed.scene.clone(), model.cast(), limits)
+    let mut predictor = ready(feed.scene.clone(), feed.plan.clone(), model, limits, ordinal)
         .map_err(|why| ReplayError::Refused { trial: trial.to_owned(), why })?;
-    predictor.set_plan(feed.plan.clone());
-    predictor.set_trial(ordinal as f32);
     let mut started = false;
     Ok(feed
         .samples

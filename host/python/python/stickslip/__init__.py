@@ -9,6 +9,8 @@
     print(diagnosis)                                    # one sentence
     stickslip.compare(data, [model, diagnosis.model])   # before and after; a page in a notebook
 
+:class:`Predictor` predicts slip and drop sample by sample, in a loop of your own.
+
 Every function here is the command `stickslip` of the same name: the same numbers under the same names
 (:meth:`Report.to_dict` is what the command prints with ``--json``, ``stickslip schema COMMAND`` describes what each
 key means), the same refusals. All quantities are in SI units; names carry the unit.
@@ -19,17 +21,30 @@ doubtful, is a :class:`StickslipWarning`. Work runs without the interpreter's lo
 
 from ._analyses import add, calibrate, check, compare, diagnose, refit, replay, score, simulate, suggest
 from ._dataset import Dataset
+from ._live import Predictor
 from ._model import Model
 from ._report import Report
-from ._stickslip import AnalysisError, DataError, ModelError, StickslipError, __version__, effect_names
+from ._stickslip import (
+    AnalysisError,
+    DataError,
+    FingerPrediction,
+    ModelError,
+    Prediction,
+    StickslipError,
+    __version__,
+    effect_names,
+)
 from ._warning import StickslipWarning
 
 __all__ = [
     "AnalysisError",
     "DataError",
     "Dataset",
+    "FingerPrediction",
     "Model",
     "ModelError",
+    "Prediction",
+    "Predictor",
     "Report",
     "StickslipError",
     "StickslipWarning",

@@ -32,6 +32,10 @@ class Dataset:
     def from_memory(
         description: str, rows: str, tables: Sequence[tuple[str, Sequence[tuple[str, NDArray[np.float64]]]]]
     ) -> Dataset: ...
+    @staticmethod
+    def rig_of_file(file: str) -> Dataset: ...
+    @staticmethod
+    def rig_of_description(description: str) -> Dataset: ...
     @property
     def name(self) -> str: ...
     @property
@@ -63,6 +67,160 @@ class Model:
     @property
     def effects(self) -> list[tuple[str, list[tuple[str, float]]]]: ...
     def text(self) -> str: ...
+
+class Predictor:
+    @staticmethod
+    def begin(
+        data: Dataset,
+        object: str,
+        primitive: str,
+        model: Model | None,
+        plan: str,
+        limits: str,
+        grip_n: float | None,
+        pusher: Sequence[float] | None,
+        ordinal: int,
+    ) -> Predictor: ...
+    def step(
+        self,
+        t_s: float,
+        finger1: Sequence[float] | None,
+        finger2: Sequence[float] | None,
+        gripper: Sequence[float] | None,
+        object: Sequence[float] | None,
+        grip_n: float | None,
+        pusher: Sequence[float] | None,
+    ) -> Prediction: ...
+    def set_plan(self, plan: str, from_s: float | None) -> None: ...
+    def restart(self) -> None: ...
+    def reset_friction(self) -> None: ...
+    @property
+    def hash(self) -> str: ...
+
+class FingerPrediction:
+    """What the predictor says of one finger; does not change."""
+    @property
+    def slip(self) -> bool:
+        """It slips now."""
+    @property
+    def slip_in_s(self) -> float | None:
+        """Time until it slips, s; 0 while it does; None: not within the horizon."""
+    @property
+    def slip_speed_m_s(self) -> float:
+        """Slip speed by the model, m/s; 0 while it sticks."""
+    @property
+    def slip_direction_rad(self) -> float:
+        """Direction of the slip, now or predicted: angle in the finger's plane from gripper X towards gripper Z, rad."""
+    @property
+    def measured_utilisation(self) -> float | None:
+        """Share of the friction limit in use by the measured wrench; None: not measured."""
+    @property
+    def model_utilisation(self) -> float:
+        """The same by the model."""
+    @property
+    def peak_utilisation(self) -> float:
+        """Largest share that the look-ahead foresees."""
+    def to_dict(self) -> dict[str, Any]:
+        """All of it as a dictionary."""
+
+class Prediction:
+    """What the predictor says of one sample: the fields of a replay, in SI units; does not change.
+
+    `None`: not measured, or not foreseen. Flags that are up while `unsure` is up, and those that are not, cannot be
+    relied on; `doubts` says why.
+    """
+    @property
+    def t_s(self) -> float:
+        """Time of the sample, s."""
+    @property
+    def slip(self) -> bool:
+        """A finger slips now."""
+    @property
+    def slip_ahead(self) -> bool:
+        """A finger will slip within the horizon."""
+    @property
+    def unexpected(self) -> bool:
+        """Slip, now or ahead, that the plan does not intend."""
+    @property
+    def sag(self) -> bool:
+        """Sag beyond its limit, now or ahead."""
+    @property
+    def rotation(self) -> bool:
+        """Rotation in the grasp beyond its limit."""
+    @property
+    def drop(self) -> bool:
+        """The grasp will be lost within the horizon."""
+    @property
+    def pushing(self) -> bool:
+        """The object touches the pusher."""
+    @property
+    def unsure(self) -> bool:
+        """The flags cannot be relied on, raised or not."""
+    @property
+    def flags(self) -> list[str]:
+        """Names of the flags that are up, as in a replay's report."""
+    @property
+    def doubts(self) -> list[str]:
+        """Names of the reasons to doubt the prediction, as in a replay's report."""
+    @property
+    def flag_bits(self) -> int:
+        """The word of the flags, as in a replay's columns (docs/protocol.md)."""
+    @property
+    def validity_bits(self) -> int:
+        """The word of the doubts, as in a replay's columns (docs/protocol.md)."""
+    @property
+    def fingers(self) -> tuple[FingerPrediction, FingerPrediction]:
+        """Finger 1 (+Y), finger 2 (-Y)."""
+    @property
+    def utilisation(self) -> float:
+        """Share of the friction limit in use, of the finger that uses more: by its sensor, otherwise by the model."""
+    @property
+    def slip_in_s(self) -> float | None:
+        """Time until a finger slips, s; 0 while one does; None: not within the horizon."""
+    @property
+    def drop_in_s(self) -> float | None:
+        """Time until the grasp is lost, s; None: not within the horizon."""
+    @property
+    def holding_grip_n(self) -> float | None:
+        """Grip force of each finger that keeps the target utilisation, N; None where the plan does not mean to hold."""
+    @property
+    def hold_probability(self) -> float | None:
+        """Probability that the friction suffices now and within the horizon; None where the plan does not mean to hold, while it slips, and without a usable wrench."""
+    @property
+    def friction(self) -> float:
+        """Friction coefficient of the fingers, learnt on-line: the median."""
+    @property
+    def friction_least(self) -> float:
+        """The friction is above this with the probability 0.9875; `holding_grip_n` counts on it."""
+    @property
+    def sag_m(self) -> float:
+        """Downward motion in the grasp since the start that was not intended, m."""
+    @property
+    def sag_ahead_m(self) -> float:
+        """Sag expected at the end of the horizon, m."""
+    @property
+    def rotation_rad(self) -> float:
+        """Rotation in the grasp since the start, rad."""
+    @property
+    def pose(self) -> list[float]:
+        """The object in the grasp by the model: x, y, z (m), qw, qx, qy, qz in the gripper's frame."""
+    @property
+    def pusher_force_n(self) -> list[float]:
+        """Force of the pusher on the object by the model, N, world axes."""
+    @property
+    def finger_wrench(self) -> list[list[float]]:
+        """The wrench of each finger on the object by the model: fx, fy, fz (N), tx, ty, tz (N m), gripper axes."""
+    @property
+    def solver_status(self) -> str:
+        """How the contact problems of the tick ended: `solved`, or the worst."""
+    @property
+    def solver_residual_n(self) -> float:
+        """Largest momentum error of the tick's solves, N."""
+    @property
+    def solver_iterations(self) -> int:
+        """Newton steps of the tick."""
+    def to_dict(self) -> dict[str, Any]:
+        """All of it as a dictionary, `fingers` as a list of two: for JSON."""
 
 class Report:
     @property
