@@ -87,9 +87,15 @@ pub const INFO: Info = Info {
 };
 
 /// Grip at which a fingertip that stiffens has the compliance of the parameters, N.
-pub const REFERENCE_N: f64 = 20.0;
+const REFERENCE_N: f64 = 20.0;
 /// Lighter grips count as this much, N: the power law has no limit at zero.
 const LEAST_N: f64 = 0.5;
+
+/// A fingertip's compliance at a grip (N) over that of the parameters, with its `stiffening`.
+pub fn compliance_at<R: Real>(grip_n: R, stiffening: R) -> R {
+    let ratio = max(grip_n, R::of(LEAST_N)) / R::of(REFERENCE_N);
+    (-stiffening * ratio.ln()).exp()
+}
 
 impl<R: Real> Law<R> for ContactCompliance {
     fn contact(&self, p: &[R; MAX_PARAMETERS], context: &StepContext<R>, contact: &mut Contact<R>) {
@@ -98,10 +104,9 @@ impl<R: Real> Law<R> for ContactCompliance {
         let [mut tangential, mut normal, microslip] =
             if context.rubs(contact.body) { [p[0], p[1], p[3]] } else { [p[2], p[2], R::zero()] };
         if p[4] != R::zero() && is_finger(contact.body) && context.grip_cmd_n > R::zero() {
-            let ratio = max(context.grip_cmd_n, R::of(LEAST_N)) / R::of(REFERENCE_N);
-            let factor = (-p[4] * ratio.ln()).exp();
-            tangential = tangential * factor;
-            normal = normal * factor;
+            let share = compliance_at(context.grip_cmd_n, p[4]);
+            tangential = tangential * share;
+            normal = normal * share;
         }
         contact.tangential_n_m = softer(contact.tangential_n_m, tangential);
         contact.normal_n_m = softer(contact.normal_n_m, normal);

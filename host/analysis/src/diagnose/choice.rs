@@ -2,6 +2,7 @@
 //!
 //! The rules are those of 9 and 10 in `docs/diagnose.md`.
 
+use stickslip_shared::effects::contact_compliance::compliance_at;
 use stickslip_shared::effects::{Parameter, REGISTRY, Role, find as find_effect};
 use stickslip_shared::model::Model;
 
@@ -322,10 +323,13 @@ pub fn small_compliance_in(problem: &Problem, held: &Held, id: &str) -> bool {
     // Along the face: pressed in they give way less than that, and a fit that says otherwise has taken something
     // else for it. How gradually they let go is another matter, and the pusher is no pad.
     let of_it = |f: &Free| matches!(f, Free::Effect { effect, of, .. } if *effect == id && of.name == "tangential_m_n");
+    let named =
+        |f: &&Free| matches!(f, Free::Effect { effect, of, .. } if *effect == id && of.name == "stiffening");
+    let share = compliance_at(grip_n, free.iter().find(named).map_or(0.0, |f| f.get(&solution.model)));
     // What the data do not determine says nothing about the pads.
     free.iter().enumerate().filter(|(_, f)| of_it(f)).all(|(k, f)| {
-        let compliance_m_n = f.get(&solution.model);
-        compliance_m_n * grip_n < normal_m || compliance_m_n < 2.0 * covariance[(k, k)].sqrt()
+        let compliance_m_n = f.get(&solution.model) * share;
+        compliance_m_n * grip_n < normal_m || compliance_m_n < 2.0 * share * covariance[(k, k)].sqrt()
     })
 }
 

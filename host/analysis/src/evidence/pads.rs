@@ -10,7 +10,7 @@
 //! that time counts for their compliance, as the clocks of pose and wrench agree no better.
 
 use nalgebra::Vector3;
-use stickslip_shared::effects::contact_compliance::REFERENCE_N;
+use stickslip_shared::effects::contact_compliance::compliance_at;
 use stickslip_shared::model::{Base, FingerContact, RIGID_N_M};
 
 use crate::channels::Signals;
@@ -74,12 +74,12 @@ impl Pads {
     pub fn expected(&self, name: &str) -> Option<(f64, [f64; 2])> {
         let own = self.tangential_m_n;
         // At the grip for which the law has them: pads that stiffen may, or may not.
-        let ratio = self.grip_n / REFERENCE_N;
+        let at_most = compliance_at(self.grip_n, 1.0);
         let range = |[low, high]: [f64; 2]| {
             let [low, high] = self.at_most_m_n.map_or([low, high], |most| [0.0, most]);
-            [low * ratio.min(1.0), high * ratio.max(1.0)]
+            [low / at_most.max(1.0), high / at_most.min(1.0)]
         };
-        let c = own * ratio.powf(STIFFENING);
+        let c = own / compliance_at(self.grip_n, STIFFENING);
         match name {
             "tangential_m_n" => Some((c, range([own / SPRINGS, own * SPRINGS]))),
             "normal_m_n" => Some((NORMAL * c, range(NORMAL_RANGE.map(|share| share * own)))),
