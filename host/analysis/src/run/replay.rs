@@ -6,7 +6,8 @@ use std::collections::BinaryHeap;
 use nalgebra::Vector3;
 use stickslip_shared::model::{Model, Scene};
 use stickslip_shared::predictor::{
-    HASH_START, Intent, Limits, MAX_SEGMENTS, ModelError, Plan, Prediction, Predictor, Segment, Testimony,
+    Checked, HASH_START, Intent, Limits, MAX_SEGMENTS, ModelError, Plan, Prediction, Predictor, Segment,
+    Testimony,
 };
 use stickslip_shared::track::Pose;
 use stickslip_shared::wire;
@@ -144,9 +145,24 @@ pub fn run(
     model: &Model<f64>,
     limits: Limits,
     ordinal: usize,
+    done: impl FnMut(usize),
+) -> Result<Replayed, ModelError> {
+    run_tuned(feed, model, limits, &Checked::default(), ordinal, done)
+}
+
+/// [`run`] with other numbers than the default ones.
+///
+/// # Errors
+/// The predictor refuses scene or model.
+pub fn run_tuned(
+    feed: &Feed,
+    model: &Model<f64>,
+    limits: Limits,
+    tuning: &Checked<f32>,
+    ordinal: usize,
     mut done: impl FnMut(usize),
 ) -> Result<Replayed, ModelError> {
-    let mut predictor = Predictor::new(feed.scene.clone(), model.cast(), limits)?;
+    let mut predictor = Predictor::new(feed.scene.clone(), model.cast(), limits)?.with_tuning(tuning);
     predictor.set_plan(feed.plan.clone());
     predictor.set_trial(ordinal as f32);
     let mut predictions = Vec::with_capacity(feed.samples.len());

@@ -28,4 +28,5 @@ mod simulated;
 mod sparse_pushes;
 mod swing;
 mod truth;
+mod tuning;
 mod warnings;
