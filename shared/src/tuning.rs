@@ -1,7 +1,7 @@
 //! Numbers that were chosen, not derived: each is described once, with its default, its bounds and its documentation, and
 //! whoever reads, prints or checks them goes through that description.
 //!
-//! [`tuned!`] makes of a list a struct, its [`Default`], and [`Tuned`], which shows every number to a [`Visitor`] together
+//! `tuned!` makes of a list a struct, its [`Default`], and [`Tuned`], which shows every number to a [`Visitor`] together
 //! with what is said of it. The firmware runs the defaults and links nothing of the rest.
 
 use crate::real::Real;
