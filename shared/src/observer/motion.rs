@@ -42,9 +42,9 @@ pub enum Forces {
 tuned! {
     /// Departure that is slip.
     pub struct Bar<R> {
-        /// Standard deviations of a mean.
+        /// Standard deviations of a mean. Doubled: sudden slips are seen later, slow ones much later.
         sigmas: R = R::of(5.5), 0.5 to 50.0;
-        /// What the anchor may lag behind a creep besides, along the face and of the turn, m.
+        /// What the anchor may lag behind a creep besides, along the face and of the turn, m. Doubled: slow slips are seen later.
         lag_m: [R; 2] = [R::of(2e-5), R::of(3e-5)], 0.0 to 0.01;
     }
 }

@@ -24,7 +24,7 @@ tuned! {
         /// a time constant of a second at 250 Hz keeps the pose's noise below 0.1 micrometres. Doubled:
         /// half the time constant, 1.4 times the noise.
         pose_gain: f32 = 0.004, 0.0 to 1.0;
-        /// A slip ahead is at least so long ahead, s: one sample at 250 Hz.
+        /// A slip ahead is at least so long ahead, s: one sample at 250 Hz. Doubled: a slip that is due is said to come in 8 ms.
         least_ahead_s: f32 = 0.004, 0.0 to 0.1;
         /// A slip shorter than this says nothing of the next one, m: four times the noise of a pose in
         /// the grasp. Doubled: drops after short repeated slips are warned of later.
@@ -68,7 +68,8 @@ tuned! {
         /// A plan may be late by so much, s: ten samples. Doubled: a lift-off's load is not watched
         /// for 40 ms more.
         plan_late_s: f32 = 0.04, 0.0 to 1.0;
-        /// Of `settling_s`, the time in which the gripper may still gain or lose speed, s.
+        /// Of `settling_s`, the time in which the gripper may still gain or lose speed, s. Doubled: a load that is
+        /// clipped while the gripper starts is slip without a pose 40 ms later.
         gaining_s: f32 = 0.04, 0.0 to 2.0;
         /// The gripper's measured acceleration explains changes of the load for so long, s: three blocks of
         /// poses, and a jaw's ringing. Doubled: trends are seen 60 ms later after each move.
