@@ -13,57 +13,42 @@
 use crate::predictor::types::{Limits, Sample, validity};
 use crate::real::{Real, Vec3, norm};
 use crate::track::Pose;
+use crate::tuning::tuned;
 
-/// What was chosen, not derived: value, unit, why, and what happens if it is doubled. For sensors and rates
-/// that differ from 250 Hz.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Params {
-    /// Equal readings in a row that at least make a sensor stuck: two are common. Doubled: a dead sensor
-    /// is believed for 12 ms more.
-    pub stuck: u16,
-    /// Equal readings in a row that make any sensor stuck: a second. Doubled: two.
-    pub surely_stuck: u16,
-    /// Equal poses in a row that make any camera frozen, as `surely_stuck`: 4 s, since a coarse one repeats
-    /// itself for as long as the object rests. Doubled: 8 s.
-    pub surely_frozen: u16,
-    /// Steps of a pose from sample to sample below this length are rounding, m. Doubled: nothing, poses are not
-    /// measured to a micrometre.
-    pub rounding_m: f32,
-    /// One step in so many goes back where the last came from, at least, in a pose with noise: three in four at
-    /// rest, few in quick motion. Doubled: a pose that freezes after 8 s of quick motion is found, and a
-    /// noiseless one that was shaken at 10 Hz is accused.
-    pub turns: u16,
-    /// Runs of equal poses, each as long as the one before within a sample, that show a slower camera whose frames are held: by
-    /// chance, of runs of three, one in 65,000. Doubled: a camera of 31 Hz is found out after a second.
-    pub held: u8,
-    /// Chance of a run of equal readings below which it is none: one false alarm in an hour at 250 Hz.
-    /// Doubled: two.
-    pub chance: f32,
-    /// Changes after which repetition may be a fault: a sensor that was seen to live. Doubled: a sensor
-    /// that dies within its first 128 ms is not found.
-    pub lively: u16,
-    /// Readings after which the older ones count half: 4 s. Doubled: a change of noise is followed
-    /// later.
-    pub remembered: u16,
-    /// Samples in a row with unequal normal forces that make a bias: a wild reading comes alone or in
-    /// pairs. Doubled: a bias is seen 12 ms later.
-    pub biased: u8,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            stuck: 3,
-            surely_stuck: 250,
-            surely_frozen: 1000,
-            rounding_m: 1e-6,
-            turns: 10,
-            held: 16,
-            chance: 1e-6,
-            lively: 16,
-            remembered: 1024,
-            biased: 3,
-        }
+tuned! {
+    /// What was chosen, not derived: value, unit, why, and what happens if it is doubled. For sensors and rates
+    /// that differ from 250 Hz.
+    pub struct Params {
+        /// Equal readings in a row that at least make a sensor stuck: two are common. Doubled: a dead sensor
+        /// is believed for 12 ms more.
+        stuck: u16 = 3, 2.0 to 1000.0;
+        /// Equal readings in a row that make any sensor stuck: a second. Doubled: two.
+        surely_stuck: u16 = 250, 2.0 to 10000.0;
+        /// Equal poses in a row that make any camera frozen, as `surely_stuck`: 4 s, since a coarse one repeats
+        /// itself for as long as the object rests. Doubled: 8 s.
+        surely_frozen: u16 = 1000, 2.0 to 10000.0;
+        /// Steps of a pose from sample to sample below this length are rounding, m. Doubled: nothing, poses are not
+        /// measured to a micrometre.
+        rounding_m: f32 = 1e-6, 0.0 to 0.001;
+        /// One step in so many goes back where the last came from, at least, in a pose with noise: three in four at
+        /// rest, few in quick motion. Doubled: a pose that freezes after 8 s of quick motion is found, and a
+        /// noiseless one that was shaken at 10 Hz is accused.
+        turns: u16 = 10, 1.0 to 1000.0;
+        /// Runs of equal poses, each as long as the one before within a sample, that show a slower camera whose frames are held: by
+        /// chance, of runs of three, one in 65,000. Doubled: a camera of 31 Hz is found out after a second.
+        held: u8 = 16, 1.0 to 200.0;
+        /// Chance of a run of equal readings below which it is none: one false alarm in an hour at 250 Hz.
+        /// Doubled: two.
+        chance: f32 = 1e-6, 1e-30 to 0.5;
+        /// Changes after which repetition may be a fault: a sensor that was seen to live. Doubled: a sensor
+        /// that dies within its first 128 ms is not found.
+        lively: u16 = 16, 1.0 to 10000.0;
+        /// Readings after which the older ones count half: 4 s. Doubled: a change of noise is followed
+        /// later.
+        remembered: u16 = 1024, 16.0 to 30000.0;
+        /// Samples in a row with unequal normal forces that make a bias: a wild reading comes alone or in
+        /// pairs. Doubled: a bias is seen 12 ms later.
+        biased: u8 = 3, 1.0 to 100.0;
     }
 }
 

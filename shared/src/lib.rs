@@ -34,6 +34,7 @@ pub mod solve;
 pub mod state;
 pub mod step;
 pub mod track;
+pub mod tuning;
 mod window;
 pub mod wire;
 mod work;

@@ -36,12 +36,14 @@ pub(crate) mod sag;
 mod sense;
 mod start;
 mod tracked;
+pub mod tuning;
 pub mod types;
 pub mod validate;
 mod witness;
 
 pub use params::Params;
 pub use plan::{Intent, MAX_SEGMENTS, Plan, Segment};
+pub use tuning::{Checked, Tuning};
 pub use types::{
     FingerPrediction, HASH_START, Limits, Prediction, Sample, Slip, SolverStatus, flags, validity,
 };
@@ -50,9 +52,9 @@ pub use witness::Testimony;
 
 use crate::cone::Kept;
 use crate::effect::MEMORY;
-use crate::health::{self, Health};
+use crate::health::Health;
 use crate::model::{MAX_EFFECTS, Model, Scene};
-use crate::observer::{self, Observer};
+use crate::observer::Observer;
 use crate::real::Real;
 use crate::step::Workspace;
 use crate::track;
@@ -107,31 +109,14 @@ impl<R: Real> Predictor<R> {
         }
     }
 
-    /// The same with other tuning than the default.
+    /// The same with other numbers than the default ones: before the first sample.
     #[must_use]
-    pub fn with_params(mut self, params: Params) -> Self {
-        self.context.params = params;
-        self
-    }
-
-    /// The same with another tuning of the observer than the default: before the first sample.
-    #[must_use]
-    pub fn with_observer(mut self, params: observer::Params<R>) -> Self {
-        self.context.observer = Observer::with(self.context.model.friction.finger, params);
-        self
-    }
-
-    /// The same with another tuning of the checks of the sensors than the default: before the first sample.
-    #[must_use]
-    pub fn with_health(mut self, params: health::Params) -> Self {
-        self.context.health = Health::new(params);
-        self
-    }
-
-    /// The same with another tuning of paths, acceleration and settling than the default: before the first sample.
-    #[must_use]
-    pub fn with_track(mut self, params: track::Params<R>) -> Self {
-        self.context.track = params;
+    pub fn with_tuning(mut self, tuning: &Checked<R>) -> Self {
+        let Tuning { predictor, observer, health, track } = *tuning.get();
+        self.context.params = predictor;
+        self.context.observer = Observer::with(self.context.model.friction.finger, observer);
+        self.context.health = Health::new(health);
+        self.context.track = track;
         self
     }
 

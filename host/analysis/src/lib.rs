@@ -1,7 +1,7 @@
 //! A contact model against measurements: what the data show, what the model predicts, where the
 //! two part, and which physical effect is missing.
 //!
-//! From the ground up: [`channels`] (the signals that both share), [`model`] (the model file),
+//! From the ground up: [`channels`] (the signals that both share), [`model`] (the model file), [`tuning`] (the predictor's numbers),
 //! [`run`] (a model along a recorded trial), [`left_out`] (trials that it cannot run along), [`evidence`] (conditions, phases, noise, balance),
 //! [`fit`] (least squares on features of all trials), and on top the analyses.
 //!
@@ -28,6 +28,7 @@ pub mod run;
 pub mod score;
 pub mod simulate;
 pub mod suggest;
+pub mod tuning;
 
 pub use add::{add, refit};
 pub use calibrate::calibrate;

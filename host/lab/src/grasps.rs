@@ -11,7 +11,7 @@ use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::warnings::{Key, TrialKey, until_s};
 use stickslip_data::{Index, TrialInfo};
 use stickslip_shared::model::Model;
-use stickslip_shared::predictor::{Limits, ModelError, Plan, Prediction, Predictor, validate};
+use stickslip_shared::predictor::{Checked, Limits, ModelError, Plan, Prediction, Predictor, validate};
 use stickslip_shared::wire::Sample;
 
 use crate::degrade::Fault;
@@ -24,6 +24,15 @@ const SMOOTHED: usize = 10;
 #[derive(Debug, Default)]
 pub struct Unit {
     on: Option<Predictor<f32>>,
+    tuning: Checked<f32>,
+}
+
+impl Unit {
+    /// Not switched on yet, with numbers of its own.
+    #[must_use]
+    pub fn tuned(tuning: Checked<f32>) -> Self {
+        Self { on: None, tuning }
+    }
 }
 
 impl Unit {
@@ -36,7 +45,7 @@ impl Unit {
                 predictor.swap(scene, model, limits);
                 predictor
             }
-            None => Predictor::new(scene, model, limits)?,
+            None => Predictor::new(scene, model, limits)?.with_tuning(&self.tuning),
         };
         let predictor = self.on.insert(predictor);
         predictor.restart();

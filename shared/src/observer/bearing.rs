@@ -8,69 +8,54 @@
 //! only where the told weight has proven right, and while the planned motion stays.
 
 use crate::real::{Real, clamp, max, min, sqrt};
+use crate::tuning::tuned;
 
 /// Samples in a block: 32 ms at 250 Hz, longer than the correlation of filtered noise.
 const BLOCK: u8 = 8;
 
-/// What was chosen in it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BearingParams<R: Real> {
-    /// Deficit that is none, as a share of the weight: pads that settle and poses that turn. Doubled: falls that
-    /// lose less than a tenth of the weight are not told.
-    pub allowed_share: R,
-    /// The same in standard deviations: half of the least deficit to be found soonest. Doubled: small deficits
-    /// are told later.
-    pub allowed_sigmas: R,
-    /// By chance once in a hundred hours, `exp(2 k h) / (2 k^2)` samples apart (Siegmund 1985): `2 k h`.
-    /// Doubled: falls are told twice as late, by chance never.
-    pub chance: R,
-    /// After so many samples it does not fall but rests elsewhere, or has been dropped: 0.4 s, in which it falls
-    /// by 0.8 m. Doubled: the alarm stands that much longer.
-    pub fallen_samples: u8,
-    /// The told weight is right if it is borne for a while within this share. Doubled: objects that rest on
-    /// something pass for held.
-    pub weight_share: R,
-    /// Time constant of the mean, s. Doubled: a new load is known that much later.
-    pub borne_s: R,
-    /// Time constant of the noise, s, of which a tenth counts. Doubled: a change of noise is known later.
-    pub noise_s: R,
-    /// First guess of the noise, share of the weight. Doubled: falls in the first second are told later.
-    pub noise: R,
-    /// Time constant of noise that has just begun, s. Doubled: a knock of 40 ms passes for a fall.
-    pub sudden_s: R,
-    /// A sample counts up to so many standard deviations in mean and noise: a knock is neither. Doubled: it is both.
-    pub counted_sigmas: R,
-    /// A sample counts up to so many in the deficit: three of them are a fall. Doubled: two are.
-    pub sample_share: R,
-    /// And
-    pub lost_share: R,
-    /// Less than this bears nothing, N: ten times the noise of a sensor. Doubled: objects of 20 to 40 g are not followed.
-    pub least_n: R,
-    /// Share with which a block enters the long-run variance: 0.6 s at 250 Hz. Doubled: known, and forgotten, in half of it.
-    pub block_share: R,
-    /// Share of the alarm's bar from which the object may be falling. Doubled: the pose is believed later.
-    pub suspect_share: R,
-}
-
-impl<R: Real> Default for BearingParams<R> {
-    fn default() -> Self {
-        Self {
-            allowed_share: R::of(0.05),
-            allowed_sigmas: R::of(0.9),
-            chance: R::of(19.0),
-            fallen_samples: 100,
-            weight_share: R::of(0.15),
-            borne_s: R::of(0.3),
-            noise_s: R::of(0.2),
-            noise: R::of(0.03),
-            sudden_s: R::of(0.04),
-            counted_sigmas: R::of(2.5),
-            sample_share: R::of(0.4),
-            lost_share: R::of(0.15),
-            least_n: R::of(0.2),
-            block_share: R::of(0.05),
-            suspect_share: R::of(0.4),
-        }
+tuned! {
+    /// What was chosen in it.
+    pub struct BearingParams<R> {
+        /// Deficit that is none, as a share of the weight: pads that settle and poses that turn. Doubled: falls that
+        /// lose less than a tenth of the weight are not told.
+        allowed_share: R = R::of(0.05), 0.0 to 1.0;
+        /// The same in standard deviations: half of the least deficit to be found soonest. Doubled: small deficits
+        /// are told later.
+        allowed_sigmas: R = R::of(0.9), 0.01 to 100.0;
+        /// By chance once in a hundred hours, `exp(2 k h) / (2 k^2)` samples apart (Siegmund 1985): `2 k h`.
+        /// Doubled: falls are told twice as late, by chance never.
+        chance: R = R::of(19.0), 0.1 to 1000.0;
+        /// After so many samples it does not fall but rests elsewhere, or has been dropped: 0.4 s, in which it falls
+        /// by 0.8 m. Doubled: the alarm stands that much longer.
+        fallen_samples: u8 = 100, 1.0 to 250.0;
+        /// The told weight is right if it is borne for a while within this share. Doubled: objects that rest on
+        /// something pass for held.
+        weight_share: R = R::of(0.15), 0.0 to 10.0;
+        /// Time constant of the mean, s. Doubled: a new load is known that much later.
+        borne_s: R = R::of(0.3), 0.004 to 100.0;
+        /// Time constant of the noise, s, over `noise_share`. Doubled: a change of noise is known later.
+        noise_s: R = R::of(0.2), 0.004 to 100.0;
+        /// A sample's share in the noise, of that of its time constant. Doubled: as half of `noise_s`.
+        noise_share: R = R::of(0.1), 0.001 to 1.0;
+        /// First guess of the noise, share of the weight. Doubled: falls in the first second are told later.
+        noise: R = R::of(0.03), 1e-4 to 10.0;
+        /// Time constant of noise that has just begun, s. Doubled: a knock of 40 ms passes for a fall.
+        sudden_s: R = R::of(0.04), 0.004 to 10.0;
+        /// How much more than it one difference counts, in squares. Doubled: a fall counts as noise for a sample longer.
+        sudden_most: R = R::of(4.0), 1.0 to 1000.0;
+        /// A sample counts up to so many standard deviations in mean and noise: a knock is neither. Doubled: it is both.
+        counted_sigmas: R = R::of(2.5), 0.1 to 100.0;
+        /// A sample counts up to so many in the deficit: three of them are a fall. Doubled: two are.
+        sample_share: R = R::of(0.4), 0.01 to 10.0;
+        /// A fall lacks this share of the weight at least, summed over the samples. Doubled: light objects are told of when they
+        /// have fallen twice as long.
+        lost_share: R = R::of(0.15), 0.0 to 10.0;
+        /// Less than this bears nothing, N: ten times the noise of a sensor. Doubled: objects of 20 to 40 g are not followed.
+        least_n: R = R::of(0.2), 0.001 to 100.0;
+        /// Share with which a block enters the long-run variance: 0.6 s at 250 Hz. Doubled: known, and forgotten, in half of it.
+        block_share: R = R::of(0.05), 0.001 to 1.0;
+        /// Share of the alarm's bar from which the object may be falling. Doubled: the pose is believed later.
+        suspect_share: R = R::of(0.4), 0.0 to 2.0;
     }
 }
 
@@ -159,7 +144,7 @@ impl<R: Real> Bearing<R> {
             return 0;
         }
         // A fall is a few large differences, noise many.
-        let square = min(change * change * R::of(0.5), self.sudden * R::of(4.0));
+        let square = min(change * change * R::of(0.5), self.sudden * self.params.sudden_most);
         self.sudden += (square - self.sudden) * min(dt_s / self.params.sudden_s, R::one());
         let sigma = max(sqrt(max(max(self.variance, self.sudden), self.long_run)), R::of(1e-3));
         let allowed = max(self.params.allowed_share / sigma, self.params.allowed_sigmas);
@@ -187,7 +172,7 @@ impl<R: Real> Bearing<R> {
         };
         self.mean += counted * max(min(dt_s / self.params.borne_s, R::one()), first);
         if right {
-            let slow = min(dt_s / self.params.noise_s, R::one()) * R::of(0.1);
+            let slow = min(dt_s / self.params.noise_s, R::one()) * self.params.noise_share;
             self.variance += (counted * counted - self.variance) * slow;
             self.note_block(counted);
         }

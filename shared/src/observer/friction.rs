@@ -12,75 +12,59 @@
 //! `m (1 / (p S(h)) - 1)^(1 / k)` have closed forms.
 
 use crate::real::{Real, clamp, max, min, sqrt};
+use crate::tuning::tuned;
 
-/// Degrees of freedom of what one grasp tells of the rig. Doubled: a wet patch moves the next grasps 1.7 times as far.
-const FREEDOM: f64 = 4.0;
-
-/// What was chosen in it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrictionParams<R: Real> {
-    /// Relative standard deviation of the friction told: within 15 % on other days, and from grasp to grasp. Doubled:
-    /// trends are warned of at half of the told friction, and jumps of the load to 0.7 of it are slip without a pose.
-    pub spread_told: R,
-    /// The same of friction that a slip has told: what it varies by from slip to slip. Doubled: warnings that come
-    /// 6 % below the limit come 12 % below.
-    pub spread_learnt: R,
-    /// The same from grasp to grasp of a rig, about its own. Doubled: grasps tell next to nothing of the next ones.
-    pub spread_grasp: R,
-    /// Probability of the least friction: there is more with this one. Twice as near to 1: trends are warned of 3 % of the
-    /// friction earlier.
-    pub sure: R,
-    /// Probability of the likely friction, whatever was held. Twice as near to 1: jumps of the load to 0.8 of the told
-    /// friction are slip without a pose.
-    pub likely: R,
-    /// Least estimate over the told coefficient. Doubled: friction that fell to a third is not learnt.
-    pub least_share: R,
-    /// Largest estimate over the told coefficient. Doubled: nothing, but for models that are far off.
-    pub most_share: R,
-    /// What was learnt fades with this time constant, s. Doubled: what a wet patch taught lasts two minutes.
-    pub fade_s: R,
-    /// Time constant of the slow mean of the ratio, s. Doubled: loads are known to stay that much later.
-    pub level_s: R,
-    /// The ratio of a steady load stays within this share of its slow mean. Doubled: slow ramps pass for held.
-    pub level_share: R,
-    /// A load that stays for so long proves friction, s. Doubled: it proves it that much later.
-    pub steady_s: R,
-    /// A knock is over at this share of its peak. Above 1, every sample is one.
-    pub over_share: R,
-    /// Share of a knock's peak that was held: the peak's noise is taken off.
-    pub peak_share: R,
-    /// Friction is learnt from slip that is as old as this, s: two samples. Doubled: short slips teach nothing.
-    pub slid_s: R,
-    /// And as fast as this, m/s: beyond the noise of the filtered velocity. Doubled: slow slips teach nothing.
-    pub slid_m_s: R,
-    /// Pads that carry less than this share of what they carried in the slip do not slide. Above 1, no
-    /// slip teaches.
-    pub caught_share: R,
-    /// Slip as long as this settles the estimate, s. Doubled: short slips leave the spread of the told one.
-    pub learnt_s: R,
-}
-
-impl<R: Real> Default for FrictionParams<R> {
-    fn default() -> Self {
-        Self {
-            spread_told: R::of(0.12),
-            spread_learnt: R::of(0.026),
-            spread_grasp: R::of(0.08),
-            sure: R::of(0.9875),
-            likely: R::of(0.92),
-            least_share: R::of(0.2),
-            most_share: R::of(2.0),
-            fade_s: R::of(60.0),
-            level_s: R::of(0.5),
-            level_share: R::of(0.03),
-            steady_s: R::of(0.3),
-            over_share: R::of(0.8),
-            peak_share: R::of(0.97),
-            slid_s: R::of(0.008),
-            slid_m_s: R::of(0.005),
-            caught_share: R::of(0.9),
-            learnt_s: R::of(0.04),
-        }
+tuned! {
+    /// What was chosen in it.
+    pub struct FrictionParams<R> {
+        /// Relative standard deviation of the friction told: within 15 % on other days, and from grasp to grasp. Doubled:
+        /// trends are warned of at half of the told friction, and jumps of the load to 0.7 of it are slip without a pose.
+        spread_told: R = R::of(0.12), 0.005 to 1.0;
+        /// The same of friction that a slip has told: what it varies by from slip to slip. Doubled: warnings that come
+        /// 6 % below the limit come 12 % below.
+        spread_learnt: R = R::of(0.026), 0.001 to 1.0;
+        /// The same from grasp to grasp of a rig, about its own. Doubled: grasps tell next to nothing of the next ones.
+        spread_grasp: R = R::of(0.08), 0.001 to 1.0;
+        /// Degrees of freedom of what one grasp tells of the rig. Doubled: a wet patch moves the next grasps 1.7 times as far.
+        freedom: R = R::of(4.0), 0.1 to 1000.0;
+        /// Probability of the least friction: there is more with this one. Twice as near to 1: trends are warned of 3 % of the
+        /// friction earlier.
+        sure: R = R::of(0.9875), 0.5 to 0.9999;
+        /// Probability of the likely friction, whatever was held. Twice as near to 1: jumps of the load to 0.8 of the told
+        /// friction are slip without a pose.
+        likely: R = R::of(0.92), 0.5 to 0.9999;
+        /// Least estimate over the told coefficient. Doubled: friction that fell to a third is not learnt.
+        least_share: R = R::of(0.2), 0.01 to 1.0;
+        /// Largest estimate over the told coefficient. Doubled: nothing, but for models that are far off.
+        most_share: R = R::of(2.0), 1.0 to 100.0;
+        /// What was learnt fades with this time constant, s. Doubled: what a wet patch taught lasts two minutes.
+        fade_s: R = R::of(60.0), 1.0 to 1e6;
+        /// Time constant of the slow mean of the ratio, s. Doubled: loads are known to stay that much later.
+        level_s: R = R::of(0.5), 0.01 to 100.0;
+        /// The ratio of a steady load stays within this share of its slow mean. Doubled: slow ramps pass for held.
+        level_share: R = R::of(0.03), 0.0 to 1.0;
+        /// And within so many standard deviations of its noise. Doubled: ramps under noise pass for held.
+        level_sigmas: R = R::of(2.0), 0.0 to 100.0;
+        /// A load that stays for so long proves friction, s. Doubled: it proves it that much later.
+        steady_s: R = R::of(0.3), 0.01 to 100.0;
+        /// A knock is over at this share of its peak. Above 1, every sample is one.
+        over_share: R = R::of(0.8), 0.0 to 1.5;
+        /// Share of a knock's peak that was held: the peak's noise is taken off.
+        peak_share: R = R::of(0.97), 0.0 to 1.0;
+        /// Friction is learnt from slip that is as old as this, s: two samples. Doubled: short slips teach nothing.
+        slid_s: R = R::of(0.008), 0.0 to 1.0;
+        /// And as fast as this, m/s: beyond the noise of the filtered velocity. Doubled: slow slips teach nothing.
+        slid_m_s: R = R::of(0.005), 0.0 to 1.0;
+        /// Share with which a sample of a slip enters the estimate: the mean of five. Doubled: 1.5 times the noise.
+        slid_share: R = R::of(0.2), 0.001 to 1.0;
+        /// The same where the spread is below half of the told one's: what is known well moves little. Doubled: pads that get wet
+        /// in the midst of a grasp are followed in half of the time.
+        known_share: R = R::of(0.05), 0.001 to 1.0;
+        /// Pads that carry less than this share of what they carried in the slip do not slide. Above 1, no
+        /// slip teaches.
+        caught_share: R = R::of(0.9), 0.0 to 1.5;
+        /// Slip as long as this settles the estimate, s. Doubled: short slips leave the spread of the told one.
+        learnt_s: R = R::of(0.04), 0.0 to 10.0;
     }
 }
 
@@ -143,7 +127,7 @@ impl<R: Real> Rig<R> {
         let of_grasp = params.spread_grasp * params.spread_grasp;
         let seen = of_grasp + params.spread_learnt * params.spread_learnt;
         let off = (slid_at / self.median).ln();
-        let freedom = R::of(FREEDOM);
+        let freedom = params.freedom;
         let weight = (freedom + R::one()) / (freedom + off * off / (self.variance + seen));
         let gain = self.variance / (self.variance + seen / weight);
         let variance = self.variance - self.variance * gain;
@@ -288,7 +272,8 @@ impl<R: Real> Friction<R> {
             // Pads that have caught the object again carry less; the speed is seen to fall later.
             if slides && seen.needed > self.peak * self.params.caught_share {
                 // What is known well moves little.
-                let gain = R::of(if self.spread < self.params.spread_told * R::of(0.5) { 0.05 } else { 0.2 });
+                let known = self.spread < self.params.spread_told * R::of(0.5);
+                let gain = if known { self.params.known_share } else { self.params.slid_share };
                 self.median = clamp(self.median + (seen.needed - self.median) * gain, low, high);
                 if seen.slip_s.is_some_and(|s| s > self.params.learnt_s) {
                     self.spread = self.params.spread_learnt;
@@ -307,8 +292,8 @@ impl<R: Real> Friction<R> {
             self.level = seen.needed;
         }
         self.level += (seen.needed - self.level) * min(dt_s / self.params.level_s, R::one());
-        let near =
-            (seen.needed - self.level).abs() < self.level * self.params.level_share + seen.noise * R::of(2.0);
+        let near = (seen.needed - self.level).abs()
+            < self.level * self.params.level_share + seen.noise * self.params.level_sigmas;
         self.steady_s = if near && !seen.steered { self.steady_s + dt_s } else { R::zero() };
         self.peak = max(self.peak, seen.needed);
         let over = seen.needed < self.peak * self.params.over_share;

@@ -2,37 +2,29 @@
 //! leads to that level and no further.
 
 use crate::real::{Real, max, min};
+use crate::tuning::tuned;
 
-/// What was chosen in it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GripParams<R: Real> {
-    /// The slowest jaw has followed a step of its command after this, s. Doubled: its gain is learnt that much later.
-    pub settled_s: R,
-    /// A commanded fall shorter than this is a re-grasp, s: it is judged by its level, not by its slope. Doubled: a grip that
-    /// decays is warned of 0.12 s later.
-    pub regrasp_s: R,
-    /// A grip command that falls is extrapolated by this share of the time for which it has fallen. Doubled: ramps that stop
-    /// short are warned of twice as early.
-    pub goes_on: R,
-    /// Samples in which a falling command becomes a trend: 60 ms. Doubled: friction is learnt from loads under a grip that
-    /// has fallen for 60 ms.
-    pub falling_samples: u8,
-    /// Smoothing of the normal force: three samples. Doubled: its noise is 1.6 times as large.
-    pub smoothing: R,
-    /// A command that changes by less than this in a second stands, N/s. Doubled: slower decays are not seen.
-    pub least_n_s: R,
-}
-
-impl<R: Real> Default for GripParams<R> {
-    fn default() -> Self {
-        Self {
-            settled_s: R::of(1.0),
-            regrasp_s: R::of(0.12),
-            goes_on: R::of(1.0),
-            falling_samples: 15,
-            smoothing: R::of(0.3),
-            least_n_s: R::of(0.05),
-        }
+tuned! {
+    /// What was chosen in it.
+    pub struct GripParams<R> {
+        /// The slowest jaw has followed a step of its command after this, s. Doubled: its gain is learnt that much later.
+        settled_s: R = R::of(1.0), 0.01 to 100.0;
+        /// A commanded fall shorter than this is a re-grasp, s: it is judged by its level, not by its slope. Doubled: a grip that
+        /// decays is warned of 0.12 s later.
+        regrasp_s: R = R::of(0.12), 0.0 to 10.0;
+        /// A grip command that falls is extrapolated by this share of the time for which it has fallen. Doubled: ramps that stop
+        /// short are warned of twice as early.
+        goes_on: R = R::of(1.0), 0.0 to 100.0;
+        /// Samples in which a falling command becomes a trend: 60 ms. Doubled: friction is learnt from loads under a grip that
+        /// has fallen for 60 ms.
+        falling_samples: u8 = 15, 1.0 to 250.0;
+        /// Share with which a change of the command enters its trend: 27 ms. Doubled: steps of a command that falls in steps show
+        /// in the time left.
+        trend_share: R = R::of(0.15), 0.01 to 1.0;
+        /// Smoothing of the normal force: three samples. Doubled: its noise is 1.6 times as large.
+        smoothing: R = R::of(0.3), 0.01 to 1.0;
+        /// A command that changes by less than this in a second stands, N/s. Doubled: slower decays are not seen.
+        least_n_s: R = R::of(0.05), 0.0 to 1000.0;
     }
 }
 
@@ -80,7 +72,7 @@ impl<R: Real> Grip<R> {
         self.changed_s += dt_s;
         if self.command_n > R::zero() {
             let rate = (command_n - self.command_n) / dt_s;
-            self.trend_n_s += (rate - self.trend_n_s) * R::of(0.15);
+            self.trend_n_s += (rate - self.trend_n_s) * self.params.trend_share;
             let falls = rate < -self.params.least_n_s;
             self.falling =
                 if falls { self.falling.saturating_add(1).min(self.params.falling_samples) } else { 0 };

@@ -7,32 +7,23 @@
 //! noise has lost most of its memory, and which 50 and 60 Hz do not hide from; at first, what the rest of the tare shows.
 
 use crate::real::{Real, Vec3, clamp, max, min, sqrt};
+use crate::tuning::tuned;
 use crate::window::shift_in;
 
 /// Samples whose differences are noise.
 const APART: usize = 3;
 
-/// What was chosen in it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LoadParams<R: Real> {
-    /// Share with which a sample enters the power: five samples. Doubled: noise passes for load for moments.
-    pub power_share: R,
-    /// Share with which a difference enters the noise: 0.4 s. Doubled: known, and forgotten, in half of it.
-    pub noise_share: R,
-    /// One difference counts up to so many variances: a load that changes is no noise. Doubled: knocks count as noise.
-    pub noise_most: R,
-    /// First guess of the noise, standard deviation. Doubled: light loads count less in the first samples.
-    pub noise: R,
-}
-
-impl<R: Real> Default for LoadParams<R> {
-    fn default() -> Self {
-        Self {
-            power_share: R::of(0.3),
-            noise_share: R::of(0.01),
-            noise_most: R::of(4.0),
-            noise: R::of(0.005),
-        }
+tuned! {
+    /// What was chosen in it.
+    pub struct LoadParams<R> {
+        /// Share with which a sample enters the power: five samples. Doubled: noise passes for load for moments.
+        power_share: R = R::of(0.3), 0.001 to 1.0;
+        /// Share with which a difference enters the noise: 0.4 s. Doubled: known, and forgotten, in half of it.
+        noise_share: R = R::of(0.01), 1e-4 to 1.0;
+        /// One difference counts up to so many variances: a load that changes is no noise. Doubled: knocks count as noise.
+        noise_most: R = R::of(4.0), 1.0 to 1000.0;
+        /// First guess of the noise, standard deviation. Doubled: light loads count less in the first samples.
+        noise: R = R::of(0.005), 1e-6 to 1.0;
     }
 }
 

@@ -218,8 +218,7 @@ impl<R: Real> Observer<R> {
             for (i, ((b, x), e)) in bias.iter_mut().zip(w).zip(e).enumerate() {
                 let bound = if i < 3 { self.params.tare_n } else { self.params.tare_nm };
                 let error = *x - *e;
-                // Noise may exceed the bound; three times the bound is no constant error.
-                beyond |= error.abs() > bound * R::of(3.0);
+                beyond |= error.abs() > bound * self.params.tare_beyond;
                 *b = clamp(*b + (error - *b) * share, -bound, bound);
             }
         }
@@ -268,7 +267,7 @@ impl<R: Real> Observer<R> {
         // What was held is no limit: only more than that is slip.
         let noise = max(self.trend.noise(), both.map_or(R::zero(), |b| b.noise));
         let (proven, likely) = (self.friction.proven() * effects, self.friction.likely() * effects);
-        let held = proven + noise * R::of(3.0);
+        let held = proven + noise * self.params.held_sigmas;
         let clipped = now.map_or(0, |now| {
             let risen = max(seen.limit * self.params.slipping_share - noise, held);
             // A grip that was commanded down lifts the ratio of any load: such a jump clips nothing.
@@ -288,7 +287,7 @@ impl<R: Real> Observer<R> {
         seen.moved = match &s.points_m {
             Some(points) => {
                 // A load that has been held is none that it slips under.
-                let bar = max(likely * self.params.at_limit_share, proven + noise * R::of(2.0));
+                let bar = max(likely * self.params.at_limit_share, proven + noise * self.params.borne_sigmas);
                 let forces = if falling || clipped > 0 {
                     Forces::Fall
                 } else if now.is_some_and(|r| r > bar) || self.bearing.suspect() {
@@ -321,8 +320,7 @@ impl<R: Real> Observer<R> {
         let fastest = |m: Moved<R>| max(norm(&m.velocity_m_s[0]), norm(&m.velocity_m_s[1]));
         let usage = Use {
             needed: smooth / effects,
-            // The smoothed ratio's is 0.42 of a sample's where noise is white, and 0.65 where it is filtered.
-            noise: noise * R::of(0.75),
+            noise: noise * self.params.smoothed_noise,
             slip_s: seen.moved.map(|m| m.slip_s),
             speed_m_s: seen.moved.map_or_else(R::zero, fastest),
             grip_holds: self.grip.holds(),

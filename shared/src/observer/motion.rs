@@ -15,6 +15,7 @@
 
 use super::shear::{Load, Shear, ShearParams};
 use crate::real::{Real, Vec3, clamp, max, min, norm, sqrt};
+use crate::tuning::tuned;
 use crate::window::shift_in;
 
 /// Gains of the filter: its noise is 0.57 of the samples', as that of a mean of three.
@@ -38,67 +39,56 @@ pub enum Forces {
     Fall,
 }
 
-/// Departure that is slip.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bar<R: Real> {
-    /// Standard deviations of a mean.
-    pub sigmas: R,
-    /// What the anchor may lag behind a creep besides, along the face and of the turn, m.
-    pub lag_m: [R; 2],
+tuned! {
+    /// Departure that is slip.
+    pub struct Bar<R> {
+        /// Standard deviations of a mean. Doubled: sudden slips are seen later, slow ones much later.
+        sigmas: R = R::of(5.5), 0.5 to 50.0;
+        /// What the anchor may lag behind a creep besides, along the face and of the turn, m. Doubled: slow slips are seen later.
+        lag_m: [R; 2] = [R::of(2e-5), R::of(3e-5)], 0.0 to 0.01;
+    }
 }
 
-/// What was chosen in it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MotionParams<R: Real> {
-    /// Gain of the anchor, 1/s. Doubled: slow slides are lost in it twice as soon, slow shear of pads twice as well.
-    pub follow_s: R,
-    /// Gain of its drift, 1/s^2. Doubled: a creep is taken along sooner, and slow slides too.
-    pub creep_s2: R,
-    /// Fastest creep that is taken along, m/s. Doubled: slides of 2 mm/s are none.
-    pub creep_m_s: R,
-    /// A sample counts up to this share of what two must sum to: one alone proves nothing. Above 1, one wild sample is slip.
-    pub counted_share: R,
-    /// First guess of the noise of the pose in the grasp on an axis, m. Doubled: slips in the first tenth of a second are seen later.
-    pub noise_m: R,
-    /// Most departure that winds the creep up, in standard deviations: a move is none. Doubled: moves wind it up.
-    pub creep_sigmas: R,
-    /// Share with which a block's mean enters their variance: 0.6 s at 250 Hz. Doubled: vibration is learnt, and forgotten, in half of it.
-    pub block_share: R,
-    /// How much more than the variance so far one block counts. Doubled: a slip that begins counts as vibration.
-    pub block_most: R,
-    /// Slower than this for some samples is rest, m/s: the noise of the filtered velocity. Doubled: slides of 5 mm/s are told in pieces.
-    pub rest_m_s: R,
-    /// For so many samples: 32 ms. Doubled: a slip is said to end that much later.
-    pub rest_samples: u8,
-    /// Poses that are farther apart than this are none, s: a camera of 25 Hz. Doubled: an object that is no longer seen passes for held for 90 ms.
-    pub blind_s: R,
-    /// Far below the limit: by chance once in two hours, exp(h^2 / 2) means, of which two in a sample are independent. Sigmas
-    /// doubled: sudden slips are seen twice as late.
-    pub hold: Bar<R>,
-    /// The same, but for what the anchor lags: at the limit, where a grasp rarely is.
-    pub at_limit: Bar<R>,
-    /// The forces have told of slip already: by chance once in a second of it.
-    pub fall: Bar<R>,
-}
-
-impl<R: Real> Default for MotionParams<R> {
-    fn default() -> Self {
-        Self {
-            follow_s: R::of(5.0),
-            creep_s2: R::of(5.0),
-            creep_m_s: R::of(1e-3),
-            counted_share: R::of(0.6),
-            noise_m: R::of(5e-5),
-            creep_sigmas: R::of(3.0),
-            block_share: R::of(0.05),
-            block_most: R::of(9.0),
-            rest_m_s: R::of(3e-3),
-            rest_samples: 8,
-            blind_s: R::of(0.045),
-            hold: Bar { sigmas: R::of(5.5), lag_m: [R::of(2e-5), R::of(3e-5)] },
-            at_limit: Bar { sigmas: R::of(4.7), lag_m: [R::of(5e-6), R::of(1.5e-5)] },
-            fall: Bar { sigmas: R::of(3.5), lag_m: [R::of(0.0), R::of(0.0)] },
-        }
+tuned! {
+    /// What was chosen in it.
+    pub struct MotionParams<R> {
+        /// Gain of the anchor, 1/s. Doubled: slow slides are lost in it twice as soon, slow shear of pads twice as well.
+        follow_s: R = R::of(5.0), 0.0 to 250.0;
+        /// Gain of its drift, 1/s^2. Doubled: a creep is taken along sooner, and slow slides too.
+        creep_s2: R = R::of(5.0), 0.0 to 1000.0;
+        /// Fastest creep that is taken along, m/s. Doubled: slides of 2 mm/s are none.
+        creep_m_s: R = R::of(1e-3), 0.0 to 1.0;
+        /// A sample counts up to this share of what two must sum to: one alone proves nothing. Above 1, one wild sample is slip.
+        counted_share: R = R::of(0.6), 0.05 to 2.0;
+        /// First guess of the noise of the pose in the grasp on an axis, m. Doubled: slips in the first tenth of a second are seen later.
+        noise_m: R = R::of(5e-5), 1e-7 to 0.01;
+        /// Share with which a sample enters that noise: 0.8 s. Doubled: a change of it is followed in half of the time.
+        noise_share: R = R::of(0.005), 1e-4 to 1.0;
+        /// How much more than the noise so far one sample counts, in squares. Doubled: starts and stops count as noise.
+        noise_most: R = R::of(9.0), 1.0 to 1000.0;
+        /// Most departure that winds the creep up, in standard deviations: a move is none. Doubled: moves wind it up.
+        creep_sigmas: R = R::of(3.0), 0.0 to 100.0;
+        /// Share with which a block's mean enters their variance: 0.6 s at 250 Hz. Doubled: vibration is learnt, and forgotten, in half of it.
+        block_share: R = R::of(0.05), 0.001 to 1.0;
+        /// How much more than the variance so far one block counts. Doubled: a slip that begins counts as vibration.
+        block_most: R = R::of(9.0), 1.0 to 1000.0;
+        /// Slower than this for some samples is rest, m/s: the noise of the filtered velocity. Doubled: slides of 5 mm/s are told in pieces.
+        rest_m_s: R = R::of(3e-3), 0.0 to 1.0;
+        /// Slower than so many standard deviations of the filtered pose in a sample is rest too. Doubled: the same with bad cameras.
+        rest_sigmas: R = R::of(0.7), 0.0 to 100.0;
+        /// For so many samples: 32 ms. Doubled: a slip is said to end that much later.
+        rest_samples: u8 = 8, 1.0 to 250.0;
+        /// Share with which a gain of speed enters the acceleration of a slip: three samples. Doubled: its noise is 1.6 times as large.
+        acceleration_share: R = R::of(0.3), 0.01 to 1.0;
+        /// Poses that are farther apart than this are none, s: a camera of 25 Hz. Doubled: an object that is no longer seen passes for held for 90 ms.
+        blind_s: R = R::of(0.045), 0.0 to 1.0;
+        /// Far below the limit: by chance once in two hours, exp(h^2 / 2) means, of which two in a sample are independent. Sigmas
+        /// doubled: sudden slips are seen twice as late.
+        hold: Bar<R> = Bar { sigmas: R::of(5.5), lag_m: [R::of(2e-5), R::of(3e-5)] };
+        /// The same, but for what the anchor lags: at the limit, where a grasp rarely is.
+        at_limit: Bar<R> = Bar { sigmas: R::of(4.7), lag_m: [R::of(5e-6), R::of(1.5e-5)] };
+        /// The forces have told of slip already: by chance once in a second of it.
+        fall: Bar<R> = Bar { sigmas: R::of(3.5), lag_m: [R::of(0.0), R::of(0.0)] };
     }
 }
 
@@ -293,9 +283,9 @@ impl<R: Real> Motion<R> {
                     (change.x * change.x + change.z * change.z) * R::of(0.25),
                     change.y * change.y * R::of(0.5),
                 ];
-                let gain = max(R::of(0.005), first);
+                let gain = max(self.params.noise_share, first);
                 for (v, square) in self.variance.iter_mut().zip(squares) {
-                    *v += (min(square, *v * R::of(9.0)) - *v) * gain;
+                    *v += (min(square, *v * self.params.noise_most) - *v) * gain;
                 }
             }
             let ahead = p.at + p.velocity * dt_s;
@@ -333,8 +323,8 @@ impl<R: Real> Motion<R> {
         }
         let gain = (fastest - self.speed_m_s) / dt_s;
         self.speed_m_s = fastest;
-        self.acceleration_m_s2 += (gain - self.acceleration_m_s2) * R::of(0.3);
-        let resting = fastest < max(self.params.rest_m_s, noise[0] * R::of(0.7) / dt_s);
+        self.acceleration_m_s2 += (gain - self.acceleration_m_s2) * self.params.acceleration_share;
+        let resting = fastest < max(self.params.rest_m_s, noise[0] * self.params.rest_sigmas / dt_s);
         self.still = if resting { self.still.saturating_add(1) } else { 0 };
         if slipping && self.still >= self.params.rest_samples {
             self.slip_s = R::zero();

@@ -16,66 +16,56 @@
 //! a tenth of a second, its height is a ceiling of friction to be learnt from.
 
 use crate::real::{Real, max, min, sqrt};
+use crate::tuning::tuned;
 use crate::window::shift_in;
 
 /// Samples that must be flat.
 const FLAT: usize = 5;
 
-/// What was chosen in it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlateauParams<R: Real> {
-    /// Slope and curvature of a flat load over the window, as a share of the jump. Doubled: peaks of knocks pass
-    /// for clipped.
-    pub flat_share: R,
-    /// The same in standard deviations. Doubled: under noise, slow ramps pass for flat.
-    pub flat_sigmas: R,
-    /// A jump is at least this share of the ratio. Doubled: clipped loads of less than a fifth more wait for the told friction.
-    pub jump_share: R,
-    /// And so many standard deviations. Doubled: the same under noise.
-    pub jump_sigmas: R,
-    /// A flat load is over its bar by so many deviations of such means. Doubled: slips without a pose are seen later.
-    pub means_sigmas: R,
-    /// And so many above the slow mean of the load, where that is below the bar: by chance some 30 times an hour where
-    /// the bar lies 1.6 of them above the load. Doubled: slips without a pose under a noise of
-    /// a tenth of the load are not seen.
-    pub level_sigmas: R,
-    /// A plateau that follows a jump begins within so many samples of it: 60 ms. Doubled: ramps after a jump count as jumps.
-    pub after_jump: u8,
-    /// A peak so far above the plateau, as a share of it, was carried. Doubled: friction that falls by so much with speed hides no slip.
-    pub carried_share: R,
-    /// The same in standard deviations. Doubled: the same under noise.
-    pub carried_sigmas: R,
-    /// The load that went higher has gone where the ratio falls below this share of its peak. Above 1, every sample forgets it.
-    pub gone_share: R,
-    /// The plateau ends where the mean falls below this share of it, less two of its standard deviations. Above 1, it never lasts.
-    pub ended_share: R,
-    /// A knock that was clipped lasts so many samples at least: one that was not is narrower at half its height than at its
-    /// foot. Doubled: knocks of less than 72 ms teach nothing.
-    pub least_knock: u8,
-    /// And at most. Doubled: steps of the load of up to 0.2 s teach a ceiling.
-    pub longest_knock: u8,
-    /// It adds so much to the load. Doubled: smaller ones teach nothing.
-    pub knock_share: R,
-}
-
-impl<R: Real> Default for PlateauParams<R> {
-    fn default() -> Self {
-        Self {
-            flat_share: R::of(0.12),
-            flat_sigmas: R::of(2.0),
-            jump_share: R::of(0.1),
-            jump_sigmas: R::of(8.0),
-            means_sigmas: R::of(2.0),
-            level_sigmas: R::of(4.5),
-            after_jump: 15,
-            carried_share: R::of(0.02),
-            carried_sigmas: R::of(2.5),
-            gone_share: R::of(0.8),
-            ended_share: R::of(0.95),
-            least_knock: 9,
-            longest_knock: 25,
-            knock_share: R::of(0.15),
-        }
+tuned! {
+    /// What was chosen in it.
+    pub struct PlateauParams<R> {
+        /// Slope and curvature of a flat load over the window, as a share of the jump. Doubled: peaks of knocks pass
+        /// for clipped.
+        flat_share: R = R::of(0.12), 0.0 to 2.0;
+        /// The same in standard deviations. Doubled: under noise, slow ramps pass for flat.
+        flat_sigmas: R = R::of(2.0), 0.0 to 100.0;
+        /// A jump is at least this share of the ratio. Doubled: clipped loads of less than a fifth more wait for the told friction.
+        jump_share: R = R::of(0.1), 0.0 to 10.0;
+        /// And so many standard deviations. Doubled: the same under noise.
+        jump_sigmas: R = R::of(8.0), 0.0 to 100.0;
+        /// A flat load is over its bar by so many deviations of such means. Doubled: slips without a pose are seen later.
+        means_sigmas: R = R::of(2.0), 0.0 to 100.0;
+        /// And so many above the slow mean of the load, where that is below the bar: by chance some 30 times an hour where
+        /// the bar lies 1.6 of them above the load. Doubled: slips without a pose under a noise of
+        /// a tenth of the load are not seen.
+        level_sigmas: R = R::of(4.5), 0.0 to 100.0;
+        /// Share with which a difference of means enters their variance: 0.4 s. Doubled: known, and forgotten, in half of it.
+        spread_share: R = R::of(0.05), 0.001 to 1.0;
+        /// How much more than the variance so far one difference counts. Doubled: knocks count as noise.
+        spread_most: R = R::of(4.0), 1.0 to 1000.0;
+        /// A plateau that follows a jump begins within so many samples of it: 60 ms. Doubled: ramps after a jump count as jumps.
+        after_jump: u8 = 15, 1.0 to 250.0;
+        /// A peak so far above the plateau, as a share of it, was carried. Doubled: friction that falls by so much with speed hides no slip.
+        carried_share: R = R::of(0.02), 0.0 to 10.0;
+        /// The same in standard deviations. Doubled: the same under noise.
+        carried_sigmas: R = R::of(2.5), 0.0 to 100.0;
+        /// The load that went higher has gone where the ratio falls below this share of its peak. Above 1, every sample forgets it.
+        gone_share: R = R::of(0.8), 0.0 to 1.5;
+        /// The plateau ends where the ratio falls below this share of it, ... Above 1, it never lasts.
+        ended_share: R = R::of(0.95), 0.0 to 1.5;
+        /// ... less so many standard deviations. Doubled: under noise it is seen to end later.
+        ended_sigmas: R = R::of(2.0), 0.0 to 100.0;
+        /// A knock that was clipped lasts so many samples at least: one that was not is narrower at half its height than at its
+        /// foot. Doubled: knocks of less than 72 ms teach nothing.
+        least_knock: u8 = 9, 5.0 to 250.0;
+        /// And at most. Doubled: steps of the load of up to 0.2 s teach a ceiling.
+        longest_knock: u8 = 25, 6.0 to 250.0;
+        /// It adds so much to the load. Doubled: smaller ones teach nothing.
+        knock_share: R = R::of(0.15), 0.0 to 10.0;
+        /// Above its flat top by half of its height, or by so many standard deviations, it goes on rising. Doubled: under noise,
+        /// knocks that are held teach a ceiling.
+        rising_sigmas: R = R::of(4.0), 0.0 to 100.0;
     }
 }
 
@@ -171,7 +161,7 @@ impl<R: Real> Plateau<R> {
         if s.now < self.borne * self.params.gone_share {
             self.borne = R::zero();
         }
-        let lasts = s.now > self.at * self.params.ended_share - s.noise * R::of(2.0)
+        let lasts = s.now > self.at * self.params.ended_share - s.noise * self.params.ended_sigmas
             && max(s.held, self.borne) < self.at * self.params.ended_share;
         self.note_mean(s);
         if self.clipped > 0 && lasts {
@@ -222,8 +212,8 @@ impl<R: Real> Plateau<R> {
         let mean = (a + b + c + d + e) * R::of(0.2);
         let change = mean - self.last_mean;
         self.last_mean = mean;
-        let most = max(self.spread, s.noise * s.noise * R::of(0.2)) * R::of(4.0);
-        self.spread += (min(change * change * R::of(0.5), most) - self.spread) * R::of(0.05);
+        let most = max(self.spread, s.noise * s.noise * R::of(0.2)) * self.params.spread_most;
+        self.spread += (min(change * change * R::of(0.5), most) - self.spread) * self.params.spread_share;
     }
 
     /// Height at which a knock was clipped that has ended with this sample.
@@ -273,7 +263,7 @@ impl<R: Real> Plateau<R> {
         }
         self.lasting = self.lasting.saturating_add(1);
         let height = self.top - self.base;
-        if s.now > self.top + max(height * R::of(0.5), s.noise * R::of(4.0))
+        if s.now > self.top + max(height * R::of(0.5), s.noise * self.params.rising_sigmas)
             || self.lasting > self.params.longest_knock
         {
             // It went on rising, or it stays: no knock.

@@ -10,63 +10,51 @@
 //! their normal force give way when it falls under the same load.
 
 use crate::real::{Real, Vec3, clamp, max, min, norm, sqrt};
+use crate::tuning::tuned;
 use crate::window::shift_in;
 
 /// Samples that are kept.
 pub(super) const KEPT: usize = 8;
 
-/// What was chosen in it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ShearParams<R: Real> {
-    /// Compliance of both pads together that may be, m/N: of two pads of 5 N/mm.
-    /// Doubled: slips in the first lift are seen some 10 ms later.
-    pub softest_m_n: R,
-    /// Time by which the poses of gripper and object may be apart, standard deviation, s: a quarter of a sample.
-    /// Doubled: sudden slips in the first move are seen some 5 ms later.
-    pub apart_s: R,
-    /// Doubt that counts, in standard deviations of the posterior. Doubled: as twice both priors.
-    pub doubt_sigmas: R,
-    /// Share by which a pad's shear is not linear: partial slip of the rim below two thirds of the limit.
-    /// Doubled: slips are told from softening that much later.
-    pub nonlinear: R,
-    /// The load and the pose may be measured so far apart in time, s: half the longest mean of a force sensor, and
-    /// a third of a sample. Doubled: a tenth fewer false alarms in knocks, 1 % fewer sudden slips within 20 ms.
-    pub skew_s: R,
-    /// Loads below so many standard deviations of the noise teach nothing. Doubled: light objects teach little.
-    pub taught_sigmas: R,
-    /// Velocities below this teach nothing, m/s: the noise of the gripper's. Doubled: slow moves do not tell the clock.
-    pub taught_m_s: R,
-    /// Share by which the time apart is not constant. Doubled: sudden slips in fast moves of late poses are seen later.
-    pub late_share: R,
-    /// What was learnt fades by this share with each sample that teaches: 2 s. Doubled: pads that warm up are followed in 1 s.
-    pub fade: R,
-    /// Samples of a move whose errors are alike: so much less they say of the time apart. Doubled: two moves are needed.
-    pub alike: R,
-    /// Of the mean of four samples, to bound the compliance. Doubled: the bound is wider by the noise.
-    pub bound_sigmas: R,
-    /// By how much of itself the bound widens in a sample: by half in 20 s. Doubled: in 10 s.
-    pub bound_fade: R,
-    /// Noise of a pose in the grasp, m, against which the priors weigh. Doubled: pads are learnt from four times the samples.
-    pub noise_m: R,
-}
-
-impl<R: Real> Default for ShearParams<R> {
-    fn default() -> Self {
-        Self {
-            softest_m_n: R::of(1e-4),
-            apart_s: R::of(1.0e-3),
-            doubt_sigmas: R::of(1.5),
-            nonlinear: R::of(0.3),
-            skew_s: R::of(0.003),
-            taught_sigmas: R::of(5.0),
-            taught_m_s: R::of(0.02),
-            late_share: R::of(0.15),
-            fade: R::of(0.002),
-            alike: R::of(25.0),
-            bound_sigmas: R::of(1.5),
-            bound_fade: R::of(1e-4),
-            noise_m: R::of(5e-5),
-        }
+tuned! {
+    /// What was chosen in it.
+    pub struct ShearParams<R> {
+        /// Compliance of both pads together that may be, m/N: of two pads of 5 N/mm.
+        /// Doubled: slips in the first lift are seen some 10 ms later.
+        softest_m_n: R = R::of(1e-4), 1e-9 to 0.1;
+        /// Time by which the poses of gripper and object may be apart, standard deviation, s: a quarter of a sample.
+        /// Doubled: sudden slips in the first move are seen some 5 ms later.
+        apart_s: R = R::of(1.0e-3), 1e-6 to 0.1;
+        /// Doubt that counts, in standard deviations of the posterior. Doubled: as twice both priors.
+        doubt_sigmas: R = R::of(1.5), 0.0 to 20.0;
+        /// Share by which a pad's shear is not linear: partial slip of the rim below two thirds of the limit.
+        /// Doubled: slips are told from softening that much later.
+        nonlinear: R = R::of(0.3), 0.0 to 10.0;
+        /// The load and the pose may be measured so far apart in time, s: half the longest mean of a force sensor, and
+        /// a third of a sample. Doubled: a tenth fewer false alarms in knocks, 1 % fewer sudden slips within 20 ms.
+        skew_s: R = R::of(0.003), 0.0 to 0.1;
+        /// Loads below so many standard deviations of the noise teach nothing. Doubled: light objects teach little.
+        taught_sigmas: R = R::of(5.0), 0.0 to 100.0;
+        /// Velocities below this teach nothing, m/s: the noise of the gripper's. Doubled: slow moves do not tell the clock.
+        taught_m_s: R = R::of(0.02), 0.0 to 10.0;
+        /// Share by which the time apart is not constant. Doubled: sudden slips in fast moves of late poses are seen later.
+        late_share: R = R::of(0.15), 0.0 to 10.0;
+        /// What was learnt fades by this share with each sample that teaches: 2 s. Doubled: pads that warm up are followed in 1 s.
+        fade: R = R::of(0.002), 1e-6 to 1.0;
+        /// Samples of a move whose errors are alike: so much less they say of the time apart. Doubled: two moves are needed.
+        alike: R = R::of(25.0), 1.0 to 10000.0;
+        /// Of the mean of four samples, to bound the compliance. Doubled: the bound is wider by the noise.
+        bound_sigmas: R = R::of(1.5), 0.0 to 100.0;
+        /// By how much of itself the bound widens in a sample: by half in 20 s. Doubled: in 10 s.
+        bound_fade: R = R::of(1e-4), 0.0 to 1.0;
+        /// Noise of a pose in the grasp, m, against which the priors weigh. Doubled: pads are learnt from four times the samples.
+        noise_m: R = R::of(5e-5), 1e-7 to 0.01;
+        /// Share with which a difference of loads enters their noise: 0.4 s. Doubled: a change of it is followed in half of the time.
+        load_noise_share: R = R::of(0.01), 1e-4 to 1.0;
+        /// How much more than the noise so far one difference counts, in squares. Doubled: knocks count as noise.
+        load_noise_most: R = R::of(9.0), 1.0 to 1000.0;
+        /// Smoothing of the load that shears the pads, as of the place. Doubled: 1.8 times the noise of its rate.
+        smoothing: R = R::of(0.4), 0.01 to 1.0;
     }
 }
 
@@ -188,13 +176,14 @@ impl<R: Real> Shear<R> {
         let now = load.map_or(last, |l| Cause { force_n: l.force_n, velocity_m_s: l.gripper_m_s });
         let change = now.force_n - last.force_n;
         let square = (change.x * change.x + change.z * change.z) * R::of(0.25);
-        self.variance += (min(square, self.variance * R::of(9.0)) - self.variance) * R::of(0.01);
+        let most = self.variance * self.params.load_noise_most;
+        self.variance += (min(square, most) - self.variance) * self.params.load_noise_share;
         shift_in(&mut self.recent, now);
         let was = self.smooth.force_n;
-        self.smooth.towards(&now, R::of(0.4));
+        self.smooth.towards(&now, self.params.smoothing);
         self.rate_n_s = norm(&(self.smooth.force_n - was)) / dt_s;
         if let Some(load) = load {
-            self.normal_n[0] += (load.normal_n - self.normal_n[0]) * R::of(0.4);
+            self.normal_n[0] += (load.normal_n - self.normal_n[0]) * self.params.smoothing;
         }
     }
 

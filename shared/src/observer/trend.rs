@@ -7,6 +7,7 @@
 //! a knock less. A slope is proven at five, where both halves of the time show it.
 
 use crate::real::{Real, max, min, sqrt};
+use crate::tuning::tuned;
 use crate::window::shift_in;
 
 /// Blocks of the fit.
@@ -17,43 +18,33 @@ pub const SHORT: u8 = 5;
 /// See [`SHORT`].
 pub const LONG: u8 = 25;
 
-/// What was chosen in it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrendParams<R: Real> {
-    /// Samples in a block: 20 ms at 250 Hz, half the shortest load of a hand-over. Doubled: slopes are
-    /// proven twice as late, and slopes of a third of the size.
-    pub per_block: u8,
-    /// Standard deviations that prove a slope: by chance once in some hundred hours. Doubled: ramps are
-    /// proven at the limit only.
-    pub proven_sigmas: R,
-    /// Standard deviations by which the slope may be less than it seems. Doubled: warnings of a barely
-    /// proven slope come at half the lead.
-    pub caution_sigmas: R,
-    /// Share of the slope that each half must show alone: a step shows it in one. Doubled: only what
-    /// accelerates is proven.
-    pub half_share: R,
-    /// Share with which the difference of two slopes enters their sway: a second of fits. Doubled: a sway is
-    /// known, and forgotten, in half of it.
-    pub sway_share: R,
-    /// How much more than the sway so far one difference counts. Doubled: one ramp makes the next one
-    /// harder to prove.
-    pub sway_most: R,
-    /// Share with which a block's noise enters the mean noise. Doubled: changes of noise are followed in
-    /// 0.2 s.
-    pub noise_share: R,
-}
-
-impl<R: Real> Default for TrendParams<R> {
-    fn default() -> Self {
-        Self {
-            per_block: SHORT,
-            proven_sigmas: R::of(5.0),
-            caution_sigmas: R::of(2.0),
-            half_share: R::of(0.6),
-            sway_share: R::of(0.02),
-            sway_most: R::of(6.0),
-            noise_share: R::of(0.05),
-        }
+tuned! {
+    /// What was chosen in it.
+    pub struct TrendParams<R> {
+        /// Samples in a block: 20 ms at 250 Hz, half the shortest load of a hand-over. Doubled: slopes are
+        /// proven twice as late, and slopes of a third of the size.
+        per_block: u8 = SHORT, 2.0 to 200.0;
+        /// Standard deviations that prove a slope: by chance once in some hundred hours. Doubled: ramps are
+        /// proven at the limit only.
+        proven_sigmas: R = R::of(5.0), 0.5 to 100.0;
+        /// Standard deviations by which the slope may be less than it seems. Doubled: warnings of a barely
+        /// proven slope come at half the lead.
+        caution_sigmas: R = R::of(2.0), 0.0 to 100.0;
+        /// Share of the slope that each half must show alone: a step shows it in one. Doubled: only what
+        /// accelerates is proven.
+        half_share: R = R::of(0.6), 0.0 to 1.5;
+        /// Share with which the difference of two slopes enters their sway: a second of fits. Doubled: a sway is
+        /// known, and forgotten, in half of it.
+        sway_share: R = R::of(0.02), 1e-4 to 1.0;
+        /// How much more than the sway so far one difference counts. Doubled: one ramp makes the next one
+        /// harder to prove.
+        sway_most: R = R::of(6.0), 1.0 to 1000.0;
+        /// Share with which a block's noise enters the mean noise. Doubled: changes of noise are followed in
+        /// 0.2 s.
+        noise_share: R = R::of(0.05), 1e-4 to 1.0;
+        /// How much more than the mean noise one block counts, in squares: a jump within it is no noise. Doubled: a jump delays the
+        /// next proof.
+        noise_most: R = R::of(9.0), 1.0 to 1000.0;
     }
 }
 
@@ -142,7 +133,8 @@ impl<R: Real> Trend<R> {
         let mean = self.sum / n;
         let spread = max(self.squares - self.sum * mean, R::zero()) / (n - R::one());
         // A jump within the block is not noise.
-        let spread = if spread > self.variance * R::of(9.0) { self.variance * R::of(9.0) } else { spread };
+        let most = self.variance * self.params.noise_most;
+        let spread = if spread > most { most } else { spread };
         self.variance += (spread - self.variance) * self.params.noise_share;
         // Times count from now, so that they stay small.
         let mut newer = [mean + self.first, R::zero()];

@@ -14,26 +14,22 @@ use crate::model::{Model, Scene};
 use crate::real::{Real, Vec3, clamp, max, norm};
 use crate::step::{State, StepSummary, Workspace, turned};
 use crate::track::{Pose, Poses, drive_between};
+use crate::tuning::tuned;
 use crate::work::{TICK_WORK, Work};
 
-/// What was chosen in it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Params {
-    /// Steps over the horizon: as many as fit into a tick where no contact opens. Doubled: the look-ahead takes
-    /// two ticks, and what it foresees is 4 ms older.
-    pub steps: u8,
-    /// Longest single step of the model, s. Doubled: impacts and the begin of a slip are dated twice as coarsely.
-    pub longest_step_s: f32,
-    /// An object that falls moves at least this fast in the grasp, m/s, ... Doubled: a loss of the grasp is
-    /// foreseen one step later.
-    pub falls_m_s: f32,
-    /// ... and gains at least this, m/s^2: a fifth of gravity. Doubled: objects that pads brake are not lost.
-    pub falls_m_s2: f32,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self { steps: 5, longest_step_s: 0.02, falls_m_s: 0.05, falls_m_s2: 2.0 }
+tuned! {
+    /// What was chosen in it.
+    pub struct Params {
+        /// Steps over the horizon: as many as fit into a tick where no contact opens. Doubled: the look-ahead takes
+        /// two ticks, and what it foresees is 4 ms older.
+        steps: u8 = 5, 1.0 to 50.0;
+        /// Longest single step of the model, s. Doubled: impacts and the begin of a slip are dated twice as coarsely.
+        longest_step_s: f32 = 0.02, 0.001 to 0.1;
+        /// An object that falls moves at least this fast in the grasp, m/s, ... Doubled: a loss of the grasp is
+        /// foreseen one step later.
+        falls_m_s: f32 = 0.05, 0.0 to 10.0;
+        /// ... and gains at least this, m/s^2: a fifth of gravity. Doubled: objects that pads brake are not lost.
+        falls_m_s2: f32 = 2.0, 0.0 to 1000.0;
     }
 }
 

@@ -37,6 +37,7 @@ mod stuck_sensor;
 mod support_anisotropy;
 mod support_pressure;
 mod swap;
+mod tuning;
 mod unsure;
 mod witness;
 

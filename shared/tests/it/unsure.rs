@@ -5,7 +5,7 @@ use nalgebra::UnitQuaternion;
 use stickslip_shared::contact::{self, Contacts, SLOTS};
 use stickslip_shared::model::{Base, Formulation, Friction, Model};
 use stickslip_shared::predictor::{
-    Limits, Params, Prediction, Predictor, Sample, SolverStatus, flags, validity,
+    Limits, Params, Prediction, Predictor, Sample, SolverStatus, Tuning, flags, validity,
 };
 use stickslip_shared::real::Vec3;
 use stickslip_shared::selftest::push;
@@ -121,9 +121,10 @@ fn jumps(unsolved_samples: u8, samples: u32) -> Vec<Prediction> {
     let scene = bar(20.0);
     let friction = Friction { finger: 0.4, pusher: 0.4, support: 0.4 };
     let model = Model { formulation: Formulation::Lcp, ..Model::base(Base::Hard, friction) };
-    let mut predictor = Predictor::new(scene, model, Limits::default())
-        .expect("a sound model")
-        .with_params(Params { unsolved_samples, ..Params::default() });
+    let predictor = Params { unsolved_samples, ..Params::default() };
+    let tuning = Tuning { predictor, ..Tuning::default() }.checked().expect("within bounds");
+    let mut predictor =
+        Predictor::new(scene, model, Limits::default()).expect("a sound model").with_tuning(&tuning);
     let mut state = 1_u32;
     let mut noise = || {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -163,7 +164,7 @@ fn after_three_samples_in_a_row_that_were_not_solved_the_model_starts_anew_and_s
     }
     assert_eq!(present[from + 3].solver_status, SolverStatus::Solved, "{:?}", present[from + 3]);
     // One that never starts anew is the same until then, and another one after it.
-    let never = jumps(u8::MAX, 12);
+    let never = jumps(250, 12);
     let words = |p: &Prediction| p.words().collect::<Vec<_>>();
     for (k, (one, other)) in present.iter().zip(&never).enumerate().take(from + 4) {
         assert_eq!(words(one) == words(other), k < from + 3, "sample {k}: {one:?} and {other:?}");

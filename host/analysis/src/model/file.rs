@@ -51,7 +51,7 @@ pub struct ModelFile {
     pub effects: Vec<EffectEntry>,
 }
 
-/// What is wrong with a model file and where.
+/// What is wrong with a file of a model, or of the predictor's numbers, and where.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{file}{}: {message}", place(*.line, *.column))]
 pub struct ModelFileError {
@@ -347,7 +347,8 @@ impl ModelFile {
     }
 }
 
-fn read_text(path: &Path) -> Result<(String, String), ModelFileError> {
+/// The file's name and text.
+pub(crate) fn read_text(path: &Path) -> Result<(String, String), ModelFileError> {
     let file = path.display().to_string();
     match std::fs::read_to_string(path) {
         Ok(text) => Ok((file, text)),
@@ -355,7 +356,8 @@ fn read_text(path: &Path) -> Result<(String, String), ModelFileError> {
     }
 }
 
-fn locate(text: &str, file: &str, (span, message): Fault) -> ModelFileError {
+/// A fault with its place in the text.
+pub(crate) fn locate(text: &str, file: &str, (span, message): Fault) -> ModelFileError {
     let before = text.get(..span.start).unwrap_or(text);
     let line = before.matches('\n').count() + 1;
     let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;

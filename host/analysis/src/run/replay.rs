@@ -6,7 +6,8 @@ use std::collections::BinaryHeap;
 use nalgebra::Vector3;
 use stickslip_shared::model::{Model, Scene};
 use stickslip_shared::predictor::{
-    HASH_START, Intent, Limits, MAX_SEGMENTS, ModelError, Plan, Prediction, Predictor, Segment, Testimony,
+    Checked, HASH_START, Intent, Limits, MAX_SEGMENTS, ModelError, Plan, Prediction, Predictor, Segment,
+    Testimony,
 };
 use stickslip_shared::track::Pose;
 use stickslip_shared::wire;
@@ -162,9 +163,25 @@ pub fn run(
     model: &Model<f64>,
     limits: Limits,
     ordinal: usize,
+    done: impl FnMut(usize),
+) -> Result<Replayed, ModelError> {
+    run_tuned(feed, model, limits, &Checked::default(), ordinal, done)
+}
+
+/// [`run`] with other numbers than the default ones.
+///
+/// # Errors
+/// The predictor refuses scene or model.
+pub fn run_tuned(
+    feed: &Feed,
+    model: &Model<f64>,
+    limits: Limits,
+    tuning: &Checked<f32>,
+    ordinal: usize,
     mut done: impl FnMut(usize),
 ) -> Result<Replayed, ModelError> {
-    let mut predictor = ready(feed.scene.clone(), feed.plan.clone(), model, limits, ordinal)?;
+    let mut predictor =
+        ready(feed.scene.clone(), feed.plan.clone(), model, limits, ordinal)?.with_tuning(tuning);
     let mut predictions = Vec::with_capacity(feed.samples.len());
     for some in feed.samples.chunks(REPORTED) {
         predictions.extend(some.iter().map(|s| predictor.take(s)));

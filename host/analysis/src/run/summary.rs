@@ -6,6 +6,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::predictor::{Intent, Plan, Prediction, Slip, Testimony, validity};
 
+use crate::tuning::Changed;
+
 use super::replay::{Difference, FLAGS, Replayed, Span, VALIDITY, spans};
 
 /// The JSON document `stickslip-replay/1`.
@@ -31,6 +33,9 @@ pub struct Document {
     pub plan: Vec<PlanRow>,
     /// Where `--against` was given.
     pub against: Option<Against>,
+    /// Numbers of the predictor that are not the defaults, as the file of `--predictor` sets them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tuned: Vec<Changed>,
 }
 
 /// Largest predicted values.
@@ -132,6 +137,7 @@ impl Document {
             solver: solver(predictions, replayed.testimony),
             plan: plan_rows(plan),
             against,
+            tuned: Vec::new(),
         }
     }
 }

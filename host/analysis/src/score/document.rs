@@ -6,12 +6,13 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_data::Index;
 use stickslip_shared::model::Model;
-use stickslip_shared::predictor::Limits;
+use stickslip_shared::predictor::{Checked, Limits};
 
 use super::calibration::{Calibration, Stated};
 use super::figures::{Class, Row, rows};
 use super::judge::{Judged, Method, ObjectPose, ScoreError, Scored, judge};
 use crate::progress::Progress;
+use crate::tuning::{Changed, changed};
 
 /// The JSON document `stickslip-score/1`.
 #[derive(Clone, Debug, JsonSchema, Serialize)]
@@ -35,6 +36,9 @@ pub struct Document {
     pub object_pose: ObjectPose,
     /// Share of ticks at which the predictor does not trust its sample.
     pub doubtful_share: f64,
+    /// Numbers of the predictor that are not the defaults, as the file of `--predictor` sets them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tuned: Vec<Changed>,
     /// One for each kind of event and method.
     pub rows: Vec<Row>,
     /// One for each predictor.
@@ -68,15 +72,32 @@ pub fn score(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Document, ScoreError> {
-    let pose = options.object_pose;
-    let mut methods =
-        vec![Method::Predictor { name: "stickslip".into(), model: Box::new(model.clone()), pose }];
+    score_tuned(index, model, &Checked::default(), options, progress)
+}
+
+/// [`score`] of a predictor with other numbers than the default ones.
+///
+/// # Errors
+/// Where no trial can be scored.
+pub fn score_tuned(
+    index: &Index,
+    model: &Model<f64>,
+    tuning: &Checked<f32>,
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<Document, ScoreError> {
+    let predictor = |name: &str, model: Model<f64>| Method::Predictor {
+        name: name.to_owned(),
+        model: Box::new(model),
+        tuning: Box::new(*tuning),
+        pose: options.object_pose,
+    };
+    let mut methods = vec![predictor("stickslip", model.clone())];
     if !model.effects.is_empty() {
         let mut plain = model.clone();
         plain.effects.clear();
         plain.formulas.clear();
-        let name = "without added effects".into();
-        methods.push(Method::Predictor { name, model: Box::new(plain), pose });
+        methods.push(predictor("without added effects", plain));
     }
     methods.extend([Method::Ratio(options.ratio), Method::Rate(options.rate_n_s)]);
     let Scored { judged, passed_over, refused, warnings } =
@@ -113,8 +134,9 @@ pub fn score(
         refused,
         warnings: warnings.iter().map(ToString::to_string).collect(),
         hours: judged.iter().map(|j: &Judged| j.truth.until_s).sum::<f64>() / 3600.0,
-        object_pose: pose,
+        object_pose: options.object_pose,
         doubtful_share: doubtful as f64 / ticks.max(1) as f64,
+        tuned: changed(tuning),
         rows: shown,
         calibration,
     })

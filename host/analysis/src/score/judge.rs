@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use stickslip_shared::model::Model;
-use stickslip_shared::predictor::{Limits, Prediction, flags};
+use stickslip_shared::predictor::{Checked, Limits, Prediction, flags};
 
 use crate::progress::Progress;
 use crate::run::replay::{Feed, ReplayError, at_board_rate, feed, intent_of, interpolated_poses, ready};
@@ -37,6 +37,8 @@ pub enum Method {
         name: String,
         /// Contact law, friction, effects.
         model: Box<Model<f64>>,
+        /// Its numbers.
+        tuning: Box<Checked<f32>>,
         /// See [`ObjectPose`].
         pose: ObjectPose,
     },
@@ -197,8 +199,8 @@ fn judge_trial(
     let alarms = methods
         .iter()
         .map(|method| match method {
-            Method::Predictor { model, pose, .. } => {
-                predict(&feed, model, limits, ordinal, *pose, &info.trial).map(|p| Alarms {
+            Method::Predictor { model, tuning, pose, .. } => {
+                predict(&feed, model, (limits, tuning), ordinal, *pose, &info.trial).map(|p| Alarms {
                     stated: Stated::in_trial(&t_s, &p, &feed, &truth, &limits),
                     ..predicted(&t_s, &p, &truth)
                 })
@@ -228,13 +230,14 @@ fn times(trial: &Trial) -> Vec<f64> {
 fn predict(
     feed: &Feed,
     model: &Model<f64>,
-    limits: Limits,
+    (limits, tuning): (Limits, &Checked<f32>),
     ordinal: usize,
     pose: ObjectPose,
     trial: &str,
 ) -> Result<Vec<Prediction>, Refused> {
     let mut predictor = ready(feed.scene.clone(), feed.plan.clone(), model, limits, ordinal)
-        .map_err(|why| ReplayError::Refused { trial: trial.to_owned(), why })?;
+        .map_err(|why| ReplayError::Refused { trial: trial.to_owned(), why })?
+        .with_tuning(tuning);
     let mut started = false;
     Ok(feed
         .samples

@@ -29,4 +29,5 @@ mod simulated;
 mod sparse_pushes;
 mod swing;
 mod truth;
+mod tuning;
 mod warnings;

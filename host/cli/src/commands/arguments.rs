@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 
 use stickslip_analysis::model::file::model_or_default;
+use stickslip_analysis::tuning::{Changed, in_words, tuning_or_default};
 use stickslip_report::figures::Figure;
 use stickslip_report::terminal::Output;
 use stickslip_shared::model::Model;
+use stickslip_shared::predictor::Checked;
 
 /// The model that a command predicts with.
 #[derive(Debug, clap::Args)]
@@ -22,6 +24,36 @@ impl PredictsWith {
     /// Where the file cannot be read or is wrong.
     pub fn read(&self) -> anyhow::Result<Model<f64>> {
         Ok(model_or_default(self.model.as_deref())?)
+    }
+}
+
+/// The numbers that a command's predictor has.
+#[derive(Debug, clap::Args)]
+pub struct TunedBy {
+    /// Numbers of the predictor [default: those of `stickslip predictor`, which a board has]
+    #[arg(long, value_name = "PREDICTOR.toml")]
+    pub predictor: Option<PathBuf>,
+}
+
+impl TunedBy {
+    /// The numbers of the file, or the defaults.
+    ///
+    /// # Errors
+    /// Where the file cannot be read or is wrong.
+    pub fn read(&self) -> anyhow::Result<Checked<f32>> {
+        Ok(tuning_or_default(self.predictor.as_deref())?)
+    }
+
+    /// As words of a command that comes next.
+    pub fn words(&self) -> impl Iterator<Item = String> + '_ {
+        self.predictor.iter().flat_map(|p| ["--predictor".to_owned(), p.display().to_string()])
+    }
+}
+
+/// What differs from the defaults, where anything does.
+pub fn told(changed: &[Changed], output: &Output) {
+    if !changed.is_empty() {
+        output.text(format_args!("predictor: {}", in_words(changed)));
     }
 }
 

@@ -23,6 +23,7 @@ pub mod man;
 pub mod monitor;
 pub mod new;
 mod package;
+pub mod predictor;
 pub mod refit;
 pub mod replay;
 pub mod rig;
@@ -63,6 +64,8 @@ enum Command {
     Refit(refit::Args),
     /// List the effects that a model can have, or show one: what it is, what it looks like in data
     Effects(effects::Args),
+    /// Print the numbers of the predictor as a commented file, with defaults, bounds and what each does
+    Predictor(predictor::Args),
     /// Find the experiment that separates two candidate effects best, and the runs it needs
     Suggest(suggest::Args),
     /// Compare models with measurements: errors by channel and phase, where a model fails
@@ -107,6 +110,7 @@ impl Command {
             Command::Add(args) => add::run(args, output),
             Command::Refit(args) => refit::run(args, output),
             Command::Effects(args) => effects::run(args, output),
+            Command::Predictor(args) => predictor::run(args, output),
             Command::Suggest(args) => suggest::run(args, output),
             Command::Compare(args) => compare::run(args, output),
             Command::Replay(args) => replay::run(args, output),

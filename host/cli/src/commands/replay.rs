@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::arguments::{Drawn, OneTrial};
+use super::arguments::{Drawn, OneTrial, TunedBy, told};
 use super::package::at_board_rate;
 use anyhow::Context;
 use stickslip_shared::predictor::{Limits, MAX_SEGMENTS, Prediction};
@@ -12,6 +12,7 @@ use stickslip_analysis::run::replay::{self, ReplayError, feed, first_difference,
 use stickslip_analysis::run::series;
 use stickslip_analysis::run::simulate::prepare;
 use stickslip_analysis::run::summary::{Against, Document};
+use stickslip_analysis::tuning::{Changed, changed, in_words};
 use stickslip_data::series::SeriesWriter;
 use stickslip_device::log::{self, Entry};
 use stickslip_device::records::read_predictions;
@@ -23,10 +24,13 @@ use stickslip_report::terminal::{Output, command_line, table};
 #[command(after_help = "Examples:
   stickslip replay data/demo --trial linear_push-obj4-g20-v10-s0-r1
   stickslip replay data/demo --trial linear_push-obj4-g20-v10-s0-r1 --against run.mcap
-  stickslip replay data/demo --trial linear_push-obj4-g20-v10-s0-r1 --model model.toml --html replay.html")]
+  stickslip replay data/demo --trial linear_push-obj4-g20-v10-s0-r1 --model model.toml --html replay.html
+  stickslip replay data/demo --predictor predictor.toml")]
 pub struct Args {
     #[command(flatten)]
     of: OneTrial,
+    #[command(flatten)]
+    tuned: TunedBy,
     /// Write the predictions to a log
     #[arg(long, value_name = "FILE.mcap")]
     pub log: Option<PathBuf>,
@@ -50,6 +54,7 @@ pub struct Args {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let index = stickslip_report::data::open(&args.of.data, output)?;
     let model = args.of.with.read()?;
+    let tuning = args.tuned.read()?;
     let (at, info, trial) = at_board_rate(&index, args.of.trial.as_deref(), output)?;
     let feed = feed(&index.description, &trial)?;
     if feed.crowded {
@@ -60,11 +65,13 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         ));
     }
     let bar = output.progress(feed.samples.len() as u64, "replaying");
-    let replayed = replay::run(&feed, &model, Limits::default(), at, |samples| bar.inc(samples as u64))
+    let limits = Limits::default();
+    let replayed = replay::run_tuned(&feed, &model, limits, &tuning, at, |samples| bar.inc(samples as u64))
         .map_err(|why| ReplayError::Refused { trial: info.trial.clone(), why })?;
     bar.finish_and_clear();
     if let Some(path) = &args.log {
-        write_log(path, &feed.scene, &model, &info.trial, &feed.samples, &replayed.predictions)?;
+        let meta = log_meta(&info.trial, &changed(&tuning));
+        write_log(path, &feed.scene, &model, meta, &feed.samples, &replayed.predictions)?;
     }
     let t_s: Vec<f64> = trial.samples.iter().map(|s| s.t_s).collect();
     let against = match &args.against {
@@ -81,7 +88,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         writer.finish()?;
         output.note(format_args!("time series written to {}", path.display()));
     }
-    let document = Document::new(&info.trial, &t_s, &feed.plan, &replayed, against);
+    let tuned = changed(&tuning);
+    let document = Document { tuned, ..Document::new(&info.trial, &t_s, &feed.plan, &replayed, against) };
     if args.drawn.any() {
         let next = command_line(next(args).iter().map(String::as_str));
         let (scenery, spans) = match prepare(&index.description, &trial, at) {
@@ -97,7 +105,11 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     output.next(next(args).iter().map(String::as_str));
     output.document(&document)?;
     if let Some(a) = &document.against {
-        anyhow::ensure!(a.equal, "{}: the log differs from the replay", a.file);
+        let why = match document.tuned.is_empty() {
+            true => "",
+            false => ", whose predictor has other numbers than a board's",
+        };
+        anyhow::ensure!(a.equal, "{}: the log differs from the replay{why}", a.file);
     }
     Ok(())
 }
@@ -114,18 +126,27 @@ fn next(args: &Args) -> Vec<String> {
     line
 }
 
+/// What a log says of its run.
+fn log_meta(trial: &str, changed: &[Changed]) -> serde_json::Value {
+    let mut meta = serde_json::json!({ "trial": trial, "device": "host replay" });
+    if !changed.is_empty() {
+        meta["predictor"] = in_words(changed).into();
+    }
+    meta
+}
+
 fn write_log(
     path: &Path,
     scene: &stickslip_shared::model::Scene<f32>,
     model: &stickslip_shared::model::Model<f64>,
-    trial: &str,
+    meta: serde_json::Value,
     samples: &[stickslip_shared::wire::Sample],
     predictions: &[Prediction],
 ) -> anyhow::Result<()> {
     let header = log::Header {
         scene: postcard::to_allocvec(scene)?,
         model: postcard::to_allocvec(&model.cast::<f32>())?,
-        meta: serde_json::json!({ "trial": trial, "device": "host replay" }),
+        meta,
     };
     let mut writer = log::Writer::create(path, &header)?;
     for (sample, prediction) in samples.iter().zip(predictions) {
@@ -156,6 +177,7 @@ fn read_against(path: &Path, predictions: &[Prediction]) -> anyhow::Result<Again
 fn print(d: &Document, verbose: bool, output: &Output) {
     output.text(format_args!("{}\n", stickslip_report::replay::sentence(d)));
     output.text(format_args!("trial {}: {} ticks, hash {}", d.trial, d.ticks, d.hash));
+    told(&d.tuned, output);
     let p = &d.prediction;
     let measured = p.peak_measured_utilisation.map_or_else(|| "not measured".into(), |u| format!("{u:.2}"));
     output.text(format_args!(

@@ -4,7 +4,7 @@ use anyhow::bail;
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
-use stickslip_analysis::{check, compare, diagnose, run, score, simulate, suggest};
+use stickslip_analysis::{check, compare, diagnose, run, score, simulate, suggest, tuning};
 use stickslip_data::import::{cmu_push, tribometer};
 use stickslip_device::session;
 use stickslip_report::terminal::{Output, table};
@@ -54,6 +54,7 @@ fn documents() -> Vec<Document> {
         first("refit", of::<fitted::Written>),
         first("effects", of::<Vec<effects::Effect>>),
         first("effects EFFECT", of::<effects::Effect>),
+        first("predictor", of::<Vec<tuning::Table>>),
         first("suggest", of::<suggest::Report>),
         first("replay", of::<run::summary::Document>),
         first("score", of::<score::document::Document>),

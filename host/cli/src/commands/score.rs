@@ -2,10 +2,9 @@
 
 use std::path::PathBuf;
 
-use super::arguments::{Drawn, PredictsWith};
-use stickslip_analysis::score;
+use super::arguments::{Drawn, PredictsWith, TunedBy, told};
 use stickslip_analysis::score::ObjectPose;
-use stickslip_analysis::score::document::{Document, Options};
+use stickslip_analysis::score::document::{Document, Options, score_tuned};
 use stickslip_report::score::{LEGEND, cells, figures, page, shown, summary, time, time_left, utilisation};
 use stickslip_report::terminal::{Output, command_line, table};
 
@@ -20,6 +19,8 @@ pub struct Args {
     pub data: PathBuf,
     #[command(flatten)]
     with: PredictsWith,
+    #[command(flatten)]
+    tuned: TunedBy,
     /// How often the predictor is given the object's measured pose
     #[arg(long, value_enum, default_value = "every")]
     pub object_pose: ObjectPose,
@@ -47,7 +48,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let index = stickslip_report::data::open(&args.data, output)?;
     let model = args.with.read()?;
     let options = Options { object_pose: args.object_pose, ratio: args.ratio, rate_n_s: args.rate };
-    let document = score(&index, &model, &options, output)?;
+    let document = score_tuned(&index, &model, &args.tuned.read()?, &options, output)?;
     document.refused.iter().for_each(|refused| output.refused(refused));
     let next = next(args, &document);
     let next: Vec<&str> = next.iter().map(String::as_str).collect();
@@ -66,6 +67,7 @@ fn next(args: &Args, d: &Document) -> Vec<String> {
         d.rows.iter().filter(|r| Some(r.method.as_str()) == ours).flat_map(|r| &r.not_in_time).next();
     line.extend(missed.into_iter().flat_map(|trial| ["--trial".to_owned(), trial.clone()]));
     line.extend(args.with.model.iter().flat_map(|m| ["--model".to_owned(), m.display().to_string()]));
+    line.extend(args.tuned.words());
     line.extend(["--html".to_owned(), "replay.html".to_owned()]);
     line
 }
@@ -92,6 +94,7 @@ fn print(d: &Document, verbose: bool, output: &Output) {
         time(d.hours),
         d.doubtful_share * 100.0
     ));
+    told(&d.tuned, output);
     for line in summary(d) {
         output.text(format_args!("  {line}"));
     }

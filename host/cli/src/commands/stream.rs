@@ -27,7 +27,9 @@ const LATE: f64 = 1.05;
 The board takes one sample every 4 ms by its own clock. QEMU's clock counts instructions, 125
 million a second, and is synchronised with this machine's. With --clock samples are
 sent by this machine's clock, as by a host that measures, and the board is synchronised with it. Exit code 1 where the
-board and the predictor on this host differ in a single bit, or (without --clock) the board did not process every sample.")]
+board and the predictor on this host differ in a single bit, or (without --clock) the board did not process every sample.
+
+A board runs the default numbers of the predictor (`stickslip predictor`): a file of `replay --predictor` does not reach it.")]
 pub struct Args {
     #[command(flatten)]
     of: OneTrial,

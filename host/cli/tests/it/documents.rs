@@ -83,11 +83,41 @@ fn documents_of_the_quick_commands_hold_what_their_schemas_describe() {
     of("replay", &["replay", "."], data);
     of("score", &["score", "."], data);
     of("simulate", &["simulate", ".", "--out", "simulated"], data);
+    of("predictor", &["predictor"], data);
     of("effects EFFECT", &["effects", "adhesion"], data);
     of("rig list-effects", &["rig", "--list-effects"], data);
     of("rig", &["rig", "--out", "made", "--plan", "demo", "--runs", "1", "--objects", "obj4"], data);
     of("lcp", &["lcp", "--generate", "4", "--solver", "contact"], data);
     of("new", &["new", "trials/linear_push-obj4-g20-v10-s0-r1.csv", "--out", "mapping.toml"], data);
+}
+
+#[test]
+fn replay_and_score_say_which_numbers_of_the_predictor_a_file_sets_and_nothing_without_one() {
+    let (_keep, data) = push(|text| text);
+    let data = data.as_path();
+    std::fs::write(data.join("predictor.toml"), "[health]\nstuck = 5\n").expect("written");
+    for command in ["replay", "score"] {
+        let set = of(command, &[command, ".", "--predictor", "predictor.toml"], data);
+        let expected = serde_json::json!([{ "key": "health.stuck", "value": [5.0], "default": [3.0] }]);
+        assert_eq!(set["tuned"], expected, "{command}");
+        assert_eq!(of(command, &[command, "."], data)["tuned"], Value::Null, "{command}");
+        let words = [command, ".", "--predictor", "predictor.toml"];
+        let text = stickslip().current_dir(data).args(words).output().expect("run").stdout;
+        let text = String::from_utf8(text).expect("text");
+        assert!(text.contains("predictor: health.stuck 5 (default 3)"), "{text}");
+    }
+    std::fs::write(data.join("predictor.toml"), "[health]\nstuk = 5\n").expect("written");
+    let refused = stickslip()
+        .current_dir(data)
+        .args(["replay", ".", "--predictor", "predictor.toml"])
+        .output()
+        .expect("run");
+    let told = String::from_utf8(refused.stderr).expect("text");
+    assert!(
+        told.contains("predictor.toml:2:1: `stuk` is not known in [health]; did you mean `stuck`?"),
+        "{told}"
+    );
+    assert_eq!(refused.status.code(), Some(1));
 }
 
 #[test]

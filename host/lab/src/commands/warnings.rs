@@ -7,6 +7,7 @@ use serde::Serialize;
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::alarms::{Episode, SLIPS, episodes};
 use stickslip_analysis::score::warnings::{Events, Figures, MISSED_S, Share, judge, missed_s};
+use stickslip_analysis::tuning::tuning_or_default;
 use stickslip_report::terminal::{Output, table};
 use stickslip_shared::predictor::flags;
 
@@ -41,6 +42,9 @@ pub struct Args {
     /// Spoil the samples, or the model, first
     #[arg(long, value_enum, value_name = "FAULT")]
     pub degrade: Option<Fault>,
+    /// Numbers of the predictor [default: those of `stickslip predictor`]
+    #[arg(long, value_name = "PREDICTOR.toml")]
+    pub predictor: Option<PathBuf>,
     /// Share of the stated friction at which the threshold to compare with warns
     #[arg(long, value_name = "SHARE", default_value_t = 0.8)]
     pub threshold: f64,
@@ -138,11 +142,12 @@ pub(super) fn rate(events: &Events) -> String {
 /// Figures of the predictor and of the threshold in each trial.
 fn judge_set(args: &Args, folder: &Path) -> anyhow::Result<Vec<([Figures; 2], Doubts)>> {
     let told = (args.key.as_deref(), args.model.as_deref());
+    let tuning = tuning_or_default(args.predictor.as_deref())?;
     if args.stays_on {
-        let mut unit = Unit::default();
+        let mut unit = Unit::tuned(tuning);
         return grasps::in_turn(folder, told, |grasp| judged(args, grasp, &mut unit));
     }
-    grasps::each(folder, told, |grasp| judged(args, grasp, &mut Unit::default()))
+    grasps::each(folder, told, |grasp| judged(args, grasp, &mut Unit::tuned(tuning)))
 }
 
 fn judged(args: &Args, mut grasp: Grasp<'_>, unit: &mut Unit) -> anyhow::Result<([Figures; 2], Doubts)> {
