@@ -105,8 +105,8 @@ impl<R: Real> Law<R> for ContactCompliance {
             if context.rubs(contact.body) { [p[0], p[1], p[3]] } else { [p[2], p[2], R::zero()] };
         if p[4] != R::zero() && is_finger(contact.body) && context.grip_cmd_n > R::zero() {
             let share = compliance_at(context.grip_cmd_n, p[4]);
-            tangential = tangential * share;
-            normal = normal * share;
+            tangential *= share;
+            normal *= share;
         }
         contact.tangential_n_m = softer(contact.tangential_n_m, tangential);
         contact.normal_n_m = softer(contact.normal_n_m, normal);

@@ -174,10 +174,10 @@ pub fn choose(
     // One effect that does what several do together is the better answer.
     if named(&chosen) > 1 {
         let together = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
-        // One of these effects itself is no simpler answer where it leaves a clear misfit: the next was taken for that.
-        let leaves = |c: &Candidate| match chosen.iter().any(|of| of.info.id == c.info.id) {
-            true => c.held.beyond(start).exceeds(UNEXPLAINED),
-            false => poor(&c.held.beyond(start)),
+        // One of these effects itself is no simpler answer where it leaves a clear misfit that it does not act on.
+        let is_one = |c: &Candidate| chosen.iter().any(|of| of.info.id == c.info.id);
+        let leaves = |c: &Candidate| {
+            poor(&c.held.beyond(start)) || is_one(c) && verdict::untouched(&start.misfit, &c.held.misfit)
         };
         let alone =
             first.iter().find(|c| c.p_value < level && c.explained > together - SIMPLER && !leaves(c));

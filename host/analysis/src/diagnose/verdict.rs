@@ -196,6 +196,17 @@ pub fn apart(before: &Misfit, after: &Misfit) -> Option<Place> {
     beside.filter(|_| clear && left <= (1.0 - EXPLAINS) * had)
 }
 
+/// Whether a clear misfit ([`UNEXPLAINED`]) is left where effects do not act: `before` and `after` are what is missed
+/// without and with them.
+#[must_use]
+pub fn untouched(before: &Misfit, after: &Misfit) -> bool {
+    after
+        .places
+        .iter()
+        .filter(|now| now.exceeds(UNEXPLAINED))
+        .any(|now| before.at(now.channel, now.phase).is_some_and(|then| now.size >= (1.0 - ACTS) * then.size))
+}
+
 /// Where effects are named and something else is missing all the same: drift is read off repetitions whatever
 /// the search finds, and a `search` that ended without an explanation leaves a clear misfit. The worst of what
 /// is `left` beyond chance.

@@ -2,7 +2,7 @@
 
 use stickslip_analysis::diagnose::misfit::{Misfit, Place};
 use stickslip_analysis::diagnose::verdict::{
-    Doubt, Left, Signs, Verdict, apart, explains, missing_beside, of_search, unbalanced, verdict,
+    Doubt, Left, Signs, Verdict, apart, explains, missing_beside, of_search, unbalanced, untouched, verdict,
 };
 use stickslip_analysis::fit::phases::Phase;
 
@@ -121,6 +121,22 @@ fn where_drift_alone_is_named_a_clear_misfit_that_nothing_explains_is_said() {
         (Unexplained, quiet, vec![clear], None),
     ] {
         assert_eq!(missing_beside(search, &signs, &misfit(&places)), expected, "{search:?} {signs:?}");
+    }
+}
+
+#[test]
+fn a_clear_misfit_where_an_effect_does_not_act_is_not_the_form_of_its_law() {
+    let of = |sizes: &[f64]| {
+        let places = sizes.iter().enumerate().map(|(channel, s)| Place { channel, ..place(*s, *s) });
+        misfit(&places.collect::<Vec<_>>())
+    };
+    for (before, after, left, why) in [
+        (&[127.0, 7.2], &[3.4, 7.2], true, "it settles one and does not act on the other"),
+        (&[127.0, 1.0], &[3.4, 5.2], true, "it makes another one"),
+        (&[127.0, 14.6], &[8.5, 7.8], false, "it acts on both, by a law that is not quite theirs"),
+        (&[127.0, 3.9], &[8.5, 3.9], false, "what it does not act on is not clear"),
+    ] {
+        assert_eq!(untouched(&of(before), &of(after)), left, "{why}");
     }
 }
 
