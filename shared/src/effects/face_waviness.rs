@@ -31,7 +31,7 @@ pub const INFO: Info = Info {
             0.1,
             0.0,
             [-0.9, 0.9],
-            "relative amplitude of the friction coefficient",
+            "relative amplitude of the friction coefficient, mean over the pad",
         ),
         Parameter::new("wavelength_m", "m", 0.008, 0.008, [0.001, 0.1], "along object X")
             // A wave is found only from near its length.

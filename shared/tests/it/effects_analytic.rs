@@ -1,4 +1,6 @@
 //! Each effect against a case whose answer is known in closed form.
+//!
+//! Above 600 lines: a law is a test or two, and all share the push that they are seen in.
 
 use crate::scenes::*;
 use stickslip_shared::contact::{Body, Contacts, SLOTS, find, spread};

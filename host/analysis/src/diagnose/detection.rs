@@ -6,7 +6,8 @@
 //! for what they can is its column. From the columns follow, without fitting any effect,
 //! - limits: the strength `a` that the residuals ask for, and 1.96 of its standard errors (over conditions,
 //!   or by the noise, whichever is larger); at least the strength at which some channel would miss by
-//!   [`RELEVANT`] run spreads in a phase, because what is weaker is not called an effect;
+//!   [`RELEVANT`] run spreads in a phase, because what is weaker is not called an effect; a ninth more, since
+//!   the law of an effect may be wrong by [`FORM`];
 //! - classes: effects one of whose columns lies within 15 degrees of the space that the other's columns span
 //!   (principal angles, Bjorck and Golub 1973).
 
@@ -18,6 +19,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::effects::{Info, MAX_PARAMETERS};
 
+use crate::diagnose::misfit::FORM;
 use crate::diagnose::select::Held;
 use crate::diagnose::verdict::RELEVANT;
 use crate::fit::features::Features;
@@ -136,7 +138,8 @@ fn limit(problem: &Problem, held: &Held, column: &Column) -> Option<f64> {
     let by_noise = information(&grams, &prior).cholesky()?.inverse()[(known, known)];
     let over_conditions = clustered_covariance(&grams, &prior, known + 1)[(known, known)];
     let upper = asked.abs() + QUANTILE * by_noise.max(over_conditions).sqrt();
-    let upper = upper.max(smallest);
+    // The law of an effect may be wrong by as much: then a strength beyond shows as little.
+    let upper = upper.max(smallest) / (1.0 - FORM);
     (upper <= column.most()).then_some(upper)
 }
 

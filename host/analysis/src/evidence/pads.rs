@@ -102,12 +102,17 @@ impl Pads {
     #[must_use]
     pub fn ordinary(self) -> Self {
         let tolerated_m_n = 2.0 * RIGID.position_m / self.largest_n.max(f64::MIN_POSITIVE);
-        let seen_m_n = self.tangential_m_n.max(0.0) + 2.0 * self.sd_m_n + self.clock_m_n;
         Self {
             tangential_m_n: ORDINARY_M_N.min(0.5 * tolerated_m_n),
-            at_most_m_n: Some(tolerated_m_n.max(SPRINGS * seen_m_n)),
+            at_most_m_n: Some(tolerated_m_n),
             ..self
         }
+    }
+
+    /// Whether this is what is usual, and not read off.
+    #[must_use]
+    pub fn assumed(&self) -> bool {
+        self.at_most_m_n.is_some()
     }
 
     /// How far the largest force moves the object before it slides, m.

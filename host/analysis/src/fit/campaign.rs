@@ -2,6 +2,7 @@
 //! into conditions, with a noise model taken from the repetitions.
 
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 use rayon::prelude::*;
 use stickslip_shared::effects::Role;
@@ -71,7 +72,9 @@ pub struct Campaign {
     pub conditions: usize,
     /// How the pads give way beyond the springs of the model's base, where they do by more than a rigid model may
     /// be off.
-    pub pads: Option<Pads>,
+    pads: Option<Pads>,
+    /// Set where contacts turn out softer than those of hard bodies are assumed to be.
+    softer: OnceLock<()>,
     /// What was taken for sensors about which nothing is stated, in words; empty where all is.
     pub assumed: Vec<String>,
     /// Trials that could not be prepared, and why.
@@ -138,11 +141,22 @@ impl Campaign {
             assumed: used.taken,
             given: start.friction,
             pads,
+            softer: OnceLock::new(),
             runs,
             groups,
             conditions: count,
             refused,
         }
+    }
+
+    /// How the pads give way beyond the springs of the model's base: read off, or what is assumed of hard bodies.
+    pub fn pads(&self) -> Option<Pads> {
+        self.pads.filter(|pads| !(pads.assumed() && self.softer.get().is_some()))
+    }
+
+    /// Contacts are softer than what is assumed of hard bodies: from now on nothing is.
+    pub fn assume_no_pads(&self) {
+        self.softer.get_or_init(|| ());
     }
 
     /// Features of the model at full resolution, for every run.

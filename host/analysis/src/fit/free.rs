@@ -126,7 +126,7 @@ impl Free {
     pub fn read_off(&self, campaign: &Campaign) -> Option<(f64, [f64; 2])> {
         let Free::Effect { of, effect, .. } = self else { return None };
         let role = find(effect)?.role;
-        campaign.pads.filter(|_| role.is_compliance())?.expected(of.name)
+        campaign.pads().filter(|_| role.is_compliance())?.expected(of.name)
     }
 
     fn described(&self) -> Option<&'static Parameter> {
