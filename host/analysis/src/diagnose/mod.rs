@@ -155,7 +155,11 @@ fn campaign_of(dataset: &Dataset, model: &Model<f64>) -> Result<Campaign, FitErr
 /// Where no trial can be simulated.
 pub fn base_misfit(dataset: &Dataset, model: impl Into<Described>) -> Result<Misfit, FitError> {
     let model = model.into();
-    Ok(beforehand::start(&campaign_of(dataset, &model.model)?, &model).base.misfit)
+    let campaign = campaign_of(dataset, &model.model)?;
+    let start = beforehand::start(&campaign, &model);
+    // What is assumed of any hard contact is no effect that the model lacks.
+    let assumed = campaign.pads().is_some_and(|pads| pads.assumed());
+    Ok(if assumed { start.held() } else { &start.base }.misfit.clone())
 }
 
 /// Sets of effects that the data cannot tell apart, and the experiments that would.

@@ -23,7 +23,7 @@ fn every_example_of_help_that_needs_no_more_than_the_demo_runs() {
     std::os::unix::fs::symlink(data, folder.path().join("data")).expect("a link");
     // These need nothing else; files of other options are those of earlier steps.
     let alone = ["check", "compare", "diagnose", "effects", "replay", "schema", "suggest"];
-    let others = ["--model", "--against", "--formula"];
+    let others = ["--model", "--against", "--formula", "--predictor"];
     let mut ran = Vec::new();
     for line in lines {
         let words: Vec<&str> = line.split_whitespace().collect();
