@@ -22,6 +22,8 @@ use crate::model::candidate::{self, CandidateEffect, Described};
 const LEAST_DRIFT: f64 = 0.01;
 /// Gauss-Newton steps.
 const STEPS: usize = 5;
+/// A parameter beyond this share of its upper bound was pulled as far as it goes.
+const AT_BOUND: f64 = 0.98;
 
 /// Where a diagnosis begins.
 pub struct Start<'a> {
@@ -47,7 +49,8 @@ pub fn last<'a>(base: &'a Held, found: &'a [Candidate]) -> &'a Held {
     found.last().map_or(base, |c| &c.held)
 }
 
-/// Friction of `model` fitted, and the pads where they are measured to give way.
+/// Friction of `model` fitted, and the pads where they are measured to deform; else stiff contacts, where the base is
+/// hard and predicts worse without them.
 pub fn start<'a>(campaign: &'a Campaign, model: &Described) -> Start<'a> {
     let free = free_of(campaign, model);
     if let Some((trial, padded)) = padded(campaign, &model.model) {
@@ -79,7 +82,7 @@ fn free_of(campaign: &Campaign, model: &Described) -> Vec<Free> {
     fit::base_parameters(campaign).into_iter().chain(effects).collect()
 }
 
-/// `model` with pads as soft as measured, where they matter and the model has none.
+/// `model` with the pads of the campaign, measured or assumed, where it has none.
 fn padded(campaign: &Campaign, model: &Model<f64>) -> Option<(CandidateEffect, Model<f64>)> {
     let pads = campaign.pads()?;
     let trial = compliance()?;
@@ -93,11 +96,8 @@ fn padded(campaign: &Campaign, model: &Model<f64>) -> Option<(CandidateEffect, M
 
 /// Whether the pads of `held` are as compliant along the face as they may be.
 fn at_most(problem: &Problem, held: &Held) -> bool {
-    held.free.iter().any(|f| {
-        let high = problem.bounds(f).1;
-        matches!(f, Free::Effect { of, .. } if of.name == "tangential_m_n")
-            && f.get(&held.solution.model) > 0.98 * high
-    })
+    let mut along = held.free.iter().filter(|f| f.of_pads() == Some("tangential_m_n"));
+    along.any(|f| f.get(&held.solution.model) > AT_BOUND * problem.bounds(f).1)
 }
 
 fn compliance() -> Option<CandidateEffect> {

@@ -244,12 +244,8 @@ fn entangled(problem: &Problem, held: &Held) -> bool {
         let at_edge = solution.at_edge.get(k).copied().unwrap_or(false);
         strength(&free[k]).is_some_and(|(_, of)| far(of)) && !at_edge
     };
-    // Pads that go over to sliding by Dahl's law are pads, and not pulled as far as they go.
-    let law = |f: &Free| {
-        let Free::Effect { effect, of, .. } = f else { return false };
-        matches!(of.name, "microslip" | "stiffening")
-            && find_effect(effect).is_some_and(|info| info.role.is_compliance())
-    };
+    // Pads that go over to sliding by Dahl's law, or do not stiffen, are pads, and not pulled as far as they go.
+    let law = |f: &Free| matches!(f.of_pads(), Some("microslip" | "stiffening"));
     let at_bound = |f: &Free| {
         let x = f.get(&solution.model);
         !law(f) && strength(f).is_some_and(|(_, of)| x != of.neutral && (x <= of.low || x >= of.high))
@@ -322,15 +318,12 @@ pub fn small_compliance_in(problem: &Problem, held: &Held, id: &str) -> bool {
     let covariance = fit::clustered_covariance(&solution.grams, &problem.priors(free, 0), free.len());
     // Along the face: pressed in they give way less than that, and a fit that says otherwise has taken something
     // else for it. How gradually they let go is another matter, and the pusher is no pad.
-    let of_it = |f: &Free| matches!(f, Free::Effect { effect, of, .. } if *effect == id && of.name == "tangential_m_n");
-    let named =
-        |f: &&Free| matches!(f, Free::Effect { effect, of, .. } if *effect == id && of.name == "stiffening");
-    let share = compliance_at(grip_n, free.iter().find(named).map_or(0.0, |f| f.get(&solution.model)));
+    let of_it = |name: &str| free.iter().position(|f| f.of_pads() == Some(name));
+    let value = |k: usize| free[k].get(&solution.model);
+    let share = compliance_at(grip_n, of_it("stiffening").map_or(0.0, value));
     // What the data do not determine says nothing about the pads.
-    free.iter().enumerate().filter(|(_, f)| of_it(f)).all(|(k, f)| {
-        let compliance_m_n = f.get(&solution.model) * share;
-        compliance_m_n * grip_n < normal_m || compliance_m_n < 2.0 * share * covariance[(k, k)].sqrt()
-    })
+    of_it("tangential_m_n")
+        .is_none_or(|k| value(k) * share * grip_n < normal_m || value(k) < 2.0 * covariance[(k, k)].sqrt())
 }
 
 /// The sets that explain the data as well as `chosen` beside those found `before`: one effect exchanged for an

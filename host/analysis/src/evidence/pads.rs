@@ -60,9 +60,9 @@ const NORMAL_RANGE: [f64; 2] = [0.05, 1.0];
 /// Compliance of a pusher, and of what an object lies on beside fingertips, m/N, and the range: a steel fixture to a plate
 /// on the flexures of its force sensor.
 const PUSHER_M_N: f64 = 1e-6;
+const PUSHER_RANGE_M_N: [f64; 2] = [0.0, 1e-5];
 /// Compliance of a contact of hard bodies, m/N.
 const ORDINARY_M_N: f64 = 1e-6;
-const PUSHER_RANGE_M_N: [f64; 2] = [0.0, 1e-5];
 /// Sphere and plane of one material, by Mindlin's law.
 const MICROSLIP: f64 = 0.6;
 /// Exponent of a pad's stiffness over the grip: curved faces by Hertz's law. Flat ones that are bonded have 0, rough ones 1.
@@ -73,11 +73,11 @@ impl Pads {
     #[must_use]
     pub fn expected(&self, name: &str) -> Option<(f64, [f64; 2])> {
         let own = self.tangential_m_n;
-        // At the grip for which the law has them: pads that stiffen may, or may not.
-        let at_most = compliance_at(self.grip_n, 1.0);
+        // The law has them at another grip: by what pads make of that which do not stiffen, or as rough faces do.
+        let rough = compliance_at(self.grip_n, 1.0);
         let range = |[low, high]: [f64; 2]| {
             let [low, high] = self.at_most_m_n.map_or([low, high], |most| [0.0, most]);
-            [low / at_most.max(1.0), high / at_most.min(1.0)]
+            [low / rough.max(1.0), high / rough.min(1.0)]
         };
         let c = own / compliance_at(self.grip_n, STIFFENING);
         match name {
@@ -212,12 +212,12 @@ pub fn loadings(trial: &Prepared) -> Vec<Slope> {
     // Driven in one sample: along, along, and turned.
     let driven_m = trial.drive_speed().iter().skip(touch).fold(0.0, |m: f64, v| m.max(*v)) * trial.period_s();
     let driven = [driven_m, driven_m, driven_m / TURN_ARM_M];
+    let grip_n = trial.grip_n();
     (0..3)
         .filter(|k| scale[*k] > 0.0)
         .filter_map(|k| {
             let pairs: Vec<Option<(f64, f64)>> = loaded.iter().map(|l| l.map(|l| l[k])).collect();
             let slope = slope(&pairs, (from, touch), scale[k], driven[k])?;
-            let grip_n = trial.grip_n();
             Some(Slope { largest_n: if k == 2 { 0.0 } else { slope.largest_n }, grip_n, ..slope })
         })
         .collect()

@@ -70,8 +70,7 @@ pub struct Campaign {
     pub groups: Vec<Group>,
     /// Number of different conditions.
     pub conditions: usize,
-    /// How the pads give way beyond the springs of the model's base, where they do by more than a rigid model may
-    /// be off.
+    /// As [`Self::pads`] says, as long as what is assumed of hard bodies holds.
     pads: Option<Pads>,
     /// Set where contacts turn out softer than those of hard bodies are assumed to be.
     softer: OnceLock<()>,
@@ -149,7 +148,8 @@ impl Campaign {
         }
     }
 
-    /// How the pads give way beyond the springs of the model's base: read off, or what is assumed of hard bodies.
+    /// Compliance of the pads beyond the springs of the model's base: read off where it moves the object by more than a
+    /// rigid model may be off; else what is assumed of hard bodies, if anything.
     pub fn pads(&self) -> Option<Pads> {
         self.pads.filter(|pads| !(pads.assumed() && self.softer.get().is_some()))
     }

@@ -124,9 +124,13 @@ impl Free {
 
     /// What is read off of a parameter of the pads, without any model: value and range.
     pub fn read_off(&self, campaign: &Campaign) -> Option<(f64, [f64; 2])> {
+        campaign.pads()?.expected(self.of_pads()?)
+    }
+
+    /// Its name, where it is a parameter of a compliance.
+    pub fn of_pads(&self) -> Option<&'static str> {
         let Free::Effect { of, effect, .. } = self else { return None };
-        let role = find(effect)?.role;
-        campaign.pads().filter(|_| role.is_compliance())?.expected(of.name)
+        find(effect)?.role.is_compliance().then_some(of.name)
     }
 
     fn described(&self) -> Option<&'static Parameter> {

@@ -184,8 +184,6 @@ pub struct Live {
     plan_from_s: Option<f64>,
     /// Time of the newest sample; `None` before the first.
     last_s: Option<f64>,
-    /// What the predictor's time counts from, in the samples' time.
-    start_s: f64,
     hash: u32,
 }
 
@@ -225,7 +223,6 @@ impl Live {
             plan,
             plan_from_s: None,
             last_s: None,
-            start_s: 0.0,
             hash: HASH_START,
         })
     }
@@ -256,14 +253,14 @@ impl Live {
 
     /// Counts time from `t_s` on.
     fn begin(&mut self, t_s: f64) {
-        self.start_s = t_s;
         self.convert.restart(t_s);
         self.plan_from_s.get_or_insert(t_s);
         self.place_plan();
     }
 
     fn place_plan(&mut self) {
-        let from_s = self.plan_from_s.unwrap_or(self.start_s) - self.start_s;
+        let start_s = self.convert.start_s;
+        let from_s = self.plan_from_s.unwrap_or(start_s) - start_s;
         let start_s = self.plan.start_s + from_s as f32;
         self.predictor.set_plan(Plan { start_s, ..self.plan.clone() });
     }

@@ -203,7 +203,7 @@ pub fn hash<'a>(predictions: impl IntoIterator<Item = &'a Prediction>) -> u32 {
 #[derive(Clone, Debug)]
 pub struct Converter {
     seq: u32,
-    start_s: f64,
+    pub(super) start_s: f64,
     grip_n: f32,
     pusher: Option<wire::Pose>,
 }

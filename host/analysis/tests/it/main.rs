@@ -13,6 +13,7 @@ mod diagnose_statistics;
 mod diagnose_verdict;
 mod followed_columns;
 mod left_out;
+mod lifts;
 mod live;
 mod loading;
 mod model_against_rig;

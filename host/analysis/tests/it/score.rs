@@ -1,5 +1,6 @@
 //! Events and alarms on lifts of the rig whose course is known.
 
+use crate::lifts;
 use stickslip_analysis::model::file::default_model;
 use stickslip_analysis::run::replay::{Replayed, plan_for, replay};
 use stickslip_analysis::run::simulate::scene;
@@ -10,25 +11,13 @@ use stickslip_shared::predictor::{Intent, Limits, Plan, flags};
 const ALARMS: u32 =
     flags::SLIP_1 | flags::SLIP_2 | flags::SLIP_AHEAD_1 | flags::SLIP_AHEAD_2 | flags::DROP | flags::SAG;
 
-/// obj4 (0.2005 kg) lifted with twice the grip that friction of 0.4 needs: friction 0.42,
-/// ordinary noise and constant errors. Time stamps, truth and predictions.
+/// Time stamps, truth and predictions of a lift.
 fn lift(scenario: Scenario) -> (Vec<f64>, Truth, Replayed) {
-    let description = objects::bench("score");
-    let mut reality = Reality::draw(&description, Nuisance::PAPER, 3);
-    reality.mu_finger = 0.42;
-    let setup = Setup { description, reality, step_s: STEP_S };
-    let condition = Condition {
-        grip_n: 4.9,
-        speed_m_s: 0.06,
-        hold_s: 2.0,
-        scenario,
-        ..Condition::new(Primitive::Lift, "obj4")
-    };
-    let trial = run(&setup, &condition, 1, 5).expect("the rig runs").trial;
+    let (description, trial) = lifts::lift(scenario);
     let limits = Limits::default();
-    let rig = scene(&setup.description, &trial).expect("a scene");
+    let rig = scene(&description, &trial).expect("a scene");
     let truth = find(&rig, &trial, &limits);
-    let replayed = replay(&setup.description, &trial, &default_model(), limits, 0).expect("replays");
+    let replayed = replay(&description, &trial, &default_model(), limits, 0).expect("replays");
     (trial.samples.iter().map(|s| s.t_s).collect(), truth, replayed)
 }
 

@@ -1,10 +1,11 @@
 //! `predictor.toml`: what it may say, what it is refused for and where, and what its numbers do.
 
+use crate::lifts::lift;
 use stickslip_analysis::model::file::default_model;
 use stickslip_analysis::run::replay::{feed, hash, run, run_tuned};
 use stickslip_analysis::tuning::{Parameter, changed, default_file, parse, tables};
 use stickslip_data::{Description, Trial};
-use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Scenario, Setup, objects};
+use stickslip_rig::Scenario;
 use stickslip_shared::predictor::{Checked, Limits, Prediction, flags};
 
 /// Every number: its table, and what is said of it.
@@ -119,23 +120,6 @@ fn a_key_that_is_none_is_refused_with_the_one_that_was_meant() {
         let why = refusal(text);
         assert!(why.contains(told), "{text}{why}");
     }
-}
-
-/// obj4 lifted with twice the grip that friction of 0.4 needs, ordinary noise.
-fn lift(scenario: Scenario) -> (Description, Trial) {
-    let description = objects::bench("tuning");
-    let mut reality = Reality::draw(&description, Nuisance::PAPER, 3);
-    reality.mu_finger = 0.42;
-    let setup = Setup { description, reality, step_s: STEP_S };
-    let condition = Condition {
-        grip_n: 4.9,
-        speed_m_s: 0.06,
-        hold_s: 2.0,
-        scenario,
-        ..Condition::new(Primitive::Lift, "obj4")
-    };
-    let trial = stickslip_rig::run(&setup, &condition, 1, 5).expect("the rig runs").trial;
-    (setup.description, trial)
 }
 
 fn predicted((description, trial): &(Description, Trial), file: &str) -> Vec<Prediction> {

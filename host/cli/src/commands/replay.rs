@@ -69,8 +69,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let replayed = replay::run_tuned(&feed, &model, limits, &tuning, at, |samples| bar.inc(samples as u64))
         .map_err(|why| ReplayError::Refused { trial: info.trial.clone(), why })?;
     bar.finish_and_clear();
+    let tuned = changed(&tuning);
     if let Some(path) = &args.log {
-        let meta = log_meta(&info.trial, &changed(&tuning));
+        let meta = log_meta(&info.trial, &tuned);
         write_log(path, &feed.scene, &model, meta, &feed.samples, &replayed.predictions)?;
     }
     let t_s: Vec<f64> = trial.samples.iter().map(|s| s.t_s).collect();
@@ -88,7 +89,6 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         writer.finish()?;
         output.note(format_args!("time series written to {}", path.display()));
     }
-    let tuned = changed(&tuning);
     let document = Document { tuned, ..Document::new(&info.trial, &t_s, &feed.plan, &replayed, against) };
     if args.drawn.any() {
         let next = command_line(next(args).iter().map(String::as_str));
