@@ -251,7 +251,11 @@ pub fn step_from<R: Real, const NC: usize>(
                 law.contact(p, &context, c);
             }
         }
-        points_lost += contact::spread(&mut work.contacts);
+        let pusher = state.slots.get(Body::Pusher.slots()).unwrap_or_default();
+        let pusher_n = pusher.iter().fold(zero, |sum, slot| sum + slot.load_n);
+        // Before it touches: a quarter of what slides between the fingers.
+        let slides_n = R::of(0.5) * model.friction.finger * grip_n;
+        points_lost += contact::spread(&mut work.contacts, max(pusher_n, slides_n));
         for c in &work.contacts {
             if let (Some(sum), Some(slot)) = (patch_load.get_mut(c.body.index()), state.slots.get(c.slot)) {
                 *sum += slot.load_n;

@@ -3,10 +3,11 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_data::Dataset;
-use stickslip_shared::effects::{Info, MAX_PARAMETERS};
+use stickslip_shared::effects::{Info, MAX_PARAMETERS, REGISTRY};
 use stickslip_shared::model::{MAX_EFFECTS, MAX_FORMULAS, Model};
 
 use crate::calibrate::{self, name};
+use crate::diagnose::beforehand;
 use crate::fit::campaign::Campaign;
 use crate::fit::{self, Estimate, Fit, FitError, Free, Options};
 use crate::left_out::LeftOut;
@@ -93,12 +94,23 @@ fn fitted(
 ) -> Result<Report, FitError> {
     progress.begin("fitting", new + 2);
     let old = model.effects.len() - new;
-    let before = ModelFile { effects: model.effects[..old].to_vec(), ..model.clone() }.to_model();
-    let campaign = Campaign::new(data, &before);
+    let before = ModelFile { effects: model.effects[..old].to_vec(), ..model.clone() };
+    let campaign = Campaign::new(data, &before.to_model());
+    let pads = (new > 0).then(|| pads(&campaign, &before, &model.effects[old..])).flatten();
+    let mut also = Vec::new();
+    if let Some(pads) = pads {
+        also.push(format!(
+            "{} is added with it, as the diagnosis has it: bodies that give way keep their force when a motion ends, and \
+             this model predicts better with it",
+            pads.name()
+        ));
+        model.effects.insert(old, pads);
+    }
     let joint = with_effects(&campaign, &model, new, progress)?;
     let (settled, friction) = settle(data, &campaign, &model, &joint)?;
     progress.step(1);
     let mut notes = joint.notes;
+    notes.splice(0..0, also);
     let mut parameters = Vec::new();
     let mut kept = Vec::new();
     for (k, mut e) in joint.estimates.into_iter().enumerate() {
@@ -126,6 +138,22 @@ fn fitted(
     model.set_values(&settled);
     model.set_intervals(parameters.iter().map(|e| (e.name.as_str(), [e.low, e.high])));
     Ok(Report { model, trials: joint.trials, left_out: joint.left_out, parameters, notes, covariance })
+}
+
+/// The pads, or the stiff contacts, that the diagnosis puts into `model` before it looks for effects; none where `new`
+/// has them, or where there is no room for them.
+fn pads(campaign: &Campaign, model: &ModelFile, new: &[EffectEntry]) -> Option<EffectEntry> {
+    let compliance = REGISTRY.iter().find(|i| i.role.is_compliance())?;
+    let room = model.effects.len() + new.len() < MAX_EFFECTS;
+    if campaign.runs.is_empty() || !room || new.iter().any(|e| e.name() == compliance.id) {
+        return None;
+    }
+    let start = beforehand::start(campaign, &model.into());
+    let found = start.found.iter().find(|c| c.info.id == compliance.id)?;
+    let mut entry = EffectEntry::typical(compliance);
+    let values = found.held.solution.model.effects.last()?.parameters;
+    entry.values.iter_mut().zip(values).for_each(|(to, v)| *to = v);
+    Some(entry)
 }
 
 /// Rounds of friction and effects in turn.
@@ -196,14 +224,7 @@ fn with_effects(
     let old = file.effects.len() - new;
     let (before, added) = file.effects.split_at(old);
     let model = ModelFile { effects: before.to_vec(), ..file.clone() }.to_model();
-    let mut base = fit::base_parameters(campaign);
-    // What a calibration could not determine stays as it is: with an effect more it would take up
-    // what else the model lacks.
-    let mut kept = Vec::new();
-    if !file.friction_intervals.is_empty() {
-        let known = |f: &Free| f.coefficient().is_none_or(|name| file.friction_intervals.contains_key(name));
-        (base, kept) = base.into_iter().partition(known);
-    }
+    let base = fit::base_parameters(campaign);
     let infos: Vec<&'static Info> = file.effects.iter().filter_map(EffectEntry::info).collect();
     let all = |count: usize| -> Vec<Free> {
         let of = infos.iter().enumerate().take(count).flat_map(|(slot, info)| Free::of_effect(info, slot));
@@ -229,12 +250,6 @@ fn with_effects(
             fitted = best;
         }
         progress.step(1);
-    }
-    for f in kept {
-        let (name, value) = (f.name(), f.get(&fitted.model));
-        fitted.notes.push(format!(
-            "{name} is not determined by the calibration: it is not fitted and stays at {value:.3}"
-        ));
     }
     let free = all(fitted.model.effects.len());
     let Fit { model, estimates, covariance, notes, unseen, trials, left_out, .. } = fitted;

@@ -3,14 +3,15 @@
 use heapless::Vec;
 
 use super::{Contact, Contacts};
-use crate::real::Real;
+use crate::real::{Real, max, sqrt};
 
 /// Replaces every point that is a whole contact by itself and has a `spread_m` above zero
 /// by three points at that radius, which bear torsion `mu N spread_m`. They take the slots
-/// after the point's own, which its body leaves free. Returns the points that did not fit.
+/// after the point's own, which its body leaves free. What bears evenly takes the places that the force of the
+/// pusher, `pusher_n` or about that, gives it. Returns the points that did not fit.
 // Few models have such contacts: not with the time step in the board's fast memory.
 #[inline(never)]
-pub fn spread<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>) -> usize {
+pub fn spread<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>, pusher_n: R) -> usize {
     let third = R::of(1.0 / 3.0);
     let (half, high) = (R::of(-0.5), R::of(0.866_025_403_784_438_6));
     let mut lost = 0;
@@ -35,60 +36,108 @@ pub fn spread<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>) -> usize
             lost += usize::from(point.slot >= NC || contacts.push(point).is_err());
         }
     }
-    lost + evened(contacts)
+    lost + evened(contacts, pusher_n)
 }
 
 /// Ends of what bears evenly: two of a line, four of a face.
 const ENDS: usize = 4;
+/// Least share of its length on which a line touches: before it is pressed nothing is known of it.
+const TOUCHES: f64 = 0.2;
+/// Places and weights of two points that integrate a cubic over 0 to 1 (Gauss), and of four with both ends (Simpson).
+const GAUSS: [(f64, f64); 2] = [(0.211_324_865_405_187_13, 0.5), (0.788_675_134_594_812_9, 0.5)];
+const SIMPSON: [(f64, f64); 4] = [(0.0, 0.125), (1.0 / 3.0, 0.375), (2.0 / 3.0, 0.375), (1.0, 0.125)];
 
-/// Puts two points between the ends of each line, or of each long edge of a face, that bears evenly. The edges are those
-/// across the second axis. Returns the points that did not fit.
-fn evened<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>) -> usize {
+/// Puts points in place of the ends of a line, or of the corners of a face, that bears evenly, whose sums are those of
+/// Winkler's foundation pressed with `load_n`: a foundation's stiffness against shift and turning, and less of it where it
+/// touches in part. Along the first axis the points lie where it touches under that load: depth is linear there, so that two of
+/// them give force and moment exactly. Along the second, about which an object turns while it is pushed, they stay: the
+/// solver finds within the step which of them touch. Returns the points that did not fit.
+fn evened<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>, load_n: R) -> usize {
     let mut ends: Vec<(usize, Contact<R>), ENDS> = Vec::new();
     for (i, c) in contacts.iter().enumerate() {
         if c.even && ends.push((i, *c)).is_err() {
             break;
         }
     }
+    let mut lost = 0;
     match ends.as_slice() {
-        [a, b] => between(contacts, [a, b], a.1.slot + ENDS),
-        [a, b, c, d] => {
-            let along = |from: &Contact<R>, to: &Contact<R>| (to.patch_m[1] - from.patch_m[1]).abs();
-            let [one, other] =
-                if along(&a.1, &b.1) > along(&b.1, &c.1) { [[a, b], [c, d]] } else { [[b, c], [d, a]] };
-            let slot = a.1.slot + ENDS;
-            between(contacts, one, slot) + between(contacts, other, slot + 2)
+        [(i, a), (j, b)] => {
+            let whole = a.share + b.share;
+            for (at, (s, weight)) in [*i, *j].into_iter().zip(across(a, b, load_n)) {
+                lost += placed(contacts, Some(at), between(a, &[(b, s)], (a.slot, whole * weight)));
+            }
         }
-        _ => 0,
+        [(i, a), (j, b), (k, c), (l, d)] => {
+            let whole = a.share + b.share + c.share + d.share;
+            let second = |to: &Contact<R>| (to.patch_m[1] - a.patch_m[1]).abs();
+            // From `a` across, along, and both.
+            let [(k1, u), (k2, v)] = if second(b) > second(d) { [(l, d), (j, b)] } else { [(j, b), (l, d)] };
+            let corners = [[*i, *k2], [*k1, *k]];
+            for ((s, of), (column, row)) in across(a, u, load_n).into_iter().zip(corners.iter().zip(0..)) {
+                for (place, (t, weight)) in SIMPSON.into_iter().enumerate() {
+                    let at = match place {
+                        0 => column.first(),
+                        3 => column.last(),
+                        _ => None,
+                    };
+                    let slot = a.slot + ENDS + 2 * row + place.saturating_sub(1);
+                    let share = whole * of * R::of(weight);
+                    lost += placed(contacts, at.copied(), between(a, &[(u, s), (v, R::of(t))], (slot, share)));
+                }
+            }
+        }
+        _ => {}
+    }
+    lost
+}
+
+/// Puts `point` in place of the one `at`, whose slot it takes, or adds it. Returns the points that did not fit.
+fn placed<R: Real, const NC: usize>(
+    contacts: &mut Contacts<R, NC>,
+    at: Option<usize>,
+    point: Contact<R>,
+) -> usize {
+    match at {
+        Some(at) => match contacts.get_mut(at) {
+            Some(c) => {
+                *c = Contact { slot: c.slot, ..point };
+                0
+            }
+            None => 1,
+        },
+        None => usize::from(point.slot >= NC || contacts.push(point).is_err()),
     }
 }
 
-/// Shares what two ends bear with two points between them, from `slot` on, by Simpson's weights (1, 3, 3, 1): a foundation's
-/// stiffness against shift and turning, and less of it where it touches in part. Returns the points that did not fit.
-fn between<R: Real, const NC: usize>(
-    contacts: &mut Contacts<R, NC>,
-    [(from, a), (to, b)]: [&(usize, Contact<R>); 2],
-    slot: usize,
-) -> usize {
-    let mut lost = 0;
-    for k in 0..2 {
-        let t = R::of((k + 1) as f64 / 3.0);
-        let point = Contact {
-            slot: slot + k,
-            lever_m: a.lever_m + (b.lever_m - a.lever_m) * t,
-            gap_m: a.gap_m + (b.gap_m - a.gap_m) * t,
-            surface_m_s: a.surface_m_s + (b.surface_m_s - a.surface_m_s) * t,
-            patch_m: [0, 1].map(|i| a.patch_m[i] + (b.patch_m[i] - a.patch_m[i]) * t),
-            object_m: a.object_m + (b.object_m - a.object_m) * t,
-            share: a.share * R::of(0.75),
-            ..*a
-        };
-        lost += usize::from(point.slot >= NC || contacts.push(point).is_err());
-    }
-    for end in [*from, *to] {
-        if let Some(c) = contacts.get_mut(end) {
-            c.share *= R::of(0.25);
+/// Places on the side from `a` to `b`, which gives way by `load_n` over its stiffness where all of it is pressed evenly, and
+/// the shares of its stiffness that they stand for. A wedge that is `w` of the side long, whose gap grows by `r` over the
+/// side, bears `k r w^2 / 2`.
+fn across<R: Real>(a: &Contact<R>, b: &Contact<R>, load_n: R) -> [(R, R); 2] {
+    let (one, zero) = (R::one(), R::zero());
+    let rise_m = b.gap_m - a.gap_m;
+    let twice_m = R::of(2.0) * max(load_n, zero) / a.normal_n_m;
+    let touches = if rise_m.abs() > twice_m {
+        max(R::of(TOUCHES), sqrt(twice_m / rise_m.abs()))
+    } else {
+        one
+    };
+    // At the end where the gap is less.
+    let from = if rise_m < zero { one - touches } else { zero };
+    GAUSS.map(|(place, weight)| (from + touches * R::of(place), touches * R::of(weight)))
+}
+
+/// The place `s` of the way from `a` to each of `towards`.
+fn between<R: Real>(a: &Contact<R>, towards: &[(&Contact<R>, R)], (slot, share): (usize, R)) -> Contact<R> {
+    let mut out = Contact { slot, share, ..*a };
+    for (b, s) in towards {
+        let s = *s;
+        out.lever_m += (b.lever_m - a.lever_m) * s;
+        out.gap_m += (b.gap_m - a.gap_m) * s;
+        out.surface_m_s += (b.surface_m_s - a.surface_m_s) * s;
+        out.object_m += (b.object_m - a.object_m) * s;
+        for (to, (b, a)) in out.patch_m.iter_mut().zip(b.patch_m.iter().zip(a.patch_m)) {
+            *to += (*b - a) * s;
         }
     }
-    lost
+    out
 }

@@ -261,9 +261,10 @@ fn a_push_that_slows_down_loses_no_force_to_pads_whose_parts_slip() {
     assert!(held_n > force_n, "{held_n} N of {force_n}");
 }
 
-/// A face of 25 mm on a plane, tilted and pressed so far that an even foundation of 1e6 N/m would bear 20 N at `off` of half its
-/// height: force and moment of the points that stand for it, over 20 N and over them on half of the height.
-fn pressed(off: f64) -> (f64, f64) {
+/// A face of 25 mm on a plane, tilted and pressed so far that an even foundation of 1e6 N/m would bear 20 N at `off` of half
+/// its side, along the object's Y (1) or Z (2): force and moment of the points that stand for it, over 20 N and over them on
+/// half of the side.
+fn pressed(off: f64, axis: usize) -> (f64, f64) {
     let (half_m, load_n, stiffness_n_m) = (0.0125, 20.0, 1e6);
     // Where all of it touches (off below a third) and where it does in part: Winkler's foundation.
     let tilt = if off < 1.0 / 3.0 {
@@ -280,25 +281,32 @@ fn pressed(off: f64) -> (f64, f64) {
     let state = State::held(&run.scene, &run.model, &run.drive, Vec3::zeros(), run.rotation);
     let mut contacts = Contacts::<f64, SLOTS>::new();
     find(&run.scene, &run.model, &state, &run.drive, &mut contacts);
-    for c in &mut contacts {
-        c.even = c.body == Body::Pusher;
+    for c in contacts.iter_mut().filter(|c| c.body == Body::Pusher) {
+        (c.even, c.normal_n_m) = (true, stiffness_n_m);
+        c.gap_m = tilt * (half_m - c.lever_m[axis]) - deepest_m;
     }
-    assert_eq!(spread(&mut contacts), 0);
+    assert_eq!(spread(&mut contacts, load_n), 0);
     let points: Vec<_> = contacts.iter().filter(|c| c.body == Body::Pusher).collect();
     assert_eq!(points.len(), 8);
-    close(points.iter().map(|c| c.share).sum(), 1.0, 1e-12);
     points.iter().fold((0.0, 0.0), |(force_n, moment_nm), c| {
-        let depth_m = deepest_m - tilt * (half_m - c.lever_m.z);
-        let n = (stiffness_n_m * c.share * depth_m).max(0.0);
-        (force_n + n / load_n, moment_nm + n * c.lever_m.z / (load_n * half_m))
+        let n = (-stiffness_n_m * c.share * c.gap_m).max(0.0);
+        (force_n + n / load_n, moment_nm + n * c.lever_m[axis] / (load_n * half_m))
     })
 }
 
 #[test]
-fn a_face_that_bears_evenly_stands_against_turning_as_winklers_foundation_does() {
+fn a_face_that_bears_evenly_stands_against_turning_either_way_as_winklers_foundation_does() {
+    let near = |axis: usize, off: f64, share: f64| {
+        let (force, moment) = pressed(off, axis);
+        let off_by = (force - 1.0).abs().max((moment - off).abs());
+        assert!(off_by <= share, "axis {axis}, {off}: {force}, {moment}");
+    };
+    // Across, where it touches is known beforehand.
+    for off in [0.0, 0.2, 1.0 / 3.0, 0.5, 0.7, 0.86] {
+        near(1, off, 1e-9);
+    }
     for (off, share) in [(0.0, 1e-9), (0.2, 1e-9), (1.0 / 3.0, 1e-9), (0.5, 0.02), (0.7, 0.02)] {
-        let (force, moment) = pressed(off);
-        assert!((force - 1.0).abs() <= share && (moment - off).abs() <= share, "{off}: {force}, {moment}");
+        near(2, off, share);
     }
 }
 

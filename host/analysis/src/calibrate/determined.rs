@@ -144,12 +144,16 @@ pub fn withdraw(calibration: &[&Windowed], fit: &mut Fit, base: &Model<f64>) {
 /// Ratio of upper to lower end beyond which a coefficient counts as open.
 const OPEN: f64 = 4.0;
 
+/// Whether the data leave it open.
+pub fn open(e: &Estimate) -> bool {
+    e.low.zip(e.high).is_none_or(|(low, high)| high > OPEN * low)
+}
+
 /// What the data leave open stays what the base model says where that is within the bounds: the
 /// least squares value on a plateau means nothing.
 pub fn keep_base(fit: &mut Fit, base: &Model<f64>) {
     let mut base = base.clone();
-    let open = |e: &&mut Estimate| e.low.zip(e.high).is_none_or(|(low, high)| high > OPEN * low);
-    for e in fit.estimates.iter_mut().filter(open) {
+    for e in fit.estimates.iter_mut().filter(|e| open(e)) {
         let known = *e.coefficient.of(&mut base);
         if e.low.is_none_or(|low| low <= known) && e.high.is_none_or(|high| known <= high) {
             e.value = known;

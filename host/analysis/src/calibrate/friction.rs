@@ -28,8 +28,12 @@ pub struct Fit {
     pub missed: Vec<usize>,
 }
 
-/// Solves, each with the weights that the last one left.
+/// Solves, each with the weights that the last one left, until it moves the logarithms by less.
 const ROUNDS: usize = 4;
+const SETTLED: f64 = 1e-4;
+/// The same of the last fit, which starts near its end.
+const LAST_ROUNDS: usize = 20;
+const LAST_SETTLED: f64 = 1e-7;
 
 /// Finds the coefficients of all contacts that the trials' scenes have.
 pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], base: &Model<f64>) -> Fit {
@@ -40,15 +44,7 @@ pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], base: &Model<f64>) -> F
     let at = DVector::from_iterator(free.len(), free.iter().map(|c| c.of(&mut start).max(RANGE[0]).ln()));
     let mut problem = Problem { trials, offsets, base, free, at, weights: vec![[1.0; SEEN]; trials.len()] };
     coarse(&mut problem);
-    for _ in 0..ROUNDS {
-        problem.weigh();
-        let before = problem.at.clone();
-        (problem, _) = LevenbergMarquardt::new().with_patience(30).minimize(problem);
-        if (&problem.at - before).norm() < 1e-4 {
-            break;
-        }
-    }
-    problem.weigh();
+    let problem = solved(problem, (ROUNDS, SETTLED));
     let estimates = intervals::estimates(&problem);
     let missed = (0..trials.len()).filter(|i| misses(&problem.weights, *i)).collect();
     let mut model = problem.model(&problem.at);
@@ -56,6 +52,60 @@ pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], base: &Model<f64>) -> F
         *e.coefficient.of(&mut model) = e.value;
     }
     Fit { model, estimates, missed }
+}
+
+/// `problem` at its solution, and weighed there.
+fn solved(mut problem: Problem<'_>, (rounds, settled): (usize, f64)) -> Problem<'_> {
+    for _ in 0..rounds {
+        problem.weigh();
+        let before = problem.at.clone();
+        (problem, _) = LevenbergMarquardt::new().with_patience(30).minimize(problem);
+        if (&problem.at - before).norm() < settled {
+            break;
+        }
+    }
+    problem.weigh();
+    problem
+}
+
+/// The coefficients of `fit` that are not left `open`, fitted once more with the others as the model has them, and the
+/// intervals about that: on a plateau an open one may have been anywhere, and what fits beside it there need not fit beside
+/// what is in the model. Where the fit ends depends no longer on where it started.
+pub fn last(
+    trials: &[&Windowed],
+    offsets: &[f64; COUNT],
+    fit: &mut Fit,
+    open: impl Fn(&Estimate) -> bool,
+) {
+    let base = fit.model.clone();
+    let problem = |free: Vec<Coefficient>| {
+        let value = |c: &Coefficient| c.of(&mut base.clone()).max(RANGE[0]).ln();
+        let at = DVector::from_iterator(free.len(), free.iter().map(value));
+        Problem { trials, offsets, base: &base, free, at, weights: vec![[1.0; SEEN]; trials.len()] }
+    };
+    let all: Vec<Coefficient> = fit.estimates.iter().map(|e| e.coefficient).collect();
+    let known: Vec<Coefficient> = fit.estimates.iter().filter(|e| !open(e)).map(|e| e.coefficient).collect();
+    if known.is_empty() {
+        return;
+    }
+    let solved = solved(problem(known.clone()), (LAST_ROUNDS, LAST_SETTLED));
+    fit.model = solved.model(&solved.at);
+    fit.missed = (0..trials.len()).filter(|i| misses(&solved.weights, *i)).collect();
+    if known.len() < all.len() {
+        let mut around = problem(all);
+        for (x, c) in around.at.iter_mut().zip(&around.free) {
+            *x = c.of(&mut fit.model).max(RANGE[0]).ln();
+        }
+        around.weights = solved.weights;
+        for (e, anew) in fit.estimates.iter_mut().zip(intervals::estimates(&around)) {
+            (e.low, e.high) = (anew.low, anew.high);
+        }
+    }
+    for e in fit.estimates.iter_mut().filter(|e| known.contains(&e.coefficient)) {
+        e.value = *e.coefficient.of(&mut fit.model);
+        e.low = e.low.map(|low| low.min(e.value));
+        e.high = e.high.map(|high| high.max(e.value));
+    }
 }
 
 /// Whether trial `i` has less than a tenth of the say that others have, in half of the signals.

@@ -372,8 +372,9 @@ pub fn of_primitive<T: Borrow<Trial> + Sync>(
         remarks.push(Remark::NoRest);
     }
     let mut fit = friction::fit(&calibration, &offsets, base);
-    remarks.extend(fit.missed.iter().map(|i| Remark::Missed(calibration[*i].trial.clone())));
     determined::keep_base(&mut fit, base);
+    friction::last(&calibration, &offsets, &mut fit, determined::open);
+    remarks.extend(fit.missed.iter().map(|i| Remark::Missed(calibration[*i].trial.clone())));
     determined::withdraw(&calibration, &mut fit, base);
     remarks.extend(determined::remarks(&calibration, &held_out, &fit));
     let before = squares(&held_out, &offsets, base);

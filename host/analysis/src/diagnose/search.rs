@@ -196,11 +196,10 @@ fn best_of_starts(
         begun.extend(on_grid(problem, starts, info, slot).iter().map(few));
     }
     begun.sort_by(|a, b| a.loss.1.total_cmp(&b.loss.1));
-    begun
-        .iter()
-        .take(2)
-        .map(|b| fit::solve_with(problem, &b.model, free, STEPS, &b.columns[..known]))
-        .min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))
+    let ends =
+        begun.iter().take(2).map(|b| fit::solve_with(problem, &b.model, free, STEPS, &b.columns[..known]));
+    let best = ends.min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))?;
+    Some(fit::across_edges(problem, best, free, STEPS))
 }
 
 /// The best places of a grid: friction from little to much, the effect as in `starts` and at its typical

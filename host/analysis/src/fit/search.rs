@@ -18,6 +18,17 @@ const FAR: f64 = 1.2;
 /// Friction coefficients tried before a fit: fingers, then pusher (rubber platforms grip hard).
 const TRIED: [&[f64]; 3] = [&[0.15, 0.4, 0.8], &[0.1, 0.25, 0.7, 2.5], &[0.15, 0.3, 0.6, 2.5]];
 
+/// Friction tried from where a fit ended: each by this factor from the one before, within this range, as long as the loss
+/// is not more than so many times what the fit left.
+const NEXT: f64 = 1.12;
+const FARTHEST: [f64; 2] = [0.1, 2.5];
+const HOPELESS: f64 = 5.0;
+/// A valley whose floor is not above this many times what the fit left is worth a few steps.
+const WORTH_STEPS: f64 = 2.0;
+/// Steps that show whether it is worth the rest, and what it must leave of the loss.
+const FEW_STEPS: usize = 2;
+const BETTER: f64 = 0.98;
+
 /// Groups on which places of a grid are ranked first, and how many are ranked again on more: one of [`LIKELY_SHARE`], and
 /// not less than [`FEWEST_LIKELY`].
 const VERY_FEW: usize = 3;
@@ -74,6 +85,53 @@ pub fn basins(campaign: &Campaign, model: &Model<f64>, free: &[Free], iterations
         }
     }
     out
+}
+
+/// `best`, or what is better in another valley of a friction coefficient, fitted with so many `steps`. Past the edge at
+/// which a contact lets go or holds, all of the loss lies on a plateau, down which least squares moves away from the edge
+/// for ever: each coefficient is followed on its own, all else as it is, to where the loss falls again.
+pub fn across_edges(problem: &Problem, mut best: Solution, free: &[Free], steps: usize) -> Solution {
+    for f in free.iter().filter(|f| f.coefficient().is_some()) {
+        for factor in [NEXT, 1.0 / NEXT] {
+            let Some(start) = next_valley(problem, &best, free, (f, factor)) else { continue };
+            let found = solve(problem, &start, free, FEW_STEPS);
+            if found.loss.1 < BETTER * best.loss.1 {
+                let found = solve(problem, &found.model, free, steps);
+                best = Solution { loss: (best.loss.0, found.loss.1), ..found };
+            }
+        }
+    }
+    best
+}
+
+/// The lowest place beyond a rise of the loss, from `best` in steps of `factor`.
+fn next_valley(
+    problem: &Problem,
+    best: &Solution,
+    free: &[Free],
+    (f, factor): (&Free, f64),
+) -> Option<Model<f64>> {
+    let mut model = best.model.clone();
+    let (mut before, mut falls) = (best.loss.1, false);
+    let mut found: Option<(f64, Model<f64>)> = None;
+    loop {
+        let value = factor * f.get(&model);
+        f.set(&mut model, value);
+        if value < FARTHEST[0] || value > FARTHEST[1] {
+            break;
+        }
+        let loss = loss_at(problem, &model, free);
+        if !(loss < HOPELESS * best.loss.1) {
+            break;
+        }
+        falls = falls || loss < before;
+        let floor = found.as_ref().map_or(WORTH_STEPS * best.loss.1, |(floor, _)| *floor);
+        if falls && loss < floor {
+            found = Some((loss, model.clone()));
+        }
+        before = loss;
+    }
+    found.map(|(_, model)| model)
 }
 
 /// Whether the friction of two models differs so much that contacts may stick in one and slip in
