@@ -8,8 +8,8 @@
 //! | disc finger of radius a on a flat face | 6 on a ring of 2a/3 | torsional friction 2/3 mu N a of the uniform disc exactly; force and torsion together within 7 % of the disc's limit surface; normal moment up to 0.58 N a (disc: N a) |
 //! | disc or line finger on a cylinder | 2 on the line of contact, at ± half its length | the patch is a line along the axis |
 //! | line finger | 2 ends | |
-//! | plane pusher | the corners of the nearest face, or the two ends of a cylinder's line; with four points between them where it gives way | [`spread`] |
-//! | line pusher | the two ends of its overlap with the nearest face | |
+//! | plane pusher | the corners of the nearest face, or the two ends of a cylinder's line; where it gives way, eight points of the face or two of the line | [`spread`] |
+//! | line pusher | the two ends of its overlap with the nearest face; where it gives way, two points of that | [`spread`] |
 //! | point pusher | the nearest surface point | |
 //! | support | 10 to 16 points of the face, or the given feet | |
 //!

@@ -82,7 +82,8 @@ fn evened<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>, load_n: R) -
                     };
                     let slot = a.slot + ENDS + 2 * row + place.saturating_sub(1);
                     let share = whole * of * R::of(weight);
-                    lost += placed(contacts, at.copied(), between(a, &[(u, s), (v, R::of(t))], (slot, share)));
+                    lost +=
+                        placed(contacts, at.copied(), between(a, &[(u, s), (v, R::of(t))], (slot, share)));
                 }
             }
         }
@@ -116,11 +117,8 @@ fn across<R: Real>(a: &Contact<R>, b: &Contact<R>, load_n: R) -> [(R, R); 2] {
     let (one, zero) = (R::one(), R::zero());
     let rise_m = b.gap_m - a.gap_m;
     let twice_m = R::of(2.0) * max(load_n, zero) / a.normal_n_m;
-    let touches = if rise_m.abs() > twice_m {
-        max(R::of(TOUCHES), sqrt(twice_m / rise_m.abs()))
-    } else {
-        one
-    };
+    let touches =
+        if rise_m.abs() > twice_m { max(R::of(TOUCHES), sqrt(twice_m / rise_m.abs())) } else { one };
     // At the end where the gap is less.
     let from = if rise_m < zero { one - touches } else { zero };
     GAUSS.map(|(place, weight)| (from + touches * R::of(place), touches * R::of(weight)))

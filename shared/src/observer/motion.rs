@@ -80,8 +80,8 @@ tuned! {
         rest_samples: u8 = 8, 1.0 to 250.0;
         /// Share with which a gain of speed enters the acceleration of a slip: three samples. Doubled: its noise is 1.6 times as large.
         acceleration_share: R = R::of(0.3), 0.01 to 1.0;
-        /// Poses that are farther apart than this are none, s: a camera of 25 Hz. Doubled: an object that is no longer seen passes for held for 90 ms.
-        blind_s: R = R::of(0.045), 0.0 to 1.0;
+        /// Poses that are farther apart than this are none, s: a camera slower than 33 Hz tells less of slip than the forces do. Doubled: an object that is no longer seen passes for held for 60 ms, and with poses at 31 Hz a quarter fewer sudden slips are seen within 40 ms.
+        blind_s: R = R::of(0.03), 0.0 to 1.0;
         /// Far below the limit: by chance once in two hours, exp(h^2 / 2) means, of which two in a sample are independent. Sigmas
         /// doubled: sudden slips are seen twice as late.
         hold: Bar<R> = Bar { sigmas: R::of(5.5), lag_m: [R::of(2e-5), R::of(3e-5)] };

@@ -71,12 +71,7 @@ fn solved(mut problem: Problem<'_>, (rounds, settled): (usize, f64)) -> Problem<
 /// The coefficients of `fit` that are not left `open`, fitted once more with the others as the model has them, and the
 /// intervals about that: on a plateau an open one may have been anywhere, and what fits beside it there need not fit beside
 /// what is in the model. Where the fit ends depends no longer on where it started.
-pub fn last(
-    trials: &[&Windowed],
-    offsets: &[f64; COUNT],
-    fit: &mut Fit,
-    open: impl Fn(&Estimate) -> bool,
-) {
+pub fn last(trials: &[&Windowed], offsets: &[f64; COUNT], fit: &mut Fit, open: impl Fn(&Estimate) -> bool) {
     let base = fit.model.clone();
     let problem = |free: Vec<Coefficient>| {
         let value = |c: &Coefficient| c.of(&mut base.clone()).max(RANGE[0]).ln();

@@ -32,7 +32,8 @@ pub use engine::{Solution, loss_at, sensitivities, solve, solve_with};
 pub use free::{Free, base_parameters};
 pub use intervals::{Estimate, clustered_covariance};
 pub use search::{
-    across_edges, MANY, apart, basins, first_fit, friction_grid, likely, robust_cost, rough_start, starts, within_reach,
+    MANY, across_edges, apart, basins, first_fit, friction_grid, likely, robust_cost, rough_start, starts,
+    within_reach,
 };
 
 /// Parts of the conditions that are held out in turn.

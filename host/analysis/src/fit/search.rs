@@ -21,7 +21,7 @@ const TRIED: [&[f64]; 3] = [&[0.15, 0.4, 0.8], &[0.1, 0.25, 0.7, 2.5], &[0.15, 0
 /// Friction tried from where a fit ended: each by this factor from the one before, within this range, as long as the loss
 /// is not more than so many times what the fit left.
 const NEXT: f64 = 1.12;
-const FARTHEST: [f64; 2] = [0.1, 2.5];
+const FARTHEST: std::ops::RangeInclusive<f64> = 0.1..=2.5;
 const HOPELESS: f64 = 5.0;
 /// A valley whose floor is not above this many times what the fit left is worth a few steps.
 const WORTH_STEPS: f64 = 2.0;
@@ -117,7 +117,7 @@ fn next_valley(
     loop {
         let value = factor * f.get(&model);
         f.set(&mut model, value);
-        if value < FARTHEST[0] || value > FARTHEST[1] {
+        if !FARTHEST.contains(&value) {
             break;
         }
         let loss = loss_at(problem, &model, free);

@@ -1,5 +1,6 @@
 //! Tests of the crate from outside, in one program: it links once.
 
+mod added;
 mod alarms;
 mod calibration_trials;
 mod cause;
@@ -12,6 +13,7 @@ mod diagnose_posterior;
 mod diagnose_statistics;
 mod diagnose_verdict;
 mod followed_columns;
+mod friction_edges;
 mod left_out;
 mod lifts;
 mod live;

@@ -1,0 +1,50 @@
+//! Fits past the edge at which a contact lets go: pushes up and down a slope, on a plate whose friction just slides.
+
+use stickslip_analysis::fit::campaign::Campaign;
+use stickslip_analysis::fit::problem::Problem;
+use stickslip_analysis::fit::{across_edges, base_parameters, solve};
+use stickslip_analysis::model::candidate::CandidateEffect;
+use stickslip_analysis::model::file::default_model;
+use stickslip_data::Dataset;
+use stickslip_rig::plan::{self, PlanName};
+use stickslip_rig::{Condition, Reality, STEP_S, Setup, objects, simulate};
+
+const MU_FINGER: f64 = 0.38;
+const MU_PUSHER: f64 = 0.22;
+/// Gauss-Newton steps.
+const STEPS: usize = 8;
+
+/// Pushes at one speed with Coulomb friction and nothing hidden.
+fn pushes() -> Dataset {
+    let description = objects::trimmed(objects::bench("pushes"), &["linear_push"], &["obj4"]);
+    let reality = Reality::ideal(MU_FINGER, MU_PUSHER);
+    let setup = Setup { reality, description: description.clone(), step_s: STEP_S };
+    let mut conditions = plan::conditions(PlanName::PushSmall, &[], 1, 0.0);
+    conditions.truncate(9);
+    let run = |c: &Condition| simulate(&setup, c, 1, 1).expect("suits the rig");
+    Dataset { description, trials: conditions.iter().map(run).collect(), folder: Default::default() }
+}
+
+#[test]
+fn a_fit_that_starts_with_a_plate_that_holds_finds_the_friction_with_which_it_slides() {
+    let data = pushes();
+    let start = default_model();
+    let campaign = Campaign::new(&data, &start);
+    // Stiff contacts: a rigid grasp that sticks leaves its forces open.
+    let compliance =
+        CandidateEffect::listed().into_iter().find(|t| t.info.role.is_compliance()).expect("listed");
+    let mut parameters = [0.0; stickslip_shared::effects::MAX_PARAMETERS];
+    parameters[..3].copy_from_slice(&[1e-6, 1e-6, 1e-6]);
+    let mut model = compliance.on(&start, parameters);
+    (model.friction.finger, model.friction.pusher) = (MU_FINGER, 1.0);
+    let free = base_parameters(&campaign);
+    let problem = Problem::new(&campaign, &model);
+    let on_the_plateau = solve(&problem, &model, &free, STEPS);
+    let pusher = on_the_plateau.model.friction.pusher;
+    assert!(pusher > 0.5, "least squares crosses the edge by itself: {pusher}");
+    let found = across_edges(&problem, on_the_plateau.clone(), &free, STEPS);
+    assert!(found.loss.1 < on_the_plateau.loss.1);
+    let friction = found.model.friction;
+    assert!((friction.pusher / MU_PUSHER - 1.0).abs() < 0.1, "{friction:?}");
+    assert!((friction.finger / MU_FINGER - 1.0).abs() < 0.05, "{friction:?}");
+}
