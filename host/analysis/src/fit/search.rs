@@ -117,7 +117,8 @@ fn next_valley(
     loop {
         let value = factor * f.get(&model);
         f.set(&mut model, value);
-        if !FARTHEST.contains(&value) {
+        let beyond = if factor > 1.0 { value > *FARTHEST.end() } else { value < *FARTHEST.start() };
+        if beyond {
             break;
         }
         let loss = loss_at(problem, &model, free);
