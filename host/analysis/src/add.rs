@@ -157,9 +157,10 @@ fn pads(campaign: &Campaign, model: &ModelFile, new: &[EffectEntry]) -> Option<E
 }
 
 /// Rounds of friction and effects in turn.
-const ROUNDS: usize = 4;
-/// Relative change of friction below which it has settled.
+const ROUNDS: usize = 6;
+/// Relative change of friction below which effects stay as they are, and below which `calibrate` finds it again.
 const SETTLED: f64 = 1e-3;
+const SAME: f64 = 1e-7;
 
 /// The model with friction as [`calibrate`] finds it for the effects that the model has, and with the
 /// effects as they fit best with that friction; and the coefficients that the data determine.
@@ -177,27 +178,27 @@ fn settle(
 ) -> Result<(Model<f64>, Vec<calibrate::Estimate>), FitError> {
     let fitted = |f: &Free| f.coefficient().is_none() && !joint.unseen.contains(f);
     let effects: Vec<Free> = joint.free.iter().copied().filter(fitted).collect();
-    let mut model = joint.model.clone();
+    let mut model = Model { friction: file.friction, ..joint.model.clone() };
     let mut start = file.clone();
     let mut round = 0;
     loop {
         round += 1;
         start.set_values(&model);
-        start.friction = file.friction;
         let options = calibrate::Options { pads: false, ..calibrate::Options::default() };
         let found = calibrate::calibrate(data, &start, &options, &())
             .map_err(|why| FitError::NoTrials(why.to_string()))?;
-        let before = model.friction;
-        model.friction = found.model.friction;
+        let before = std::mem::replace(&mut model.friction, found.model.friction);
         let change = |a: f64, b: f64| (a / b - 1.0).abs();
         let moved = change(model.friction.finger, before.finger)
             .max(change(model.friction.pusher, before.pusher))
             .max(change(model.friction.support, before.support));
-        if effects.is_empty() || moved < SETTLED || round == ROUNDS {
+        if moved < SAME || round == ROUNDS {
             return Ok((model, found.best().into_iter().cloned().collect()));
         }
-        model = fit::calibrate(campaign, &model, &effects, &Options { resamples: 0, ..Options::default() })?
-            .model;
+        if moved > SETTLED && !effects.is_empty() {
+            let options = Options { resamples: 0, ..Options::default() };
+            model = fit::calibrate(campaign, &model, &effects, &options)?.model;
+        }
     }
 }
 

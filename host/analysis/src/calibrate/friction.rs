@@ -68,7 +68,7 @@ fn solved(mut problem: Problem<'_>, (rounds, settled): (usize, f64)) -> Problem<
     problem
 }
 
-/// The coefficients of `fit` that are not left `open`, fitted once more with the others as the model has them, and the
+/// The coefficients of `fit` that are not left `open`, fitted once more with the others as the model has them, and their
 /// intervals about that: on a plateau an open one may have been anywhere, and what fits beside it there need not fit beside
 /// what is in the model. Where the fit ends depends no longer on where it started.
 pub fn last(trials: &[&Windowed], offsets: &[f64; COUNT], fit: &mut Fit, open: impl Fn(&Estimate) -> bool) {
@@ -92,7 +92,8 @@ pub fn last(trials: &[&Windowed], offsets: &[f64; COUNT], fit: &mut Fit, open: i
             *x = c.of(&mut fit.model).max(RANGE[0]).ln();
         }
         around.weights = solved.weights;
-        for (e, anew) in fit.estimates.iter_mut().zip(intervals::estimates(&around)) {
+        let anew = fit.estimates.iter_mut().zip(intervals::estimates(&around));
+        for (e, anew) in anew.filter(|(e, _)| known.contains(&e.coefficient)) {
             (e.low, e.high) = (anew.low, anew.high);
         }
     }
