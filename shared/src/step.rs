@@ -251,8 +251,7 @@ pub fn step_from<R: Real, const NC: usize>(
                 law.contact(p, &context, c);
             }
         }
-        let pusher = state.slots.get(Body::Pusher.slots()).unwrap_or_default();
-        let pusher_n = pusher.iter().fold(zero, |sum, slot| sum + slot.load_n);
+        let [_, _, pusher_n, _] = context.load_n;
         // Before it touches: a quarter of what slides between the fingers.
         let slides_n = R::of(0.5) * model.friction.finger * grip_n;
         points_lost += contact::spread(&mut work.contacts, max(pusher_n, slides_n));

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_data::Dataset;
-use stickslip_shared::effects::{Info, MAX_PARAMETERS, REGISTRY};
+use stickslip_shared::effects::{Info, MAX_PARAMETERS};
 use stickslip_shared::model::{MAX_EFFECTS, MAX_FORMULAS, Model};
 
 use crate::calibrate::{self, name};
@@ -97,9 +97,9 @@ fn fitted(
     let before = ModelFile { effects: model.effects[..old].to_vec(), ..model.clone() };
     let campaign = Campaign::new(data, &before.to_model());
     let pads = (new > 0).then(|| pads(&campaign, &before, &model.effects[old..])).flatten();
-    let mut also = Vec::new();
+    let mut notes = Vec::new();
     if let Some(pads) = pads {
-        also.push(format!(
+        notes.push(format!(
             "{} is added with it, as the diagnosis has it: bodies that give way keep their force when a motion ends, and \
              this model predicts better with it",
             pads.name()
@@ -109,8 +109,7 @@ fn fitted(
     let joint = with_effects(&campaign, &model, new, progress)?;
     let (settled, friction) = settle(data, &campaign, &model, &joint)?;
     progress.step(1);
-    let mut notes = joint.notes;
-    notes.splice(0..0, also);
+    notes.extend(joint.notes);
     let mut parameters = Vec::new();
     let mut kept = Vec::new();
     for (k, mut e) in joint.estimates.into_iter().enumerate() {
@@ -143,14 +142,12 @@ fn fitted(
 /// The pads, or the stiff contacts, that the diagnosis puts into `model` before it looks for effects; none where `new`
 /// has them, or where there is no room for them.
 fn pads(campaign: &Campaign, model: &ModelFile, new: &[EffectEntry]) -> Option<EffectEntry> {
-    let compliance = REGISTRY.iter().find(|i| i.role.is_compliance())?;
     let room = model.effects.len() + new.len() < MAX_EFFECTS;
-    if campaign.runs.is_empty() || !room || new.iter().any(|e| e.name() == compliance.id) {
+    if campaign.runs.is_empty() || !room || new.iter().any(EffectEntry::is_compliance) {
         return None;
     }
-    let start = beforehand::start(campaign, &model.into());
-    let found = start.found.iter().find(|c| c.info.id == compliance.id)?;
-    let mut entry = EffectEntry::typical(compliance);
+    let found = beforehand::pads(campaign, &model.into())?;
+    let mut entry = EffectEntry::typical(found.info);
     let values = found.held.solution.model.effects.last()?.parameters;
     entry.values.iter_mut().zip(values).for_each(|(to, v)| *to = v);
     Some(entry)

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use stickslip_shared::model::Model;
 
 use super::intervals;
-use super::problem::{Coefficient, Estimate, Problem, RANGE, mean_squares};
+use super::problem::{Coefficient, Estimate, Problem, mean_squares};
 use super::windows::{SEEN, Seen, Windowed, resolution};
 use crate::channels::COUNT;
 
@@ -40,13 +40,11 @@ pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], base: &Model<f64>) -> F
     let all = [Coefficient::Finger, Coefficient::Pusher, Coefficient::Support].into_iter().enumerate();
     let has = |k: usize| trials.iter().any(|w| w.prepared.frictions()[k]);
     let free: Vec<Coefficient> = all.filter(|(k, _)| has(*k)).map(|(_, of)| of).collect();
-    let mut start = base.clone();
-    let at = DVector::from_iterator(free.len(), free.iter().map(|c| c.of(&mut start).max(RANGE[0]).ln()));
-    let mut problem = Problem { trials, offsets, base, free, at, weights: vec![[1.0; SEEN]; trials.len()] };
+    let mut problem = Problem::new(trials, offsets, base, free);
     coarse(&mut problem);
     let problem = solved(problem, (ROUNDS, SETTLED));
-    let estimates = intervals::estimates(&problem);
-    let missed = (0..trials.len()).filter(|i| misses(&problem.weights, *i)).collect();
+    let estimates = intervals::estimates(&problem, |_| true);
+    let missed = missed(&problem.weights);
     let mut model = problem.model(&problem.at);
     for e in &estimates {
         *e.coefficient.of(&mut model) = e.value;
@@ -72,29 +70,20 @@ fn solved(mut problem: Problem<'_>, (rounds, settled): (usize, f64)) -> Problem<
 /// intervals about that: on a plateau an open one may have been anywhere, and what fits beside it there need not fit beside
 /// what is in the model. Where the fit ends depends no longer on where it started.
 pub fn last(trials: &[&Windowed], offsets: &[f64; COUNT], fit: &mut Fit, open: impl Fn(&Estimate) -> bool) {
-    let base = fit.model.clone();
-    let problem = |free: Vec<Coefficient>| {
-        let value = |c: &Coefficient| c.of(&mut base.clone()).max(RANGE[0]).ln();
-        let at = DVector::from_iterator(free.len(), free.iter().map(value));
-        Problem { trials, offsets, base: &base, free, at, weights: vec![[1.0; SEEN]; trials.len()] }
-    };
     let all: Vec<Coefficient> = fit.estimates.iter().map(|e| e.coefficient).collect();
     let known: Vec<Coefficient> = fit.estimates.iter().filter(|e| !open(e)).map(|e| e.coefficient).collect();
     if known.is_empty() {
         return;
     }
-    let solved = solved(problem(known.clone()), (LAST_ROUNDS, LAST_SETTLED));
-    fit.model = solved.model(&solved.at);
-    fit.missed = (0..trials.len()).filter(|i| misses(&solved.weights, *i)).collect();
+    let solved =
+        solved(Problem::new(trials, offsets, &fit.model, known.clone()), (LAST_ROUNDS, LAST_SETTLED));
+    let (model, weights) = (solved.model(&solved.at), solved.weights);
+    (fit.model, fit.missed) = (model, missed(&weights));
     if known.len() < all.len() {
-        let mut around = problem(all);
-        for (x, c) in around.at.iter_mut().zip(&around.free) {
-            *x = c.of(&mut fit.model).max(RANGE[0]).ln();
-        }
-        around.weights = solved.weights;
-        let anew = fit.estimates.iter_mut().zip(intervals::estimates(&around));
-        for (e, anew) in anew.filter(|(e, _)| known.contains(&e.coefficient)) {
-            (e.low, e.high) = (anew.low, anew.high);
+        let around = Problem { weights, ..Problem::new(trials, offsets, &fit.model, all) };
+        for anew in intervals::estimates(&around, |c| known.contains(&c)) {
+            let of_it = fit.estimates.iter_mut().filter(|e| e.coefficient == anew.coefficient);
+            of_it.for_each(|e| (e.low, e.high, e.determined) = (anew.low, anew.high, anew.determined));
         }
     }
     for e in fit.estimates.iter_mut().filter(|e| known.contains(&e.coefficient)) {
@@ -102,6 +91,11 @@ pub fn last(trials: &[&Windowed], offsets: &[f64; COUNT], fit: &mut Fit, open: i
         e.low = e.low.map(|low| low.min(e.value));
         e.high = e.high.map(|high| high.max(e.value));
     }
+}
+
+/// Places of the trials that have hardly any say.
+fn missed(weights: &[[f64; SEEN]]) -> Vec<usize> {
+    (0..weights.len()).filter(|i| misses(weights, *i)).collect()
 }
 
 /// Whether trial `i` has less than a tenth of the say that others have, in half of the signals.

@@ -22,7 +22,7 @@ use rand_distr::{Distribution, Exp1};
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-use super::problem::{Estimate, Problem, RANGE, STEP};
+use super::problem::{Coefficient, Estimate, Problem, RANGE, STEP};
 use super::windows::{SEEN, Seen};
 
 /// Draws.
@@ -44,11 +44,12 @@ struct Cell {
     c: DMatrix<f64>,
 }
 
-/// Estimates of all coefficients at the solution of `problem`.
-pub fn estimates(problem: &Problem<'_>) -> Vec<Estimate> {
+/// Estimates of the coefficients that are `wanted`, at the solution of `problem`.
+pub fn estimates(problem: &Problem<'_>, wanted: impl Fn(Coefficient) -> bool) -> Vec<Estimate> {
     let groups = conditions(problem);
     let draws = draws(groups.iter().max().map_or(0, |g| g + 1));
-    (0..problem.free.len()).map(|k| estimate(problem, &groups, &draws, k)).collect()
+    let wanted = (0..problem.free.len()).filter(|k| wanted(problem.free[*k]));
+    wanted.map(|k| estimate(problem, &groups, &draws, k)).collect()
 }
 
 /// Number of the condition of each trial, without gaps.

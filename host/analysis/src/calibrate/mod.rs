@@ -259,7 +259,7 @@ fn slopes(description: &Description, trials: &[(usize, &Trial)]) -> Vec<Slope> {
 
 /// Whether `model` has pads that give way beside those of its base.
 fn gives_way(model: &ModelFile) -> bool {
-    model.effects.iter().any(|e| e.info().is_some_and(|i| i.role.is_compliance()))
+    model.effects.iter().any(EffectEntry::is_compliance)
 }
 
 /// `model` with `pads` that give way by more than the tolerance of rigid contact, where it has none: it loads

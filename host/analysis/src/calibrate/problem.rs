@@ -73,6 +73,20 @@ pub struct Problem<'a> {
     pub base: &'a Model<f64>,
 }
 
+impl<'a> Problem<'a> {
+    /// With the coefficients where `base` has them, and equal weights.
+    pub fn new(
+        trials: &'a [&'a Windowed],
+        offsets: &'a [f64; COUNT],
+        base: &'a Model<f64>,
+        free: Vec<Coefficient>,
+    ) -> Self {
+        let mut start = base.clone();
+        let at = DVector::from_iterator(free.len(), free.iter().map(|c| c.of(&mut start).max(RANGE[0]).ln()));
+        Self { trials, free, at, weights: vec![[1.0; SEEN]; trials.len()], offsets, base }
+    }
+}
+
 impl Problem<'_> {
     /// The base with the coefficients at the logarithms `at`.
     pub fn model(&self, at: &DVector<f64>) -> Model<f64> {

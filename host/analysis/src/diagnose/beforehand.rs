@@ -15,7 +15,7 @@ use crate::diagnose::select::{Candidate, Held, explained, hold_out, p_value, tot
 use crate::diagnose::verdict::RELEVANT;
 use crate::fit::campaign::Campaign;
 use crate::fit::problem::Problem;
-use crate::fit::{self, Free, Solution};
+use crate::fit::{self, Free};
 use crate::model::candidate::{self, CandidateEffect, Described};
 
 /// Smaller changes of friction over a data set are no drift, in units of [`RELEVANT`].
@@ -52,34 +52,40 @@ pub fn last<'a>(base: &'a Held, found: &'a [Candidate]) -> &'a Held {
 /// Friction of `model` fitted, and the pads where they are measured to deform; else stiff contacts, where the base is
 /// hard and predicts worse without them.
 pub fn start<'a>(campaign: &'a Campaign, model: &Described) -> Start<'a> {
-    let free = free_of(campaign, model);
-    if let Some((trial, padded)) = padded(campaign, &model.model) {
-        let ways = fit::basins(campaign, &padded, &free, STEPS + 1);
-        let problem = Problem::new(campaign, &ways[0]);
-        let mut without = ways[0].clone();
-        let slot = without.effects.len() - 1;
-        candidate::remove(&mut without, slot);
-        let base = hold_out(&problem, settled(&problem, &without, &free), free.clone());
-        let pads = with_pads(&problem, &base, &trial, &ways[0]);
-        // Where the model does better without, what was measured is no spring; and contacts that are as soft as hard
-        // ones may be at most are none of these.
-        let softer = campaign.pads().is_some_and(|p| p.assumed()) && at_most(&problem, &pads.held);
-        if total(&pads.held) < total(&base) && !softer {
-            let others = ways.into_iter().map(|m| Model { effects: without.effects.clone(), ..m }).collect();
-            return Start { problem, base, found: vec![pads], others };
-        }
-        campaign.assume_no_pads();
-    }
-    let others = fit::basins(campaign, &model.model, &free, STEPS + 1);
-    let problem = Problem::new(campaign, &others[0]);
-    let base = hold_out(&problem, settled(&problem, &others[0], &free), free);
-    Start { problem, base, found: Vec::new(), others }
+    padded_start(campaign, model).unwrap_or_else(|| {
+        let free = free_of(campaign, model);
+        let others = fit::basins(campaign, &model.model, &free, STEPS + 1);
+        let problem = Problem::new(campaign, &others[0]);
+        let base = hold_out(&problem, fit::solve_across(&problem, &others[0], &free, STEPS), free);
+        Start { problem, base, found: Vec::new(), others }
+    })
 }
 
-/// `model` fitted, its friction followed across the edges: what is only added to it later must not have the credit for
-/// that.
-fn settled(problem: &Problem, model: &Model<f64>, free: &[Free]) -> Solution {
-    fit::across_edges(problem, fit::solve(problem, model, free, STEPS), free, STEPS)
+/// The same with pads, or stiff contacts; `None` where `model` has them, none are expected, or it does better without.
+fn padded_start<'a>(campaign: &'a Campaign, model: &Described) -> Option<Start<'a>> {
+    let (trial, padded) = padded(campaign, &model.model)?;
+    let free = free_of(campaign, model);
+    let ways = fit::basins(campaign, &padded, &free, STEPS + 1);
+    let problem = Problem::new(campaign, &ways[0]);
+    let mut without = ways[0].clone();
+    let slot = without.effects.len() - 1;
+    candidate::remove(&mut without, slot);
+    let base = hold_out(&problem, fit::solve_across(&problem, &without, &free, STEPS), free);
+    let pads = with_pads(&problem, &base, &trial, &ways[0]);
+    // Where the model does better without, what was measured is no spring; and contacts that are as soft as hard
+    // ones may be at most are none of these.
+    let softer = campaign.pads().is_some_and(|p| p.assumed()) && at_most(&problem, &pads.held);
+    if softer || !(total(&pads.held) < total(&base)) {
+        campaign.assume_no_pads();
+        return None;
+    }
+    let others = ways.into_iter().map(|m| Model { effects: without.effects.clone(), ..m }).collect();
+    Some(Start { problem, base, found: vec![pads], others })
+}
+
+/// The pads, or the stiff contacts, that [`start`] puts into `model`, as fitted.
+pub fn pads(campaign: &Campaign, model: &Described) -> Option<Candidate> {
+    padded_start(campaign, model)?.found.pop()
 }
 
 /// Friction, and the parameters of the effects that the model has already.
@@ -114,7 +120,7 @@ fn compliance() -> Option<CandidateEffect> {
 fn with_pads(problem: &Problem, base: &Held, trial: &CandidateEffect, start: &Model<f64>) -> Candidate {
     let mut free = base.free.clone();
     free.extend(Free::of_effect(trial.info, start.effects.len() - 1));
-    let held = hold_out(problem, settled(problem, start, &free), free);
+    let held = hold_out(problem, fit::solve_across(problem, start, &free, STEPS), free);
     let explained = explained(&base.misfit, &held.misfit);
     let p_value = p_value(&base.loss, &held.loss);
     known(trial, held, p_value, explained)
@@ -159,8 +165,9 @@ pub fn drifting<'a>(start: &Start<'a>) -> Option<Start<'a>> {
     free.extend(Free::of_effect(wear.info, model.effects.len()));
     let with = fit::solve_with(problem, &drifted, &free, STEPS, &held.solution.columns);
     let around = Problem::new(problem.campaign, &with.model);
-    let fitted =
-        |model: &Model<f64>, free: &[Free]| hold_out(&around, settled(&around, model, free), free.to_vec());
+    let fitted = |model: &Model<f64>, free: &[Free]| {
+        hold_out(&around, fit::solve_across(&around, model, free, STEPS), free.to_vec())
+    };
     let base = fitted(&start.base.solution.model, &start.base.free);
     let mut found = again(&around, &base, &start.found);
     let with = fitted(&with.model, &free);

@@ -260,8 +260,7 @@ fn weighed<'a>(problem: &Problem, base: &Held, found: &'a [Candidate]) -> Vec<(&
 /// steps and noise are those of the model that it is built around, and far from there they mislead.
 fn around<'a>(campaign: &'a Campaign, near: &Model<f64>, base: &Held) -> (Problem<'a>, Held) {
     let problem = Problem::new(campaign, near);
-    let solution = fit::solve(&problem, &base.solution.model, &base.free, 5);
-    let solution = fit::across_edges(&problem, solution, &base.free, 5);
+    let solution = fit::solve_across(&problem, &base.solution.model, &base.free, 5);
     let base = hold_out(&problem, solution, base.free.clone());
     (problem, base)
 }

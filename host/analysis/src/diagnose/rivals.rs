@@ -41,8 +41,7 @@ struct Judged<'a> {
 impl<'a> Judged<'a> {
     fn new(campaign: &'a Campaign, model: &Model<f64>, free: &[Free]) -> Self {
         let problem = Problem::new(campaign, model);
-        let solution = fit::solve(&problem, model, free, STEPS);
-        let held = hold_out(&problem, fit::across_edges(&problem, solution, free, STEPS), free.to_vec());
+        let held = hold_out(&problem, fit::solve_across(&problem, model, free, STEPS), free.to_vec());
         let mut density = vec![f64::NAN; campaign.conditions];
         for (g, residual) in problem.groups.iter().zip(&held.residual) {
             let group = &campaign.groups[*g];

@@ -32,8 +32,8 @@ pub use engine::{Solution, loss_at, sensitivities, solve, solve_with};
 pub use free::{Free, base_parameters};
 pub use intervals::{Estimate, clustered_covariance};
 pub use search::{
-    MANY, across_edges, apart, basins, first_fit, friction_grid, likely, robust_cost, rough_start, starts,
-    within_reach,
+    MANY, across_edges, apart, basins, first_fit, friction_grid, likely, robust_cost, rough_start,
+    solve_across, starts, within_reach,
 };
 
 /// Parts of the conditions that are held out in turn.
@@ -113,8 +113,7 @@ pub fn calibrate(
     let first = first_fit(campaign, model, free, options.iterations);
     let problem = Problem::new(campaign, &first);
     let before = solve(&problem, model, free, 0).loss.0;
-    let solution = solve(&problem, &first, free, options.iterations);
-    let solution = across_edges(&problem, solution, free, options.iterations);
+    let solution = solve_across(&problem, &first, free, options.iterations);
     let (solution, seen, kept) = keep_unseen(&problem, solution, model, free, options.iterations);
     let mut fit = summary(&problem, solution, before, &seen, options);
     restore(&mut fit, free, &seen, kept);

@@ -21,7 +21,7 @@ const TRIED: [&[f64]; 3] = [&[0.15, 0.4, 0.8], &[0.1, 0.25, 0.7, 2.5], &[0.15, 0
 /// Friction tried from where a fit ended: each by this factor from the one before, within this range, as long as the loss
 /// is not more than so many times what the fit left.
 const NEXT: f64 = 1.12;
-const FARTHEST: std::ops::RangeInclusive<f64> = 0.1..=2.5;
+const FARTHEST: [f64; 2] = [0.1, 2.5];
 const HOPELESS: f64 = 5.0;
 /// A valley whose floor is not above this many times what the fit left is worth a few steps.
 const WORTH_STEPS: f64 = 2.0;
@@ -87,6 +87,12 @@ pub fn basins(campaign: &Campaign, model: &Model<f64>, free: &[Free], iterations
     out
 }
 
+/// As [`solve`], and [`across_edges`] from there: what is only added to a model later must not have the credit for a valley
+/// that the model could have been in.
+pub fn solve_across(problem: &Problem, model: &Model<f64>, free: &[Free], steps: usize) -> Solution {
+    across_edges(problem, solve(problem, model, free, steps), free, steps)
+}
+
 /// `best`, or what is better in another valley of a friction coefficient, fitted with so many `steps`. Past the edge at
 /// which a contact lets go or holds, all of the loss lies on a plateau, down which least squares moves away from the edge
 /// for ever: each coefficient is followed on its own, all else as it is, to where the loss falls again.
@@ -117,7 +123,7 @@ fn next_valley(
     loop {
         let value = factor * f.get(&model);
         f.set(&mut model, value);
-        let beyond = if factor > 1.0 { value > *FARTHEST.end() } else { value < *FARTHEST.start() };
+        let beyond = if factor > 1.0 { value > FARTHEST[1] } else { value < FARTHEST[0] };
         if beyond {
             break;
         }

@@ -44,6 +44,11 @@ impl EffectEntry {
         self.formula.as_ref().map_or(&self.id, |f| &f.name)
     }
 
+    /// Whether it makes contacts give way.
+    pub fn is_compliance(&self) -> bool {
+        self.info().is_some_and(|i| i.role.is_compliance())
+    }
+
     /// A formula that was never fitted (its parameters have no intervals) is a proposal: `diagnose`
     /// tries it, `add` makes it part of the model.
     pub fn is_proposal(&self) -> bool {
