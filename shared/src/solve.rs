@@ -188,6 +188,17 @@ pub(crate) const PYRAMIDS_COST: u32 = 2;
 /// No solve is bounded below so much work.
 pub(crate) const LEAST_WORK: u32 = 16;
 
+/// Answers that a time step follows.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Follows {
+    /// Those far from solved too: for studies of the solver.
+    Any,
+    /// Those whose residual [`StepParams`](crate::step::StepParams) bounds.
+    Credible,
+    /// Those within the tolerance.
+    Solved,
+}
+
 /// Limits of the iteration.
 #[derive(Clone, Copy, Debug)]
 pub struct SolveBudget<R: Real> {
@@ -198,9 +209,8 @@ pub struct SolveBudget<R: Real> {
     pub tolerance: R,
     /// Points for which the work is meant: with more, which cost more, it is lowered.
     pub usual_points: u32,
-    /// Whether a time step follows an answer that is far from solved, for studies of the solver; otherwise
-    /// it leaves the state as it was.
-    pub follows_unsolved: bool,
+    /// The answers that a time step follows; otherwise it leaves the state as it was.
+    pub follows: Follows,
     /// With this formulation alone, whatever the model asks for; otherwise the cone is solved in place of pyramids that were
     /// not.
     pub only: Option<Formulation>,
@@ -213,7 +223,7 @@ impl<R: Real> Default for SolveBudget<R> {
             // f32: what summing some twenty forces leaves; f64: far below any use.
             tolerance: max(R::of(100.0) * R::EPSILON, R::of(1e-10)),
             usual_points: MAX_POINTS as u32,
-            follows_unsolved: true,
+            follows: Follows::Any,
             only: None,
         }
     }
@@ -225,7 +235,7 @@ impl<R: Real> SolveBudget<R> {
         Self {
             max_work: PRESENT_WORK,
             usual_points: USUAL_POINTS,
-            follows_unsolved: false,
+            follows: Follows::Credible,
             ..Self::default()
         }
     }
@@ -237,7 +247,7 @@ impl<R: Real> SolveBudget<R> {
             max_work: LOOK_AHEAD_WORK,
             tolerance: R::of(LOOK_AHEAD_TOLERANCE),
             usual_points: USUAL_POINTS,
-            follows_unsolved: false,
+            follows: Follows::Credible,
             only: None,
         }
     }

@@ -21,7 +21,7 @@ use crate::probe::{self, Part};
 use crate::real::{Real, Vec3, max, sqrt};
 pub use crate::rotation::{support_under, turned};
 use crate::shape::rotated_inertia;
-use crate::solve::{Before, Bodies, ContactPoint, DOF, SolveBudget, SolveStatus};
+use crate::solve::{Before, Bodies, ContactPoint, DOF, Follows, SolveBudget, SolveStatus};
 pub use crate::state::{Drive, LastStep, Moving, Slot, State};
 use gather::gather;
 pub use output::{FormulaFault, StepOutput, StepSummary, Workspace};
@@ -187,7 +187,7 @@ pub fn step<R: Real, const NC: usize>(
 }
 
 /// Advances `state` by one step. On `SolveStatus::BadInput` and `SolveStatus::Contradiction`, and where
-/// the answer is far from solved ([`StepParams::unsolved_n`], [`SolveBudget::follows_unsolved`]), its
+/// the answer is far from solved ([`StepParams::unsolved_n`], [`SolveBudget::follows`]), its
 /// motion and springs are left as they were ([`StepSummary::followed`]); otherwise it has moved and
 /// `residual_n` says how exactly.
 ///
@@ -414,8 +414,13 @@ pub fn step_from<R: Real, const NC: usize>(
     }
     let most_n = output.normal_n.iter().fold(zero, |most, n| max(*n, most));
     let credible_n = work.params.unsolved_n + work.params.unsolved_share * most_n;
-    let solved = solution.status == SolveStatus::Solved || solution.residual_n <= credible_n;
-    if !(solved || options.follows_unsolved) {
+    let solved = solution.status == SolveStatus::Solved;
+    let follows = match options.follows {
+        Follows::Any => true,
+        Follows::Credible => solved || solution.residual_n <= credible_n,
+        Follows::Solved => solved,
+    };
+    if !follows {
         work.solver.forget();
         return output;
     }

@@ -12,6 +12,7 @@ use crate::cone::SolveBudget;
 use crate::contact::{self, Body, Contacts, SLOTS};
 use crate::model::{FingerContact, Model, Scene};
 use crate::real::{Real, Rotation, Vec3, max, norm, sqrt};
+use crate::solve::Follows;
 use crate::step::{Drive, Moving, State, Workspace, support_under, turned};
 use crate::window::shift_in;
 use crate::work::Work;
@@ -383,7 +384,7 @@ impl<R: Real> Settling<R> {
         };
         let mut done = Work::default();
         while self.left > 0 && done.done() <= most_work / 2 {
-            let exact = SolveBudget { follows_unsolved: false, ..SolveBudget::default() };
+            let exact = SolveBudget { follows: Follows::Credible, ..SolveBudget::default() };
             let options = done.bounding(&exact, most_work);
             let out = crate::step::step_in(scene, &base, state, &still, &options, work);
             done.add(&out);

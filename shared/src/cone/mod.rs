@@ -41,7 +41,8 @@ pub use crate::linear::Kept;
 use crate::linear::Vec7;
 use crate::real::{Real, sqrt};
 pub use crate::solve::{
-    Answer, Before, Bodies, ContactPoint, DOF, MAX_POINTS, Solution, SolveBudget, SolveStatus, Solved,
+    Answer, Before, Bodies, ContactPoint, DOF, Follows, MAX_POINTS, Solution, SolveBudget, SolveStatus,
+    Solved,
 };
 use heapless::Vec;
 use newton::Problem;

@@ -12,6 +12,7 @@ use crate::cone::{SolveBudget, SolveStatus};
 use crate::contact::SLOTS;
 use crate::model::{Model, Scene};
 use crate::real::{Real, Vec3, clamp, max, norm};
+use crate::solve::Follows;
 use crate::step::{State, StepSummary, Workspace, turned};
 use crate::track::{Pose, Poses, drive_between};
 use crate::tuning::tuned;
@@ -77,6 +78,8 @@ pub(crate) struct Ahead<R: Real> {
     ahead_s: R,
     speed_m_s: R,
     sag: Sag<R>,
+    /// The next step was begun in the last tick, which had too little work left for it.
+    waited: bool,
     found: Foreseen<R>,
 }
 
@@ -101,6 +104,7 @@ impl<R: Real> Ahead<R> {
             ahead_s: R::zero(),
             speed_m_s: norm(&Vec3::new(state.velocity[0], state.velocity[1], state.velocity[2])),
             sag: Sag::new(slipped(start, &state.position_m, &state.rotation)),
+            waited: false,
             found: Foreseen {
                 began_s: t_s,
                 peak_utilisation: [0.0; 2],
@@ -149,12 +153,22 @@ impl<R: Real> Ahead<R> {
             let Some(drive) = drive_between(&from, &to, &course.reference_m, grip, course.trial) else {
                 break;
             };
-            let options = work.bounding(&SolveBudget::look_ahead(), TICK_WORK);
+            let whole = SolveBudget::look_ahead();
+            let mut options = work.bounding(&whole, TICK_WORK);
+            // What the rest of this tick's work does not solve is begun anew in the next, once.
+            let waits = options.max_work < whole.max_work && !self.waited;
+            if waits {
+                options.follows = Follows::Solved;
+            }
             let out =
                 crate::step::step_in(course.scene, course.model, &mut self.state, &drive, &options, space);
             note(&out);
             work.add(&out);
             work.step_ahead();
+            self.waited = waits && out.status == SolveStatus::IterationLimit;
+            if self.waited {
+                return None;
+            }
             self.found.marked |= out.status != SolveStatus::Solved;
             if !out.followed {
                 // No forces were found: nothing is foreseen beyond, a loss of the grasp neither.

@@ -111,7 +111,7 @@ fn a_fast_approach_is_not_missed_in_steps_of_20_ms() {
 
 #[test]
 fn an_answer_far_from_solved_leaves_the_state_and_says_so() {
-    use stickslip_shared::solve::{SolveBudget, SolveStatus};
+    use stickslip_shared::solve::{Follows, SolveBudget, SolveStatus};
     use stickslip_shared::step::{Workspace, step_in};
     let mut scene = scene(true, Some(PusherContact::Plane));
     scene.support = None;
@@ -132,7 +132,7 @@ fn an_answer_far_from_solved_leaves_the_state_and_says_so() {
         (before.position_m, before.velocity, before.slots)
     );
     // A study of the solver may follow it.
-    let all = SolveBudget { follows_unsolved: true, ..hurried };
+    let all = SolveBudget { follows: Follows::Any, ..hurried };
     assert!(step_in(&scene, &model, &mut state, &drive, &all, &mut Workspace::new()).followed);
     assert!(state.time_s > before.time_s);
 }
