@@ -5,6 +5,7 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use stickslip_analysis::left_out::{self, LeftOut};
+use stickslip_analysis::tuning::{Changed, in_words};
 
 const STYLE: &str = include_str!("../assets/page.css");
 const SCRIPT: &str = include_str!("../assets/page.js");
@@ -98,6 +99,12 @@ pub fn first_screen(
         }
         "\n"
     }
+}
+
+/// Among the facts: which numbers of the predictor are not a board's.
+#[must_use]
+pub fn tuned(changed: &[Changed]) -> Markup {
+    html! { @if !changed.is_empty() { span { "predictor: " b { (in_words(changed)) } } } }
 }
 
 /// On the first screen, how many trials of how many a result leaves out, and why; which they are, and what of

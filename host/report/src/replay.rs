@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::bench::Scenery;
 use super::figures::Figure;
-use super::html::{Tone, figure, first_screen, page as whole, swatch, unfold};
+use super::html::{Tone, figure, first_screen, page as whole, swatch, tuned, unfold};
 use super::overlay::spans;
 use super::plot::{Chart, Line, MODELS};
 use super::viewer::{self, Plot, Run, Span, chart_of, viewer};
@@ -60,6 +60,7 @@ pub fn page(document: &Document, shown: &Shown) -> String {
         div class="facts" {
             span { b { (document.ticks) } " ticks" }
             span { "hash " b { (document.hash) } }
+            (tuned(&document.tuned))
         }
         (flag_table(document))
         (predictions(document, shown))

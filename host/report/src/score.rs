@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::bars::{Bars, shares};
 use super::figures::Figure;
-use super::html::{Tone, figure, first_screen, page as whole, swatch, unfold};
+use super::html::{Tone, figure, first_screen, page as whole, swatch, tuned, unfold};
 use super::plot::{Chart, Line, MEASURED, MODELS};
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::calibration::Calibration;
@@ -35,6 +35,7 @@ pub fn page(d: &Document, next: &str) -> String {
             }
             @if !d.passed_over.is_empty() { span { "not scored: " b { (d.passed_over.len()) } " trials" } }
             span { "sample not trusted: " b { (format!("{:.2} %", d.doubtful_share * 100.0)) } " of the ticks" }
+            (tuned(&d.tuned))
         }
     };
     let leads: Vec<Markup> = lead_charts(d)

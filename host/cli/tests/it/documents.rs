@@ -101,10 +101,12 @@ fn replay_and_score_say_which_numbers_of_the_predictor_a_file_sets_and_nothing_w
         let expected = serde_json::json!([{ "key": "health.stuck", "value": [5.0], "default": [3.0] }]);
         assert_eq!(set["tuned"], expected, "{command}");
         assert_eq!(of(command, &[command, "."], data)["tuned"], Value::Null, "{command}");
-        let words = [command, ".", "--predictor", "predictor.toml"];
+        let words = [command, ".", "--predictor", "predictor.toml", "--html", "page.html"];
         let text = stickslip().current_dir(data).args(words).output().expect("run").stdout;
         let text = String::from_utf8(text).expect("text");
         assert!(text.contains("predictor: health.stuck 5 (default 3)"), "{text}");
+        let page = std::fs::read_to_string(data.join("page.html")).expect("a page");
+        assert!(page.contains("predictor: <b>health.stuck 5 (default 3)</b>"), "{command}");
     }
     std::fs::write(data.join("predictor.toml"), "[health]\nstuk = 5\n").expect("written");
     let refused = stickslip()
