@@ -2,4 +2,5 @@
 
 pub mod commands;
 pub mod grip_loop;
+pub mod interrupt;
 pub mod moving;

@@ -154,3 +154,32 @@ fn a_stream_by_this_machines_clock_says_what_the_board_was_told_and_predicts_the
     assert!(told["compared"].as_u64().is_some_and(|n| n > 0) && told["equal"] == told["compared"], "{told}");
     stream(&["--line-faults", "1"]).failure().stderr(contains("cannot be used with"));
 }
+
+#[test]
+#[ignore = "needs the firmware: make hil"]
+fn a_recording_that_ctrl_c_ends_says_so_and_its_log_has_the_index_that_viewers_need() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("run.mcap");
+    let device = format!("qemu:{}", named("STICKSLIP_FIRMWARE"));
+    let child = std::process::Command::new(assert_cmd::cargo::cargo_bin("stickslip"))
+        .args(["stream", &data(), "--clock", "--device", &device, "--log", &file.display().to_string()])
+        .stderr(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .expect("started");
+    // More than the header: records come.
+    let recorded = || std::fs::metadata(&file).is_ok_and(|file| file.len() > 6_000);
+    while !recorded() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(kill.is_ok_and(|status| status.success()));
+    let ended = child.wait_with_output().expect("ended");
+    let said = String::from_utf8(ended.stderr).expect("text");
+    assert_eq!(ended.status.code(), Some(1), "{said}");
+    assert!(said.contains("interrupted; ") && said.contains("run.mcap holds what came until then"), "{said}");
+    // An index stands before the magic bytes at the end.
+    assert!(std::fs::read(&file).expect("read").ends_with(b"\x89MCAP0\r\n"));
+    let kept = stickslip_device::log::read(&file).expect("a log");
+    assert!(!kept.records.is_empty() && kept.lost.is_empty(), "{:?}", kept.lost);
+}

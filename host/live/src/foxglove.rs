@@ -24,6 +24,7 @@ use ::foxglove::{Channel, Context, PartialMetadata, RawChannel, Schema, WebSocke
 use anyhow::Context as _;
 use schemars::JsonSchema;
 use serde::Serialize;
+use serde_json::Value;
 use stickslip_shared::model::{Scene, Shape};
 use stickslip_shared::predictor::Prediction;
 use stickslip_shared::wire;
@@ -220,7 +221,8 @@ impl Channels {
         ) -> anyhow::Result<Arc<RawChannel>> {
             // Foxglove follows no references.
             let settings = schemars::generate::SchemaSettings::draft07().with(|s| s.inline_subschemas = true);
-            let schema = settings.into_generator().into_root_schema_for::<T>();
+            let mut schema = settings.into_generator().into_root_schema_for::<T>().to_value();
+            one_type_each(&mut schema);
             let schema = Schema::new(name, "jsonschema", serde_json::to_vec(&schema)?);
             Ok(context.channel_builder(topic).message_encoding("json").schema(schema).build_raw()?)
         }
@@ -259,8 +261,36 @@ impl Stamp {
 }
 
 fn put<T: Serialize>(channel: &RawChannel, stamp: Stamp, what: &T) -> anyhow::Result<()> {
-    channel.log_with_meta(&serde_json::to_vec(what)?, stamp.meta());
+    let mut what = serde_json::to_value(what)?;
+    drop_nulls(&mut what);
+    channel.log_with_meta(&serde_json::to_vec(&what)?, stamp.meta());
     Ok(())
+}
+
+/// Foxglove takes no schema in which something is of one type or null: what would be null is left out ([`drop_nulls`]).
+fn one_type_each(schema: &mut Value) {
+    match schema {
+        Value::Array(items) => items.iter_mut().for_each(one_type_each),
+        Value::Object(keys) => {
+            if let Some(Value::Array(types)) = keys.get("type") {
+                let one = types.iter().find(|one| *one != "null").cloned();
+                keys.extend(one.map(|one| ("type".to_owned(), one)));
+            }
+            keys.values_mut().for_each(one_type_each);
+        }
+        _ => {}
+    }
+}
+
+fn drop_nulls(what: &mut Value) {
+    match what {
+        Value::Array(items) => items.iter_mut().for_each(drop_nulls),
+        Value::Object(keys) => {
+            keys.retain(|_, value| !value.is_null());
+            keys.values_mut().for_each(drop_nulls);
+        }
+        _ => {}
+    }
 }
 
 fn message(alarm: &Alarm, stamp: Stamp) -> Log {

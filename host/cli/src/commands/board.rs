@@ -12,6 +12,7 @@ use super::arguments::OneTrial;
 use super::board_set::SetArgs;
 use super::monitor;
 use super::telemetry::{describe, told as in_words};
+use crate::interrupt::Interrupt;
 use stickslip_analysis::Progress;
 use stickslip_device::clock::Clock;
 use stickslip_device::{Device, log};
@@ -232,10 +233,13 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             let meta =
                 json!({ "device": args.device, "board": info.board.as_str(), "timer_hz": info.timer_hz });
             let mut writer = log::Writer::create(file, &log::Header { scene: vec![], model: vec![], meta })?;
+            let interrupt = Interrupt::noted()?;
             let began = Instant::now();
             let reports = watch(&mut device, for_s, output, "recording (ms)", |report| {
+                interrupt.check()?;
                 Ok(writer.record(began.elapsed().as_nanos() as u64, log::Entry::Telemetry(report))?)
-            })?;
+            });
+            let reports = interrupt.explain(reports, file)?;
             output.text(format_args!("{reports} reports in {}", file.display()));
             output.document(&Done { reports: Some(reports), file: Some(file.clone()), ..Done::default() })
         }

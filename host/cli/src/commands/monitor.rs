@@ -31,7 +31,7 @@ use super::package::of_trial;
 
 Draws in the terminal: share of the friction limit used, friction, probability to hold, sag, alarms with how much \
 they came ahead, the grip that holds with reserve, health of the line. q ends it. Without a terminal, or with --plain, it prints a line a \
-second and one for each alarm. --foxglove serves the same to viewers (in Foxglove: Open connection, Foxglove WebSocket, ws://ADDRESS).")]
+second and one for each alarm. --foxglove serves the same to viewers (in Foxglove: Open connection, Foxglove WebSocket, ws://ADDRESS); a log is played when the first one has connected.")]
 pub struct Args {
     /// `qemu`, `qemu:FIRMWARE`, `serial:PORT`, `can:INTERFACE` (what a board sends its controller), or `replay:FILE`: a log of
     /// stream, replay or board log
@@ -122,7 +122,15 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     if let Some(server) = &server {
         output.note(format_args!("viewers connect to ws://localhost:{}", server.port()));
     }
-    let mut watch = Watch { state: State::default(), server, until: Instant::now().checked_add(most) };
+    let began = Instant::now();
+    if let (Some(server), Source::Log(_)) = (&server, &source) {
+        output.note("the log is played when the first viewer has connected; Ctrl-C ends this");
+        // A log is over before somebody has started a viewer.
+        while server.viewers() == 0 && began.elapsed() < most {
+            std::thread::sleep(FRAME);
+        }
+    }
+    let mut watch = Watch { state: State::default(), server, until: began.checked_add(most) };
     let stop = AtomicBool::new(false);
     let package = package.as_ref().map(|(package, trial)| (package, trial.as_str()));
     std::thread::scope(|scope| {

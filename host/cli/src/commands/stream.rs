@@ -8,6 +8,7 @@ use stickslip_shared::wire::{self, TelemetryReport};
 
 use super::arguments::OneTrial;
 use super::telemetry::{describe, live, told};
+use crate::interrupt::Interrupt;
 use stickslip_device::Device;
 use stickslip_device::log::{self, Entry};
 use stickslip_device::package::Package;
@@ -65,11 +66,15 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     output.text(format_args!("trial {trial}: {} samples", package.samples.len()));
     let mut log =
         args.log.as_deref().map(|path| start_log(path, &package, &trial, device.info())).transpose()?;
+    // Without a log there is nothing to close.
+    let interrupt =
+        args.log.as_deref().map(|path| Interrupt::noted().map(|noted| (noted, path))).transpose()?;
     let began = Instant::now();
     let mut display = Display::new(output.progress(package.samples.len() as u64, "streaming"));
     let pace = if args.clock { Pace::Host } else { Pace::Board };
     let outcome = session::stream(&mut device, &package, pace, args.line_faults, &mut |event| {
         let now_ns = began.elapsed().as_nanos() as u64;
+        interrupt.as_ref().map_or(Ok(()), |(noted, _)| noted.check())?;
         match event {
             Event::Report(report) => {
                 display.show(report);
@@ -80,7 +85,10 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         Ok(())
     });
     display.bar.finish();
-    let outcome = outcome?;
+    let outcome = match interrupt {
+        Some((noted, path)) => noted.explain(outcome, path)?,
+        None => outcome?,
+    };
     output.document(&outcome)?;
     report(output, &outcome);
     anyhow::ensure!(

@@ -3,15 +3,16 @@
 //! | topic | messages |
 //! |---|---|
 //! | `/stickslip/run` | the [`Header`], JSON, once |
-//! | `/stickslip/exact` | one byte with the record's kind, then its payload as the device sent it (postcard) |
-//! | `/stickslip/prediction`, `/telemetry`, `/sample` | the same records as JSON, schema `stickslip.Prediction`, ... |
+//! | `/stickslip/exact` | one byte with the record's kind, then its payload as the device sent it (postcard), as `stickslip.Exact` |
+//! | `/stickslip/prediction`, `/telemetry`, `/sample` | the same records as protobuf, schema `stickslip.Prediction`, ... |
 //!
-//! Only the first two are read again: JSON has no NaN and would lose bits. `log_time` is that of this machine's
-//! clock; the run began at that of `/stickslip/run`.
+//! Only the first two are read again. Logs of before 2026-11-26 have the exact records without a schema, and the others as
+//! JSON. `log_time` is that of this machine's clock; the run began at that of `/stickslip/run`.
 //!
 //! A chunk holds a tenth of a second at most. It is written in one call when it is full: a crash of this program
 //! or of the machine cuts the last one at most, and each has a checksum. The reader here takes every intact
-//! chunk. A viewer needs the index that the writer adds at the end; without one it reads the file through.
+//! chunk. The writer adds an index at the end. Without one Foxglove and PlotJuggler 4 read a file through; Rerun opens it after
+//! `rerun mcap convert --recover`.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -21,16 +22,18 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use mcap::records::{MessageHeader, op};
 use mcap::{Compression, McapError, WriteOptions};
-use serde::Serialize;
-use serde_json::{Value, json};
+use prost::Message as _;
+use serde_json::json;
 use stickslip_shared::predictor::Prediction;
 use stickslip_shared::wire::{Sample, TelemetryReport};
 
 use super::record::{Contents, Header, LogError, MAX_PAYLOAD, Record};
+use super::shown;
 use crate::records::{PREDICTION_RECORD, SAMPLE_RECORD, TELEMETRY_RECORD};
 
 const RUN: &str = "/stickslip/run";
 const EXACT: &str = "/stickslip/exact";
+const PROTOBUF: &str = "protobuf";
 /// Of a chunk, ns.
 const CHUNK_NS: u64 = 100_000_000;
 /// The start of a record: operation, length.
@@ -56,7 +59,7 @@ impl Entry<'_> {
         }
     }
 
-    /// Topic and schema of its JSON.
+    /// Topic and schema under which it is shown.
     fn names(self) -> (&'static str, &'static str) {
         match self {
             Entry::Prediction(_) => ("/stickslip/prediction", "stickslip.Prediction"),
@@ -65,15 +68,22 @@ impl Entry<'_> {
         }
     }
 
-    fn forms(self) -> io::Result<(Vec<u8>, Value)> {
-        fn of<T: Serialize>(what: &T) -> io::Result<(Vec<u8>, Value)> {
-            let exact = postcard::to_allocvec(what).map_err(io::Error::other)?;
-            Ok((exact, serde_json::to_value(what)?))
-        }
+    /// Its kind, and the record as the device sent it.
+    fn exact(self) -> io::Result<Vec<u8>> {
+        let kind = vec![self.kind()];
+        let exact = match self {
+            Entry::Prediction(prediction) => postcard::to_extend(prediction, kind),
+            Entry::Telemetry(report) => postcard::to_extend(report, kind),
+            Entry::Sample(sample) => postcard::to_extend(sample, kind),
+        };
+        exact.map_err(io::Error::other)
+    }
+
+    fn shown(self) -> Vec<u8> {
         match self {
-            Entry::Prediction(prediction) => of(prediction),
-            Entry::Telemetry(report) => of(report),
-            Entry::Sample(sample) => of(sample),
+            Entry::Prediction(prediction) => shown::prediction(prediction),
+            Entry::Telemetry(report) => shown::report(report),
+            Entry::Sample(sample) => shown::sample(sample),
         }
     }
 }
@@ -85,7 +95,7 @@ pub struct Writer {
     /// When the run began, ns since 1970.
     began_ns: u64,
     exact: u16,
-    /// Channels of the JSON, by kind.
+    /// Channels of what is shown, by kind.
     shown: BTreeMap<u8, u16>,
     /// Messages so far.
     sequence: u32,
@@ -106,10 +116,11 @@ impl Writer {
         options = options.disable_seeking(true).compression(Some(Compression::Zstd)).chunk_size(None);
         let mcap = |error| io(answer(error));
         let mut file = options.create(BufWriter::new(file)).map_err(mcap)?;
-        let schema = json!({ "title": "stickslip.Run", "type": "object" }).to_string();
+        let schema = run_schema().to_string();
         let schema = file.add_schema("stickslip.Run", "jsonschema", schema.as_bytes()).map_err(mcap)?;
         let run = file.add_channel(schema, RUN, "json", &BTreeMap::new()).map_err(mcap)?;
-        let exact = file.add_channel(0, EXACT, "postcard", &BTreeMap::new()).map_err(mcap)?;
+        let schema = file.add_schema("stickslip.Exact", PROTOBUF, shown::DESCRIPTORS).map_err(mcap)?;
+        let exact = file.add_channel(schema, EXACT, PROTOBUF, &BTreeMap::new()).map_err(mcap)?;
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let began_ns = u64::try_from(now.as_nanos()).unwrap_or_default();
         let (path, shown) = (path.to_owned(), BTreeMap::new());
@@ -130,11 +141,10 @@ impl Writer {
             self.close_chunk()?;
         }
         self.chunk_from.get_or_insert(host_ns);
-        let (payload, shown) = entry.forms().map_err(|error| self.fail(error))?;
-        let exact = [&[entry.kind()], payload.as_slice()].concat();
-        self.message(self.exact, host_ns, &exact)?;
-        let channel = self.channel(entry, &shown)?;
-        self.message(channel, host_ns, shown.to_string().as_bytes())
+        let record = entry.exact().map_err(|error| self.fail(error))?;
+        self.message(self.exact, host_ns, &shown::Exact { record }.encode_to_vec())?;
+        let channel = self.channel(entry)?;
+        self.message(channel, host_ns, &entry.shown())
     }
 
     /// Waits until all records are on the disk: they outlive a crash of the machine.
@@ -147,16 +157,14 @@ impl Writer {
         file.map_err(|error| self.fail(error))
     }
 
-    /// The channel of the JSON; its schema is that of the first message.
-    fn channel(&mut self, entry: Entry<'_>, first: &Value) -> Result<u16, LogError> {
+    /// The channel on which it is shown.
+    fn channel(&mut self, entry: Entry<'_>) -> Result<u16, LogError> {
         if let Some(channel) = self.shown.get(&entry.kind()) {
             return Ok(*channel);
         }
         let (topic, name) = entry.names();
-        let mut schema = schema_of(first);
-        schema["title"] = json!(name);
-        let schema = self.file.add_schema(name, "jsonschema", schema.to_string().as_bytes());
-        let channel = schema.and_then(|id| self.file.add_channel(id, topic, "json", &BTreeMap::new()));
+        let schema = self.file.add_schema(name, PROTOBUF, shown::DESCRIPTORS);
+        let channel = schema.and_then(|id| self.file.add_channel(id, topic, PROTOBUF, &BTreeMap::new()));
         let channel = channel.map_err(|error| self.fail(answer(error)))?;
         self.shown.insert(entry.kind(), channel);
         Ok(channel)
@@ -194,21 +202,15 @@ fn answer(error: McapError) -> io::Error {
     }
 }
 
-/// JSON Schema of values like this one; what is null in it may be anything.
-fn schema_of(value: &Value) -> Value {
-    match value {
-        Value::Null => json!({}),
-        Value::Bool(_) => json!({ "type": "boolean" }),
-        Value::Number(_) => json!({ "type": "number" }),
-        Value::String(_) => json!({ "type": "string" }),
-        Value::Array(items) => {
-            json!({ "type": "array", "items": items.first().map_or(json!({}), schema_of) })
-        }
-        Value::Object(keys) => {
-            let keys = keys.iter().map(|(key, value)| (key.clone(), schema_of(value)));
-            json!({ "type": "object", "properties": Value::Object(keys.collect()) })
-        }
-    }
+/// JSON Schema of a [`Header`]. Foxglove asks every object for its properties.
+fn run_schema() -> serde_json::Value {
+    let bytes = json!({ "type": "array", "items": { "type": "integer" } });
+    let meta = json!({ "type": "object", "properties": {} });
+    json!({
+        "title": "stickslip.Run",
+        "type": "object",
+        "properties": { "scene": bytes, "model": bytes, "meta": meta }
+    })
 }
 
 /// Does it begin as an MCAP file, or is it the beginning of one?
@@ -250,8 +252,15 @@ pub(super) fn recover(bytes: &[u8]) -> Contents {
 
 /// A message of one of the channels that are read.
 enum Message {
-    Run { log_ns: u64, data: Vec<u8> },
-    Exact { log_ns: u64, data: Vec<u8> },
+    Run {
+        log_ns: u64,
+        data: Vec<u8>,
+    },
+    /// Kind and payload.
+    Exact {
+        log_ns: u64,
+        record: Vec<u8>,
+    },
 }
 
 fn take(message: Message, contents: &mut Contents, began_ns: &mut Option<u64>) {
@@ -260,9 +269,9 @@ fn take(message: Message, contents: &mut Contents, began_ns: &mut Option<u64>) {
             began_ns.get_or_insert(log_ns);
             contents.header = contents.header.take().or(serde_json::from_slice(&data).ok());
         }
-        Message::Exact { log_ns, data } => {
+        Message::Exact { log_ns, record } => {
             let host_ns = log_ns.saturating_sub(began_ns.unwrap_or(log_ns));
-            if let Some((kind, payload)) = data.split_first() {
+            if let Some((kind, payload)) = record.split_first() {
                 contents.records.push(Record { kind: *kind, host_ns, payload: payload.to_vec() });
             }
         }
@@ -306,6 +315,8 @@ fn chunk(body: &[u8]) -> Option<Vec<u8>> {
 struct Channels {
     run: Option<u16>,
     exact: Option<u16>,
+    /// The exact records stand alone, without a schema.
+    bare: bool,
 }
 
 /// Messages of `inside` on the channels that are read; `None` where its records do not fit.
@@ -317,11 +328,15 @@ fn messages(mut inside: &[u8], channels: &mut Channels) -> Option<Vec<Message>> 
         match operation {
             op::CHANNEL => {
                 let (id, rest) = body.split_first_chunk::<2>()?;
-                let (topic, _) = counted(rest.get(2..)?)?;
+                let (topic, rest) = counted(rest.get(2..)?)?;
+                let (encoding, _) = counted(rest)?;
                 let id = Some(u16::from_le_bytes(*id));
                 match topic {
                     _ if topic == RUN.as_bytes() => channels.run = id,
-                    _ if topic == EXACT.as_bytes() => channels.exact = id,
+                    _ if topic == EXACT.as_bytes() => {
+                        channels.exact = id;
+                        channels.bare = encoding != PROTOBUF.as_bytes();
+                    }
                     _ => {}
                 }
             }
@@ -334,7 +349,11 @@ fn messages(mut inside: &[u8], channels: &mut Channels) -> Option<Vec<Message>> 
                 if id == channels.run {
                     found.push(Message::Run { log_ns, data });
                 } else if id == channels.exact {
-                    found.push(Message::Exact { log_ns, data });
+                    let record = match channels.bare {
+                        true => data,
+                        false => shown::Exact::decode(data.as_slice()).ok()?.record,
+                    };
+                    found.push(Message::Exact { log_ns, record });
                 }
             }
             _ => {}
@@ -348,6 +367,8 @@ mod tests {
     use super::*;
     use crate::log::read;
     use proptest::prelude::*;
+    use prost_reflect::{DescriptorPool, DynamicMessage};
+    use serde_json::Value;
 
     fn header() -> Header {
         Header { scene: vec![1, 2], model: vec![3], meta: json!({"trial": "a"}) }
@@ -407,25 +428,60 @@ mod tests {
     }
 
     #[test]
-    fn any_reader_of_mcap_finds_named_schemas_and_the_values_as_json() {
+    fn any_reader_of_mcap_finds_named_schemas_of_protobuf_and_the_values() {
         let (bytes, _) = written();
         let summary = mcap::Summary::read(&bytes).expect("a summary").expect("an index");
         assert_eq!(summary.stats.expect("statistics").message_count, 1 + 2 * reports().len() as u64);
         let mut values = Vec::new();
         for message in mcap::MessageStream::new(&bytes).expect("MCAP") {
             let message = message.expect("a message");
-            if message.channel.topic == "/stickslip/telemetry" {
-                let schema = message.channel.schema.as_ref().expect("a schema");
-                assert_eq!((&*schema.name, &*schema.encoding), ("stickslip.TelemetryReport", "jsonschema"));
-                let described: Value = serde_json::from_slice(&schema.data).expect("JSON");
-                assert_eq!(described["properties"]["prediction"]["type"], "object");
-                assert_eq!(message.channel.message_encoding, "json");
-                values.push(serde_json::from_slice::<Value>(&message.data).expect("JSON"));
+            let channel = &message.channel;
+            let schema = channel.schema.as_ref().expect("a schema");
+            let names = (&*channel.topic, &*schema.name, &*schema.encoding, &*channel.message_encoding);
+            match names {
+                ("/stickslip/run", "stickslip.Run", "jsonschema", "json") => {
+                    let schema: Value = serde_json::from_slice(&schema.data).expect("JSON");
+                    let run: Value = serde_json::from_slice(&message.data).expect("JSON");
+                    let keys =
+                        |of: &Value| of.as_object().map(|keys| keys.keys().cloned().collect::<Vec<_>>());
+                    assert_eq!(keys(&schema["properties"]), keys(&run));
+                }
+                ("/stickslip/exact", "stickslip.Exact", "protobuf", "protobuf") => {}
+                ("/stickslip/telemetry", "stickslip.TelemetryReport", "protobuf", "protobuf") => {
+                    let pool = DescriptorPool::decode(&*schema.data).expect("descriptors");
+                    let of = pool.get_message_by_name(&schema.name).expect("its message");
+                    values.push(DynamicMessage::decode(of, &*message.data).expect("a message"));
+                }
+                _ => panic!("{names:?}"),
             }
         }
         assert_eq!(values.len(), reports().len());
-        let sag_m = values[100]["prediction"]["sag_m"].as_f64().expect("a number");
-        assert_eq!(sag_m as f32, reports()[100].prediction.sag_m);
+        for (value, report) in values.iter().zip(reports()) {
+            let prediction = value.get_field_by_name("prediction").expect("a prediction");
+            let prediction = prediction.as_message().expect("a message").get_field_by_name("sag_m");
+            let sag_m = prediction.and_then(|value| value.as_f32()).expect("a number");
+            assert_eq!(sag_m.to_bits(), report.prediction.sag_m.to_bits());
+        }
+    }
+
+    #[test]
+    fn a_log_with_bare_records_as_before_protobuf_is_read() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("run.mcap");
+        let mut file = WriteOptions::new().create(File::create(&path).expect("file")).expect("MCAP");
+        let none = BTreeMap::new();
+        let run = file.add_channel(0, RUN, "json", &none).expect("a channel");
+        let bare = file.add_channel(0, EXACT, "postcard", &none).expect("a channel");
+        let text = serde_json::to_vec(&header()).expect("JSON");
+        let at =
+            |channel_id, time| MessageHeader { channel_id, sequence: 0, log_time: time, publish_time: time };
+        file.write_to_known_channel(&at(run, 1000), &text).expect("written");
+        file.write_to_known_channel(&at(bare, 1004), &[SAMPLE_RECORD, 5, 6]).expect("written");
+        file.finish().expect("finished");
+        drop(file);
+        let contents = read(&path).expect("read");
+        assert_eq!(contents.header, Some(header()));
+        assert_eq!(contents.records, [Record { kind: SAMPLE_RECORD, host_ns: 4, payload: vec![5, 6] }]);
     }
 
     #[test]

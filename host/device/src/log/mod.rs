@@ -1,11 +1,12 @@
 //! The log of a run: an MCAP file, written as the run happens, readable after a crash of either side.
 //!
-//! What the records hold exactly, as the device sent it, is on one channel; beside it the same as JSON with named
-//! schemas for Foxglove, PlotJuggler and the like (`mcap_file.rs`). Logs of the version before (`.sslog`) are read for
+//! What the records hold exactly, as the device sent it, is on one channel; beside it the same as protobuf with named
+//! schemas for Foxglove, Rerun, PlotJuggler and the like (`mcap_file.rs`, `shown.rs`). Logs of the version before (`.sslog`) are read for
 //! one release (`sslog.rs`).
 
 mod mcap_file;
 pub(crate) mod record;
+mod shown;
 mod sslog;
 
 use std::path::Path;
