@@ -131,7 +131,7 @@ pub struct Server {
     handle: Option<WebSocketServerHandle>,
     channels: Channels,
     /// When the first event happened, ns since 1970.
-    began_ns: u64,
+    began_ns: Option<u64>,
     drawn_s: Option<f64>,
 }
 
@@ -150,9 +150,7 @@ impl Server {
         let handle = server.start_blocking().with_context(|| {
             format!("cannot listen at {address}: choose another port, or stop the program that uses it")
         })?;
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        let began_ns = u64::try_from(now.as_nanos()).unwrap_or_default();
-        Ok(Self { _context: context, handle: Some(handle), channels, began_ns, drawn_s: None })
+        Ok(Self { _context: context, handle: Some(handle), channels, began_ns: None, drawn_s: None })
     }
 
     /// The port it listens at.
@@ -172,7 +170,13 @@ impl Server {
     /// # Errors
     /// Never in practice: every message can be serialised.
     pub fn publish(&mut self, event: &Event, state: &State, raised: &[Alarm]) -> anyhow::Result<()> {
-        let ns = self.began_ns.saturating_add((event.at_s.max(0.0) * 1e9) as u64);
+        let since_ns = (event.at_s.max(0.0) * 1e9) as u64;
+        let now_ns = || {
+            let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+            u64::try_from(now.as_nanos()).unwrap_or_default()
+        };
+        let began_ns = *self.began_ns.get_or_insert_with(|| now_ns().saturating_sub(since_ns));
+        let ns = began_ns.saturating_add(since_ns);
         let stamp = Stamp::of(ns);
         for alarm in raised {
             self.channels.log.log_with_meta(&message(alarm, stamp), stamp.meta());

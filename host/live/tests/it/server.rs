@@ -88,6 +88,18 @@ fn a_viewer_receives_wrenches_poses_scene_and_alarms_of_a_recorded_push() {
         assert_eq!(channels[topic]["schemaName"], schema, "{topic}");
         assert_eq!(channels[topic]["encoding"], encoding, "{topic}");
     }
+    let layout = include_str!("../../../../docs/foxglove-layout.json");
+    let named: Vec<&str> = layout.split('"').filter(|text| text.starts_with('/')).collect();
+    assert!(named.len() >= 6, "{named:?}");
+    for text in named {
+        let (topic, path) = text.split_once('.').unwrap_or((text, ""));
+        assert!(channels.contains_key(topic), "the layout in docs has {topic}");
+        let field = path.split('[').next().unwrap_or_default();
+        let known = || {
+            channels[topic]["schema"].as_str().is_some_and(|schema| schema.contains(&format!("\"{field}\"")))
+        };
+        assert!(field.is_empty() || known(), "the layout in docs has {text}");
+    }
     for (topic, channel) in channels.iter().filter(|(_, channel)| channel["encoding"] == "json") {
         let schema = serde_json::from_str(channel["schema"].as_str().expect("text")).expect("JSON");
         assert_one_type_each(topic, &schema);
