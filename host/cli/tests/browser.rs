@@ -58,10 +58,25 @@ addEventListener('load', () => setTimeout(() => {
       if (seen(e) && !named(e)) { unsaid.push('control without a name: ' + e.outerHTML.slice(0, 80)); }
     }
     for (const e of document.querySelectorAll('table')) {
-      if (!e.caption && !e.getAttribute('aria-label')) { unsaid.push('table without a name: ' + e.textContent.slice(0, 80)); }
+      if (seen(e) && !e.caption && !e.getAttribute('aria-label')) { unsaid.push('table without a name: ' + e.textContent.slice(0, 80)); }
     }
     for (const e of document.querySelectorAll('tbody tr')) {
       if (!e.querySelector('th')) { unsaid.push('row without a heading: ' + e.textContent.slice(0, 80)); }
+    }
+    for (const e of document.querySelectorAll('button[data-run]')) {
+      const says = e.getAttribute('aria-label');
+      if (seen(e) && says !== null && !/[a-z]/.test(says.replace(/noise floors/, ''))) { unsaid.push('a cell without its condition: ' + says); }
+    }
+    for (const e of document.querySelectorAll('.plot canvas')) {
+      const says = e.getAttribute('aria-label') || '';
+      if (seen(e) && !/ from .+ to .+\. At [0-9.-]+ s: ./.test(says)) { unsaid.push('a plot that says no values: ' + says); }
+    }
+    const cell = [...document.querySelectorAll('button[data-goto]')].find(seen);
+    if (cell) {
+      cell.click();
+      if (!/ At [0-9.-]+ s: /.test(document.activeElement.getAttribute('aria-label') || '')) {
+        unsaid.push('a cell that leads to a place without words: ' + document.activeElement.outerHTML.slice(0, 80));
+      }
     }
     for (const e of document.querySelectorAll('.fails')) {
       if (!/fails/.test(e.textContent)) { unsaid.push('fails by its looks alone: ' + e.textContent.slice(0, 80)); }

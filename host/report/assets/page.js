@@ -15,7 +15,9 @@ $(document, '.copy').forEach(button => button.addEventListener('click', async ()
     document.execCommand('copy');
   }
   button.textContent = 'Copied';
-  setTimeout(() => { button.textContent = 'Copy'; }, 1500);
+  const said = button.parentElement.querySelector('.said');
+  if (said) said.textContent = 'copied';
+  setTimeout(() => { button.textContent = 'Copy'; if (said) said.textContent = ''; }, 1500);
 }));
 
 // What is wider than its place is scrolled by keys too.
@@ -23,7 +25,11 @@ $(document, '.copy').forEach(button => button.addEventListener('click', async ()
 const scrolled = new ResizeObserver(of => requestAnimationFrame(() => of.forEach(({target: e}) => {
   const more = e.scrollWidth > e.clientWidth;
   e.classList.toggle('more', more);
-  if (more) e.tabIndex = 0; else e.removeAttribute('tabindex');
+  if (more) {
+    e.tabIndex = 0;
+    e.setAttribute('role', 'group');
+    e.setAttribute('aria-label', `${(e.querySelector('caption, h3')?.textContent || 'content').trim()}, scrolled sideways`);
+  } else ['tabindex', 'role', 'aria-label'].forEach(name => e.removeAttribute(name));
 })));
 $(document, '.scroll, .chart, .card').forEach(e => scrolled.observe(e));
 
@@ -125,13 +131,23 @@ $(document, '.viewer').forEach((root, number) => {
         moment(u.cursor.idx, u);
       }]},
     }, [run.t, ...known.map(line => lines[line.i])], host);
-    const all = known.flatMap(line => lines[line.i]).filter(x => x != null);
+    const ranges = known.map(line => {
+      const all = lines[line.i].filter(x => x != null);
+      return all.length ? `${line.label} from ${shown(Math.min(...all))} to ${shown(Math.max(...all))}` : `${line.label} unknown`;
+    });
     const canvas = host.querySelector('canvas');
     canvas.setAttribute('role', 'img');
-    const unit = of.unit === '1' ? '' : ' ' + of.unit;
-    canvas.setAttribute('aria-label', `${of.title} over time, ${shown(Math.min(...all))} to ${shown(Math.max(...all))}${unit}`);
-    host.querySelector('.u-legend')?.setAttribute('aria-label', `${of.title} at the chosen time${unit && ',' + unit}`);
+    canvas.dataset.words = `${of.title} over time${of.unit === '1' ? '' : ', ' + of.unit}: ${ranges.join('; ')}`;
+    // The drawing's words have its values.
+    host.querySelector('.u-legend')?.setAttribute('aria-hidden', 'true');
     plots.set(figure, u);
+    say(figure, u);
+  };
+  // A drawing in words, at the chosen time.
+  const say = (figure, u) => {
+    const canvas = figure.querySelector('canvas'), i = Math.min(at, run.t.length - 1);
+    const values = u.series.slice(1).map((line, k) => `${line.label} ${shown(u.data[k + 1][i])}`);
+    canvas.setAttribute('aria-label', `${canvas.dataset.words}. At ${run.t[i].toFixed(3)} s: ${values.join(', ')}`);
   };
   // While plots of two trials share a cursor, it is nobody's.
   const drawAll = () => { moving = true; figures.forEach(draw); moving = false; };
@@ -143,6 +159,7 @@ $(document, '.viewer').forEach((root, number) => {
     moving = true;
     if (!from) plots.forEach(u => u.setCursor({left: u.valToPos(run.t[at], 'x'), top: 10}, false, false));
     moving = false;
+    plots.forEach((u, figure) => say(figure, u));
     move();
   };
 
@@ -214,16 +231,17 @@ $(document, '.viewer').forEach((root, number) => {
     now = k;
     run = read(k);
     $(root, 'button[data-run]').forEach(b => b.setAttribute('aria-pressed', String(+b.dataset.run === k)));
-    $(root, '.chosen').forEach(e => { e.textContent = `${run.role ? run.role + ' ' : ''}${run.id}: ${run.words}`; });
+    // What is written anew is spoken, at loading before the title.
+    const words = `${run.role ? run.role + ' ' : ''}${run.id}: ${run.words}`;
+    $(root, '.chosen').filter(e => e.textContent !== words).forEach(e => { e.textContent = words; });
     if (bench) bench.innerHTML = run.svg || '';
     if (slider) slider.max = run.t.length - 1;
-    if (select) select.value = String(enlarged ?? run.course?.k ?? 1);
     drawAll();
     moment(run.course ? run.course.start : Math.floor(run.t.length / 2));
   };
 
   // Controls that need a script.
-  let slider = null, select = null;
+  let slider = null;
   const controls = root.querySelector('.controls');
   if (controls) {
     const id = key + '-time';
@@ -231,11 +249,12 @@ $(document, '.viewer').forEach((root, number) => {
     slider.addEventListener('input', () => moment(+slider.value));
     controls.append(make('label', {htmlFor: id, textContent: 'time'}), slider);
     if (bench) {
-      select = make('select', {});
-      select.setAttribute('aria-label', 'how far the model is off is drawn');
+      // Set by the reader alone: a screen reader follows a choice that changes by itself.
+      const select = make('select', {id: key + '-enlarged'});
+      select.append(make('option', {value: '', textContent: 'to be seen'}));
       [1, 2, 5, 10, 20, 50].forEach(k => select.append(make('option', {value: k, textContent: k + ' times'})));
-      select.addEventListener('change', () => { enlarged = +select.value; move(); });
-      controls.append(make('span', {textContent: 'deviation drawn'}), select);
+      select.addEventListener('change', () => { enlarged = select.value ? +select.value : null; move(); });
+      controls.append(make('label', {htmlFor: select.id, textContent: 'deviation drawn'}), select);
     }
     const whole = make('button', {type: 'button', textContent: 'whole time'});
     whole.addEventListener('click', () => plots.forEach(u =>
@@ -258,8 +277,10 @@ $(document, '.viewer').forEach((root, number) => {
       const [min, max] = [Math.max(span[1] - room, run.t[0]), Math.min(span[2] + room, run.t[run.t.length - 1])];
       if (max > min) plots.forEach(u => u.setScale('x', {min, max}));
     }
-    figure.tabIndex = -1;
-    figure.focus({preventScroll: true});
+    // What is drawn has words of its own; a figure would be left without.
+    const canvas = figure.querySelector('canvas') || figure;
+    canvas.tabIndex = -1;
+    canvas.focus({preventScroll: true});
     figure.scrollIntoView({block: 'center'});
   }));
   $(root, 'details').forEach(d => d.addEventListener('toggle', () => {

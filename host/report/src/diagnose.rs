@@ -301,8 +301,8 @@ fn joined(ids: &[&str]) -> String {
 fn card(c: &CandidateReport, class: &str, role: &str, run: Option<&Run>) -> Markup {
     html! {
         article class=(class) {
-            h3 { (capital(&words(c.id))) " " code { (c.id) } }
-            p class="soft" { (role) }
+            h3 { (capital(&words(c.id))) }
+            p class="soft" { code { (c.id) } " " (role) }
             p { (capital(c.info.summary)) "." }
             p { "In data: " (c.info.signature) "." }
             p { "On the robot: " (c.info.on_robot) "." }

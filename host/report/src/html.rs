@@ -95,6 +95,7 @@ pub fn first_screen(
                 b { "Next:" }
                 pre { (next) }
                 button type="button" class="plain copy" { "Copy" }
+                span class="said" aria-live="polite" {}
             }
         }
         "\n"

@@ -292,13 +292,19 @@ fn cell(trials: &[(usize, &Trace)]) -> Markup {
         @else {
             td style=(heat(worst)) {
                 @for (k, t) in trials {
-                    button type="button" data-run=(k) aria-pressed="false" title=(format!("{} {}", t.role, t.trial)) {
+                    button type="button" data-run=(k) aria-pressed="false" aria-label=(cell_words(t)) {
                         (t.multiples.map_or_else(|| "show".to_owned(), times))
                     }
                 }
             }
         }
     }
+}
+
+/// A cell without its rows' and columns' headings.
+fn cell_words(t: &Trace) -> String {
+    let error = t.multiples.map_or_else(String::new, |m| format!("{m:.1} noise floors, "));
+    format!("{error}{}{}{}", t.role, if t.role.is_empty() { "" } else { ": " }, t.conditions)
 }
 
 /// The bench and every measured channel of a trace as files.

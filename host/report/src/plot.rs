@@ -123,7 +123,13 @@ impl Chart {
         // Inline SVG needs no namespace, and its size is the style sheet's.
         let (w, h) = self.size;
         let text = text.replace(" xmlns=\"http://www.w3.org/2000/svg\"", "");
-        text.replacen(&format!("<svg width=\"{w}\" height=\"{h}\""), "<svg role=\"img\"", 1)
+        let text = text.replacen(&format!("<svg width=\"{w}\" height=\"{h}\""), "<svg role=\"img\"", 1);
+        // Its label says what it shows: some screen readers read the numbers of the axes after it.
+        let Some((head, inside)) = text.split_once('>') else { return text };
+        match inside.rsplit_once("</svg>") {
+            Some((inside, after)) => format!("{head}><g aria-hidden=\"true\">{inside}</g></svg>{after}"),
+            None => text,
+        }
     }
 
     fn draw(&self, area: &DrawingArea<SVGBackend, plotters::coord::Shift>) -> Result<(), String> {

@@ -52,7 +52,7 @@ pub fn page(document: &Document, shown: &Shown) -> String {
     let tone = if warned { Tone::Fair } else { Tone::Good };
     let flags = flag_chart(document, shown.t_s);
     let picture = match &flags {
-        Some(chart) => figure("Flags", "", "when each flag of the prediction is up", &chart.svg()),
+        Some(chart) => figure("Flags", "", &flags_in_words(document), &chart.svg()),
         None => html! { p { "No flag rose." } },
     };
     let body = html! {
@@ -66,6 +66,20 @@ pub fn page(document: &Document, shown: &Shown) -> String {
         (predictions(document, shown))
     };
     whole(&format!("stickslip replay: {}", document.trial), body)
+}
+
+/// Spans of flags that a drawing's words have; the table has all.
+const SPANS_SAID: usize = 8;
+
+fn flags_in_words(document: &Document) -> String {
+    let span = |s: &stickslip_analysis::run::replay::Span| match s.falls_s {
+        Some(falls_s) => format!("{} from {:.3} to {falls_s:.3} s", s.flag, s.rises_s),
+        None => format!("{} from {:.3} s on", s.flag, s.rises_s),
+    };
+    let said: Vec<String> = document.flags.iter().take(SPANS_SAID).map(span).collect();
+    let more = document.flags.len().saturating_sub(SPANS_SAID);
+    let more = if more > 0 { format!("; {more} more in the table") } else { String::new() };
+    format!("when each flag of the prediction is up: {}{more}", said.join("; "))
 }
 
 /// When each flag was up: what the drawing shows, for those who cannot see it.

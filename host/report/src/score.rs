@@ -83,10 +83,10 @@ fn ours(d: &Document) -> impl Iterator<Item = &Row> {
 pub fn verdict(d: &Document) -> (Tone, String) {
     let class = |r: &Row| {
         let ahead = r.lead_s.map_or_else(String::new, |[_, middle, _]| match (1e3 * middle).round() {
-            ms if ms >= 0.0 => format!(", {ms:.0} ms ahead"),
-            ms => format!(", {:.0} ms late", -ms),
+            ms if ms >= 0.0 => format!(" ({ms:.0} ms ahead)"),
+            ms => format!(" ({:.0} ms after it began)", -ms),
         });
-        format!("{} of {} ({}{ahead})", r.in_time, r.events, r.class.name())
+        format!("{}: {} of {}{ahead}", r.class.name(), r.in_time, r.events)
     };
     let classes: Vec<String> = ours(d).map(class).collect();
     let in_vain = ours(d)
@@ -99,7 +99,7 @@ pub fn verdict(d: &Document) -> (Tone, String) {
         [] => (Tone::Plain, format!("No event to be warned of in {} trials, {}.", d.trials, time(d.hours))),
         some => {
             let tone = if late || in_vain.is_some_and(|n| n > 0) { Tone::Fair } else { Tone::Good };
-            (tone, format!("Warned in time: {}{alarms}.", some.join(", ")))
+            (tone, format!("Warned in time: {}{alarms}.", some.join("; ")))
         }
     }
 }

@@ -121,12 +121,12 @@ fn counted(tally: &Tally) -> String {
 
 fn of_one(data: &DataSummary, report: &ModelReport, single: bool) -> String {
     let many = report.errors.first().is_some_and(|_| many_primitives(&report.errors));
-    let model = &report.name;
+    let model = named(&report.name);
     let worst = |rows: &mut dyn Iterator<Item = &ErrorRow>| {
         rows.filter_map(|r| r.error.multiples.map(|m| (m, r.clone()))).max_by(|a, b| a.0.total_cmp(&b.0))
     };
     let Some((largest, row)) = worst(&mut report.errors.iter()) else {
-        return format!("Model {model} cannot be tested: neither repetitions nor sensor noise are known.");
+        return format!("{model} cannot be tested: neither repetitions nor sensor noise are known.");
     };
     let error = |row: &ErrorRow| readable(row.error.rms, row.unit);
     if data.noise_floor != Source::Repetitions {
@@ -135,7 +135,7 @@ fn of_one(data: &DataSummary, report: &ModelReport, single: bool) -> String {
     if single {
         let verdict = if largest < 2.0 { "agrees with" } else { "does not agree with" };
         return format!(
-            "Model {model} {verdict} the trial: its worst error is {} ({} RMS, {} times the noise floor).",
+            "{model} {verdict} the trial: its worst error is {} ({} RMS, {} times the noise floor).",
             place_words(&row.place, many),
             error(&row),
             factor(largest),
@@ -151,14 +151,14 @@ fn of_one(data: &DataSummary, report: &ModelReport, single: bool) -> String {
             let brief = brief.filter(|b| b.0 >= lasting.as_ref().map_or(2.0, |l| l.0.max(2.0)));
             let mut words = match lasting.filter(|l| l.0 >= 2.0) {
                 Some((m, row)) => format!(
-                    "Model {model} shows no lack of fit in its mean errors ({tested} channels and phases), but its \
+                    "{model} shows no lack of fit in its mean errors ({tested} channels and phases), but its \
                      error in {} varies over time: {} RMS, {} times the noise floor.",
                     place_words(&row.place, many),
                     error(&row),
                     factor(m),
                 ),
                 None => format!(
-                    "Model {model} agrees with the measurement: none of {tested} channels and phases shows lack of \
+                    "{model} agrees with the measurement: none of {tested} channels and phases shows lack of \
                      fit (family-wise level {}).",
                     data.significance,
                 ),
@@ -181,13 +181,13 @@ fn of_one(data: &DataSummary, report: &ModelReport, single: bool) -> String {
             words
         }
         Some((m, row)) if m < 1.5 => format!(
-            "Model {model} agrees within the noise floor; {failing} of {tested} channels and phases show small \
+            "{model} agrees within the noise floor; {failing} of {tested} channels and phases show small \
              systematic differences, the largest in {} (mean {}).",
             place_words(&row.place, many),
             readable(row.error.mean, row.unit),
         ),
         Some((m, row)) => format!(
-            "Model {model} does not agree with the measurement: it fails in {failing} of {tested} channels and \
+            "{model} does not agree with the measurement: it fails in {failing} of {tested} channels and \
              phases, worst in {} ({} RMS, {} times the noise floor).",
             place_words(&row.place, many),
             error(&row),
@@ -208,27 +208,38 @@ fn least_seen(data: &DataSummary, report: &ModelReport, tested: usize) -> Option
     median(report.errors.iter().filter_map(of))
 }
 
+/// A model at the beginning of a sentence: one in `model.toml` has no other name.
+fn named(name: &str) -> String {
+    if name == "model" { "The model".to_owned() } else { format!("Model {name}") }
+}
+
+fn first_small(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
+}
+
 /// What data without repetitions can show: errors that last and are beyond what the sensors may be
 /// off by. Nothing about chance, and nothing about a few samples of an onset.
 fn without_repetitions(report: &ModelReport, many: bool) -> String {
-    let model = &report.name;
+    let model = named(&report.name);
     let judged: Vec<&ErrorRow> = report.errors.iter().filter(|r| r.sustained.is_some()).collect();
     let beyond: Vec<&&ErrorRow> = judged.iter().filter(|r| r.sustained == Some(true)).collect();
     let size = |r: &ErrorRow| r.error.mean.abs() / r.noise_floor.unwrap_or(f64::INFINITY);
     let worst = beyond.iter().max_by(|a, b| size(a).total_cmp(&size(b)));
     match worst {
         _ if judged.is_empty() => format!(
-            "Model {model} cannot be tested: no condition was run more than once, and dataset.toml states no sensor \
+            "{model} cannot be tested: no condition was run more than once, and dataset.toml states no sensor \
              uncertainty."
         ),
         None => format!(
-            "Nothing in these unrepeated trials contradicts model {model}: in none of {} channels and phases of 0.1 s \
+            "Nothing in these unrepeated trials contradicts {}: in none of {} channels and phases of 0.1 s \
              or longer is its mean error beyond the tolerance and the stated sensor uncertainty. Run-to-run \
              variation is unknown: no condition was run more than once.",
+            first_small(&model),
             judged.len(),
         ),
         Some(row) => format!(
-            "Model {model} does not agree with the measurement: in {} of {} channels and phases of 0.1 s or longer its \
+            "{model} does not agree with the measurement: in {} of {} channels and phases of 0.1 s or longer its \
              mean error is beyond the tolerance and the stated sensor uncertainty, the largest in {} (mean {}). \
              No condition was run more than once: part of it may be run-to-run variation.",
             beyond.len(),
