@@ -165,7 +165,7 @@ impl<R: Real> Ahead<R> {
             note(&out);
             work.add(&out);
             work.step_ahead();
-            self.waited = waits && out.status == SolveStatus::IterationLimit;
+            self.waited = waits && !matches!(out.status, SolveStatus::Solved | SolveStatus::BadInput);
             if self.waited {
                 return None;
             }
