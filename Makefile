@@ -35,9 +35,7 @@ first: ## A first look before the long build: a recorded push through the predic
 	target/release/stickslip-first
 
 # Without the server for Foxglove, an eighth of the build.
-demo: first setup ## A first look; a push through the firmware in QEMU, replayed and compared; drops prevented on the rig
-	$(MAKE) --no-print-directory firmware & firmware=$$!; \
-	cargo build --release -p stickslip-cli --no-default-features; wait $$firmware
+demo: first setup firmware ## A first look; a push through the firmware in QEMU, replayed and compared; drops prevented on the rig
 	cargo run --release -p stickslip-cli --no-default-features -- demo
 
 book: ## The manual as pages with a search, in book/, all links followed (installs mdBook into target/tools where there is none)

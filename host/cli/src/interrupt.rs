@@ -35,10 +35,10 @@ impl Interrupt {
     ///
     /// # Errors
     /// That of `result`, in other words where Ctrl-C came.
-    pub fn explain<T, E: Into<anyhow::Error>>(&self, result: Result<T, E>, log: &Path) -> anyhow::Result<T> {
+    pub fn explain<T>(&self, result: anyhow::Result<T>, log: &Path) -> anyhow::Result<T> {
         result.map_err(|error| match self.came() {
             true => anyhow::anyhow!("interrupted; {} holds what came until then", log.display()),
-            false => error.into(),
+            false => error,
         })
     }
 

@@ -4,7 +4,16 @@
 //! the line both ways (Cristian 1989; Mills, RFC 5905); the quickest exchanges are believed. Over time a line through
 //! them, by least squares, gives the drift.
 
+use std::time::{SystemTime, UNIX_EPOCH};
+
 use serde::Serialize;
+
+/// This machine's clock, ns since 1970.
+#[must_use]
+pub fn now_ns() -> u64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(now.as_nanos()).unwrap_or_default()
+}
 
 /// One exchange: times of this machine and of the board, s.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -13,7 +13,6 @@
 
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use ::foxglove::messages::{
     ArrowPrimitive, Color, CubePrimitive, CylinderPrimitive, FrameTransform, FrameTransforms, LinePrimitive,
@@ -25,6 +24,7 @@ use anyhow::Context as _;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
+use stickslip_device::clock;
 use stickslip_shared::model::{Scene, Shape};
 use stickslip_shared::predictor::Prediction;
 use stickslip_shared::wire;
@@ -171,11 +171,7 @@ impl Server {
     /// Never in practice: every message can be serialised.
     pub fn publish(&mut self, event: &Event, state: &State, raised: &[Alarm]) -> anyhow::Result<()> {
         let since_ns = (event.at_s.max(0.0) * 1e9) as u64;
-        let now_ns = || {
-            let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-            u64::try_from(now.as_nanos()).unwrap_or_default()
-        };
-        let began_ns = *self.began_ns.get_or_insert_with(|| now_ns().saturating_sub(since_ns));
+        let began_ns = *self.began_ns.get_or_insert_with(|| clock::now_ns().saturating_sub(since_ns));
         let ns = began_ns.saturating_add(since_ns);
         let stamp = Stamp::of(ns);
         for alarm in raised {
@@ -271,7 +267,8 @@ fn put<T: Serialize>(channel: &RawChannel, stamp: Stamp, what: &T) -> anyhow::Re
     Ok(())
 }
 
-/// Foxglove takes no schema in which something is of one type or null: what would be null is left out ([`drop_nulls`]).
+/// Foxglove takes no schema in which something is of one type or null: a field that would be null is left out
+/// ([`drop_nulls`]). Of two fingers' numbers one may be null: it keeps its place.
 fn one_type_each(schema: &mut Value) {
     match schema {
         Value::Array(items) => items.iter_mut().for_each(one_type_each),

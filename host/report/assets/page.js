@@ -232,8 +232,7 @@ $(document, '.viewer').forEach((root, number) => {
     run = read(k);
     $(root, 'button[data-run]').forEach(b => b.setAttribute('aria-pressed', String(+b.dataset.run === k)));
     // What is written anew is spoken, at loading before the title.
-    const words = `${run.role ? run.role + ' ' : ''}${run.id}: ${run.words}`;
-    $(root, '.chosen').filter(e => e.textContent !== words).forEach(e => { e.textContent = words; });
+    $(root, '.chosen').filter(e => e.textContent !== run.said).forEach(e => { e.textContent = run.said; });
     if (bench) bench.innerHTML = run.svg || '';
     if (slider) slider.max = run.t.length - 1;
     drawAll();

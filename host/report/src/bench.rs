@@ -270,34 +270,36 @@ impl Scenery {
         let bar = 20.0 * self.px_per_mm;
         html! {
             svg viewBox=(format!("0 0 {} {}", SIZE[0], SIZE[1])) role="img" aria-label=(self.words()) {
-                @for part in &self.parts {
-                    g data-part=(part.name) transform=(transform(part)) {
-                        @if part.name == "pusher" { (self.pusher_shape()) }
-                        @else if part.name == "measured" {
-                            polygon points=(points) fill="#888888" fill-opacity="0.20" stroke="#4A4A4A" stroke-width="1.5" {}
-                        } @else {
-                            polygon points=(points) fill="none" stroke=(colour(&part.name)) stroke-width="2" stroke-dasharray="6 4" {}
+                g aria-hidden="true" {
+                    @for part in &self.parts {
+                        g data-part=(part.name) transform=(transform(part)) {
+                            @if part.name == "pusher" { (self.pusher_shape()) }
+                            @else if part.name == "measured" {
+                                polygon points=(points) fill="#888888" fill-opacity="0.20" stroke="#4A4A4A" stroke-width="1.5" {}
+                            } @else {
+                                polygon points=(points) fill="none" stroke=(colour(&part.name)) stroke-width="2" stroke-dasharray="6 4" {}
+                            }
                         }
                     }
-                }
-                (self.finger_shape())
-                // Texts over all arrows: their pale outline keeps them readable.
-                @for force in &self.forces { (self.arrow(force, i)) }
-                @for (force, label) in self.forces.iter().zip(self.labels(i)) { (Self::label(force, i, label)) }
-                text x="10" y="20" font-size="13" fill="#222222" data-note="time" {
-                    (format!("t = {:.3} s", self.t_s.get(i).copied().unwrap_or_default()))
-                }
-                @if self.enlarged > 1.0 {
-                    text x="10" y="38" font-size="13" fill="#222222" data-note="enlarged" {
-                        (format!("deviation of the model's object drawn {} times larger", self.enlarged))
+                    (self.finger_shape())
+                    // Texts over all arrows: their pale outline keeps them readable.
+                    @for force in &self.forces { (self.arrow(force, i)) }
+                    @for (force, label) in self.forces.iter().zip(self.labels(i)) { (Self::label(force, i, label)) }
+                    text x="10" y="20" font-size="13" fill="#222222" data-note="time" {
+                        (format!("t = {:.3} s", self.t_s.get(i).copied().unwrap_or_default()))
                     }
+                    @if self.enlarged > 1.0 {
+                        text x="10" y="38" font-size="13" fill="#222222" data-note="enlarged" {
+                            (format!("deviation of the model's object drawn {} times larger", self.enlarged))
+                        }
+                    }
+                    @if let Some(grip) = self.grip_n.get(i).filter(|g| g.is_finite() && self.finger.is_some()) {
+                        text x="64" y=(SIZE[1] - 10.0) font-size="13" fill="#222222" data-note="grip" { (format!("grip {grip:.1} N")) }
+                    }
+                    (self.axes())
+                    path d=(format!("M{:.1} {}h{bar:.1}", SIZE[0] - 10.0 - bar, SIZE[1] - 10.0)) stroke="#888888" stroke-width="2" {}
+                    text x=(SIZE[0] - 10.0) y=(SIZE[1] - 16.0) font-size="13" text-anchor="end" fill="#222222" { "20 mm" }
                 }
-                @if let Some(grip) = self.grip_n.get(i).filter(|g| g.is_finite() && self.finger.is_some()) {
-                    text x="64" y=(SIZE[1] - 10.0) font-size="13" fill="#222222" data-note="grip" { (format!("grip {grip:.1} N")) }
-                }
-                (self.axes())
-                path d=(format!("M{:.1} {}h{bar:.1}", SIZE[0] - 10.0 - bar, SIZE[1] - 10.0)) stroke="#888888" stroke-width="2" {}
-                text x=(SIZE[0] - 10.0) y=(SIZE[1] - 16.0) font-size="13" text-anchor="end" fill="#222222" { "20 mm" }
             }
         }
     }

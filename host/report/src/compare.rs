@@ -415,11 +415,7 @@ fn trend(t: &Trend, report: &ModelReport, many: bool) -> Markup {
     let span = t.span_multiples.map_or_else(String::new, |m| format!("{} over the range, ", times(m.abs())));
     let title = place_words(&t.place, many);
     let way = t.span_multiples.map_or_else(String::new, |m| {
-        format!(
-            ": {} by {} noise floors over the range",
-            if m < 0.0 { "falls" } else { "rises" },
-            times(m.abs())
-        )
+        format!(": {} by {:.1} noise floors over the range", if m < 0.0 { "falls" } else { "rises" }, m.abs())
     });
     let words = format!("{title} against {}{way}", t.variable.label());
     figure(&title, &format!("{span}p {}", probability(t.p_corrected)), &words, &trend_chart(t, report).svg())

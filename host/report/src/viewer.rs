@@ -79,8 +79,8 @@ struct Data<'a> {
 
 #[derive(Serialize)]
 struct Packet {
-    id: String,
-    role: String,
+    /// Which it is, in full.
+    said: String,
     words: String,
     t: Packed,
     v: Vec<Vec<Option<Packed>>>,
@@ -113,7 +113,7 @@ pub fn viewer(title: &str, legend: &Markup, chooser: &Markup, plots: &[Plot], ru
         section class="viewer" aria-label=(title) {
             h2 { (title) }
             (chooser)
-            p class="chosen" aria-live="polite" { (format!("{} {}: {}", first.role, first.id, first.words)) }
+            p class="chosen" aria-live="polite" { (first.said()) }
             @if let Some(scenery) = bench { div class="bench" { (scenery.svg(scenery.farthest())) } }
             div class="controls" {}
             (legend)
@@ -134,13 +134,20 @@ pub fn viewer(title: &str, legend: &Markup, chooser: &Markup, plots: &[Plot], ru
     }
 }
 
+impl Run {
+    /// Why it is shown, which it is, and its conditions.
+    fn said(&self) -> String {
+        let space = if self.role.is_empty() { "" } else { " " };
+        format!("{}{space}{}: {}", self.role, self.id, self.words)
+    }
+}
+
 fn packet(run: &Run, most: usize) -> Packet {
     let at = slots(run.t_s.len(), most);
     let t: Vec<f64> = at.iter().map(|i| run.t_s[*i]).collect();
     let bench = run.scenery.as_ref().filter(|s| s.is_seen());
     Packet {
-        id: run.id.clone(),
-        role: run.role.clone(),
+        said: run.said(),
         words: run.words.clone(),
         t: Packed::of(&t),
         v: run.values.iter().map(|lines| columns(lines, &at)).collect(),

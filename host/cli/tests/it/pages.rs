@@ -125,6 +125,11 @@ pub fn check(name: &str, page: &str) -> usize {
         }
         let named = node.attribute("aria-label").is_some_and(|words| !words.is_empty());
         assert!(node.attribute("role") != Some("img") || named, "{name}: a drawing without a name");
+        // Where the script has other words it writes them, and they are spoken before the title.
+        if node.attribute("class") == Some("chosen") {
+            let said = serde_json::Value::from(node.text().unwrap_or_default());
+            assert!(page.contains(&format!("\"said\":{said}")), "{name}: {said}");
+        }
         let words = || node.descendants().any(|n| n.text().is_some_and(|text| !text.trim().is_empty()));
         assert!(tag != "th" || words(), "{name}: a heading of a table without words");
         let text = node.text().filter(|_| !node.has_tag_name("script")).unwrap_or_default();

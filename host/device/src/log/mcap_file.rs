@@ -18,7 +18,6 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use mcap::records::{MessageHeader, op};
 use mcap::{Compression, McapError, WriteOptions};
@@ -121,8 +120,7 @@ impl Writer {
         let run = file.add_channel(schema, RUN, "json", &BTreeMap::new()).map_err(mcap)?;
         let schema = file.add_schema("stickslip.Exact", PROTOBUF, shown::DESCRIPTORS).map_err(mcap)?;
         let exact = file.add_channel(schema, EXACT, PROTOBUF, &BTreeMap::new()).map_err(mcap)?;
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        let began_ns = u64::try_from(now.as_nanos()).unwrap_or_default();
+        let began_ns = crate::clock::now_ns();
         let (path, shown) = (path.to_owned(), BTreeMap::new());
         let mut writer = Writer { path, file, began_ns, exact, shown, sequence: 0, chunk_from: None };
         let text = serde_json::to_vec(header).map_err(|error| writer.fail(error.into()))?;
