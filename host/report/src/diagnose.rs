@@ -302,7 +302,7 @@ fn card(c: &CandidateReport, class: &str, role: &str, run: Option<&Run>) -> Mark
     html! {
         article class=(class) {
             h3 { (capital(&words(c.id))) }
-            p class="soft" { code { (c.id) } " " (role) }
+            p class="soft" { code { (c.id) } ", " (role) }
             p { (capital(c.info.summary)) "." }
             p { "In data: " (c.info.signature) "." }
             p { "On the robot: " (c.info.on_robot) "." }
