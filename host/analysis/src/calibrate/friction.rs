@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use stickslip_shared::model::Model;
 
 use super::intervals;
-use super::problem::{Coefficient, Estimate, Problem, mean_squares};
+use super::problem::{Begin, Coefficient, Estimate, Problem, mean_squares};
 use super::windows::{SEEN, Seen, Windowed, resolution};
 use crate::channels::COUNT;
 
@@ -31,17 +31,21 @@ pub struct Fit {
 /// Solves, each with the weights that the last one left, until it moves the logarithms by less.
 const ROUNDS: usize = 4;
 const SETTLED: f64 = 1e-4;
+/// Each solve ends where a step, relative, is this share of it.
+const FINER: f64 = 0.1;
 /// The same of the last fit, which starts near its end.
 const LAST_ROUNDS: usize = 20;
 const LAST_SETTLED: f64 = 1e-7;
 
 /// Finds the coefficients of all contacts that the trials' scenes have.
-pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], base: &Model<f64>) -> Fit {
+pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], (base, begin): (&Model<f64>, Begin)) -> Fit {
     let all = [Coefficient::Finger, Coefficient::Pusher, Coefficient::Support].into_iter().enumerate();
     let has = |k: usize| trials.iter().any(|w| w.prepared.frictions()[k]);
     let free: Vec<Coefficient> = all.filter(|(k, _)| has(*k)).map(|(_, of)| of).collect();
     let mut problem = Problem::new(trials, offsets, base, free);
-    coarse(&mut problem);
+    if begin == Begin::Anywhere {
+        coarse(&mut problem);
+    }
     let problem = solved(problem, (ROUNDS, SETTLED));
     let estimates = intervals::estimates(&problem, |_| true);
     let missed = missed(&problem.weights);
@@ -57,7 +61,8 @@ fn solved(mut problem: Problem<'_>, (rounds, settled): (usize, f64)) -> Problem<
     for _ in 0..rounds {
         problem.weigh();
         let before = problem.at.clone();
-        (problem, _) = LevenbergMarquardt::new().with_patience(30).minimize(problem);
+        let least = LevenbergMarquardt::new().with_patience(30).with_xtol(FINER * settled);
+        (problem, _) = least.minimize(problem);
         if (&problem.at - before).norm() < settled {
             break;
         }

@@ -100,8 +100,8 @@ pub fn detection(problem: &Problem, held: &Held, invisible: &[&'static str]) -> 
 
 /// Columns of all strengths of all listed effects that the model does not have.
 fn columns(problem: &Problem, held: &Held, invisible: &[&'static str]) -> Vec<Column> {
-    let model = &held.solution.model;
-    let mut out = Vec::new();
+    let (model, predicted) = (&held.solution.model, &held.solution.predicted);
+    let (mut out, mut shown, mut models) = (Vec::new(), Vec::new(), Vec::new());
     for effect in CandidateEffect::listed().iter().filter(|e| !e.is_excluded_by(model)) {
         let info = effect.info;
         let mut neutral = [0.0; MAX_PARAMETERS];
@@ -111,17 +111,18 @@ fn columns(problem: &Problem, held: &Held, invisible: &[&'static str]) -> Vec<Co
         }
         let strengths = info.parameters.iter().enumerate().filter(|(_, p)| p.typical != p.neutral);
         for (parameter, p) in strengths {
-            let mut parameters = neutral;
-            parameters[parameter] = p.typical;
-            let predicted = &held.solution.predicted;
-            let change = if invisible.contains(&info.id) {
-                predicted.iter().map(|p| vec![0.0; p.len()]).collect()
-            } else {
-                let with = problem.predict(&effect.on(model, parameters));
-                with.iter().zip(predicted).map(|(w, p)| difference(w, p, 1.0)).collect()
-            };
+            if !invisible.contains(&info.id) {
+                let mut parameters = neutral;
+                parameters[parameter] = p.typical;
+                models.push(effect.on(model, parameters));
+                shown.push(out.len());
+            }
+            let change = predicted.iter().map(|p| vec![0.0; p.len()]).collect();
             out.push(Column { info, parameter, change });
         }
+    }
+    for (at, with) in shown.into_iter().zip(problem.predict_each(&models)) {
+        out[at].change = with.iter().zip(predicted).map(|(w, p)| difference(w, p, 1.0)).collect();
     }
     out
 }

@@ -1,7 +1,7 @@
 //! All trials of a data set made ready for fitting: prepared, reduced to features, sorted
 //! into conditions, with a noise model taken from the repetitions.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
 use rayon::prelude::*;
@@ -169,21 +169,28 @@ impl Campaign {
 
     /// Coarse features of the model for the runs that stand for their groups.
     pub fn simulate_runs(&self, model: &Model<f64>, runs: &[usize]) -> Vec<Features> {
-        let one = |r: usize| {
-            let r = &self.runs[r];
-            r.bins.modelled(&tame(&r.prepared, model, r.stride))
-        };
-        if depends_on_order(model) {
-            return runs.par_iter().map(|r| one(*r)).collect();
-        }
-        // One run of a condition stands for the others.
+        self.simulate_each(std::slice::from_ref(model), runs).pop().unwrap_or_default()
+    }
+
+    /// The same of each of `models`, all of them side by side: no core waits for the longest run of one.
+    pub fn simulate_each(&self, models: &[Model<f64>], runs: &[usize]) -> Vec<Vec<Features>> {
+        // One run of a condition stands for the others, unless the model tells them apart.
         let mut first: BTreeMap<usize, usize> = BTreeMap::new();
         for r in runs {
             first.entry(self.runs[*r].condition).or_insert(*r);
         }
-        let done: BTreeMap<usize, Features> =
-            first.par_iter().map(|(condition, r)| (*condition, one(*r))).collect();
-        runs.iter().map(|r| done[&self.runs[*r].condition].clone()).collect()
+        let ordered: Vec<bool> = models.iter().map(depends_on_order).collect();
+        let stands = |k: usize, r: usize| if ordered[k] { r } else { first[&self.runs[r].condition] };
+        let wanted: BTreeSet<(usize, usize)> =
+            (0..models.len()).flat_map(|k| runs.iter().map(move |r| (k, stands(k, *r)))).collect();
+        let one = |(k, r): (usize, usize)| {
+            let run = &self.runs[r];
+            ((k, r), run.bins.modelled(&tame(&run.prepared, &models[k], run.stride)))
+        };
+        let wanted: Vec<(usize, usize)> = wanted.into_iter().collect();
+        let done: BTreeMap<(usize, usize), Features> = wanted.into_par_iter().map(one).collect();
+        let of_model = |k: usize| runs.iter().map(|r| done[&(k, stands(k, *r))].clone()).collect();
+        (0..models.len()).map(of_model).collect()
     }
 
     /// Runs of each condition.

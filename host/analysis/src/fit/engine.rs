@@ -80,14 +80,26 @@ pub fn sensitivities(
     predicted: &[Features],
     free: &[Free],
 ) -> Vec<Vec<Features>> {
-    let with = |f: &Free, step: f64| {
-        let mut changed = model.clone();
-        f.set(&mut changed, f.get(model) + step);
-        let with = match sensing::is_sensed(f) {
-            true => sensing::moved(predicted, model, &changed),
-            false => problem.predict(&changed),
+    // The models with the parameters moved, what they predict and by how much they were moved.
+    let with = |moves: &[(&Free, f64)]| -> Vec<(f64, Vec<Features>)> {
+        let moved = |(f, step): &(&Free, f64)| {
+            let mut changed = model.clone();
+            f.set(&mut changed, f.get(model) + step);
+            changed
         };
-        (f.get(&changed) - f.get(model), with)
+        let changed: Vec<Model<f64>> = moves.iter().map(moved).collect();
+        let sensed = |k: &usize| sensing::is_sensed(moves[*k].0);
+        let simulated: Vec<Model<f64>> =
+            (0..moves.len()).filter(|k| !sensed(k)).map(|k| changed[k].clone()).collect();
+        let mut simulated = problem.predict_each(&simulated).into_iter();
+        let of_move = |k: usize| {
+            let with = match sensed(&k) {
+                true => sensing::moved(predicted, model, &changed[k]),
+                false => simulated.next().unwrap_or_default(),
+            };
+            (moves[k].0.get(&changed[k]) - moves[k].0.get(model), with)
+        };
+        (0..moves.len()).map(of_move).collect()
     };
     let size = |all: &[Features]| -> f64 {
         problem.groups.iter().zip(all).map(|(g, r)| problem.whiteners[*g].square(r)).sum()
@@ -96,26 +108,24 @@ pub fn sensitivities(
         size(&with.iter().zip(predicted).map(|(w, p)| difference(w, p, 1.0)).collect::<Vec<_>>())
     };
     let here = size(&problem.residual(predicted));
-    free.iter()
-        .map(|f| {
-            let step = f.step(model);
-            let mut forward = with(f, step);
-            // A small step that changes more than there is to explain has passed the edge at which a
-            // contact lets go: the other side tells how things change on this one.
-            let change = changed(&forward.1);
-            if change > here + (problem.groups.len() * FEATURES) as f64 {
-                let back = with(f, -step);
-                if back.0 != 0.0 && changed(&back.1) < change {
-                    forward = back;
-                }
-            }
-            let (step, with) = forward;
-            with.iter()
-                .zip(predicted)
-                .map(|(w, p)| difference(w, p, if step == 0.0 { f64::INFINITY } else { step }))
-                .collect()
-        })
-        .collect()
+    let forth: Vec<(&Free, f64)> = free.iter().map(|f| (f, f.step(model))).collect();
+    let mut steps = with(&forth);
+    // A small step that changes more than there is to explain has passed the edge at which a
+    // contact lets go: the other side tells how things change on this one.
+    let sizes: Vec<f64> = steps.iter().map(|(_, with)| changed(with)).collect();
+    let beyond: Vec<usize> =
+        (0..free.len()).filter(|k| sizes[*k] > here + (problem.groups.len() * FEATURES) as f64).collect();
+    let back: Vec<(&Free, f64)> = beyond.iter().map(|k| (forth[*k].0, -forth[*k].1)).collect();
+    for (k, back) in beyond.iter().zip(with(&back)) {
+        if back.0 != 0.0 && changed(&back.1) < sizes[*k] {
+            steps[*k] = back;
+        }
+    }
+    let column = |(step, with): &(f64, Vec<Features>)| -> Vec<Features> {
+        let step = if *step == 0.0 { f64::INFINITY } else { *step };
+        with.iter().zip(predicted).map(|(w, p)| difference(w, p, step)).collect()
+    };
+    steps.iter().map(column).collect()
 }
 
 /// Which of `free` stand at an edge: moved by its share of the step `x` alone, an effect's parameter changes
@@ -128,24 +138,28 @@ fn at_edges(
     columns: &[Vec<Features>],
     x: &[f64],
 ) -> Vec<bool> {
-    let at_edge = |k: usize| {
+    let moved = |k: usize| {
         let mut changed = model.clone();
         free[k].set(&mut changed, free[k].get(model) + x[k]);
         let step = free[k].get(&changed) - free[k].get(model);
-        if step == 0.0 || !matches!(free[k], Free::Effect { .. }) || sensing::is_sensed(&free[k]) {
-            return false;
-        }
+        let may_be = step != 0.0 && matches!(free[k], Free::Effect { .. }) && !sensing::is_sensed(&free[k]);
+        may_be.then_some((k, step, changed))
+    };
+    let moved: Vec<(usize, f64, Model<f64>)> = (0..free.len()).filter_map(moved).collect();
+    let models: Vec<Model<f64>> = moved.iter().map(|(.., model)| model.clone()).collect();
+    let mut out = vec![false; free.len()];
+    for ((k, step, _), with) in moved.iter().zip(problem.predict_each(&models)) {
         let (mut told, mut wrong) = (0.0, 0.0);
-        for (i, with) in problem.predict(&changed).iter().enumerate() {
+        for (i, with) in with.iter().enumerate() {
             let w = &problem.whiteners[problem.groups[i]];
             let (did, says) =
-                (w.apply(&difference(with, &predicted[i], 1.0)), w.apply(&columns[k][i]) * step);
+                (w.apply(&difference(with, &predicted[i], 1.0)), w.apply(&columns[*k][i]) * *step);
             told += says.norm_squared();
             wrong += (did - says).norm_squared();
         }
-        wrong > told
-    };
-    (0..free.len()).map(at_edge).collect()
+        out[*k] = wrong > told;
+    }
+    out
 }
 
 /// Precision of a parameter that stays where it is.

@@ -50,18 +50,21 @@ impl Whitener {
 
     /// Whitened features; what is not finite counts as zero.
     pub fn apply(&self, features: &[f64]) -> DVector<f64> {
-        let mut x = DVector::from_iterator(
-            self.active.len(),
-            self.active.iter().zip(&self.scale).map(|(f, s)| {
-                let v = features[*f] * s;
-                if v.is_finite() { v } else { 0.0 }
-            }),
-        );
-        for (k, g) in self.shrink.iter().enumerate() {
-            let q = self.basis.column(k);
-            let along = q.dot(&x) * g;
-            x.axpy(-along, &q, 1.0);
+        self.apply_all(&[features]).column(0).into_owned()
+    }
+
+    /// [`Self::apply`] of several, a column for each.
+    pub fn apply_all(&self, columns: &[&[f64]]) -> DMatrix<f64> {
+        let mut x = DMatrix::from_fn(self.active.len(), columns.len(), |i, k| {
+            let v = columns[k][self.active[i]] * self.scale[i];
+            if v.is_finite() { v } else { 0.0 }
+        });
+        // The transpose is copied: nalgebra multiplies copies in blocks, views dot by dot.
+        let mut along = self.basis.transpose() * &x;
+        for (mut row, g) in along.row_iter_mut().zip(&self.shrink) {
+            row *= *g;
         }
+        x.gemm(-1.0, &self.basis, &along, 1.0);
         x
     }
 
@@ -84,16 +87,16 @@ impl Whitener {
     }
 
     /// Whitened columns of the sensor offsets.
-    pub fn offsets(&self) -> Vec<DVector<f64>> {
-        (0..OFFSETS)
-            .map(|o| {
-                let mut column = vec![0.0; FEATURES];
-                for (channel, sign) in shifts(o) {
-                    column[channel * BINS..channel * BINS + PEAK].fill(sign);
-                }
-                self.apply(&column)
-            })
-            .collect()
+    pub fn offsets(&self) -> DMatrix<f64> {
+        let column = |o: usize| {
+            let mut column = vec![0.0; FEATURES];
+            for (channel, sign) in shifts(o) {
+                column[channel * BINS..channel * BINS + PEAK].fill(sign);
+            }
+            column
+        };
+        let columns: Vec<Vec<f64>> = (0..OFFSETS).map(column).collect();
+        self.apply_all(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>())
     }
 }
 
@@ -144,25 +147,12 @@ pub struct Gram {
     pub features: usize,
 }
 
-/// Gram matrix of whitened columns.
-pub fn gram(
-    condition: usize,
-    parameters: &[DVector<f64>],
-    offsets: &[DVector<f64>],
-    residual: &DVector<f64>,
-) -> Gram {
-    let columns: Vec<&DVector<f64>> =
-        parameters.iter().chain(offsets).chain(std::iter::once(residual)).collect();
-    let n = columns.len();
-    let mut matrix = DMatrix::zeros(n, n);
-    for i in 0..n {
-        for j in i..n {
-            let x = columns[i].dot(columns[j]);
-            matrix[(i, j)] = x;
-            matrix[(j, i)] = x;
-        }
-    }
-    Gram { condition, matrix, features: residual.len() }
+/// Gram matrix of the whitened columns of parameters and offsets and of the whitened residual.
+pub fn gram(condition: usize, columns: &DMatrix<f64>) -> Gram {
+    let mut matrix = columns.transpose() * columns;
+    // Blocks of a product are summed in their own order: two halves may differ in the last bit.
+    matrix.fill_lower_triangle_with_upper_triangle();
+    Gram { condition, matrix, features: columns.nrows() }
 }
 
 /// Coefficients of `[parameters | offsets]` that minimise the summed loss.

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::DVector;
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 use stickslip_shared::model::{Model, Scene};
 
@@ -35,7 +35,7 @@ pub struct Problem<'a> {
     /// For each group.
     pub whiteners: Arc<Vec<Whitener>>,
     /// Whitened offset columns of each group.
-    pub offsets: Vec<Vec<DVector<f64>>>,
+    pub offsets: Vec<DMatrix<f64>>,
     /// Prior of the offsets.
     pub of_offsets: Prior,
     /// For each group: standard deviation of one run of each feature, floor included.
@@ -289,8 +289,16 @@ impl<'a> Problem<'a> {
 
     /// Coarse predictions of some groups.
     pub fn predict_of(&self, model: &Model<f64>, groups: &[usize]) -> Vec<Features> {
-        let stand: Vec<usize> = groups.iter().map(|g| self.stands[*g]).collect();
-        self.campaign.simulate_runs(model, &stand)
+        self.campaign.simulate_runs(model, &self.stand_for(groups))
+    }
+
+    /// Coarse predictions of all groups in use by each of `models`.
+    pub fn predict_each(&self, models: &[Model<f64>]) -> Vec<Vec<Features>> {
+        self.campaign.simulate_each(models, &self.stand_for(&self.groups))
+    }
+
+    fn stand_for(&self, groups: &[usize]) -> Vec<usize> {
+        groups.iter().map(|g| self.stands[*g]).collect()
     }
 
     /// Residual features of all groups in use for coarse predictions.
@@ -304,16 +312,17 @@ impl<'a> Problem<'a> {
 
     /// Gram matrices for a residual and parameter columns (each a list over groups in use).
     pub fn grams(&self, residual: &[Features], columns: &[Vec<Features>]) -> Vec<Gram> {
-        self.groups
-            .iter()
-            .enumerate()
-            .map(|(i, g)| {
-                let w = &self.whiteners[*g];
-                let parameters: Vec<DVector<f64>> = columns.iter().map(|c| w.apply(&c[i])).collect();
-                let condition = self.campaign.groups[*g].condition;
-                gls::gram(condition, &parameters, &self.offsets[*g], &w.apply(&residual[i]))
-            })
-            .collect()
+        let of_group = |(i, g): (usize, &usize)| {
+            let of_it = columns.iter().map(|c| &c[i][..]).chain(std::iter::once(&residual[i][..]));
+            let seen = self.whiteners[*g].apply_all(&of_it.collect::<Vec<_>>());
+            let (n, offsets) = (columns.len(), &self.offsets[*g]);
+            let mut all = DMatrix::zeros(seen.nrows(), n + OFFSETS + 1);
+            all.columns_mut(0, n).copy_from(&seen.columns(0, n));
+            all.columns_mut(n, OFFSETS).copy_from(offsets);
+            all.column_mut(n + OFFSETS).copy_from(&seen.column(n));
+            gls::gram(self.campaign.groups[*g].condition, &all)
+        };
+        self.groups.par_iter().enumerate().map(of_group).collect()
     }
 
     /// Where a fit may take a parameter: the bounds of its description, and of pads what is read off.

@@ -134,13 +134,19 @@ fn screen_on(
 ) -> (Vec<Start>, f64) {
     let info = trial.info;
     let predicted = &base.predicted;
-    let changed = |parameters: [f64; MAX_PARAMETERS]| -> Vec<Features> {
-        let model = trial.on(&base.model, parameters);
-        if let Some(effect) = model.effects.last().filter(|_| info.role == Role::Sensing) {
-            return predicted.iter().map(|p| sensing::shown(effect, p)).collect();
+    let changed = |all: &[[f64; MAX_PARAMETERS]]| -> Vec<Vec<Features>> {
+        let models: Vec<Model<f64>> = all.iter().map(|p| trial.on(&base.model, *p)).collect();
+        if info.role == Role::Sensing {
+            let shown = |m: &Model<f64>| -> Vec<Features> {
+                let effect = m.effects.last();
+                effect.map_or_else(Vec::new, |e| predicted.iter().map(|p| sensing::shown(e, p)).collect())
+            };
+            return models.iter().map(shown).collect();
         }
-        let with = problem.predict(&model);
-        with.iter().zip(predicted).map(|(w, p)| w.iter().zip(p).map(|(a, b)| a - b).collect()).collect()
+        let less = |with: Vec<Features>| {
+            with.iter().zip(predicted).map(|(w, p)| w.iter().zip(p).map(|(a, b)| a - b).collect()).collect()
+        };
+        problem.predict_each(&models).into_iter().map(less).collect()
     };
     let size = |d: &[Features]| -> f64 {
         d.iter()
@@ -174,19 +180,28 @@ fn screen_on(
     // it the other way was tried by its fit.
     let ways: &[f64] = if on == 0 { &[1.0] } else { &[1.0, -1.0] };
     let each = settings(info, &shaping).into_iter().flat_map(|s| ways.iter().map(move |way| (s, *way)));
+    let each: Vec<([f64; MAX_PARAMETERS], f64)> = each.collect();
+    let strong = |k: usize, way: f64| {
+        let p = &info.parameters[k];
+        let there = p.neutral + way * (p.typical - p.neutral);
+        (there >= p.low && there <= p.high).then_some(there)
+    };
+    let alone = |setting: &[f64; MAX_PARAMETERS], way: f64, k: usize| {
+        let mut s = *setting;
+        s[k] = strong(k, way)?;
+        Some(s)
+    };
+    let first: Vec<[f64; MAX_PARAMETERS]> = each
+        .iter()
+        .flat_map(|(setting, way)| strengths.iter().filter_map(move |k| alone(setting, *way, *k)))
+        .collect();
+    let mut first = first.iter().copied().zip(changed(&first));
     for (setting, way) in each {
         let mut columns = Vec::new();
         let mut varied = Vec::new();
-        let size_of = |k: usize| {
-            let p = &info.parameters[k];
-            let there = p.neutral + way * (p.typical - p.neutral);
-            (there >= p.low && there <= p.high).then_some(there)
-        };
-        for k in &strengths {
-            let Some(there) = size_of(*k) else { continue };
-            let mut s = setting;
-            s[*k] = there;
-            let mut d = changed(s);
+        let size_of = |k: usize| strong(k, way);
+        for k in strengths.iter().filter(|k| size_of(**k).is_some()) {
+            let Some((mut s, mut d)) = first.next() else { break };
             let mut dead = size(&d) < 1e-2;
             if dead && strengths.len() > 1 {
                 // It may need the others to act.
@@ -194,7 +209,7 @@ fn screen_on(
                     s[*j] = size_of(*j).unwrap_or(s[*j]);
                 }
                 if columns.is_empty() {
-                    let together = changed(s);
+                    let together = changed(&[s]).pop().unwrap_or_default();
                     if size(&together) >= 1e-2 {
                         d = together;
                         dead = false;

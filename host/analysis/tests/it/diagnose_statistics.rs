@@ -1,6 +1,6 @@
 //! The statistics of the diagnosis against known answers.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
 use stickslip_analysis::diagnose::select::{p_value, paired};
@@ -47,9 +47,11 @@ fn a_nuisance_in_the_residual_is_projected_out_exactly() {
     let mut shifted = Vec::new();
     for condition in 0..8 {
         let (effect, nuisance, residual) = (column(&mut rng), column(&mut rng), column(&mut rng));
-        let offsets = [nuisance.clone()];
-        grams.push(gls::gram(condition, std::slice::from_ref(&effect), &offsets, &residual));
-        shifted.push(gls::gram(condition, &[effect], &offsets, &(residual + nuisance * 7.0)));
+        let of = |residual: DVector<f64>| {
+            gls::gram(condition, &DMatrix::from_columns(&[effect.clone(), nuisance.clone(), residual]))
+        };
+        grams.push(of(residual.clone()));
+        shifted.push(of(residual + &nuisance * 7.0));
     }
     let of =
         |g: &[gls::Gram]| gls::solve(g.iter().map(|g| (1.0, g)), &gls::Prior::none(2)).expect("solvable");
@@ -119,7 +121,7 @@ fn the_paired_test_sees_a_difference_of_one_standard_deviation_in_twenty_conditi
 
 /// One feature of a condition that was measured as `value`; the model says `2 x`.
 fn seen(condition: usize, value: f64) -> Gram {
-    gls::gram(condition, &[DVector::from_element(1, 2.0)], &[], &DVector::from_element(1, value))
+    gls::gram(condition, &DMatrix::from_row_slice(1, 2, &[2.0, value]))
 }
 
 #[test]
