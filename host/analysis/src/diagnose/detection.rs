@@ -23,7 +23,7 @@ use crate::diagnose::misfit::FORM;
 use crate::diagnose::select::Held;
 use crate::diagnose::verdict::RELEVANT;
 use crate::fit::features::Features;
-use crate::fit::gls::{Gram, Prior};
+use crate::fit::gls::{Gram, OFFSETS, Prior};
 use crate::fit::phases::{BINS, Phase};
 use crate::fit::problem::{Problem, difference};
 use crate::fit::{clustered_covariance, gls};
@@ -83,8 +83,9 @@ impl Column {
 /// Limits and classes around a fitted model; the `invisible` effects are known to change nothing.
 pub fn detection(problem: &Problem, held: &Held, invisible: &[&'static str]) -> Detection {
     let columns = columns(problem, held, invisible);
-    let limit_of = |c: &Column| limit(problem, held, c);
-    let limits: Vec<Option<f64>> = columns.par_iter().map(limit_of).collect();
+    let grams = Together::new(problem, held, &columns);
+    let limit_of = |(k, c): (usize, &Column)| limit(problem, held, c, (&grams, k));
+    let limits: Vec<Option<f64>> = columns.par_iter().enumerate().map(limit_of).collect();
     let mut out = Detection::default();
     for (c, upper) in columns.iter().zip(&limits) {
         let p = &c.info.parameters[c.parameter];
@@ -92,9 +93,13 @@ pub fn detection(problem: &Problem, held: &Held, invisible: &[&'static str]) -> 
         let one = UpperLimit { upper, unit: p.unit, plausible: c.unit() };
         out.limits.entry(c.info.id).or_default().insert(p.name, one);
     }
-    let visible: Vec<&Column> =
-        columns.iter().zip(&limits).filter(|(_, l)| l.is_some()).map(|x| x.0).collect();
-    out.classes = classes(problem, held, &visible);
+    let visible: Vec<usize> = (0..columns.len()).filter(|k| limits[*k].is_some()).collect();
+    let prior = held.solution.priors(problem, &held.free, visible.len());
+    let of_visible: Vec<&Column> = visible.iter().map(|k| &columns[*k]).collect();
+    out.classes = match products(&grams.with(&visible), &prior, held.free.len(), visible.len()) {
+        Some(products) => classes(&products, &of_visible),
+        None => Vec::new(),
+    };
     out
 }
 
@@ -127,13 +132,50 @@ fn columns(problem: &Problem, held: &Held, invisible: &[&'static str]) -> Vec<Co
     out
 }
 
-/// Upper limit of one strength, in typical sizes; none where there is none within what is possible.
-fn limit(problem: &Problem, held: &Held, column: &Column) -> Option<f64> {
+/// Gram matrices of what the model has, of the columns of what it has not, of the offsets and of the residual.
+struct Together {
+    grams: Vec<Gram>,
+    known: usize,
+    columns: usize,
+}
+
+impl Together {
+    fn new(problem: &Problem, held: &Held, columns: &[Column]) -> Self {
+        let of_model = &held.solution.columns;
+        let all: Vec<Vec<Features>> =
+            of_model.iter().cloned().chain(columns.iter().map(|c| c.change.clone())).collect();
+        let grams = problem.grams(&held.solution.residual, &all);
+        Self { grams, known: of_model.len(), columns: columns.len() }
+    }
+
+    fn of(&self, columns: &[usize], last: usize) -> Vec<Gram> {
+        let offsets = self.known + self.columns;
+        let places: Vec<usize> = (0..self.known)
+            .chain(columns.iter().map(|k| self.known + k))
+            .chain(offsets..offsets + OFFSETS)
+            .chain([last])
+            .collect();
+        self.grams.iter().map(|g| g.of(&places)).collect()
+    }
+
+    /// With some of the columns.
+    fn with(&self, columns: &[usize]) -> Vec<Gram> {
+        self.of(columns, self.known + self.columns + OFFSETS)
+    }
+
+    /// With a column in the place of the residual.
+    fn towards(&self, column: usize) -> Vec<Gram> {
+        self.of(&[], self.known + column)
+    }
+}
+
+/// Upper limit of one strength, in typical sizes; none where there is none within what is possible. Its `column` is the
+/// `k`th of those `together`.
+fn limit(problem: &Problem, held: &Held, column: &Column, (together, k): (&Together, usize)) -> Option<f64> {
     let Held { solution, free, .. } = held;
     let known = free.len();
-    let smallest = RELEVANT / shown(problem, held, column)?;
-    let all: Vec<Vec<Features>> = solution.columns.iter().cloned().chain([column.change.clone()]).collect();
-    let grams = problem.grams(&solution.residual, &all);
+    let smallest = RELEVANT / shown(problem, held, column, &together.towards(k))?;
+    let grams = together.with(&[k]);
     let prior = solution.priors(problem, free, 1);
     let asked = gls::solve(grams.iter().map(|g| (1.0, g)), &prior)?[known];
     let by_noise = information(&grams, &prior).cholesky()?.inverse()[(known, known)];
@@ -159,9 +201,8 @@ fn information(grams: &[Gram], prior: &Prior) -> DMatrix<f64> {
 
 /// By how many run spreads the worst channel of a phase would miss for one typical size; none where nothing
 /// shows.
-fn shown(problem: &Problem, held: &Held, column: &Column) -> Option<f64> {
+fn shown(problem: &Problem, held: &Held, column: &Column, grams: &[Gram]) -> Option<f64> {
     let Held { solution, free, .. } = held;
-    let grams = problem.grams(&column.change, &solution.columns);
     let prior = solution.priors(problem, free, 0);
     let x = gls::solve(grams.iter().map(|g| (1.0, g)), &prior)?;
     let mut left = problem.without_offsets(&column.change, &x.as_slice()[free.len()..]);
@@ -182,11 +223,10 @@ fn shown(problem: &Problem, held: &Held, column: &Column) -> Option<f64> {
 }
 
 /// Effects that stand in for each other, all within a class alike.
-fn classes(problem: &Problem, held: &Held, columns: &[&Column]) -> Vec<Vec<&'static str>> {
+fn classes(products: &DMatrix<f64>, columns: &[&Column]) -> Vec<Vec<&'static str>> {
     let mut effects: Vec<&'static str> = columns.iter().map(|c| c.info.id).collect();
     effects.dedup();
-    let Some(products) = products(problem, held, columns) else { return Vec::new() };
-    let bases: Vec<DMatrix<f64>> = effects.iter().map(|id| basis(&products, columns, id)).collect();
+    let bases: Vec<DMatrix<f64>> = effects.iter().map(|id| basis(products, columns, id)).collect();
     // Cosine of the angle between one strength and the space of an effect.
     let within = |k: usize, of: &DMatrix<f64>| {
         (of.transpose() * products.column(k)).norm() / products[(k, k)].max(f64::MIN_POSITIVE).sqrt()
@@ -219,14 +259,10 @@ fn classes(problem: &Problem, held: &Held, columns: &[&Column]) -> Vec<Vec<&'sta
     class.iter().map(|c| c.iter().map(|e| effects[*e]).collect()).collect()
 }
 
-/// Inner products of whitened columns, less what friction, what was fitted and sensor offsets make up for.
-fn products(problem: &Problem, held: &Held, columns: &[&Column]) -> Option<DMatrix<f64>> {
-    let Held { solution, free, .. } = held;
-    let (known, more) = (free.len(), columns.len());
-    let all: Vec<Vec<Features>> =
-        solution.columns.iter().cloned().chain(columns.iter().map(|c| c.change.clone())).collect();
-    let prior = solution.priors(problem, free, more);
-    let whole = information(&problem.grams(&solution.residual, &all), &prior);
+/// Inner products of `more` whitened columns, less what the `known` parameters (friction, what was fitted) and the sensor
+/// offsets make up for.
+fn products(grams: &[Gram], prior: &Prior, known: usize, more: usize) -> Option<DMatrix<f64>> {
+    let whole = information(grams, prior);
     let nuisance: Vec<usize> = (0..prior.len()).filter(|i| !(known..known + more).contains(i)).collect();
     let of = |rows: &[usize], columns: &[usize]| {
         DMatrix::from_fn(rows.len(), columns.len(), |i, j| whole[(rows[i], columns[j])])

@@ -147,6 +147,16 @@ pub struct Gram {
     pub features: usize,
 }
 
+impl Gram {
+    /// Of the columns at `places` only, in their order; the last of them is the residual.
+    #[must_use]
+    pub fn of(&self, places: &[usize]) -> Self {
+        let n = places.len();
+        let matrix = DMatrix::from_fn(n, n, |i, j| self.matrix[(places[i], places[j])]);
+        Self { matrix, ..*self }
+    }
+}
+
 /// Gram matrix of the whitened columns of parameters and offsets and of the whitened residual.
 pub fn gram(condition: usize, columns: &DMatrix<f64>) -> Gram {
     let mut matrix = columns.transpose() * columns;

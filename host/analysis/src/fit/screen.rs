@@ -12,7 +12,7 @@ use stickslip_shared::model::Model;
 use crate::fit::engine::Solution;
 use crate::fit::features::Features;
 use crate::fit::free::Free;
-use crate::fit::gls;
+use crate::fit::gls::{self, Gram, OFFSETS};
 use crate::fit::problem::Problem;
 use crate::fit::sensing;
 
@@ -225,10 +225,19 @@ fn screen_on(
         if columns.is_empty() {
             continue;
         }
-        let single: Vec<(f64, Vec<f64>)> =
-            columns.iter().map(|c| loss_with(problem, base, base_free, std::slice::from_ref(c))).collect();
-        let known = base_free.len();
-        let (together, x) = loss_with(problem, base, base_free, &columns);
+        let (known, added) = (base_free.len(), columns.len());
+        let all: Vec<Vec<Features>> = base.columns[..known].iter().cloned().chain(columns).collect();
+        let grams = problem.grams(&base.residual, &all);
+        let with_those = |kept: &[usize]| {
+            let after = known + added..known + added + OFFSETS + 1;
+            let places: Vec<usize> = (0..known).chain(kept.iter().map(|k| known + k)).chain(after).collect();
+            let grams: Vec<Gram> = grams.iter().map(|g| g.of(&places)).collect();
+            let (loss, mut x) = gls::least(&grams, &problem.priors(base_free, kept.len()));
+            x.truncate(known + kept.len());
+            (loss, x)
+        };
+        let single: Vec<(f64, Vec<f64>)> = (0..added).map(|k| with_those(&[k])).collect();
+        let (together, x) = with_those(&(0..added).collect::<Vec<_>>());
         let mut joint = setting;
         let strength = |k: usize, s: &[f64; MAX_PARAMETERS], a: f64| {
             let p = &info.parameters[k];
@@ -254,19 +263,4 @@ fn screen_on(
     starts.sort_by(|a, b| a.loss.total_cmp(&b.loss));
     starts.truncate(STARTS);
     (starts, largest)
-}
-
-/// Loss when `columns` are added, and the coefficients of `base_free` and of them.
-fn loss_with(
-    problem: &Problem,
-    base: &Solution,
-    base_free: &[Free],
-    columns: &[Vec<Features>],
-) -> (f64, Vec<f64>) {
-    let mut all: Vec<Vec<Features>> = base.columns[..base_free.len()].to_vec();
-    all.extend(columns.iter().cloned());
-    let grams = problem.grams(&base.residual, &all);
-    let with = problem.priors(base_free, all.len() - base_free.len());
-    let (loss, x) = gls::least(&grams, &with);
-    (loss, x[..all.len()].to_vec())
 }
