@@ -46,7 +46,7 @@ addEventListener('load', () => setTimeout(() => {
     const figures = [...document.querySelectorAll('figure[data-plot]')].filter(f => !f.hidden);
     const empty = figures.filter(f => !f.querySelector('canvas')).length;
     // What a screen reader is told: names of pictures, of controls and of tables, headings in order, times of sliders.
-    const unsaid = [];
+    const unsaid = [], switched = [];
     const named = e => (e.getAttribute('aria-label') || e.getAttribute('title') || e.textContent || '').trim()
       || [...(e.labels || [])].some(l => l.textContent.trim());
     const seen = e => e.getClientRects().length && !e.closest('[aria-hidden=true]');
@@ -94,18 +94,33 @@ addEventListener('load', () => setTimeout(() => {
       level = own;
     }
     for (const slider of document.querySelectorAll('input[type=range]')) {
-      if (!/^[0-9.-]+ s$/.test(slider.getAttribute('aria-valuetext') || '')) { unsaid.push('a slider that says no time'); }
+      const says = slider.getAttribute('aria-valuetext') || '';
+      if (!/^t = [0-9.-]+ s, .+/.test(says)) { unsaid.push('a slider that says no time, or not what is there: ' + says); }
       const drawing = slider.closest('.viewer').querySelector('.bench svg');
-      const time = slider.getAttribute('aria-valuetext');
-      if (drawing && !drawing.getAttribute('aria-label').includes('t = ' + time)) {
-        unsaid.push('a bench whose words are of another time than ' + time);
+      if (drawing && !drawing.getAttribute('aria-label').includes(says)) {
+        unsaid.push('a bench whose words are not those of its slider: ' + says);
       }
     }
+    for (const legend of [...document.querySelectorAll('.u-legend')].filter(seen)) {
+      const lines = [...legend.querySelectorAll('[role=button]')];
+      const press = (line, key) => line.dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true}));
+      if (lines.filter(line => line.tabIndex === 0).length !== 1) { unsaid.push('a legend that is not one stop of the Tab key'); }
+      press(lines[0], 'ArrowLeft');
+      const last = lines[lines.length - 1];
+      if (document.activeElement !== last || last.tabIndex !== 0) { unsaid.push('a legend whose lines no arrow reaches'); }
+      press(last, 'Enter');
+      switched.push(last);
+    }
     const over = document.documentElement.scrollWidth - innerWidth;
-    const report = document.createElement('pre');
-    report.id = 'visit';
-    report.textContent = JSON.stringify({clicked, wrong, empty, over, unsaid});
-    document.body.append(report);
+    setTimeout(() => {
+      for (const line of switched) {
+        if (line.getAttribute('aria-pressed') !== 'false') { unsaid.push('a line that no key switches off: ' + line.textContent); }
+      }
+      const report = document.createElement('pre');
+      report.id = 'visit';
+      report.textContent = JSON.stringify({clicked, wrong, empty, over, unsaid});
+      document.body.append(report);
+    }, 100);
   }, 300);
 }, 300));
 </script>"#;

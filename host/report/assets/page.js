@@ -138,16 +138,45 @@ $(document, '.viewer').forEach((root, number) => {
     const canvas = host.querySelector('canvas');
     canvas.setAttribute('role', 'img');
     canvas.dataset.words = `${of.title} over time${of.unit === '1' ? '' : ', ' + of.unit}: ${ranges.join('; ')}`;
-    // The drawing's words have its values.
-    host.querySelector('.u-legend')?.setAttribute('aria-hidden', 'true');
+    keys(host.querySelector('.u-legend'), u, of.title);
     plots.set(figure, u);
     say(figure, u);
   };
+  // Lines are switched by keys too: one stop of the Tab key for all of a plot, arrows between them. The drawing's words have
+  // the values, so they are not read here.
+  const keys = (legend, u, title) => {
+    if (!legend) return;
+    legend.setAttribute('role', 'group');
+    legend.setAttribute('aria-label', `lines of ${title}`);
+    $(legend, 'tbody, tr').forEach(e => e.setAttribute('role', 'presentation'));
+    $(legend, 'tr:first-child, td').forEach(e => e.setAttribute('aria-hidden', 'true'));
+    const heads = $(legend, 'tr:not(:first-child) th');
+    const show = () => heads.forEach((e, i) => e.setAttribute('aria-pressed', String(u.series[i + 1].show)));
+    heads.forEach((e, i) => {
+      e.setAttribute('role', 'button');
+      e.tabIndex = i ? -1 : 0;
+      e.addEventListener('click', () => setTimeout(show));
+      e.addEventListener('keydown', event => {
+        const by = {ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1}[event.key];
+        if (by) {
+          const next = heads[(i + by + heads.length) % heads.length];
+          heads.forEach(h => { h.tabIndex = h === next ? 0 : -1; });
+          next.focus();
+        } else if (event.key === 'Enter' || event.key === ' ') e.click();
+        else return;
+        event.preventDefault();
+      });
+    });
+    show();
+  };
   // A drawing in words, at the chosen time.
+  const valuesOf = u => {
+    const i = Math.min(at, run.t.length - 1);
+    return (u?.series.slice(1) || []).map((line, k) => `${line.label} ${shown(u.data[k + 1][i])}`);
+  };
   const say = (figure, u) => {
     const canvas = figure.querySelector('canvas'), i = Math.min(at, run.t.length - 1);
-    const values = u.series.slice(1).map((line, k) => `${line.label} ${shown(u.data[k + 1][i])}`);
-    canvas.setAttribute('aria-label', `${canvas.dataset.words}. At ${run.t[i].toFixed(3)} s: ${values.join(', ')}`);
+    canvas.setAttribute('aria-label', `${canvas.dataset.words}. At ${run.t[i].toFixed(3)} s: ${valuesOf(u).join(', ')}`);
   };
   // While plots of two trials share a cursor, it is nobody's.
   const drawAll = () => { moving = true; figures.forEach(draw); moving = false; };
@@ -155,12 +184,13 @@ $(document, '.viewer').forEach((root, number) => {
   // All plots and the bench at one time. `from` has its cursor there already.
   const moment = (i, from) => {
     at = Math.min(i, run.t.length - 1);
-    if (slider) { slider.value = at; slider.setAttribute('aria-valuetext', run.t[at].toFixed(3) + ' s'); }
+    if (slider) slider.value = at;
     moving = true;
     if (!from) plots.forEach(u => u.setCursor({left: u.valToPos(run.t[at], 'x'), top: 10}, false, false));
     moving = false;
     plots.forEach((u, figure) => say(figure, u));
-    move();
+    const seen = move() || valuesOf([...plots.values()][0]);
+    slider?.setAttribute('aria-valuetext', [`t = ${run.t[at].toFixed(3)} s`, ...seen].join(', '));
   };
 
   const arrow = ([x, y], [dx, dy]) => {
@@ -170,9 +200,10 @@ $(document, '.viewer').forEach((root, number) => {
     return `M${x} ${y}L${tx} ${ty}M${tx - 8 * ux - 5 * uy} ${ty - 8 * uy + 5 * ux}L${tx} ${ty}` +
       `L${tx - 8 * ux + 5 * uy} ${ty - 8 * uy - 5 * ux}`;
   };
+  // What is on the bench at this time, in words; nothing where there is none.
   const move = () => {
     const c = run.course, svg = bench?.querySelector('svg');
-    if (!c || !svg) return;
+    if (!c || !svg) return null;
     const k = enlarged ?? c.k, place = {};
     const px = (x, y) => [c.centre[0] + x * c.mm, c.centre[1] - y * c.mm];
     const truth = c.parts[0][1].map(q => q[at] ?? 0);
@@ -214,7 +245,7 @@ $(document, '.viewer').forEach((root, number) => {
     note('enlarged', k > 1 ? `deviation of the model's object drawn ${k} times larger` : 'to scale');
     if (c.grip[at] != null) note('grip', `grip ${c.grip[at].toFixed(1)} N`);
     // The drawing in words, at this time.
-    const words = [`t = ${run.t[at].toFixed(3)} s`, ...said];
+    const words = [...said];
     if (c.grip[at] != null) words.push(`grip ${c.grip[at].toFixed(1)} N`);
     for (const [name, p] of c.parts.slice(1)) {
       if (name === 'pusher') continue;
@@ -224,7 +255,8 @@ $(document, '.viewer').forEach((root, number) => {
       words.push(`object by ${model} off by ${Math.hypot(x, y).toFixed(2)} mm and ${Math.abs(a).toFixed(2)} degrees`);
     }
     svg.dataset.words ??= svg.getAttribute('aria-label');
-    svg.setAttribute('aria-label', `${svg.dataset.words}: ${words.join(', ')}`);
+    svg.setAttribute('aria-label', `${svg.dataset.words}: t = ${run.t[at].toFixed(3)} s, ${words.join(', ')}`);
+    return words;
   };
 
   const choose = k => {
