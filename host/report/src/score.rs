@@ -46,7 +46,7 @@ pub fn page(d: &Document, next: &str) -> String {
                     div class="legend" {
                         @for (k, m) in methods.iter().enumerate() { (swatch(&format!("line m{k}"), m)) }
                     }
-                    (figure(title, "", &format!("{title}: share warned at least this long ahead"), &chart.svg()))
+                    (figure(title, "", &lead_words(d, title), &chart.svg()))
                 }
             }
         })
@@ -201,6 +201,19 @@ fn lead_charts(d: &Document) -> Vec<(String, Vec<String>, Chart)> {
         out.push((class.name().to_owned(), of().map(|r| r.method.clone()).collect(), chart));
     }
     out
+}
+
+/// What the curves of the class called `title` show, in words.
+fn lead_words(d: &Document, title: &str) -> String {
+    let of_method = |r: &Row| {
+        let middle = r.lead_s.map_or_else(String::new, |[_, middle, _]| {
+            format!(", half of those at least {:.0} ms ahead", 1e3 * middle)
+        });
+        format!("{}: {} of {} with an alarm{middle}", r.method, r.leads.len(), r.events)
+    };
+    let of = d.rows.iter().filter(|r| r.class.name() == title && r.events > 0);
+    let methods: Vec<String> = of.map(of_method).collect();
+    format!("{title}, share warned at least so long ahead: {}", methods.join("; "))
 }
 
 /// Stated against actual values: title and chart.

@@ -19,9 +19,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::effects::{Info, MAX_PARAMETERS};
 
-use crate::diagnose::misfit::FORM;
 use crate::diagnose::select::Held;
 use crate::diagnose::verdict::RELEVANT;
+use crate::evidence::tolerance::FORM;
 use crate::fit::features::Features;
 use crate::fit::gls::{Gram, OFFSETS, Prior};
 use crate::fit::phases::{BINS, Phase};

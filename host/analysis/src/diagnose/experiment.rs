@@ -23,7 +23,7 @@ use stickslip_shared::model::Model;
 
 use crate::channels::channel_words;
 use crate::compare::verdict::readable;
-use crate::diagnose::misfit::FORM;
+use crate::evidence::tolerance::FORM;
 use crate::fit::features::{FEATURES, Features, channel_name, quantity};
 use crate::fit::phases::{BINS, Phase};
 use crate::fit::problem::Problem;

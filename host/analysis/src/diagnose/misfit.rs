@@ -10,6 +10,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::evidence::tolerance::FORM;
 use crate::fit::features::{FEATURES, Features};
 use crate::fit::noise;
 use crate::fit::phases::{BINS, Phase};
@@ -18,10 +19,6 @@ use crate::fit::problem::Problem;
 /// Standard deviation of the product of two runs' errors, each a systematic part and noise of
 /// one floor.
 const CHANCE: f64 = 1.732;
-
-/// Share of what an effect explains that its law may be wrong by: laws of friction, grip and stiffness are
-/// idealisations that hold to about a tenth. What is left within that share is no reason for a further effect.
-pub const FORM: f64 = 0.1;
 
 /// Misfit of a model. See the module.
 #[derive(Clone, Debug)]

@@ -34,9 +34,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::effects::REGISTRY;
 
-use crate::diagnose::misfit::FORM;
 use crate::diagnose::select::{Held, explained};
 use crate::diagnose::verdict::RELEVANT;
+use crate::evidence::tolerance::FORM;
 use crate::fit::Free;
 use crate::fit::features::{FEATURES, Features};
 use crate::fit::phases::{BINS, Phase};

@@ -7,6 +7,11 @@ use crate::run::simulate::Prepared;
 use nalgebra::Vector3;
 use stickslip_shared::model::{Scene, SupportContact};
 
+/// Share of what an effect explains that its law may be wrong by: laws of friction, grip and stiffness are
+/// idealisations that hold to about a tenth. What is left within that share is no reason for a further effect, and a
+/// strength is not known better, however many trials agree: all of them have the same law.
+pub const FORM: f64 = 0.1;
+
 /// Deviations that count as deformation, timing or sharing, not as an error of the contact law.
 /// Doubling any of them hides effects up to twice as large; halving it blames rigid contact for
 /// the compliance of real pads.

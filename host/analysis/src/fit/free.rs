@@ -81,6 +81,14 @@ impl Free {
         }
     }
 
+    /// How far the strength of an effect is from its absence; zero for what has no absence, and for friction.
+    pub fn departure(&self, model: &Model<f64>) -> f64 {
+        match self {
+            Self::Effect { of, .. } if of.typical != of.neutral => self.get(model) - of.neutral,
+            _ => 0.0,
+        }
+    }
+
     /// Smallest and largest value that makes sense.
     pub fn bounds(&self) -> (f64, f64) {
         match self.described() {

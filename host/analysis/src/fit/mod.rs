@@ -24,6 +24,7 @@ pub mod unrepeated;
 use stickslip_shared::model::Model;
 use thiserror::Error;
 
+use crate::evidence::tolerance::FORM;
 use crate::fit::campaign::Campaign;
 use crate::fit::problem::Problem;
 use crate::left_out::LeftOut;
@@ -192,7 +193,8 @@ fn restore(fit: &mut Fit, free: &[Free], seen: &[Free], kept: Vec<String>) {
     fit.notes.extend(kept);
 }
 
-/// Intervals, covariance and notes of a solution.
+/// Intervals, covariance and notes of a solution. An interval holds what other conditions would say, and what the law of the
+/// effect may be wrong by.
 pub fn summary(problem: &Problem, solution: Solution, before: f64, free: &[Free], options: &Options) -> Fit {
     let prior = problem.priors(free, 0);
     let covariance = clustered_covariance(&solution.grams, &prior, free.len());
@@ -206,11 +208,14 @@ pub fn summary(problem: &Problem, solution: Solution, before: f64, free: &[Free]
             let (low, high) = f.bounds();
             let value = f.get(&model);
             let [a, b] = intervals.get(k).copied().unwrap_or([f64::NAN; 2]);
+            let form = FORM * f.departure(&model).abs();
+            // What is unknown stays so.
+            let side = |d: f64| if d.is_nan() { d } else { d.max(0.0).hypot(form) };
             Estimate {
                 name: f.name(),
                 value,
-                low: (value + a).clamp(low, high),
-                high: (value + b).clamp(low, high),
+                low: (value - side(-a)).clamp(low, high),
+                high: (value + side(b)).clamp(low, high),
                 unit: f.unit(),
             }
         })

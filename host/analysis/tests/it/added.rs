@@ -34,6 +34,10 @@ fn with_the_missing_effect_add_finds_the_friction_that_a_model_without_it_does_n
     let (pusher, mismatch) = (value("friction.pusher"), value("finger_friction_mismatch.mismatch"));
     assert!((pusher / MU_PUSHER - 1.0).abs() < 0.1, "{pusher}");
     assert!((mismatch / MISMATCH - 1.0).abs() < 0.1, "{mismatch}");
+    // Trials agree to a per cent on a strength that is two per cent off: all of them have the same law.
+    let of =
+        report.parameters.iter().find(|p| p.name == "finger_friction_mismatch.mismatch").expect("fitted");
+    assert!(of.low < MISMATCH && MISMATCH < of.high, "{MISMATCH} is not within {} to {}", of.low, of.high);
     // The rig's contacts of 1e6 N/m, which no loading shows.
     let ids: Vec<&str> = report.model.effects.iter().map(|e| e.name()).collect();
     assert_eq!(ids, ["contact_compliance", "finger_friction_mismatch"]);
