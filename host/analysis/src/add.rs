@@ -6,7 +6,7 @@ use stickslip_data::Dataset;
 use stickslip_shared::effects::{Info, MAX_PARAMETERS};
 use stickslip_shared::model::{MAX_EFFECTS, MAX_FORMULAS, Model};
 
-use crate::calibrate::{self, Begin, name};
+use crate::calibrate::{self, name};
 use crate::diagnose::beforehand;
 use crate::fit::campaign::Campaign;
 use crate::fit::{self, Estimate, Fit, FitError, Free, Options};
@@ -178,13 +178,10 @@ fn settle(
     let mut model = Model { friction: file.friction, ..joint.model.clone() };
     let mut start = file.clone();
     let mut round = 0;
-    // Effects that were new may have friction anywhere, but only once.
-    let mut begin = Begin::Anywhere;
     loop {
         round += 1;
         start.set_values(&model);
-        let options = calibrate::Options { pads: false, begin, ..calibrate::Options::default() };
-        begin = Begin::Near;
+        let options = calibrate::Options { pads: false, ..calibrate::Options::default() };
         let found = calibrate::calibrate(data, &start, &options, &())
             .map_err(|why| FitError::NoTrials(why.to_string()))?;
         let before = std::mem::replace(&mut model.friction, found.model.friction);

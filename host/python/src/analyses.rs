@@ -73,8 +73,7 @@ pub fn calibrate(
     let (whole, file) = (data.whole(), file_of(model));
     watched(py, told, move |progress| {
         let data = whole(progress);
-        let options =
-            analysis::calibrate::Options { share: Share::of(share), primitive, ..Default::default() };
+        let options = analysis::calibrate::Options { share: Share::of(share), primitive, pads: true };
         let found = analysis::calibrate(&data, &file, &options, progress)
             .with_context(|| data.folder.display().to_string())?;
         let mut report = Report::new("calibrate", &found)?.model(found.model.clone(), "calibrated");

@@ -170,13 +170,11 @@ $(document, '.viewer').forEach((root, number) => {
     show();
   };
   // A drawing in words, at the chosen time.
-  const valuesOf = u => {
-    const i = Math.min(at, run.t.length - 1);
-    return (u?.series.slice(1) || []).map((line, k) => `${line.label} ${shown(u.data[k + 1][i])}`);
-  };
+  const here = () => Math.min(at, run.t.length - 1);
+  const valuesOf = u => (u?.series.slice(1) || []).map((line, k) => `${line.label} ${shown(u.data[k + 1][here()])}`);
   const say = (figure, u) => {
-    const canvas = figure.querySelector('canvas'), i = Math.min(at, run.t.length - 1);
-    canvas.setAttribute('aria-label', `${canvas.dataset.words}. At ${run.t[i].toFixed(3)} s: ${valuesOf(u).join(', ')}`);
+    const canvas = figure.querySelector('canvas'), time = run.t[here()].toFixed(3);
+    canvas.setAttribute('aria-label', `${canvas.dataset.words}. At ${time} s: ${valuesOf(u).join(', ')}`);
   };
   // While plots of two trials share a cursor, it is nobody's.
   const drawAll = () => { moving = true; figures.forEach(draw); moving = false; };
@@ -216,7 +214,7 @@ $(document, '.viewer').forEach((root, number) => {
     }
     place.fingers = px(...c.fingers);
     const [, , w, h] = svg.getAttribute('viewBox').split(' ').map(Number);
-    const placed = [], said = [], room = [122, 18];
+    const placed = [], words = [], room = [122, 18];
     c.forces.forEach(([name, where, [fx, fy]]) => {
       const force = [fx[at] ?? 0, fy[at] ?? 0], d = [force[0] * c.n, -force[1] * c.n];
       const from = place[where] || [0, 0];
@@ -237,7 +235,7 @@ $(document, '.viewer').forEach((root, number) => {
         label.setAttribute('y', y);
         label.setAttribute('text-anchor', ends ? 'end' : 'start');
         label.textContent = `${what} ${Math.hypot(...force).toFixed(1)} N`;
-        said.push(label.textContent);
+        words.push(label.textContent);
       }
     });
     const note = (name, text) => { const e = svg.querySelector(`[data-note="${name}"]`); if (e) e.textContent = text; };
@@ -245,7 +243,6 @@ $(document, '.viewer').forEach((root, number) => {
     note('enlarged', k > 1 ? `deviation of the model's object drawn ${k} times larger` : 'to scale');
     if (c.grip[at] != null) note('grip', `grip ${c.grip[at].toFixed(1)} N`);
     // The drawing in words, at this time.
-    const words = [...said];
     if (c.grip[at] != null) words.push(`grip ${c.grip[at].toFixed(1)} N`);
     for (const [name, p] of c.parts.slice(1)) {
       if (name === 'pusher') continue;

@@ -40,13 +40,13 @@ pub fn page(d: &Document, next: &str) -> String {
     };
     let leads: Vec<Markup> = lead_charts(d)
         .iter()
-        .map(|(title, methods, chart)| {
+        .map(|Leads { title, rows, chart }| {
             html! {
                 div {
                     div class="legend" {
-                        @for (k, m) in methods.iter().enumerate() { (swatch(&format!("line m{k}"), m)) }
+                        @for (k, r) in rows.iter().enumerate() { (swatch(&format!("line m{k}"), &r.method)) }
                     }
-                    (figure(title, "", &lead_words(d, title), &chart.svg()))
+                    (figure(title, "", &lead_words(title, rows), &chart.svg()))
                 }
             }
         })
@@ -168,15 +168,22 @@ fn missed(d: &Document) -> Markup {
     }
 }
 
-/// Title, methods and curves of the lead times of each class.
-fn lead_charts(d: &Document) -> Vec<(String, Vec<String>, Chart)> {
+/// Lead times of one class of events: a row and a curve of each method.
+struct Leads<'a> {
+    title: &'static str,
+    rows: Vec<&'a Row>,
+    chart: Chart,
+}
+
+/// One of each class that there were events of.
+fn lead_charts(d: &Document) -> Vec<Leads<'_>> {
     let mut out = Vec::new();
     for class in Class::ALL {
-        let of = || d.rows.iter().filter(move |r| r.class == class && r.events > 0);
-        if of().next().is_none() {
+        let rows: Vec<&Row> = d.rows.iter().filter(|r| r.class == class && r.events > 0).collect();
+        if rows.is_empty() {
             continue;
         }
-        let lines = of().zip(MODELS).map(|(r, colour)| Line {
+        let lines = rows.iter().zip(MODELS).map(|(r, colour)| Line {
             // A step down at each event's lead: also one event alone is a line.
             points: r
                 .leads
@@ -198,21 +205,20 @@ fn lead_charts(d: &Document) -> Vec<(String, Vec<String>, Chart)> {
             least_span: 100.0,
             ..Chart::default()
         };
-        out.push((class.name().to_owned(), of().map(|r| r.method.clone()).collect(), chart));
+        out.push(Leads { title: class.name(), rows, chart });
     }
     out
 }
 
-/// What the curves of the class called `title` show, in words.
-fn lead_words(d: &Document, title: &str) -> String {
-    let of_method = |r: &Row| {
+/// What the curves show, in words.
+fn lead_words(title: &str, rows: &[&Row]) -> String {
+    let of_method = |r: &&Row| {
         let middle = r.lead_s.map_or_else(String::new, |[_, middle, _]| {
             format!(", half of those at least {:.0} ms ahead", 1e3 * middle)
         });
         format!("{}: {} of {} with an alarm{middle}", r.method, r.leads.len(), r.events)
     };
-    let of = d.rows.iter().filter(|r| r.class.name() == title && r.events > 0);
-    let methods: Vec<String> = of.map(of_method).collect();
+    let methods: Vec<String> = rows.iter().map(of_method).collect();
     format!("{title}, share warned at least so long ahead: {}", methods.join("; "))
 }
 
@@ -393,7 +399,7 @@ pub fn cells(r: &Row) -> [String; 9] {
 pub fn figures(d: &Document) -> Vec<Figure> {
     let mut out: Vec<Figure> =
         in_time_chart(d).iter().map(|b| Figure::of("warned-in-time", &b.chart())).collect();
-    out.extend(lead_charts(d).iter().map(|(title, _, c)| Figure::of(&format!("lead {title}"), c)));
+    out.extend(lead_charts(d).iter().map(|l| Figure::of(&format!("lead {}", l.title), &l.chart)));
     out.extend(stated_charts(d).iter().map(|(title, c)| Figure::of(&format!("stated {title}"), c)));
     out
 }

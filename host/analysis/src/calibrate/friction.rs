@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use stickslip_shared::model::Model;
 
 use super::intervals;
-use super::problem::{Begin, Coefficient, Estimate, Problem, mean_squares};
+use super::problem::{Coefficient, Estimate, Problem, mean_squares};
 use super::windows::{SEEN, Seen, Windowed, resolution};
 use crate::channels::COUNT;
 
@@ -31,21 +31,19 @@ pub struct Fit {
 /// Solves, each with the weights that the last one left, until it moves the logarithms by less.
 const ROUNDS: usize = 4;
 const SETTLED: f64 = 1e-4;
-/// Each solve ends where a step, relative, is this share of it.
-const FINER: f64 = 0.1;
 /// The same of the last fit, which starts near its end.
 const LAST_ROUNDS: usize = 20;
 const LAST_SETTLED: f64 = 1e-7;
+/// A solve ends where its step, relative, is this share of what counts as settled.
+const FINER: f64 = 0.1;
 
 /// Finds the coefficients of all contacts that the trials' scenes have.
-pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], (base, begin): (&Model<f64>, Begin)) -> Fit {
+pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], base: &Model<f64>) -> Fit {
     let all = [Coefficient::Finger, Coefficient::Pusher, Coefficient::Support].into_iter().enumerate();
     let has = |k: usize| trials.iter().any(|w| w.prepared.frictions()[k]);
     let free: Vec<Coefficient> = all.filter(|(k, _)| has(*k)).map(|(_, of)| of).collect();
     let mut problem = Problem::new(trials, offsets, base, free);
-    if begin == Begin::Anywhere {
-        coarse(&mut problem);
-    }
+    coarse(&mut problem);
     let problem = solved(problem, (ROUNDS, SETTLED));
     let estimates = intervals::estimates(&problem, |_| true);
     let missed = missed(&problem.weights);

@@ -32,7 +32,7 @@ use crate::run::simulate::{SceneError, prepare};
 use stickslip_data::{Dataset, Description, Trial, TrialInfo};
 
 pub use determined::{Remark, Slid, name};
-pub use problem::{Begin, Coefficient, Estimate};
+pub use problem::{Coefficient, Estimate};
 pub use windows::Windowed;
 
 /// Most calibration trials: more of them only cost time.
@@ -116,13 +116,11 @@ pub struct Options {
     pub primitive: Option<String>,
     /// Whether pads are read off, and enter the model where they give way and it has none.
     pub pads: bool,
-    /// Where the fit begins.
-    pub begin: Begin,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { share: Share::of(0.1), primitive: None, pads: true, begin: Begin::Anywhere }
+        Self { share: Share::of(0.1), primitive: None, pads: true }
     }
 }
 
@@ -238,7 +236,7 @@ pub fn calibrate(
     let base = model.to_model();
     let mut found = Vec::new();
     for (primitive, trials) in primitives {
-        let mut of_it = begun(&data.description, primitive, &trials, (&base, options.begin), options.share)?;
+        let mut of_it = of_primitive(&data.description, primitive, &trials, &base, options.share)?;
         let pads = slopes.get(primitive).and_then(|s| pads::measured(s));
         of_it.pads = pads.map(|p| PadStiffness::of(&p, in_model));
         found.push(of_it);
@@ -335,16 +333,6 @@ pub fn of_primitive<T: Borrow<Trial> + Sync>(
     base: &Model<f64>,
     share: Share,
 ) -> Result<Calibration, CalibrateError> {
-    begun(description, primitive, trials, (base, Begin::Anywhere), share)
-}
-
-fn begun<T: Borrow<Trial> + Sync>(
-    description: &Description,
-    primitive: &str,
-    trials: &[(usize, T)],
-    (base, begin): (&Model<f64>, Begin),
-    share: Share,
-) -> Result<Calibration, CalibrateError> {
     let infos: Vec<&TrialInfo> = trials.iter().map(|(_, trial)| &trial.borrow().info).collect();
     let ready: Vec<Result<Windowed, SceneError>> = trials
         .par_iter()
@@ -383,7 +371,7 @@ fn begun<T: Borrow<Trial> + Sync>(
     if !rested {
         remarks.push(Remark::NoRest);
     }
-    let mut fit = friction::fit(&calibration, &offsets, (base, begin));
+    let mut fit = friction::fit(&calibration, &offsets, base);
     determined::keep_base(&mut fit, base);
     friction::last(&calibration, &offsets, &mut fit, determined::open);
     remarks.extend(fit.missed.iter().map(|i| Remark::Missed(calibration[*i].trial.clone())));

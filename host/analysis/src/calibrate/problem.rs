@@ -35,16 +35,6 @@ impl Coefficient {
     }
 }
 
-/// Where the fit of friction begins.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Begin {
-    /// At the best of a grid of all that friction may be.
-    #[default]
-    Anywhere,
-    /// Where the model has it: it was calibrated, and what changed since is little.
-    Near,
-}
-
 /// What is known about a coefficient.
 #[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Estimate {

@@ -23,10 +23,10 @@ use crate::diagnose::select::Held;
 use crate::diagnose::verdict::RELEVANT;
 use crate::evidence::tolerance::FORM;
 use crate::fit::features::Features;
-use crate::fit::gls::{Gram, OFFSETS, Prior};
+use crate::fit::gls::{Beside, Gram, Prior};
 use crate::fit::phases::{BINS, Phase};
 use crate::fit::problem::{Problem, difference};
-use crate::fit::{clustered_covariance, gls};
+use crate::fit::{Solution, clustered_covariance, gls};
 use crate::model::candidate::CandidateEffect;
 
 /// Quantile of the normal distribution for 95 %, both sides.
@@ -83,7 +83,8 @@ impl Column {
 /// Limits and classes around a fitted model; the `invisible` effects are known to change nothing.
 pub fn detection(problem: &Problem, held: &Held, invisible: &[&'static str]) -> Detection {
     let columns = columns(problem, held, invisible);
-    let grams = Together::new(problem, held, &columns);
+    let Solution { residual, columns: known, .. } = &held.solution;
+    let grams = problem.beside(residual, known, columns.iter().map(|c| c.change.clone()).collect());
     let limit_of = |(k, c): (usize, &Column)| limit(problem, held, c, (&grams, k));
     let limits: Vec<Option<f64>> = columns.par_iter().enumerate().map(limit_of).collect();
     let mut out = Detection::default();
@@ -132,50 +133,13 @@ fn columns(problem: &Problem, held: &Held, invisible: &[&'static str]) -> Vec<Co
     out
 }
 
-/// Gram matrices of what the model has, of the columns of what it has not, of the offsets and of the residual.
-struct Together {
-    grams: Vec<Gram>,
-    known: usize,
-    columns: usize,
-}
-
-impl Together {
-    fn new(problem: &Problem, held: &Held, columns: &[Column]) -> Self {
-        let of_model = &held.solution.columns;
-        let all: Vec<Vec<Features>> =
-            of_model.iter().cloned().chain(columns.iter().map(|c| c.change.clone())).collect();
-        let grams = problem.grams(&held.solution.residual, &all);
-        Self { grams, known: of_model.len(), columns: columns.len() }
-    }
-
-    fn of(&self, columns: &[usize], last: usize) -> Vec<Gram> {
-        let offsets = self.known + self.columns;
-        let places: Vec<usize> = (0..self.known)
-            .chain(columns.iter().map(|k| self.known + k))
-            .chain(offsets..offsets + OFFSETS)
-            .chain([last])
-            .collect();
-        self.grams.iter().map(|g| g.of(&places)).collect()
-    }
-
-    /// With some of the columns.
-    fn with(&self, columns: &[usize]) -> Vec<Gram> {
-        self.of(columns, self.known + self.columns + OFFSETS)
-    }
-
-    /// With a column in the place of the residual.
-    fn towards(&self, column: usize) -> Vec<Gram> {
-        self.of(&[], self.known + column)
-    }
-}
-
 /// Upper limit of one strength, in typical sizes; none where there is none within what is possible. Its `column` is the
-/// `k`th of those `together`.
-fn limit(problem: &Problem, held: &Held, column: &Column, (together, k): (&Together, usize)) -> Option<f64> {
+/// `k`th of those beside the model.
+fn limit(problem: &Problem, held: &Held, column: &Column, (beside, k): (&Beside, usize)) -> Option<f64> {
     let Held { solution, free, .. } = held;
     let known = free.len();
-    let smallest = RELEVANT / shown(problem, held, column, &together.towards(k))?;
-    let grams = together.with(&[k]);
+    let smallest = RELEVANT / shown(problem, held, column, &beside.towards(k))?;
+    let grams = beside.with(&[k]);
     let prior = solution.priors(problem, free, 1);
     let asked = gls::solve(grams.iter().map(|g| (1.0, g)), &prior)?[known];
     let by_noise = information(&grams, &prior).cholesky()?.inverse()[(known, known)];

@@ -148,12 +148,44 @@ pub struct Gram {
 }
 
 impl Gram {
-    /// Of the columns at `places` only, in their order; the last of them is the residual.
-    #[must_use]
-    pub fn of(&self, places: &[usize]) -> Self {
+    /// Of the columns at `places` only, in their order; the last of them stands for the residual.
+    fn of(&self, places: &[usize]) -> Self {
         let n = places.len();
         let matrix = DMatrix::from_fn(n, n, |i, j| self.matrix[(places[i], places[j])]);
         Self { matrix, ..*self }
+    }
+}
+
+/// Gram matrices of columns that a model has (the first `known` parameters) and of others that may stand beside them: all
+/// are whitened and multiplied once.
+#[derive(Clone, Debug)]
+pub struct Beside {
+    grams: Vec<Gram>,
+    known: usize,
+    others: usize,
+}
+
+impl Beside {
+    /// Of Gram matrices of `known` and `others`, offsets and residual.
+    pub fn new(grams: Vec<Gram>, known: usize, others: usize) -> Self {
+        Self { grams, known, others }
+    }
+
+    fn of(&self, others: &[usize], last: usize) -> Vec<Gram> {
+        let offsets = self.known + self.others;
+        let places = (0..self.known).chain(others.iter().map(|k| self.known + k));
+        let places: Vec<usize> = places.chain(offsets..offsets + OFFSETS).chain([last]).collect();
+        self.grams.iter().map(|g| g.of(&places)).collect()
+    }
+
+    /// With some of the others.
+    pub fn with(&self, others: &[usize]) -> Vec<Gram> {
+        self.of(others, self.known + self.others + OFFSETS)
+    }
+
+    /// With one of the others in the place of the residual.
+    pub fn towards(&self, other: usize) -> Vec<Gram> {
+        self.of(&[], self.known + other)
     }
 }
 

@@ -15,7 +15,7 @@ use crate::evidence::tolerance::{RIGID, lies_free, push_channel};
 use crate::fit::campaign::{Campaign, Group, Run};
 use crate::fit::features::{self, FEATURES, Features};
 use crate::fit::free::Free;
-use crate::fit::gls::{self, Gram, OFFSETS, Prior, Whitener};
+use crate::fit::gls::{self, Beside, Gram, OFFSETS, Prior, Whitener};
 use crate::fit::loading;
 use crate::fit::noise::{self, Noise};
 use crate::fit::phases::{BINS, PEAK, Phase};
@@ -323,6 +323,18 @@ impl<'a> Problem<'a> {
             gls::gram(self.campaign.groups[*g].condition, &all)
         };
         self.groups.par_iter().enumerate().map(of_group).collect()
+    }
+
+    /// The same of `known` columns and of `others` that may stand beside them.
+    pub fn beside(
+        &self,
+        residual: &[Features],
+        known: &[Vec<Features>],
+        others: Vec<Vec<Features>>,
+    ) -> Beside {
+        let added = others.len();
+        let all: Vec<Vec<Features>> = known.iter().cloned().chain(others).collect();
+        Beside::new(self.grams(residual, &all), known.len(), added)
     }
 
     /// Where a fit may take a parameter: the bounds of its description, and of pads what is read off.

@@ -12,7 +12,7 @@ use stickslip_shared::model::Model;
 use crate::fit::engine::Solution;
 use crate::fit::features::Features;
 use crate::fit::free::Free;
-use crate::fit::gls::{self, Gram, OFFSETS};
+use crate::fit::gls;
 use crate::fit::problem::Problem;
 use crate::fit::sensing;
 
@@ -226,13 +226,9 @@ fn screen_on(
             continue;
         }
         let (known, added) = (base_free.len(), columns.len());
-        let all: Vec<Vec<Features>> = base.columns[..known].iter().cloned().chain(columns).collect();
-        let grams = problem.grams(&base.residual, &all);
+        let beside = problem.beside(&base.residual, &base.columns[..known], columns);
         let with_those = |kept: &[usize]| {
-            let after = known + added..known + added + OFFSETS + 1;
-            let places: Vec<usize> = (0..known).chain(kept.iter().map(|k| known + k)).chain(after).collect();
-            let grams: Vec<Gram> = grams.iter().map(|g| g.of(&places)).collect();
-            let (loss, mut x) = gls::least(&grams, &problem.priors(base_free, kept.len()));
+            let (loss, mut x) = gls::least(&beside.with(kept), &problem.priors(base_free, kept.len()));
             x.truncate(known + kept.len());
             (loss, x)
         };

@@ -60,8 +60,7 @@ pub(super) struct Written<'a> {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let file = file_or_default(args.model.as_deref())?;
     let data = stickslip_report::data::read(&args.data, output)?;
-    let options =
-        Options { share: Share::of(args.share), primitive: args.primitive.clone(), ..Options::default() };
+    let options = Options { share: Share::of(args.share), primitive: args.primitive.clone(), pads: true };
     let report =
         calibrate(&data, &file, &options, output).with_context(|| args.data.display().to_string())?;
     let several = report.primitives.len() > 1;

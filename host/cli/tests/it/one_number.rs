@@ -124,7 +124,7 @@ fn noise_floor_contact_and_sensor_offsets_are_the_same_in_check_calibrate_compar
     let calibrated = calibrate(
         data,
         &ModelFile::new(default_model().base, default_model().friction),
-        &calibrate::Options { share: Share::of(1.0), primitive: None, pads: false, ..Default::default() },
+        &calibrate::Options { share: Share::of(1.0), primitive: None, pads: false },
         &(),
     )
     .expect("calibrated");
@@ -189,8 +189,7 @@ fn friction_of_add_and_refit_is_that_of_calibrate_on_the_new_model() {
 
 /// The finger's coefficient by `calibrate` with all trials.
 fn friction_by_calibrate(data: &Dataset) -> calibrate::Estimate {
-    let options =
-        calibrate::Options { share: Share::of(1.0), primitive: None, pads: false, ..Default::default() };
+    let options = calibrate::Options { share: Share::of(1.0), primitive: None, pads: false };
     let mut report = calibrate(data, &ModelFile::default(), &options, &()).expect("calibrated");
     let estimates = report.primitives.remove(0).estimates;
     estimates.into_iter().find(|e| e.coefficient == Coefficient::Finger).expect("there are fingers")
