@@ -5,8 +5,9 @@ SHELL := /bin/bash
 
 TARGET := thumbv7em-none-eabihf
 BOARD_BUILD := --target $(TARGET) --profile firmware
-# Programs that only QEMU runs link faster: the same code, optimised crate by crate. The bits are the same.
-QEMU_BUILD := --target $(TARGET) --profile qemu
+# Programs that only QEMU runs: the same code, optimised crate by crate as on the host, whose macros serve for both. The bits are
+# the same.
+QEMU_BUILD := --target $(TARGET) --release
 OUT := target/$(TARGET)/firmware
 # Panics name their file: not where this machine keeps it, so that the firmware is the same everywhere.
 export CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS := \
@@ -109,11 +110,11 @@ hil: setup firmware ## Tests on the emulated board, and of the line to it
 	STICKSLIP_HIL_ELF=$$elf cargo test --test hil
 	cargo build -p stickslip-firmware --bin overflow --features mps2-an386 $(QEMU_BUILD)
 	cargo build -p stickslip-firmware --bin rehearsal --features rehearsed $(QEMU_BUILD)
-	STICKSLIP_OVERFLOW=$(CURDIR)/target/$(TARGET)/qemu/overflow \
-	STICKSLIP_REHEARSAL=$(CURDIR)/target/$(TARGET)/qemu/rehearsal \
+	STICKSLIP_OVERFLOW=$(CURDIR)/target/$(TARGET)/release/overflow \
+	STICKSLIP_REHEARSAL=$(CURDIR)/target/$(TARGET)/release/rehearsal \
 	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test --test board -- \
 		--ignored --test-threads 1 device:: late:: post_mortem::
-	STICKSLIP_REHEARSAL=$(CURDIR)/target/$(TARGET)/qemu/rehearsal \
+	STICKSLIP_REHEARSAL=$(CURDIR)/target/$(TARGET)/release/rehearsal \
 	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test --test board_commands -- --ignored --test-threads 1
 
 hil-probe: ## The same tests on a Nucleo-G474RE behind a debug probe
@@ -132,7 +133,7 @@ soak: soak-program ## An hour of virtual time with faults on the emulated board 
 
 firmware: ## Firmware for the emulated board
 	cargo build -p stickslip-firmware --bin stickslip-firmware --features mps2-an386 $(QEMU_BUILD)
-	@mkdir -p $(OUT) && cp target/$(TARGET)/qemu/stickslip-firmware $(OUT)/stickslip-mps2-an386
+	@mkdir -p $(OUT) && cp target/$(TARGET)/release/stickslip-firmware $(OUT)/stickslip-mps2-an386
 
 firmware-g474: ## Firmware for the Nucleo-G474RE
 	cargo build -p stickslip-firmware --bin stickslip-firmware --features nucleo-g474re $(BOARD_BUILD)

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::{env, fs};
 
+use stickslip_selftest::{self as selftest, hostile};
 use stickslip_shared::model::Formulation;
-use stickslip_shared::selftest::{self, hostile};
 
 /// Formulation, seed, ticks, horizon: without look-ahead, with it, and with friction pyramids.
 const RUNS: [(Formulation, u32, u32, f32); 3] = [

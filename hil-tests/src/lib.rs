@@ -2,8 +2,8 @@
 //! the same source.
 #![no_std]
 
+use stickslip_selftest::Digest;
+use stickslip_selftest::hostile::Answers;
 use stickslip_shared::model::Formulation;
-use stickslip_shared::selftest::Digest;
-use stickslip_shared::selftest::hostile::Answers;
 
 include!(concat!(env!("OUT_DIR"), "/reference.rs"));

@@ -7,7 +7,7 @@ mod tests {
     use heapless::Vec;
     use stickslip_firmware as _;
     use stickslip_hil_tests::{HOSTILE, REFERENCE};
-    use stickslip_shared::selftest::{self, hostile};
+    use stickslip_selftest::{self as selftest, hostile};
     use stickslip_shared::wire::frame::{FrameError, FrameReader, MAX_LINE, crc32, encode};
     use stickslip_shared::wire::{self, ModelChunk, ModelCommit, Refusal};
     use stickslip_unit::source::WrenchSource;

@@ -28,7 +28,6 @@ pub mod probe;
 pub mod program;
 pub mod real;
 pub mod rotation;
-pub mod selftest;
 pub mod shape;
 pub mod solve;
 pub mod state;

@@ -12,6 +12,7 @@ mod owners;
 mod params;
 mod solver;
 
+#[cfg(not(target_os = "none"))]
 use crate::cone::Kept;
 use crate::contact::{self, Body, Contact, Contacts, is_finger};
 use crate::effects::{self, Environment, FrictionLaw, Loads, Reading, Slip, StepContext};
@@ -463,7 +464,8 @@ pub fn step_from<R: Real, const NC: usize>(
 }
 
 /// [`step_in`] in `f64` for any scene, compiled in this crate: a host built for tests optimises
-/// this crate alone. Nothing of the step before is used but `work`'s memory.
+/// this crate alone. Nothing of the step before is used but `work`'s memory. Not on a board, which computes in `f32`.
+#[cfg(not(target_os = "none"))]
 pub fn step_f64(
     scene: &Scene<f64>,
     model: &Model<f64>,

@@ -20,6 +20,7 @@ use heapless::{String, Vec};
 use postcard_rpc::Topic;
 use serde::de::DeserializeOwned;
 use stickslip_firmware::board::current::{self as board, timer};
+use stickslip_selftest as selftest;
 use stickslip_shared::lcp::contact::ContactSolver;
 use stickslip_shared::lcp::dense::Dense;
 use stickslip_shared::lcp::factors::{Contact, Factors};
@@ -27,7 +28,6 @@ use stickslip_shared::lcp::{Report, SolveStatus};
 use stickslip_shared::model::Formulation;
 use stickslip_shared::predictor::{HASH_START, Plan, Prediction, Predictor};
 use stickslip_shared::probe::{self, Edge, Part};
-use stickslip_shared::selftest;
 use stickslip_shared::wire::frame::{MAX_LINE, encode};
 use stickslip_shared::wire::{self, ModelPackage, TelemetryReport};
 

@@ -15,8 +15,8 @@ use std::time::Instant;
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use object::{Object, ObjectSection, ObjectSymbol};
+use stickslip_selftest::{self as selftest, hostile};
 use stickslip_shared::model::Formulation;
-use stickslip_shared::selftest::{self, hostile};
 
 /// A test that takes longer hangs: emulation is slow, not endless.
 const PATIENCE: Duration = Duration::from_secs(400);

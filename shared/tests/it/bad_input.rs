@@ -3,11 +3,11 @@
 
 use heapless::Vec;
 use nalgebra::UnitQuaternion;
+use stickslip_selftest::push;
 use stickslip_shared::cone::{Bodies, ContactPoint, Solution, SolveBudget, SolveStatus, solve};
 use stickslip_shared::model::{Model, Scene, SupportContact};
 use stickslip_shared::predictor::{Limits, ModelError, Predictor, Sample, SolverStatus, validity};
 use stickslip_shared::real::Vec3;
-use stickslip_shared::selftest::push;
 use stickslip_shared::track::Pose;
 
 type Points = Vec<ContactPoint<f32>, 16>;

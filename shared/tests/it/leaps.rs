@@ -3,10 +3,10 @@
 //! gets in the time; where it was out of the fingers' reach for long enough, it is lost, and back between them it is held.
 
 use nalgebra::UnitQuaternion;
+use stickslip_selftest::push;
 use stickslip_shared::model::{Base, Formulation, Friction, Model};
 use stickslip_shared::predictor::{Limits, Params, Prediction, Predictor, Sample, flags, validity};
 use stickslip_shared::real::Vec3;
-use stickslip_shared::selftest::push;
 use stickslip_shared::track::Pose;
 
 /// The first sample that is spoilt.

@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use stickslip_selftest::push;
 use stickslip_shared::effects::Effect;
 use stickslip_shared::on_board;
 use stickslip_shared::predictor::{Intent, Plan, Predictor, Segment, flags, validity};
-use stickslip_shared::selftest::push;
 use stickslip_shared::wire::package::decode;
 use stickslip_shared::wire::{
     self, Calibration, Grasp, GripLimits, HostClock, Pose, Refusal, Sample, Source, StartRequest, check,

@@ -1,9 +1,9 @@
 //! A model as it is sent to the board, and what is refused.
 
+use stickslip_selftest::push;
 use stickslip_shared::effects::Effect;
 use stickslip_shared::effects::formula::{Formula, Op, Target};
 use stickslip_shared::model::MAX_EFFECTS;
-use stickslip_shared::selftest::push;
 use stickslip_shared::wire::package::decode;
 use stickslip_shared::wire::{MAX_MODEL_BYTES, ModelPackage};
 

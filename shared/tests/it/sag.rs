@@ -3,9 +3,9 @@
 
 use crate::common::Noise;
 use nalgebra::UnitQuaternion;
+use stickslip_selftest::push;
 use stickslip_shared::predictor::{Intent, Limits, Plan, Prediction, Predictor, Sample, Segment, flags};
 use stickslip_shared::real::Vec3;
-use stickslip_shared::selftest::push;
 use stickslip_shared::track::Pose;
 
 const DT_S: f32 = 0.004;

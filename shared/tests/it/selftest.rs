@@ -1,7 +1,7 @@
 //! The reference side of the bit-for-bit test; `hil-tests` runs the same on the board.
 
+use stickslip_selftest::{self as selftest, hostile};
 use stickslip_shared::model::Formulation;
-use stickslip_shared::selftest::{self, hostile};
 
 /// Trials of one seed differ from those of another by a factor of ten in how often they are hard: over 24 seeds 3.7
 /// ticks in a thousand hit the bound with the cone, 0.25 to 12.5 over one.

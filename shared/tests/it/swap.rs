@@ -1,7 +1,7 @@
 //! A model that is put to use in the midst of a run.
 
+use stickslip_selftest::push;
 use stickslip_shared::predictor::{Intent, Plan, Predictor, Sample, Segment, validity};
-use stickslip_shared::selftest::push;
 use stickslip_shared::track::Pose;
 
 #[test]

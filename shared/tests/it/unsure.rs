@@ -2,13 +2,13 @@
 
 use crate::common::bar;
 use nalgebra::UnitQuaternion;
+use stickslip_selftest::push;
 use stickslip_shared::contact::{self, Contacts, SLOTS};
 use stickslip_shared::model::{Base, Formulation, Friction, Model};
 use stickslip_shared::predictor::{
     Limits, Params, Prediction, Predictor, Sample, SolverStatus, Tuning, flags, validity,
 };
 use stickslip_shared::real::Vec3;
-use stickslip_shared::selftest::push;
 use stickslip_shared::step::{Drive, State};
 use stickslip_shared::track::Pose;
 

@@ -1,8 +1,8 @@
 //! The other formulation as a witness of the steps.
 
+use stickslip_selftest as selftest;
 use stickslip_shared::model::Formulation;
 use stickslip_shared::predictor::{HASH_START, Limits, Testimony};
-use stickslip_shared::selftest;
 
 /// Hash of the predictions, the most work of a tick, and what the witness said, of the self-test's trials with a witness asked
 /// for or not.

@@ -8,9 +8,9 @@ use embedded_io_async::{ErrorType, Read, Write};
 use heapless::Vec;
 use postcard_rpc::{Endpoint, Topic};
 use static_cell::StaticCell;
+use stickslip_selftest::push;
 use stickslip_shared::model::{Formulation, Model};
 use stickslip_shared::predictor::{Intent, Plan, Segment};
-use stickslip_shared::selftest::push;
 use stickslip_shared::wire::frame::{FrameReader, MAX_LINE, crc32, encode};
 use stickslip_shared::wire::sequence::{Order, Sequence};
 use stickslip_shared::wire::{

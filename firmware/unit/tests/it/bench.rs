@@ -7,8 +7,8 @@ use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use postcard_rpc::{Endpoint, Topic};
 use serde::de::DeserializeOwned;
+use stickslip_selftest::push;
 use stickslip_shared::predictor::Predictor;
-use stickslip_shared::selftest::push;
 use stickslip_shared::wire::frame::{FrameReader, MAX_LINE, crc32, encode};
 use stickslip_shared::wire::{
     self, Answer, MAX_MODEL_BYTES, Mode, ModelPackage, Pose, ResetCause, Sample, TICK_US, TelemetryReport,

@@ -1,7 +1,7 @@
 //! Runs: how they begin and end, where a tick's sample comes from, and how old it may be.
 
+use stickslip_selftest::push;
 use stickslip_shared::predictor::{flags, validity};
-use stickslip_shared::selftest::push;
 use stickslip_shared::wire::{
     self, Calibration, HostClock, Mode, Port, Recalled, Refusal, Sensor, Sensors, Source, StartRequest,
     TICK_US,

@@ -1,7 +1,7 @@
 //! A model in pieces: whatever order, length and checksum they come with, only whole ones are taken.
 
 use proptest::prelude::*;
-use stickslip_shared::selftest::push;
+use stickslip_selftest::push;
 use stickslip_shared::wire::frame::crc32;
 use stickslip_shared::wire::{CHUNK, MAX_MODEL_BYTES, Mode, ModelChunk, ModelCommit, Refusal};
 use stickslip_unit::upload::Upload;

@@ -7,8 +7,8 @@ pub mod files;
 use postcard_rpc::{Endpoint, Topic};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use stickslip_selftest::push;
 use stickslip_shared::predictor::{HASH_START, Plan, Predictor};
-use stickslip_shared::selftest::push;
 use stickslip_shared::wire::frame::{Frame, FrameReader, MAX_LINE, encode};
 use stickslip_shared::wire::{self, ModelPackage, Pose, Sample, TICK_US, check};
 

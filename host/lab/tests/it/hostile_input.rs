@@ -6,9 +6,9 @@ use std::path::Path;
 use postcard_rpc::{Endpoint, Topic};
 use proptest::prelude::*;
 use stickslip_data::Index;
+use stickslip_selftest::push;
 use stickslip_shared::model::{Friction, Shape};
 use stickslip_shared::predictor::{Intent, Limits, Plan, Predictor, Segment, flags, validity};
-use stickslip_shared::selftest::push;
 use stickslip_shared::wire::frame::{FrameError, FrameReader, MAX_LINE, encode};
 use stickslip_shared::wire::{self, Pose, Sample};
 

@@ -3,16 +3,16 @@
 //! beyond its bounds, objects crushed between advancing walls, magnitudes at the ends of the
 //! range. Whatever the answers are, they must be the same bits everywhere.
 
-use super::Draw;
-use crate::cone::{self, Bodies, ContactPoint, SolveBudget, SolveStatus};
-use crate::lcp::contact::ContactSolver;
-use crate::lcp::dense::Dense;
-use crate::lcp::factors::{Contact, Factors, Impulses};
-use crate::lcp::step::{self, PyramidParams};
-use crate::lcp::{Path, Report};
-use crate::predictor::HASH_START;
-use crate::real::{Real, Vec3, sqrt};
+use crate::Draw;
 use heapless::Vec;
+use stickslip_shared::cone::{self, Bodies, ContactPoint, SolveBudget, SolveStatus};
+use stickslip_shared::lcp::contact::ContactSolver;
+use stickslip_shared::lcp::dense::Dense;
+use stickslip_shared::lcp::factors::{Contact, Factors, Impulses};
+use stickslip_shared::lcp::step::{self, PyramidParams};
+use stickslip_shared::lcp::{Path, Report};
+use stickslip_shared::predictor::HASH_START;
+use stickslip_shared::real::{Real, Vec3, sqrt};
 
 /// Most contacts of a problem.
 const CONTACTS: usize = 8;
@@ -100,9 +100,9 @@ type Points = Vec<ContactPoint<f32>, CONTACTS>;
 fn axes(draw: &mut Draw) -> [Vec3<f32>; 3] {
     let mut v = || Vec3::new(draw.within(-1.0, 1.0), draw.within(-1.0, 1.0), draw.within(-1.0, 1.0));
     let (a, b) = (v(), v());
-    let n = a / crate::real::max(sqrt(a.dot(&a)), 1e-3);
+    let n = a / stickslip_shared::real::max(sqrt(a.dot(&a)), 1e-3);
     let t = b - n * n.dot(&b);
-    let t = t / crate::real::max(sqrt(t.dot(&t)), 1e-3);
+    let t = t / stickslip_shared::real::max(sqrt(t.dot(&t)), 1e-3);
     [n, t, n.cross(&t)]
 }
 

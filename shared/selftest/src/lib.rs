@@ -3,21 +3,23 @@
 //!
 //! The samples are kinematics and noise only; nothing here is meant to be realistic beyond
 //! making every contact type, effect and branch of the solver work.
+#![no_std]
+#![forbid(unsafe_code)]
 
 pub mod hostile;
 
-use crate::effects::{Effect, MAX_PARAMETERS, REGISTRY};
-use crate::model::{
-    Base, FingerContact, Formulation, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
-};
-use crate::predictor::{HASH_START, Intent, Limits, Plan, Predictor, Sample, Segment, validity};
-use crate::real::Vec3;
-use crate::shape::inertia;
-use crate::step::turned;
-use crate::track::Pose;
-use crate::wire::ModelPackage;
 use heapless::Vec;
 use nalgebra::UnitQuaternion;
+use stickslip_shared::effects::{Effect, MAX_PARAMETERS, REGISTRY};
+use stickslip_shared::model::{
+    Base, FingerContact, Formulation, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
+};
+use stickslip_shared::predictor::{HASH_START, Intent, Limits, Plan, Predictor, Sample, Segment, validity};
+use stickslip_shared::real::Vec3;
+use stickslip_shared::shape::inertia;
+use stickslip_shared::step::turned;
+use stickslip_shared::track::Pose;
+use stickslip_shared::wire::ModelPackage;
 
 /// Ticks of one trial.
 const TRIAL_TICKS: u32 = 150;
