@@ -95,7 +95,8 @@ impl Posterior {
     /// That effect `id` is missing, alone or beside others.
     #[must_use]
     pub fn of(&self, id: &str) -> f64 {
-        self.sets.iter().filter(|s| s.effects.contains(&id)).map(|s| s.probability).sum()
+        // `sum` of nothing is -0.
+        0.0 + self.sets.iter().filter(|s| s.effects.contains(&id)).map(|s| s.probability).sum::<f64>()
     }
 }
 

@@ -1,6 +1,6 @@
 //! Probabilities of sets of effects from what they leave on held-out conditions.
 
-use stickslip_analysis::diagnose::posterior::{LeftInPlace, weights};
+use stickslip_analysis::diagnose::posterior::{LeftInPlace, Posterior, weights};
 
 /// One place, `x` run spreads left in each condition; `form` may be the law's own.
 fn left(x: &[f64], form: f64) -> Vec<LeftInPlace> {
@@ -14,6 +14,11 @@ fn sets_that_do_alike_share_the_probability_as_their_prior_has_it() {
     assert!((got[0] - got[1]).abs() < 1e-12);
     assert!((got[0] / got[2] - 24.0).abs() < 1e-9);
     assert!((got.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn an_effect_in_no_set_has_the_probability_zero_without_a_sign() {
+    assert!(Posterior::default().of("plate_tilt").is_sign_positive());
 }
 
 #[test]
