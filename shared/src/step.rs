@@ -12,8 +12,6 @@ mod owners;
 mod params;
 mod solver;
 
-#[cfg(not(target_os = "none"))]
-use crate::cone::Kept;
 use crate::contact::{self, Body, Contact, Contacts, is_finger};
 use crate::effects::{self, Environment, FrictionLaw, Loads, Reading, Slip, StepContext};
 use crate::lcp::step::Past;
@@ -473,7 +471,7 @@ pub fn step_f64(
     drive: &Drive<f64>,
     work: &mut Workspace<f64, { contact::SLOTS }>,
 ) -> StepSummary<f64> {
-    *work.kept() = Kept::nothing();
+    *work.kept() = crate::cone::Kept::nothing();
     step_in(scene, model, state, drive, &SolveBudget::default(), work)
 }
 
