@@ -12,7 +12,7 @@ use stickslip_shared::model::Model;
 use crate::fit::gls;
 use crate::fit::problem::Problem;
 use crate::fit::screen::{Screened, Start, screen};
-use crate::fit::{self, Free, Solution};
+use crate::fit::{self, Descent, Free, Place, Solution};
 use crate::model::candidate::CandidateEffect;
 
 /// Work of a candidate's fit, in full Gauss-Newton steps.
@@ -186,19 +186,19 @@ fn best_of_starts(
     let slot = bases.first()?.model.effects.len();
     let begin = |start: &Start| {
         let on = bases.get(start.on)?;
-        let model = fit::within_reach(problem, on, start, free, slot);
-        Some(fit::solve_with(problem, &model, free, 1, &on.columns))
+        let from = fit::within_reach(problem, on, start, free, slot);
+        Some(fit::descend(problem, from, free, 1, &on.columns))
     };
     // A few steps from each start show which are worth the rest.
-    let mut begun: Vec<Solution> = starts.iter().take(1 + bases.len()).filter_map(begin).collect();
+    let mut begun: Vec<Descent> = starts.iter().take(1 + bases.len()).filter_map(begin).collect();
     if search != Search::Quick {
-        let few = |m: &Model<f64>| fit::solve(problem, m, free, FEW_STEPS);
-        begun.extend(on_grid(problem, starts, info, slot).iter().map(few));
+        let few = |m: Model<f64>| fit::descend(problem, Place::of(problem, m, free), free, FEW_STEPS, &[]);
+        begun.extend(on_grid(problem, starts, info, slot).into_iter().map(few));
     }
-    begun.sort_by(|a, b| a.loss.1.total_cmp(&b.loss.1));
+    begun.sort_by(|a, b| a.place.loss.total_cmp(&b.place.loss));
     let ends =
-        begun.iter().take(2).map(|b| fit::solve_with(problem, &b.model, free, STEPS, &b.columns[..known]));
-    let best = ends.min_by(|a, b| a.loss.1.total_cmp(&b.loss.1))?;
+        begun.into_iter().take(2).map(|b| fit::go_on(problem, b.end(problem, free), free, STEPS, known));
+    let best = ends.min_by(|a, b| a.place.loss.total_cmp(&b.place.loss))?.end(problem, free);
     Some(fit::across_edges(problem, best, free, STEPS))
 }
 
@@ -238,9 +238,10 @@ fn beside(problem: &Problem, mut best: Solution, free: &[Free]) -> Solution {
         since += 1;
         let mut model = best.model.clone();
         f.set(&mut model, f.get(&best.model) * factor);
-        let found = fit::solve_with(problem, &model, free, FEW_STEPS, &best.columns);
-        if found.loss.1 < 0.98 * best.loss.1 {
-            best = fit::solve(problem, &found.model, free, STEPS);
+        let from = Place::of(problem, model, free);
+        let found = fit::descend(problem, from, free, FEW_STEPS, &best.columns).place;
+        if found.loss < 0.98 * best.loss.1 {
+            best = fit::descend(problem, found, free, STEPS, &[]).end(problem, free);
             since = 0;
         }
     }

@@ -193,14 +193,32 @@ pub fn follow(
     }
 }
 
-/// What a fit minimises, at `model`.
-pub fn loss_at(problem: &Problem, model: &Model<f64>, free: &[Free]) -> f64 {
-    profile(problem, &problem.residual(&problem.predict(model))).0 + penalty(problem, model, free)
-}
-
 /// What the prior of `free` costs.
 fn penalty(problem: &Problem, model: &Model<f64>, free: &[Free]) -> f64 {
     free.iter().filter_map(|f| problem.prior(f).map(|(m, p)| p * (m - f.get(model)).powi(2))).sum()
+}
+
+/// A model, what it predicts and how well that fits.
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// The model.
+    pub model: Model<f64>,
+    predicted: Vec<Features>,
+    residual: Vec<Features>,
+    offsets: Vec<f64>,
+    /// What a fit minimises.
+    pub loss: f64,
+}
+
+impl Place {
+    /// `model`, of which the `free` parameters have priors.
+    pub fn of(problem: &Problem, model: Model<f64>, free: &[Free]) -> Self {
+        let predicted = problem.predict(&model);
+        let residual = problem.residual(&predicted);
+        let (loss, offsets) = profile(problem, &residual);
+        let loss = loss + penalty(problem, &model, free);
+        Self { model, predicted, residual, offsets, loss }
+    }
 }
 
 /// Gauss-Newton with Levenberg damping from `model`.
@@ -209,10 +227,6 @@ pub fn solve(problem: &Problem, model: &Model<f64>, free: &[Free], iterations: u
 }
 
 /// As [`solve`]; the sensitivities of the first parameters are `known` near enough.
-///
-/// Sensitivities are taken anew at the end and where the old ones lead no further; in between they follow what
-/// the steps showed (Broyden's update): a step costs one prediction, not one for each parameter. It ends after the
-/// predictions of so many full steps as `iterations` says, or where nothing is gained.
 pub fn solve_with(
     problem: &Problem,
     model: &Model<f64>,
@@ -220,115 +234,161 @@ pub fn solve_with(
     iterations: usize,
     known: &[Vec<Features>],
 ) -> Solution {
-    let all_at = |model: &Model<f64>, predicted: &[Features]| sensitivities(problem, model, predicted, free);
-    // How far the parameters that have a prior are from its mean, and what that costs.
-    let home = |model: &Model<f64>| -> Vec<f64> {
-        free.iter().map(|f| problem.prior(f).map_or(0.0, |(mean, _)| mean - f.get(model))).collect()
-    };
-    let penalty = |model: &Model<f64>| penalty(problem, model, free);
-    let mut model = model.clone();
-    let mut predicted = problem.predict(&model);
-    let mut residual = problem.residual(&predicted);
-    let (start, mut offsets) = profile(problem, &residual);
-    let start = start + penalty(&model);
-    let mut here = start;
-    let mut damping = 1e-3;
-    let mut made = 0;
+    descend(problem, Place::of(problem, model.clone(), free), free, iterations, known).end(problem, free)
+}
+
+/// As [`descend`] from where `on` ended, whose sensitivities are at hand; it may take as long as if those of the
+/// parameters beyond the first `known` were not.
+pub fn go_on(problem: &Problem, on: Solution, free: &[Free], iterations: usize, known: usize) -> Descent {
+    let Solution { model, grams, predicted, residual, columns, offsets, loss, .. } = on;
+    let from = Place { model, predicted, residual, offsets, loss: loss.1 };
+    Descent::from(from, columns, grams, known > 0).down(problem, free, (iterations, known))
+}
+
+/// Gauss-Newton with Levenberg damping from a place; the sensitivities of the first parameters are `known` near enough.
+///
+/// Sensitivities are taken anew where the old ones lead no further, and for [`Descent::end`]; in between they follow what
+/// the steps showed (Broyden's update): a step costs one prediction, not one for each parameter. It ends after the
+/// predictions of so many full steps as `iterations` says, or where nothing is gained.
+pub fn descend(
+    problem: &Problem,
+    from: Place,
+    free: &[Free],
+    iterations: usize,
+    known: &[Vec<Features>],
+) -> Descent {
     let mut columns = known.to_vec();
-    columns.extend(sensitivities(problem, &model, &predicted, &free[known.len()..]));
-    let mut is_old = !known.is_empty();
-    // Predictions that full steps would take, and those made: what sensors do needs none.
-    let simulated = |free: &[Free]| free.iter().filter(|f| !sensing::is_sensed(f)).count();
-    let budget = iterations * (simulated(free) + 1);
-    let mut spent = simulated(&free[known.len()..]);
-    let mut grams = problem.grams(&residual, &columns);
-    let mut held: Option<Vec<bool>> = None;
-    while spent < budget {
-        made += 1;
+    columns.extend(sensitivities(problem, &from.model, &from.predicted, &free[known.len()..]));
+    let grams = problem.grams(&from.residual, &columns);
+    Descent::from(from, columns, grams, !known.is_empty()).down(problem, free, (iterations, known.len()))
+}
+
+/// Where a fit has come to. What is only compared by its loss needs no sensitivities there, which cost a prediction for
+/// each parameter.
+#[derive(Clone, Debug)]
+pub struct Descent {
+    /// The best so far.
+    pub place: Place,
+    /// Loss at the start.
+    start: f64,
+    /// Sensitivities, and the Gram matrices with them.
+    columns: Vec<Vec<Features>>,
+    grams: Vec<Gram>,
+    /// The sensitivities are not those at this place.
+    is_old: bool,
+    /// What stands at an edge, where that was asked.
+    held: Option<Vec<bool>>,
+    iterations: usize,
+}
+
+impl Descent {
+    fn from(place: Place, columns: Vec<Vec<Features>>, grams: Vec<Gram>, is_old: bool) -> Self {
+        Self { start: place.loss, place, columns, grams, is_old, held: None, iterations: 0 }
+    }
+
+    /// Takes the sensitivities anew.
+    fn refresh(&mut self, problem: &Problem, free: &[Free]) {
+        let Place { model, predicted, residual, .. } = &self.place;
+        self.columns = sensitivities(problem, model, predicted, free);
+        self.grams = problem.grams(residual, &self.columns);
+        self.is_old = false;
+    }
+
+    /// As a solution, with the sensitivities where it stands.
+    pub fn end(mut self, problem: &Problem, free: &[Free]) -> Solution {
+        if self.is_old {
+            self.refresh(problem, free);
+        }
+        let Self { place, start, columns, grams, held, iterations, .. } = self;
+        let Place { model, predicted, residual, offsets, loss } = place;
+        let at_edge = held.unwrap_or_else(|| vec![false; free.len()]);
+        let loss = (start, loss);
+        Solution { model, grams, predicted, residual, columns, at_edge, offsets, loss, iterations }
+    }
+
+    /// At most so many full steps down, the sensitivities of the first `known` parameters for nothing.
+    fn down(mut self, problem: &Problem, free: &[Free], (iterations, known): (usize, usize)) -> Self {
+        // How far the parameters that have a prior are from its mean.
+        let home = |model: &Model<f64>| -> Vec<f64> {
+            free.iter().map(|f| problem.prior(f).map_or(0.0, |(mean, _)| mean - f.get(model))).collect()
+        };
+        // Predictions that full steps would take, and those made: what sensors do needs none.
+        let simulated = |free: &[Free]| free.iter().filter(|f| !sensing::is_sensed(f)).count();
+        let budget = iterations * (simulated(free) + 1);
+        let mut spent = simulated(&free[known..]);
+        let mut damping = 1e-3;
         let n = free.len();
         let prior = problem.priors(free, 0);
-        let mut damped = prior.clone();
-        let total: DMatrix<f64> =
-            grams.iter().fold(DMatrix::zeros(prior.len() + 1, prior.len() + 1), |a, g| a + &g.matrix);
-        let mut accepted = false;
-        for _ in 0..DAMPINGS {
-            let mut towards = home(&model);
-            for k in 0..n {
-                let precision = prior.precision[k] + damping * total[(k, k)];
-                // The damping pulls to where we are, the prior to its mean; of what the data do not
-                // tell here it pulls nothing, for on the way there a contact may let go.
-                let told = total[(k, k)] > prior.precision[k];
-                if let Some(d) = towards.get_mut(k) {
-                    *d *= if told && precision > 0.0 { prior.precision[k] / precision } else { 0.0 };
+        while spent < budget {
+            self.iterations += 1;
+            let mut damped = prior.clone();
+            let nothing = DMatrix::zeros(prior.len() + 1, prior.len() + 1);
+            let total: DMatrix<f64> = self.grams.iter().fold(nothing, |a, g| a + &g.matrix);
+            let mut accepted = false;
+            for _ in 0..DAMPINGS {
+                let model = &self.place.model;
+                let mut towards = home(model);
+                for k in 0..n {
+                    let precision = prior.precision[k] + damping * total[(k, k)];
+                    // The damping pulls to where we are, the prior to its mean; of what the data do not
+                    // tell here it pulls nothing, for on the way there a contact may let go.
+                    let told = total[(k, k)] > prior.precision[k];
+                    if let Some(d) = towards.get_mut(k) {
+                        *d *= if told && precision > 0.0 { prior.precision[k] / precision } else { 0.0 };
+                    }
+                    let (low, high) = problem.bounds(&free[k]);
+                    let seen = prior.precision[k] > 0.0 || total[(k, k)] * (high - low).powi(2) > UNSEEN;
+                    let stays = !seen || self.held.as_ref().is_some_and(|h| h[k]);
+                    damped.precision[k] = if stays { FIXED } else { precision };
                 }
-                let (low, high) = problem.bounds(&free[k]);
-                let seen = prior.precision[k] > 0.0 || total[(k, k)] * (high - low).powi(2) > UNSEEN;
-                let stays = !seen || held.as_ref().is_some_and(|h| h[k]);
-                damped.precision[k] = if stays { FIXED } else { precision };
-            }
-            let Some(x) = gls::solve_towards(grams.iter().map(|g| (1.0, g)), &damped, &towards) else {
-                break;
-            };
-            let mut trial = model.clone();
-            for (k, f) in free.iter().enumerate() {
-                let (low, high) = problem.bounds(f);
-                f.set(&mut trial, (f.get(&model) + f.limited(&model, x[k])).clamp(low, high));
-            }
-            let p = problem.predict(&trial);
-            spent += 1;
-            let r = problem.residual(&p);
-            let (loss, o) = profile(problem, &r);
-            let loss = loss + penalty(&trial);
-            if loss < here {
-                accepted = here - loss > 1e-3 * here + 0.1;
-                let moved: Vec<f64> = free.iter().map(|f| f.get(&trial) - f.get(&model)).collect();
-                let sizes: Vec<f64> = (0..n).map(|k| total[(k, k)]).collect();
-                let steps = free.iter().zip(&sizes).map(|(f, size)| f.step(&model).powi(2) * size);
-                let rough = steps.sum::<f64>() / n as f64;
-                follow(&mut columns, (&predicted, &p), &moved, (&sizes, rough));
-                is_old = true;
-                (model, predicted, residual, offsets, here) = (trial, p, r, o, loss);
-                damping = (damping * 0.2).max(1e-6);
-                grams = problem.grams(&residual, &columns);
-                break;
-            }
-            if is_old {
-                // Before a shorter step: the same from fresh sensitivities.
-                break;
-            }
-            match held {
-                Some(_) => damping = (damping * 10.0).min(1e3),
-                None => {
-                    let found = at_edges(problem, (&model, &predicted), free, &columns, x.as_slice());
-                    damping = if found.contains(&true) { damping } else { damping * 10.0 };
-                    held = Some(found);
+                let Some(x) = gls::solve_towards(self.grams.iter().map(|g| (1.0, g)), &damped, &towards)
+                else {
+                    break;
+                };
+                let mut trial = model.clone();
+                for (k, f) in free.iter().enumerate() {
+                    let (low, high) = problem.bounds(f);
+                    f.set(&mut trial, (f.get(model) + f.limited(model, x[k])).clamp(low, high));
                 }
+                let trial = Place::of(problem, trial, free);
+                spent += 1;
+                if trial.loss < self.place.loss {
+                    let before = std::mem::replace(&mut self.place, trial);
+                    let (here, after) = (before.loss, &self.place);
+                    accepted = here - after.loss > 1e-3 * here + 0.1;
+                    let moved: Vec<f64> =
+                        free.iter().map(|f| f.get(&after.model) - f.get(&before.model)).collect();
+                    let sizes: Vec<f64> = (0..n).map(|k| total[(k, k)]).collect();
+                    let steps = free.iter().zip(&sizes).map(|(f, size)| f.step(&before.model).powi(2) * size);
+                    let rough = steps.sum::<f64>() / n as f64;
+                    follow(&mut self.columns, (&before.predicted, &after.predicted), &moved, (&sizes, rough));
+                    self.is_old = true;
+                    damping = (damping * 0.2).max(1e-6);
+                    self.grams = problem.grams(&after.residual, &self.columns);
+                    break;
+                }
+                if self.is_old {
+                    // Before a shorter step: the same from fresh sensitivities.
+                    break;
+                }
+                match self.held {
+                    Some(_) => damping = (damping * 10.0).min(1e3),
+                    None => {
+                        let Place { model, predicted, .. } = &self.place;
+                        let found = at_edges(problem, (model, predicted), free, &self.columns, x.as_slice());
+                        damping = if found.contains(&true) { damping } else { damping * 10.0 };
+                        self.held = Some(found);
+                    }
+                }
+            }
+            if !accepted {
+                if !self.is_old {
+                    break;
+                }
+                self.refresh(problem, free);
+                spent += simulated(free);
             }
         }
-        if !accepted {
-            if !is_old {
-                break;
-            }
-            columns = all_at(&model, &predicted);
-            spent += simulated(free);
-            grams = problem.grams(&residual, &columns);
-            is_old = false;
-        }
-    }
-    if is_old {
-        columns = all_at(&model, &predicted);
-        grams = problem.grams(&residual, &columns);
-    }
-    let at_edge = held.unwrap_or_else(|| vec![false; free.len()]);
-    Solution {
-        model,
-        grams,
-        predicted,
-        residual,
-        columns,
-        at_edge,
-        offsets,
-        loss: (start, here),
-        iterations: made,
+        self
     }
 }

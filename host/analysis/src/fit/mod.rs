@@ -29,7 +29,7 @@ use crate::fit::campaign::Campaign;
 use crate::fit::problem::Problem;
 use crate::left_out::LeftOut;
 
-pub use engine::{Solution, loss_at, sensitivities, solve, solve_with};
+pub use engine::{Descent, Place, Solution, descend, go_on, sensitivities, solve, solve_with};
 pub use free::{Free, base_parameters};
 pub use intervals::{Estimate, clustered_covariance};
 pub use search::{
@@ -113,7 +113,7 @@ pub fn calibrate(
     // The noise model is estimated around the first solution and once more around the second.
     let first = first_fit(campaign, model, free, options.iterations);
     let problem = Problem::new(campaign, &first);
-    let before = solve(&problem, model, free, 0).loss.0;
+    let before = Place::of(&problem, model.clone(), free).loss;
     let solution = solve_across(&problem, &first, free, options.iterations);
     let (solution, seen, kept) = keep_unseen(&problem, solution, model, free, options.iterations);
     let mut fit = summary(&problem, solution, before, &seen, options);

@@ -5,6 +5,8 @@
 //! friction coefficients and the sensor offsets. The settings that explain most are where
 //! the joint refit starts.
 
+use std::collections::BTreeSet;
+
 use crate::model::candidate::CandidateEffect;
 use stickslip_shared::effects::{Info, MAX_PARAMETERS, Role};
 use stickslip_shared::model::Model;
@@ -101,28 +103,23 @@ pub fn screen(
     Screened { trial: trial.clone(), gain, starts, invisible }
 }
 
-/// Whether the effect, with all of its strengths at their typical size, changes no bit of the features of
-/// the last two groups of each primitive: it acts on a contact that is not there.
+/// Whether the effect, with all of its strengths at their typical size, changes no bit of any feature: it acts on a
+/// contact that is not there.
 fn changes_nothing(problem: &Problem, base: &Solution, trial: &CandidateEffect) -> bool {
-    let campaign = problem.campaign;
-    let primitive = |g: usize| &campaign.runs[campaign.groups[g].runs[0]].info.primitive;
-    let mut few: Vec<usize> = Vec::new();
-    for place in (0..problem.groups.len()).rev() {
-        let same = |p: &&usize| primitive(problem.groups[**p]) == primitive(problem.groups[place]);
-        if few.iter().filter(same).count() < 2 {
-            few.push(place);
-        }
-    }
     let mut typical = [0.0; MAX_PARAMETERS];
     for (to, p) in typical.iter_mut().zip(trial.info.parameters) {
         *to = p.typical;
     }
-    let groups: Vec<usize> = few.iter().map(|place| problem.groups[*place]).collect();
-    let with = problem.predict_of(&trial.on(&base.model, typical), &groups);
-    let same = |(with, place): (&Features, &usize)| {
-        with.iter().zip(&base.predicted[*place]).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()))
-    };
-    with.iter().zip(&few).all(same)
+    let with = trial.on(&base.model, typical);
+    // The first group of a condition stands for it in predictions of all groups.
+    let mut conditions = BTreeSet::new();
+    problem.groups.iter().zip(&base.predicted).all(|(group, predicted)| {
+        if !conditions.insert(problem.campaign.groups[*group].condition) {
+            return true;
+        }
+        let with = problem.predict_of(&with, &[*group]).pop().unwrap_or_default();
+        with.iter().zip(predicted).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()))
+    })
 }
 
 /// The best starts on one solution, and the largest change that any setting makes.
@@ -200,6 +197,7 @@ fn screen_on(
         let mut columns = Vec::new();
         let mut varied = Vec::new();
         let size_of = |k: usize| strong(k, way);
+        let mut together: Option<Vec<Features>> = None;
         for k in strengths.iter().filter(|k| size_of(**k).is_some()) {
             let Some((mut s, mut d)) = first.next() else { break };
             let mut dead = size(&d) < 1e-2;
@@ -209,9 +207,9 @@ fn screen_on(
                     s[*j] = size_of(*j).unwrap_or(s[*j]);
                 }
                 if columns.is_empty() {
-                    let together = changed(&[s]).pop().unwrap_or_default();
-                    if size(&together) >= 1e-2 {
-                        d = together;
+                    let with_all = together.get_or_insert_with(|| changed(&[s]).pop().unwrap_or_default());
+                    if size(with_all) >= 1e-2 {
+                        d.clone_from(with_all);
                         dead = false;
                     }
                 }

@@ -5,7 +5,7 @@ use stickslip_shared::effects::MAX_PARAMETERS;
 use stickslip_shared::model::Model;
 
 use crate::fit::campaign::Campaign;
-use crate::fit::engine::{Solution, loss_at, solve};
+use crate::fit::engine::{Place, Solution, descend, solve};
 use crate::fit::free::{Free, base_parameters};
 use crate::fit::noise;
 use crate::fit::phases::BINS;
@@ -69,7 +69,10 @@ pub fn first_fit(campaign: &Campaign, model: &Model<f64>, free: &[Free], iterati
 /// it: where contacts stick there that slip here, an effect acts otherwise, and what a model
 /// without it fits best need not be near what one with it does.
 pub fn basins(campaign: &Campaign, model: &Model<f64>, free: &[Free], iterations: usize) -> Vec<Model<f64>> {
-    let from = |start: &Model<f64>| solve(&Problem::new(campaign, start), start, free, iterations).model;
+    let from = |start: &Model<f64>| {
+        let problem = Problem::new(campaign, start);
+        descend(&problem, Place::of(&problem, start.clone(), free), free, iterations, &[]).place.model
+    };
     let rough = rough_start(campaign, model, free);
     let mut tries = vec![model.clone(), from(model)];
     if rough != *model {
@@ -100,9 +103,9 @@ pub fn across_edges(problem: &Problem, mut best: Solution, free: &[Free], steps:
     for f in free.iter().filter(|f| f.coefficient().is_some()) {
         for factor in [NEXT, 1.0 / NEXT] {
             let Some(start) = next_valley(problem, &best, free, (f, factor)) else { continue };
-            let found = solve(problem, &start, free, FEW_STEPS);
-            if found.loss.1 < BETTER * best.loss.1 {
-                let found = solve(problem, &found.model, free, steps);
+            let found = descend(problem, start, free, FEW_STEPS, &[]).place;
+            if found.loss < BETTER * best.loss.1 {
+                let found = descend(problem, found, free, steps, &[]).end(problem, free);
                 best = Solution { loss: (best.loss.0, found.loss.1), ..found };
             }
         }
@@ -116,10 +119,10 @@ fn next_valley(
     best: &Solution,
     free: &[Free],
     (f, factor): (&Free, f64),
-) -> Option<Model<f64>> {
+) -> Option<Place> {
     let mut model = best.model.clone();
     let (mut before, mut falls) = (best.loss.1, false);
-    let mut found: Option<(f64, Model<f64>)> = None;
+    let mut found: Option<Place> = None;
     loop {
         let value = factor * f.get(&model);
         f.set(&mut model, value);
@@ -127,18 +130,19 @@ fn next_valley(
         if beyond {
             break;
         }
-        let loss = loss_at(problem, &model, free);
+        let place = Place::of(problem, model.clone(), free);
+        let loss = place.loss;
         if !(loss < HOPELESS * best.loss.1) {
             break;
         }
         falls = falls || loss < before;
-        let floor = found.as_ref().map_or(WORTH_STEPS * best.loss.1, |(floor, _)| *floor);
+        let floor = found.as_ref().map_or(WORTH_STEPS * best.loss.1, |found| found.loss);
         if falls && loss < floor {
-            found = Some((loss, model.clone()));
+            found = Some(place);
         }
         before = loss;
     }
-    found.map(|(_, model)| model)
+    found
 }
 
 /// Whether the friction of two models differs so much that contacts may stick in one and slip in
@@ -223,7 +227,7 @@ pub fn starts(
     let slot = model.effects.len();
     let mut all = free.to_vec();
     all.extend(Free::of_effect(info, slot));
-    let reached = |s: &Start| within_reach(&problem, &bases[s.on], s, &all, slot);
+    let reached = |s: &Start| within_reach(&problem, &bases[s.on], s, &all, slot).model;
     match out.is_empty() {
         true => vec![candidate.on(model, given)],
         false => out.into_iter().map(reached).collect(),
@@ -232,13 +236,7 @@ pub fn starts(
 
 /// `start`, or as much of the way there from `on` as does not make matters worse: past the edge at
 /// which a contact lets go, first order says nothing.
-pub fn within_reach(
-    problem: &Problem,
-    on: &Solution,
-    start: &Start,
-    free: &[Free],
-    slot: usize,
-) -> Model<f64> {
+pub fn within_reach(problem: &Problem, on: &Solution, start: &Start, free: &[Free], slot: usize) -> Place {
     let mut model = start.model.clone();
     for share in [1.0, 0.7, 0.4, 0.15] {
         for f in free {
@@ -249,9 +247,10 @@ pub fn within_reach(
             };
             f.set(&mut model, from + share * (f.get(&start.model) - from));
         }
-        if loss_at(problem, &model, free) < on.loss.1 {
-            return model;
+        let place = Place::of(problem, model.clone(), free);
+        if place.loss < on.loss.1 {
+            return place;
         }
     }
-    start.model.clone()
+    Place::of(problem, start.model.clone(), free)
 }
