@@ -81,8 +81,6 @@ pub fn diagnose(
     tick();
     let given = given(&campaign, start.held());
     let Start { mut problem, base, found, mut others } = start;
-    // What was met with nearly this friction leads nowhere else.
-    others.retain(|m| fit::apart(&campaign, m, &given));
     others.push(given);
     let mut trials = CandidateEffect::listed();
     trials.extend(own.iter().cloned());
