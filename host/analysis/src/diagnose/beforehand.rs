@@ -15,7 +15,7 @@ use crate::diagnose::select::{Candidate, Held, explained, hold_out, p_value, tot
 use crate::diagnose::verdict::RELEVANT;
 use crate::fit::campaign::Campaign;
 use crate::fit::problem::Problem;
-use crate::fit::{self, Free};
+use crate::fit::{self, Free, Place};
 use crate::model::candidate::{self, CandidateEffect, Described};
 
 /// Smaller changes of friction over a data set are no drift, in units of [`RELEVANT`].
@@ -163,14 +163,15 @@ pub fn drifting<'a>(start: &Start<'a>) -> Option<Start<'a>> {
     let drifted = wear.on(model, parameters);
     let mut free = held.free.clone();
     free.extend(Free::of_effect(wear.info, model.effects.len()));
-    let with = fit::solve_with(problem, &drifted, &free, STEPS, &held.solution.columns);
-    let around = Problem::new(problem.campaign, &with.model);
+    let from = Place::of(problem, drifted, &free);
+    let drifted = fit::descend(problem, from, &free, STEPS, &held.solution.columns).place.model;
+    let around = Problem::new(problem.campaign, &drifted);
     let fitted = |model: &Model<f64>, free: &[Free]| {
         hold_out(&around, fit::solve_across(&around, model, free, STEPS), free.to_vec())
     };
     let base = fitted(&start.base.solution.model, &start.base.free);
     let mut found = again(&around, &base, &start.found);
-    let with = fitted(&with.model, &free);
+    let with = fitted(&drifted, &free);
     let before = last(&base, &found);
     let explained = explained(&before.misfit, &with.misfit);
     found.push(known(&wear, with, chance, explained));

@@ -223,18 +223,7 @@ impl Place {
 
 /// Gauss-Newton with Levenberg damping from `model`.
 pub fn solve(problem: &Problem, model: &Model<f64>, free: &[Free], iterations: usize) -> Solution {
-    solve_with(problem, model, free, iterations, &[])
-}
-
-/// As [`solve`]; the sensitivities of the first parameters are `known` near enough.
-pub fn solve_with(
-    problem: &Problem,
-    model: &Model<f64>,
-    free: &[Free],
-    iterations: usize,
-    known: &[Vec<Features>],
-) -> Solution {
-    descend(problem, Place::of(problem, model.clone(), free), free, iterations, known).end(problem, free)
+    descend(problem, Place::of(problem, model.clone(), free), free, iterations, &[]).end(problem, free)
 }
 
 /// As [`descend`] from where `on` ended, whose sensitivities are at hand; it may take as long as if those of the

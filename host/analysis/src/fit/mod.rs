@@ -29,7 +29,7 @@ use crate::fit::campaign::Campaign;
 use crate::fit::problem::Problem;
 use crate::left_out::LeftOut;
 
-pub use engine::{Descent, Place, Solution, descend, go_on, sensitivities, solve, solve_with};
+pub use engine::{Descent, Place, Solution, descend, go_on, sensitivities, solve};
 pub use free::{Free, base_parameters};
 pub use intervals::{Estimate, clustered_covariance};
 pub use search::{
@@ -154,10 +154,11 @@ fn keep_unseen(
         f.set(&mut model, home);
         let mut others = seen.clone();
         others.remove(at);
-        let without = solve(problem, &model, &others, iterations);
-        if without.loss.1 < 1.02 * solution.loss.1 + 9.0 {
+        let from = Place::of(problem, model, &others);
+        let without = descend(problem, from, &others, iterations, &[]);
+        if without.place.loss < 1.02 * solution.loss.1 + 9.0 {
             kept.push(format!("{} is not visible in these data: stays at {home:.3}", f.name()));
-            (solution, seen) = (without, others);
+            (solution, seen) = (without.end(problem, &others), others);
         }
     }
     (solution, seen, kept)

@@ -202,7 +202,7 @@ fn screen_on(
             let Some((mut s, mut d)) = first.next() else { break };
             let mut dead = size(&d) < 1e-2;
             if dead && strengths.len() > 1 {
-                // It may need the others to act.
+                // It may need the others to act: `s` is then the same for each of them.
                 for j in &strengths {
                     s[*j] = size_of(*j).unwrap_or(s[*j]);
                 }
