@@ -112,15 +112,12 @@ pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held 
     Held { solution, free, loss, residual, misfit }
 }
 
-/// Logarithm of the loss of each condition, with what chance alone makes of it (one for each
-/// feature) added: a condition in which the effect is ten times as strong weighs no more than
-/// others, and one in which it does not show weighs little.
-fn log_loss(problem: &Problem, loss: &[f64]) -> Vec<f64> {
-    let mut chance = vec![0.0; loss.len()];
-    for g in &problem.groups {
-        chance[problem.campaign.groups[*g].condition] += problem.whiteners[*g].active.len() as f64;
-    }
-    loss.iter().zip(chance).map(|(l, c)| (l + f64::max(c, 1.0)).ln()).collect()
+/// By how much the loss of each condition falls from `before` to `after`, over the sum of both: a condition in which the
+/// effect is ten times as strong weighs no more than others, and one in which it does not show weighs little. Between -1
+/// and 1, and symmetrical: the other way round it only changes its sign.
+fn relative(before: &[f64], after: &[f64]) -> Vec<f64> {
+    let fall = |(b, a): (&f64, &f64)| if b + a > 0.0 { (b - a) / (b + a) } else { 0.0 };
+    before.iter().zip(after).map(fall).collect()
 }
 
 /// One-sided probability that held-out losses `a` exceed `b` by this much by chance, over
@@ -133,9 +130,23 @@ pub fn p_value(a: &[f64], b: &[f64]) -> f64 {
     }
 }
 
+/// Probability that held-out losses of conditions fall from `before` to `after` by chance: three tests of the same question,
+/// of the differences, of their shares and of the effect's `parameters`, where there are enough conditions for that one.
+pub fn of_gain(before: &[f64], after: &[f64], parameters: Option<f64>) -> f64 {
+    let fall = relative(before, after);
+    let tests = [Some(p_value(before, after)), Some(p_value(&fall, &vec![0.0; fall.len()])), parameters];
+    combined(&tests.into_iter().flatten().collect::<Vec<f64>>())
+}
+
 /// Probability that the effect's strengths differ from neutral by chance: Wald's test with the
-/// covariance clustered by condition, against F.
-fn parameter_p_value(problem: &Problem, solution: &Solution, free: &[Free], from: usize, info: &Info) -> f64 {
+/// covariance clustered by condition, against F. `None` where there are too few conditions for that.
+fn parameter_p_value(
+    problem: &Problem,
+    solution: &Solution,
+    free: &[Free],
+    from: usize,
+    info: &Info,
+) -> Option<f64> {
     let covariance = fit::clustered_covariance(&solution.grams, &problem.priors(free, 0), free.len());
     let strengths: Vec<(usize, f64)> = free
         .iter()
@@ -149,8 +160,11 @@ fn parameter_p_value(problem: &Problem, solution: &Solution, free: &[Free], from
     let q = strengths.len();
     let conditions = problem.campaign.conditions as f64;
     let freedom = conditions - q as f64 - from as f64;
-    if q == 0 || freedom < 1.0 {
-        return 1.0;
+    if freedom < 1.0 {
+        return None;
+    }
+    if q == 0 {
+        return Some(1.0);
     }
     let sd: Vec<f64> = strengths.iter().map(|(k, _)| covariance[(*k, *k)].sqrt()).collect();
     let correlation = DMatrix::from_fn(q, q, |i, j| {
@@ -159,14 +173,14 @@ fn parameter_p_value(problem: &Problem, solution: &Solution, free: &[Free], from
         if i == j { 1.0 + 1e-6 } else { c * (1.0 - 1e-6) }
     });
     let z = DVector::from_fn(q, |i, _| strengths[i].1 / sd[i]);
-    let Some(c) = correlation.cholesky() else { return 1.0 };
+    let Some(c) = correlation.cholesky() else { return Some(1.0) };
     let wald = z.dot(&c.solve(&z));
     // Hotelling's correction for few conditions.
     let f = wald / q as f64 * freedom / (conditions - from as f64).max(1.0);
-    match FisherSnedecor::new(q as f64, freedom) {
+    Some(match FisherSnedecor::new(q as f64, freedom) {
         Ok(d) if f.is_finite() && f > 0.0 => d.sf(f),
         _ => 1.0,
-    }
+    })
 }
 
 /// One probability from tests of the same question on the same data: Cauchy's combination (Liu
@@ -356,10 +370,7 @@ fn judged(
     }
     let parameters = parameter_p_value(problem, &fit, &free, base.free.len(), info);
     let held = hold_out(problem, fit, free);
-    // Three tests of the same question, one probability.
-    let differences = p_value(&base.loss, &held.loss);
-    let ratios = p_value(&log_loss(problem, &base.loss), &log_loss(problem, &held.loss));
-    let p_value = combined(&[differences, ratios, parameters]);
+    let p_value = of_gain(&base.loss, &held.loss, parameters);
     let explained = explained(&base.misfit, &held.misfit);
     Some(Candidate { info, held, p_value, explained, starts, searched, reach })
 }

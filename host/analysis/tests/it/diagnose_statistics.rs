@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
-use stickslip_analysis::diagnose::select::{p_value, paired};
+use stickslip_analysis::diagnose::select::{of_gain, p_value, paired};
 use stickslip_analysis::fit::FOLDS;
 use stickslip_analysis::fit::features::FEATURES;
 use stickslip_analysis::fit::gls::{self, Gram, Prior, Whitener};
@@ -117,6 +117,40 @@ fn the_paired_test_sees_a_difference_of_one_standard_deviation_in_twenty_conditi
     let a: Vec<f64> = (0..20).map(|_| 1.0 + rng.sample::<f64, _>(StandardNormal)).collect();
     assert!(p_value(&a, &[0.0; 20]) < 0.01);
     assert!(paired(&a[..2], &[0.0; 2]).is_none(), "two conditions decide nothing");
+}
+
+#[test]
+fn what_falls_to_the_noise_in_each_of_four_conditions_is_no_chance_however_unlike_their_sizes() {
+    // A sensor's gain at two grips: the misfit of one is thirty times that of the other.
+    let (before, after) = ([221.0, 244.0, 7488.0, 7454.0], [45.0, 48.0, 129.0, 93.0]);
+    let p = of_gain(&before, &after, None);
+    assert!(p < 0.01, "{p}");
+    assert!(p_value(&before, &after) > 0.05, "their sizes alone do not tell");
+    // One condition decides nothing, nor does what falls in as many as it rises in.
+    assert!(of_gain(&before, &[223.0, 243.0, 129.0, 7450.0], None) > 0.05);
+    assert!(of_gain(&before, &[45.0, 1300.0, 129.0, 40_000.0], None) > 0.2);
+}
+
+#[test]
+fn the_tests_of_a_gain_together_alarm_no_more_often_than_twice_their_level_under_pure_chance() {
+    // Conditions are of unlike sizes, and each loss is as likely to fall as to rise by as much.
+    for (conditions, seed) in [(4, 6), (6, 7), (14, 8), (40, 9)] {
+        let mut rng = rng(seed);
+        let (trials, level) = (4000, 0.05);
+        let mut alarms = 0;
+        for _ in 0..trials {
+            let draw = |size: f64, rng: &mut rand_chacha::ChaCha8Rng| {
+                (size + 0.5 * rng.sample::<f64, _>(StandardNormal)).exp()
+            };
+            let sizes: Vec<f64> =
+                (0..conditions).map(|_| 4.0 + 2.0 * rng.sample::<f64, _>(StandardNormal)).collect();
+            let before: Vec<f64> = sizes.iter().map(|s| draw(*s, &mut rng)).collect();
+            let after: Vec<f64> = sizes.iter().map(|s| draw(*s, &mut rng)).collect();
+            alarms += i32::from(of_gain(&before, &after, None) < level);
+        }
+        let rate = f64::from(alarms) / f64::from(trials);
+        assert!(rate < 2.0 * level, "{conditions} conditions: {rate}");
+    }
 }
 
 /// One feature of a condition that was measured as `value`; the model says `2 x`.
