@@ -74,6 +74,7 @@ kinds! {
     GripForceLag "grip_force_lag" "-" 0.2 "share of the grip that is lost in sustained sliding (0.3 s) and recovers at rest";
     MassError "mass_error" "-" 0.3 "true over stated mass less one";
     GravityTilt "gravity_tilt" "rad" 0.1 "gravity turned about the horizontal diagonal";
+    ExternalForce "external_force" "N" 0.8 "constant pull along world (2, 1, -2), on object X 30 mm from the centre (a taut cable)";
     RollingResistance "rolling_resistance" "m" 1e-3 "lever of the platform's reaction ahead of the rolling object";
     SensorBias "sensor_bias" "N" 0.6 "constant error of finger 1 along X, beyond what the data set states (the pusher's where there are no fingers)";
     SensorGain "sensor_gain" "-" 0.1 "relative gain error of the finger sensors (the pusher's where there are no fingers)";
@@ -175,6 +176,7 @@ impl HiddenEffect {
                 let turn = nalgebra::UnitQuaternion::from_axis_angle(&axis, s);
                 truth.gravity_m_s2 = (turn * nalgebra::Vector3::from(truth.gravity_m_s2)).into();
             }
+            Kind::ExternalForce => truth.external_force_n += s,
             Kind::RollingResistance => truth.rolling_resistance_m += s,
             Kind::SensorBias => truth.sensors.bias[if grasped { 0 } else { 2 }][0] += s,
             Kind::SensorGain => truth.sensors.gain += s,

@@ -180,6 +180,7 @@ impl Reality {
             mass_kg: object.mass_kg,
             com_offset_m: [0.0; 3],
             gravity_m_s2: description.gravity_m_s2,
+            external_force_n: 0.0,
             lateral_pull_n_m: 0.0,
             sensors: SensorErrors {
                 bias,

@@ -20,6 +20,10 @@ pub const GRIP_LAG_S: f64 = 0.3;
 /// Object X of the stripe with other friction, m.
 pub const STRIPE_M: [f64; 2] = [-0.022, -0.014];
 
+/// The way in which a cable pulls, world axes, and where in object axes (m).
+pub const CABLE_WAY: [f64; 3] = [2.0 / 3.0, 1.0 / 3.0, -2.0 / 3.0];
+pub const CABLE_AT_M: [f64; 3] = [0.03, 0.0, 0.0];
+
 /// The contacts' true properties.
 #[derive(Clone, Debug, Serialize)]
 pub struct Truth {
@@ -70,6 +74,8 @@ pub struct Truth {
     pub com_offset_m: [f64; 3],
     /// True gravity in (told) world axes, m/s².
     pub gravity_m_s2: [f64; 3],
+    /// Pull of a cable along [`CABLE_WAY`], at [`CABLE_AT_M`] in object axes, N.
+    pub external_force_n: f64,
     /// Lateral force for each metre of object displacement along X, N/m.
     pub lateral_pull_n_m: f64,
     /// How the sensors err.

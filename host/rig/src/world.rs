@@ -6,7 +6,7 @@ use super::body::Body;
 use super::drive::Drive;
 use super::fingers::{Jaw, Loading};
 use super::surroundings::Obstacle;
-use super::truth::Truth;
+use super::truth::{CABLE_AT_M, CABLE_WAY, Truth};
 
 /// Rest before the recording, in which springs and jaw settle, s.
 const SETTLING_S: f64 = 0.08;
@@ -120,6 +120,9 @@ impl World {
             torque_nm: Vector3::zeros(),
         };
         total.force_n.y += self.truth.lateral_pull_n_m * (self.along_x(drive) - start_x);
+        let pull = Vector3::from(CABLE_WAY) * self.truth.external_force_n;
+        let lever = self.body.attitude * (Vector3::from(CABLE_AT_M) - self.body.com_offset_m);
+        total += Loading { force_n: pull, torque_nm: lever.cross(&pull) };
         for load in &drive.loads {
             let force = load.force_n * load.course.at(t_s);
             let lever = self.body.attitude * (load.point_m - self.body.com_offset_m);

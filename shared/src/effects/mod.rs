@@ -10,6 +10,7 @@ pub mod adhesion;
 pub mod anisotropic_friction;
 pub mod contact_compliance;
 pub mod dwell_strengthening;
+pub mod external_force;
 pub mod face_tilt;
 pub mod face_waviness;
 pub mod finger_friction_mismatch;

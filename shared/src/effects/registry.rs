@@ -4,8 +4,8 @@
 
 use super::law::Law;
 use super::{
-    adhesion, anisotropic_friction, contact_compliance, dwell_strengthening, face_tilt, face_waviness,
-    finger_friction_mismatch, formula, gravity_tilt, grip_force_lag, grip_force_loss,
+    adhesion, anisotropic_friction, contact_compliance, dwell_strengthening, external_force, face_tilt,
+    face_waviness, finger_friction_mismatch, formula, gravity_tilt, grip_force_lag, grip_force_loss,
     load_dependent_friction, mass_error, mocap_latency, plate_tilt, pressure_offset, rolling_resistance,
     sensor_bias, sensor_crosstalk, sensor_gain, sensor_misalignment, static_friction, support_anisotropy,
     support_pressure, torsional_friction, viscous_friction, wear_drift,
@@ -87,4 +87,5 @@ registry! {
     24 => mocap_latency::MocapLatency,
     25 => support_pressure::SupportPressure,
     26 => support_anisotropy::SupportAnisotropy,
+    27 => external_force::ExternalForce,
 }

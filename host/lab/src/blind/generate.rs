@@ -80,6 +80,9 @@ impl Plan {
     }
 }
 
+/// Hidden only where it is asked for: what a seed draws stays what it was when this came into the rig.
+const BY_NAME: [Kind; 1] = [Kind::ExternalForce];
+
 /// What is not left to chance.
 #[derive(Clone, Debug, Default)]
 pub struct Wanted {
@@ -111,7 +114,7 @@ pub fn draw(
     let kinds: Vec<Kind> = Kind::ALL
         .iter()
         .copied()
-        .filter(|k| k.is_listed() == (class != Class::Unknown))
+        .filter(|k| k.is_listed() == (class != Class::Unknown) && !BY_NAME.contains(k))
         .filter(|k| wanted.plan.is_none_or(|p| p.shows(*k)))
         .collect();
     let count = match class {

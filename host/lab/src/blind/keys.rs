@@ -2,7 +2,9 @@
 //!
 //! A key is a JSON file named after its data set: `effects` with `id`, `level` and `listed`, `family`, and
 //! `pad_tangential_n_m`, the stiffness of a finger's pad. Pads below [`SOFT_N_M`] give way by more than the
-//! tolerance of rigid contact: naming `contact_compliance` there is not wrong, and not asked for.
+//! tolerance of rigid contact: naming `contact_compliance` there is not wrong, and not asked for. Nor is
+//! `external_force` where a cable or a magnet pulls ([`super::score::pulled`]): keys call them not listed, as they were when the
+//! second rig was written.
 
 use std::path::Path;
 
@@ -10,7 +12,7 @@ use anyhow::{Context, ensure};
 use serde::Deserialize;
 
 use super::generate::Class;
-use super::score::{Opened, Truth, open};
+use super::score::{Opened, Truth, open, pulled};
 use stickslip_analysis::diagnose::diagnose;
 use stickslip_analysis::model::file::default_model;
 
@@ -43,15 +45,13 @@ impl Key {
                 anyhow::bail!("{} effects, of which some are not listed: not one of the classes", more.len())
             }
         };
+        let soft = (self.pad_tangential_n_m < SOFT_N_M).then_some("contact_compliance");
+        let effects: Vec<String> = self.effects.iter().map(|e| e.id.clone()).collect();
         Ok(Truth {
             class,
-            effects: self.effects.iter().map(|e| e.id.clone()).collect(),
+            also_true: soft.into_iter().chain(pulled(&effects)).collect(),
+            effects,
             strengths: self.effects.iter().map(|e| format!("{}={:.2}", e.id, e.level)).collect(),
-            also_true: if self.pad_tangential_n_m < SOFT_N_M {
-                vec!["contact_compliance"]
-            } else {
-                Vec::new()
-            },
             family: self.family,
             trials,
         })

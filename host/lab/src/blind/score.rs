@@ -35,13 +35,22 @@ pub struct Truth {
     pub trials: usize,
 }
 
+/// What is not in the list under this name, and is an `external_force` all the same.
+const PULLS: [&str; 3] = ["u_lateral_pull", "x_cable_force", "x_magnet_pull"];
+
+/// The name that one of `effects` has in the list, if it pulls at the object from outside.
+pub fn pulled(effects: &[String]) -> Option<&'static str> {
+    effects.iter().any(|id| PULLS.contains(&id.as_str())).then_some("external_force")
+}
+
 impl From<&Key> for Truth {
     fn from(key: &Key) -> Self {
+        let effects: Vec<String> = key.effects.iter().map(|e| e.kind.name().to_owned()).collect();
         Self {
             class: key.class,
-            effects: key.effects.iter().map(|e| e.kind.name().to_owned()).collect(),
+            also_true: pulled(&effects).into_iter().collect(),
+            effects,
             strengths: key.effects.iter().map(ToString::to_string).collect(),
-            also_true: Vec::new(),
             family: format!("{:?}", key.plan).to_lowercase(),
             trials: key.trials,
         }
