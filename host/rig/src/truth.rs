@@ -20,8 +20,9 @@ pub const GRIP_LAG_S: f64 = 0.3;
 /// Object X of the stripe with other friction, m.
 pub const STRIPE_M: [f64; 2] = [-0.022, -0.014];
 
-/// The way in which a cable pulls, world axes, and where in object axes (m).
+/// The way in which a cable pulls, world axes.
 pub const CABLE_WAY: [f64; 3] = [2.0 / 3.0, 1.0 / 3.0, -2.0 / 3.0];
+/// Where, in object axes, m.
 pub const CABLE_AT_M: [f64; 3] = [0.03, 0.0, 0.0];
 
 /// The contacts' true properties.

@@ -107,7 +107,7 @@ fn a_cable_that_pulls_at_the_object_is_named_with_its_force() {
     let report = found(&made("external_force=1.2", 8, |_| true));
     assert!(report.effects.contains(&"external_force"), "{}", report.summary);
     for (name, hidden_n) in [("x_n", 0.8), ("y_n", 0.4), ("z_n", -0.8)] {
-        let found = report.parameters[&format!("external_force.{name}")];
+        let found = &report.parameters[&format!("external_force.{name}")];
         // Constant errors of three sensors, each within what is stated, are part of it.
         assert!((found.value - hidden_n).abs() < 0.3, "{name}: {} for {hidden_n}", found.value);
     }
