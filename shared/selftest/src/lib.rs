@@ -98,6 +98,9 @@ pub fn push(mass_kg: f32, finger_friction: f32) -> ModelPackage {
     (scene, Model::base(Base::Hard, friction), Limits::default())
 }
 
+/// Trials draw from so many effects, the first of the list: a new one leaves them as they are.
+const EFFECTS: u32 = 26;
+
 fn random_model(draw: &mut Draw) -> Model<f32> {
     let friction = Friction {
         finger: draw.within(0.1, 0.6),
@@ -115,7 +118,7 @@ fn random_model(draw: &mut Draw) -> Model<f32> {
     };
     let mut effects = Vec::new();
     for _ in 0..draw.below(3) {
-        let Some(info) = REGISTRY.get(draw.below(REGISTRY.len() as u32) as usize) else { continue };
+        let Some(info) = REGISTRY.get(draw.below(EFFECTS) as usize) else { continue };
         let mut parameters = [0.0; MAX_PARAMETERS];
         // As many draws for each, so that a new parameter leaves the other trials as they are.
         let levels: [f32; LEVELS] = core::array::from_fn(|_| draw.within(0.3, 1.0));

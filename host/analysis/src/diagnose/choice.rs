@@ -186,6 +186,12 @@ pub fn choose(
             chosen = vec![alone.clone()];
         }
     }
+    if let [only] = chosen.as_slice()
+        && let Some(simpler) = simpler(start, only, first)
+    {
+        equal = vec![equals(start, simpler, first)];
+        chosen = vec![simpler.clone()];
+    }
     let share = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
     let explains = chosen.last().is_some_and(|c| verdict::explains(share, &Left::of(&c.held.beyond(start))));
     // The compliance of real pads is no missing effect: what counts is what it leaves.
@@ -345,6 +351,24 @@ pub fn sets(
         }
     }
     out
+}
+
+/// Of those of `first` that do as well as `only`, and explain as much, the one with the fewest strengths, if it has fewer: a
+/// wrong mass comes before a force that does what its weight does.
+fn simpler<'a>(start: &Held, only: &Candidate, first: &'a [Candidate]) -> Option<&'a Candidate> {
+    let equal = equals(start, only, first);
+    let as_good = |c: &&Candidate| {
+        equal.contains(&c.info.id)
+            && only.explained - c.explained < SAME_SHARE
+            && equals(start, c, first).contains(&only.info.id)
+    };
+    let simplest = first.iter().filter(as_good).min_by_key(|c| strengths(c));
+    simplest.filter(|c| strengths(c) < strengths(only))
+}
+
+/// How many strengths an effect has.
+fn strengths(candidate: &Candidate) -> usize {
+    candidate.info.parameters.iter().filter(|p| p.typical != p.neutral).count()
 }
 
 /// Candidates that do as well as the winner on held-out conditions.

@@ -92,7 +92,7 @@ pub fn diagnose(
         find(&problem, (base, found), &others, &trials, Pass::First, tick)
     };
     if let Some(near) = findings.again.take() {
-        let (around, base) = around(&campaign, &near, &findings.base);
+        let (around, base) = around(&campaign, &near, &findings.base, &findings.first);
         let found = beforehand::again(&around, &base, &findings.found);
         findings = find(&around, (base, found), &others, &trials, Pass::Second, tick);
         problem = around;
@@ -257,10 +257,29 @@ fn weighed<'a>(problem: &Problem, base: &Held, found: &'a [Candidate]) -> Vec<(&
 }
 
 /// The problem built anew around a model `near` the data, and the base model in it: corrections of coarse
-/// steps and noise are those of the model that it is built around, and far from there they mislead.
-fn around<'a>(campaign: &'a Campaign, near: &Model<f64>, base: &Held) -> (Problem<'a>, Held) {
+/// steps and noise are those of the model that it is built around, and far from there they mislead. The base is fitted
+/// from where it was, and from the friction (and pads) of the one of `tried` that fits best without its effect: that may
+/// have done no more than open the way to a valley that the base's own fit did not find.
+fn around<'a>(
+    campaign: &'a Campaign,
+    near: &Model<f64>,
+    base: &Held,
+    tried: &[Candidate],
+) -> (Problem<'a>, Held) {
     let problem = Problem::new(campaign, near);
-    let solution = fit::solve_across(&problem, &base.solution.model, &base.free, 5);
+    let without = |model: &Model<f64>| {
+        let mut out = Model { friction: model.friction, ..base.solution.model.clone() };
+        out.effects.iter_mut().zip(&model.effects).for_each(|(to, from)| *to = *from);
+        fit::Place::of(&problem, out, &base.free)
+    };
+    let places = tried.iter().map(|c| without(&c.held.solution.model));
+    let other = places.min_by(|a, b| a.loss.total_cmp(&b.loss));
+    let from = |model: &Model<f64>| fit::solve_across(&problem, model, &base.free, 5);
+    let before = from(&base.solution.model);
+    let solution = match other.filter(|place| place.loss < before.loss.1).map(|place| from(&place.model)) {
+        Some(other) if other.loss.1 < before.loss.1 => other,
+        _ => before,
+    };
     let base = hold_out(&problem, solution, base.free.clone());
     (problem, base)
 }

@@ -116,6 +116,15 @@ fn a_cable_that_pulls_at_the_object_is_named_with_its_force() {
 
 #[test]
 #[ignore = "long: make test-host-rest"]
+fn a_wrong_mass_comes_before_a_force_that_does_as_well() {
+    let report = found(&made("mass_error=1.0", 8, |_| true));
+    assert_eq!(report.effects, ["mass_error"], "{}", report.summary);
+    let fraction = &report.parameters["mass_error.fraction"];
+    assert!((fraction.value - 1.0).abs() < 0.2, "{}", fraction.value);
+}
+
+#[test]
+#[ignore = "long: make test-host-rest"]
 fn a_misfit_that_one_condition_alone_shows_is_inconclusive() {
     let clean = made("", 8, |_| true);
     let of = condition_of(&clean.trials.iter().map(|trial| trial.info.clone()).collect::<Vec<_>>());
