@@ -120,13 +120,14 @@ impl World {
             torque_nm: Vector3::zeros(),
         };
         total.force_n.y += self.truth.lateral_pull_n_m * (self.along_x(drive) - start_x);
-        let pull = Vector3::from(CABLE_WAY) * self.truth.external_force_n;
-        let lever = self.body.attitude * (Vector3::from(CABLE_AT_M) - self.body.com_offset_m);
-        total += Loading { force_n: pull, torque_nm: lever.cross(&pull) };
+        let body = &self.body;
+        let at = |point_m: Vector3<f64>, force_n: Vector3<f64>| {
+            let lever = body.attitude * (point_m - body.com_offset_m);
+            Loading { force_n, torque_nm: lever.cross(&force_n) }
+        };
+        total += at(CABLE_AT_M.into(), Vector3::from(CABLE_WAY) * self.truth.external_force_n);
         for load in &drive.loads {
-            let force = load.force_n * load.course.at(t_s);
-            let lever = self.body.attitude * (load.point_m - self.body.com_offset_m);
-            total += Loading { force_n: force, torque_nm: lever.cross(&force) };
+            total += at(load.point_m, load.force_n * load.course.at(t_s));
         }
         if let Some(jaw) = &mut self.jaw {
             let (loading, wrenches) = jaw.press(

@@ -171,6 +171,7 @@ pub fn choose(
     let fitted = fitted.filter(|c| loss(c) < (1.0 - NEAR) * start.solution.loss.1);
     let near = held_out.or(fitted).map(|c| c.held.solution.model.clone());
     drop_needless(problem, start, &mut chosen, &mut equal);
+    let single = |c: &Candidate| (vec![c.clone()], vec![equals(start, c, first)]);
     // One effect that does what several do together is the better answer.
     if named(&chosen) > 1 {
         let together = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
@@ -182,15 +183,13 @@ pub fn choose(
         let alone =
             first.iter().find(|c| c.p_value < level && c.explained > together - SIMPLER && !leaves(c));
         if let Some(alone) = alone {
-            equal = vec![equals(start, alone, first)];
-            chosen = vec![alone.clone()];
+            (chosen, equal) = single(alone);
         }
     }
     if let [only] = chosen.as_slice()
         && let Some(simpler) = simpler(start, only, first)
     {
-        equal = vec![equals(start, simpler, first)];
-        chosen = vec![simpler.clone()];
+        (chosen, equal) = single(simpler);
     }
     let share = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
     let explains = chosen.last().is_some_and(|c| verdict::explains(share, &Left::of(&c.held.beyond(start))));

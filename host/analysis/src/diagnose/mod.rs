@@ -273,13 +273,11 @@ fn around<'a>(
         fit::Place::of(&problem, out, &base.free)
     };
     let places = tried.iter().map(|c| without(&c.held.solution.model));
-    let other = places.min_by(|a, b| a.loss.total_cmp(&b.loss));
+    let best = places.min_by(|a, b| a.loss.total_cmp(&b.loss));
     let from = |model: &Model<f64>| fit::solve_across(&problem, model, &base.free, 5);
     let before = from(&base.solution.model);
-    let solution = match other.filter(|place| place.loss < before.loss.1).map(|place| from(&place.model)) {
-        Some(other) if other.loss.1 < before.loss.1 => other,
-        _ => before,
-    };
+    let other = best.filter(|place| place.loss < before.loss.1).map(|place| from(&place.model));
+    let solution = other.filter(|other| other.loss.1 < before.loss.1).unwrap_or(before);
     let base = hold_out(&problem, solution, base.free.clone());
     (problem, base)
 }
