@@ -126,22 +126,22 @@ impl<B: Board> Control<B> {
         self.tell(running, began);
     }
 
-    /// Sets the alarm lines and the advised grip. Without a sample in a run what was predicted last is in doubt.
+    /// Sets the alarm lines and the advised grip. Without a sample in a run what was predicted last is in doubt; without a
+    /// run nothing is predicted.
     fn act(&mut self, sample: Option<&Sample>, running: bool) {
-        let prediction = &self.report.prediction;
-        let alarms = match sample {
-            Some(_) => Alarms::of(prediction),
-            None => Alarms { sure: false, ..Alarms::of(prediction) },
-        };
-        let alarms = if running { alarms } else { Alarms::default() };
-        // Where one cannot be set, that for 'sure' is down.
-        let _ = self.lines.set_alarms(alarms);
+        let report = &mut self.report;
         if let Some(sample) = sample {
             let tick_s = TICK_US as f32 * 1e-6;
-            self.report.advised_grip_n = self.grip.follow(prediction, sample.grip_cmd_n, tick_s);
+            report.advised_grip_n = self.grip.follow(&report.prediction, sample.grip_cmd_n, tick_s);
         } else if !running {
-            self.report.advised_grip_n = None;
+            (report.prediction, report.advised_grip_n) = (nothing_yet(), None);
+        } else if report.taken > 0 {
+            report.prediction.flags |= flags::UNSURE;
+            report.prediction.validity |= validity::SAMPLE;
         }
+        let alarms = if running { Alarms::of(&report.prediction) } else { Alarms::default() };
+        // Where one cannot be set, that for 'sure' is down.
+        let _ = self.lines.set_alarms(alarms);
     }
 
     /// Applies the commands that wait.
@@ -233,13 +233,14 @@ impl<B: Board> Control<B> {
         let clock = self.clock;
         let measured = |sample: &Sample| clock.map_or(now_us, |clock| host_clock::at_us(&clock, sample.t_us));
         let run = self.run.as_mut()?;
-        self.report.at_us = now_us;
+        // Told with a sample only: without one that of the last stands.
+        let mut at_us = now_us;
         let next = match run.request.source {
             Source::Link => {
                 let mut next = run.link.take(&between.samples);
                 while let Next::Sample(sample) = next {
-                    self.report.at_us = measured(&sample);
-                    let age_us = host_clock::age_us(self.report.at_us, now_us);
+                    at_us = measured(&sample);
+                    let age_us = host_clock::age_us(at_us, now_us);
                     let late = age_us > WRENCH_AGE_US;
                     if late {
                         between.counters.readings_dropped.add(1);
@@ -270,6 +271,7 @@ impl<B: Board> Control<B> {
             Next::Sample(sample) => {
                 between.counters.samples.add(1);
                 self.report.taken = self.report.taken.wrapping_add(1);
+                self.report.at_us = at_us;
                 if run.request.length.is_some_and(|length| sample.seq.saturating_add(1) >= length) {
                     self.run = None;
                 }
@@ -348,7 +350,9 @@ impl<B: Board> Control<B> {
     }
 }
 
-/// Before the first sample: nothing is known, so that the flags, all down, cannot be relied on.
+/// Before the first sample and without a run: nothing is known, so that the flags, all down, cannot be relied on.
+// A function of its own: three places ask for it.
+#[inline(never)]
 fn nothing_yet() -> Prediction {
     Prediction { flags: flags::UNSURE, validity: validity::WAITING, ..Prediction::default() }
 }

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_analysis::run::replay::FLAGS;
 use stickslip_shared::model::Scene;
-use stickslip_shared::predictor::{FingerPrediction, Prediction, Slip, flags};
+use stickslip_shared::predictor::{FingerPrediction, Prediction, Slip, flags, validity};
 use stickslip_shared::wire::sequence::{Order, Sequence};
 use stickslip_shared::wire::{Mode, Sample, Statistics, TICK_US, TelemetryReport};
 use stickslip_unit::bus::State as BusState;
@@ -68,7 +68,7 @@ pub struct Point {
 /// Health of the line and of the board's tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, JsonSchema, Serialize)]
 pub struct Line {
-    /// Samples that the board took in the last second; of a replay's log, predictions.
+    /// Samples that the board took in the last second; of a replay's log and of the bus, predictions.
     pub samples_per_s: f64,
     /// Reports that came in the last second.
     pub reports_per_s: f64,
@@ -120,7 +120,7 @@ pub struct State {
     reports: Option<Sequence>,
     /// Wrench of each finger on the bus.
     wrench: [Option<[f32; 6]>; 2],
-    /// Of the bus: its newest state, and samples that its states were about.
+    /// Of the bus: its newest state, and states so far that were predicted from a sample.
     heard: Option<(BusState, u64)>,
     /// When each report came, and the samples taken until then.
     recent: VecDeque<(f64, u64)>,
@@ -235,14 +235,15 @@ impl State {
     }
 
     fn hear(&mut self, at_s: f64, state: &BusState) -> Vec<Alarm> {
-        let mut taken = 1;
+        // Two ticks may have the same reading of a slow sensor: its time does not tell.
+        let mut taken = u64::from(state.validity & (validity::SAMPLE | validity::WAITING) == 0);
         if let Some((before, samples)) = &self.heard {
             let passed = state.counter.wrapping_sub(before.counter);
             if passed == 0 {
                 return Vec::new();
             }
             self.line.reports_lost += u64::from(passed - 1);
-            taken = samples + u64::from(state.at_us != before.at_us);
+            taken += samples;
         }
         self.heard = Some((*state, taken));
         self.mode = Some(state.mode);

@@ -222,7 +222,8 @@ pub mod validity {
     pub const SOLVER: u32 = 1;
     /// Model and measured pose had parted; the model was restarted at the measurement.
     pub const DIVERGED: u32 = 1 << 1;
-    /// The sample was unusable (time did not rise, no gripper pose); the last prediction is repeated.
+    /// The sample was unusable (time did not rise, no gripper pose), or in a run on a board none was there; the last prediction
+    /// is repeated.
     pub const SAMPLE: u32 = 1 << 2;
     /// A gap in the samples was too long to bridge; the model was restarted.
     pub const GAP: u32 = 1 << 3;

@@ -98,10 +98,11 @@ pub struct TelemetryReport {
     pub taken: u32,
     /// Commands applied since reset, wrapping: tells at which sample one took effect.
     pub commands: u16,
-    /// After that sample; of the last one where none was there.
+    /// After that sample. Where none was there, of the last one, unsure (`validity::SAMPLE`); before the first one and without a
+    /// run: nothing yet, unsure (`validity::WAITING`).
     pub prediction: Prediction,
-    /// When that sample was measured by the board's clock, us, its low 32 bits; when it was taken, where the host sends it and
-    /// did not tell its clock.
+    /// When the last sample that was taken was measured by the board's clock, us, its low 32 bits: of the unit's own sensors
+    /// the oldest wrench in it. When it was taken, where the host sends it and did not tell its clock, or no finger is measured.
     pub at_us: u32,
     /// Grip force of each finger that a gripper's controller should command, N; `None` outside a run.
     pub advised_grip_n: Option<f32>,

@@ -1,10 +1,10 @@
 //! Runs: how they begin and end, where a tick's sample comes from, and how old it may be.
 
 use stickslip_selftest::push;
-use stickslip_shared::predictor::{flags, validity};
+use stickslip_shared::predictor::{Prediction, flags, validity};
 use stickslip_shared::wire::{
     self, Calibration, HostClock, Mode, Port, Recalled, Refusal, Sensor, Sensors, Source, StartRequest,
-    TICK_US,
+    TICK_US, TelemetryReport,
 };
 use stickslip_unit::alarm::Alarms;
 
@@ -239,4 +239,75 @@ fn in_a_run_a_model_of_the_same_scene_is_taken_and_of_another_refused_and_the_ru
     unit.tick();
     assert_eq!(unit.between.mode(), Mode::Running);
     assert_ne!(unit.between.model_crc(), crc);
+}
+
+/// Flags and validity of the newest state that was handed to the bus, and its time.
+fn said_on_the_bus(unit: &Unit) -> (u32, u32, u32) {
+    let last = std::iter::from_fn(|| unit.between.states.try_receive()).last().expect("a state");
+    (last.flags, last.validity, last.at_us)
+}
+
+/// The next report and state outside a run.
+fn idle(unit: &mut Unit) -> (TelemetryReport, (u32, u32, u32)) {
+    while unit.between.states.try_receive().is_some() {}
+    let report = (0..25).find_map(|_| unit.tick()).expect("ten a second");
+    (report, said_on_the_bus(unit))
+}
+
+#[test]
+fn a_tick_without_a_sample_says_on_the_bus_that_it_is_unsure_and_keeps_the_last_samples_time() {
+    let mut unit = Unit::ready();
+    assert_eq!(unit.request::<wire::Start>(&LINK), Ok(()));
+    unit.tick();
+    let (flags, validity, _) = said_on_the_bus(&unit);
+    assert_eq!((flags, validity), (flags::UNSURE, validity::WAITING), "nothing came yet");
+    let mut last = TelemetryReport::default();
+    for seq in 0..40 {
+        unit.publish(&sample(seq, seq * 4000));
+        last = unit.tick().expect("of a run");
+        let Prediction { flags, validity, .. } = last.prediction;
+        assert_eq!(said_on_the_bus(&unit), (flags, validity, now_us()));
+    }
+    assert_eq!(last.prediction.flags & flags::UNSURE, 0);
+    for _ in 0..3 {
+        let starved = unit.tick().expect("of a run");
+        let flags = last.prediction.flags | flags::UNSURE;
+        let validity = last.prediction.validity | validity::SAMPLE;
+        assert_eq!(said_on_the_bus(&unit), (flags, validity, last.at_us));
+        let told = &starved.prediction;
+        assert_eq!((starved.sample_seq, told.flags, told.validity), (None, flags, validity));
+        assert_eq!((starved.at_us, starved.hash), (last.at_us, last.hash));
+    }
+    // The next sample is predicted from as ever.
+    unit.publish(&sample(40, 43 * 4000));
+    unit.tick();
+    let (flags, validity, at_us) = said_on_the_bus(&unit);
+    assert_eq!((flags & flags::UNSURE, validity & validity::SAMPLE, at_us), (0, 0, now_us()));
+}
+
+#[test]
+fn without_a_run_report_and_bus_say_that_nothing_is_predicted_whatever_a_run_said_before() {
+    let mut unit = Unit::ready();
+    let nothing = (flags::UNSURE, validity::WAITING);
+    let (before, bus) = idle(&mut unit);
+    assert_eq!((before.prediction.flags, before.prediction.validity), nothing);
+    assert_eq!((bus.0, bus.1), nothing);
+    let idles = before.prediction;
+    for length in [None, Some(40)] {
+        assert_eq!(unit.request::<wire::Start>(&StartRequest { length, ..LINK }), Ok(()));
+        let mut last = TelemetryReport::default();
+        for seq in 0..40 {
+            unit.publish(&sample(seq, seq * 4000));
+            last = unit.tick().expect("of a run");
+        }
+        assert_eq!(last.prediction.flags & flags::UNSURE, 0, "also the last of a run's length is told");
+        if length.is_none() {
+            assert_eq!(unit.request::<wire::Stop>(&()), Ok(()));
+        }
+        for _ in 0..2 {
+            let (report, bus) = idle(&mut unit);
+            assert_eq!((report.mode, report.prediction), (Mode::Ready, idles), "{length:?}");
+            assert_eq!(bus, (nothing.0, nothing.1, last.at_us), "{length:?}");
+        }
+    }
 }

@@ -43,13 +43,33 @@ struct Taken {
     age_us: i32,
 }
 
+/// The report on a sample that was just sent.
+fn await_report(device: &mut Device, seq: u32) -> TelemetryReport {
+    let sent = Instant::now();
+    loop {
+        assert!(sent.elapsed() < PATIENCE, "sample {seq} was not taken");
+        let report = device.report(Duration::from_millis(5)).unwrap();
+        if let Some(report) = report.filter(|report| report.sample_seq == Some(seq)) {
+            return report;
+        }
+    }
+}
+
+/// A tick's number, and when it began by the board's clock, us: the time of a sample of a host that did not tell its clock.
+fn beat(device: &mut Device) -> (u32, u32) {
+    let first = begin(device, None)[0];
+    device.publish::<wire::Samples>(first.seq, &first).unwrap();
+    let report = await_report(device, first.seq);
+    end(device);
+    (report.tick, report.at_us)
+}
+
 /// A run of samples, each sent when the one before was taken, with the host's time of what the board's clock said just now less
 /// `late`: a busy machine stops the emulated clock, and the time of its own that a sample waits on this machine is in its age.
 fn run(device: &mut Device, zero: Instant, told: &Clock, tell: bool, late: Duration) -> Vec<Taken> {
+    let (tick, at_us) = beat(device);
     let samples = begin(device, tell.then_some(told));
     let mut taken = Vec::new();
-    // When a tick began: told where it took no sample.
-    let mut tick_us: Option<(u32, u32)> = None;
     for sample in &samples {
         let exchange = device.exchange_clocks_since(zero, 1, Duration::ZERO).unwrap()[0];
         let board_s = exchange.board_s[1] - late.as_secs_f64();
@@ -57,22 +77,9 @@ fn run(device: &mut Device, zero: Instant, told: &Clock, tell: bool, late: Durat
         let host_s = told.at_s + (board_s - told.at_s - told.offset_s) / (1.0 + drift);
         let t_us = (host_s * 1e6) as u32;
         device.publish::<wire::Samples>(sample.seq, &wire::Sample { t_us, ..*sample }).unwrap();
-        let sent = Instant::now();
-        loop {
-            assert!(sent.elapsed() < PATIENCE, "sample {} was not taken", sample.seq);
-            let Some(report) = device.report(Duration::from_millis(5)).unwrap() else { continue };
-            match report.sample_seq {
-                None if report.mode == wire::Mode::Running => tick_us = Some((report.tick, report.at_us)),
-                Some(seq) if seq == sample.seq => {
-                    if let Some((tick, at_us)) = tick_us {
-                        let now_us = at_us + report.tick.wrapping_sub(tick) * wire::TICK_US;
-                        taken.push(Taken { report, age_us: now_us.wrapping_sub(report.at_us).cast_signed() });
-                    }
-                    break;
-                }
-                _ => {}
-            }
-        }
+        let report = await_report(device, sample.seq);
+        let now_us = at_us + report.tick.wrapping_sub(tick) * wire::TICK_US;
+        taken.push(Taken { report, age_us: now_us.wrapping_sub(report.at_us).cast_signed() });
     }
     end(device);
     taken

@@ -140,6 +140,21 @@ fn a_counter_that_wraps_is_no_loss() {
 }
 
 #[test]
+fn states_without_a_sample_count_as_no_samples() {
+    let rate = |validity: u32| {
+        let mut seen = State::default();
+        for n in 0..50 {
+            // A slow sensor: its reading stands for three ticks.
+            let heard = BusState { validity, at_us: 12_000 * (n / 3), ..state(n as u8, flags::UNSURE) };
+            seen.take(&Event { at_s: f64::from(n) * 0.004, what: Happened::Heard(Box::new(heard)) });
+        }
+        seen.line().samples_per_s
+    };
+    assert!((rate(validity::POSE) - 250.0).abs() < 0.1);
+    assert_eq!((rate(validity::SAMPLE), rate(validity::WAITING)), (0.0, 0.0));
+}
+
+#[test]
 fn a_silent_bus_is_said_once() {
     let (here, _there) = UnixDatagram::pair().expect("a pair");
     let (stop, begun) = (AtomicBool::new(false), std::time::Instant::now());
