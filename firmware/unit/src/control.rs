@@ -260,6 +260,7 @@ impl<B: Board> Control<B> {
                     self.fingers.told(sample, measured(&sample));
                 }
                 let sample = self.fingers.sample(now_us);
+                at_us = self.fingers.measured_us();
                 self.report.alone = self.fingers.is_alone();
                 if sample.finger.iter().any(Option::is_none) {
                     between.counters.starved.add(1);

@@ -74,8 +74,8 @@ impl Finger {
         true
     }
 
-    /// The wrench that stands at `now_us`, N and N m.
-    fn wrench(&self, now_us: u32) -> Option<[f32; 6]> {
+    /// The wrench that stands at `now_us`, N and N m, and how old it is, us.
+    fn wrench(&self, now_us: u32) -> Option<([f32; 6], u32)> {
         let matrix = self.matrix.as_ref()?;
         // One of a time to come has an age beyond any: the clock was set, or the sensor's delay is wrong.
         let reading = self.newest.filter(|r| now_us.wrapping_sub(r.at_us) <= r.stands_us)?;
@@ -85,7 +85,7 @@ impl Finger {
                 *out += entry * (value - zero);
             }
         }
-        Some(wrench)
+        Some((wrench, now_us.wrapping_sub(reading.at_us)))
     }
 }
 
@@ -100,6 +100,7 @@ pub struct Fingers {
     began_us: Option<u32>,
     told: bool,
     alone: bool,
+    measured_us: u32,
 }
 
 impl Default for Fingers {
@@ -153,6 +154,7 @@ impl Fingers {
             began_us: None,
             told: false,
             alone: false,
+            measured_us: 0,
         }
     }
 
@@ -257,13 +259,22 @@ impl Fingers {
         self.alone
     }
 
-    /// The sample of the tick at `now_us` by the unit's clock, which may wrap around.
+    /// When the oldest wrench of the last sample was measured, us by the unit's clock; its tick's time, where it has none.
+    pub fn measured_us(&self) -> u32 {
+        self.measured_us
+    }
+
+    /// The sample of the tick at `now_us` by the unit's clock, which may wrap around. Its time is the tick's, since the run's first:
+    /// the readings in it are each of another time ([`Self::measured_us`]).
     pub fn sample(&mut self, now_us: u32) -> Sample {
         let seq = self.seq;
         self.seq = seq.wrapping_add(1);
         let began_us = *self.began_us.get_or_insert(now_us);
         let [first, second] = &self.finger;
-        let finger = [first.wrench(now_us), second.wrench(now_us)];
+        let measured = [first.wrench(now_us), second.wrench(now_us)];
+        let oldest_us = measured.iter().flatten().fold(0, |oldest, (_, age_us)| oldest.max(*age_us));
+        self.measured_us = now_us.wrapping_sub(oldest_us);
+        let finger = measured.map(|reading| reading.map(|(wrench, _)| wrench));
         let (mut gripper, mut object, mut pusher, mut grip_cmd_n) = (None, None, None, self.grip_n);
         let grasp = self.grasp.filter(|_| !self.told);
         self.alone = grasp.is_some();

@@ -30,7 +30,8 @@ pub struct Pose {
 pub struct Sample {
     /// Counts samples from 0 at every start.
     pub seq: u32,
-    /// Time of measurement since the trial's beginning; where the host told its clock ([`HostClock`]), by that.
+    /// Time of measurement since the trial's beginning; where the host told its clock ([`HostClock`]), by that. Of the unit's own
+    /// sensors: of the tick, since the run's first.
     pub t_us: u32,
     /// Commanded normal force of each finger.
     pub grip_cmd_n: f32,

@@ -7,6 +7,7 @@ use stickslip_shared::wire::{
     TICK_US, TelemetryReport,
 };
 use stickslip_unit::alarm::Alarms;
+use stickslip_unit::bus::{WRENCH_ID, Wrench};
 
 use super::bench::{SharedFlash, Unit, alarms, bytes, now_us, sample, set_counts};
 
@@ -199,6 +200,43 @@ fn in_a_run_on_its_sensors_the_host_gives_poses_and_the_sensors_wrenches_each_fo
     let silent: Vec<u32> = (42..52).map(|k| step(&mut unit, k, false, true)).collect();
     let stood = silent.iter().take_while(|bits| *bits & validity::SAMPLE == 0).count();
     assert_eq!(stood, 5, "{silent:x?}");
+}
+
+#[test]
+fn a_run_on_the_units_sensors_reports_when_the_oldest_of_its_readings_was_measured() {
+    let mut unit = Unit::ready();
+    let sensors = [0, 1].map(|finger| Sensor { port: Port::Can, finger }).into_iter().collect();
+    assert_eq!(unit.request::<wire::SetSensors>(&sensors), Ok(()));
+    for finger in 0..2 {
+        let calibration = Calibration { finger, matrix: matrix(1.0) };
+        assert_eq!(unit.request::<wire::SetCalibration>(&calibration), Ok(()));
+    }
+    unit.tick();
+    assert_eq!(unit.request::<wire::Start>(&UNIT), Ok(()));
+    // Measured 700 us and 2.5 ms before they came, every eighth tick only.
+    let mut last_us = None;
+    for k in 0..64_u32 {
+        if k % 8 == 0 {
+            for (finger, age_us) in [(0, 700), (1, 2500)] {
+                let wrench = Wrench {
+                    age_us,
+                    period_us: 32_000,
+                    counter: (k / 8) as u8,
+                    valid: true,
+                    values: [1.0; 6],
+                };
+                let came_us = now_us();
+                unit.sensors
+                    .take(unit.between, |hub| hub.frame(WRENCH_ID + finger, &wrench.encode(), came_us));
+            }
+            last_us = Some(now_us() - 2500);
+        }
+        let report = unit.tick().expect("of a run");
+        assert_eq!(Some(report.at_us), last_us, "tick {k}");
+    }
+    // They stand for 50 ms at most.
+    let report = (0..10).filter_map(|_| unit.tick()).last().expect("of a run");
+    assert_eq!(report.at_us, now_us(), "nothing is measured: the tick's");
 }
 
 #[test]
