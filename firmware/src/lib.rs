@@ -12,7 +12,6 @@ pub mod link;
 mod moves;
 pub mod post_mortem;
 pub mod queues;
-pub mod sensors;
 pub mod stack;
 pub mod start;
 mod state;

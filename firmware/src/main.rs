@@ -5,19 +5,23 @@
 use cortex_m_rt::entry;
 use stickslip_firmware::board::current as board;
 use stickslip_firmware::post_mortem;
+#[cfg(feature = "nucleo-g474re")]
+use stickslip_firmware::queues::{BETWEEN, SENSORS};
 use stickslip_firmware::stack::Frame;
 use stickslip_firmware::start::{self, Ends};
+#[cfg(feature = "nucleo-g474re")]
+use stickslip_unit::lines;
 
 #[cfg(feature = "nucleo-g474re")]
 #[embassy_executor::task]
 async fn serial_sensor(rx: board::SensorRx, tx: board::SensorTx) -> ! {
-    stickslip_firmware::sensors::serial(rx, tx).await
+    lines::serial(&BETWEEN, &SENSORS, rx, tx).await
 }
 
 #[cfg(feature = "nucleo-g474re")]
 #[embassy_executor::task]
 async fn can_bus(can: board::CanBus) -> ! {
-    stickslip_firmware::sensors::bus(can).await
+    lines::bus(&BETWEEN, &SENSORS, can).await
 }
 
 fn spawn(ends: Ends, lower: embassy_executor::SendSpawner) {

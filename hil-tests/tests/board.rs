@@ -94,7 +94,7 @@ mod tests {
     #[cfg(feature = "nucleo-g474re")]
     fn a_frame_comes_back_through_the_can_controllers_loopback() {
         use stickslip_firmware::board::current::loopback;
-        use stickslip_firmware::sensors::Bus;
+        use stickslip_unit::lines::Bus;
         let mut bus = loopback();
         for sent in [&[1_u8, 2, 3][..], &[7; 24]] {
             let mut data = [0; 64];

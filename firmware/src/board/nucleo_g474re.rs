@@ -29,11 +29,11 @@ use embedded_io_async::{ErrorType, Read};
 use embedded_storage_async::nor_flash::{self, NorFlash, ReadNorFlash};
 use stickslip_shared::wire::Ending;
 use stickslip_unit::alarm::Lines;
+use stickslip_unit::lines::Bus;
 use stickslip_unit::source::ft300;
 
 use super::ResetCause;
 use crate::queues::BETWEEN;
-use crate::sensors::Bus;
 use crate::{post_mortem, stack};
 
 /// This board.

@@ -2,8 +2,8 @@
 //!
 //! [`source`] decodes what sensors send, [`fingers`] makes the tick's sample of it, [`alarm`] and
 //! [`grip`] tell a gripper's controller what to do, [`bus`] carries both over CAN-FD, [`memory`] keeps what was
-//! set over a loss of power, [`post_mortem`] what went before a reset. [`control`] is the tick, [`link`] what answers the host;
-//! between the two are queues of fixed size ([`between`]) whose losses are counted ([`counters`]). Everything is above the register level: bytes, frames,
+//! set over a loss of power, [`post_mortem`] what went before a reset. [`control`] is the tick, [`lines`] are the tasks at sensors and bus, [`link`] what answers the host;
+//! between them are queues of fixed size ([`between`]) whose losses are counted ([`counters`]). Everything is above the register level: bytes, frames,
 //! pins and flash come through the traits of embedded-can, embedded-hal and embedded-storage, so
 //! that the same code runs in tests on the host. No allocation, no panic on any input.
 #![no_std]
@@ -19,6 +19,7 @@ pub mod deadline;
 pub mod fingers;
 pub mod grip;
 pub mod host_clock;
+pub mod lines;
 pub mod link;
 pub mod link_source;
 pub mod memory;

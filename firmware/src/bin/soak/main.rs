@@ -24,7 +24,9 @@ use host::{Bytes, Ear, Host, models};
 use judge::{judge, watch};
 use stickslip_firmware::board::current as board;
 use stickslip_firmware::link::{self, Link};
+use stickslip_firmware::queues::{BETWEEN, SENSORS};
 use stickslip_firmware::start::{self, Ends};
+use stickslip_unit::lines;
 
 /// Ticks if the argument names none: a minute.
 const TICKS: u32 = 15_000;
@@ -46,12 +48,12 @@ async fn gauges(seed: u32) -> ! {
 
 #[embassy_executor::task]
 async fn serial(seed: u32) -> ! {
-    stickslip_firmware::sensors::serial(sensors::SerialOut::new(Draw(seed)), sensors::SerialIn).await
+    lines::serial(&BETWEEN, &SENSORS, sensors::SerialOut::new(Draw(seed)), sensors::SerialIn).await
 }
 
 #[embassy_executor::task]
 async fn bus(seed: u32) -> ! {
-    stickslip_firmware::sensors::bus(sensors::SimulatedBus::new(Draw(seed))).await
+    lines::bus(&BETWEEN, &SENSORS, sensors::SimulatedBus::new(Draw(seed))).await
 }
 
 /// The numbers in the program's arguments: ticks, and the seed of what goes wrong (as many as ticks, if it is not named).

@@ -11,9 +11,9 @@ use embassy_time::{Duration, Instant, Ticker, Timer};
 use embedded_io_async::{ErrorKind, ErrorType, Read, Write};
 use heapless::Deque;
 use stickslip_firmware::board::current::COUNTS;
-use stickslip_firmware::sensors::Bus;
 use stickslip_shared::wire::{Calibration, Port, Sensor, Sensors, TICK_US};
 use stickslip_unit::bus::{STATE_ID, WRENCH_ID, Wrench};
+use stickslip_unit::lines::Bus;
 use stickslip_unit::source::ft300::{FRAME, PERIOD_US, STOP, TRANSMISSION_US, start_stream};
 
 use crate::done::{DONE, Draw, count, value};
