@@ -20,7 +20,7 @@ pub use table::*;
 include!(concat!(env!("OUT_DIR"), "/source.rs"));
 
 /// Changes when frames of the two sides no longer fit.
-pub const PROTOCOL: u16 = 12;
+pub const PROTOCOL: u16 = 13;
 /// Longest body of a frame, bytes.
 pub const MAX_BODY: usize = 320;
 /// Time from one tick to the next.

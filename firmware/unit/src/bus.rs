@@ -1,7 +1,8 @@
 //! The unit on CAN-FD: wrenches in, flags and grip out (`docs/stickslip.dbc`).
 //!
 //! Standard identifiers, low byte first, no remote frames. A number that is not known has the largest value of
-//! its field. Frames of another length are refused.
+//! its field. Frames of another length are refused. On a bus with a sensor that knows classic frames only no CAN-FD frame is sent:
+//! the state is then one classic frame with what a gripper's controller acts on.
 
 use stickslip_shared::predictor::Prediction;
 use stickslip_shared::wire::{Mode, TelemetryReport};
@@ -12,10 +13,18 @@ use crate::source::{Losses, Reading, WrenchSource, count};
 pub const WRENCH_ID: u16 = 0x110;
 /// Identifier of the unit's state.
 pub const STATE_ID: u16 = 0x120;
+/// Identifier of the unit's state in a classic frame.
+pub const CLASSIC_STATE_ID: u16 = 0x121;
+/// Identifiers of all of the unit's own frames.
+pub const OWN_IDS: [u16; 4] = [WRENCH_ID, WRENCH_ID + 1, STATE_ID, CLASSIC_STATE_ID];
 /// Bytes of a wrench's frame.
 pub const WRENCH_BYTES: usize = 32;
 /// Bytes of a state's frame.
 pub const STATE_BYTES: usize = 24;
+/// Bytes of a state's classic frame.
+pub const CLASSIC_STATE_BYTES: usize = 8;
+/// Bits of the flags in it; two of the mode follow.
+const CLASSIC_FLAGS: u32 = 14;
 
 /// N and N m of a count.
 const FORCE_N: f32 = 1e-4;
@@ -184,11 +193,7 @@ impl State {
         let [a0, a1] = word(self.advised_n, GRIP_N);
         let [d0, d1] = word(self.drop_in_s, 1e-3);
         let [u0, u1] = self.used.map(share);
-        let mode = match self.mode {
-            Mode::Safe => 0,
-            Mode::Ready => 1,
-            Mode::Running => 2,
-        };
+        let mode = self.mode as u8;
         let words = [
             self.flags.to_le_bytes(),
             self.validity.to_le_bytes(),
@@ -217,13 +222,38 @@ impl State {
             advised_n: unword([a0, a1], GRIP_N),
             drop_in_s: unword([d0, d1], 1e-3),
             used: [used(u0), used(u1)],
-            mode: match mode {
-                0 => Mode::Safe,
-                1 => Mode::Ready,
-                2 => Mode::Running,
-                _ => return None,
-            },
+            mode: mode_of(mode)?,
             counter,
         })
     }
+
+    /// As bytes of a classic frame: flags, mode, validity, advised grip and counter.
+    pub fn encode_classic(&self) -> [u8; CLASSIC_STATE_BYTES] {
+        let bits = self.flags | (self.mode as u32) << CLASSIC_FLAGS;
+        let [f0, f1, ..] = bits.to_le_bytes();
+        let [v0, v1, v2, _] = self.validity.to_le_bytes();
+        let [a0, a1] = word(self.advised_n, GRIP_N);
+        [f0, f1, v0, v1, v2, a0, a1, self.counter]
+    }
+
+    /// From a classic frame's bytes, what is not in it being not known, the time 0; `None` where they are not a state's.
+    pub fn decode_classic(bytes: &[u8]) -> Option<Self> {
+        let [f0, f1, v0, v1, v2, a0, a1, counter] = *bytes else { return None };
+        let bits = u16::from_le_bytes([f0, f1]);
+        Some(Self {
+            flags: u32::from(bits) & ((1 << CLASSIC_FLAGS) - 1),
+            validity: u32::from_le_bytes([v0, v1, v2, 0]),
+            at_us: 0,
+            holding_n: None,
+            advised_n: unword([a0, a1], GRIP_N),
+            drop_in_s: None,
+            used: [None; 2],
+            mode: mode_of((bits >> CLASSIC_FLAGS) as u8)?,
+            counter,
+        })
+    }
+}
+
+fn mode_of(number: u8) -> Option<Mode> {
+    [Mode::Safe, Mode::Ready, Mode::Running].get(usize::from(number)).copied()
 }

@@ -110,8 +110,8 @@ impl Default for Fingers {
 }
 
 /// # Errors
-/// The first finger that two of `sensors` measure, or that there is not; or one port for two fingers, where it is
-/// one sensor.
+/// The first finger that two of `sensors` measure, or that there is not; one port for two fingers, where it is
+/// one sensor; an ATI sensor with the identifiers of the unit's own frames, or with wrenches in CAN-FD frames beside it.
 pub fn check_sensors(sensors: &[Sensor]) -> Result<(), Refusal> {
     for (k, sensor) in sensors.iter().enumerate() {
         stickslip_shared::wire::check::finger(sensor.finger)?;
@@ -125,6 +125,12 @@ pub fn check_sensors(sensors: &[Sensor]) -> Result<(), Refusal> {
         }
         if let Port::Ati { base } = sensor.port {
             stickslip_shared::wire::check::ati_base(base)?;
+            if crate::bus::OWN_IDS.iter().any(|id| id >> 4 == u16::from(base)) {
+                return Err(Refusal::BaseTaken { base });
+            }
+            if sensors.iter().any(|other| other.port == Port::Can) {
+                return Err(Refusal::ClassicBus);
+            }
         }
     }
     Ok(())

@@ -8,7 +8,7 @@ use embedded_io_async::{Read, Write};
 use stickslip_shared::wire::TICK_US;
 
 use crate::between::{Between, SensorLines};
-use crate::bus::STATE_ID;
+use crate::bus::{CLASSIC_STATE_ID, STATE_ID};
 use crate::source::ft300::{STOP, STOP_COUNT, start_stream};
 
 /// For how long a frame may wait for the bus: a tick, then there is a newer one.
@@ -85,7 +85,14 @@ pub async fn bus<B: Bus>(between: &Between, sensors: &SensorLines, mut bus: B) -
                 yield_now().await;
             }
             Either3::Second(state) => {
-                send(between, &mut bus, STATE_ID, &state.encode()).await;
+                // One place that waits: a second one would take 0.3 KB of flash.
+                let (whole, classic) = (state.encode(), state.encode_classic());
+                let (id, frame): (_, &[u8]) = if sensors.with(|hub| hub.is_classic()).unwrap_or(true) {
+                    (CLASSIC_STATE_ID, &classic)
+                } else {
+                    (STATE_ID, &whole)
+                };
+                send(between, &mut bus, id, frame).await;
             }
             Either3::Third(()) => {
                 let now_us = now_us();

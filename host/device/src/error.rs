@@ -134,6 +134,13 @@ pub fn reason(refusal: &Refusal) -> String {
         Refusal::NoPort => "it has no such port for a sensor".into(),
         Refusal::RoleTaken { finger } => format!("two sensors for finger {}: name one", finger + 1),
         Refusal::PortTaken { port } => format!("{port:?} is one sensor: it cannot measure both fingers"),
+        Refusal::BaseTaken { base } => {
+            format!("base identifier {base} has the unit's own frames on CAN: set the sensor to another")
+        }
+        Refusal::ClassicBus => {
+            "an ATI sensor knows classic CAN frames only, `can` sends CAN-FD: they cannot share the bus"
+                .into()
+        }
         Refusal::NoSensor { finger } => {
             format!("finger {} has no sensor: `stickslip board sensors` assigns one", finger + 1)
         }

@@ -9,7 +9,7 @@ use anyhow::{Context, anyhow};
 use socketcan::embedded_can::{Frame, Id};
 use socketcan::errors::CanError;
 use socketcan::{CanAnyFrame, CanFdSocket, CanFilter, ShouldRetry, Socket, SocketOptions};
-use stickslip_unit::bus::{STATE_ID, State, WRENCH_ID, Wrench};
+use stickslip_unit::bus::{CLASSIC_STATE_ID, OWN_IDS, STATE_ID, State, WRENCH_ID, Wrench};
 
 use crate::NAP;
 use crate::event::Happened;
@@ -30,8 +30,7 @@ pub fn open(interface: &str) -> anyhow::Result<CanFdSocket> {
     );
     let opened = || -> io::Result<CanFdSocket> {
         let socket = CanFdSocket::open(interface)?;
-        let of_the_unit = [WRENCH_ID, WRENCH_ID + 1, STATE_ID];
-        socket.set_filters(&of_the_unit.map(|id| CanFilter::new(id.into(), WHOLE_ID)))?;
+        socket.set_filters(&OWN_IDS.map(|id| CanFilter::new(id.into(), WHOLE_ID)))?;
         socket.set_error_filter_accept_all()?;
         Ok(socket)
     };
@@ -87,7 +86,7 @@ pub fn watch(
         if !silent && heard.elapsed() >= SILENT {
             silent = true;
             let remark = format!(
-                "{interface}: no state of a unit (identifier {STATE_ID:#x}) for {} s: is the unit on, and do bit rates \
+                "{interface}: no state of a unit (identifier {STATE_ID:#x} or {CLASSIC_STATE_ID:#x}) for {} s: is the unit on, and do bit rates \
                  and termination of the bus fit?",
                 SILENT.as_secs()
             );
@@ -107,8 +106,13 @@ fn take(frame: &CanAnyFrame) -> Result<Option<Happened>, Damaged> {
         CanAnyFrame::Remote(_) | CanAnyFrame::Error(_) => return Ok(None),
     };
     let Id::Standard(id) = id else { return Ok(None) };
-    if id.as_raw() == STATE_ID {
-        return State::decode(data).map(|state| Some(Happened::Heard(Box::new(state)))).ok_or(Damaged);
+    let state = match id.as_raw() {
+        STATE_ID => Some(State::decode(data)),
+        CLASSIC_STATE_ID => Some(State::decode_classic(data)),
+        _ => None,
+    };
+    if let Some(state) = state {
+        return state.map(|state| Some(Happened::Heard(Box::new(state)))).ok_or(Damaged);
     }
     let Some(finger) = id.as_raw().checked_sub(WRENCH_ID).filter(|finger| *finger < 2) else {
         return Ok(None);

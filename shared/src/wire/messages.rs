@@ -292,6 +292,13 @@ pub enum Refusal {
         /// Where it is.
         port: Port,
     },
+    /// The sensor's identifiers are those of the unit's own frames on the bus.
+    BaseTaken {
+        /// Base identifier.
+        base: u8,
+    },
+    /// An ATI sensor, which knows classic frames only, and wrenches in CAN-FD frames on one bus.
+    ClassicBus,
     /// A finger has no sensor.
     NoSensor {
         /// 0 or 1.

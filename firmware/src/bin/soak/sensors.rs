@@ -12,7 +12,7 @@ use embedded_io_async::{ErrorKind, ErrorType, Read, Write};
 use heapless::Deque;
 use stickslip_firmware::board::current::COUNTS;
 use stickslip_shared::wire::{Calibration, Port, Sensor, Sensors, TICK_US};
-use stickslip_unit::bus::{STATE_ID, WRENCH_ID, Wrench};
+use stickslip_unit::bus::{CLASSIC_STATE_ID, STATE_ID, WRENCH_ID, Wrench};
 use stickslip_unit::lines::Bus;
 use stickslip_unit::source::ft300::{FRAME, PERIOD_US, STOP, TRANSMISSION_US, start_stream};
 
@@ -455,7 +455,8 @@ impl Bus for SimulatedBus {
 
     async fn write(&mut self, id: u16, data: &[u8]) {
         // Dropped by the caller where it waits too long.
-        if id != STATE_ID {
+        let state = id == STATE_ID || id == CLASSIC_STATE_ID;
+        if !state {
             count(&DONE.requests_begun);
         }
         if self.is_off()
@@ -463,7 +464,7 @@ impl Bus for SimulatedBus {
         {
             Timer::at(until).await;
         }
-        if id == STATE_ID {
+        if state {
             count(&DONE.states);
         } else {
             count(&DONE.asked);

@@ -34,6 +34,7 @@ impl Hub {
     /// matrix anew.
     pub fn assign(&mut self, sensors: &Sensors) {
         self.sensors.clone_from(sensors);
+        (self.ft300, self.bus) = (Ft300::new(), [BusWrench::new(), BusWrench::new()]);
         self.ati = [None, None];
         for sensor in sensors {
             if let (Port::Ati { base }, Some(place)) =
@@ -51,6 +52,11 @@ impl Hub {
     /// Whether a sensor is to be read on the serial line.
     pub fn has_serial(&self) -> bool {
         self.finger_of(Port::Ft300).is_some()
+    }
+
+    /// Whether a sensor on the bus knows classic frames only.
+    pub fn is_classic(&self) -> bool {
+        self.ati.iter().any(Option::is_some)
     }
 
     /// A byte of the serial line.

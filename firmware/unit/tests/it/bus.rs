@@ -2,8 +2,12 @@
 
 use can_dbc::{ByteOrder, Dbc, Message, MessageId, ValueType};
 use proptest::prelude::*;
+use stickslip_shared::predictor::{flags, validity};
 use stickslip_shared::wire::Mode;
-use stickslip_unit::bus::{BusWrench, STATE_BYTES, STATE_ID, State, WRENCH_BYTES, WRENCH_ID, Wrench};
+use stickslip_unit::bus::{
+    BusWrench, CLASSIC_STATE_BYTES, CLASSIC_STATE_ID, OWN_IDS, STATE_BYTES, STATE_ID, State, WRENCH_BYTES,
+    WRENCH_ID, Wrench,
+};
 use stickslip_unit::source::WrenchSource;
 
 fn dbc() -> Dbc {
@@ -39,10 +43,11 @@ const FORCES: [&str; 6] = ["Fx", "Fy", "Fz", "Tx", "Ty", "Tz"];
 #[test]
 fn the_dbc_file_has_our_frames_with_our_lengths_and_no_others() {
     let dbc = dbc();
-    for (id, bytes) in [(WRENCH_ID, WRENCH_BYTES), (WRENCH_ID + 1, WRENCH_BYTES), (STATE_ID, STATE_BYTES)] {
+    let lengths = [WRENCH_BYTES, WRENCH_BYTES, STATE_BYTES, CLASSIC_STATE_BYTES];
+    for (id, bytes) in OWN_IDS.into_iter().zip(lengths) {
         assert_eq!(*message(&dbc, id).size(), bytes as u64, "{id:#x}");
     }
-    assert_eq!(dbc.messages().len(), 3);
+    assert_eq!(dbc.messages().len(), OWN_IDS.len());
 }
 
 proptest! {
@@ -105,9 +110,35 @@ proptest! {
     }
 
     #[test]
+    fn a_classic_frame_of_a_state_reads_by_the_dbc_file_as_it_was_meant(
+        flags in 0u32..1 << 14, validity in 0u32..1 << 24, counter in any::<u8>(),
+        advised in prop::option::of(0.0f32..500.0), mode in 0usize..3,
+    ) {
+        let mode = [Mode::Safe, Mode::Ready, Mode::Running][mode];
+        let state = State {
+            flags, validity, at_us: 0, holding_n: None, advised_n: advised, drop_in_s: None,
+            used: [None; 2], mode, counter,
+        };
+        let frame = state.encode_classic();
+        let dbc = dbc();
+        let message = message(&dbc, CLASSIC_STATE_ID);
+        let read = |name| signal(message, name, &frame);
+        prop_assert_eq!(read("Flags"), f64::from(flags));
+        prop_assert_eq!(read("Mode"), f64::from(mode as u8));
+        prop_assert_eq!(read("Validity"), f64::from(validity));
+        prop_assert_eq!(read("Counter"), f64::from(counter));
+        let expected = advised.map_or(655.35, f64::from);
+        prop_assert!((read("AdvisedGrip") - expected).abs() <= 0.005 + 1e-5 * expected);
+        let back = State::decode_classic(&frame).unwrap();
+        prop_assert_eq!(back.encode_classic(), frame);
+        prop_assert_eq!(State { advised_n: advised, ..back }, state);
+    }
+
+    #[test]
     fn any_bytes_are_survived_and_frames_of_another_length_refused(bytes in prop::collection::vec(any::<u8>(), 0..65)) {
         prop_assert_eq!(Wrench::decode(&bytes).is_some(), bytes.len() == WRENCH_BYTES);
         prop_assert!(State::decode(&bytes).is_none() || bytes.len() == STATE_BYTES);
+        prop_assert!(State::decode_classic(&bytes).is_none() || bytes.len() == CLASSIC_STATE_BYTES);
         let mut source = BusWrench::default();
         let reading = source.take(&bytes, 1000);
         prop_assert!(reading.is_none() || bytes.len() == WRENCH_BYTES);

@@ -2,6 +2,7 @@
 
 use proptest::prelude::*;
 use stickslip_shared::wire::{Calibration, Grasp, Port, Pose, Refusal, Sample, Sensor};
+use stickslip_unit::bus::OWN_IDS;
 use stickslip_unit::fingers::{Fingers, TARE_US};
 use stickslip_unit::host_clock::MAX_AGE_US;
 use stickslip_unit::source::ft300::Ft300;
@@ -216,6 +217,42 @@ fn two_sensors_for_one_finger_are_refused_and_the_old_ones_stay() {
     let ati = [sensor(Port::Ati { base: 1 }, 0), sensor(Port::Ati { base: 2 }, 1)];
     assert_eq!(fingers.assign(&ati), Ok(()));
     assert_eq!(fingers.uncalibrated(), Some(0), "another sensor has another matrix");
+}
+
+#[test]
+fn an_ati_sensor_shares_no_identifier_and_no_bus_with_the_units_own_frames_of_wrenches() {
+    let mut fingers = calibrated();
+    let ati = |base, finger| Sensor { port: Port::Ati { base }, finger };
+    for base in 0..128 {
+        let answer = fingers.assign(&[ati(base, 0)]);
+        let own = OWN_IDS.iter().any(|id| (u16::from(base) << 4..=u16::from(base) << 4 | 0xf).contains(id));
+        assert_eq!(answer, if own { Err(Refusal::BaseTaken { base }) } else { Ok(()) });
+        assert_eq!(own, base == 0x11 || base == 0x12);
+    }
+    let can = |finger| Sensor { port: Port::Can, finger };
+    for mixed in [[ati(5, 0), can(1)], [can(0), ati(5, 1)]] {
+        assert_eq!(fingers.assign(&mixed), Err(Refusal::ClassicBus));
+    }
+    assert_eq!(fingers.sensors().collect::<Vec<_>>(), [ati(127, 0)], "the old ones stay");
+    assert_eq!(fingers.assign(&[ati(5, 0), Sensor { port: Port::Gauges, finger: 1 }]), Ok(()));
+}
+
+#[test]
+fn the_oldest_reading_that_is_used_says_when_a_sample_was_measured() {
+    let mut fingers = Fingers::new();
+    fingers.assign(&[BOTH[0], Sensor { port: Port::Can, finger: 1 }]).unwrap();
+    fingers.calibrate(&diagonal(0, 0.01));
+    fingers.calibrate(&diagonal(1, 1.0));
+    let measured = |fingers: &mut Fingers, now_us| (fingers.sample(now_us).t_us, fingers.measured_us());
+    assert_eq!(measured(&mut fingers, 1_000), (0, 1_000), "none is there");
+    let reading = |at_us| Reading { at_us, stands_us: 20_000, values: [1.0; 6] };
+    assert!(fingers.take(Port::Gauges, 0, reading(4_500)));
+    assert_eq!(measured(&mut fingers, 5_000), (4_000, 4_500));
+    assert!(fingers.take(Port::Can, 1, reading(3_000)));
+    assert_eq!(measured(&mut fingers, 9_000), (8_000, 3_000));
+    // The second one does not stand any more.
+    assert_eq!(measured(&mut fingers, 24_000), (23_000, 4_500));
+    assert_eq!(measured(&mut fingers, 60_000), (59_000, 60_000));
 }
 
 #[test]

@@ -40,6 +40,15 @@ fn what_arrives_goes_to_the_sensor_whose_it_is_and_comes_out_with_its_finger() {
 }
 
 #[test]
+fn with_an_ati_sensor_the_bus_takes_classic_frames_only() {
+    let mut hub = Hub::new();
+    for (port, classic) in [(Port::Can, false), (Port::Ati { base: 5 }, true), (Port::Ft300, false)] {
+        hub.assign(&sensors(&[(port, 1)]));
+        assert_eq!(hub.is_classic(), classic, "{port:?}");
+    }
+}
+
+#[test]
 fn a_serial_sensor_and_one_on_the_bus_work_side_by_side() {
     let mut hub = Hub::new();
     hub.assign(&sensors(&[(Port::Can, 0), (Port::Ft300, 1)]));

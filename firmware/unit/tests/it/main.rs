@@ -8,6 +8,7 @@ mod fingers;
 mod ft300;
 mod host_clock;
 mod hub;
+mod lines;
 mod link;
 mod memory;
 mod outputs;

@@ -275,7 +275,7 @@ fn a_run_on_the_units_sensors_is_refused_for_the_first_finger_without_sensor_or_
         // Another sensor than before: its matrix is no longer the finger's.
         let mut other = whole.clone();
         let mut sensors = other.sensors.clone();
-        sensors.iter_mut().filter(|s| s.finger == finger).for_each(|s| s.port = Port::Can);
+        sensors.iter_mut().filter(|s| s.finger == finger).for_each(|s| s.port = Port::Gauges);
         other.assign(&sensors).unwrap();
         assert_eq!(other.check_ready(), Err(Refusal::NotCalibrated { finger }));
     }

@@ -10,7 +10,7 @@ use stickslip_live::state::State;
 use stickslip_live::{bus, plain};
 use stickslip_shared::predictor::{flags, validity};
 use stickslip_shared::wire::Mode;
-use stickslip_unit::bus::{STATE_ID, State as BusState, WRENCH_ID, Wrench};
+use stickslip_unit::bus::{CLASSIC_STATE_ID, STATE_ID, State as BusState, WRENCH_ID, Wrench};
 
 /// `struct canfd_frame` of linux/can.h: identifier, length, flags (4: FD), two reserved, 64 bytes.
 fn canfd(id: u16, data: &[u8]) -> [u8; 72] {
@@ -114,6 +114,23 @@ fn what_the_bus_does_not_tell_is_shown_as_not_known_and_alarms_are_raised() {
         assert!(line.contains(part), "`{part}` in {line}");
     }
     assert!(!line.contains("NaN"), "{line}");
+}
+
+#[test]
+fn a_classic_frame_of_the_state_is_heard_with_what_it_has() {
+    let sent = state(1, flags::DROP);
+    let mut told = told(&[
+        can(CLASSIC_STATE_ID, &sent.encode_classic()).to_vec(),
+        canfd(CLASSIC_STATE_ID, &sent.encode()).to_vec(),
+    ]);
+    told.pop();
+    let Happened::Heard(heard) = &told[0] else { panic!("{:?}", told[0]) };
+    let expected = BusState { at_us: 0, holding_n: None, used: [None; 2], ..sent };
+    assert_eq!(**heard, expected);
+    assert!(matches!(told[1], Happened::Damaged(1)), "{:?}", told[1]);
+    let seen = seen(told);
+    assert_eq!(seen.alarms.iter().map(|alarm| alarm.flag).collect::<Vec<_>>(), [flags::DROP]);
+    assert_eq!(seen.advised_grip_n, Some(9.0));
 }
 
 #[test]
