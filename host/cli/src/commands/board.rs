@@ -15,6 +15,7 @@ use super::telemetry::{describe, told as in_words};
 use crate::interrupt::Interrupt;
 use stickslip_analysis::Progress;
 use stickslip_device::clock::Clock;
+use stickslip_device::error::reason;
 use stickslip_device::{Device, log};
 use stickslip_live::words::flag_names;
 use stickslip_report::terminal::Output;
@@ -269,7 +270,7 @@ fn read_matrices(file: &std::path::Path) -> anyhow::Result<Vec<Calibration>> {
         };
         let calibration = Calibration { finger, matrix };
         if let Err(refusal) = check::calibration(&calibration) {
-            bail!("{}: finger {number}: {refusal:?}", named());
+            bail!("{}: finger {number}: {}", named(), reason(&refusal));
         }
         all.push(calibration);
     }

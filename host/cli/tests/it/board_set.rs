@@ -1,4 +1,4 @@
-//! `stickslip board set`: what is wrong with its command line is said before a board is looked for.
+//! `stickslip board set` and `calibrate`: what is wrong with command line and files is said before a board is looked for.
 
 use std::fs;
 
@@ -60,4 +60,27 @@ fn a_file_of_poses_that_is_none_is_refused_by_name_and_a_sound_one_gets_as_far_a
     set().arg("--no-grasp").assert().code(2).stderr(contains("--no-grasp"));
     fs::write(&file, text("0.3", "1.0")).expect("written");
     set().args(["--unit", "7", "--grip", "20"]).assert().failure().stderr(contains("/dev/no-such-port"));
+}
+
+#[test]
+fn a_file_of_matrices_that_are_none_is_refused_in_words_that_say_which_finger_and_why() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("matrices.toml");
+    let matrix = |entry: &dyn Fn(usize, usize) -> String| {
+        let row = |i| (0..6).map(|j| entry(i, j)).collect::<Vec<_>>().join(", ");
+        (0..6).map(|i| format!("[{}]", row(i))).collect::<Vec<_>>().join(", ")
+    };
+    let diagonal = |of: &str| matrix(&|i, j| if i == j { of.to_owned() } else { "0.0".to_owned() });
+    let ones = matrix(&|_, _| "1.0".to_owned());
+    for (number, matrix, said) in [
+        (1, ones, "finger 1: the matrix of finger 1 is singular: six readings would not give six components"),
+        (2, diagonal("nan"), "finger 2: Calibration is NaN, allowed is -1000 to 1000"),
+        (3, diagonal("1.0"), "finger number 3; there are 1 and 2"),
+        // Sound: it gets as far as the board.
+        (1, diagonal("1.0"), "/dev/no-such-port"),
+    ] {
+        fs::write(&file, format!("[[finger]]\nnumber = {number}\nmatrix = [{matrix}]\n")).expect("written");
+        let assert = stickslip().args(["board", "calibrate"]).arg(&file).args(NO_BOARD).assert().failure();
+        assert.stderr(contains(said).and(contains("Singular").not()).and(contains("OutOfRange").not()));
+    }
 }
