@@ -87,8 +87,9 @@ impl ErrorType for Rx {
 impl Read for Rx {
     async fn read(&mut self, bytes: &mut [u8]) -> Result<usize, usart::Error> {
         let read = self.0.read(bytes).await;
-        if matches!(read, Err(usart::Error::Overrun)) {
-            // The ring was full, or a byte was not fetched in time; how many were lost nobody knows.
+        if read.is_err() {
+            // The ring was full, or a byte was not fetched in time or came damaged: the driver stops, and what was not read is
+            // gone. How many were lost nobody knows.
             BETWEEN.counters.bytes_lost.add(1);
         }
         read

@@ -172,6 +172,7 @@ impl SensorLines {
             let after = hub.losses();
             counters.readings_damaged.add(after.damaged.saturating_sub(before.damaged));
             counters.readings_dropped.add(after.faulty.saturating_sub(before.faulty));
+            counters.readings_lost.add(after.lost.saturating_sub(before.lost));
             measured
         });
         if let Some(measured) = measured.flatten()

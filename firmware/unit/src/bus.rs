@@ -95,6 +95,7 @@ fn rounded(x: f32) -> f32 {
 #[derive(Clone, Debug, Default)]
 pub struct BusWrench {
     losses: Losses,
+    /// Of the next frame.
     counter: Option<u8>,
 }
 
@@ -111,13 +112,18 @@ impl WrenchSource for BusWrench {
     fn take(&mut self, bytes: &[u8], at_us: u32) -> Option<Reading> {
         let Some(wrench) = Wrench::decode(bytes) else {
             count(&mut self.losses.damaged);
+            // It is not missing besides.
+            self.counter = self.counter.map(|counter| counter.wrapping_add(1));
             return None;
         };
+        let missing = self.counter.map_or(0, |due| wrench.counter.wrapping_sub(due));
         // A counter that stands still is a sender that repeats itself.
-        if self.counter.replace(wrench.counter) == Some(wrench.counter) {
+        if missing == u8::MAX {
             count(&mut self.losses.skipped);
             return None;
         }
+        self.losses.lost = self.losses.lost.saturating_add(u32::from(missing));
+        self.counter = Some(wrench.counter.wrapping_add(1));
         if !wrench.valid {
             count(&mut self.losses.faulty);
             return None;

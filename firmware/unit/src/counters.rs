@@ -55,6 +55,7 @@ pub struct Counters {
     pub witnessed: Counter,
     pub witness_apart: Counter,
     pub readings_damaged: Counter,
+    pub readings_lost: Counter,
     pub readings_dropped: Counter,
     pub frames_unsent: Counter,
     /// Ticks of runs, sum and largest of their costs.
@@ -102,6 +103,7 @@ impl Counters {
             witnessed: Counter::new(),
             witness_apart: Counter::new(),
             readings_damaged: Counter::new(),
+            readings_lost: Counter::new(),
             readings_dropped: Counter::new(),
             frames_unsent: Counter::new(),
             cost: Mutex::new(Cell::new((0, 0, 0))),
@@ -147,6 +149,7 @@ impl Counters {
             witnessed: self.witnessed.get(),
             witness_apart: self.witness_apart.get(),
             readings_damaged: self.readings_damaged.get(),
+            readings_lost: self.readings_lost.get(),
             readings_dropped: self.readings_dropped.get(),
             frames_unsent: self.frames_unsent.get(),
             stack_bytes: memory.stack,

@@ -566,6 +566,8 @@ pub struct Statistics {
     /// Sensors' frames that were damaged or not understood, scans of converters that failed, and times that
     /// the bus was disturbed.
     pub readings_damaged: u32,
+    /// Sensors' frames that never came, by the counter of those on CAN and the beat of the serial line's.
+    pub readings_lost: u32,
     /// Readings for which no room was left, or that were late, faulty or not finite.
     pub readings_dropped: u32,
     /// Frames that the bus did not take: the unit's state, requests to sensors.

@@ -129,12 +129,13 @@ pub async fn judge(ticks: u32) {
         value(&d.scans_saturated)
     );
     hprintln!(
-        "{} times unplugged, {} bus off, {} host silent, {} clock steps; board: {} damaged, {} dropped, {} starved",
+        "{} times unplugged, {} bus off, {} host silent, {} clock steps; board: {} damaged, {} lost, {} dropped, {} starved",
         value(&d.unplugged),
         value(&d.bus_off),
         value(&d.silences),
         value(&d.clock_steps),
         s.readings_damaged,
+        s.readings_lost,
         s.readings_dropped,
         s.starved
     );

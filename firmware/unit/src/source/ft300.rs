@@ -51,12 +51,14 @@ pub struct Ft300 {
     losses: Losses,
     /// When the last frame was measured, us.
     last_us: Option<u32>,
+    /// Losses of damage until then.
+    damaged: u32,
 }
 
 impl Ft300 {
     /// Nothing received.
     pub const fn new() -> Self {
-        Self { bytes: [0; FRAME], filled: 0, losses: Losses::NONE, last_us: None }
+        Self { bytes: [0; FRAME], filled: 0, losses: Losses::NONE, last_us: None, damaged: 0 }
     }
 
     /// When a frame was measured whose last byte came at `at_us`. Frames are a period apart, some may be lost; one that is late by
@@ -70,7 +72,11 @@ impl Ft300 {
         let in_time = late_us >= PERIOD_US / 2 || since_us.is_some_and(|us| us < PERIOD_US / 2);
         let older_us = if in_time { 0 } else { late_us - late_us / DRIFT_SHARE };
         let measured_us = come_us.wrapping_sub(older_us);
-        self.last_us = Some(measured_us);
+        // By the beat; of those that are missing some came damaged.
+        let missing = since_us.map_or(0, |us| ((us + PERIOD_US / 2) / PERIOD_US).saturating_sub(1));
+        let damaged = self.losses.damaged.saturating_sub(self.damaged);
+        self.losses.lost = self.losses.lost.saturating_add(missing.saturating_sub(damaged));
+        (self.last_us, self.damaged) = (Some(measured_us), self.losses.damaged);
         measured_us
     }
 

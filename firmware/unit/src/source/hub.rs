@@ -31,7 +31,7 @@ impl Hub {
     }
 
     /// Which sensor measures which finger; checked by [`crate::fingers::check_sensors`]. ATI sensors are asked for their
-    /// matrix anew.
+    /// matrix anew; of what the others sent before nothing is missing.
     pub fn assign(&mut self, sensors: &Sensors) {
         self.sensors.clone_from(sensors);
         (self.ft300, self.bus) = (Ft300::new(), [BusWrench::new(), BusWrench::new()]);
@@ -94,6 +94,7 @@ impl Hub {
             damaged: sum.damaged.saturating_add(one.damaged),
             skipped: sum.skipped.saturating_add(one.skipped),
             faulty: sum.faulty.saturating_add(one.faulty),
+            lost: sum.lost.saturating_add(one.lost),
         })
     }
 }

@@ -43,11 +43,13 @@ pub struct Losses {
     pub skipped: u32,
     /// Readings that the sensor itself marks as faulty.
     pub faulty: u32,
+    /// Readings that never came, by the sensor's own count or beat, but for those that came damaged.
+    pub lost: u32,
 }
 
 impl Losses {
     /// Nothing yet.
-    pub const NONE: Self = Self { damaged: 0, skipped: 0, faulty: 0 };
+    pub const NONE: Self = Self { damaged: 0, skipped: 0, faulty: 0, lost: 0 };
 }
 
 pub(crate) fn count(counter: &mut u32) {

@@ -158,3 +158,38 @@ fn a_wrench_on_the_bus_has_its_senders_time_and_a_repeated_or_invalid_one_is_no_
     assert_eq!(source.take(&spoilt.encode(), 16_000), None);
     assert_eq!((source.losses().skipped, source.losses().faulty), (1, 2));
 }
+
+#[test]
+fn every_flag_and_reason_for_doubt_has_its_bit_in_the_classic_frame() {
+    // The highest of each.
+    let state = State {
+        flags: flags::UNSURE,
+        validity: validity::CONE_INSTEAD,
+        at_us: 0,
+        holding_n: None,
+        advised_n: None,
+        drop_in_s: None,
+        used: [None; 2],
+        mode: Mode::Running,
+        counter: 0,
+    };
+    let back = State::decode_classic(&state.encode_classic());
+    assert_eq!(back, Some(state));
+}
+
+#[test]
+fn wrenches_that_the_bus_lost_are_counted_by_their_counter_and_damaged_ones_once() {
+    let wrench =
+        |counter| Wrench { age_us: 0, period_us: 4000, counter, valid: true, values: [1.0; 6] }.encode();
+    let mut source = BusWrench::default();
+    for counter in (100..=255).chain(0..40) {
+        // Lost are one, three across the wrap, and one behind one that was cut short.
+        match counter {
+            30 | 254..=255 | 0 | 21 => None,
+            20 => source.take(&wrench(counter)[..20], 0),
+            _ => source.take(&wrench(counter), 0),
+        };
+    }
+    let losses = source.losses();
+    assert_eq!((losses.lost, losses.damaged, losses.skipped), (5, 1, 0));
+}

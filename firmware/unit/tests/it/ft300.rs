@@ -46,7 +46,7 @@ fn a_damaged_frame_is_counted_and_the_next_one_read() {
     let found = feed(&mut source, &bytes, 0);
     assert_eq!(found.len(), 1);
     assert!((found[0].values[0] - 2.0).abs() < 1e-6);
-    assert_eq!(source.losses(), Losses { damaged: 1, skipped: 15, faulty: 0 });
+    assert_eq!(source.losses(), Losses { damaged: 1, skipped: 15, faulty: 0, lost: 0 });
 }
 
 #[test]
@@ -105,6 +105,35 @@ fn a_reading_that_waited_on_the_way_is_as_old_as_it_is_also_of_a_sensor_whose_cl
         // A sixteenth of a wait of 4.9 ms, and what a clock of 0.1 % is ahead.
         assert!(oldest > -200.0 && youngest < 500.0, "{ppm}: {oldest} {youngest}");
     }
+}
+
+#[test]
+fn frames_that_are_missing_in_the_sensors_beat_are_counted_and_damaged_ones_once() {
+    let mut unit = Unit::start(None);
+    let sensors: wire::Sensors = [Sensor { port: Port::Ft300, finger: 0 }].into_iter().collect();
+    assert_eq!(unit.request::<wire::SetSensors>(&sensors), Ok(()));
+    let say = |unit: &Unit, k: u32, damaged: bool| {
+        let mut frame = Robotiq::frame([k as f32 * 0.01; 6]);
+        frame[7] ^= u8::from(damaged) << 4;
+        // A clock 0.1 % fast, and bytes that wait for up to 3 ms.
+        unit.sensors.bytes(unit.between, &frame, 20_000 + k * 9_990 + k * 37 % 3_000);
+    };
+    for k in 0..200u32 {
+        match k {
+            20 | 50..=52 => {}
+            _ => say(&unit, k, k == 80),
+        }
+    }
+    let counts = |unit: &Unit| {
+        (unit.between.counters.readings_lost.get(), unit.between.counters.readings_damaged.get())
+    };
+    assert_eq!(counts(&unit), (4, 1));
+    // A line that was silent for longer has no beat any more.
+    (400..410).for_each(|k| say(&unit, k, false));
+    // Of another assignment nothing is missing.
+    assert_eq!(unit.request::<wire::SetSensors>(&sensors), Ok(()));
+    (420..430).for_each(|k| say(&unit, k, false));
+    assert_eq!(counts(&unit), (4, 1));
 }
 
 #[test]

@@ -378,9 +378,9 @@ fn info(device: &mut Device, output: &Output) -> anyhow::Result<()> {
     }
     let s = &told.statistics;
     output.text(format_args!(
-        "{} ticks, {} missed; lost: {} samples, {} reports, {} bytes; damaged: {} frames, {} readings; {} readings dropped; {} frames not sent on the bus",
+        "{} ticks, {} missed; lost: {} samples, {} reports, {} bytes; damaged: {} frames, {} readings; {} readings lost, {} dropped; {} frames not sent on the bus",
         s.ticks, s.ticks_missed, s.samples_lost, s.reports_dropped, s.bytes_lost, s.frames_damaged, s.readings_damaged,
-        s.readings_dropped, s.frames_unsent
+        s.readings_lost, s.readings_dropped, s.frames_unsent
     ));
     output.document(&told)
 }
