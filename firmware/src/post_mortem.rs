@@ -44,14 +44,14 @@ pub fn panicked(info: &PanicInfo, handler: Frame) {
     end(Ending::Panic, pc, lr, line);
 }
 
-/// Notes that the watchdog is about to bite. For the handler of its warning, which does not return.
+/// Notes an end from the handler of an interrupt that does not return: where the processor was.
 ///
 /// # Safety
 /// `stacked` is where the processor put what it interrupted: eight words, the sixth `lr`, the seventh `pc` (Armv7-M manual,
 /// B1.5.6).
-pub unsafe fn starved(stacked: *const u32) {
+pub unsafe fn interrupted(how: Ending, stacked: *const u32) {
     // SAFETY: the caller's, and it lies on the stack.
     let [.., lr, pc, _] =
         if holds(stacked as usize, 8) { unsafe { *stacked.cast::<[u32; 8]>() } } else { [0; 8] };
-    end(Ending::Watchdog, pc, lr, 0);
+    end(how, pc, lr, 0);
 }

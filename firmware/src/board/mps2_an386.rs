@@ -510,7 +510,7 @@ unsafe extern "C" fn NonMaskableInt() {
 unsafe extern "C" fn warned(stacked: *const u32) -> ! {
     WATCHDOG.write(0x0, TIMER_HZ / 1000 * WARNING_MS);
     // SAFETY: as the processor left it.
-    unsafe { post_mortem::starved(stacked) };
+    unsafe { post_mortem::interrupted(Ending::Watchdog, stacked) };
     loop {
         cortex_m::asm::nop();
     }

@@ -5,6 +5,7 @@
 //! module has been type-checked and linked, not run: no such board was at hand.
 
 use core::num::{NonZeroU8, NonZeroU16};
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m::peripheral::DWT;
 use defmt_rtt as _;
@@ -225,7 +226,13 @@ impl nor_flash::ErrorType for Flash {
 impl ReadNorFlash for Flash {
     const READ_SIZE: usize = 1;
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashFault> {
-        self.0.blocking_read(offset, bytes).map_err(|_| FlashFault)
+        READS_MEMORY.store(true, Ordering::Relaxed);
+        cortex_m::asm::dsb();
+        let read = self.0.blocking_read(offset, bytes);
+        // What its last word raises comes before this ends.
+        cortex_m::asm::dsb();
+        READS_MEMORY.store(false, Ordering::Relaxed);
+        read.map_err(|_| FlashFault)
     }
     fn capacity(&self) -> usize {
         stm32_flash::FLASH_SIZE
@@ -241,6 +248,32 @@ impl NorFlash for Flash {
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashFault> {
         self.0.blocking_write(offset, bytes).map_err(|_| FlashFault)
     }
+}
+
+/// Whether the memory for settings is read: a word that lost power while it was written or erased may hold two wrong bits
+/// or more by its ECC, and reading it then raises an NMI (RM0440, 3.3.8).
+static READS_MEMORY: AtomicBool = AtomicBool::new(false);
+
+/// Takes note of such a word and goes on: what was read is anything, and the checksums refuse it. Any other memory that is
+/// damaged, as the flash with the firmware, is the end. (The clock's and the SRAM's checks, which raise it too, are off.)
+// All code runs on the main stack, on which the processor put where it was.
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+unsafe extern "C" fn NonMaskableInt() {
+    core::arch::naked_asm!("mrs r0, msp", "b {damaged}", damaged = sym damaged)
+}
+
+unsafe extern "C" fn damaged(stacked: *const u32) {
+    // The register's own address and bank are not asked: after a reset in a write they may be wrong.
+    if READS_MEMORY.load(Ordering::Relaxed) {
+        // Written as one: cleared.
+        pac::FLASH.eccr().modify(|w| w.set_eccd(true));
+        cortex_m::asm::dsb();
+        return;
+    }
+    // SAFETY: as the processor left it.
+    unsafe { post_mortem::interrupted(Ending::MemoryDamaged, stacked) };
+    reset()
 }
 
 /// CAN-FD on PA11 and PA12.
@@ -274,8 +307,9 @@ const WINDOW_COUNTS: u8 = 27;
 /// Below this its counter bites.
 const WINDOW_END: u8 = 0x40;
 
-/// Fed by the control task only. The independent watchdog cannot warn; the window watchdog can, but its clock is the
-/// processor's. So both run: the one that warns bites first.
+/// Fed by the control task only, and so started with it: reading the settings before ends of itself, but repairing both
+/// copies of them after a power cut may take longer than the watchdogs wait. The independent watchdog cannot warn; the window
+/// watchdog can, but its clock is the processor's. So both run: the one that warns bites first.
 pub struct Watchdog(IndependentWatchdog<'static, IWDG>);
 
 impl Watchdog {
@@ -329,7 +363,7 @@ unsafe extern "C" fn WWDG() {
 
 unsafe extern "C" fn warned(stacked: *const u32) -> ! {
     // SAFETY: as the processor left it.
-    unsafe { post_mortem::starved(stacked) };
+    unsafe { post_mortem::interrupted(Ending::Watchdog, stacked) };
     loop {
         cortex_m::asm::nop();
     }

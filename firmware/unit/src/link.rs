@@ -59,12 +59,12 @@ impl<B: Board> Link<B> {
         }
     }
 
-    /// Reads what was stored, the model into `slot`.
+    /// Reads what was stored, the model into `slot`; what became of the settings, which are also taken without a model.
     pub fn recall(&mut self, slot: &mut Slot) -> Recalled {
         (self.settings, self.recalled) = self.stored.recall(&mut self.upload, slot);
         self.scene_crc = slot.scene_crc;
         self.sensors.with(|hub| hub.assign(&self.settings.sensors));
-        self.recalled
+        if self.recalled == Recalled::WithoutModel { Recalled::Done } else { self.recalled }
     }
 
     /// As commanded so far.
@@ -260,7 +260,7 @@ impl<B: Board> Link<B> {
         }
         self.settings.start = start;
         self.settings.offsets = self.between.tared().offsets;
-        self.stored.store(&self.settings, &self.upload, self.between.model_crc())?;
+        self.stored.store(&mut self.settings, &self.upload, self.between.model_crc())?;
         self.recalled = Recalled::Done;
         Ok(())
     }

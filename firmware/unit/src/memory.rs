@@ -1,14 +1,13 @@
 //! What a unit keeps over a loss of power: settings (sensors, calibrations, tare, grip limits, grasp, unit number, and
 //! whether it begins a run by itself) and the model.
 //!
-//! sequential-storage writes each value behind the old one, with a checksum, and takes the newest that is whole: a
-//! cut at any word of a write leaves the old value or the new one. Each value begins with a version; one
-//! of another version is refused and left alone until something is stored.
+//! This is one copy of it; a unit has two ([`crate::stored`]). sequential-storage writes each value behind the old one,
+//! with a checksum, and takes the newest that is whole. Each value begins with a version; one of another version is
+//! refused and left alone until something is stored.
 
 use core::ops::Range;
 
 use embedded_storage_async::nor_flash::NorFlash;
-use sequential_storage::Error;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 use serde::{Deserialize, Serialize};
@@ -30,9 +29,33 @@ const ROOM: usize = (1 + HEAD + MAX_MODEL_BYTES).next_multiple_of(32);
 const SETTINGS: u8 = 1;
 const MODEL: u8 = 2;
 
+/// Of settings in flash.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stamp {
+    /// Counts stores: of two copies the one with the higher is newer.
+    pub generation: u32,
+    /// CRC-32 of the model that they were stored with; 0: with none.
+    pub model: u32,
+}
+
+impl Stamp {
+    /// Bytes in flash.
+    const BYTES: usize = 8;
+
+    fn of(bytes: &[u8]) -> Option<(Self, &[u8])> {
+        let (generation, rest) = bytes.split_first_chunk()?;
+        let (model, rest) = rest.split_first_chunk()?;
+        let [generation, model] = [generation, model].map(|bytes| u32::from_le_bytes(*bytes));
+        Some((Self { generation, model }, rest))
+    }
+}
+
 /// What was set.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
+    /// When they were stored, and with what; beside the rest in flash, so that it is read alone.
+    #[serde(skip)]
+    pub stamp: Stamp,
     /// Number of the unit; 0: none.
     pub unit: u32,
     /// Which sensor measures which finger.
@@ -128,6 +151,14 @@ impl<F: NorFlash> Memory<F> {
         Ok(Self { storage: MapStorage::new(flash, config, Cache::new_uncached()) })
     }
 
+    /// The same flash, another range of it.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn within(self, range: Range<u32>) -> Result<Self, MemoryFault> {
+        Self::new(self.into_flash(), range)
+    }
+
     async fn fetch<'b>(
         &mut self,
         key: u8,
@@ -151,24 +182,24 @@ impl<F: NorFlash> Memory<F> {
             bytes.extend_from_slice(&VERSION.to_le_bytes()).and_then(|()| bytes.extend_from_slice(value));
         fits.map_err(|_| MemoryFault::TooLarge)?;
         let mut room = [0; ROOM];
-        match self.storage.store_item(&mut room, &key, &bytes.as_slice()).await {
-            Ok(()) => {
-                // Worn flash may take a write and not keep it.
-                let kept = self.storage.fetch_item::<&[u8]>(&mut room, &key).await;
-                if kept.is_ok_and(|kept| kept == Some(bytes.as_slice())) {
-                    Ok(())
-                } else {
-                    Err(MemoryFault::Storage)
-                }
-            }
-            // Neither an old value nor an empty place: it belonged to something else. Nothing is lost.
-            Err(Error::Corrupted { .. }) => {
-                self.erase().await?;
-                let again = self.storage.store_item(&mut room, &key, &bytes.as_slice()).await;
-                again.map_err(|_| MemoryFault::Storage)
-            }
-            Err(_) => Err(MemoryFault::Storage),
+        let stored = self.storage.store_item(&mut room, &key, &bytes.as_slice()).await;
+        // Worn flash may take a write and not keep it.
+        let kept = self.storage.fetch_item::<&[u8]>(&mut room, &key).await;
+        if stored.is_ok() && kept.is_ok_and(|kept| kept == Some(bytes.as_slice())) {
+            Ok(())
+        } else {
+            Err(MemoryFault::Storage)
         }
+    }
+
+    /// The stamp of the settings; `None` where none are stored.
+    ///
+    /// # Errors
+    /// As [`Self::settings`], but they may be refused.
+    pub async fn stamp(&mut self) -> Result<Option<Stamp>, MemoryFault> {
+        let mut room = [0; ROOM];
+        let Some(bytes) = self.fetch(SETTINGS, &mut room).await? else { return Ok(None) };
+        Stamp::of(bytes).map(|(stamp, _)| Some(stamp)).ok_or(MemoryFault::Unusable)
     }
 
     /// The settings; `None` where none are stored.
@@ -178,8 +209,12 @@ impl<F: NorFlash> Memory<F> {
     pub async fn settings(&mut self) -> Result<Option<Settings>, MemoryFault> {
         let mut room = [0; ROOM];
         let Some(bytes) = self.fetch(SETTINGS, &mut room).await? else { return Ok(None) };
+        let (stamp, bytes) = Stamp::of(bytes).ok_or(MemoryFault::Unusable)?;
         match postcard::take_from_bytes::<Settings>(bytes) {
-            Ok((settings, [])) if settings.check().is_ok() => Ok(Some(settings)),
+            Ok((mut settings, [])) if settings.check().is_ok() => {
+                settings.stamp = stamp;
+                Ok(Some(settings))
+            }
             _ => Err(MemoryFault::Unusable),
         }
     }
@@ -204,17 +239,21 @@ impl<F: NorFlash> Memory<F> {
     /// Stores the settings.
     ///
     /// # Errors
-    /// The flash fails; what was stored before stands then.
+    /// The flash fails, or holds something else: what was stored before stands then, or the copy has to be erased.
     pub async fn store_settings(&mut self, settings: &Settings) -> Result<(), MemoryFault> {
         let mut bytes = [0; 768];
-        let used = postcard::to_slice(settings, &mut bytes).map_err(|_| MemoryFault::TooLarge)?;
-        self.store(SETTINGS, used).await
+        let Stamp { generation, model } = settings.stamp;
+        let (head, rest) = bytes.split_at_mut(Stamp::BYTES);
+        head[..4].copy_from_slice(&generation.to_le_bytes());
+        head[4..].copy_from_slice(&model.to_le_bytes());
+        let used = postcard::to_slice(settings, rest).map_err(|_| MemoryFault::TooLarge)?.len();
+        self.store(SETTINGS, bytes.get(..Stamp::BYTES + used).unwrap_or_default()).await
     }
 
     /// Stores a model's bytes.
     ///
     /// # Errors
-    /// Too long, or the flash fails; what was stored before stands then.
+    /// Too long, or as [`Self::store_settings`].
     pub async fn store_model(&mut self, bytes: &[u8]) -> Result<(), MemoryFault> {
         self.store(MODEL, bytes).await
     }

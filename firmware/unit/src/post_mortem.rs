@@ -33,6 +33,7 @@ fn ending(word: u32) -> Ending {
         2 => Ending::HardFault,
         3 => Ending::StackOverflow,
         4 => Ending::Watchdog,
+        5 => Ending::MemoryDamaged,
         _ => Ending::Unnoted,
     }
 }
@@ -93,6 +94,7 @@ pub fn note_end(words: &mut [u32; WORDS], how: Ending, pc: u32, lr: u32, line: u
         Ending::HardFault => 2,
         Ending::StackOverflow => 3,
         Ending::Watchdog => 4,
+        Ending::MemoryDamaged => 5,
     };
     (*end, *at, *from, *in_line) = (code, pc, lr, line);
     *checksum = sum(&[*mark, *starts, code, pc, lr, line]);

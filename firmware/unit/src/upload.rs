@@ -46,14 +46,18 @@ impl Upload {
         checked(&self.bytes, place)
     }
 
-    /// A model that was stored, as if it had been sent; its checksum and its scene's.
+    /// A model that was stored, as if it had been sent; the checksum of its scene.
     ///
     /// # Errors
-    /// As [`Self::commit`].
-    pub fn of_memory(&mut self, bytes: &[u8], place: &mut Option<ModelPackage>) -> Result<[u32; 2], Refusal> {
-        let scene = checked(bytes, place)?;
-        self.bytes.clear();
-        Ok([crc32(bytes), scene])
+    /// As [`Self::commit`]: its checksum is another than `crc`, too.
+    pub fn of_memory(
+        &mut self,
+        bytes: Vec<u8, MAX_MODEL_BYTES>,
+        crc: u32,
+        place: &mut Option<ModelPackage>,
+    ) -> Result<u32, Refusal> {
+        self.bytes = bytes;
+        self.commit(&ModelCommit { length: short(self.bytes.len()), crc }, place)
     }
 
     /// What was received.

@@ -387,6 +387,8 @@ pub enum Ending {
     StackOverflow,
     /// The control task did not feed the watchdog, whose early warning noted what ran instead.
     Watchdog,
+    /// The chip found a memory damaged that is not the one for settings (NMI): the flash with the firmware.
+    MemoryDamaged,
 }
 
 /// One of the last ticks before an end.
@@ -418,8 +420,8 @@ pub struct PostMortem {
     pub last: [TickNote; 4],
 }
 
-/// What became of the stored settings and model at the start.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+/// What became of the stored settings and model at the start; the later in this list, the more is there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "json-schema", derive(schemars::JsonSchema))]
 pub enum Recalled {
     /// The board has no memory for them.
@@ -427,15 +429,18 @@ pub enum Recalled {
     NoMemory,
     /// Nothing is stored.
     Empty,
-    /// Taken over.
-    Done,
+    /// Not readable, or refused by the checks: not used.
+    Unusable,
     /// Of another version: not used.
     OtherVersion {
         /// That it has.
         found: u16,
     },
-    /// Not readable, or refused by the checks: not used.
-    Unusable,
+    /// The settings are taken over; the model that they were stored with cannot be read, is another one, or cannot be
+    /// run: no run begins by itself.
+    WithoutModel,
+    /// Taken over.
+    Done,
 }
 
 /// The unit's clock at an exchange, us since its reset.

@@ -1,10 +1,7 @@
 //! A unit without a board: tick and link as on one, the clock in the test's hands.
 
-use std::cell::{Cell, RefCell};
-use std::rc::Rc;
+use std::cell::Cell;
 
-use embassy_futures::block_on;
-use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use postcard_rpc::{Endpoint, Topic};
 use serde::de::DeserializeOwned;
 use stickslip_selftest::push;
@@ -23,7 +20,7 @@ use stickslip_unit::post_mortem::{Recorder, WORDS};
 use stickslip_unit::slot::Slot;
 use stickslip_unit::source::gauges::CHANNELS;
 
-use super::memory::{Flash, RANGE};
+use super::flash::{RANGE, SharedFlash};
 
 thread_local! {
     static NOW_US: Cell<u64> = const { Cell::new(0) };
@@ -53,41 +50,6 @@ impl Board for Bench {
     }
     fn memory() -> MemoryUse {
         MemoryUse { stack: 100, variables: 200 }
-    }
-}
-
-/// Flash that outlives a unit: the next one starts with it.
-#[derive(Clone)]
-pub struct SharedFlash(Rc<RefCell<Flash>>);
-
-impl SharedFlash {
-    pub fn new() -> Self {
-        Self(Rc::new(RefCell::new(Flash::new())))
-    }
-}
-
-impl ErrorType for SharedFlash {
-    type Error = <Flash as ErrorType>::Error;
-}
-
-impl ReadNorFlash for SharedFlash {
-    const READ_SIZE: usize = Flash::READ_SIZE;
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
-        block_on(self.0.borrow_mut().read(offset, bytes))
-    }
-    fn capacity(&self) -> usize {
-        self.0.borrow().capacity()
-    }
-}
-
-impl NorFlash for SharedFlash {
-    const WRITE_SIZE: usize = Flash::WRITE_SIZE;
-    const ERASE_SIZE: usize = Flash::ERASE_SIZE;
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
-        block_on(self.0.borrow_mut().erase(from, to))
-    }
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
-        block_on(self.0.borrow_mut().write(offset, bytes))
     }
 }
 

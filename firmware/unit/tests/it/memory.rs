@@ -1,9 +1,7 @@
-//! What a unit keeps over a loss of power, on a flash whose power is cut at every word.
+//! One copy of what a unit keeps over a loss of power.
 
 use embassy_futures::block_on;
-use embedded_storage_async::nor_flash::{
-    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
-};
+use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use proptest::prelude::*;
 use stickslip_shared::wire::frame::crc32;
 use stickslip_shared::wire::{
@@ -11,121 +9,13 @@ use stickslip_shared::wire::{
 };
 use stickslip_unit::memory::{Memory, MemoryFault, Settings, VERSION};
 
-/// Of the STM32G474 with two banks (RM0440, 3.3): pages of 2 KiB, words of 8 bytes.
-const PAGE: usize = 2048;
-const WORD: usize = 8;
-const PAGES: usize = 8;
-pub const RANGE: core::ops::Range<u32> = 0..(PAGES * PAGE) as u32;
-
-/// How the word or page looks at which the power went.
-#[derive(Clone, Copy, Debug)]
-pub enum Cut {
-    /// As before.
-    Before,
-    /// A part of it is done.
-    Half,
-    /// Done, but the caller never knew.
-    After,
-}
-
-/// Flash that refuses what real flash refuses, and loses power after a number of words and pages.
-#[derive(Clone)]
-pub struct Flash {
-    bytes: Vec<u8>,
-    left: Option<(usize, Cut)>,
-    done: usize,
-}
-
-#[derive(Debug)]
-pub struct PowerCut;
-
-impl NorFlashError for PowerCut {
-    fn kind(&self) -> NorFlashErrorKind {
-        NorFlashErrorKind::Other
-    }
-}
-
-impl Flash {
-    pub fn new() -> Self {
-        Self { bytes: vec![0xff; PAGES * PAGE], left: None, done: 0 }
-    }
-
-    /// Counts an operation; how much of it is done where the power goes.
-    fn step(&mut self) -> Result<(), Cut> {
-        self.done += 1;
-        match &mut self.left {
-            Some((0, cut)) => Err(*cut),
-            Some((left, _)) => {
-                *left -= 1;
-                Ok(())
-            }
-            None => Ok(()),
-        }
-    }
-}
-
-impl ErrorType for Flash {
-    type Error = PowerCut;
-}
-
-impl ReadNorFlash for Flash {
-    const READ_SIZE: usize = 1;
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), PowerCut> {
-        bytes.copy_from_slice(&self.bytes[offset as usize..][..bytes.len()]);
-        Ok(())
-    }
-    fn capacity(&self) -> usize {
-        self.bytes.len()
-    }
-}
-
-impl NorFlash for Flash {
-    const WRITE_SIZE: usize = WORD;
-    const ERASE_SIZE: usize = PAGE;
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerCut> {
-        assert!((from as usize).is_multiple_of(PAGE) && (to as usize).is_multiple_of(PAGE));
-        for start in (from as usize..to as usize).step_by(PAGE) {
-            let done = match self.step() {
-                Ok(()) => {
-                    self.bytes[start..start + PAGE].fill(0xff);
-                    continue;
-                }
-                Err(Cut::Before) => 0,
-                Err(Cut::Half) => PAGE / 2,
-                Err(Cut::After) => PAGE,
-            };
-            self.bytes[start..start + done].fill(0xff);
-            return Err(PowerCut);
-        }
-        Ok(())
-    }
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PowerCut> {
-        assert!((offset as usize).is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD));
-        for (k, word) in bytes.chunks(WORD).enumerate() {
-            let at = offset as usize + k * WORD;
-            let cut = self.step();
-            let done = match cut {
-                Err(Cut::Before) => 0,
-                Err(Cut::Half) => WORD / 2,
-                Ok(()) | Err(Cut::After) => WORD,
-            };
-            let old = &self.bytes[at..at + WORD];
-            // A word is written once (it has a checksum of its own in hardware), or cleared altogether.
-            assert!(old.iter().all(|b| *b == 0xff) || word.iter().all(|b| *b == 0), "{at}: {old:?} {word:?}");
-            self.bytes[at..at + done].copy_from_slice(&word[..done]);
-            if cut.is_err() {
-                return Err(PowerCut);
-            }
-        }
-        Ok(())
-    }
-}
+use super::flash::{Failed, Flash, PAGE, PAGES, RANGE, WORD};
 
 fn memory(flash: Flash) -> Memory<Flash> {
     Memory::new(flash, RANGE).unwrap()
 }
 
-fn settings(unit: u32) -> Settings {
+pub fn settings(unit: u32) -> Settings {
     let mut settings = Settings { unit, ..Settings::default() };
     settings.sensors.push(Sensor { port: Port::Ft300, finger: 0 }).unwrap();
     settings.sensors.push(Sensor { port: Port::Ati { base: 3 }, finger: 1 }).unwrap();
@@ -156,46 +46,6 @@ fn what_is_stored_is_there_after_a_restart_and_a_fresh_flash_is_empty() {
     assert_eq!(block_on(again.model_crc()), Some(crc32(&model)));
     block_on(again.erase()).unwrap();
     assert_eq!(block_on(again.settings()), Ok(None));
-}
-
-#[test]
-fn wherever_the_power_is_cut_the_old_state_or_the_new_one_is_there() {
-    // So full that a write also has to move old values and erase pages.
-    let model = |k: u8| vec![k; MAX_MODEL_BYTES];
-    for writes in [0u32, 3, 11] {
-        let mut before = memory(Flash::new());
-        block_on(before.store_model(&model(1))).unwrap();
-        for unit in 0..=writes {
-            block_on(before.store_settings(&settings(unit))).unwrap();
-        }
-        let flash = before.into_flash();
-        for stores_model in [false, true] {
-            let store = |memory: &mut Memory<Flash>| match stores_model {
-                false => block_on(memory.store_settings(&settings(99))),
-                true => block_on(memory.store_model(&model(2))),
-            };
-            let mut whole = memory(Flash { done: 0, ..flash.clone() });
-            store(&mut whole).unwrap();
-            let operations = whole.into_flash().done;
-            assert!(operations > 30);
-            for (at, cut) in
-                (0..operations).flat_map(|at| [Cut::Before, Cut::Half, Cut::After].map(|cut| (at, cut)))
-            {
-                let mut cut_off = memory(Flash { left: Some((at, cut)), ..flash.clone() });
-                assert!(store(&mut cut_off).is_err());
-                let mut after = memory(Flash { left: None, ..cut_off.into_flash() });
-                let place = format!("{writes} {stores_model} {at} of {operations} {cut:?}");
-                let kept = block_on(after.settings()).unwrap().unwrap_or_else(|| panic!("{place}: lost"));
-                let old = kept == settings(writes);
-                assert!(old || (kept == settings(99) && !stores_model), "{place}");
-                let kept = block_on(after.model()).unwrap().unwrap_or_else(|| panic!("{place}: lost"));
-                assert!(kept[..] == model(1)[..] || (kept[..] == model(2)[..] && stores_model), "{place}");
-                // And what is stored next is stored.
-                block_on(after.store_settings(&settings(7))).unwrap_or_else(|e| panic!("{place}: {e:?}"));
-                assert_eq!(block_on(after.settings()), Ok(Some(settings(7))), "{place}");
-            }
-        }
-    }
 }
 
 #[test]
@@ -252,7 +102,7 @@ proptest! {
     #[test]
     fn flash_full_of_anything_is_survived_and_can_be_used(seed in prop::collection::vec(any::<u8>(), 1..600)) {
         let bytes = seed.iter().copied().cycle().take(PAGES * PAGE).collect();
-        let mut memory = memory(Flash { bytes, ..Flash::new() });
+        let mut memory = memory(Flash::holding(bytes));
         prop_assert!(!matches!(block_on(memory.settings()), Ok(Some(_))));
         if block_on(memory.store_settings(&settings(3))).is_err() {
             block_on(memory.erase()).unwrap();
@@ -299,12 +149,12 @@ impl Worn {
 }
 
 impl ErrorType for Worn {
-    type Error = PowerCut;
+    type Error = Failed;
 }
 
 impl ReadNorFlash for Worn {
     const READ_SIZE: usize = 1;
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), PowerCut> {
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failed> {
         self.flash.read(offset, bytes).await
     }
     fn capacity(&self) -> usize {
@@ -315,21 +165,21 @@ impl ReadNorFlash for Worn {
 impl NorFlash for Worn {
     const WRITE_SIZE: usize = WORD;
     const ERASE_SIZE: usize = PAGE;
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerCut> {
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Failed> {
         for start in (from..to).step_by(PAGE) {
             let page = start as usize / PAGE;
             if !self.silent && self.fails(page) {
-                return Err(PowerCut);
+                return Err(Failed);
             }
             self.erasures[page] += 1;
             self.flash.erase(start, start + PAGE as u32).await?;
         }
         Ok(())
     }
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PowerCut> {
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Failed> {
         let fails = self.fails(offset as usize / PAGE);
         if fails && !self.silent {
-            return Err(PowerCut);
+            return Err(Failed);
         }
         self.flash.write(offset, bytes).await?;
         if fails && let Some(bit) = bytes.iter().position(|byte| *byte != 0xff) {

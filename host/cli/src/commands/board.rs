@@ -361,6 +361,11 @@ fn info(device: &mut Device, output: &Output) -> anyhow::Result<()> {
             )
         }
         Recalled::Unusable => "the stored settings cannot be used: set and store them again".to_owned(),
+        Recalled::WithoutModel => {
+            "settings were taken from its memory, the model stored with them cannot be used: \
+                                   load it and store again"
+                .to_owned()
+        }
     });
     if let Some(p) = &i.post_mortem {
         let line = if p.line > 0 { format!(", line {} of its source", p.line) } else { String::new() };
