@@ -92,6 +92,22 @@ mod tests {
 
     #[test]
     #[cfg(feature = "nucleo-g474re")]
+    fn every_gauge_channel_is_sampled_for_47_5_cycles_also_after_readings() {
+        use stickslip_firmware::board::current::{init, sampling};
+        use stickslip_unit::board::Channels;
+        // Code of 47.5 cycles in ADC_SMPR1 and ADC_SMPR2.
+        const LONG: u8 = 0b100;
+        let finger1 = [1, 2, 6, 7, 8, 9].map(|channel| (channel, LONG));
+        let finger2 = [17, 3, 4, 12, 14, 5].map(|channel| (channel, LONG));
+        let mut gauges = init(false).gauges;
+        assert_eq!(sampling(), [finger1, finger2]);
+        let scanned = (0..1_000_000).filter(|_| gauges.read().is_some()).take(5).count();
+        assert_eq!(scanned, 5);
+        assert_eq!(sampling(), [finger1, finger2]);
+    }
+
+    #[test]
+    #[cfg(feature = "nucleo-g474re")]
     fn a_frame_comes_back_through_the_can_controllers_loopback() {
         use stickslip_firmware::board::current::loopback;
         use stickslip_unit::lines::Bus;

@@ -203,6 +203,20 @@ fn overrun(adc: pac::adc::Adc, channel: usize) {
     }
 }
 
+/// Channel and code of its sampling time (ADC_SMPR1, ADC_SMPR2), in the order of each converter's sequence: for tests on a
+/// board.
+pub fn sampling() -> [[(u8, u8); 6]; 2] {
+    [pac::ADC1, pac::ADC2].map(|adc| {
+        core::array::from_fn(|k| {
+            let channel = if k < 4 { adc.sqr1().read().sq(k) } else { adc.sqr2().read().sq(k - 4) };
+            let place = usize::from(channel);
+            let code =
+                if place < 10 { adc.smpr().read().smp(place) } else { adc.smpr2().read().smp(place - 10) };
+            (channel, code.to_bits())
+        })
+    })
+}
+
 /// Alarm lines: PC6 slip, PC8 drop, PC9 sure.
 pub type AlarmLines = Lines<Output<'static>, Output<'static>, Output<'static>>;
 
