@@ -135,6 +135,10 @@ fn a_command_with_a_number_that_is_none_is_refused_wherever_it_stands() {
     for m in spoilt(&start) {
         refused(check::start(&m), &m);
     }
+    // Of a store: the run that is to begin by itself.
+    for m in spoilt(&Some(start)) {
+        refused(m.as_ref().map_or(Ok(()), check::start), &m);
+    }
     // The numbers that are whole.
     refused(check::finger(2), &2);
     refused(check::ati_base(128), &128);

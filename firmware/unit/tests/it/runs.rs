@@ -9,7 +9,8 @@ use stickslip_shared::wire::{
 use stickslip_unit::alarm::Alarms;
 use stickslip_unit::bus::{WRENCH_ID, Wrench};
 
-use super::bench::{SharedFlash, Unit, alarms, bytes, now_us, sample, set_counts};
+use super::bench::{Unit, alarms, bytes, now_us, sample, set_counts};
+use super::flash::SharedFlash;
 
 const LINK: StartRequest = StartRequest { source: Source::Link, trial: 0.0, prefill: 1, length: None };
 const UNIT: StartRequest = StartRequest { source: Source::Unit, ..LINK };
@@ -262,6 +263,19 @@ fn what_is_stored_is_there_after_a_start_and_a_run_begins_by_itself() {
     let mut empty = Unit::start(Some(flash));
     assert_eq!(empty.request::<wire::GetInfo>(&()).recalled, Recalled::Empty);
     assert_eq!(Unit::start(None).request::<wire::Store>(&None), Err(Refusal::NoMemory));
+}
+
+#[test]
+fn a_store_of_a_run_with_a_number_that_is_none_is_refused_and_nothing_is_stored() {
+    let flash = SharedFlash::new();
+    let mut unit = Unit::start(Some(flash.clone()));
+    assert_eq!(unit.load(&bytes(&push(0.2, 0.4)), wire::CHUNK), Ok(()));
+    unit.tick();
+    for none in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30] {
+        let answer = unit.request::<wire::Store>(&Some(StartRequest { trial: none, ..LINK }));
+        assert!(matches!(answer, Err(Refusal::OutOfRange { .. })), "{answer:?} to {none}");
+    }
+    assert_eq!(Unit::start(Some(flash)).request::<wire::GetInfo>(&()).recalled, Recalled::Empty);
 }
 
 #[test]
