@@ -44,9 +44,7 @@ mod witness;
 pub use params::Params;
 pub use plan::{Intent, MAX_SEGMENTS, Plan, Segment};
 pub use tuning::{Checked, Tuning};
-pub use types::{
-    FingerPrediction, HASH_START, Limits, Prediction, Sample, Slip, SolverStatus, flags, validity,
-};
+pub use types::{FingerPrediction, HASH_START, Limits, Prediction, Sample, Slip, flags, validity};
 pub use validate::{Limit, ModelError, validate, validate_limits};
 pub use witness::Testimony;
 
@@ -237,7 +235,7 @@ impl<R: Real> Predictor<R> {
                     *place = None;
                 }
                 context.last = Prediction {
-                    solver_status: status.into(),
+                    solver_status: status,
                     solver_residual_n: residual_n,
                     ..context.repeat(validity::SOLVER)
                 };

@@ -4,21 +4,23 @@
 use crate::model::Formulation;
 use crate::real::{Real, Vec3, max};
 use heapless::Vec;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
 
 /// Most contact points of one solve.
 pub const MAX_POINTS: usize = 64;
 /// Unknowns: linear velocity (3), angular velocity (3), opening speed of the jaw.
 pub const DOF: usize = 7;
 
-/// What became of a solve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// What became of a solve, or, in a prediction, of a tick's: the worst of them. The order of the forms is that of the protocol.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
 pub enum SolveStatus {
     /// The residual is at or below the tolerance.
+    #[default]
     Solved,
     /// The bound on the work was reached; the best answer found is returned with its residual.
     IterationLimit,
-    /// A number was not finite or out of its range; nothing was solved.
-    #[default]
+    /// A number was not finite or out of its range; nothing was solved, and the last good state is kept.
     BadInput,
     /// Rounding won, or the linear system broke down; the best answer found is returned.
     Numerical,
@@ -26,6 +28,19 @@ pub enum SolveStatus {
     /// complementarity solvers say so of a ray: for a copositive matrix (every friction problem) there
     /// is then no solution. The time step says so of forces that no rig has, and has not moved anything.
     Contradiction,
+}
+
+impl SolveStatus {
+    /// As the names of the JSON documents.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Solved => "solved",
+            Self::IterationLimit => "iteration_limit",
+            Self::BadInput => "bad_input",
+            Self::Numerical => "numerical",
+            Self::Contradiction => "contradiction",
+        }
+    }
 }
 
 /// What is wrong with the numbers of a problem.

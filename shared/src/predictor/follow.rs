@@ -235,7 +235,7 @@ impl<R: Real> Context<R> {
             p.flags |= flags::UNSURE;
         }
         p.validity = doubt;
-        p.solver_status = worst.status.into();
+        p.solver_status = worst.status;
         self.work = worst.work.done();
         p.solver_residual_n = worst.residual_n.to_f64() as f32;
         p.solver_iterations = worst.iterations;

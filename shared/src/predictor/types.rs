@@ -1,7 +1,7 @@
 //! What goes into a tick and what comes out of it.
 
-use crate::cone::SolveStatus;
 use crate::real::Real;
+use crate::solve::SolveStatus;
 use crate::track::Pose;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -106,47 +106,6 @@ impl Slip {
     }
 }
 
-/// How a tick's contact problems ended: the worst of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize, Schema)]
-pub enum SolverStatus {
-    /// Within the tolerance.
-    #[default]
-    Solved,
-    /// The best answer within the iterations of a tick.
-    IterationLimit,
-    /// Numbers that no rig has; the last good state is kept.
-    BadInput,
-    /// Rounding left no progress.
-    Numerical,
-    /// Contacts that contradict each other; the last good state is kept.
-    Contradiction,
-}
-
-impl SolverStatus {
-    /// As the names of the JSON documents.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Solved => "solved",
-            Self::IterationLimit => "iteration_limit",
-            Self::BadInput => "bad_input",
-            Self::Numerical => "numerical",
-            Self::Contradiction => "contradiction",
-        }
-    }
-}
-
-impl From<SolveStatus> for SolverStatus {
-    fn from(status: SolveStatus) -> Self {
-        match status {
-            SolveStatus::Solved => Self::Solved,
-            SolveStatus::IterationLimit => Self::IterationLimit,
-            SolveStatus::BadInput => Self::BadInput,
-            SolveStatus::Numerical => Self::Numerical,
-            SolveStatus::Contradiction => Self::Contradiction,
-        }
-    }
-}
-
 /// Output of one tick. The default foresees nothing and warns of nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize, Schema)]
 pub struct Prediction {
@@ -185,7 +144,7 @@ pub struct Prediction {
     /// Model's force of the pusher on the object, world axes.
     pub pusher_force_n: [f32; 3],
     /// Worst of the tick.
-    pub solver_status: SolverStatus,
+    pub solver_status: SolveStatus,
     /// Largest momentum error of the tick's solves, N.
     pub solver_residual_n: f32,
     /// Newton steps of the tick.
@@ -252,7 +211,7 @@ pub mod validity {
     /// A step of the look-ahead ended without reaching its tolerance: what lies beyond it is
     /// a best answer.
     pub const FORESIGHT: u32 = 1 << 14;
-    /// No look-ahead is finished yet: only the present is told.
+    /// No look-ahead is finished yet: only the present is predicted.
     pub const NO_FORESIGHT: u32 = 1 << 15;
     /// The object's measured pose is far from the model's, and not used until it stays there; or it repeats
     /// itself as no measurement does, and is not used; or each is given for several samples, and is late; or the fingers have let the

@@ -6,7 +6,7 @@ use nalgebra::UnitQuaternion;
 use stickslip_selftest::push;
 use stickslip_shared::cone::{Bodies, ContactPoint, Solution, SolveBudget, SolveStatus, solve};
 use stickslip_shared::model::{Model, Scene, SupportContact};
-use stickslip_shared::predictor::{Limits, ModelError, Predictor, Sample, SolverStatus, validity};
+use stickslip_shared::predictor::{Limits, ModelError, Predictor, Sample, validity};
 use stickslip_shared::real::Vec3;
 use stickslip_shared::track::Pose;
 
@@ -210,7 +210,7 @@ fn an_object_crushed_between_plate_and_table_is_said_to_be_and_the_last_good_sta
     while contradictory < 12 && k < 400 {
         last = predictor.tick(&sample(k, 0.0126 - 1.6e-5 * k as f32));
         assert!(last.solver_iterations <= 60, "{last:?}");
-        if last.solver_status == SolverStatus::Contradiction {
+        if last.solver_status == SolveStatus::Contradiction {
             contradictory += 1;
             assert_ne!(last.validity & validity::SOLVER, 0);
             assert_eq!((last.position_m, last.quaternion), (good.position_m, good.quaternion));
@@ -321,7 +321,7 @@ fn a_look_ahead_that_cannot_be_solved_foresees_no_drop_and_its_flags_are_unsure(
         last = Some(predictor.tick(&sample));
     }
     let p = last.expect("six ticks");
-    assert_eq!(p.solver_status, SolverStatus::Solved, "the present is solved");
+    assert_eq!(p.solver_status, SolveStatus::Solved, "the present is solved");
     assert_ne!(p.validity & validity::FORESIGHT, 0, "{:#b}", p.validity);
     assert_eq!(p.drop_in_s, None);
     assert_eq!(p.flags & flags::DROP, 0);

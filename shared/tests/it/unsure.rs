@@ -5,10 +5,9 @@ use nalgebra::UnitQuaternion;
 use stickslip_selftest::push;
 use stickslip_shared::contact::{self, Contacts, SLOTS};
 use stickslip_shared::model::{Base, Formulation, Friction, Model};
-use stickslip_shared::predictor::{
-    Limits, Params, Prediction, Predictor, Sample, SolverStatus, Tuning, flags, validity,
-};
+use stickslip_shared::predictor::{Limits, Params, Prediction, Predictor, Sample, Tuning, flags, validity};
 use stickslip_shared::real::Vec3;
+use stickslip_shared::solve::SolveStatus;
 use stickslip_shared::step::{Drive, State};
 use stickslip_shared::track::Pose;
 
@@ -152,7 +151,7 @@ fn jumps(unsolved_samples: u8, samples: u32) -> Vec<Prediction> {
 #[test]
 fn after_three_samples_in_a_row_that_were_not_solved_the_model_starts_anew_and_says_so_as_long_as_it_lasts() {
     let first = |all: &[Prediction]| {
-        let unsolved = |p: &Prediction| p.solver_status == SolverStatus::IterationLimit;
+        let unsolved = |p: &Prediction| p.solver_status == SolveStatus::IterationLimit;
         let from = all.iter().position(unsolved).expect("an unsolved sample");
         (from, all.iter().skip(from).take_while(|p| unsolved(p)).count())
     };
@@ -162,7 +161,7 @@ fn after_three_samples_in_a_row_that_were_not_solved_the_model_starts_anew_and_s
     for p in present.iter().skip(from).take(3) {
         assert!(doubts(p, validity::SOLVER), "{p:?}");
     }
-    assert_eq!(present[from + 3].solver_status, SolverStatus::Solved, "{:?}", present[from + 3]);
+    assert_eq!(present[from + 3].solver_status, SolveStatus::Solved, "{:?}", present[from + 3]);
     // One that never starts anew is the same until then, and another one after it.
     let never = jumps(250, 12);
     let words = |p: &Prediction| p.words().collect::<Vec<_>>();

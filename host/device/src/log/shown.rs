@@ -6,6 +6,7 @@
 
 use prost::Message;
 use stickslip_shared::predictor::{self, FingerPrediction, flags};
+use stickslip_shared::solve::SolveStatus;
 use stickslip_shared::wire;
 
 /// `proto/stickslip.proto` as a `FileDescriptorSet`.
@@ -306,11 +307,11 @@ impl From<&FingerPrediction> for Finger {
 impl From<&predictor::Prediction> for Prediction {
     fn from(of: &predictor::Prediction) -> Self {
         let status = match of.solver_status {
-            predictor::SolverStatus::Solved => SolverStatus::Solved,
-            predictor::SolverStatus::IterationLimit => SolverStatus::IterationLimit,
-            predictor::SolverStatus::BadInput => SolverStatus::BadInput,
-            predictor::SolverStatus::Numerical => SolverStatus::Numerical,
-            predictor::SolverStatus::Contradiction => SolverStatus::Contradiction,
+            SolveStatus::Solved => SolverStatus::Solved,
+            SolveStatus::IterationLimit => SolverStatus::IterationLimit,
+            SolveStatus::BadInput => SolverStatus::BadInput,
+            SolveStatus::Numerical => SolverStatus::Numerical,
+            SolveStatus::Contradiction => SolverStatus::Contradiction,
         };
         let [finger1, finger2] = &of.finger;
         let [wrench1, wrench2] = of.finger_wrench;
@@ -390,7 +391,7 @@ mod tests {
             quaternion: [next(), next(), next(), next()],
             finger_wrench: [[0; 6]; 2].map(|wrench| wrench.map(|_| next())),
             pusher_force_n: [next(), next(), next()],
-            solver_status: predictor::SolverStatus::Numerical,
+            solver_status: SolveStatus::Numerical,
             solver_residual_n: next(),
             solver_iterations: 31,
         };

@@ -9,7 +9,7 @@ use stickslip_lab::precision::compare;
 use stickslip_lab::steps::walk;
 use stickslip_lcp::files::{ProblemFile, read};
 use stickslip_shared::cone::{SolveBudget, SolveStatus};
-use stickslip_shared::predictor::{Predictor, SolverStatus, flags, validity};
+use stickslip_shared::predictor::{Predictor, flags, validity};
 
 fn cases(extension: &str) -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/worst");
@@ -64,7 +64,7 @@ fn worst_runs_end_every_tick_within_the_bound_of_its_work_and_mark_what_is_not_s
         for sample in &case.samples {
             let p = predictor.take(sample);
             assert!(p.position_m.iter().chain(&p.quaternion).all(|x| x.is_finite()), "{name}: {p:?}");
-            if p.solver_status != SolverStatus::Solved {
+            if p.solver_status != SolveStatus::Solved {
                 assert_ne!(p.validity & validity::SOLVER, 0, "{name}: {p:?}");
                 assert_ne!(p.flags & flags::UNSURE, 0, "{name}: {p:?}");
             }
