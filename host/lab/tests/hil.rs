@@ -1,6 +1,7 @@
 //! Runs the tests of `hil-tests` one by one, each in a fresh QEMU; `make hil` builds them
-//! and names the file in `STICKSLIP_HIL_ELF`. Without it there is nothing to run. With the
-//! feature `probe` (`make hil-probe`) they run on the board behind a debug probe instead.
+//! and names the file in `STICKSLIP_HIL_ELF`. Without it one test stands for them, which is
+//! ignored, and fails where it is asked for. With the feature `probe` (`make hil-probe`)
+//! they run on the board behind a debug probe instead.
 //!
 //! embedded-test lists its tests in the section `.embedded_test`: one symbol a test, whose
 //! name is JSON and whose first word is the address to call. Exit code 0 is a pass.
@@ -24,7 +25,10 @@ const PATIENCE: Duration = Duration::from_secs(400);
 fn main() {
     let arguments = Arguments::from_args();
     let tests = match std::env::var_os("STICKSLIP_HIL_ELF") {
-        None => Vec::new(),
+        None => {
+            let missing = || Err("STICKSLIP_HIL_ELF names no file: run `make hil`".into());
+            vec![Trial::test("needs `make hil`", missing).with_ignored_flag(true)]
+        }
         Some(elf) => {
             let elf = PathBuf::from(elf);
             let mut tests = list(&elf);
