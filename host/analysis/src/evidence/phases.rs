@@ -1,4 +1,6 @@
-//! Splits a trial into before contact, sticking, onset, sliding and end.
+//! Splits a trial into before contact, sticking, onset, sliding and end: the phases of `compare`.
+//! Onset and sliding follow the object's motion in the grasp; those of a fit's features, in `diagnose` and `add`, follow
+//! the path in contact and are other samples ([`crate::fit::phases`]).
 //!
 //! The rule, with `sigma` the noise of the signal at hand (stated in dataset.toml, or found
 //! from the differences of neighbouring samples where that is larger):

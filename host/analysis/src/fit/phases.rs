@@ -1,4 +1,6 @@
-//! The phases of a trial as bins of its samples: what a feature averages over.
+//! The phases of a trial as bins of its samples: what a feature averages over, in `diagnose`, `add`, `refit` and
+//! `suggest`. Onset is the first 1.8 mm of the path in contact here, and sliding the rest of it; `compare` splits a trial
+//! by the object's motion, and its phases of these names are other samples ([`crate::evidence::phases`]).
 //!
 //! Bins follow the contact and the path, not the clock, so that trials of different speed
 //! and length compare: rest before the contact, its first tenths of a millimetre, the
