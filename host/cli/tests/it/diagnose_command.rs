@@ -127,6 +127,29 @@ fn data_come_first_and_the_old_option_is_understood() {
 }
 
 #[test]
+fn a_wrong_model_is_refitted_to_a_push_and_trials_are_suggested_from_the_file_that_is_written() {
+    let (_kept, folder) = push(|description| description);
+    // A gripper that loses 3 N, which this one does not.
+    let wrong = "format = \"stickslip-model/1\"\nbase = \"hard\"\n[friction]\nfinger = 0.35\npusher = 0.25\n\
+                 support = 0.3\n[[effects]]\nid = \"grip_force_loss\"\nfraction = 0.0\noffset_n = 3.0\n";
+    std::fs::write(folder.join("wrong.toml"), wrong).expect("written");
+    let refitted = json(&folder, &["refit", ".", "--model", "wrong.toml", "--out", "refitted.toml"]);
+    let value = |name: &str| -> f64 {
+        let all = refitted["parameters"].as_array().expect("a list");
+        all.iter().find(|p| p["name"] == name).and_then(|p| p["value"].as_f64()).expect("fitted")
+    };
+    assert!(value("grip_force_loss.offset_n").abs() < 0.2, "{refitted}");
+    // As `add` finds it from the default model: 0.401.
+    assert!((value("friction.finger") / 0.401 - 1.0).abs() < 0.02, "{refitted}");
+    let suggest = ["suggest", ".", "--model", "refitted.toml", "--between", "sensor_gain", "--between"];
+    let between = json(&folder, &[&suggest[..], &["finger_friction_mismatch"]].concat());
+    let first = &between["experiments"][0];
+    assert!(first["information_bits"].as_f64().is_some_and(|bits| bits > 0.0 && bits <= 1.0), "{between}");
+    let in_model = refused(&folder, &[&suggest[..], &["grip_force_loss"]].concat());
+    assert!(in_model.contains("already has grip_force_loss"), "{in_model}");
+}
+
+#[test]
 fn a_diagnosis_writes_the_named_model_and_a_page_and_says_what_comes_next() {
     let folder = weak_grip();
     let words = ["diagnose", ".", "--out", "named.toml", "--html", "page.html"];
