@@ -27,7 +27,7 @@ pub struct Report {
     pub left_out: Vec<LeftOut>,
     /// One for each parameter that was fitted.
     pub parameters: Vec<Estimate>,
-    /// What cannot be told apart or seen, in words.
+    /// What the data cannot distinguish or determine, in words.
     pub notes: Vec<String>,
     /// Of the parameters.
     pub covariance: Vec<Vec<f64>>,
@@ -100,8 +100,8 @@ fn fitted(
     let mut notes = Vec::new();
     if let Some(pads) = pads {
         notes.push(format!(
-            "{} is added with it, as the diagnosis has it: bodies that give way keep their force when a motion ends, and \
-             this model predicts better with it",
+            "{} is added with it, as in a diagnosis: compliant bodies keep their force when a motion ends, and this model \
+             predicts better with it",
             pads.name()
         ));
         model.effects.insert(old, pads);

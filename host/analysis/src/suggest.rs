@@ -59,9 +59,9 @@ pub struct Report {
     pub between: [&'static str; 2],
     /// All that are weighed, with their probabilities.
     pub sets: Vec<Weighed>,
-    /// Best first: where one run tells most.
+    /// Best first: where one run gives most information.
     pub experiments: Vec<Experiment>,
-    /// The trials that together tell most, where a number of them was asked for.
+    /// The trials that together give most information, where a number of them was asked for.
     pub plan: Option<Plan>,
     /// Trials that were used.
     pub trials: usize,
@@ -94,7 +94,7 @@ pub enum SuggestError {
     Fit(#[from] FitError),
 }
 
-/// Fits the effects to `data` and finds the trials that tell most about which of them is missing.
+/// Fits the effects to `data` and finds the trials that give most information about which of them is missing.
 ///
 /// # Errors
 /// See [`SuggestError`].

@@ -202,7 +202,7 @@ impl std::error::Error for DatasetError {}
 /// Something worth knowing that is no error: an ignored column, a pose given in part.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, schemars::JsonSchema, serde::Serialize)]
 pub struct Warning {
-    /// Where it was met first.
+    /// Where it was found first.
     pub file: PathBuf,
     /// In how many files.
     pub files: usize,

@@ -51,7 +51,7 @@ pub struct Clock {
     pub at_s: f64,
     /// Board's clock less this machine's, s.
     pub offset_s: f64,
-    /// Seconds that the board's clock gains each second; `None`: the exchanges span too little time to tell.
+    /// Seconds that the board's clock gains each second; null: the exchanges span too little time to estimate it.
     pub drift: Option<f64>,
     /// What the offset may be wrong by: half the time on the line of the quickest exchange, s.
     pub uncertainty_s: f64,

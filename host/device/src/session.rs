@@ -73,7 +73,7 @@ pub struct Outcome {
     pub equal: usize,
     /// The first sample after which they differed.
     pub first_difference: Option<u32>,
-    /// The board's clock by the trial's times as it was told last; none where the board's own clock ruled.
+    /// The board's clock against the trial's times, as last sent to the board; null where only the board's own clock was used.
     pub clock: Option<Clock>,
     /// Samples, of those taken or left out by the board, that were too old to be a measurement of their tick.
     pub too_old: u32,

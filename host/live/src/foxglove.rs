@@ -66,7 +66,7 @@ struct Wrench {
     force_n: Option<Xyz>,
     /// Measured, N m.
     torque_nm: Option<Xyz>,
-    /// Of the contact model, N; none: a bus does not tell it.
+    /// Of the contact model, N; none: not sent on a bus.
     modelled_force_n: Option<Xyz>,
     /// Of the contact model, N m.
     modelled_torque_nm: Option<Xyz>,

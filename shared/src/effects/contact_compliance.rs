@@ -32,7 +32,7 @@ pub const INFO: Info = Info {
     code: 8,
     summary: "fingertips (support, pusher) deform under load before they slip",
     signature: "displacement in proportion to force before sliding, rounded onset of sliding, sag at lift-off",
-    on_robot: "the object gives way by tenths of a millimetre before it slips: where it ends up is off by that, and motion alone is no slip",
+    on_robot: "the object moves by tenths of a millimetre before it slips: where it ends up is off by that, and motion alone is no slip",
     source: "Mindlin 1949; Dahl 1968; Johnson 1985, Contact Mechanics",
     // Fingertips of 2e5 N/m under 40 N.
     role: Role::Compliance { normal_m: 2e-4 },

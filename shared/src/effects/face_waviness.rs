@@ -20,7 +20,7 @@ pub const INFO: Info = Info {
     id: "face_waviness",
     code: 12,
     summary: "fingertip friction or grip varies periodically along the object",
-    signature: "force ripples that repeat at the same places of the object at any speed",
+    signature: "force ripples that repeat at the same points of the object at any speed",
     on_robot: "how much a grip holds depends on where the object is taken, and changes while it slides",
     source: "Berger 2002, waviness in friction measurements",
     role: Role::Plain,

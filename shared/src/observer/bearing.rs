@@ -4,8 +4,8 @@
 //! slow mean by a cumulative sum (Page 1954): `S = max(0, S + (mean - share) / sigma - k)`,
 //! an alarm at `S > h`. Noise that is not white sums to more than its samples show: `sigma` is that of block
 //! means, times the root of a block's length (the long-run standard deviation), where that is more; by the
-//! differences of consecutive blocks, in which a deficit that grows hardly shows. Deficits below a twentieth of the weight never add up. It is told
-//! only where the told weight has proven right, and while the planned motion stays.
+//! differences of consecutive blocks, in which a deficit that grows hardly shows. Deficits below a twentieth of the weight
+//! never add up. An alarm is raised only where the model's weight has proven right, and while the planned motion stays.
 
 use crate::real::{Real, clamp, max, min, sqrt};
 use crate::tuning::tuned;
@@ -17,18 +17,18 @@ tuned! {
     /// What was chosen in it.
     pub struct BearingParams<R> {
         /// Deficit that is none, as a share of the weight: pads that settle and poses that turn. Doubled: falls that
-        /// lose less than a tenth of the weight are not told.
+        /// lose less than a tenth of the weight are not detected.
         allowed_share: R = R::of(0.05), 0.0 to 1.0;
         /// The same in standard deviations: half of the least deficit to be found soonest. Doubled: small deficits
-        /// are told later.
+        /// are detected later.
         allowed_sigmas: R = R::of(0.9), 0.01 to 100.0;
         /// By chance once in a hundred hours, `exp(2 k h) / (2 k^2)` samples apart (Siegmund 1985): `2 k h`.
-        /// Doubled: falls are told twice as late, by chance never.
+        /// Doubled: falls are detected twice as late, by chance never.
         chance: R = R::of(19.0), 0.1 to 1000.0;
         /// After so many samples it does not fall but rests elsewhere, or has been dropped: 0.4 s, in which it falls
         /// by 0.8 m. Doubled: the alarm stands that much longer.
         fallen_samples: u8 = 100, 1.0 to 250.0;
-        /// The told weight is right if it is borne for a while within this share. Doubled: objects that rest on
+        /// The model's weight is right if it is borne for a while within this share. Doubled: objects that rest on
         /// something pass for held.
         weight_share: R = R::of(0.15), 0.0 to 10.0;
         /// Time constant of the mean, s. Doubled: a new load is known that much later.
@@ -37,7 +37,7 @@ tuned! {
         noise_s: R = R::of(0.2), 0.004 to 100.0;
         /// A sample's share in the noise, of that of its time constant. Doubled: as half of `noise_s`.
         noise_share: R = R::of(0.1), 0.001 to 1.0;
-        /// First guess of the noise, share of the weight. Doubled: falls in the first second are told later.
+        /// First guess of the noise, share of the weight. Doubled: falls in the first second are detected later.
         noise: R = R::of(0.03), 1e-4 to 10.0;
         /// Time constant of noise that has just begun, s. Doubled: a knock of 40 ms passes for a fall.
         sudden_s: R = R::of(0.04), 0.004 to 10.0;
@@ -47,8 +47,8 @@ tuned! {
         counted_sigmas: R = R::of(2.5), 0.1 to 100.0;
         /// A sample counts up to so many in the deficit: three of them are a fall. Doubled: two are.
         sample_share: R = R::of(0.4), 0.01 to 10.0;
-        /// A fall lacks this share of the weight at least, summed over the samples. Doubled: light objects are told of when they
-        /// have fallen twice as long.
+        /// A fall lacks this share of the weight at least, summed over the samples. Doubled: falls of light objects
+        /// are detected twice as late.
         lost_share: R = R::of(0.15), 0.0 to 10.0;
         /// Less than this bears nothing, N: ten times the noise of a sensor. Doubled: objects of 20 to 40 g are not followed.
         least_n: R = R::of(0.2), 0.001 to 100.0;
@@ -129,7 +129,7 @@ impl<R: Real> Bearing<R> {
     }
 
     /// One sample: the force that bears the object, measured and by the model, N; `resting`: before the tare, where nothing
-    /// is told yet. For how many samples it has been falling; zero where it is borne.
+    /// is flagged yet. For how many samples it has been falling; zero where it is borne.
     pub fn falls(&mut self, bearing_n: Option<[R; 2]>, resting: bool, steered: bool, dt_s: R) -> u8 {
         let weighed = bearing_n.filter(|[_, model]| *model > self.params.least_n);
         if weighed.is_none() || self.fallen >= self.params.fallen_samples || self.rested && !resting {

@@ -3,8 +3,8 @@
 //! Before anything is seen it lies about the model's value, with the spread of calibrations on other days. What the object
 //! slides with is the coefficient, and only varies from slip to slip. What was held without slip is there: a load that
 //! stays, or a knock that was withstood, where the pose shows that nothing moved. It cuts off what lies below. All of it
-//! fades: the median goes back to the rig's and the spread to what a grasp has about it. The rig's is told by the model at first, and
-//! then by the grasps that slid.
+//! fades: the median goes back to the rig's and the spread to what a grasp has about it. The rig's comes from the model at first, and
+//! then from the grasps that slid.
 //!
 //! The distribution is log-logistic (Fisk, Econometrica 29, 1961): more than `x` with the probability `S(x) = 1 / (1 + (x / m)^k)`, of
 //! median `m`, and `k = pi / (sqrt(3) s)` with the standard deviation `s` of the logarithm. Its tails are heavier than those of
@@ -17,25 +17,25 @@ use crate::tuning::tuned;
 tuned! {
     /// What was chosen in it.
     pub struct FrictionParams<R> {
-        /// Relative standard deviation of the friction told: within 15 % on other days, and from grasp to grasp. Doubled:
-        /// trends are warned of at half of the told friction, and jumps of the load to 0.7 of it are slip without a pose.
+        /// Relative standard deviation of the model's friction: within 15 % on other days, and from grasp to grasp. Doubled:
+        /// trends are warned of at half of the model's friction, and jumps of the load to 0.7 of it are slip without a pose.
         spread_told: R = R::of(0.12), 0.005 to 1.0;
-        /// The same of friction that a slip has told: what it varies by from slip to slip. Doubled: warnings that come
+        /// The same of friction that a slip has shown: what it varies by from slip to slip. Doubled: warnings that come
         /// 6 % below the limit come 12 % below.
         spread_learnt: R = R::of(0.026), 0.001 to 1.0;
-        /// The same from grasp to grasp of a rig, about its own. Doubled: grasps tell next to nothing of the next ones.
+        /// The same from grasp to grasp of a rig, about its own. Doubled: grasps teach next to nothing about the next ones.
         spread_grasp: R = R::of(0.08), 0.001 to 1.0;
-        /// Degrees of freedom of what one grasp tells of the rig. Doubled: a wet patch moves the next grasps 1.7 times as far.
+        /// Degrees of freedom of one grasp's estimate of the rig's friction. Doubled: a wet patch moves the next grasps 1.7 times as far.
         freedom: R = R::of(4.0), 0.1 to 1000.0;
         /// Probability of the least friction: there is more with this one. Twice as near to 1: trends are warned of 3 % of the
         /// friction earlier.
         sure: R = R::of(0.9875), 0.5 to 0.9999;
-        /// Probability of the likely friction, whatever was held. Twice as near to 1: jumps of the load to 0.8 of the told
-        /// friction are slip without a pose.
+        /// Probability of the likely friction, whatever was held. Twice as near to 1: jumps of the load to 0.8 of the
+        /// model's friction are slip without a pose.
         likely: R = R::of(0.92), 0.5 to 0.9999;
-        /// Least estimate over the told coefficient. Doubled: friction that fell to a third is not learnt.
+        /// Least estimate over the model's coefficient. Doubled: friction that fell to a third is not learnt.
         least_share: R = R::of(0.2), 0.01 to 1.0;
-        /// Largest estimate over the told coefficient. Doubled: nothing, but for models that are far off.
+        /// Largest estimate over the model's coefficient. Doubled: nothing, but for models that are far off.
         most_share: R = R::of(2.0), 1.0 to 100.0;
         /// What was learnt fades with this time constant, s. Doubled: what a wet patch taught lasts two minutes.
         fade_s: R = R::of(60.0), 1.0 to 1e6;
@@ -49,7 +49,7 @@ tuned! {
         steady_s: R = R::of(0.3), 0.01 to 100.0;
         /// A knock is over at this share of its peak. Above 1, every sample is one.
         over_share: R = R::of(0.8), 0.0 to 1.5;
-        /// Share of a knock's peak that was held: the peak's noise is taken off.
+        /// Share of a knock's peak that was held: the peak's noise is taken off. At 1, noise counts as friction.
         peak_share: R = R::of(0.97), 0.0 to 1.0;
         /// Friction is learnt from slip that is as old as this, s: two samples. Doubled: short slips teach nothing.
         slid_s: R = R::of(0.008), 0.0 to 1.0;
@@ -57,13 +57,13 @@ tuned! {
         slid_m_s: R = R::of(0.005), 0.0 to 1.0;
         /// Share with which a sample of a slip enters the estimate: the mean of five. Doubled: 1.5 times the noise.
         slid_share: R = R::of(0.2), 0.001 to 1.0;
-        /// The same where the spread is below half of the told one's: what is known well moves little. Doubled: pads that get wet
+        /// The same where the spread is below half of `spread_told`: what is known well moves little. Doubled: pads that get wet
         /// in the midst of a grasp are followed in half of the time.
         known_share: R = R::of(0.05), 0.001 to 1.0;
         /// Pads that carry less than this share of what they carried in the slip do not slide. Above 1, no
         /// slip teaches.
         caught_share: R = R::of(0.9), 0.0 to 1.5;
-        /// Slip as long as this settles the estimate, s. Doubled: short slips leave the spread of the told one.
+        /// Slip as long as this settles the estimate, s. Doubled: short slips leave the spread as it was.
         learnt_s: R = R::of(0.04), 0.0 to 10.0;
     }
 }

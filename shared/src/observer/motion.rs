@@ -72,7 +72,7 @@ tuned! {
         block_share: R = R::of(0.05), 0.001 to 1.0;
         /// How much more than the variance so far one block counts. Doubled: a slip that begins counts as vibration.
         block_most: R = R::of(9.0), 1.0 to 1000.0;
-        /// Slower than this for some samples is rest, m/s: the noise of the filtered velocity. Doubled: slides of 5 mm/s are told in pieces.
+        /// Slower than this for some samples is rest, m/s: the noise of the filtered velocity. Doubled: slides of 5 mm/s are detected in pieces.
         rest_m_s: R = R::of(3e-3), 0.0 to 1.0;
         /// Slower than so many standard deviations of the filtered pose in a sample is rest too. Doubled: the same with bad cameras.
         rest_sigmas: R = R::of(0.7), 0.0 to 100.0;
@@ -80,14 +80,14 @@ tuned! {
         rest_samples: u8 = 8, 1.0 to 250.0;
         /// Share with which a gain of speed enters the acceleration of a slip: three samples. Doubled: its noise is 1.6 times as large.
         acceleration_share: R = R::of(0.3), 0.01 to 1.0;
-        /// Poses that are farther apart than this are none, s: a camera slower than 33 Hz tells less of slip than the forces do. Doubled: an object that is no longer seen passes for held for 60 ms, and with poses at 31 Hz a quarter fewer sudden slips are seen within 40 ms.
+        /// Poses that are farther apart than this are none, s: a camera slower than 33 Hz shows less of slip than the forces do. Doubled: an object that is no longer seen passes for held for 60 ms, and with poses at 31 Hz a quarter fewer sudden slips are seen within 40 ms.
         blind_s: R = R::of(0.03), 0.0 to 1.0;
         /// Far below the limit: by chance once in two hours, exp(h^2 / 2) means, of which two in a sample are independent. Sigmas
         /// doubled: sudden slips are seen twice as late.
         hold: Bar<R> = Bar { sigmas: R::of(5.5), lag_m: [R::of(2e-5), R::of(3e-5)] };
         /// The same, but for what the anchor lags: at the limit, where a grasp rarely is.
         at_limit: Bar<R> = Bar { sigmas: R::of(4.7), lag_m: [R::of(5e-6), R::of(1.5e-5)] };
-        /// The forces have told of slip already: by chance once in a second of it.
+        /// The forces have shown slip already: by chance once in a second of it.
         fall: Bar<R> = Bar { sigmas: R::of(3.5), lag_m: [R::of(0.0), R::of(0.0)] };
     }
 }

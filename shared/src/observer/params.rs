@@ -19,7 +19,7 @@ tuned! {
         tare_samples: u8 = 32, 0.0 to 250.0;
         /// Largest constant error of a force that is taken off, N. Doubled: a load that is there at the start is.
         tare_n: R = R::of(0.4), 0.0 to 100.0;
-        /// The same of a torque, N m.
+        /// The same of a torque, N m. Doubled: the torque of a load of 0.4 N at 25 mm that is there at the start is.
         tare_nm: R = R::of(0.005), 0.0 to 10.0;
         /// So many times as much is no constant error, and the sensor is in doubt: noise may exceed the bound. Doubled: a load of
         /// 2 N that is there at the start is taken for an error of 0.4 N without a doubt.

@@ -1,4 +1,4 @@
-//! Slip told from the wrenches alone: a load that is clipped.
+//! Slip detected from the wrenches alone: a load that is clipped.
 //!
 //! Pads that slide carry `mu N`, whatever pulls at them: the needed ratio climbs to the
 //! coefficient and stays there, flat within its noise. A knock that is held has a peak
@@ -30,7 +30,7 @@ tuned! {
         flat_share: R = R::of(0.12), 0.0 to 2.0;
         /// The same in standard deviations. Doubled: under noise, slow ramps pass for flat.
         flat_sigmas: R = R::of(2.0), 0.0 to 100.0;
-        /// A jump is at least this share of the ratio. Doubled: clipped loads of less than a fifth more wait for the told friction.
+        /// A jump is at least this share of the ratio. Doubled: clipped loads of less than a fifth more wait for the estimated friction.
         jump_share: R = R::of(0.1), 0.0 to 10.0;
         /// And so many standard deviations. Doubled: the same under noise.
         jump_sigmas: R = R::of(8.0), 0.0 to 100.0;

@@ -28,14 +28,14 @@ tuned! {
         /// Doubt that counts, in standard deviations of the posterior. Doubled: as twice both priors.
         doubt_sigmas: R = R::of(1.5), 0.0 to 20.0;
         /// Share by which a pad's shear is not linear: partial slip of the rim below two thirds of the limit.
-        /// Doubled: slips are told from softening that much later.
+        /// Doubled: slips are distinguished from softening that much later.
         nonlinear: R = R::of(0.3), 0.0 to 10.0;
         /// The load and the pose may be measured so far apart in time, s: half the longest mean of a force sensor, and
         /// a third of a sample. Doubled: a tenth fewer false alarms in knocks, 1 % fewer sudden slips within 20 ms.
         skew_s: R = R::of(0.003), 0.0 to 0.1;
         /// Loads below so many standard deviations of the noise teach nothing. Doubled: light objects teach little.
         taught_sigmas: R = R::of(5.0), 0.0 to 100.0;
-        /// Velocities below this teach nothing, m/s: the noise of the gripper's. Doubled: slow moves do not tell the clock.
+        /// Velocities below this teach nothing, m/s: the noise of the gripper's. Doubled: slow moves do not determine the time apart.
         taught_m_s: R = R::of(0.02), 0.0 to 10.0;
         /// Share by which the time apart is not constant. Doubled: sudden slips in fast moves of late poses are seen later.
         late_share: R = R::of(0.15), 0.0 to 10.0;
@@ -53,7 +53,7 @@ tuned! {
         load_noise_share: R = R::of(0.01), 1e-4 to 1.0;
         /// How much more than the noise so far one difference counts, in squares. Doubled: knocks count as noise.
         load_noise_most: R = R::of(9.0), 1.0 to 1000.0;
-        /// Smoothing of the load that shears the pads, as of the place. Doubled: 1.8 times the noise of its rate.
+        /// Smoothing of the load that shears the pads, as of the position. Doubled: 1.8 times the noise of its rate.
         smoothing: R = R::of(0.4), 0.01 to 1.0;
     }
 }

@@ -40,7 +40,7 @@ tuned! {
         /// Model and measured share of the friction limit agree within this. Doubled: slip that the model
         /// alone foresees is believed more often.
         share_apart: f32 = 0.1, 0.0 to 10.0;
-        /// The same where nobody sees the object: only the model can tell of its slip before it slides. Doubled: any
+        /// The same where nobody sees the object: only the model can predict its slip before it slides. Doubled: any
         /// load passes for the model's.
         unseen_apart: f32 = 0.3, 0.0 to 10.0;
         /// The fingers' normal forces may differ by so much, N, ...

@@ -7,9 +7,9 @@ tuned! {
     /// The table `track` of a [`Tuning`](crate::predictor::Tuning).
     pub struct Params<R> {
         /// A pose within this of the pads' own is one of an object flush between them, measured with noise, m: far beyond
-        /// what motion capture errs by, far below what a hand would place. Doubled: objects 2 mm off are drawn into the middle.
+        /// what motion capture errs by, far below what hands err by. Doubled: objects 2 mm off are drawn into the middle.
         flush_m: R = R::of(1.0e-3), 0.0 to 0.1;
-        /// The same of its direction, rad.
+        /// The same of its direction, rad. Doubled: objects that lie askew by 20 mrad are turned flush.
         flush_rad: R = R::of(0.01), 0.0 to 1.0;
         /// Noise of measured paths.
         path: PathParams<R> = PathParams::default();
@@ -31,10 +31,10 @@ tuned! {
         noise_share: R = R::of(0.03), 1e-4 to 1.0;
         /// How much more than the noise so far one sample counts, in squares. Doubled: starts and stops count as noise.
         noise_most: R = R::of(9.0), 1.0 to 1000.0;
-        /// Gains of place and velocity about a planned motion: what departs from a plan does so slowly. Doubled: 1.4 times the
+        /// Gains of position and velocity about a planned motion: what departs from a plan does so slowly. Doubled: 1.4 times the
         /// noise, half the lag.
         planned_gains: [R; 2] = [R::of(0.05), R::of(0.0015)], 0.0 to 1.0;
-        /// The same without a plan.
+        /// The same without a plan. Doubled: 1.4 times the noise, 0.4 of the lag while the speed changes.
         free_gains: [R; 2] = [R::of(0.2), R::of(0.02)], 0.0 to 1.0;
     }
 }
@@ -61,7 +61,7 @@ tuned! {
         /// What lies on something settles by no more than poses err, m: farther, it would fall or topple from what it touches,
         /// and hangs in the grasp. Doubled: objects that hang tilt before the first sample.
         settled_m: R = R::of(1.5e-4), 0.0 to 0.01;
-        /// The same of its direction, rad.
+        /// The same of its direction, rad. Doubled: objects that hang may turn by 6 mrad before the first sample.
         settled_rad: R = R::of(3.0e-3), 0.0 to 0.5;
     }
 }

@@ -94,20 +94,20 @@ pub struct TelemetryReport {
     pub mode: Mode,
     /// The sample behind the prediction; `None`: none was there.
     pub sample_seq: Option<u32>,
-    /// Samples taken since the start, this one included: tells, where reports were lost,
+    /// Samples taken since the start, this one included: shows, where reports were lost,
     /// whether all samples in between were taken.
     pub taken: u32,
-    /// Commands applied since reset, wrapping: tells at which sample one took effect.
+    /// Commands applied since reset, wrapping: shows at which sample one took effect.
     pub commands: u16,
     /// After that sample. Where none was there, of the last one, unsure (`validity::SAMPLE`); before the first one and without a
     /// run: nothing yet, unsure (`validity::WAITING`).
     pub prediction: Prediction,
     /// When the last sample that was taken was measured by the board's clock, us, its low 32 bits: of the unit's own sensors
-    /// the oldest wrench in it. When it was taken, where the host sends it and did not tell its clock, or no finger is measured.
+    /// the oldest wrench in it. When it was taken, where the host sends it and did not send its clock, or no finger is measured.
     pub at_us: u32,
     /// Grip force of each finger that a gripper's controller should command, N; `None` outside a run.
     pub advised_grip_n: Option<f32>,
-    /// The poses were the stored ones: no host told any.
+    /// The poses were the stored ones: no host sent any.
     pub alone: bool,
     /// Samples waiting on the board.
     pub waiting: u8,
@@ -357,7 +357,7 @@ pub enum Field {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "json-schema", derive(schemars::JsonSchema))]
 pub enum ResetCause {
-    /// Not told by the board.
+    /// Not reported by the board.
     #[default]
     Unknown,
     /// Supply came up or browned out.
@@ -546,7 +546,7 @@ pub struct Statistics {
     pub samples_unasked: u32,
     /// Reports for which no room was left.
     pub reports_dropped: u32,
-    /// Bytes that the receiver had no room for; where it cannot tell how many, one each time.
+    /// Bytes that the receiver had no room for; where their number is unknown, one each time.
     pub bytes_lost: u32,
     /// Frames with a wrong checksum, or no frame at all.
     pub frames_damaged: u32,

@@ -59,7 +59,7 @@ impl Share {
 /// Tangential stiffness of one whole pad.
 #[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct PadStiffness {
-    /// N/m; null where the pads give way by no more than chance and clocks that are a sample apart make of rigid ones.
+    /// N/m; null where chance, and clocks that are a sample apart, would show as much compliance of rigid pads.
     pub tangential_n_m: Option<f64>,
     /// Lower end of the interval, N/m: twice the compliance that was read off, two standard deviations, and a sample
     /// between the clocks.
@@ -157,8 +157,8 @@ pub struct Calibration {
     pub offsets: [f64; COUNT],
     /// Coefficients with their intervals or bounds.
     pub estimates: Vec<Estimate>,
-    /// How the fingers' pads give way before they slide, read off the loading of all trials of the primitive;
-    /// null where that cannot be read off or was not asked.
+    /// Stiffness of the fingers' pads before they slide, estimated from the loading of all trials of the primitive;
+    /// null where it cannot be estimated or was not asked for.
     pub pads: Option<PadStiffness>,
     /// Errors by quantity.
     pub errors: Vec<QuantityError>,

@@ -54,7 +54,7 @@ pub struct UpperLimit {
 pub struct Detection {
     /// For each effect that is not in the model: its strengths.
     pub limits: BTreeMap<&'static str, BTreeMap<&'static str, UpperLimit>>,
-    /// Effects that these trials cannot tell apart.
+    /// Effects that these trials cannot distinguish.
     pub classes: Vec<Vec<&'static str>>,
 }
 

@@ -70,7 +70,7 @@ pub struct Experiment {
     pub standard_deviations: f64,
     /// Runs that settle it with 1 % false and 95 % right decisions.
     pub runs: u64,
-    /// What one run is expected to tell about which set is true, at least, bits.
+    /// Information that one run is expected to give about which set is true, a lower bound, bits.
     pub information_bits: f64,
 }
 
@@ -81,16 +81,16 @@ pub struct Planned {
     pub like_trial: String,
     /// Grip force, N.
     pub grip_n: Option<f64>,
-    /// What the plan is expected to tell up to this trial, at least, bits.
+    /// Information that the plan is expected to give up to this trial, a lower bound, bits.
     pub information_bits: f64,
 }
 
-/// Trials that together tell most about which set of effects is true.
+/// Trials that together give most information about which set of effects is true.
 #[derive(Clone, Debug, JsonSchema, Serialize)]
 pub struct Plan {
     /// What is open before: the entropy of the sets' probabilities, bits.
     pub open_bits: f64,
-    /// What all of it is expected to tell, at least, bits.
+    /// Information that all of it is expected to give, a lower bound, bits.
     pub information_bits: f64,
     /// In the order in which they add most: the first ones alone are the best shorter plan.
     pub trials: Vec<Planned>,

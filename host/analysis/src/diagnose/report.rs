@@ -158,7 +158,7 @@ pub struct Report {
     /// For each effect that is not named: how strong it may be all the same. Empty where something is
     /// missing that nothing explains.
     pub limits_on_effects: BTreeMap<&'static str, BTreeMap<&'static str, UpperLimit>>,
-    /// Effects that these trials cannot tell apart, whatever they show.
+    /// Effects that these trials cannot distinguish, whatever they show.
     pub classes: Vec<Vec<&'static str>>,
     /// Trials that were used.
     pub trials: usize,

@@ -36,11 +36,11 @@ pub enum Verdict {
     NothingMissing,
     /// The named effects are missing.
     Effect,
-    /// One of several effects is missing; these data do not tell which.
+    /// One of several effects is missing; these data do not distinguish them.
     Ambiguous,
     /// Something is missing that none of the effects explains.
     Unexplained,
-    /// These data do not tell whether something is missing; the report says why, and what would tell.
+    /// These data do not show whether something is missing; the report says why, and what to measure.
     Inconclusive,
 }
 

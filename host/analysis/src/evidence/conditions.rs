@@ -25,7 +25,7 @@ pub enum Variable {
     Slope,
     /// m
     PusherOffset,
-    /// Place of the trial in the data set: drift and wear go with it.
+    /// Position of the trial in the data set: drift and wear go with it.
     Order,
 }
 

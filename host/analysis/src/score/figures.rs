@@ -90,15 +90,15 @@ pub struct Row {
     pub method: String,
     /// Events there were.
     pub events: usize,
-    /// Events met by an alarm, at most 0.1 s late.
+    /// Events with an alarm, at most 0.1 s late.
     pub found: usize,
     /// Events warned in time, by the time that the class asks for.
     pub in_time: usize,
     /// 5, 50 and 95 % of the lead over those found, s; negative: late.
     pub lead_s: Option<[f64; 3]>,
-    /// Alarms that met nothing, for the whole kind (slip: only in trials that mean none).
+    /// Alarms without an event, for the whole kind (slip: only in trials that mean none).
     pub false_alarm_rate: Option<Rate>,
-    /// Alarms that met only something less: slip, a motion short of a slip; sag and rotation, a
+    /// Alarms at something less only: slip, a motion short of a slip; sag and rotation, a
     /// slip; drop, a slip that ended in time.
     pub near_alarm_rate: Option<Rate>,
     /// Median of 'slips now' minus the measured onset, over fingers, s.

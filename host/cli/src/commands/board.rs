@@ -315,7 +315,7 @@ pub(super) struct Done {
 
 /// What a board is.
 #[derive(JsonSchema, Serialize)]
-pub(super) struct Told {
+pub(super) struct About {
     /// Firmware, protocol, model and how it last started.
     info: wire::Info,
     /// Its counts since reset.
@@ -347,8 +347,9 @@ const EXCHANGES: (usize, Duration) = (20, Duration::from_millis(20));
 
 fn info(device: &mut Device, output: &Output) -> anyhow::Result<()> {
     let clock = Clock::of(&device.exchange_clocks(EXCHANGES.0, EXCHANGES.1)?);
-    let told = Told { info: device.request::<wire::GetInfo>(&())?, statistics: device.statistics()?, clock };
-    let i = &told.info;
+    let about =
+        About { info: device.request::<wire::GetInfo>(&())?, statistics: device.statistics()?, clock };
+    let i = &about.info;
     output.text(format_args!("unit {}, mode {:?}, protocol {}", i.unit, i.mode, i.protocol));
     output.text(match i.recalled {
         Recalled::NoMemory => "it has no memory for settings".to_owned(),
@@ -378,16 +379,16 @@ fn info(device: &mut Device, output: &Output) -> anyhow::Result<()> {
             output.text(format_args!("  tick {}: flags {}, {end}", note.tick, flag_names(note.flags)));
         }
     }
-    if let Some(clock) = &told.clock {
+    if let Some(clock) = &about.clock {
         output.text(format_args!("its clock: {}", in_words(clock)));
     }
-    let s = &told.statistics;
+    let s = &about.statistics;
     output.text(format_args!(
         "{} ticks, {} missed; lost: {} samples, {} reports, {} bytes; damaged: {} frames, {} readings; {} readings lost, {} dropped; {} frames not sent on the bus",
         s.ticks, s.ticks_missed, s.samples_lost, s.reports_dropped, s.bytes_lost, s.frames_damaged, s.readings_damaged,
         s.readings_lost, s.readings_dropped, s.frames_unsent
     ));
-    output.document(&told)
+    output.document(&about)
 }
 
 /// How long a tare may take: the half second that it averages, that of a sensor which was just connected, and the line.

@@ -61,7 +61,7 @@ fn documents() -> Vec<Document> {
         first("stream", of::<session::Outcome>),
         first("monitor", of::<monitor::Summary>),
         first("board", of::<board::Done>),
-        first("board info", of::<board::Told>),
+        first("board info", of::<board::About>),
         first("board selftest", of::<board::Checks>),
         first("board monitor", of::<monitor::Summary>),
         first("simulate", of::<simulate::Report>),

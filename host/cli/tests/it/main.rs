@@ -22,3 +22,4 @@ mod recordings;
 mod refused;
 mod report_parts;
 mod shell;
+mod words;

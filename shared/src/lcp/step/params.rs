@@ -34,7 +34,8 @@ pub struct PyramidParams<R: Real> {
     /// 32: roundings of the largest velocity times the stiffness that the tolerance allows for, as for the
     /// cone. Doubled: rigid contacts count as solved with twice the leftover that `f32` cannot avoid.
     pub roundings: R,
-    /// 0.01: least ratio of the coefficients of friction along the two tangents.
+    /// 0.01: least ratio of the coefficients of friction along the two tangents; a smaller one is raised to it. Doubled:
+    /// friction below a fiftieth of that across it is raised.
     pub min_friction_ratio: R,
 }
 
