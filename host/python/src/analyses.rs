@@ -126,7 +126,7 @@ pub fn diagnose(
     formulas: Option<PathBuf>,
     told: Told<'_, '_>,
 ) -> PyResult<Report> {
-    let (whole, file) = (data.whole(), file_of(model));
+    let (whole, index, file) = (data.whole(), Arc::clone(&data.index), file_of(model));
     watched(py, told, move |progress| {
         let (file, formulas) = file.proposals(formulas.as_deref())?;
         let data = whole(progress);
@@ -148,8 +148,13 @@ pub fn diagnose(
             }
             _ => "stickslip.compare(data, model)".to_owned(),
         };
-        let name = data.description.name.clone();
-        Ok(report.page(move || pages::diagnose::html(&found, &name, &next, None)))
+        let (name, given) = (data.description.name.clone(), file.to_model());
+        // Both models are run along the trials when the page is asked for.
+        Ok(report.page(move || {
+            let traces = pages::diagnose::traces(&index, given.clone(), &found, &());
+            let traces = traces.as_ref().map_err(ToString::to_string);
+            pages::diagnose::html(&found, &name, &next, traces)
+        }))
     })
 }
 
@@ -230,8 +235,9 @@ pub fn score(
     watched(py, told, move |progress| {
         let options = scoring::document::Options { object_pose, ratio, rate_n_s };
         let document = analysis::score(&index, &model, &options, progress)?;
+        let replay = |trial: &str| format!("stickslip.replay(data, {trial:?}, model)");
         Ok(Report::new("score", &document)?
-            .page(move || pages::score::page(&document, "stickslip.replay(data, trial, model)")))
+            .page(move || pages::score::page(&document, "stickslip.replay(data, trial, model)", &replay)))
     })
 }
 

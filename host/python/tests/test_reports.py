@@ -45,6 +45,12 @@ def test_the_page_of_a_comparison_needs_no_second_comparison(tmp_path):
     assert 'class="viewer"' in comparison.page()
 
 
+def test_a_diagnosis_shows_the_bench_and_the_traces_and_its_cells_lead_there(demo):
+    page = stickslip.diagnose(demo).page()
+    assert 'class="viewer"' in page and 'class="bench"' in page
+    assert "data-goto=" in page and "data-run=" in page
+
+
 def test_a_replay_has_everything_over_time_as_arrays(demo):
     report = stickslip.replay(demo)
     columns = report.columns()

@@ -264,13 +264,30 @@ $(document, '.viewer').forEach((root, number) => {
     $(root, '.chosen').filter(e => e.textContent !== run.said).forEach(e => { e.textContent = run.said; });
     if (bench) bench.innerHTML = run.svg || '';
     if (slider) slider.max = run.t.length - 1;
+    phases?.replaceChildren(make('option', {value: '', textContent: 'whole'}),
+      ...run.spans.map((s, i) => make('option', {value: i, textContent: s[3]})));
     drawAll();
     moment(run.course ? run.course.start : Math.floor(run.t.length / 2));
   };
 
+  // All plots from the beginning to the end of a phase; of none: of the trial.
+  const zoom = span => {
+    const [first, last] = [run.t[0], run.t[run.t.length - 1]];
+    const room = span ? 0.15 * (span[2] - span[1]) + 0.02 : 0;
+    const [min, max] = span ? [Math.max(span[1] - room, first), Math.min(span[2] + room, last)] : [first, last];
+    if (max > min) plots.forEach(u => u.setScale('x', {min, max}));
+    if (phases) phases.value = span ? run.spans.indexOf(span) : '';
+  };
+
   // Controls that need a script.
-  let slider = null;
+  let slider = null, phases = null;
   const controls = root.querySelector('.controls');
+  // On one line, however narrow the page is.
+  const labelled = (text, select) => {
+    const label = make('label', {textContent: text + ' '});
+    label.append(select);
+    return label;
+  };
   if (controls) {
     const id = key + '-time';
     slider = make('input', {type: 'range', min: 0, max: 1, step: 1, value: 0, id});
@@ -278,33 +295,35 @@ $(document, '.viewer').forEach((root, number) => {
     controls.append(make('label', {htmlFor: id, textContent: 'time'}), slider);
     if (bench) {
       // Set by the reader alone: a screen reader follows a choice that changes by itself.
-      const select = make('select', {id: key + '-enlarged'});
+      const select = make('select', {});
       select.append(make('option', {value: '', textContent: 'to be seen'}));
       [1, 2, 5, 10, 20, 50].forEach(k => select.append(make('option', {value: k, textContent: k + ' times'})));
       select.addEventListener('change', () => { enlarged = select.value ? +select.value : null; move(); });
-      controls.append(make('label', {htmlFor: select.id, textContent: 'deviation drawn'}), select);
+      controls.append(labelled('deviation drawn', select));
     }
+    // For those who cannot drag: by keys, on a phone.
+    phases = make('select', {});
+    phases.addEventListener('change', () => zoom(phases.value === '' ? null : run.spans[+phases.value]));
     const whole = make('button', {type: 'button', textContent: 'whole time'});
-    whole.addEventListener('click', () => plots.forEach(u =>
-      u.setScale('x', {min: run.t[0], max: run.t[run.t.length - 1]})));
+    whole.addEventListener('click', () => zoom(null));
+    if (data.runs.some(one => one.spans.length)) {
+      controls.append(labelled('time shown', phases));
+    }
     controls.append(whole);
   }
 
   // A cell of a table leads to its trial, its channel and its phase.
   const scope = root.closest('main') || root;
   $(scope, 'button[data-run], button[data-goto]').forEach(button => button.addEventListener('click', () => {
-    if (button.dataset.run != null) choose(+button.dataset.run);
+    // A trial that is shown already keeps its time.
+    if (button.dataset.run != null && +button.dataset.run !== now) choose(+button.dataset.run);
     const figure = figures.find(f => data.plots[+f.dataset.plot].id === button.dataset.goto);
     if (!figure) return;
     const folded = figure.closest('details');
     if (folded) folded.open = true;
     if (!plots.has(figure)) draw(figure);
     const span = run.spans.find(s => s[3] === button.dataset.phase);
-    if (span) {
-      const room = 0.15 * (span[2] - span[1]) + 0.02;
-      const [min, max] = [Math.max(span[1] - room, run.t[0]), Math.min(span[2] + room, run.t[run.t.length - 1])];
-      if (max > min) plots.forEach(u => u.setScale('x', {min, max}));
-    }
+    if (span) zoom(span);
     // What is drawn has words of its own; a figure would be left without.
     const canvas = figure.querySelector('canvas') || figure;
     canvas.tabIndex = -1;
@@ -321,12 +340,16 @@ $(document, '.viewer').forEach((root, number) => {
     const channel = make('select', {});
     channel.setAttribute('aria-label', 'channel');
     data.plots.forEach((p, i) => channel.append(make('option', {value: i, textContent: `${p.title}, ${p.unit}`})));
+    const range = make('span', {className: 'soft range'});
     const tiles = () => {
       const index = +channel.value;
-      small.replaceChildren(...data.runs.map((_, k) => {
-        const one = read(k), lines = one.v[index];
-        const all = lines.flatMap(v => v || []).filter(x => x != null);
-        const low = Math.min(...all), high = Math.max(...all), t0 = one.t[0], t1 = one.t[one.t.length - 1];
+      const runs = data.runs.map((_, k) => read(k));
+      // One range for all: what is larger looks larger.
+      const all = runs.flatMap(one => one.v[index].flatMap(v => v || [])).filter(x => x != null);
+      const [low, high] = all.reduce(([a, b], x) => [Math.min(a, x), Math.max(b, x)], [Infinity, -Infinity]);
+      range.textContent = all.length ? `All on one scale, from ${shown(low)} to ${shown(high)}` : '';
+      small.replaceChildren(...runs.map((one, k) => {
+        const lines = one.v[index], t0 = one.t[0], t1 = one.t[one.t.length - 1];
         const path = v => {
           let d = '';
           v.forEach((y, i) => {
@@ -337,17 +360,17 @@ $(document, '.viewer').forEach((root, number) => {
           return d;
         };
         const button = make('button', {type: 'button'});
-        const drawn = lines.map((v, i) => v && all.length
+        const drawn = lines.map((v, i) => v
           ? `<path d="${path(v)}" fill="none" stroke="${css(data.plots[index].lines[i].ink)}" stroke-width="1.4"` +
             `${data.plots[index].lines[i].dash ? ' stroke-dasharray="4 3"' : ''}/>` : '').join('');
         button.innerHTML = `<svg viewBox="0 0 150 70" aria-hidden="true">${drawn}</svg>`;
-        button.append(make('span', {textContent: one.words + (all.length ? ` (${shown(low)} to ${shown(high)})` : '')}));
+        button.append(make('span', {textContent: one.words}));
         button.addEventListener('click', () => { choose(k); root.scrollIntoView(); });
         return button;
       }));
     };
     channel.addEventListener('change', tiles);
-    small.before(channel);
+    small.before(channel, range);
     small.closest('details').addEventListener('toggle', tiles, {once: true});
   }
 

@@ -4,7 +4,7 @@
 use maud::{Markup, html};
 use plotters::style::RGBColor;
 
-use crate::plot::{Bar, Chart, Line, MEASURED, MODELS};
+use crate::plot::{Bar, Chart, Key, Line, MEASURED, MODELS};
 
 /// What is smaller is drawn as this.
 const SMALLEST: f64 = 0.1;
@@ -107,6 +107,14 @@ impl Bars {
         }
     }
 
+    /// What stands behind the label of the axis.
+    fn axis(&self) -> String {
+        match self.scale {
+            Scale::Multiples(limit) => format!(", logarithmic; the line is at {limit}"),
+            Scale::Shares => String::new(),
+        }
+    }
+
     /// On a page.
     #[must_use]
     pub fn markup(&self) -> Markup {
@@ -114,10 +122,7 @@ impl Bars {
             Scale::Multiples(limit) => format!("--limit:{:.1}%", self.place(limit)),
             Scale::Shares => "--limit:0%".to_owned(),
         };
-        let axis = match self.scale {
-            Scale::Multiples(limit) => format!(", logarithmic; the line is at {limit}"),
-            Scale::Shares => String::new(),
-        };
+        let axis = self.axis();
         html! {
             div class="bars" {
                 @for row in &self.rows {
@@ -138,14 +143,15 @@ impl Bars {
         }
     }
 
-    /// As a chart.
+    /// As a chart with a legend.
     #[must_use]
     pub fn chart(&self) -> Chart {
         let count = self.rows.len();
         let mut chart = Chart {
             size: (820, 60 + 34 * count as u32),
-            x_label: self.label.clone(),
+            x_label: self.label.clone() + &self.axis(),
             y_names: self.rows.iter().rev().map(|row| row.name.clone()).collect(),
+            legend: self.series.iter().cloned().zip(MODELS).map(|(name, c)| Key::Line(name, c)).collect(),
             ..Chart::default()
         };
         for (k, row) in self.rows.iter().enumerate() {

@@ -4,25 +4,22 @@
 use maud::{Markup, html};
 
 use super::bars::{Bars, multiples};
+use super::conditions;
 use super::figures::Figure;
 use super::html::{Tone, figure, first_screen, heat, left_out, page as whole, unfold};
-use super::overlay::{chart, plot_id, section, trace_figures};
-use super::plot::{Chart, Line, MEASURED, MODELS};
-use super::words::{first_sentence, times};
+use super::overlay::{chart, plot_id, section, trace_figures, worst as worst_trace};
+use super::plot::Chart;
+use super::words::{first_sentence, identifier_words, probability, times};
 use stickslip_analysis::channels::{COUNT, channel_words};
-use stickslip_analysis::compare::document::{
-    Change, Comparison, ErrorRow, Fate, ModelReport, Region, Size, Trend,
-};
+use stickslip_analysis::compare::document::{Change, Comparison, ErrorRow, Fate, ModelReport, Size, Trace};
 use stickslip_analysis::compare::noise::Source;
 use stickslip_analysis::compare::rows::{SUSTAINED_S, many_primitives};
 use stickslip_analysis::compare::verdict::{place_words, readable, scale};
-use stickslip_analysis::evidence::conditions::{Variable, trimmed};
+use stickslip_analysis::evidence::conditions::trimmed;
 use stickslip_analysis::evidence::phases::PHASES;
 
 /// Most trials whose signals a page shows; [`stickslip_analysis::compare::Options::drawn`].
 pub const DRAWN: usize = 36;
-/// Most trends that are drawn.
-const TRENDS: usize = 9;
 /// Most trials in the table.
 const TRIALS: usize = 100;
 /// Most bars of the first picture.
@@ -46,8 +43,8 @@ pub fn page(comparison: &Comparison, next: &str) -> String {
             (section(&c.traces, &names, &report.errors, None))
             (tables(c))
             @if !c.changes.is_empty() { (changes(c)) }
-            (regions(report))
-            (trends(report))
+            (conditions::regions(c))
+            (conditions::trends(report))
             (ranking(report))
             (offsets(report))
             (trials(report))
@@ -89,11 +86,17 @@ fn picture(c: &Comparison) -> Markup {
             (figure("Where the model misses most", "", words, &drawn.markup().0))
         };
     }
-    let Some((trace, row)) = c.traces.first().zip(report.errors.first()) else { return html! {} };
+    let Some((title, unit, drawn)) = worst_course(c) else { return html! {} };
+    figure(&title, unit, &title, &drawn.svg())
+}
+
+/// The course of the worst channel, with title and unit: the first picture where there is no noise floor.
+fn worst_course(c: &Comparison) -> Option<(String, &'static str, Chart)> {
+    let (trace, row) = c.traces.first().zip(c.models.last()?.errors.first())?;
     let mut drawn = chart(trace, row.index);
     drawn.size = (820, 220);
     let title = format!("{} in trial {}", channel_words(row.place.channel), trace.trial);
-    figure(&title, scale(row.unit).1, &title, &drawn.svg())
+    Some((title, scale(row.unit).1, drawn))
 }
 
 fn worst_bars(c: &Comparison) -> Option<Bars> {
@@ -157,23 +160,23 @@ fn tables(c: &Comparison) -> Markup {
     let explained = match repeated {
         true => {
             "RMS error beyond the tolerance, in multiples of the noise floor and in units. Bold and coloured: fails. Pale: as \
-             chance may give it, or within the floor. A cell leads to its traces."
+             chance may give it, or within the floor. A cell leads to its traces in the trial where it is worst."
         }
         false => {
-            "RMS error beyond the tolerance, in units: without repetitions there is no noise floor. Bold: beyond the sensors' uncertainty for 0.1 s or longer. A cell leads to its traces."
+            "RMS error beyond the tolerance, in units: without repetitions there is no noise floor. Bold: beyond the sensors' uncertainty for 0.1 s or longer. A cell leads to its traces in the trial where it is worst."
         }
     };
     html! {
         h2 { "Channels and phases" }
         p class="soft" { (explained) }
-        @for (k, m) in c.models.iter().rev().enumerate() {
-            @if k == 0 { (failing(m, repeated)) }
+        @for (k, m) in c.models.iter().enumerate().rev() {
+            @if k + 1 == c.models.len() { (failing(c, k, repeated)) }
             @else {
-                (unfold(&format!("Error of model {}", m.name), &matrix(m, repeated, &|r| r.error, &|_| true)))
+                (unfold(&format!("Error of model {}", m.name), &matrix(c, k, repeated, &|r| r.error, &|_| true)))
             }
             (unfold(
                 &format!("Whole residual of model {}: model minus measurement, noise included (a perfect model: 1\u{d7})", m.name),
-                &matrix(m, repeated, &|r| r.residual, &|_| true)
+                &matrix(c, k, repeated, &|r| r.residual, &|_| true)
             ))
         }
     }
@@ -183,19 +186,25 @@ fn is_bold(r: &ErrorRow, repeated: bool) -> bool {
     if repeated { r.fails } else { r.sustained == Some(true) }
 }
 
-fn failing(report: &ModelReport, repeated: bool) -> Markup {
+fn failing(c: &Comparison, model: usize, repeated: bool) -> Markup {
+    let report = &c.models[model];
     let bold = |index: usize| report.errors.iter().any(|r| r.index == index && is_bold(r, repeated));
     let (some, all) = ((0..COUNT).any(bold), (0..COUNT).all(bold));
     html! {
-        @if some { (matrix(report, repeated, &|r| r.error, &bold)) } @else { p { "No channel fails." } }
+        @if some { (matrix(c, model, repeated, &|r| r.error, &bold)) } @else { p { "No channel fails." } }
         @if !all {
-            (unfold("Channels that fit", &matrix(report, repeated, &|r| r.error, &|index| !bold(index))))
+            (unfold("Channels that fit", &matrix(c, model, repeated, &|r| r.error, &|index| !bold(index))))
         }
     }
 }
 
-/// Channels by phases, of the channels that are `wanted`.
-fn matrix(report: &ModelReport, repeated: bool, of: Part, wanted: &dyn Fn(usize) -> bool) -> Markup {
+/// Channels by phases of a model, of the channels that are `wanted`.
+fn matrix(c: &Comparison, model: usize, repeated: bool, of: Part, wanted: &dyn Fn(usize) -> bool) -> Markup {
+    let report = &c.models[model];
+    let worst_of = |r: &ErrorRow| {
+        let primitive = |t: &Trace| t.primitive == r.place.primitive;
+        worst_trace(&c.traces, model, r.place.phase, &|s| s[r.index], &primitive)
+    };
     let many = !report.errors.is_empty() && many_primitives(&report.errors);
     let mut primitives: Vec<&str> = report.errors.iter().map(|r| r.place.primitive.as_str()).collect();
     primitives.sort_unstable();
@@ -216,7 +225,7 @@ fn matrix(report: &ModelReport, repeated: bool, of: Part, wanted: &dyn Fn(usize)
                 }
                 tbody {
                     @for primitive in primitives {
-                        @for (channel, rows) in (0..COUNT).filter(|k| wanted(*k)).map(|k| (k, row(primitive, k))) {
+                        @for rows in (0..COUNT).filter(|k| wanted(*k)).map(|k| row(primitive, k)) {
                             @if let Some(first) = rows.first() {
                                 tr {
                                     th scope="row" {
@@ -226,7 +235,7 @@ fn matrix(report: &ModelReport, repeated: bool, of: Part, wanted: &dyn Fn(usize)
                                     @for phase in PHASES {
                                         @match rows.iter().find(|r| r.place.phase == phase) {
                                             None => { td class="soft" { "–" } }
-                                            Some(r) => { (cell(r, of(r), repeated, channel)) }
+                                            Some(r) => { (cell(r, of(r), repeated, worst_of(r))) }
                                         }
                                     }
                                 }
@@ -239,12 +248,13 @@ fn matrix(report: &ModelReport, repeated: bool, of: Part, wanted: &dyn Fn(usize)
     }
 }
 
-fn cell(r: &ErrorRow, size: Size, repeated: bool, channel: usize) -> Markup {
+/// `run` is the trial that it leads to.
+fn cell(r: &ErrorRow, size: Size, repeated: bool, run: Option<usize>) -> Markup {
     let class = if is_bold(r, repeated) { "fails" } else { "fits" };
-    let goto = plot_id(channel);
+    let goto = plot_id(r.index);
     let multiples = size.multiples.filter(|_| repeated);
     let inner = html! {
-        button type="button" data-goto=(goto) data-phase=(r.place.phase.label()) {
+        button type="button" data-run=[run] data-goto=(goto) data-phase=(r.place.phase.label()) {
             @match multiples {
                 Some(m) => { (times(m)) small { (readable(size.rms, r.unit)) } }
                 None => { (readable(size.rms, r.unit)) }
@@ -319,110 +329,6 @@ fn changes(c: &Comparison) -> Markup {
         (table(at_first))
         @if !folded.is_empty() { (unfold(&format!("{} more", folded.len()), &table(folded))) }
     }
-}
-
-fn regions(report: &ModelReport) -> Markup {
-    let many = !report.errors.is_empty() && many_primitives(&report.errors);
-    let mut places: Vec<(String, Vec<&Region>)> = Vec::new();
-    for region in &report.regions {
-        let label = place_words(&region.place, many);
-        match places.last_mut().filter(|p| p.0 == label) {
-            Some(place) => place.1.push(region),
-            None => places.push((label, vec![region])),
-        }
-    }
-    let maps = |regions: &[&Region]| html! { div class="flow" { @for r in regions { (heat_map(r)) } } };
-    html! {
-        @if let Some(((label, regions), folded)) = places.split_first() {
-            h2 { "Where in the conditions" }
-            p class="soft" { "RMS error beyond the tolerance, in noise floors, over pairs of conditions. Worst: " b { (label) } "." }
-            (maps(regions))
-            @for (label, regions) in folded { (unfold(label, &maps(regions))) }
-        }
-    }
-}
-
-fn heat_map(region: &Region) -> Markup {
-    html! {
-        div class="scroll" {
-            table class="heat" {
-                caption { (region.x.label()) " across" }
-                thead {
-                    tr {
-                        th scope="col" class="level" { (region.y.label()) }
-                        @for x in &region.x_levels { th scope="col" { (if x.is_empty() { "–" } else { x }) } }
-                    }
-                }
-                tbody {
-                    @for (y, row) in region.y_levels.iter().zip(&region.multiples) {
-                        tr {
-                            th scope="row" class="level" { (y) }
-                            @for m in row {
-                                @match m {
-                                    None => { td class="soft" { "–" } }
-                                    Some(m) => { td style=(heat(*m)) { (times(*m)) } }
-                                }
-                            }
-                        }
-                    }
-                }
-            }
-        }
-    }
-}
-
-fn trends(report: &ModelReport) -> Markup {
-    let many = !report.errors.is_empty() && many_primitives(&report.errors);
-    let words = format!(
-        "{} of {} trends are significant (corrected p below 0.05). Dots: mean error of each condition (order: of each \
-         run, less the mean of its repetitions).",
-        report.trends.len(),
-        report.trends_tested
-    );
-    let drawn: Vec<Markup> = report.trends.iter().take(TRENDS).map(|t| trend(t, report, many)).collect();
-    let (at_first, folded) = drawn.split_at(drawn.len().min(3));
-    let grid = |some: &[Markup]| html! { div class="grid charts" { @for one in some { (one) } } };
-    html! {
-        @if !report.trends.is_empty() {
-            h2 { "What the mean error depends on" }
-            p class="soft" { (words) }
-            (grid(at_first))
-            @if !folded.is_empty() { (unfold(&format!("{} more", folded.len()), &grid(folded))) }
-        }
-    }
-}
-
-/// A trend as a chart.
-fn trend_chart(t: &Trend, report: &ModelReport) -> Chart {
-    let unit = report.errors.iter().find(|r| r.place == t.place).map_or("N", |r| r.unit);
-    let (factor, shown) = scale(unit);
-    let x = |v: f64| if t.variable == Variable::Order { v } else { t.variable.shown(v) };
-    let ends = [f64::INFINITY, f64::NEG_INFINITY];
-    let low = t.points.iter().map(|p| p.0).fold(ends[0], f64::min);
-    let high = t.points.iter().map(|p| p.0).fold(ends[1], f64::max);
-    let on_line = |v: f64| (x(v), (t.intercept + t.slope * v) * factor);
-    Chart {
-        size: (360, 190),
-        x_label: t.variable.label().into(),
-        y_label: format!("mean error, {shown}"),
-        lines: vec![Line { points: vec![on_line(low), on_line(high)], colour: MODELS[0], width: 2 }],
-        dots: t.points.iter().map(|p| (x(p.0), p.1 * factor, MEASURED)).collect(),
-        ..Chart::default()
-    }
-}
-
-fn trend(t: &Trend, report: &ModelReport, many: bool) -> Markup {
-    let span = t.span_multiples.map_or_else(String::new, |m| format!("{} over the range, ", times(m.abs())));
-    let title = place_words(&t.place, many);
-    let way = t.span_multiples.map_or_else(String::new, |m| {
-        format!(": {} by {:.1} noise floors over the range", if m < 0.0 { "falls" } else { "rises" }, m.abs())
-    });
-    let words = format!("{title} against {}{way}", t.variable.label());
-    figure(&title, &format!("{span}p {}", probability(t.p_corrected)), &words, &trend_chart(t, report).svg())
-}
-
-fn probability(p: f64) -> String {
-    if p < 1e-4 { "< 0.0001".into() } else { format!("= {p:.4}") }
 }
 
 /// A table with a heading for each column.
@@ -548,7 +454,8 @@ pub fn describe(report: &ModelReport) -> String {
         format!("{} {v:.3}{open}", k.replace(['_', '.'], " "))
     });
     let friction: Vec<String> = each.collect();
-    let effects = if report.effects.is_empty() { "no effects".to_owned() } else { report.effects.join(", ") };
+    let effects: Vec<String> = report.effects.iter().map(|id| identifier_words(id)).collect();
+    let effects = if effects.is_empty() { "no effects".to_owned() } else { effects.join(", ") };
     let open = report
         .open_force_n
         .map_or_else(String::new, |n| format!("; leaves forces open by {} on average", readable(n, "N")));
@@ -572,15 +479,12 @@ pub fn fate_words(fate: Fate) -> &'static str {
 #[must_use]
 pub fn figures(c: &Comparison) -> Vec<Figure> {
     let mut out = Vec::new();
-    out.extend(worst_bars(c).map(|b| Figure::of("worst-places", &b.chart())));
-    for trace in c.traces.iter().take(2) {
-        out.extend(trace_figures(trace));
+    match worst_bars(c) {
+        Some(bars) => out.push(Figure::of("worst-places", &bars.chart())),
+        None => out.extend(worst_course(c).map(|(_, _, chart)| Figure::of("worst-place", &chart))),
     }
-    if let Some(report) = c.models.last() {
-        for (k, t) in report.trends.iter().take(TRENDS).enumerate() {
-            let name = format!("trend-{}-{}-{}", k + 1, place_words(&t.place, false), t.variable.label());
-            out.push(Figure::of(&name, &trend_chart(t, report)));
-        }
-    }
+    let names: Vec<&str> = c.models.iter().map(|m| m.name.as_str()).collect();
+    out.extend(trace_figures(&c.traces, &names));
+    out.extend(c.models.last().iter().flat_map(|report| conditions::figures(report)));
     out
 }

@@ -5,25 +5,30 @@
 use maud::{Markup, html};
 
 use crate::bars::{Bars, multiples, shares};
-use crate::experiment::{drawn_experiment, experiment_chart};
+pub use crate::diagnosis::{credible, explains, percent, sentence, share, structure_words};
+use crate::diagnosis::{has_after, set_words};
+use crate::experiment::{drawn_experiment, experiment_file};
 use crate::figures::Figure;
 use crate::html::{Tone, figure, first_screen, heat, left_out, list, page, swatch, unfold};
 use crate::limits;
 pub use crate::limits::limits_on_effects;
-use crate::overlay::{plot_id, section, trace_figures};
+use crate::overlay::{plot_id, section, trace_figures, worst};
 use crate::plot::Chart;
 use crate::signature::{Run, bars, over_a_run, signature};
 use crate::words::{
     effects_in_words, first_sentence, identifier_words as words, interval, parameter_words, short,
 };
-use stickslip_analysis::channels::{NAMES, channel_words};
+use stickslip_analysis::Progress;
+use stickslip_analysis::channels::{NAMES, Signals, channel_words};
 use stickslip_analysis::compare::document::Comparison;
+use stickslip_analysis::compare::{CompareError, Forces, NamedModel, Options, compare};
 use stickslip_analysis::diagnose::RELEVANT;
-use stickslip_analysis::diagnose::posterior::Weighed;
 use stickslip_analysis::diagnose::report::{CandidateReport, Place, Report, Verdict};
 use stickslip_analysis::diagnose::signature::Mark;
-use stickslip_analysis::diagnose::structure::Structure;
+use stickslip_analysis::evidence::phases::PHASES;
 use stickslip_analysis::fit::phases::Phase;
+use stickslip_data::Index;
+use stickslip_shared::model::Model;
 
 /// Places of the first picture.
 const DRAWN: usize = 6;
@@ -34,16 +39,19 @@ const NEARLY: f64 = 0.5;
 /// Effects of which the figures are shown at first.
 const AT_FIRST: usize = 5;
 
-/// The page; `next` is the command that comes next, `traces` a comparison of the model as given with that of
-/// the diagnosis.
-pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>) -> String {
+/// The page; `next` is the command that comes next, `traces` what [`traces`] gives, or why it gives nothing.
+pub fn html(report: &Report, name: &str, next: &str, traces: Result<&Comparison, String>) -> String {
+    let (traces, none) = match traces {
+        Ok(traces) => (Some(traces), None),
+        Err(why) => (None, Some(why)),
+    };
     let tone = match report.verdict {
         Verdict::NothingMissing => Tone::Good,
         Verdict::Effect | Verdict::Ambiguous | Verdict::Inconclusive => Tone::Fair,
         Verdict::Unexplained => Tone::Bad,
     };
     let e = &report.error;
-    let sentence = plain(report);
+    let sentence = sentence(report);
     let (lead, rest) = first_sentence(&sentence);
     let picture = html! {
         (left_out(&report.left_out, &report.refused, report.trials + report.left_out.len()))
@@ -63,11 +71,12 @@ pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>
         }
         (cards(report, run.as_ref()))
         @if let Some(c) = traces {
-            (section(&c.traces, &c.models.iter().map(|m| m.name.as_str()).collect::<Vec<_>>(), first_errors(c), last_errors(c)))
+            (section(&c.traces, &names(c), first_errors(c), last_errors(c)))
         }
+        @if let Some(why) = none { p class="soft" { "No traces can be shown: " (why) } }
         (credible_bars(report))
         (tried(report))
-        (maps(report, traces.is_some()))
+        (maps(report, traces))
         (list("Remaining misfit", &report.unexplained.iter().map(structure_words).collect::<Vec<_>>()))
         @if let Some(experiment) = &report.suggested_experiment { (drawn_experiment(report, experiment)) }
         @if !has_after(report) { (limits::section(report)) }
@@ -85,6 +94,33 @@ pub fn html(report: &Report, name: &str, next: &str, traces: Option<&Comparison>
     page(&format!("stickslip diagnose: {name}"), body)
 }
 
+/// Most trials whose traces a page shows.
+const TRACES: usize = 12;
+
+/// The data with the model as `given` and with that of the diagnosis: what the page draws over time.
+///
+/// # Errors
+/// As [`compare`].
+pub fn traces(
+    data: &Index,
+    given: Model<f64>,
+    report: &Report,
+    progress: &dyn Progress,
+) -> Result<Comparison, CompareError> {
+    let after = if has_after(report) { "with the named effects" } else { "friction refitted" };
+    let models = [
+        NamedModel::own("as given", "before the diagnosis", given),
+        NamedModel::own(after, "by the diagnosis", report.model.clone()),
+    ];
+    // As recorded forces go without intervals: the page shows lines, not a verdict.
+    let options = Options { drawn: TRACES, forces: Forces::AsReturned, ..Options::default() };
+    compare(data, &models, &options, progress)
+}
+
+fn names(c: &Comparison) -> Vec<&str> {
+    c.models.iter().map(|m| m.name.as_str()).collect()
+}
+
 /// Errors of the first model: what fails before decides what is shown.
 fn first_errors(c: &Comparison) -> &[stickslip_analysis::compare::document::ErrorRow] {
     c.models.first().map_or(&[], |m| &m.errors)
@@ -95,97 +131,8 @@ fn last_errors(c: &Comparison) -> Option<&[stickslip_analysis::compare::document
     c.models.get(1..)?.last().map(|m| m.errors.as_slice())
 }
 
-/// The verdict without identifiers in the lead.
-fn plain(report: &Report) -> String {
-    let what = |id: &&'static str| {
-        let of = report.candidates.iter().find(|c| c.id == *id);
-        of.map_or_else(|| (*id).to_owned(), |c| format!("{} ({id})", c.info.summary))
-    };
-    let set = |set: &[&'static str]| set.iter().map(what).collect::<Vec<_>>().join(", and ");
-    let e = &report.error;
-    let fall = format!("from {:.1} to {:.1} run spreads", e.before, e.after);
-    let also =
-        report.also_missing.as_ref().map_or(String::new(), |text| format!(" {}", effects_in_words(text)));
-    match report.verdict {
-        Verdict::Effect => format!(
-            "The model lacks: {}. With {} the held-out error falls {fall}.{also}",
-            set(&report.effects),
-            if report.effects.len() == 1 { "it" } else { "them" }
-        ),
-        Verdict::Ambiguous => {
-            let others: Vec<String> = report.ambiguous_with.iter().map(|s| set(s)).collect();
-            format!(
-                "The model lacks effects that these data do not separate: {}; or {}. The held-out error falls {fall}.{also}",
-                set(&report.effects),
-                others.join("; or ")
-            )
-        }
-        Verdict::NothingMissing | Verdict::Unexplained | Verdict::Inconclusive => {
-            effects_in_words(&report.summary)
-        }
-    }
-}
-
 fn place_words(p: &Place) -> String {
     format!("{}, {}", channel_words(&p.channel), p.phase)
-}
-
-/// Structure that is left, in words.
-pub fn structure_words(s: &Structure) -> String {
-    let on: Vec<String> =
-        s.depends_on.iter().map(|(q, x)| format!("{} ({:.0} %)", quantity_words(q), 100.0 * x)).collect();
-    let on = if on.is_empty() { "no named quantity".into() } else { on.join(", ") };
-    format!("{} ({}), {:.1} run spreads, depends on {on}", channel_words(&s.channel), s.phase, s.size)
-}
-
-/// A quantity without its unit.
-fn quantity_words(name: &str) -> String {
-    let cut = ["_kg", "_rad", "_m", "_n"].iter().find_map(|unit| name.strip_suffix(unit));
-    words(cut.unwrap_or(name))
-}
-
-/// Share of the excess error that an effect explains.
-pub fn share(explained: f64) -> String {
-    if explained < 0.0 { "none: worse".into() } else { format!("{:.0} %", 100.0 * explained) }
-}
-
-/// That in words, `of_what` being what it is a share of.
-pub fn explains(explained: f64, of_what: &str) -> String {
-    match explained {
-        e if e < 0.0 => format!("explains none {of_what} and leaves more"),
-        e => format!("explains {} {of_what}", share(e)),
-    }
-}
-
-/// A probability in per cent; what is nearly none or all is said to be so.
-pub fn percent(probability: f64) -> String {
-    match probability {
-        p if p < 0.005 => "below 1 %".into(),
-        p if p > 0.995 => "above 99 %".into(),
-        p => format!("{:.0} %", 100.0 * p),
-    }
-}
-
-/// A set of effects in words.
-fn set_words(s: &Weighed) -> String {
-    match s.effects.as_slice() {
-        [] => "nothing is missing".to_owned(),
-        effects => effects.join(" + "),
-    }
-}
-
-/// The credible sets in words, one a line, and what is none of them; nothing where nothing had to be explained.
-pub fn credible(report: &Report) -> Vec<String> {
-    let Some(d) = &report.discrepancy else { return Vec::new() };
-    let each = report.credible_sets.iter().map(|s| format!("{}: {}", set_words(s), percent(s.probability)));
-    let rest = [
-        format!("none of the sets tried: {}", percent(d.probability)),
-        format!(
-            "something that is not listed beside one of them (counted with the set): {}",
-            percent(d.beside)
-        ),
-    ];
-    each.chain(rest).collect()
 }
 
 /// Probabilities of the credible sets, and of none of them, as bars.
@@ -206,11 +153,6 @@ fn credible_bars(report: &Report) -> Markup {
             (report.conditions) " conditions count as " (format!("{:.1}", d.effective_conditions)) " independent ones."
         }
     }
-}
-
-/// Whether a model with effects stands beside the base model.
-fn has_after(report: &Report) -> bool {
-    matches!(report.verdict, Verdict::Effect | Verdict::Ambiguous)
 }
 
 /// What the bars of the misfits are of.
@@ -248,25 +190,35 @@ fn misfit_bars(report: &Report) -> Markup {
     }
 }
 
-/// A card for each effect that is named, does as well, or nearly so.
-fn cards(report: &Report, run: Option<&Run>) -> Markup {
+/// Effects that have a card: that are named, that explain the data as well, some that nearly do; with what each is.
+fn carded(report: &Report) -> Vec<(&CandidateReport, &'static str)> {
     let named = |c: &&CandidateReport| has_after(report) && report.effects.contains(&c.id);
     let equal = |c: &&CandidateReport| report.ambiguous_with.iter().flatten().any(|id| *id == c.id);
     let near = |c: &&CandidateReport| !named(c) && !equal(c) && c.own_share().0 > NEARLY;
     let all = || report.candidates.iter();
-    let mut out: Vec<Markup> = all()
-        .filter(named)
-        .map(|c| card(c, "card named", &role(c, "named: the model lacks it"), run))
-        .collect();
-    let as_well = |c: &&CandidateReport| equal(c) && !named(c);
-    out.extend(
-        all().filter(as_well).map(|c| card(c, "card named", &role(c, "explains the data as well"), None)),
-    );
-    out.extend(all().filter(near).take(NEAR).map(|c| card(c, "card", &role(c, "not named"), None)));
+    if report.verdict == Verdict::NothingMissing {
+        return Vec::new();
+    }
+    let named_ones = all().filter(named).map(|c| (c, NAMED));
+    let as_well = all().filter(|c| equal(c) && !named(c)).map(|c| (c, "explains the data as well"));
+    let near = all().filter(near).take(NEAR).map(|c| (c, "not named"));
+    named_ones.chain(as_well).chain(near).collect()
+}
+
+/// What a card says of an effect that is named.
+const NAMED: &str = "named: the model lacks it";
+
+fn cards(report: &Report, run: Option<&Run>) -> Markup {
+    let cards = carded(report);
     html! {
-        @if !out.is_empty() && report.verdict != Verdict::NothingMissing {
+        @if !cards.is_empty() {
             h2 { "What it is" }
-            div class="cards" { @for card in &out { (card) } }
+            div class="cards" {
+                @for (c, what) in cards {
+                    @let class = if what == "not named" { "card" } else { "card named" };
+                    (card(c, class, &role(c, what), run.filter(|_| what == NAMED)))
+                }
+            }
         }
     }
 }
@@ -440,7 +392,7 @@ fn tried(report: &Report) -> Markup {
 
 /// Misfit of each channel in each phase, before and after: where it is relevant; the rest folded. Where the page
 /// has traces, a cell leads to them.
-fn maps(report: &Report, traces: bool) -> Markup {
+fn maps(report: &Report, traces: Option<&Comparison>) -> Markup {
     let worst = |channel: &str| {
         let of = report.places.iter().filter(|p| p.channel == channel);
         of.map(|p| p.before.max(p.after)).fold(0.0, f64::max)
@@ -456,8 +408,8 @@ fn maps(report: &Report, traces: bool) -> Markup {
     let pair = |channels: &[&str]| {
         html! {
             div class="flow" {
-                (map(report, channels, &before, |p| p.before, traces))
-                @if has_after(report) { (map(report, channels, &after, |p| p.after, traces)) }
+                (map(report, channels, &before, |p| p.before, traces.map(|c| (c, 0))))
+                @if has_after(report) { (map(report, channels, &after, |p| p.after, traces.map(|c| (c, 1)))) }
             }
         }
     };
@@ -466,7 +418,7 @@ fn maps(report: &Report, traces: bool) -> Markup {
             h2 { "Systematic misfit by channel and phase" }
             p class="soft" {
                 "Root mean square over the conditions, in run spreads of one run; bold: beyond " (RELEVANT) "."
-                @if traces { " A cell leads to its traces." }
+                @if traces.is_some() { " A cell leads to its traces in the trial where the model misses most." }
             }
             @if fail.is_empty() { p { "No channel is beyond " (RELEVANT) " run spreads." } } @else { (pair(&fail)) }
             @if !fit.is_empty() {
@@ -476,7 +428,14 @@ fn maps(report: &Report, traces: bool) -> Markup {
     }
 }
 
-fn map(report: &Report, channels: &[&str], title: &str, size: fn(&Place) -> f64, traces: bool) -> Markup {
+/// `traces` and which of their models it is of.
+fn map(
+    report: &Report,
+    channels: &[&str],
+    title: &str,
+    size: fn(&Place) -> f64,
+    traces: Option<(&Comparison, usize)>,
+) -> Markup {
     let phases: Vec<&str> = Phase::ALL
         .iter()
         .map(|p| p.name())
@@ -512,22 +471,36 @@ fn map(report: &Report, channels: &[&str], title: &str, size: fn(&Place) -> f64,
     }
 }
 
-fn map_cell(place: &Place, size: f64, traces: bool) -> Markup {
+fn map_cell(place: &Place, size: f64, traces: Option<(&Comparison, usize)>) -> Markup {
     let beyond = size > RELEVANT;
     let number = html! { (format!("{size:.1}")) @if beyond { span class="said" { " fails" } } };
     // Sum and difference of the fingers are seen in the traces of both.
-    let channel = place.channel.replace("finger_sum", "finger1").replace("finger_difference", "finger1");
-    let goto = NAMES.iter().position(|n| *n == channel).filter(|_| traces).map(plot_id);
+    let name = place.channel.replace("finger_sum", "finger1").replace("finger_difference", "finger1");
+    let other = match place.channel.split('_').nth(1) {
+        Some("sum") => 1.0,
+        Some("difference") => -1.0,
+        _ => 0.0,
+    };
+    let channel = NAMES.iter().position(|n| *n == name);
     let phase = match place.phase {
         "rest before" => "before contact",
         "rest after" => "end",
         "peak of the onset" => "onset",
+        // The pause and what follows it are no phases of their own there.
+        "pause" | "restart" => "sliding",
         same => same,
     };
+    let goto = channel.zip(traces).map(|(c, (traces, model))| {
+        let value = |s: &Signals| s[c] + if other == 0.0 { 0.0 } else { other * s[c + 6] };
+        let in_phase = PHASES.into_iter().find(|p| p.label() == phase);
+        (plot_id(c), in_phase.and_then(|p| worst(&traces.traces, model, p, &value, &|_| true)))
+    });
     html! {
         td class=(if beyond { "fails" } else { "fits" }) style=(heat(size)) {
             @match goto {
-                Some(plot) => { button type="button" data-goto=(plot) data-phase=(phase) { (number) } }
+                Some((plot, run)) => {
+                    button type="button" data-run=[run] data-goto=(plot) data-phase=(phase) { (number) }
+                }
                 None => { (number) }
             }
         }
@@ -565,7 +538,7 @@ pub fn figures(report: &Report, traces: Option<&Comparison>) -> Vec<Figure> {
     add("misfit", misfit_chart(report).map(|b| b.chart()));
     add("probabilities", credible_chart(report).map(|b| b.chart()));
     add("effects-tried", tried_chart(report).map(|b| b.chart()));
-    for c in report.candidates.iter().filter(|c| is_near(report, c)) {
+    for (c, _) in carded(report) {
         add(&format!("signature-{}", c.id), bars(&c.signature).map(|b| b.chart()));
     }
     add(
@@ -573,11 +546,12 @@ pub fn figures(report: &Report, traces: Option<&Comparison>) -> Vec<Figure> {
         traces
             .filter(|_| has_after(report))
             .and_then(|traces| over_a_run(traces, named_marks(report)))
-            .map(|run| run.chart),
+            .map(Run::file),
     );
-    add("next-experiment", report.suggested_experiment.as_ref().map(experiment_chart));
-    for trace in traces.iter().flat_map(|c| &c.traces).take(1) {
-        out.extend(trace_figures(trace));
+    add("next-experiment", report.suggested_experiment.as_ref().map(|e| experiment_file(report, e)));
+    add("limits", limits::limit_chart(report).filter(|_| !has_after(report)).map(|b| b.chart()));
+    if let Some(c) = traces {
+        out.extend(trace_figures(&c.traces, &names(c)));
     }
     out
 }
@@ -586,11 +560,4 @@ pub fn figures(report: &Report, traces: Option<&Comparison>) -> Vec<Figure> {
 fn named_marks(report: &Report) -> &[Mark] {
     let named = report.candidates.iter().find(|c| report.effects.contains(&c.id));
     named.map_or(&[], |c| c.signature.as_slice())
-}
-
-/// Whether an effect is named, does as well, or explains much.
-fn is_near(report: &Report, c: &CandidateReport) -> bool {
-    report.effects.contains(&c.id)
-        || report.ambiguous_with.iter().flatten().any(|id| *id == c.id)
-        || c.own_share().0 > NEARLY
 }

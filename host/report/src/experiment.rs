@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use crate::html::{figure, swatch};
-use crate::plot::{Chart, Line, MODELS};
+use crate::plot::{Chart, Key, Line, MODELS};
 use crate::words::identifier_words as words;
 use stickslip_analysis::channels::channel_words;
 use stickslip_analysis::compare::verdict::scale;
@@ -11,7 +11,7 @@ use stickslip_analysis::diagnose::experiment::Experiment;
 use stickslip_analysis::diagnose::report::Report;
 
 /// Two predictions of a run as bells, as far apart as the experiment tells them.
-pub fn experiment_chart(e: &Experiment) -> Chart {
+fn experiment_chart(e: &Experiment) -> Chart {
     // In the channel's unit, from the first model's prediction.
     let apart = e.standard_deviations.clamp(0.0, 12.0);
     let (factor, unit) = scale(e.unit);
@@ -30,6 +30,12 @@ pub fn experiment_chart(e: &Experiment) -> Chart {
         ],
         ..Chart::default()
     }
+}
+
+/// The same as a file, with a legend.
+pub fn experiment_file(report: &Report, e: &Experiment) -> Chart {
+    let key = |(name, colour)| Key::Line(name, colour);
+    Chart { legend: rivals(report).into_iter().zip(MODELS).map(key).collect(), ..experiment_chart(e) }
 }
 
 /// The two models whose predictions the suggested experiment compares.

@@ -6,8 +6,10 @@
 pub mod bars;
 pub mod bench;
 pub mod compare;
+mod conditions;
 pub mod data;
 pub mod diagnose;
+mod diagnosis;
 mod experiment;
 pub mod figures;
 pub mod html;

@@ -43,7 +43,8 @@ fn over_typical(report: &Report) -> Vec<(String, f64)> {
     all
 }
 
-fn limit_chart(report: &Report) -> Option<Bars> {
+/// The largest strengths that the data allow, as bars.
+pub(crate) fn limit_chart(report: &Report) -> Option<Bars> {
     let rows = over_typical(report).into_iter().take(DRAWN).map(|(effect, ratio)| (effect, vec![ratio]));
     multiples(rows.collect(), "largest possible strength over a typical one", 1.0)
 }

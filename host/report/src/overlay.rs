@@ -8,14 +8,14 @@ use plotters::style::RGBColor;
 use crate::bench::Scenery;
 use crate::figures::Figure;
 use crate::html::{heat, swatch};
-use crate::plot::{self, Chart, MEASURED, MODELS, thinned};
+use crate::plot::{self, Chart, Key, MEASURED, MODELS, thinned};
 use crate::viewer::{self, Plot, Run, Span};
 use crate::words::times;
-use stickslip_analysis::channels::{COUNT, NAMES, channel_words, quantity};
+use stickslip_analysis::channels::{COUNT, NAMES, Signals, channel_words, quantity};
 use stickslip_analysis::compare::document::{ErrorRow, Trace};
 use stickslip_analysis::compare::verdict::scale;
 use stickslip_analysis::evidence::conditions::Variable;
-use stickslip_analysis::evidence::phases::{PHASES, Phases};
+use stickslip_analysis::evidence::phases::{PHASES, Phase, Phases};
 
 /// Shading of the phases in drawings; contact before motion stays white.
 const SHADES: [Option<(RGBColor, f64)>; 5] = [
@@ -126,9 +126,7 @@ fn run(trace: &Trace, groups: &[(Vec<usize>, bool)]) -> Run {
     let models = trace.modelled.len().min(MODELS.len());
     let at = |i: usize| trace.t_s.get(i).or(trace.t_s.last()).copied().unwrap_or(0.0);
     let factor = |c: usize| scale(quantity(c).unit()).0;
-    let column = |rows: &[stickslip_analysis::channels::Signals], c: usize| -> Vec<f64> {
-        rows.iter().map(|s| s[c] * factor(c)).collect()
-    };
+    let column = |rows: &[Signals], c: usize| -> Vec<f64> { rows.iter().map(|s| s[c] * factor(c)).collect() };
     let mut values = Vec::new();
     let mut half = Vec::new();
     let mut open = Vec::new();
@@ -307,22 +305,79 @@ fn cell_words(t: &Trace) -> String {
     format!("{error}{}{}{}", t.role, if t.role.is_empty() { "" } else { ": " }, t.conditions)
 }
 
-/// The bench and every measured channel of a trace as files.
+/// The bench and the plots of each trace as files, as the page has them: both fingers on the same axes.
 #[must_use]
-pub fn trace_figures(trace: &Trace) -> Vec<Figure> {
-    let scenery = scenery(trace);
-    let name = |what: &str| format!("{} {what}", trace.role);
-    let mut out = Vec::new();
-    if scenery.is_seen() {
-        out.push(Figure::new(&name("bench"), scenery.svg(scenery.farthest()).into_string()));
+pub fn trace_figures(traces: &[Trace], models: &[&str]) -> Vec<Figure> {
+    let groups = groups(traces, &[], None);
+    let of = |trace: &Trace| {
+        let name = |what: &str| format!("{} {what}", trace.trial);
+        let scenery = scenery(trace);
+        let bench = scenery
+            .is_seen()
+            .then(|| Figure::new(&name("bench"), scenery.svg(scenery.farthest()).into_string()));
+        let each = groups.iter().map(|(channels, first)| {
+            let plot = one_plot(channels, *first, models);
+            Figure::of(&name(&plot.title), &figure_of(trace, &plot, channels))
+        });
+        bench.into_iter().chain(each).collect::<Vec<_>>()
+    };
+    traces.iter().flat_map(of).collect()
+}
+
+/// A plot of a trace as a file, with a legend; the second finger's lines are dashed.
+fn figure_of(trace: &Trace, plot: &Plot, channels: &[usize]) -> Chart {
+    let mut drawn = chart(trace, channels[0]);
+    (drawn.size, drawn.y_label) = ((560, 260), format!("{}, {}", plot.title, plot.unit));
+    for channel in &channels[1..] {
+        let other = chart(trace, *channel);
+        drawn.dashed.extend(other.lines);
+        drawn.bands.extend(other.bands);
+        drawn.least_span = drawn.least_span.max(other.least_span);
     }
-    for c in (0..COUNT).filter(|c| trace.measured.iter().any(|s| s[*c].is_finite())) {
-        let mut drawn = chart(trace, c);
-        drawn.y_label = format!("{}, {}", channel_words(NAMES[c]), scale(quantity(c).unit()).1);
-        drawn.size = (560, 260);
-        out.push(Figure::of(&name(&channel_words(NAMES[c])), &drawn));
+    let lines = drawn.lines.iter().chain(&drawn.dashed).zip(&plot.lines);
+    let key = |(drawn, line): (&plot::Line, &viewer::Line)| match line.dash {
+        true => Key::Dashed(line.label.clone(), drawn.colour),
+        false => Key::Line(line.label.clone(), drawn.colour),
+    };
+    drawn.legend = lines.map(key).collect();
+    let last = MODELS.into_iter().take(trace.modelled.len()).last();
+    for (colour, what) in [(last, "noise floor"), (Some(OPEN), "left undetermined by rigid contact")] {
+        if let Some(colour) = colour.filter(|colour| drawn.bands.iter().any(|band| band.1 == *colour)) {
+            drawn.legend.push(Key::Band(what.to_owned(), colour));
+        }
     }
-    out
+    for ((colour, opacity), what) in
+        [(SHADES[0], "before contact, end"), (SHADES[2], "onset"), (SHADES[3], "sliding")]
+            .into_iter()
+            .filter_map(|(shade, what)| Some((shade?, what)))
+    {
+        if drawn.spans.iter().any(|span| span.2 == colour) {
+            drawn.legend.push(Key::Span(what.to_owned(), colour, opacity));
+        }
+    }
+    drawn
+}
+
+/// Of traces `of` which something holds, the place of that in which model `model` misses `value` most in a phase,
+/// forces that rigid contact leaves open included.
+pub(crate) fn worst(
+    traces: &[Trace],
+    model: usize,
+    phase: Phase,
+    value: &dyn Fn(&Signals) -> f64,
+    of: &dyn Fn(&Trace) -> bool,
+) -> Option<usize> {
+    let missed = |trace: &Trace| {
+        let range = trace.phases.range(phase);
+        let both = trace.modelled.get(model)?.iter().zip(&trace.measured).take(range.end).skip(range.start);
+        let squares: Vec<f64> =
+            both.map(|(a, b)| (value(a) - value(b)).powi(2)).filter(|x| x.is_finite()).collect();
+        let count = squares.len() as f64;
+        (count > 0.0).then(|| squares.iter().sum::<f64>() / count)
+    };
+    let all = traces.iter().enumerate().filter(|(_, t)| of(t));
+    let all = all.filter_map(|(k, t)| Some((k, missed(t)?)));
+    all.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k)
 }
 
 /// Charts of `channels` in two columns, as one SVG on white: for documents that are no page of ours.
@@ -356,9 +411,7 @@ pub fn picture(trace: &Trace, channels: &[usize]) -> String {
 pub fn chart(trace: &Trace, channel: usize) -> Chart {
     let (factor, _) = scale(quantity(channel).unit());
     let t = &trace.t_s;
-    let column = |rows: &[stickslip_analysis::channels::Signals]| -> Vec<f64> {
-        rows.iter().map(|s| s[channel] * factor).collect()
-    };
+    let column = |rows: &[Signals]| -> Vec<f64> { rows.iter().map(|s| s[channel] * factor).collect() };
     let at = |i: usize| t.get(i).or(t.last()).copied().unwrap_or(0.0);
     let mut chart =
         Chart { size: SIZE, x_label: "time, s".into(), x: (at(0), at(usize::MAX)), ..Chart::default() };

@@ -1,4 +1,4 @@
-//! One small chart as inline SVG: shaded spans, a band, lines, points, a zero line.
+//! One small chart as inline SVG: shaded spans, a band, lines, points, a zero line; in a file with a legend.
 //!
 //! plotters draws it; the style sheet recolours its fixed colours in dark mode by
 //! attribute selectors, so the colours here and there must agree.
@@ -26,6 +26,14 @@ const BOTTOM: i32 = 34;
 const MARGIN: i32 = 6;
 /// Width of a character of a name.
 const CHARACTER: i32 = 6;
+/// Height of a row of the legend, width of its samples, and room behind a name in it.
+const ROW: i32 = 17;
+const SAMPLE: i32 = 22;
+const APART: i32 = 20;
+/// A dash and the gap behind it.
+const DASH: (i32, i32) = (6, 4);
+/// Opacity of bands.
+const BAND: f64 = 0.22;
 
 /// A line through points.
 #[derive(Clone, Debug)]
@@ -36,6 +44,32 @@ pub struct Line {
     pub colour: RGBColor,
     /// Pixels.
     pub width: u32,
+}
+
+/// What a legend explains, and by which sample.
+#[derive(Clone, Debug)]
+pub enum Key {
+    /// A line.
+    Line(String, RGBColor),
+    /// A dashed line.
+    Dashed(String, RGBColor),
+    /// A band about a line.
+    Band(String, RGBColor),
+    /// A shaded span, and its opacity.
+    Span(String, RGBColor, f64),
+}
+
+impl Key {
+    fn name(&self) -> &str {
+        match self {
+            Key::Line(name, _) | Key::Dashed(name, _) | Key::Band(name, _) | Key::Span(name, ..) => name,
+        }
+    }
+
+    /// With its sample, px.
+    fn width(&self) -> i32 {
+        SAMPLE + MARGIN + self.name().chars().count() as i32 * CHARACTER + APART
+    }
 }
 
 /// Abscissa, lower and upper edge.
@@ -55,7 +89,7 @@ pub struct Bar {
 /// What a chart shows.
 #[derive(Clone, Debug, Default)]
 pub struct Chart {
-    /// Pixels.
+    /// Pixels, without the legend.
     pub size: (u32, u32),
     /// Under the x axis.
     pub x_label: String,
@@ -75,10 +109,14 @@ pub struct Chart {
     pub bands: Vec<(Band, RGBColor)>,
     /// Drawn in order.
     pub lines: Vec<Line>,
+    /// Drawn over them, dashed.
+    pub dashed: Vec<Line>,
     /// Dots.
     pub dots: Vec<(f64, f64, RGBColor)>,
     /// Text beside the ticks of the y axis instead of numbers.
     pub y_names: Vec<String>,
+    /// Above the plot; a page has its own.
+    pub legend: Vec<Key>,
 }
 
 impl Chart {
@@ -94,17 +132,36 @@ impl Chart {
         if self.y_names.is_empty() { LEFT } else { (3 * LEFT).max(longest as i32 * CHARACTER + 2 * MARGIN) }
     }
 
+    /// Where each entry of the legend stands, and the height of all rows.
+    fn legend_places(&self) -> (Vec<(i32, i32)>, i32) {
+        let (mut x, mut y) = (self.left(), MARGIN);
+        let mut places = Vec::new();
+        for key in &self.legend {
+            if x > self.left() && x + key.width() > self.size.0 as i32 {
+                (x, y) = (self.left(), y + ROW);
+            }
+            places.push((x, y));
+            x += key.width();
+        }
+        (places, if self.legend.is_empty() { 0 } else { y + ROW - MARGIN })
+    }
+
+    /// Both the lines and the dashed ones.
+    fn all_lines(&self) -> impl Iterator<Item = &Line> {
+        self.lines.iter().chain(&self.dashed)
+    }
+
     fn x_range(&self) -> (f64, f64) {
         if self.x.1 > self.x.0 {
             return self.x;
         }
-        let all = self.lines.iter().flat_map(|l| l.points.iter().map(|p| p.0));
+        let all = self.all_lines().flat_map(|l| l.points.iter().map(|p| p.0));
         let all = all.chain(self.bars.iter().flat_map(|b| [b.x.0, b.x.1]));
         range(all.chain(self.dots.iter().map(|d| d.0)), 0.0, 0.05)
     }
 
     fn y_range(&self) -> (f64, f64) {
-        let all = self.lines.iter().flat_map(|l| l.points.iter().map(|p| p.1));
+        let all = self.all_lines().flat_map(|l| l.points.iter().map(|p| p.1));
         let bars = self.bars.iter().flat_map(|b| [b.y.0, b.y.1]);
         let share = if self.bars.is_empty() { 0.07 } else { 0.01 };
         range(all.chain(bars).chain(self.dots.iter().map(|d| d.1)), self.least_span, share)
@@ -113,15 +170,15 @@ impl Chart {
     /// The chart as an `<svg>` element.
     pub fn svg(&self) -> String {
         let mut text = String::new();
+        let (w, h) = (self.size.0, self.size.1 + self.legend_places().1 as u32);
         let drawn = {
-            let area = SVGBackend::with_string(&mut text, self.size).into_drawing_area();
+            let area = SVGBackend::with_string(&mut text, (w, h)).into_drawing_area();
             self.draw(&area).and_then(|()| area.present().map_err(|e| e.to_string()))
         };
         if let Err(why) = drawn {
             return format!("<p>This plot could not be drawn: {}</p>", super::html::escape(&why));
         }
         // Inline SVG needs no namespace, and its size is the style sheet's.
-        let (w, h) = self.size;
         let text = text.replace(" xmlns=\"http://www.w3.org/2000/svg\"", "");
         let text = text.replacen(&format!("<svg width=\"{w}\" height=\"{h}\""), "<svg role=\"img\"", 1);
         // Its label says what it shows: some screen readers read the numbers of the axes after it.
@@ -137,6 +194,7 @@ impl Chart {
         let ((x0, x1), (y0, y1)) = (self.x_range(), self.y_range());
         let mut chart = ChartBuilder::on(area)
             .margin(MARGIN)
+            .margin_top(MARGIN + self.draw_legend(area)?)
             .x_label_area_size(BOTTOM)
             .y_label_area_size(self.left())
             .build_cartesian_2d(x0..x1, y0..y1)
@@ -190,7 +248,7 @@ impl Chart {
             let mut outline: Vec<(f64, f64)> = band.iter().map(|p| (inside(p.0), limit(p.2))).collect();
             outline.extend(band.iter().rev().map(|p| (inside(p.0), limit(p.1))));
             chart
-                .draw_series(std::iter::once(Polygon::new(outline, colour.mix(0.22).filled())))
+                .draw_series(std::iter::once(Polygon::new(outline, colour.mix(BAND).filled())))
                 .map_err(|e| wrong(&e))?;
         }
         for line in &self.lines {
@@ -199,10 +257,43 @@ impl Chart {
                 chart.draw_series(LineSeries::new(piece.iter().copied(), style)).map_err(|e| wrong(&e))?;
             }
         }
+        for line in &self.dashed {
+            for piece in line.points.split(|p| !p.1.is_finite()).filter(|p| !p.is_empty()) {
+                let style = line.colour.stroke_width(line.width);
+                let dashes = DashedLineSeries::new(piece.iter().copied(), DASH.0, DASH.1, style);
+                chart.draw_series(dashes).map_err(|e| wrong(&e))?;
+            }
+        }
         chart
             .draw_series(self.dots.iter().map(|(x, y, c)| Circle::new((*x, *y), 3, c.filled())))
             .map_err(|e| wrong(&e))?;
         Ok(())
+    }
+
+    /// Draws the legend; its height.
+    fn draw_legend(&self, area: &DrawingArea<SVGBackend, plotters::coord::Shift>) -> Result<i32, String> {
+        let wrong = |e: &dyn std::fmt::Display| e.to_string();
+        let (places, height) = self.legend_places();
+        for (key, (x, y)) in self.legend.iter().zip(places) {
+            let (middle, end) = (y + ROW / 2, x + SAMPLE);
+            let filled = |style: ShapeStyle| Rectangle::new([(x, y + 3), (end, y + ROW - 4)], style);
+            let piece = |from: i32, to: i32, colour: RGBColor| {
+                PathElement::new(vec![(from, middle), (to, middle)], colour.stroke_width(2))
+            };
+            match key {
+                Key::Line(_, colour) => area.draw(&piece(x, end, *colour)),
+                Key::Dashed(_, colour) => (x..end)
+                    .step_by((DASH.0 + DASH.1) as usize)
+                    .try_for_each(|from| area.draw(&piece(from, (from + DASH.0).min(end), *colour))),
+                Key::Band(_, colour) => area.draw(&filled(colour.mix(BAND).filled())),
+                Key::Span(_, colour, opacity) => area.draw(&filled(colour.mix(*opacity).filled())),
+            }
+            .map_err(|e| wrong(&e))?;
+            let style = ("sans-serif", 12).into_font().color(&INK);
+            area.draw(&Text::new(key.name().to_owned(), (end + MARGIN, y + 2), style))
+                .map_err(|e| wrong(&e))?;
+        }
+        Ok(height)
     }
 }
 

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::bars::{Bars, shares};
 use super::figures::Figure;
 use super::html::{Tone, figure, first_screen, page as whole, swatch, tuned, unfold};
-use super::plot::{Chart, Line, MEASURED, MODELS};
+use super::plot::{Chart, Key, Line, MEASURED, MODELS};
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::calibration::Calibration;
 use stickslip_analysis::score::document::Document;
@@ -15,8 +15,8 @@ use stickslip_analysis::score::truth::Kind;
 
 const SIZE: (u32, u32) = (400, 220);
 
-/// The whole page; `next` is the command that comes next.
-pub fn page(d: &Document, next: &str) -> String {
+/// The whole page; `next` is the command that comes next, `replay` that which shows a trial.
+pub fn page(d: &Document, next: &str, replay: &dyn Fn(&str) -> String) -> String {
     let picture = match in_time_chart(d) {
         Some(chart) => {
             figure("Events that were warned of in time", "", "share of events in time", &chart.markup().0)
@@ -67,7 +67,7 @@ pub fn page(d: &Document, next: &str) -> String {
         @if !stated.is_empty() {
             (unfold("Stated against actual values", &html! { div class="grid charts" { @for one in &stated { (one) } } }))
         }
-        (missed(d))
+        (missed(d, replay))
     };
     whole("stickslip score", body)
 }
@@ -156,13 +156,29 @@ fn table(d: &Document) -> Markup {
     }
 }
 
-/// Trials with an event that was missed or late.
-fn missed(d: &Document) -> Markup {
+/// Trials with an event that was missed or late, and the command that shows each.
+fn missed(d: &Document, replay: &dyn Fn(&str) -> String) -> Markup {
     let rows: Vec<&Row> = ours(d).filter(|r| !r.not_in_time.is_empty()).collect();
     html! {
         @if !rows.is_empty() {
             (unfold("Trials with an event missed or late", &html! {
-                ul { @for r in rows { li { b { (r.class.name()) } ": " (r.not_in_time.join(", ")) } } }
+                div class="scroll" {
+                    table {
+                        caption { "What was missed or late, and the command that shows it" }
+                        thead {
+                            tr { @for h in ["trial", "event", "to look at it"] { th scope="col" class="left" { (h) } } }
+                        }
+                        tbody {
+                            @for (trial, r) in rows.iter().flat_map(|r| r.not_in_time.iter().map(move |t| (t, r))) {
+                                tr {
+                                    th scope="row" { (trial) }
+                                    td class="left" { (r.class.name()) }
+                                    td class="left" { code { (replay(trial)) } }
+                                }
+                            }
+                        }
+                    }
+                }
             }))
         }
     }
@@ -399,7 +415,18 @@ pub fn cells(r: &Row) -> [String; 9] {
 pub fn figures(d: &Document) -> Vec<Figure> {
     let mut out: Vec<Figure> =
         in_time_chart(d).iter().map(|b| Figure::of("warned-in-time", &b.chart())).collect();
-    out.extend(lead_charts(d).iter().map(|l| Figure::of(&format!("lead {}", l.title), &l.chart)));
-    out.extend(stated_charts(d).iter().map(|(title, c)| Figure::of(&format!("stated {title}"), c)));
+    let key = |name: &str, colour| Key::Line(name.to_owned(), colour);
+    out.extend(lead_charts(d).into_iter().map(|l| {
+        let legend = l.rows.iter().zip(MODELS).map(|(r, colour)| key(&r.method, colour)).collect();
+        Figure::of(&format!("lead {}", l.title), &Chart { legend, ..l.chart })
+    }));
+    out.extend(stated_charts(d).into_iter().map(|(title, chart)| {
+        let mut legend: Vec<Key> =
+            chart.lines.first().iter().map(|line| key("as it was", line.colour)).collect();
+        if chart.lines.len() > 1 {
+            legend.push(key("if what is stated were exact", MEASURED));
+        }
+        Figure::of(&format!("stated {title}"), &Chart { legend, ..chart })
+    }));
     out
 }

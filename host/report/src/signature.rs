@@ -10,7 +10,7 @@ use stickslip_analysis::evidence::phases::{PHASES, Phase};
 
 use crate::bars::{Bars, multiples};
 use crate::html::{figure, swatch};
-use crate::plot::{Chart, Line, MODELS, thinned};
+use crate::plot::{Chart, Key, Line, MODELS, thinned};
 
 /// Places on a card.
 const MARKS: usize = 5;
@@ -69,6 +69,19 @@ pub struct Run {
     pub words: String,
     /// The drawing.
     pub chart: Chart,
+}
+
+impl Run {
+    /// The drawing as a file, with a legend.
+    #[must_use]
+    pub fn file(self) -> Chart {
+        let key = |(name, colour): (&str, _)| Key::Line(name.to_owned(), colour);
+        Chart {
+            size: (2 * WIDE, 260),
+            legend: SERIES.into_iter().zip(MODELS).map(key).collect(),
+            ..self.chart
+        }
+    }
 }
 
 /// Measurement less the first model, and last model less the first, in the trial and the channel

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::bench::{Course, Scenery};
 use crate::packed::Packed;
-use crate::plot::{Chart, MEASURED, MODELS, thinned};
+use crate::plot::{Chart, Key, MEASURED, MODELS, thinned};
 
 /// Most samples of a run in a page of few runs, and in one of many.
 const SAMPLES: [usize; 2] = [1200, 500];
@@ -164,26 +164,35 @@ fn unit(plot: &Plot) -> &str {
     if plot.unit == "1" { "" } else { plot.unit }
 }
 
-/// A plot as a drawing.
+/// A plot as a drawing with a legend; the second finger's lines are dashed, as on the page.
 #[must_use]
 pub fn chart_of(plot: &Plot, t_s: &[f64], values: &[Vec<f64>]) -> Chart {
     let colour = |ink: &str| match ink.strip_prefix('m').and_then(|k| k.parse::<usize>().ok()) {
         Some(k) => MODELS[k.min(MODELS.len() - 1)],
         None => MEASURED,
     };
-    let line = |(line, values): (&Line, &Vec<f64>)| crate::plot::Line {
-        points: thinned(t_s, values, POINTS),
-        colour: colour(&line.ink),
-        width: if line.dash { 1 } else { 2 },
-    };
-    Chart {
+    let mut chart = Chart {
         size: (560, 260),
         x_label: "time, s".into(),
-        y_label: format!("{}, {}", plot.title, plot.unit),
+        y_label: match unit(plot) {
+            "" => plot.title.clone(),
+            unit => format!("{}, {unit}", plot.title),
+        },
         least_span: plot.least,
-        lines: plot.lines.iter().zip(values).map(line).collect(),
         ..Chart::default()
+    };
+    for (line, values) in plot.lines.iter().zip(values) {
+        if !values.iter().any(|x| x.is_finite()) {
+            continue;
+        }
+        let colour = colour(&line.ink);
+        let drawn = crate::plot::Line { points: thinned(t_s, values, POINTS), colour, width: 2 };
+        let (lines, key): (_, fn(String, _) -> Key) =
+            if line.dash { (&mut chart.dashed, Key::Dashed) } else { (&mut chart.lines, Key::Line) };
+        lines.push(drawn);
+        chart.legend.push(key(line.label.clone(), colour));
     }
+    chart
 }
 
 /// Samples that stand for all: every one, or two of each stretch.

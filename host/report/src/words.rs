@@ -47,6 +47,12 @@ pub fn times(x: f64) -> String {
     if x >= 10.0 { format!("{x:.0}\u{d7}") } else { format!("{x:.1}\u{d7}") }
 }
 
+/// A probability behind a 'p'; what is nearly none is said to be so.
+#[must_use]
+pub fn probability(p: f64) -> String {
+    if p < 1e-4 { "< 0.0001".into() } else { format!("= {p:.4}") }
+}
+
 /// The first sentence, and what follows.
 pub fn first_sentence(text: &str) -> (&str, &str) {
     let ends = text.match_indices(". ").map(|(at, _)| at);

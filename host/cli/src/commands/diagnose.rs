@@ -1,5 +1,6 @@
 //! `stickslip diagnose DATA`: which physical effect a model lacks.
 
+use std::cell::LazyCell;
 use std::path::{Path, PathBuf};
 
 use comfy_table::{Cell, CellAlignment};
@@ -7,17 +8,13 @@ use comfy_table::{Cell, CellAlignment};
 use super::arguments::Drawn;
 use crate::commands::fitted::{file_or_default, write};
 use stickslip_analysis::channels::channel_words;
-use stickslip_analysis::compare::document::Comparison;
-use stickslip_analysis::compare::{self, Forces, NamedModel};
 use stickslip_analysis::diagnose;
 use stickslip_analysis::diagnose::report::{Report, Verdict};
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::{EffectEntry, ModelFile};
-use stickslip_data::Index;
-use stickslip_report::diagnose::{figures, html};
+use stickslip_report::diagnose::{explains, figures, html, sentence, traces};
 use stickslip_report::terminal::{Output, command_line, table};
-use stickslip_report::words::{interval, short};
-use stickslip_shared::model::Model;
+use stickslip_report::words::{effects_in_words, identifier_words, interval, parameter_words, short};
 
 /// Arguments of `stickslip diagnose`.
 #[derive(Debug, clap::Args)]
@@ -66,14 +63,15 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     let next = next(args, &report, written);
     let next: Vec<&str> = next.iter().map(String::as_str).collect();
+    let name = dataset.description.name.clone();
     // A picture is no reason to lose the diagnosis.
-    let traces =
-        args.drawn.any().then(|| traces(&args.data, file.to_model(), &report, output)).and_then(|found| {
-            found.inspect_err(|why| output.note(format_args!("no traces can be shown: {why:#}"))).ok()
-        });
+    let traces = LazyCell::new(|| {
+        let found = traces(&dataset.into(), file.to_model(), &report, output).map_err(|why| why.to_string());
+        found.inspect_err(|why| output.note(format_args!("no traces can be shown: {why}")))
+    });
     let line = command_line(next.iter().copied());
-    let page = || html(&report, &dataset.description.name, &line, traces.as_ref());
-    args.drawn.write(output, page, || figures(&report, traces.as_ref()))?;
+    let page = || html(&report, &name, &line, traces.as_ref().map_err(Clone::clone));
+    args.drawn.write(output, page, || figures(&report, traces.as_ref().ok()))?;
     print(&report, args.verbose, output);
     match (&args.out, written) {
         (_, Some(path)) => output.text(format_args!("written to {}", path.display())),
@@ -84,22 +82,6 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     output.next(next);
     output.document(&report)
-}
-
-/// Most trials whose traces a page shows.
-const DRAWN: usize = 12;
-
-/// The data with the model as given and with that of the diagnosis.
-fn traces(data: &Path, given: Model<f64>, report: &Report, output: &Output) -> anyhow::Result<Comparison> {
-    let named = matches!(report.verdict, Verdict::Effect | Verdict::Ambiguous);
-    let after = if named { "with the named effects" } else { "friction refitted" };
-    let models = [
-        NamedModel::own("as given", "before the diagnosis", given),
-        NamedModel::own(after, "by the diagnosis", report.model.clone()),
-    ];
-    // As recorded forces go without intervals: the page shows lines, not a verdict.
-    let options = compare::Options { drawn: DRAWN, forces: Forces::AsReturned, ..Default::default() };
-    Ok(compare::compare(&Index::open(data)?, &models, &options, output)?)
 }
 
 /// The command that the verdict asks for.
@@ -148,13 +130,13 @@ fn next(args: &Args, report: &Report, written: Option<&Path>) -> Vec<String> {
 const LISTED: usize = 3;
 
 fn print(report: &Report, verbose: bool, output: &Output) {
-    output.text(&report.summary);
+    output.text(sentence(report));
     output.left_out(&report.left_out, report.trials + report.left_out.len(), "all: --verbose or --html");
     if let Some(would_tell) = &report.would_tell {
-        output.text(format_args!("What would decide: {would_tell}."));
+        output.text(format_args!("What would decide: {}.", effects_in_words(would_tell)));
     }
     for c in report.candidates.iter().filter(|c| report.effects.contains(&c.id)) {
-        output.text(format_args!("{}: {}. In data: {}.", c.id, c.info.summary, c.info.signature));
+        output.text(format_args!("In data, {}: {}.", identifier_words(c.id), c.info.signature));
     }
     output.text(format_args!(
         "\n{} trials of {} conditions; error {:.2} run spreads before, {:.2} after (a perfect model: {:.2}); {:.1} s",
@@ -183,7 +165,7 @@ fn print_first(report: &Report, output: &Output) {
                 let unit = if v.unit == "1" { "" } else { v.unit };
                 let text = format!(
                     "{} {} ({}) {unit}",
-                    name.replace('_', " "),
+                    parameter_words(name),
                     short(v.value),
                     interval(v.low, v.high)
                 );
@@ -192,8 +174,12 @@ fn print_first(report: &Report, output: &Output) {
             let strength: Vec<String> = strength.collect();
             let colon = if strength.is_empty() { "" } else { ": " };
             let (share, of_what) = c.own_share();
-            let explains = stickslip_report::diagnose::explains(share, &of_what);
-            output.text(format_args!("  {} {explains}{colon}{}", c.id, strength.join(", ")));
+            let explains = explains(share, &effects_in_words(&of_what));
+            output.text(format_args!(
+                "  {} {explains}{colon}{}",
+                identifier_words(c.id),
+                strength.join(", ")
+            ));
         }
     }
     for p in report.places.iter().filter(|p| p.before.max(p.after) > 1.0).take(LISTED) {

@@ -51,21 +51,26 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let document = score_tuned(&index, &model, &args.tuned.read()?, &options, output)?;
     document.refused.iter().for_each(|refused| output.refused(refused));
     let next = next(args, &document);
-    let next: Vec<&str> = next.iter().map(String::as_str).collect();
-    let line = command_line(next.iter().copied());
-    args.drawn.write(output, || page(&document, &line), || figures(&document))?;
+    let line = |words: &[String]| command_line(words.iter().map(String::as_str));
+    let shown = |trial: &str| line(&replay(args, Some(trial)));
+    args.drawn.write(output, || page(&document, &line(&next), &shown), || figures(&document))?;
     print(&document, args.verbose, output);
-    output.next(next);
+    output.next(next.iter().map(String::as_str));
     output.document(&document)
 }
 
 /// To look at a trial with an event that was missed or late, or at the first one.
 fn next(args: &Args, d: &Document) -> Vec<String> {
-    let mut line = vec!["replay".to_owned(), args.data.display().to_string()];
     let ours = d.rows.first().map(|r| r.method.as_str());
     let missed =
         d.rows.iter().filter(|r| Some(r.method.as_str()) == ours).flat_map(|r| &r.not_in_time).next();
-    line.extend(missed.into_iter().flat_map(|trial| ["--trial".to_owned(), trial.clone()]));
+    replay(args, missed.map(String::as_str))
+}
+
+/// The command that shows a trial: the first where none is named.
+fn replay(args: &Args, trial: Option<&str>) -> Vec<String> {
+    let mut line = vec!["replay".to_owned(), args.data.display().to_string()];
+    line.extend(trial.into_iter().flat_map(|trial| ["--trial".to_owned(), trial.to_owned()]));
     line.extend(args.with.model.iter().flat_map(|m| ["--model".to_owned(), m.display().to_string()]));
     line.extend(args.tuned.words());
     line.extend(["--html".to_owned(), "replay.html".to_owned()]);

@@ -38,7 +38,7 @@ fn demo() -> PathBuf {
 
 /// Six conditions, each pushed twice by a gripper that loses three tenths of its grip; and a model
 /// with a formula for that.
-fn weak_grip() -> &'static Path {
+pub fn weak_grip() -> &'static Path {
     static FOLDER: OnceLock<TempDir> = OnceLock::new();
     let made = || {
         let folder = tempfile::tempdir().expect("a folder");

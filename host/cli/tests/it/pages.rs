@@ -1,47 +1,133 @@
 //! Every command that writes a page: the page is whole, and needs nothing from elsewhere.
 
-use assert_cmd::Command;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
 use clap::CommandFactory;
 use stickslip_cli::commands::Cli;
+use stickslip_report::words::first_sentence;
 
 use crate::common::push;
+use crate::diagnose_command::weak_grip;
+use crate::documents::stickslip;
+
+/// Commands with a page, those below others too.
+fn with_a_page(command: &clap::Command, above: &str, found: &mut Vec<String>) {
+    for sub in command.get_subcommands() {
+        let name = format!("{above} {}", sub.get_name()).trim().to_owned();
+        if sub.get_arguments().any(|a| a.get_id() == "html") {
+            found.push(name.clone());
+        }
+        with_a_page(sub, &name, found);
+    }
+}
+
+fn demo() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo")
+}
 
 #[test]
 fn every_command_with_a_page_writes_one_that_is_whole_and_needs_no_network() {
     let (folder, data) = push(|text| text);
-    let mut commands = 0;
-    let command = Cli::command();
-    for sub in command.get_subcommands().filter(|s| s.get_arguments().any(|a| a.get_id() == "html")) {
-        let name = sub.get_name();
-        let path = folder.path().join(format!("{name}.html"));
-        let mut run = Command::cargo_bin("stickslip").expect("the binary");
-        match name {
+    let at = |name: &str| folder.path().join(name);
+    let index = stickslip_data::Index::open(&data).expect("a data set");
+    let recording = data.join(&index.trials[0].file);
+    let mut commands = Vec::new();
+    with_a_page(&Cli::command(), "", &mut commands);
+    for name in &commands {
+        let path = at(&format!("{name}.html"));
+        let mut run = stickslip();
+        run.args(name.split(' '));
+        match name.as_str() {
             // Of a recording, not of a data set.
-            "new" => {
-                let index = stickslip_data::Index::open(&data).expect("a data set");
-                let recording = data.join(&index.trials[0].file);
-                run.arg(name).arg(recording).arg("--out").arg(folder.path().join("mapping.toml"));
+            "new" => run.arg(&recording).arg("--out").arg(at("mapping.toml")),
+            "import recording" => {
+                let mapping = at("corrected.toml");
+                stickslip().arg("new").arg(&recording).arg("--out").arg(&mapping).assert().success();
+                let text = std::fs::read_to_string(&mapping).expect("written");
+                let place = "[fixed.pusher]\nposition_m = [";
+                let text = text.replace(&format!("{place}0.0,"), &format!("{place}-0.0503,"));
+                std::fs::write(&mapping, text).expect("written");
+                run.arg(&mapping).arg("--out").arg(at("imported"))
             }
-            _ => {
-                run.arg(name).arg(&data);
-            }
-        }
+            _ => run.arg(&data),
+        };
         run.arg("--html").arg(&path).assert().success();
         let page = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
         check(name, &page);
-        commands += 1;
     }
-    assert!(commands >= 4, "compare, diagnose, replay and score, not {commands}");
+    let known = ["check", "compare", "diagnose", "import recording", "new", "replay", "score"];
+    commands.sort_unstable();
+    assert_eq!(commands, known);
+}
+
+/// What stands between `from` and `to`, as a browser shows it.
+fn shown(page: &str, from: &str, to: &str) -> String {
+    let found = page.split_once(from).and_then(|(_, rest)| rest.split_once(to));
+    let text = found.unwrap_or_else(|| panic!("no {from}")).0;
+    let text = text.split_once('>').map_or(text, |(_, text)| text);
+    text.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&amp;", "&")
+}
+
+/// Lines that are not empty, the two of the next command among them: `check` of the demonstration has two on each of its
+/// three primitives.
+const LINES: usize = 14;
+
+/// What a command wrote of some data.
+struct Written {
+    text: String,
+    page: String,
+    figures: PathBuf,
+    _folder: tempfile::TempDir,
+}
+
+fn written(name: &str, data: &Path) -> Written {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, figures) = (folder.path().join("page.html"), folder.path().join("figures"));
+    let mut run = stickslip();
+    run.arg(name).arg(data).arg("--html").arg(&path);
+    // `check` has none.
+    if name != "check" {
+        run.arg("--figures").arg(&figures);
+    }
+    let output = run.output().expect("run");
+    let text = String::from_utf8(output.stdout).expect("text");
+    assert!(output.status.success(), "{name}: {text}");
+    Written { text, page: std::fs::read_to_string(&path).expect("the page"), figures, _folder: folder }
+}
+
+/// Each command of one push; a diagnosis that names an effect.
+fn all_written() -> &'static [(&'static str, Written)] {
+    static ALL: OnceLock<Vec<(&str, Written)>> = OnceLock::new();
+    ALL.get_or_init(|| {
+        let (_folder, one) = push(|text| text);
+        let mut all: Vec<_> = ["check", "replay", "score", "compare", "diagnose"]
+            .into_iter()
+            .map(|name| (name, written(name, &one)))
+            .collect();
+        all.push(("check", written("check", &demo())));
+        all.push(("diagnose", written("diagnose", weak_grip())));
+        all
+    })
+}
+
+#[test]
+fn a_page_opens_with_the_sentence_that_the_terminal_says_first_and_the_terminal_says_little_more() {
+    for (name, Written { text, page, .. }) in all_written() {
+        let said = first_sentence(text.lines().next().expect("a line")).0;
+        assert_eq!(said, shown(page, "<p class=\"verdict", "</p>"), "{name}");
+        let lines = text.lines().filter(|line| !line.trim().is_empty()).count();
+        assert!(lines <= LINES, "{name}: {lines} lines\n{text}");
+    }
+    assert!(all_written().iter().any(|(_, w)| w.text.starts_with("The model lacks: ")), "an effect is named");
 }
 
 /// Three conditions, three runs each: nothing is significant, and the largest errors last 12 ms.
 #[test]
 fn the_first_bar_is_what_the_verdict_names_and_what_lasts_a_few_samples_is_said_apart() {
     let folder = tempfile::tempdir().expect("a folder");
-    let demo = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo");
     let path = folder.path().join("compare.html");
-    let mut run = Command::cargo_bin("stickslip").expect("the binary");
-    run.arg("compare").arg(&demo).arg("--html").arg(&path).assert().success();
+    stickslip().arg("compare").arg(demo()).arg("--html").arg(&path).assert().success();
     let page = std::fs::read_to_string(&path).expect("the page");
     let after =
         |from: &str| page.split_once(from).and_then(|(_, rest)| rest.split_once('<')).expect("there").0;
@@ -50,19 +136,19 @@ fn the_first_bar_is_what_the_verdict_names_and_what_lasts_a_few_samples_is_said_
     assert!(page.contains("Where a phase lasts less than 0.1 s") && page.contains("With so few repetitions"));
 }
 
+/// Drawings of a page: those that stand in it, and for each of its trials the bench and the plots of the script.
+fn drawings(page: &str) -> usize {
+    let count = |what: &str| page.matches(what).count();
+    let plots = count("<figure data-plot");
+    let still = count("<figure") - plots;
+    still + count("\"said\":") * (plots + count("class=\"bench\""))
+}
+
 #[test]
-fn figures_are_whole_drawings_in_a_folder_of_their_own_and_none_is_overwritten() {
-    let (folder, data) = push(|text| text);
-    for name in ["compare", "diagnose", "replay", "score"] {
-        let out = folder.path().join(format!("{name}-figures"));
-        let figures = || {
-            let mut run = Command::cargo_bin("stickslip").expect("the binary");
-            run.arg(name).arg(&data).arg("--figures").arg(&out);
-            run.assert()
-        };
-        figures().success();
-        let mut drawn = 0;
-        for entry in std::fs::read_dir(&out).expect("the folder") {
+fn figures_are_all_that_the_page_draws_each_whole_and_said_by_itself() {
+    for (name, Written { page, figures, .. }) in all_written().iter().filter(|(name, _)| *name != "check") {
+        let (mut drawn, mut dashed) = (0, 0);
+        for entry in std::fs::read_dir(figures).expect("the folder") {
             let path = entry.expect("a file").path();
             if path.extension().is_some_and(|e| e == "png") {
                 assert!(path.with_extension("svg").exists(), "{}", path.display());
@@ -75,11 +161,26 @@ fn figures_are_whole_drawings_in_a_folder_of_their_own_and_none_is_overwritten()
             assert!(pixels.is_ok_and(|p| p.starts_with(b"\x89PNG\r\n")) == cfg!(feature = "png"));
             let text = std::fs::read_to_string(&path).expect("text");
             roxmltree::Document::parse(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+            // No page around it says which line is which.
+            if path.display().to_string().contains("fingers-1-and-2") {
+                assert!(text.contains("measured, finger 2"), "{}", path.display());
+                dashed += 1;
+            }
             drawn += 1;
         }
-        assert!(drawn > 0, "{name}");
-        figures().failure();
+        assert_eq!(drawn, drawings(page), "{name}");
+        assert!(dashed > 0 || !matches!(*name, "compare" | "diagnose"), "{name}: no plot of both fingers");
     }
+}
+
+#[test]
+fn figures_are_not_written_over() {
+    let (folder, data) = push(|text| text);
+    std::fs::create_dir(folder.path().join("figures")).expect("a folder");
+    std::fs::write(folder.path().join("figures/mine.svg"), "mine").expect("written");
+    let mut run = stickslip();
+    run.arg("replay").arg(&data).arg("--figures").arg(folder.path().join("figures")).assert().failure();
+    assert_eq!(std::fs::read_dir(folder.path().join("figures")).expect("the folder").count(), 1);
 }
 
 /// The page without the numbers of its traces, which are letters that may spell anything, and without scripts.
