@@ -1,4 +1,4 @@
-//! The pages in a real browser: everything that can be clicked is, and nothing is written to its console.
+//! The pages in a real browser: every kind of thing that can be clicked is, and nothing is written to its console.
 //!
 //! Needs Chromium or Chrome, which `make test-host-rest` installs and runs these with.
 
@@ -14,7 +14,7 @@ use libtest_mimic::{Arguments, Trial};
 /// Widths of a phone, a tablet and a large screen, px.
 const WIDTHS: [u32; 3] = [390, 768, 1600];
 
-/// Clicks all that can be clicked, moves all sliders, and leaves what happened in the document.
+/// Clicks what can be clicked, moves all sliders, and leaves what happened in the document.
 const VISIT: &str = r#"<script>
 const wrong = [];
 addEventListener('error', e => wrong.push('error: ' + e.message));
@@ -24,7 +24,12 @@ console.error = (...words) => { wrong.push('console: ' + words.join(' ')); said(
 addEventListener('load', () => setTimeout(() => {
   let clicked = 0;
   for (const details of document.querySelectorAll('details')) { details.open = true; }
-  for (const element of document.querySelectorAll('button, summary')) { element.click(); clicked++; }
+  // Of the cells of tables that lead to traces, which are hundreds of one kind, some.
+  const leads = document.querySelectorAll('button[data-goto]');
+  const some = new Set([...leads].filter((_, k) => k % Math.ceil(leads.length / 30) === 0));
+  for (const element of document.querySelectorAll('button, summary')) {
+    if (!element.dataset.goto || some.has(element)) { element.click(); clicked++; }
+  }
   for (const details of document.querySelectorAll('details')) { details.open = true; }
   for (const slider of document.querySelectorAll('input[type=range]')) {
     for (const share of [0, 0.3, 1]) {
@@ -71,11 +76,18 @@ addEventListener('load', () => setTimeout(() => {
       const says = e.getAttribute('aria-label') || '';
       if (seen(e) && !/ from .+ to .+\. At [0-9.-]+ s: ./.test(says)) { unsaid.push('a plot that says no values: ' + says); }
     }
-    const cell = [...document.querySelectorAll('button[data-goto]')].find(seen);
-    if (cell) {
+    // A cell leads to the plot of its channel in a trial that has it, which is said.
+    const cells = [...document.querySelectorAll('button[data-goto]')].filter(seen);
+    const runs = document.querySelector('.viewer script') && JSON.parse(document.querySelector('.viewer script').textContent).runs;
+    const maps = cells.filter(cell => cell.dataset.run && cell.closest('table.heat'));
+    for (const cell of [...cells.slice(0, 8), ...maps.slice(0, 8)]) {
       cell.click();
-      if (!/ At [0-9.-]+ s: /.test(document.activeElement.getAttribute('aria-label') || '')) {
+      const there = document.activeElement.getAttribute('aria-label') || '';
+      if (!/ At [0-9.-]+ s: /.test(there)) {
         unsaid.push('a cell that leads to a place without words: ' + document.activeElement.outerHTML.slice(0, 80));
+      }
+      if (cell.dataset.run && document.querySelector('.chosen').textContent !== runs[+cell.dataset.run].said) {
+        unsaid.push('a cell that leads to another trial: ' + cell.outerHTML.slice(0, 80));
       }
     }
     for (const e of document.querySelectorAll('.fails')) {
@@ -118,7 +130,7 @@ addEventListener('load', () => setTimeout(() => {
       }
       const report = document.createElement('pre');
       report.id = 'visit';
-      report.textContent = JSON.stringify({clicked, wrong, empty, over, unsaid});
+      report.textContent = JSON.stringify({clicked, wrong, empty, over, unsaid, maps: maps.length, cells: cells.length});
       document.body.append(report);
     }, 100);
   }, 300);
@@ -133,17 +145,28 @@ fn browser() -> Option<PathBuf> {
     found.into_iter().find(|p| p.is_file())
 }
 
+/// A page that is visited.
+struct Page {
+    /// The command, and what it is of.
+    name: &'static str,
+    /// Whether cells of its tables lead to traces, and whether those of a heat map over conditions or phases do.
+    cells: [bool; 2],
+    /// Made by.
+    made: fn(&Path) -> Command,
+}
+
 /// Opens the page `html` in a window of `width` pixels and clicks through it.
-fn visit(browser: &Path, name: &str, html: &str, width: u32) {
+fn visit(browser: &Path, page: &Page, html: &str, width: u32) {
+    let name = page.name;
     let folder = tempfile::tempdir().expect("a folder");
-    let page = folder.path().join("page.html");
+    let path = folder.path().join("page.html");
     let (before, after) = html.split_once("</title>").expect("a title");
-    std::fs::write(&page, format!("{before}</title>{VISIT}{after}")).expect("written");
+    std::fs::write(&path, format!("{before}</title>{VISIT}{after}")).expect("written");
     let output = Command::new(browser)
         .args(["--headless", "--no-sandbox", "--disable-gpu", "--dump-dom", "--virtual-time-budget=20000"])
         .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
         .arg(format!("--window-size={width},900"))
-        .arg(format!("file://{}", page.display()))
+        .arg(format!("file://{}", path.display()))
         .output()
         .expect("the browser runs");
     let dom = String::from_utf8_lossy(&output.stdout);
@@ -160,6 +183,10 @@ fn visit(browser: &Path, name: &str, html: &str, width: u32) {
     assert_eq!(report["unsaid"], serde_json::json!([]), "{name}: what a screen reader misses");
     assert_eq!(report["empty"], 0, "{name}: a plot without a drawing");
     assert!(name == "check" || report["clicked"].as_u64().is_some_and(|n| n > 0), "{name}: nothing to click");
+    for (key, expected) in ["cells", "maps"].into_iter().zip(page.cells) {
+        let found = report[key].as_u64().is_some_and(|n| n > 0);
+        assert_eq!(found, expected, "{name}: {key} that lead to traces: {}", report[key]);
+    }
     assert!(
         report["over"].as_i64().is_some_and(|n| n <= 0),
         "{name}: wider than {width} px by {}",
@@ -167,34 +194,102 @@ fn visit(browser: &Path, name: &str, html: &str, width: u32) {
     );
 }
 
-/// The page of a command on `data`.
-fn page(command: &str, data: &Path) -> String {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("page.html");
-    let mut run = assert_cmd::Command::cargo_bin("stickslip").expect("the binary");
-    run.arg(command).arg(data).arg("--html").arg(&path).assert().success();
-    std::fs::read_to_string(&path).expect("the page")
+/// One recorded push.
+fn push(command: &str, folder: &Path) -> Command {
+    let (made, data) = common::push(|text| text);
+    // As long as the test.
+    let data = folder.join(data.strip_prefix(made.path()).expect("inside"));
+    std::fs::rename(made.path().join("push"), &data).expect("moved");
+    of(&[command], &data)
 }
+
+/// Pushes under six conditions by a gripper that loses three tenths of its grip: an effect is named.
+fn weak_grip(command: &str, folder: &Path) -> Command {
+    let data = folder.join("weak");
+    let rig = [
+        "rig",
+        "--hidden",
+        "grip_force_loss=0.3",
+        "--seed",
+        "11",
+        "--runs",
+        "2",
+        "--objects",
+        "obj4",
+        "--out",
+    ];
+    assert!(of(&rig, &data).status().expect("the rig runs").success());
+    // Three grips at two speeds, each twice.
+    let rows = std::fs::read_to_string(data.join("trials.csv")).expect("written");
+    let some = rows.lines().enumerate().filter(|(k, _)| *k == 0 || k % 3 == 2).map(|(_, row)| row);
+    std::fs::write(data.join("trials.csv"), some.collect::<Vec<_>>().join("\n") + "\n").expect("written");
+    of(&[command], &data)
+}
+
+/// A recording of a laboratory, and the mapping that `new` begins.
+fn recording(command: &str, folder: &Path) -> Command {
+    let recording = demo().join("trials/linear_push-obj4-g20-v10-s0-r1.csv");
+    let mapping = folder.join("mapping.toml");
+    let mut new = of(&["new"], &recording);
+    new.arg("--out").arg(&mapping);
+    if command == "new" {
+        return new;
+    }
+    assert!(new.status().expect("it runs").success());
+    let text = std::fs::read_to_string(&mapping).expect("written");
+    let place = "[fixed.pusher]\nposition_m = [";
+    std::fs::write(&mapping, text.replace(&format!("{place}0.0,"), &format!("{place}-0.0503,")))
+        .expect("written");
+    let mut import = of(&["import", "recording"], &mapping);
+    import.arg("--out").arg(folder.join("data"));
+    import
+}
+
+fn demo() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo")
+}
+
+fn of(words: &[&str], path: &Path) -> Command {
+    let mut run = Command::new(env!("CARGO_BIN_EXE_stickslip"));
+    run.args(words).arg(path);
+    run
+}
+
+/// Several trials to choose from where the page has a choice; else one.
+const PAGES: [Page; 10] = [
+    Page { name: "check", cells: [false, false], made: |at| push("check", at) },
+    Page { name: "compare", cells: [true, true], made: |at| weak_grip("compare", at) },
+    Page { name: "compare three conditions", cells: [true, false], made: |_| of(&["compare"], &demo()) },
+    Page { name: "compare one push", cells: [true, false], made: |at| push("compare", at) },
+    Page { name: "diagnose without a name", cells: [true, true], made: |_| of(&["diagnose"], &demo()) },
+    Page { name: "diagnose with a name", cells: [true, true], made: |at| weak_grip("diagnose", at) },
+    Page { name: "replay", cells: [false, false], made: |at| push("replay", at) },
+    Page { name: "score", cells: [false, false], made: |at| push("score", at) },
+    Page { name: "new", cells: [false, false], made: |at| recording("new", at) },
+    Page { name: "import recording", cells: [false, false], made: |at| recording("import", at) },
+];
 
 fn main() {
     let browser = browser();
     if browser.is_none() {
         eprintln!("no Chromium or Chrome on the PATH: the pages are not clicked through");
     }
-    // Several trials to choose from where the page has a choice; else one.
-    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo");
-    let trials = ["check", "compare", "diagnose", "replay", "score"].map(|command| {
-        let (browser, demo) = (browser.clone(), demo.clone());
-        Trial::test(format!("the_page_of_{command}_is_clicked_through_without_an_error"), move || {
-            let (_folder, push) = common::push(|text| text);
-            let html = page(command, if command == "compare" { &demo } else { &push });
+    let trials = PAGES.into_iter().map(|page| {
+        let browser = browser.clone();
+        let name = page.name.replace(' ', "_");
+        Trial::test(format!("the_page_of_{name}_is_clicked_through_without_an_error"), move || {
+            let folder = tempfile::tempdir().expect("a folder");
+            let path = folder.path().join("page.html");
+            let made = (page.made)(folder.path()).arg("--html").arg(&path).output().expect("it runs");
+            assert!(made.status.success(), "{}: {}", page.name, String::from_utf8_lossy(&made.stderr));
+            let html = std::fs::read_to_string(&path).expect("the page");
             for width in WIDTHS {
-                visit(&browser.clone().expect("a browser"), command, &html, width);
+                visit(&browser.clone().expect("a browser"), &page, &html, width);
             }
             Ok(())
         })
         // Long: make test-host-rest.
         .with_ignored_flag(true)
     });
-    libtest_mimic::run(&Arguments::from_args(), trials.into_iter().collect()).exit();
+    libtest_mimic::run(&Arguments::from_args(), trials.collect()).exit();
 }
