@@ -29,7 +29,16 @@ pub struct Report {
 impl Report {
     /// The document of the command `name`.
     pub(crate) fn new<T: Serialize + ?Sized>(name: &str, document: &T) -> anyhow::Result<Self> {
-        let document = with_schema(Some(&format!("stickslip-{name}/1")), document)?;
+        Self::of(Some(&format!("stickslip-{name}/1")), document)
+    }
+
+    /// A document that no command prints as it is.
+    pub(crate) fn untitled<T: Serialize + ?Sized>(document: &T) -> anyhow::Result<Self> {
+        Self::of(None, document)
+    }
+
+    fn of<T: Serialize + ?Sized>(schema: Option<&str>, document: &T) -> anyhow::Result<Self> {
+        let document = with_schema(schema, document)?;
         Ok(Self { document, page: None, series: None, models: Vec::new(), data: None })
     }
 

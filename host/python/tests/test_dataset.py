@@ -115,6 +115,7 @@ def test_a_ros_2_bag_is_read_by_its_mapping(tmp_path):
     columns = data.columns()
     assert {"finger1_fx_n", "object_qw"} <= columns.keys()
     assert {signal.signal for signal in data.imported.signals} >= {"finger1", "object"}
+    assert "What was assumed" in data.imported.page() and data.imported._repr_html_().startswith("<iframe")
     broken = mapping.read_text().replace("rate_hz", "rate_khz", 1)
     mapping.write_text(broken)
     with pytest.raises(stickslip.DataError, match="rate_hz"):

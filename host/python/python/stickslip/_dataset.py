@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _stickslip
-from ._report import Fields
+from ._report import Report
 from ._warning import warn
 
 if TYPE_CHECKING:
@@ -29,13 +29,13 @@ class Dataset:
     """
 
     _native: _stickslip.Dataset
-    _imported: Fields | None
+    _imported: Report | None
 
     def __init__(self) -> None:
         raise TypeError("use Dataset.read(folder), from_recording, from_pandas or from_arrays")
 
     @classmethod
-    def _of(cls, native: _stickslip.Dataset, imported: Fields | None = None) -> Dataset:
+    def _of(cls, native: _stickslip.Dataset, imported: Report | None = None) -> Dataset:
         data = cls.__new__(cls)
         data._native = native
         data._imported = imported
@@ -61,7 +61,7 @@ class Dataset:
         :attr:`imported`; run :func:`check` on the result: it sees millimetres, turned signs, two clocks.
         """
         native, report = _stickslip.Dataset.from_recording(os.fspath(mapping))
-        imported = Fields(json.loads(report))
+        imported = Report(report)
         rows = [f"{file}: line {row['line']}: {row['reason']}" for file, row in imported.to_dict()["bad_rows"]]
         warn([f"refused: {text}" for text in [*imported.refused, *rows[:20]]] + native.notes)
         if len(rows) > 20:
@@ -154,8 +154,11 @@ class Dataset:
         return self._native.refused
 
     @property
-    def imported(self) -> Fields | None:
-        """Of a recording: what was assumed of each signal, tares, clocks that were estimated, rows that could not be used."""
+    def imported(self) -> Report | None:
+        """Of a recording: what was assumed of each signal, tares, clocks that were estimated, rows that could not be used.
+
+        In a notebook the page of ``import recording``: look there for swapped fingers, millimetres, turned signs.
+        """
         return self._imported
 
     def columns(self, trial: str | None = None) -> dict[str, NDArray[np.float64]]:

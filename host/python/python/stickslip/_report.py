@@ -101,6 +101,10 @@ class Report(Fields):
     def __reduce__(self) -> tuple[Any, ...]:
         return (Fields, (self._data,))
 
+    @property
+    def _title(self) -> str:
+        return str(self._data.get("schema", "stickslip"))
+
     def columns(self) -> dict[str, Any]:
         """Of ``replay``: measured, modelled and predicted values over time as arrays, by name.
 
@@ -108,14 +112,14 @@ class Report(Fields):
         """
         columns = self._native.columns()
         if columns is None:
-            raise AttributeError(f"{self._data['schema']} has no columns over time; replay and simulate have")
+            raise AttributeError(f"{self._title} has no columns over time; replay and simulate have")
         return columns
 
     def page(self) -> str:
         """The page of the command's ``--html``: it needs no network. A table where the command has none."""
         if self._native.has_page:
             return self._native.html() or ""
-        return f"<!doctype html><meta charset=utf-8><title>{self._data['schema']}</title>{self._table()}"
+        return f"<!doctype html><meta charset=utf-8><title>{self._title}</title>{self._table()}"
 
     def save_html(self, path: str | os.PathLike[str]) -> None:
         """Writes the page."""
@@ -136,10 +140,9 @@ class Report(Fields):
         page = html.escape(self.page(), quote=True)
         return (
             f'<iframe sandbox="allow-scripts" style="width:100%;height:36em;border:1px solid #8888" '
-            f'title="{html.escape(str(self._data["schema"]))}" srcdoc="{page}"></iframe>'
+            f'title="{html.escape(self._title)}" srcdoc="{page}"></iframe>'
         )
 
     def __repr__(self) -> str:
-        head = str(self._data.get("schema", "stickslip"))
         summary = self._data.get("summary")
-        return f"<{head}> {summary}" if summary else f"<{head}> {super().__repr__()}"
+        return f"<{self._title}> {summary}" if summary else f"<{self._title}> {super().__repr__()}"
