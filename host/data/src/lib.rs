@@ -27,7 +27,7 @@ mod write;
 pub use description::FORMAT;
 pub use error::{DatasetError, Line, Place, Problem, Warning};
 pub use read::{Index, Reading, TrialReading, read, read_lenient};
-pub use stage::Stage;
+pub use stage::{Stage, write_file};
 pub use write::{TableFormat, Writer, write, write_as};
 
 use std::collections::BTreeMap;

@@ -40,6 +40,7 @@ fn read_columns(bytes: Vec<u8>, file: &Path) -> Result<TableReading, DatasetErro
         DatasetError::of_file(file, Problem::Parquet(text))
     };
     let reader = SerializedFileReader::new(bytes::Bytes::from(bytes)).map_err(broken)?;
+    unpacked(&reader).map_err(|problem| DatasetError::of_file(file, problem))?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
     let mut table = TableReader::new(file);
     let mut places = Vec::new();
@@ -119,6 +120,7 @@ pub fn columns(bytes: Vec<u8>, file: &Path, wanted: &[&str]) -> Result<Columns, 
     let read = || -> Result<Columns, DatasetError> {
         let reader = SerializedFileReader::new(bytes::Bytes::from(bytes))
             .map_err(|error| broken(error.to_string()))?;
+        unpacked(&reader).map_err(|problem| DatasetError::of_file(file, problem))?;
         let schema = reader.metadata().file_metadata().schema_descr_ptr();
         let names: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
         let mut found = Vec::with_capacity(wanted.len());
@@ -142,6 +144,21 @@ pub fn columns(bytes: Vec<u8>, file: &Path, wanted: &[&str]) -> Result<Columns, 
     };
     // As in `read`: the library may panic on a damaged file.
     catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| Err(broken("it is damaged".to_owned())))
+}
+
+/// Of the codecs only Snappy is built in: each further one is one more library to build.
+fn unpacked(reader: &SerializedFileReader<bytes::Bytes>) -> Result<(), Problem> {
+    let chunks = reader.metadata().row_groups().iter().flat_map(|group| group.columns());
+    let mut codecs = chunks.map(|chunk| chunk.compression());
+    let other = codecs.find(|codec| !matches!(codec, Compression::UNCOMPRESSED | Compression::SNAPPY));
+    other.map_or(Ok(()), |codec| {
+        let name = codec.to_string();
+        let name = name.split('(').next().unwrap_or_default().to_lowercase();
+        Err(Problem::Parquet(format!(
+            "compressed with {name}, which this program cannot read; write it with compression=\"snappy\" (polars, \
+             pandas, pyarrow)"
+        )))
+    })
 }
 
 /// Why a column holds no plain number; `None` where it does.

@@ -6,6 +6,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::error::{DatasetError, Problem};
+use super::stage::Partial;
 
 /// Values of a column; all columns of a trial are equally long.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,6 +39,7 @@ impl Series {
 /// Writes the series of one trial after the other. The columns are those of the first trial.
 pub struct SeriesWriter {
     path: PathBuf,
+    partial: Partial,
     columns: Vec<(String, bool)>,
     sink: Sink,
 }
@@ -49,23 +51,30 @@ enum Sink {
 }
 
 impl SeriesWriter {
-    /// Makes the file; its ending (`.csv` or `.parquet`) says the format.
+    /// Makes the file, which appears with [`Self::finish`]; its ending (`.csv` or `.parquet`) says the format.
     ///
     /// # Errors
     /// Another ending; a file that cannot be made.
     pub fn create(path: &Path) -> Result<Self, DatasetError> {
         let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
-        let make = || File::create(path).map_err(|e| DatasetError::of_file(path, Problem::Io(e.to_string())));
-        let sink = match ending {
-            "csv" => Sink::Csv(Box::new(csv::Writer::from_writer(BufWriter::new(make()?)))),
+        let make =
+            || Partial::begin(path).map_err(|e| DatasetError::of_file(path, Problem::Io(e.to_string())));
+        let (partial, sink) = match ending {
+            "csv" => {
+                let (partial, file) = make()?;
+                (partial, Sink::Csv(Box::new(csv::Writer::from_writer(BufWriter::new(file)))))
+            }
             #[cfg(feature = "parquet")]
-            "parquet" => Sink::Parquet(None, Some(make()?)),
+            "parquet" => {
+                let (partial, file) = make()?;
+                (partial, Sink::Parquet(None, Some(file)))
+            }
             _ => {
                 let text = "a time series is written as .csv or .parquet; give the file one of these endings";
                 return Err(DatasetError::of_file(path, Problem::Io(text.into())));
             }
         };
-        Ok(Self { path: path.to_owned(), columns: Vec::new(), sink })
+        Ok(Self { path: path.to_owned(), partial, columns: Vec::new(), sink })
     }
 
     /// Writes a trial. A column that it lacks stays empty, one that the first trial lacked is left out.
@@ -121,7 +130,8 @@ impl SeriesWriter {
                 writer.map_or(Ok(()), |w| w.close().map(|_| ()).map_err(|e| e.to_string()))
             }
         };
-        result.map_err(|text| DatasetError::of_file(&self.path, Problem::Io(text)))
+        let moved = result.and_then(|()| self.partial.finish().map_err(|e| e.to_string()));
+        moved.map_err(|text| DatasetError::of_file(&self.path, Problem::Io(text)))
     }
 }
 

@@ -43,7 +43,7 @@ pub fn page(command: &str, import: &Import, report: &Report, next: &str) -> Stri
         all.enumerate().filter(|(at, _)| k(*at)).map(|(_, text)| text).collect()
     };
     let body = html! {
-        (first_screen((command, &report.name), (tone, &sentence), &signals::picture(description, &shown), next))
+        (first_screen((command, &report.name), (tone, &sentence), &signals::picture(description, &import.sensors, &shown), next))
         div class="facts" {
             span { b { (report.trials) } " trials" }
             span { b { (report.samples) } " samples" }
@@ -62,7 +62,7 @@ pub fn page(command: &str, import: &Import, report: &Report, next: &str) -> Stri
         }
         (tares(import))
         (clocks(&import.offsets))
-        (signals::understood(description, &shown))
+        (signals::understood(description, &import.sensors, &shown))
     };
     whole(&format!("stickslip {command}: {}", report.name), body)
 }

@@ -4,11 +4,12 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use plotters::style::RGBColor;
 use stickslip_analysis::channels;
 use stickslip_analysis::check::Report;
 use stickslip_analysis::run::simulate::scene;
+use stickslip_data::import::recording::SensorFrame;
 use stickslip_data::{Description, Index, Pose, Sample, Trial, Wrench};
 use stickslip_shared::model::Shape;
 use stickslip_shared::track;
@@ -66,7 +67,7 @@ pub fn page(report: &Report, description: &Description, trials: &[Trial], next: 
     let (tone, sentence) = verdict(report);
     let seen = html! {
         (left_out(&report.left_out, &report.errors, report.trials))
-        (picture(description, trials))
+        (picture(description, &[], trials))
     };
     let body = html! {
         (first_screen(("check", &report.name), (tone, &sentence), &seen, next))
@@ -76,7 +77,7 @@ pub fn page(report: &Report, description: &Description, trials: &[Trial], next: 
         }
         (list("Physics errors", &findings(report)))
         (suspects(report))
-        (understood(description, trials))
+        (understood(description, &[], trials))
     };
     whole(&format!("stickslip check: {}", report.name), body)
 }
@@ -128,21 +129,23 @@ pub(crate) fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
-/// The first trial from three sides.
-pub(crate) fn picture(description: &Description, trials: &[Trial]) -> Markup {
-    html! { @if let Some(trial) = trials.first() { (views(description, trial)) } }
+/// The first trial from three sides, with the `sensors` that are placed or turned.
+pub(crate) fn picture(description: &Description, sensors: &[SensorFrame], trials: &[Trial]) -> Markup {
+    html! { @if let Some(trial) = trials.first() { (views(description, sensors, trial)) } }
 }
 
 /// Bench and signals of `trials` as they were understood.
-pub(crate) fn understood(description: &Description, trials: &[Trial]) -> Markup {
+pub(crate) fn understood(description: &Description, sensors: &[SensorFrame], trials: &[Trial]) -> Markup {
     html! {
         @if let Some((_, others)) = trials.split_first() {
             p class="soft" {
                 "Arrows are mean forces on the object over the loaded part of the trial: finger 1 presses towards -y of \
-                 the gripper, finger 2 towards +y, a pusher away from itself."
+                 the gripper, finger 2 towards +y, a pusher away from itself. Thin lines are the axes of world, gripper and \
+                 object at the start (a dot: along the line of sight), and of a sensor that the mapping turns or sets off \
+                 from the contact, to which a dashed line leads."
             }
             @if !others.is_empty() {
-                (unfold("Other primitives and objects", &html! { @for trial in others { (views(description, trial)) } }))
+                (unfold("Other primitives and objects", &html! { @for trial in others { (views(description, sensors, trial)) } }))
             }
             (courses(trials))
         }
@@ -150,7 +153,7 @@ pub(crate) fn understood(description: &Description, trials: &[Trial]) -> Markup 
 }
 
 /// The bench of a trial from three sides.
-fn views(description: &Description, trial: &Trial) -> Markup {
+fn views(description: &Description, sensors: &[SensorFrame], trial: &Trial) -> Markup {
     let shape = scene(description, trial).ok().map(|scene| scene.object.shape);
     let sides = [("from the side: x, z", 0, 2), ("from above: x, y", 0, 1), ("from the end: y, z", 1, 2)];
     html! {
@@ -162,7 +165,7 @@ fn views(description: &Description, trial: &Trial) -> Markup {
         }
         div class="views" {
             @for (title, right, up) in sides {
-                @let drawn = drawing(shape.as_ref(), trial, right, up);
+                @let drawn = drawing(shape.as_ref(), sensors, trial, right, up);
                 (figure(title, "world, mm", &format!("the bench {title}"), &drawn))
             }
         }
@@ -268,6 +271,23 @@ fn courses(trials: &[Trial]) -> Markup {
 /// A signal of a sample, in the unit that is shown.
 type Column = Box<dyn Fn(&Sample) -> Option<f64>>;
 
+/// Axes of a frame.
+struct Triad {
+    name: &'static str,
+    at: Vector3<f64>,
+    rotation: UnitQuaternion<f64>,
+    /// Length of an axis, px.
+    reach: f64,
+    colour: String,
+    /// Where a line leads to.
+    to: Option<Vector3<f64>>,
+}
+
+/// Lengths of axes: the object's often begin where the gripper's do, px.
+const REACH: [f64; 2] = [30.0, 17.0];
+/// Of what is no force.
+const PLAIN: &str = "#555555";
+
 /// What a body exerts, drawn as an arrow.
 struct Arrow {
     from: Vector3<f64>,
@@ -276,7 +296,13 @@ struct Arrow {
 }
 
 /// The bench at the trial's start, seen along the axis that is neither `right` nor `up`.
-fn drawing(object: Option<&Shape<f64>>, trial: &Trial, right: usize, up: usize) -> String {
+fn drawing(
+    object: Option<&Shape<f64>>,
+    sensors: &[SensorFrame],
+    trial: &Trial,
+    right: usize,
+    up: usize,
+) -> String {
     let first = |measured: fn(&Sample) -> Option<Pose>| {
         trial.samples.iter().find_map(measured).as_ref().map(channels::pose)
     };
@@ -289,11 +315,39 @@ fn drawing(object: Option<&Shape<f64>>, trial: &Trial, right: usize, up: usize) 
     );
     let mut arrows = Vec::new();
     let mut points = outline.clone();
+    let mut triads = vec![Triad {
+        name: "object",
+        at: at.position_m,
+        rotation: at.rotation,
+        reach: REACH[1],
+        colour: PLAIN.to_owned(),
+        to: None,
+    }];
+    let sensor = |k: usize, contact: Vector3<f64>, ours: UnitQuaternion<f64>| {
+        let found = sensors.iter().find(|sensor| sensor.signal == ["finger1", "finger2", "pusher"][k])?;
+        Some(Triad {
+            name: "sensor",
+            at: contact + ours * found.origin_m,
+            rotation: ours * found.rotation,
+            reach: REACH[1],
+            colour: hex(BODIES[k]),
+            to: Some(contact),
+        })
+    };
     if let Some(gripper) = first(|sample| sample.gripper) {
+        triads.push(Triad {
+            name: "gripper",
+            at: gripper.position_m,
+            rotation: gripper.rotation,
+            reach: REACH[0],
+            colour: PLAIN.to_owned(),
+            to: None,
+        });
         let half = corners(shape).iter().map(|c| c.y).fold(0.0, f64::max);
         for (finger, side) in [1.0, -1.0].into_iter().enumerate() {
             let from = place(&gripper, Vector3::new(0.0, side * half, 0.0));
             points.push([from[right], from[up]]);
+            triads.extend(sensor(finger, from, gripper.rotation));
             let force = mean(trial, |sample| sample.finger[finger]).map(|force| gripper.rotation * force);
             arrows.extend(force.map(|force_n| Arrow { from, force_n, colour: BODIES[finger] }));
         }
@@ -302,9 +356,11 @@ fn drawing(object: Option<&Shape<f64>>, trial: &Trial, right: usize, up: usize) 
     if let Some(pusher) = pusher {
         let from = pusher.position_m;
         points.push([from[right], from[up]]);
+        triads.extend(sensor(2, from, UnitQuaternion::identity()));
         let force = mean(trial, |sample| sample.pusher_wrench);
         arrows.extend(force.map(|force_n| Arrow { from, force_n, colour: BODIES[2] }));
     }
+    points.extend(triads.iter().map(|triad| [triad.at[right], triad.at[up]]));
     let low = [0, 1].map(|k| points.iter().map(|p| p[k]).fold(f64::INFINITY, f64::min));
     let high = [0, 1].map(|k| points.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max));
     let extent = (high[0] - low[0]).max(high[1] - low[1]).max(1e-3);
@@ -327,6 +383,20 @@ fn drawing(object: Option<&Shape<f64>>, trial: &Trial, right: usize, up: usize) 
         corners.join(" ")
     );
     let mut placed: Vec<[f64; 2]> = Vec::new();
+    for Triad { name, at, rotation, reach, colour, to } in &triads {
+        let [x, y] = pixel([at[right], at[up]]);
+        if let Some([tx, ty]) = to.map(|to| pixel([to[right], to[up]])) {
+            let _ = writeln!(
+                svg,
+                "<path d=\"M{x:.1} {y:.1}L{tx:.1} {ty:.1}\" stroke=\"{colour}\" stroke-dasharray=\"3 3\"/>"
+            );
+        }
+        axes(&mut svg, [x, y], rotation, [right, up], *reach, colour);
+        name_at(&mut svg, &mut placed, [x - TEXT[0], y + TEXT[1]], high, name, colour);
+    }
+    let corner = [VIEW - REACH[0] - TEXT[1], high - TEXT[1]];
+    axes(&mut svg, corner, &UnitQuaternion::identity(), [right, up], REACH[0], PLAIN);
+    name_at(&mut svg, &mut placed, [corner[0] - TEXT[0], high - 4.0], high, "world", PLAIN);
     for Arrow { from, force_n, colour } in &arrows {
         let [x, y] = pixel([from[right], from[up]]);
         let (dx, dy) = (force_n[right] * reach, -force_n[up] * reach);
@@ -355,10 +425,7 @@ fn drawing(object: Option<&Shape<f64>>, trial: &Trial, right: usize, up: usize) 
                 x.clamp(4.0, VIEW - TEXT[0]),
                 (y + dy + if lies { 4.0 } else { 4.0 + 8.0 * dy.signum() }).clamp(12.0, high - 4.0),
             ];
-            let over = |at: &[f64; 2], p: &[f64; 2]| {
-                (at[0] - p[0]).abs() < TEXT[0] && (at[1] - p[1]).abs() < TEXT[1]
-            };
-            while let Some(p) = placed.iter().find(|p| over(&at, p)) {
+            while let Some(p) = placed.iter().find(|p| covers(p, &at)) {
                 at[1] = p[1] + TEXT[1];
             }
             placed.push(at);
@@ -381,6 +448,54 @@ fn drawing(object: Option<&Shape<f64>>, trial: &Trial, right: usize, up: usize) 
         high - 15.0
     );
     svg
+}
+
+/// The axes of a frame from `from`, px; one along the line of sight is a dot.
+fn axes(
+    svg: &mut String,
+    [x, y]: [f64; 2],
+    rotation: &UnitQuaternion<f64>,
+    [right, up]: [usize; 2],
+    reach: f64,
+    colour: &str,
+) {
+    let units = [("x", Vector3::x()), ("y", Vector3::y()), ("z", Vector3::z())];
+    for (letter, axis) in units.map(|(letter, unit)| (letter, rotation * unit)) {
+        let (dx, dy) = (axis[right] * reach, -axis[up] * reach);
+        let length = dx.hypot(dy);
+        if length < 0.3 * reach {
+            let _ = writeln!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2\" fill=\"{colour}\"/>");
+            continue;
+        }
+        let beyond = 1.0 + 5.0 / length;
+        let _ = writeln!(
+            svg,
+            "<path d=\"M{x:.1} {y:.1}l{dx:.1} {dy:.1}\" stroke=\"{colour}\"/><text x=\"{:.1}\" y=\"{:.1}\" font-size=\"9\" \
+             text-anchor=\"middle\" fill=\"{colour}\">{letter}</text>",
+            x + dx * beyond,
+            y + dy * beyond + 3.0
+        );
+    }
+}
+
+/// A frame's name at `at`, px, or below what stands there.
+fn name_at(svg: &mut String, placed: &mut Vec<[f64; 2]>, at: [f64; 2], high: f64, name: &str, colour: &str) {
+    let mut at = [at[0].clamp(4.0, VIEW - TEXT[0]), at[1].clamp(12.0, high - 4.0)];
+    while let Some(p) = placed.iter().find(|p| covers(p, &at)) {
+        at[1] = p[1] + TEXT[1];
+    }
+    placed.push(at);
+    let _ = writeln!(
+        svg,
+        "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"10\" fill=\"{colour}\">{name}</text>",
+        at[0], at[1]
+    );
+}
+
+/// Would a text at one of two places lie over that at the other?
+fn covers(a: &[f64; 2], b: &[f64; 2]) -> bool {
+    // Less what rounding does to a text that was moved by as much.
+    (a[0] - b[0]).abs() < TEXT[0] && (a[1] - b[1]).abs() < TEXT[1] - 1e-6
 }
 
 /// Mean force over the half of the samples in which it is largest, N.

@@ -150,7 +150,7 @@ impl Output {
     /// # Errors
     /// Where `path` cannot be written.
     pub fn page(&self, path: &Path, html: impl AsRef<[u8]>) -> anyhow::Result<()> {
-        std::fs::write(path, html).with_context(|| format!("cannot write {}", path.display()))?;
+        stickslip_data::write_file(path, html).with_context(|| format!("cannot write {}", path.display()))?;
         self.note(format_args!("page written to {}", path.display()));
         Ok(())
     }

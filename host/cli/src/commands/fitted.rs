@@ -34,7 +34,8 @@ pub(super) struct Written<'a> {
 /// # Errors
 /// Where the file cannot be written.
 pub fn write(file: &ModelFile, path: &Path) -> anyhow::Result<()> {
-    std::fs::write(path, file.write()).with_context(|| format!("{}: cannot be written", path.display()))
+    stickslip_data::write_file(path, file.write())
+        .with_context(|| format!("{}: cannot be written", path.display()))
 }
 
 /// Writes the fitted model to `path`, and prints it against `before`.

@@ -68,8 +68,9 @@ pub(super) struct RecordingReport<'r> {
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let Args { files, html } = args;
     let import = recording::import(&files.file)?;
-    let recording::Import { dataset, signals, refused, bad_rows, tares, offsets, noise, in_time_order } =
-        &import;
+    let recording::Import {
+        dataset, signals, refused, bad_rows, tares, offsets, noise, in_time_order, ..
+    } = &import;
     let stage = Stage::begin(&files.out)?;
     stickslip_data::write_as(dataset, stage.folder(), files.format)?;
     stage.finish()?;

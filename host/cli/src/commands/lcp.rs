@@ -7,6 +7,7 @@ use anyhow::{Context, bail};
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use stickslip_data::{Stage, write_file};
 use stickslip_lcp::files::{self, DenseSet, FactorSet, Factors, ProblemFile};
 use stickslip_lcp::generate::{FAMILIES, IMPOSSIBLE, contact_problem, neighbour};
 use stickslip_lcp::solve::{Judged, Solver, Solvers, Summary, solve_file, summarise};
@@ -139,8 +140,7 @@ fn from_files(args: &Args) -> Sets {
         let judged = solve_file(&file, args.solver).with_context(|| path.display().to_string())?;
         if let Some(out) = &args.out {
             let answers: Vec<_> = judged.iter().map(|j| j.answer.clone()).collect();
-            std::fs::write(out, files::encode_answers(n, &answers))
-                .with_context(|| out.display().to_string())?;
+            write_file(out, files::encode_answers(n, &answers)).with_context(|| out.display().to_string())?;
         }
         let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
         sets.push(summarise(&name, n, &judged));
@@ -199,7 +199,7 @@ fn generated(args: &Args, number: u64) -> Sets {
 
 /// Writes `number` problems of each family, and as many steps of a push, as .fac and .lcp files.
 fn save(number: u64, directory: &Path, contacts: usize, seed: u64, output: &Output) -> anyhow::Result<()> {
-    std::fs::create_dir_all(directory).with_context(|| directory.display().to_string())?;
+    let stage = Stage::within(directory)?;
     let mut lists: Vec<(String, Vec<Factors>)> = FAMILIES
         .into_iter()
         .map(|family| {
@@ -235,11 +235,11 @@ fn save(number: u64, directory: &Path, contacts: usize, seed: u64, output: &Outp
             for (extension, bytes) in
                 [("lcp", files::encode_dense(&dense)), ("fac", files::encode_factors(&factors))]
             {
-                let path = directory.join(format!("{stem}.{extension}"));
+                let path = stage.folder().join(format!("{stem}.{extension}"));
                 std::fs::write(&path, bytes).with_context(|| path.display().to_string())?;
             }
             output.text(format!("{stem}: {} problems", factors.problems.len()));
         }
     }
-    Ok(())
+    Ok(stage.finish()?)
 }

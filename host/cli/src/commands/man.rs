@@ -7,6 +7,7 @@ use clap::Command;
 use clap_mangen::Man;
 use schemars::JsonSchema;
 use serde::Serialize;
+use stickslip_data::Stage;
 use stickslip_report::terminal::Output;
 
 /// Arguments of `stickslip man`.
@@ -36,12 +37,13 @@ pub(super) struct Report<'a> {
 pub fn run(args: &Args, command: Command, output: &Output) -> anyhow::Result<()> {
     let folder = &args.folder;
     let at = || folder.display().to_string();
-    std::fs::create_dir_all(folder).with_context(at)?;
     let mut command = command.disable_help_subcommand(true);
     // Names of pages, `stickslip-board-info`, and of commands as they are typed.
     command.build();
     let mut pages = Vec::new();
-    write(&command, folder, &mut pages).with_context(at)?;
+    let stage = Stage::within(folder)?;
+    write(&command, stage.folder(), &mut pages).with_context(at)?;
+    stage.finish()?;
     output.text(format_args!("{} pages in {}", pages.len(), folder.display()));
     output.document(&Report { folder, pages })
 }

@@ -16,14 +16,14 @@ use stickslip_report::terminal::{Output, command_line};
 /// Arguments of `stickslip new`.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Example:\n  stickslip new raw/obj4_r1_ft.csv raw/obj4_r1_mocap.csv --out mapping.toml --html mapping.html"
+    after_help = "Examples:\n  stickslip new push.csv\n  stickslip new raw/obj4_r1_ft.csv raw/obj4_r1_mocap.csv --out raw/mapping.toml --html mapping.html"
 )]
 pub struct Args {
     /// One file of each recording device: CSV, Parquet or MCAP (a ROS 2 bag may be its folder)
     #[arg(required = true)]
     files: Vec<PathBuf>,
     /// Mapping file to write; must not exist
-    #[arg(long, value_name = "MAPPING.toml")]
+    #[arg(long, value_name = "MAPPING.toml", default_value = "mapping.toml")]
     out: PathBuf,
     /// Write a page that shows signals and frames as the guesses have them: what is wrong there is to be corrected
     #[arg(long, value_name = "FILE")]
@@ -56,11 +56,15 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
         args.files.iter().zip(&named).map(|(file, named)| (file.as_path(), named.as_path())).collect();
     let text = guess(&pairs)?;
     let mut file = std::fs::File::create_new(&args.out)
-        .with_context(|| format!("{}: cannot be made; choose another name for --out", args.out.display()))?;
-    std::io::Write::write_all(&mut file, text.as_bytes()).with_context(|| args.out.display().to_string())?;
+        .with_context(|| format!("{}: cannot be made; choose another name with --out", args.out.display()))?;
+    if let Err(error) = std::io::Write::write_all(&mut file, text.as_bytes()) {
+        // Half a mapping would be taken for a whole one, and could not be written again.
+        let _ = std::fs::remove_file(&args.out);
+        return Err(error).with_context(|| args.out.display().to_string());
+    }
     let guesses = text.matches("CHECK").count();
     output.text(format_args!(
-        "{}: {guesses} lines marked CHECK are guesses; correct them in an editor, they say what to look at",
+        "mapping written to {}: {guesses} lines marked CHECK are guesses; correct them in an editor, they say what to look at",
         args.out.display()
     ));
     output.document(&Report { out: &args.out, guesses })?;

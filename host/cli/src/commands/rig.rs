@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use stickslip_data::{TableFormat, TrialInfo, Writer};
+use stickslip_data::{Stage, TableFormat, TrialInfo, Writer, write_file};
 use stickslip_report::terminal::{Output, table};
 use stickslip_rig::plan::{self, PlanName};
 use stickslip_rig::{Condition, HiddenEffect, Kind, Nuisance, Reality, STEP_S, Setup, Truth, objects};
@@ -151,7 +151,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let trials = plan::trials(&conditions, args.runs.unwrap_or(args.plan.usual_runs()));
     let setup = setup(args, &conditions);
     let bar = output.progress(trials.len() as u64, "simulating");
-    let writer = Writer::begin(&setup.description, folder, args.format)
+    let stage = Stage::within(folder)?;
+    let writer = Writer::begin(&setup.description, stage.folder(), args.format)
         .with_context(|| format!("writing the data set {}", folder.display()))?;
     let made = trials
         .par_iter()
@@ -171,6 +172,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     let infos: Vec<&TrialInfo> = made.iter().map(|m| &m.info).collect();
     writer.finish(&infos).with_context(|| format!("writing the data set {}", folder.display()))?;
+    clear(folder)?;
+    stage.finish_with("dataset.toml")?;
     let report = Report {
         folder,
         trials: made.len(),
@@ -207,15 +210,12 @@ fn check(args: &Args, folder: &Path) -> anyhow::Result<()> {
     if args.runs == Some(0) {
         bail!("--runs is 0; give at least 1 (3 for a noise floor)");
     }
-    if folder.join("dataset.toml").exists() || folder.join("trials.csv").exists() {
-        if !args.force {
-            bail!(
-                "--out {}: there is a data set already, and its list of trials would be replaced; choose another \
-                 folder, or give --force",
-                folder.display()
-            );
-        }
-        clear(folder)?;
+    if !args.force && (folder.join("dataset.toml").exists() || folder.join("trials.csv").exists()) {
+        bail!(
+            "--out {}: there is a data set already, and its list of trials would be replaced; choose another \
+             folder, or give --force",
+            folder.display()
+        );
     }
     let known = objects::catalogue();
     if let Some(id) = args.objects.iter().find(|id| !known.iter().any(|o| o.id == **id)) {
@@ -230,11 +230,17 @@ fn check(args: &Args, folder: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Takes the old trials away: tables that no list names would stay in the folder.
+/// Takes an old data set away, its description first: what is there until the new one comes is none. Tables that no list
+/// names would stay in the folder.
 fn clear(folder: &Path) -> anyhow::Result<()> {
     let index = stickslip_data::Index::open(folder);
-    for info in index.iter().flat_map(|index| &index.trials) {
-        for table in [folder.join(&info.file), folder.join(&info.file).with_extension("parquet")] {
+    let lists = ["dataset.toml", "trials.csv"].map(|name| [folder.join(name)].to_vec());
+    let tables = index
+        .iter()
+        .flat_map(|index| &index.trials)
+        .map(|info| [folder.join(&info.file), folder.join(&info.file).with_extension("parquet")].to_vec());
+    for files in lists.into_iter().chain(tables) {
+        for table in files {
             if table.is_file() {
                 std::fs::remove_file(&table).with_context(|| format!("removing {}", table.display()))?;
             }
@@ -283,7 +289,7 @@ fn write_key(
     if let Some(parent) = path.parent() {
         std::fs::create_dir_all(parent).with_context(|| format!("making {}", parent.display()))?;
     }
-    std::fs::write(path, text).with_context(|| format!("writing the key {}", path.display()))
+    write_file(path, text).with_context(|| format!("writing the key {}", path.display()))
 }
 
 fn list_effects(output: &Output) -> anyhow::Result<()> {

@@ -51,6 +51,56 @@ fn a_guessed_and_corrected_mapping_imports_a_push_that_calibrates_and_is_never_w
 }
 
 #[test]
+fn of_one_file_alone_the_mapping_is_written_to_mapping_toml_here_and_never_over_one_that_is_there() {
+    let folder = tempfile::tempdir().expect("folder");
+    laboratory(folder.path());
+    let mine = fs::read_to_string(folder.path().join("mapping.toml")).expect("written");
+    let (fine, said) = stickslip(&["new", "push_1.csv"], folder.path());
+    assert!(!fine && said.contains("mapping.toml: cannot be made") && said.contains("--out"), "{said}");
+    assert_eq!(fs::read_to_string(folder.path().join("mapping.toml")).expect("still there"), mine);
+    fs::remove_file(folder.path().join("mapping.toml")).expect("removed");
+    let (fine, said) = stickslip(&["new", "push_1.csv"], folder.path());
+    assert!(fine && said.contains("mapping written to mapping.toml"), "{said}");
+    let text = fs::read_to_string(folder.path().join("mapping.toml")).expect("written");
+    assert!(text.contains("file = \"push_1.csv\""), "{text}");
+}
+
+#[test]
+fn a_recording_that_is_imported_without_a_mapping_is_answered_with_the_command_that_begins_one() {
+    let folder = tempfile::tempdir().expect("folder");
+    laboratory(folder.path());
+    let (fine, said) = stickslip(&["import", "recording", "push_1.csv", "--out", "data"], folder.path());
+    assert!(!fine && said.contains("`stickslip new push_1.csv --out mapping.toml`"), "{said}");
+    assert!(!folder.path().join("data").exists());
+}
+
+#[test]
+fn the_page_of_an_import_draws_the_axes_of_world_gripper_and_object_and_where_a_sensor_sits() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mapping = laboratory(folder.path());
+    let page = || {
+        let out = format!("data{}", fs::read_dir(folder.path()).expect("listed").count());
+        stickslip(
+            &["import", "recording", "mapping.toml", "--out", &out, "--html", "page.html"],
+            folder.path(),
+        );
+        fs::read_to_string(folder.path().join("page.html")).expect("written")
+    };
+    let names = |page: &str, name: &str| page.matches(&format!(">{name}</text>")).count();
+    // Three views, each with its own picture.
+    let aligned = page();
+    let of = ["world", "gripper", "object", "sensor"].map(|name| names(&aligned, name));
+    assert_eq!(of, [3, 3, 3, 0]);
+    let text = fs::read_to_string(&mapping).expect("written");
+    let (before, finger) = text.split_once("[streams.finger1]").expect("a finger");
+    let lever = finger.replacen("# origin_m = [0.0, 0.0, 0.0]", "origin_m = [0.0, 0.03, 0.0]", 1);
+    fs::write(&mapping, format!("{before}[streams.finger1]{lever}")).expect("written");
+    let placed = page();
+    assert_eq!(names(&placed, "sensor"), 3);
+    assert_eq!(placed.matches("stroke-dasharray=\"3 3\"").count(), 3);
+}
+
+#[test]
 fn an_import_tells_that_no_model_can_run_along_pushes_whose_pusher_has_no_place_and_where_to_give_it() {
     let folder = tempfile::tempdir().expect("folder");
     let mapping = laboratory(folder.path());

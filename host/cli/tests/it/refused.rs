@@ -145,10 +145,51 @@ fn a_data_set_is_not_overwritten_unless_that_is_asked_for() {
     };
     rig().assert().code(1).stderr(contains("there is a data set already").and(contains("--force")));
     assert_eq!(list(), before);
+    // What fails in the middle leaves the old set as it was, and nothing of the new one.
+    let names = || {
+        let mut names: Vec<_> =
+            fs::read_dir(&data).expect("listed").flatten().map(|entry| entry.file_name()).collect();
+        names.sort();
+        names
+    };
+    fs::write(data.join("notes.txt"), "mine").expect("written");
+    let there = names();
+    let key = data.with_file_name("key");
+    fs::create_dir(&key).expect("a folder where the key would be");
+    rig().arg("--force").arg("--key").arg(&key).assert().code(1).stderr(contains("writing the key"));
+    assert_eq!((list(), names()), (before.clone(), there.clone()));
+    assert!(data.join("trials/whole.csv").exists());
     rig().arg("--force").assert().success();
     assert_ne!(list(), before);
+    assert_eq!(names(), there, "other files stay");
     assert!(!data.join("trials/whole.csv").exists(), "no table is left that no list names");
     stickslip().arg("check").arg(&data).assert().success();
+}
+
+#[test]
+fn a_rig_that_is_stopped_leaves_no_data_set_and_what_it_left_is_removed_by_the_next() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let names = || {
+        let entries = fs::read_dir(folder.path()).expect("listed").flatten();
+        entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect::<Vec<_>>()
+    };
+    let data = folder.path().join("data");
+    let mut running = std::process::Command::new(env!("CARGO_BIN_EXE_stickslip"))
+        .args(["rig", "--plan", "paper", "--out"])
+        .arg(&data)
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("starts");
+    while names().is_empty() {
+        assert!(running.try_wait().expect("asked").is_none(), "it ended before it wrote");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    running.kill().expect("killed");
+    running.wait().expect("gone");
+    let left = names();
+    assert!(!data.exists() && left.len() == 1 && left[0].ends_with(".partial"), "{left:?}");
+    stickslip().args(["rig", "--plan", "demo", "--out"]).arg(&data).assert().success();
+    assert_eq!(names(), ["data"]);
 }
 
 #[test]

@@ -3,11 +3,13 @@
 #[macro_use]
 mod rig;
 
+mod bags;
 mod clocks;
 mod dataset_refusals;
 mod dataset_round_trip;
 mod imports;
 mod long_csv;
+mod mapped;
 mod memory;
 mod published;
 mod recordings;

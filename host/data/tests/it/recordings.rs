@@ -9,13 +9,13 @@ use stickslip_data::import::recording::{Import, guess, import};
 use stickslip_data::{Dataset, Sample, TrialInfo};
 
 /// What acts on the object from finger 1 at `t`, gripper axes about the patch: N, N m.
-fn wrench(t: f64) -> (Vector3<f64>, Vector3<f64>) {
+pub fn wrench(t: f64) -> (Vector3<f64>, Vector3<f64>) {
     let force = Vector3::new(2.0 * t, -20.0 - 0.5 * (3.0 * t).sin(), 1.0 + 0.3 * (2.0 * t).cos());
     (force, Vector3::new(0.01 * t, 0.02 * (2.0 * t).sin(), -0.005))
 }
 
 /// Where the object is at `t`, our world.
-fn object(t: f64) -> Isometry3<f64> {
+pub fn object(t: f64) -> Isometry3<f64> {
     Isometry3::from_parts(
         Translation3::new(0.01 * t, 0.002 * (2.0 * t).sin(), 0.5 - 0.005 * t * t),
         UnitQuaternion::from_euler_angles(0.1 * t, 0.3, -0.2 * t),
@@ -97,11 +97,11 @@ body_origin_m = [0.0, -0.02, 0.0]
 position_m = [0.0, 0.0, 0.5]
 "#;
 
-fn mapping(trials: &str, streams: &str) -> String {
+pub fn mapping(trials: &str, streams: &str) -> String {
     format!("format = \"stickslip-mapping/1\"\n[trials]\n{trials}\n{}\n{streams}", rig!())
 }
 
-fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
+pub fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
     let path = folder.join(name);
     fs::write(&path, text).expect("written");
     path
@@ -119,7 +119,7 @@ fn laboratory(folder: &Path) -> PathBuf {
 }
 
 /// Largest errors of force (N), torque (N m), position (m), angle (rad) against the truth; rows with a pose.
-fn errors(samples: &[Sample], start: f64) -> ([f64; 4], usize) {
+pub fn errors(samples: &[Sample], start: f64) -> ([f64; 4], usize) {
     let mut worst = [0.0_f64; 4];
     let mut poses = 0;
     for sample in samples {
@@ -402,152 +402,6 @@ fn of_two_devices_files_the_guess_finds_the_trial_s_name_the_clocks_units_and_wh
     ] {
         assert!(text.contains(words), "{words} is not in:\n{text}");
     }
-}
-
-/// A bag that Foxglove's own library wrote (`recorded/make_ros2_bag.py`).
-const BAG: &[u8] = include_bytes!("recorded/ros2.mcap");
-
-const BAG_STREAMS: &str = r#"
-[[streams]]
-name = "left"
-file = "push.mcap"
-topic = "/ft/left"
-time = { column = "header.stamp" }
-[streams.finger1]
-force = ["force.x", "force.y", "force.z"]
-torque = ["torque.x", "torque.y", "torque.z"]
-acts_on = "object"
-
-[[streams]]
-name = "block"
-file = "push.mcap"
-topic = "/tf"
-child_frame = "block"
-time = { column = "header.stamp" }
-[streams.object]
-position = ["translation.x", "translation.y", "translation.z"]
-quaternion_wxyz = ["rotation.w", "rotation.x", "rotation.y", "rotation.z"]
-
-[[streams]]
-name = "jaw"
-file = "push.mcap"
-topic = "/joint_states"
-time = { column = "header.stamp" }
-[streams.grip]
-column = "effort.jaw"
-
-[fixed.gripper]
-position_m = [0.0, 0.0, 0.5]
-"#;
-
-const BAG_TRIALS: &str = "constants = { object = \"obj4\", primitive = \"linear_push\" }";
-
-#[test]
-fn a_ros_2_bag_of_another_library_is_read_to_the_numbers_that_were_written() {
-    let folder = tempfile::tempdir().expect("folder");
-    fs::write(folder.path().join("push.mcap"), BAG).expect("written");
-    let path = write(folder.path(), "m.toml", &mapping(BAG_TRIALS, BAG_STREAMS));
-    let Import { dataset, refused, bad_rows, .. } = import(&path).expect("imports");
-    assert!(refused.is_empty() && bad_rows.is_empty(), "{refused:?} {bad_rows:?}");
-    let samples = &dataset.trials[0].samples;
-    assert_eq!(samples.len(), 50);
-    for (k, sample) in (0..50).map(f64::from).zip(samples) {
-        let close = |a: [f64; 3], b: [f64; 3]| (Vector3::from(a) - Vector3::from(b)).norm() < 1e-5;
-        let wrench = sample.finger[0].expect("measured");
-        assert!(close(wrench.force_n, [0.01 * k, -20.0, 0.5]), "{k}: {wrench:?}");
-        assert!(close(wrench.torque_nm, [0.001 * k, 0.0, -0.002]), "{k}: {wrench:?}");
-        let object = sample.object.expect("measured");
-        assert!(close(object.position_m, [1.0 + 1e-4 * k, 0.0, 0.5]), "{k}: {object:?}");
-        assert!(
-            (object.quaternion[0] - 0.8).abs() < 1e-9 && (object.quaternion[3] - 0.6).abs() < 1e-9,
-            "{object:?}"
-        );
-        assert!((sample.grip_cmd_n.expect("measured") - (20.0 + k)).abs() < 1e-3, "{k}");
-    }
-}
-
-#[test]
-fn a_bag_that_lacks_a_topic_or_frame_or_was_cut_says_so_and_keeps_what_is_whole() {
-    let folder = tempfile::tempdir().expect("folder");
-    let bag = folder.path().join("push.mcap");
-    fs::write(&bag, BAG).expect("written");
-    let refusal = |from: &str, to: &str| -> String {
-        let text = mapping(BAG_TRIALS, BAG_STREAMS);
-        assert!(text.contains(from), "{from}");
-        let path = write(folder.path(), "wrong.toml", &text.replace(from, to));
-        import(&path).expect_err("refused").to_string()
-    };
-    for (from, to, words) in [
-        ("topic = \"/ft/left\"", "topic = \"/ft/lefft\"", vec!["/ft/lefft", "did you mean \"/ft/left\""]),
-        (
-            "topic = \"/ft/left\"",
-            "topic = \"/camera\"",
-            vec!["/camera", "/ft/left, /tf, /joint_states, /grip"],
-        ),
-        ("child_frame = \"block\"", "child_frame = \"blok\"", vec!["blok", "block, hand"]),
-        ("child_frame = \"block\"\n", "", vec!["block, hand", "child_frame"]),
-        ("\"force.y\"", "\"force_y\"", vec!["force_y", "force.y"]),
-        ("topic = \"/joint_states\"\n", "", vec!["streams.jaw", "needs a topic"]),
-    ] {
-        let refused = refusal(from, to);
-        for word in words {
-            assert!(refused.contains(word), "{from} -> {to}: {word:?} is not in: {refused}");
-        }
-    }
-    let path = write(folder.path(), "m.toml", &mapping(BAG_TRIALS, BAG_STREAMS));
-    for length in [0, 7, 100, BAG.len() / 2, BAG.len() - 9] {
-        fs::write(&bag, &BAG[..length]).expect("written");
-        // Never a panic; what is imported from a cut bag names the cut.
-        match import(&path) {
-            Ok(import) => assert!(!import.bad_rows.is_empty(), "{length}"),
-            Err(error) => assert!(error.to_string().contains("push.mcap"), "{length}: {error}"),
-        }
-    }
-}
-
-#[test]
-fn of_a_bag_the_guess_makes_a_stream_of_each_topic_and_frame() {
-    let folder = tempfile::tempdir().expect("folder");
-    let bag = folder.path().join("push.mcap");
-    fs::write(&bag, BAG).expect("written");
-    let text = guess::guess(&[(&bag, Path::new("push.mcap"))]).expect("guessed");
-    for words in [
-        "file = \"push.mcap\"",
-        "topic = \"/ft/left\"\ntime = { column = \"header.stamp\", unit = \"s\" }",
-        "topic = \"/tf\"\nchild_frame = \"block\"",
-        "[streams.finger1]   # CHECK: from the columns \"/ft/left\"\nforce = [\"force.x\", \"force.y\", \"force.z\"]",
-        "[streams.object]   # CHECK: from the columns \"block\"\nposition = [\"translation.x\"",
-        "[streams.gripper]   # CHECK: from the columns \"hand\"",
-        "quaternion_wxyz = [\"rotation.w\", \"rotation.x\", \"rotation.y\", \"rotation.z\"]",
-        "[streams.grip]   # CHECK: the commanded normal force of each finger?\ncolumn = \"data\"",
-        "# No signal was found in this stream: it is left out.\n# [[streams]]\n# name = \"/joint_states\"",
-    ] {
-        assert!(text.contains(words), "{words} is not in:\n{text}");
-    }
-    // It reads as it is.
-    assert_eq!(import(&write(folder.path(), "m.toml", &text)).expect("imports").dataset.trials.len(), 1);
-}
-
-#[test]
-fn a_bag_as_ros_2_writes_it_a_folder_is_read_and_one_in_a_database_says_how_to_convert_it() {
-    let folder = tempfile::tempdir().expect("folder");
-    let bag = folder.path().join("push.mcap");
-    fs::create_dir(&bag).expect("a folder");
-    fs::write(bag.join("metadata.yaml"), "rosbag2_bagfile_information:").expect("written");
-    let path = write(folder.path(), "m.toml", &mapping(BAG_TRIALS, BAG_STREAMS));
-    let refused = |words: &str| {
-        let named = guess::guess(&[(&bag, Path::new("push.mcap"))]).expect_err("refused").to_string();
-        let imported = import(&path).expect_err("refused").to_string();
-        assert!(named.contains(words) && imported.contains(words), "{named}\n{imported}");
-    };
-    refused("a folder without an MCAP file");
-    fs::write(bag.join("push_0.db3"), "SQLite format 3\0").expect("written");
-    refused("ros2 bag convert");
-    fs::write(bag.join("push_0.mcap"), BAG).expect("written");
-    assert_eq!(import(&path).expect("imports").dataset.trials[0].samples.len(), 50);
-    assert!(guess::guess(&[(&bag, Path::new("push"))]).expect("guessed").contains("topic = \"/ft/left\""));
-    fs::write(bag.join("push_1.mcap"), BAG).expect("written");
-    refused("a folder with 2 MCAP files");
 }
 
 #[test]

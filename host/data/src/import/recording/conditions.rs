@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::RecordingError;
 use super::mapping::{Mapping, Trials};
+use super::source::Source;
 use super::units::Quantity;
 use crate::spelling::did_you_mean;
 use crate::{TrialInfo, trials};
@@ -96,9 +97,8 @@ fn from_names(trials: &Trials, names: &BTreeSet<String>) -> Result<Vec<u8>, Stri
         return Err(format!("trials: {twice} is in the pattern and in the constants"));
     }
     let mut factors = BTreeMap::new();
-    for (name, unit) in &trials.units {
-        let factor = quantity(name).ok_or_else(|| format!("trials.units: {name} has no unit"))?.factor(unit);
-        factors.insert(name.as_str(), factor.map_err(|error| format!("trials.units.{name}: {error}"))?);
+    for name in trials.units.keys() {
+        factors.insert(name.as_str(), factor(trials, name)?);
     }
     let mut writer = csv::Writer::from_writer(Vec::new());
     let constants: Vec<(&str, String)> =
@@ -128,6 +128,83 @@ fn from_names(trials: &Trials, names: &BTreeSet<String>) -> Result<Vec<u8>, Stri
         writer.write_record(&row).map_err(|error| error.to_string())?;
     }
     writer.into_inner().map_err(|error| error.to_string())
+}
+
+/// From the unit of a condition, as the mapping gives it, to SI.
+fn factor(trials: &Trials, name: &str) -> Result<f64, String> {
+    let Some(unit) = trials.units.get(name) else { return Ok(1.0) };
+    let quantity = quantity(name).ok_or_else(|| format!("trials.units: {name} has no unit"))?;
+    quantity.factor(unit).map_err(|error| format!("trials.units.{name}: {error}"))
+}
+
+/// Conditions that a recording can have as columns.
+const RECORDED: [&str; 6] = ["grip_n", "speed_m_s", "speed_rad_s", "slope_rad", "pusher_offset_m", "run"];
+
+/// Can `trials.columns` name `condition`?
+///
+/// # Errors
+/// What is no number, or is given elsewhere too.
+pub fn recorded_in_columns(condition: &str, trials: &Trials) -> Result<(), String> {
+    if !RECORDED.contains(&condition) {
+        let hint = crate::spelling::with_hint(condition, &RECORDED);
+        return Err(format!(
+            "trials.columns: {hint} is no condition in numbers; one of {}",
+            RECORDED.join(", ")
+        ));
+    }
+    if trials.constants.contains_key(condition) {
+        return Err(format!("trials: {condition} is in the columns and in the constants"));
+    }
+    factor(trials, condition).map(|_| ())
+}
+
+/// Fills in the conditions that the trial's streams have as columns.
+///
+/// # Errors
+/// A column without a number or with several in this trial, a value that is none of the condition, a condition that
+/// the trial has from its name or the table.
+pub fn from_columns(mapping: &Mapping, info: &mut TrialInfo, streams: &[Source]) -> Result<(), String> {
+    for (index, (stream, source)) in mapping.streams.iter().zip(streams).enumerate() {
+        for (condition, column) in mapping.condition_columns(index) {
+            let file = beside(&mapping.path, Path::new(&stream.file.replace("{trial}", &info.trial)));
+            let refuse = |why: String| {
+                Err(format!("{}, trial {}, column {column:?}: {why}", file.display(), info.trial))
+            };
+            let cells = source.column(column);
+            let measured = || source.t_s.iter().zip(&cells).filter(|(_, cell)| !cell.is_nan());
+            let Some((_, first)) = measured().next() else {
+                return refuse(format!("no number in this trial; {condition} needs one"));
+            };
+            if let Some((t_s, other)) = measured().find(|(_, cell)| *cell != first) {
+                let after_s = t_s - source.t_s.first().unwrap_or(t_s);
+                return refuse(format!(
+                    "{first} at first, {other} after {after_s:.3} s; {condition} needs one value in a trial: cut the \
+                     trials where it changes, or give {condition} in trials.table"
+                ));
+            }
+            let value = first * factor(&mapping.trials, condition)?;
+            if condition == "grip_n" && value < 0.0 {
+                return refuse(format!("{value}; a grip force cannot be below zero"));
+            }
+            if condition == "run" && value.fract() != 0.0 {
+                return refuse(format!("{value}; number the repetitions 1, 2, 3, ..."));
+            }
+            let twice = match condition {
+                "run" => info.run.replace(value as i64).is_some(),
+                "grip_n" => info.grip_n.replace(value).is_some(),
+                "speed_m_s" => info.speed_m_s.replace(value).is_some(),
+                "speed_rad_s" => info.speed_rad_s.replace(value).is_some(),
+                "slope_rad" => info.slope_rad.replace(value).is_some(),
+                _ => info.pusher_offset_m.replace(value).is_some(),
+            };
+            if twice {
+                return refuse(format!(
+                    "{condition} is in trials.columns and in the trial's name or the table"
+                ));
+            }
+        }
+    }
+    Ok(())
 }
 
 fn cell(value: &toml::Value) -> String {

@@ -4,12 +4,10 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
-use std::sync::LazyLock;
-
-use regex::Regex;
 
 use super::error::RecordingError;
 use super::guess_head::{conditions_in, head, whole};
+use super::guess_names::{Kind, meaning, unit};
 use super::source::recording_at;
 use super::units::Quantity;
 use crate::csv_text::CsvText;
@@ -20,15 +18,8 @@ const ROWS: usize = 20_000;
 const METRES: f64 = 5.0;
 /// Torques of a fingertip are forces times less than this lever, m; beyond it the unit is not N m.
 const LEVER_M: f64 = 0.5;
-
-/// What a group of columns measures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Kind {
-    Force,
-    Torque,
-    Position,
-    Quaternion,
-}
+/// Angles in radians are within a turn.
+const TURN_RAD: f64 = std::f64::consts::TAU;
 
 /// Columns of one body by kind and axis.
 #[derive(Clone, Debug, Default)]
@@ -204,96 +195,6 @@ fn millimetres(look: &Look, group: &Group) -> bool {
 
 fn has(group: &Group, kind: Kind, axes: &str) -> bool {
     axes.chars().all(|axis| group.columns.contains_key(&(kind, axis)))
-}
-
-/// A column's name without its unit, and the unit: `Fx [N]`, `Fx(N)`, `fx_n`.
-fn unit(name: &str) -> (String, Option<String>) {
-    for (open, close) in [('[', ']'), ('(', ')')] {
-        if let Some((head, rest)) = name.split_once(open)
-            && let Some((unit, _)) = rest.split_once(close)
-        {
-            return (head.trim().to_owned(), Some(unit.trim().to_owned()));
-        }
-    }
-    let suffixes = [
-        ("_nmm", "N mm"),
-        ("_ncm", "N cm"),
-        ("_nm", "N m"),
-        ("_mm", "mm"),
-        ("_cm", "cm"),
-        ("_us", "us"),
-        ("_ms", "ms"),
-        ("_ns", "ns"),
-        ("_deg", "deg"),
-        ("_rad", "rad"),
-        ("_kgf", "kgf"),
-        ("_n", "N"),
-        ("_m", "m"),
-        ("_s", "s"),
-    ];
-    let lower = name.to_ascii_lowercase();
-    for (suffix, unit) in suffixes {
-        if let Some(head) = lower.strip_suffix(suffix) {
-            return (name[..head.len()].to_owned(), Some(unit.to_owned()));
-        }
-    }
-    (name.to_owned(), None)
-}
-
-/// Body, kind and axis that a column's name tells.
-fn meaning(name: &str) -> Option<(String, Kind, char)> {
-    let plain = words(&unit(name).0);
-    // A body before the axis, after it (`fx_1`, `fx_left`), or a number in between (`F1x`).
-    static PATTERNS: LazyLock<Vec<(Kind, Regex)>> = LazyLock::new(|| {
-        [
-            (
-                Kind::Quaternion,
-                r"^(?:(.*?)_)??(?:q|quat|quaternion|rot|rotation|orientation)_*([wxyz])(_*[0-9]*)$",
-            ),
-            (Kind::Force, r"^(?:(.*?)_)??(?:f|force)_*([xyz])(_*[0-9]*)$"),
-            (Kind::Torque, r"^(?:(.*?)_)??(?:t|m|torque|moment)_*([xyz])(_*[0-9]*)$"),
-            (Kind::Position, r"^(?:(.*?)_)??(?:p|pos|position|translation)?_*([xyz])(_*[0-9]*)$"),
-            (Kind::Force, r"^(?:(.*?)_)??f([0-9]+)_*([xyz])$"),
-            (Kind::Torque, r"^(?:(.*?)_)??[tm]([0-9]+)_*([xyz])$"),
-            (
-                Kind::Quaternion,
-                r"^()(?:q|quat|quaternion|rot|rotation|orientation)_*([wxyz])_+([a-z][a-z0-9_]*)$",
-            ),
-            (Kind::Force, r"^()(?:f|force)_*([xyz])_+([a-z][a-z0-9_]*)$"),
-            (Kind::Torque, r"^()(?:t|m|torque|moment)_*([xyz])_+([a-z][a-z0-9_]*)$"),
-            (Kind::Position, r"^()(?:p|pos|position|translation)?_*([xyz])_+([a-z][a-z0-9_]*)$"),
-        ]
-        .into_iter()
-        .filter_map(|(kind, pattern)| Some((kind, Regex::new(pattern).ok()?)))
-        .collect()
-    });
-    for (kind, pattern) in PATTERNS.iter() {
-        let Some(found) = pattern.captures(&plain) else { continue };
-        let part = |at: usize| found.get(at).map_or("", |part| part.as_str());
-        let (axis, tail) =
-            if part(2).starts_with(['w', 'x', 'y', 'z']) { (part(2), part(3)) } else { (part(3), part(2)) };
-        // A speed is no place.
-        if ["vel", "acc", "speed", "dot", "std", "cov"].iter().any(|other| tail.starts_with(other)) {
-            return None;
-        }
-        let body = format!("{}_{}", part(1).trim_matches('_'), tail.trim_matches('_'));
-        return Some((body.trim_matches('_').to_owned(), *kind, axis.chars().next()?));
-    }
-    None
-}
-
-/// Words of a name in lower case with `_` between: `Block.Position.X`, `blockPositionX`.
-fn words(name: &str) -> String {
-    let mut plain = String::new();
-    let mut lower_before = false;
-    for letter in name.chars() {
-        if lower_before && letter.is_uppercase() {
-            plain.push('_');
-        }
-        lower_before = letter.is_lowercase();
-        plain.extend(if letter.is_alphanumeric() { letter } else { '_' }.to_lowercase());
-    }
-    plain
 }
 
 fn stream(look: &Look, used: &mut Vec<&'static str>, text: &mut String) {
@@ -543,12 +444,23 @@ fn pose(
     let _ = writeln!(text, "position = {}", names(look, group, kind, "xyz").unwrap_or_default());
     let unit = stated(look, group, kind, Quantity::Length);
     let _ = writeln!(text, "unit = {:?}{}", unit.as_deref().unwrap_or(guess), checked(&unit));
-    match names(look, group, Kind::Quaternion, "wxyz") {
-        Some(names) => {
+    let quaternion = names(look, group, Kind::Quaternion, "wxyz");
+    match (quaternion, names(look, group, Kind::Angle, "xyz")) {
+        (Some(names), _) => {
             let _ = writeln!(text, "quaternion_wxyz = {names}   # columns in the order w, x, y, z");
         }
-        None => text.push_str(
-            "roll_pitch_yaw = [\"\", \"\", \"\"]   # CHECK: no quaternion found\nangle_unit = \"deg\"\n",
+        (None, Some(names)) => {
+            let unit = stated(look, group, Kind::Angle, Quantity::Angle);
+            let guess = if largest(look, group, Kind::Angle) > TURN_RAD { "deg" } else { "rad" };
+            let _ = writeln!(
+                text,
+                "roll_pitch_yaw = {names}   # CHECK: about the fixed axes x, then y, then z\nangle_unit = {:?}{}",
+                unit.as_deref().unwrap_or(guess),
+                checked(&unit)
+            );
+        }
+        (None, None) => text.push_str(
+            "roll_pitch_yaw = [\"\", \"\", \"\"]   # CHECK: neither a quaternion nor angles found\nangle_unit = \"deg\"\n",
         ),
     }
     text.push_str("world_axes = [\"x\", \"y\", \"z\"]   # CHECK: our x, y, z (z up) in its world; [\"x\", \"-z\", \"y\"] for y up\n");
@@ -567,32 +479,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_of_laboratories_are_understood() {
-        let of = |name: &str| meaning(name).map(|(body, kind, axis)| format!("{body} {kind:?} {axis}"));
-        for (name, meant) in [
-            ("finger1_fx_n", "finger1 Force x"),
-            ("Fx [N]", " Force x"),
-            ("F1x", "1 Force x"),
-            ("Force.z", " Force z"),
-            ("left/wrench/torque/y", "left_wrench Torque y"),
-            ("T2z_Nmm", "2 Torque z"),
-            ("Mx_1", "1 Torque x"),
-            ("object_x_m", "object Position x"),
-            ("Block.Position.X (mm)", "block Position x"),
-            ("x", " Position x"),
-            ("obj_qw", "obj Quaternion w"),
-            ("Block Rotation W", "block Quaternion w"),
-            ("Fx_left", "left Force x"),
-            ("Tz_plate", "plate Torque z"),
-            ("x_object_mm", "object Position x"),
-            ("qw_hand", "hand Quaternion w"),
-        ] {
-            assert_eq!(of(name).as_deref(), Some(meant), "{name}");
-        }
-        assert_eq!(of("max"), None);
-        assert_eq!(of("x_velocity"), None);
-        // A plate is pushed against; what a name does not tell comes after what others tell.
+    fn a_plate_is_pushed_against_and_what_a_name_does_not_tell_comes_after_what_others_tell() {
         assert!(tells("plate") && tells("Left") && !tells("ft"));
-        assert_eq!(of("status"), None);
     }
 }

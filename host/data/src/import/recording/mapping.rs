@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
+use super::conditions;
 use super::error::RecordingError;
 use super::frames::{Axes, PoseFrame, WrenchFrame};
 use super::units::Quantity;
@@ -44,10 +45,28 @@ pub struct Trials {
     /// Columns that are the same in every trial.
     #[serde(default)]
     pub constants: BTreeMap<String, toml::Value>,
+    /// Columns of trials.csv that are columns of the recording, of one value in a trial.
+    #[serde(default)]
+    pub columns: BTreeMap<String, Recorded>,
     /// Where one recording holds all trials: column of the first stream whose value numbers the trials; empty or zero: between trials.
     pub cut_by: Option<String>,
     /// Where one recording holds all trials: what moves cuts it.
     pub cut_by_motion: Option<CutByMotion>,
+}
+
+/// A column of a recording.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged)]
+pub enum Recorded {
+    /// Of the first stream.
+    First(String),
+    /// Of any stream.
+    Of {
+        /// Its name.
+        stream: String,
+        /// Column.
+        column: String,
+    },
 }
 
 /// How one recording is cut by what moves: the gripper, or the object where no stream has the gripper's pose.
@@ -314,7 +333,8 @@ impl Mapping {
             let of_stream = |what: &str, error| format!("streams.{name}.{what}: {error}");
             Quantity::Time.factor(&stream.time.unit).map_err(|error| of_stream("time.unit", error))?;
             let signals = stream.signals();
-            if signals.is_empty() && self.trials.cut_by.is_none() {
+            let else_used = self.trials.cut_by.is_some() || self.condition_columns(index).next().is_some();
+            if signals.is_empty() && !else_used {
                 return Err(format!(
                     "streams.{name} has no signal; add finger1, finger2, pusher, object, gripper, pusher_pose or grip"
                 ));
@@ -365,7 +385,20 @@ impl Mapping {
                 first.name, other.name
             ));
         }
-        let Trials { cut_by, cut_by_motion, .. } = &self.trials;
+        let Trials { cut_by, cut_by_motion, columns, .. } = &self.trials;
+        for (condition, recorded) in columns {
+            conditions::recorded_in_columns(condition, &self.trials)?;
+            if let Recorded::Of { stream, .. } = recorded
+                && !self.streams.iter().any(|other| other.name == *stream)
+            {
+                let names: Vec<&str> = self.streams.iter().map(|other| other.name.as_str()).collect();
+                return Err(format!(
+                    "trials.columns.{condition}: no stream {}; there is {}",
+                    spelling::with_hint(stream, &names),
+                    names.join(", ")
+                ));
+            }
+        }
         if per_trial && (cut_by.is_some() || cut_by_motion.is_some()) {
             return Err(
                 "trials.cut_by and cut_by_motion are for one recording of many trials; the files have `{trial}`"
@@ -383,6 +416,16 @@ impl Mapping {
 }
 
 impl Mapping {
+    /// Columns of the stream at `index` that conditions are read from, with the condition.
+    pub fn condition_columns(&self, index: usize) -> impl Iterator<Item = (&str, &str)> {
+        let name = self.streams.get(index).map_or("", |stream| stream.name.as_str());
+        self.trials.columns.iter().filter_map(move |(condition, recorded)| match recorded {
+            Recorded::First(column) if index == 0 => Some((condition.as_str(), column.as_str())),
+            Recorded::Of { stream, column } if stream == name => Some((condition.as_str(), column.as_str())),
+            _ => None,
+        })
+    }
+
     /// Do the files hold all trials, cut by a column or by the times in the table? Otherwise each trial has
     /// its own files; those without `{trial}` in their name are one trial.
     #[must_use]

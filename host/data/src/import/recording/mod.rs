@@ -4,6 +4,7 @@
 //! [`import`] cuts them into trials, turns every signal into the format's frames, and brings all on
 //! one base of time ([`grid`]). What was assumed is part of the result ([`Signal`]).
 
+mod assumed;
 #[cfg(feature = "mcap")]
 pub mod bag;
 pub mod conditions;
@@ -14,6 +15,7 @@ pub mod frames;
 pub mod grid;
 pub mod guess;
 mod guess_head;
+mod guess_names;
 pub mod mapping;
 mod noise;
 pub mod offset;
@@ -25,45 +27,17 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
-use serde::Serialize;
 
 use super::BadRow;
 use crate::{Dataset, Sample, Trial, TrialInfo, Wrench};
+pub use assumed::{SensorFrame, Signal};
+use assumed::{sensors, signals};
 pub use error::RecordingError;
 use frames::pose;
 use grid::Tick;
-use mapping::{Clock, Mapping, PoseColumns, Stream, WrenchColumns};
+use mapping::{Clock, Mapping, PoseColumns, WrenchColumns};
 pub use offset::Offset;
 use source::Source;
-
-/// One signal, as it was understood.
-#[derive(Clone, Debug, PartialEq, schemars::JsonSchema, Serialize)]
-pub struct Signal {
-    /// Stream of the mapping.
-    pub stream: String,
-    /// finger1, finger2, pusher, object, gripper, pusher_pose, grip.
-    pub signal: String,
-    /// Its columns.
-    pub columns: Vec<String>,
-    /// Units as recorded.
-    pub units: String,
-    /// Axes, lever, sign.
-    pub frame: String,
-    /// Median over trials, Hz.
-    pub rate_hz: f64,
-    /// How it came to the base of time.
-    pub base: String,
-    /// Share of the data set's rows that have it.
-    pub filled: f64,
-}
-
-impl Signal {
-    /// The columns that it has, in one line.
-    #[must_use]
-    pub fn named_columns(&self) -> String {
-        self.columns.iter().filter(|name| !name.is_empty()).cloned().collect::<Vec<_>>().join(" ")
-    }
-}
 
 /// An imported recording.
 #[derive(Clone, Debug)]
@@ -72,6 +46,8 @@ pub struct Import {
     pub dataset: Dataset,
     /// What was assumed.
     pub signals: Vec<Signal>,
+    /// Force sensors whose origin or axes are not ours.
+    pub sensors: Vec<SensorFrame>,
     /// Trials and rows of the table that were left out, with the reason.
     pub refused: Vec<String>,
     /// By file: rows that could not be used.
@@ -93,12 +69,23 @@ pub struct Import {
 /// A mapping that cannot be used, a file that is missing in every trial. A trial that fails alone is in
 /// [`Import::refused`].
 pub fn import(path: &Path) -> Result<Import, RecordingError> {
+    if source::is_recording(path) {
+        let advice = format!(
+            "this is a recording, not a mapping file; `stickslip new {} --out mapping.toml` begins its mapping",
+            path.display()
+        );
+        return Err(RecordingError::Mapping { file: path.to_owned(), advice });
+    }
     let text = std::fs::read_to_string(path)
         .map_err(|error| RecordingError::Io { file: path.to_owned(), error: error.to_string() })?;
     let mapping = Mapping::parse(&text, path)?;
     let recordings =
         if mapping.one_recording() { one_file_of_all(&mapping)? } else { one_file_a_trial(&mapping)? };
     let Recordings { mut trials, mut refused, bad_rows, mut offsets } = recordings;
+    trials.retain_mut(|recorded| {
+        let read = conditions::from_columns(&mapping, &mut recorded.info, &recorded.streams);
+        read.map_err(|why| refused.push(why)).is_ok()
+    });
     let in_time_order = by_time(&mut trials);
     if !mapping.one_recording() {
         offsets = estimate(&mapping, &mut trials, &mut refused);
@@ -130,7 +117,8 @@ pub fn import(path: &Path) -> Result<Import, RecordingError> {
     }
     let signals = signals(&mapping, &facts);
     let noise = noise::fill(&mut dataset);
-    Ok(Import { dataset, signals, refused, bad_rows, tares, offsets, noise, in_time_order })
+    let sensors = sensors(&mapping);
+    Ok(Import { dataset, signals, sensors, refused, bad_rows, tares, offsets, noise, in_time_order })
 }
 
 /// Brings the trials into the order in which they were recorded, where the first stream's clock ran on from one to the next:
@@ -167,14 +155,17 @@ struct Recordings {
     offsets: Vec<Offset>,
 }
 
-fn read(stream: &Stream, file: &Path, further: Option<&str>) -> Result<Source, RecordingError> {
+/// The columns that `mapping` needs of the stream at `index`, from `file`.
+fn read(mapping: &Mapping, index: usize, file: &Path) -> Result<Source, RecordingError> {
+    let stream = &mapping.streams[index];
     let factor = units::Quantity::Time
         .factor(&stream.time.unit)
         .map_err(|advice| RecordingError::Mapping { file: file.to_owned(), advice })?;
     let mut names: Vec<&str> = stream.wrenches().flat_map(|(_, wrench)| wrench.columns()).collect();
     names.extend(stream.poses().flat_map(|(_, pose)| pose.columns()));
     names.extend(stream.grip.as_ref().map(|grip| grip.column.as_str()));
-    names.extend(further);
+    names.extend(mapping.trials.cut_by.as_deref().filter(|_| index == 0));
+    names.extend(mapping.condition_columns(index).map(|(_, column)| column));
     Source::read(file, stream, factor, &names)
 }
 
@@ -208,12 +199,12 @@ fn one_file_a_trial(mapping: &Mapping) -> Result<Recordings, RecordingError> {
     let read_trial = |info: TrialInfo| -> Result<(Recorded, Vec<(PathBuf, BadRow)>), String> {
         let mut streams = Vec::new();
         let mut bad = Vec::new();
-        for (stream, files) in mapping.streams.iter().zip(&files) {
+        for (index, (stream, files)) in mapping.streams.iter().zip(&files).enumerate() {
             let file = files
                 .get(&info.trial)
                 .ok_or_else(|| format!("trial {}: no file {}", info.trial, stream.file))?;
             let mut source =
-                read(stream, file, None).map_err(|error| format!("trial {}: {error}", info.trial))?;
+                read(mapping, index, file).map_err(|error| format!("trial {}: {error}", info.trial))?;
             bad.extend(std::mem::take(&mut source.bad_rows).into_iter().map(|row| (file.clone(), row)));
             streams.push(source);
         }
@@ -237,8 +228,7 @@ fn one_file_of_all(mapping: &Mapping) -> Result<Recordings, RecordingError> {
     let mut streams = Vec::new();
     for (index, stream) in mapping.streams.iter().enumerate() {
         let file = conditions::beside(&mapping.path, Path::new(&stream.file));
-        let further = if index == 0 { mapping.trials.cut_by.as_deref() } else { None };
-        let mut source = read(stream, &file, further)?;
+        let mut source = read(mapping, index, &file)?;
         recordings
             .bad_rows
             .extend(std::mem::take(&mut source.bad_rows).into_iter().map(|row| (file.clone(), row)));
@@ -522,61 +512,4 @@ fn line(t_s: &[f64], poses: &[Option<Isometry3<f64>>], at_s: f64) -> Option<Isom
         .map(|(weight, (_, pose))| (pose.rotation * middle.rotation.inverse()).scaled_axis() * weight)
         .sum();
     Some(Isometry3::from_parts(position.into(), UnitQuaternion::from_scaled_axis(turn) * middle.rotation))
-}
-
-fn signals(mapping: &Mapping, facts: &[Vec<Facts>]) -> Vec<Signal> {
-    let mut list = Vec::new();
-    for (index, stream) in mapping.streams.iter().enumerate() {
-        let of: Vec<Facts> = facts.iter().filter_map(|trial| trial.get(index).copied()).collect();
-        let rate_hz = super::quantile(&super::sorted(of.iter().map(|facts| facts.rate_hz)), 0.5);
-        let filled = of.iter().map(|facts| facts.filled).sum::<f64>() / of.len().max(1) as f64;
-        let base = if of.iter().any(|facts| facts.averaged) {
-            format!("line through {:.1} ms", 1e3 / mapping.rate_hz)
-        } else {
-            "at the nearest tick".to_owned()
-        };
-        let mut add = |signal: &str, columns: Vec<&str>, units: String, frame: String| {
-            list.push(Signal {
-                stream: stream.name.clone(),
-                signal: signal.to_owned(),
-                columns: columns.into_iter().map(str::to_owned).collect(),
-                units,
-                frame,
-                rate_hz,
-                base: base.clone(),
-                filled,
-            });
-        };
-        for (name, wrench) in stream.wrenches() {
-            let axes = wrench.axes.as_ref().map_or_else(|| "our axes".to_owned(), frames::Axes::words);
-            let acts = match wrench.acts_on {
-                mapping::ActsOn::Object => "acts on the object",
-                _ => "reaction: all signs turned",
-            };
-            let lever = match wrench.origin_m {
-                [0.0, 0.0, 0.0] => String::new(),
-                origin => format!(", origin at {origin:?} m"),
-            };
-            add(
-                name,
-                wrench.columns(),
-                format!("{}, {}", wrench.force_unit, wrench.torque_unit),
-                format!("{axes}; {acts}{lever}"),
-            );
-        }
-        for (name, pose) in stream.poses() {
-            let world = pose.world_axes.as_ref().map_or_else(|| "our axes".to_owned(), frames::Axes::words);
-            let body =
-                pose.body_axes.as_ref().map_or_else(String::new, |axes| format!("; body: {}", axes.words()));
-            let units = match pose.roll_pitch_yaw {
-                Some(_) => format!("{}, {}", pose.unit, pose.angle_unit),
-                None => pose.unit.clone(),
-            };
-            add(name, pose.columns(), units, format!("world: {world}{body}"));
-        }
-        if let Some(grip) = &stream.grip {
-            add("grip", vec![&grip.column], grip.unit.clone(), String::new());
-        }
-    }
-    list
 }

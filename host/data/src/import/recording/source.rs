@@ -111,6 +111,20 @@ impl Source {
     }
 }
 
+/// Is there a recording at `path`, by the name's ending, or a bag's folder?
+#[must_use]
+pub fn is_recording(path: &Path) -> bool {
+    let ends = |path: &Path, list: &[&str]| {
+        let ending = path.extension().map_or_else(String::new, |e| e.to_string_lossy().to_lowercase());
+        list.contains(&ending.as_str())
+    };
+    let bag = |path: PathBuf| ends(&path, &["mcap", "db3"]);
+    match std::fs::read_dir(path) {
+        Ok(entries) => entries.flatten().any(|entry| bag(entry.path())),
+        Err(_) => path.exists() && ends(path, &["mcap", "csv", "parquet", "db3"]),
+    }
+}
+
 /// The file that holds the recording: ROS 2 writes a bag as a folder.
 ///
 /// # Errors

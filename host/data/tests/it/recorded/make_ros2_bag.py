@@ -1,4 +1,7 @@
-"""Makes ros2.mcap with Foxglove's own library: pip install mcap mcap-ros2-support; python make_ros2_bag.py."""
+"""Makes ros2.mcap and ros2_kinds.mcap with Foxglove's own library.
+
+pip install mcap mcap-ros2-support; python make_ros2_bag.py
+"""
 
 from mcap_ros2.writer import Writer
 
@@ -48,6 +51,60 @@ TRANSFORMS = (
 JOINTS = (
     "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort" + HEADER
 )
+
+POINT = VECTOR.replace("Vector3", "Point")
+WRENCH_ALONE = "geometry_msgs/Vector3 force\ngeometry_msgs/Vector3 torque" + VECTOR
+POSE_ALONE = "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation" + POINT + QUATERNION
+POSE = (
+    "std_msgs/Header header\ngeometry_msgs/Pose pose"
+    + HEADER
+    + "=" * 80
+    + "\nMSG: geometry_msgs/Pose\ngeometry_msgs/Point position\ngeometry_msgs/Quaternion orientation"
+    + POINT
+    + QUATERNION
+)
+TRANSFORM = (
+    "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform"
+    + HEADER
+    + "=" * 80
+    + "\nMSG: geometry_msgs/Transform\ngeometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation"
+    + VECTOR
+    + QUATERNION
+)
+
+
+def xyz(x, y, z):
+    return {"x": x, "y": y, "z": z}
+
+
+# Each topic has its own log time: a chunk's last time says which messages are in it.
+with open("ros2_kinds.mcap", "wb") as stream:
+    writer = Writer(stream, chunk_size=2000)
+    wrench = writer.register_msgdef("geometry_msgs/msg/Wrench", WRENCH_ALONE)
+    pose = writer.register_msgdef("geometry_msgs/msg/Pose", POSE_ALONE)
+    stamped = writer.register_msgdef("geometry_msgs/msg/PoseStamped", POSE)
+    transform = writer.register_msgdef("geometry_msgs/msg/TransformStamped", TRANSFORM)
+    for k in range(50):
+        nanoseconds = k * 4_000_000
+        header = {"stamp": {"sec": 1_700_000_000, "nanosec": nanoseconds}, "frame_id": "world"}
+        force, torque = xyz(0.25 * k, -20.0, 0.5), xyz(0.0, 0.125, -0.001 * k)
+        turned = {"x": 0.0, "y": 0.0, "z": 0.6, "w": 0.8}
+        tilted = {"x": 0.6, "y": 0.0, "z": 0.0, "w": 0.8}
+        upright = {"x": 0.0, "y": 0.28, "z": 0.0, "w": 0.96}
+        block = {"position": xyz(1.0 + 1e-4 * k, 0.0, 0.5), "orientation": turned}
+        hand = {"position": xyz(0.5, 2e-4 * k, 0.25), "orientation": tilted}
+        rod = {"translation": xyz(-0.125, 0.0, 3e-4 * k), "rotation": upright}
+        for place, (topic, kind, message) in enumerate(
+            [
+                ("/ft", wrench, {"force": force, "torque": torque}),
+                ("/hand", pose, hand),
+                ("/block", stamped, {"header": header, "pose": block}),
+                ("/rod", transform, {"header": header, "child_frame_id": "rod", "transform": rod}),
+            ]
+        ):
+            log_time = 1_700_000_000_000_000_000 + nanoseconds + 1000 * place
+            writer.write_message(topic, kind, message, log_time, log_time)
+    writer.finish()
 
 with open("ros2.mcap", "wb") as stream:
     writer = Writer(stream)
