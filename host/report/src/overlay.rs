@@ -340,7 +340,7 @@ fn figure_of(trace: &Trace, plot: &Plot, channels: &[usize]) -> Chart {
         false => Key::Line(line.label.clone(), drawn.colour),
     };
     drawn.legend = lines.map(key).collect();
-    let last = MODELS.into_iter().take(trace.modelled.len()).last();
+    let last = MODELS.into_iter().take(trace.modelled.len()).next_back();
     for (colour, what) in [(last, "noise floor"), (Some(OPEN), "left undetermined by rigid contact")] {
         if let Some(colour) = colour.filter(|colour| drawn.bands.iter().any(|band| band.1 == *colour)) {
             drawn.legend.push(Key::Band(what.to_owned(), colour));
