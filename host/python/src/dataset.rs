@@ -6,18 +6,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use serde_json::json;
+use stickslip_analysis::Progress;
 use stickslip_analysis::evidence::sensors;
-use stickslip_analysis::{Progress, check};
 use stickslip_data::error::{DatasetError, Problem, join_warnings};
-use stickslip_data::import::recording;
 use stickslip_data::memory::{Columns, filled, from_memory, rig};
 use stickslip_data::{Dataset as Data, Index, Stage, TrialInfo, Warning, write_as};
-use stickslip_report::import::page;
-use stickslip_report::signals::first_of_each;
 
 use crate::errors::{choice, raised};
-use crate::report::Report;
 use crate::run::watched;
 
 /// A data set; does not change. Of a folder, trials are read when they are needed.
@@ -80,32 +75,6 @@ impl Dataset {
     fn open(py: Python<'_>, folder: PathBuf) -> PyResult<Self> {
         let index = watched(py, None, move |_| Ok(Index::open(&folder)?))?;
         Ok(Self::of(index, Vec::new()))
-    }
-
-    /// A recording by its mapping file, and what was assumed of it; its page is that of `import recording`.
-    #[staticmethod]
-    fn from_recording(py: Python<'_>, mapping: PathBuf) -> PyResult<(Self, Report)> {
-        let mut import = watched(py, None, move |_| Ok(recording::import(&mapping)?))?;
-        let recording::Import { signals, refused, bad_rows, tares, offsets, noise, in_time_order, .. } =
-            &import;
-        let report = Report::untitled(&json!({
-            "signals": signals, "refused": refused, "bad_rows": bad_rows, "tares": tares, "offsets": offsets,
-            "noise": noise, "in_time_order": in_time_order
-        }))
-        .map_err(|error| raised(&error))?;
-        // The page shows some trials; the data set has them all.
-        let some = first_of_each(&import.dataset.trials);
-        let trials = std::mem::replace(&mut import.dataset.trials, some);
-        let dataset = Data {
-            folder: import.dataset.folder.clone(),
-            description: import.dataset.description.clone(),
-            trials,
-        };
-        let data = Self::of(dataset.into(), Vec::new());
-        let index = Arc::clone(&data.index);
-        let report =
-            report.page(move || page("import", &import, &check(&index, &()), "stickslip.calibrate(data)"));
-        Ok((data, report))
     }
 
     /// The text of dataset.toml as JSON, that of trials.csv, and the tables by trial.

@@ -10,6 +10,7 @@ mod dataset;
 mod errors;
 mod live;
 mod model;
+mod recording;
 mod report;
 mod run;
 
@@ -40,6 +41,8 @@ mod _stickslip {
     use crate::live::{FingerPrediction, Prediction, Predictor};
     #[pymodule_export]
     use crate::model::Model;
+    #[pymodule_export]
+    use crate::recording::import_recording;
     #[pymodule_export]
     use crate::report::Report;
 

@@ -60,7 +60,7 @@ class Dataset:
         (docs/import-recordings.md; ``stickslip new FILE...`` begins one). What was assumed is in
         :attr:`imported`; run :func:`check` on the result: it sees millimetres, turned signs, two clocks.
         """
-        native, report = _stickslip.Dataset.from_recording(os.fspath(mapping))
+        native, report = _stickslip.import_recording(os.fspath(mapping))
         imported = Report(report)
         rows = [f"{file}: line {row['line']}: {row['reason']}" for file, row in imported.to_dict()["bad_rows"]]
         warn([f"refused: {text}" for text in [*imported.refused, *rows[:20]]] + native.notes)

@@ -3,9 +3,19 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 
-use super::Facts;
 use super::frames::Axes;
 use super::mapping::{ActsOn, Mapping, Stream};
+
+/// How a stream of one trial came to the base of time.
+#[derive(Clone, Copy)]
+pub(super) struct Facts {
+    /// Median rate of its rows.
+    pub rate_hz: f64,
+    /// Share of the trial's rows that it fills.
+    pub filled: f64,
+    /// Lines were fitted through several of its rows.
+    pub averaged: bool,
+}
 
 /// One signal, as it was understood.
 #[derive(Clone, Debug, PartialEq, schemars::JsonSchema, Serialize)]

@@ -3,10 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use super::condition_columns::factor;
 use super::error::RecordingError;
 use super::mapping::{Mapping, Trials};
 use super::source::Source;
-use super::units::Quantity;
 use crate::spelling::did_you_mean;
 use crate::{TrialInfo, trials};
 
@@ -98,7 +98,7 @@ fn from_names(trials: &Trials, names: &BTreeSet<String>) -> Result<Vec<u8>, Stri
     }
     let mut factors = BTreeMap::new();
     for name in trials.units.keys() {
-        factors.insert(name.as_str(), factor(trials, name)?);
+        factors.insert(name.as_str(), factor(&trials.units, name)?);
     }
     let mut writer = csv::Writer::from_writer(Vec::new());
     let constants: Vec<(&str, String)> =
@@ -130,34 +130,6 @@ fn from_names(trials: &Trials, names: &BTreeSet<String>) -> Result<Vec<u8>, Stri
     writer.into_inner().map_err(|error| error.to_string())
 }
 
-/// From the unit of a condition, as the mapping gives it, to SI.
-fn factor(trials: &Trials, name: &str) -> Result<f64, String> {
-    let Some(unit) = trials.units.get(name) else { return Ok(1.0) };
-    let quantity = quantity(name).ok_or_else(|| format!("trials.units: {name} has no unit"))?;
-    quantity.factor(unit).map_err(|error| format!("trials.units.{name}: {error}"))
-}
-
-/// Conditions that a recording can have as columns.
-const RECORDED: [&str; 6] = ["grip_n", "speed_m_s", "speed_rad_s", "slope_rad", "pusher_offset_m", "run"];
-
-/// Can `trials.columns` name `condition`?
-///
-/// # Errors
-/// What is no number, or is given elsewhere too.
-pub fn recorded_in_columns(condition: &str, trials: &Trials) -> Result<(), String> {
-    if !RECORDED.contains(&condition) {
-        let hint = crate::spelling::with_hint(condition, &RECORDED);
-        return Err(format!(
-            "trials.columns: {hint} is no condition in numbers; one of {}",
-            RECORDED.join(", ")
-        ));
-    }
-    if trials.constants.contains_key(condition) {
-        return Err(format!("trials: {condition} is in the columns and in the constants"));
-    }
-    factor(trials, condition).map(|_| ())
-}
-
 /// Fills in the conditions that the trial's streams have as columns.
 ///
 /// # Errors
@@ -182,7 +154,7 @@ pub fn from_columns(mapping: &Mapping, info: &mut TrialInfo, streams: &[Source])
                      trials where it changes, or give {condition} in trials.table"
                 ));
             }
-            let value = first * factor(&mapping.trials, condition)?;
+            let value = first * factor(&mapping.trials.units, condition)?;
             if condition == "grip_n" && value < 0.0 {
                 return refuse(format!("{value}; a grip force cannot be below zero"));
             }
@@ -209,18 +181,6 @@ pub fn from_columns(mapping: &Mapping, info: &mut TrialInfo, streams: &[Source])
 
 fn cell(value: &toml::Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
-}
-
-/// What a column of trials.csv measures.
-fn quantity(column: &str) -> Option<Quantity> {
-    match column {
-        "grip_n" => Some(Quantity::Force),
-        "speed_m_s" => Some(Quantity::Speed),
-        "speed_rad_s" => Some(Quantity::AngularSpeed),
-        "slope_rad" => Some(Quantity::Angle),
-        "pusher_offset_m" => Some(Quantity::Length),
-        _ => None,
-    }
 }
 
 /// Where the files of a pattern (`raw/{trial}_ft.csv`) are looked for.

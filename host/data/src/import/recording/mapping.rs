@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
-use super::conditions;
+use super::condition_columns::recorded_in_columns;
 use super::error::RecordingError;
 use super::frames::{Axes, PoseFrame, WrenchFrame};
 use super::units::Quantity;
@@ -387,7 +387,7 @@ impl Mapping {
         }
         let Trials { cut_by, cut_by_motion, columns, .. } = &self.trials;
         for (condition, recorded) in columns {
-            conditions::recorded_in_columns(condition, &self.trials)?;
+            recorded_in_columns(condition, &self.trials.constants, &self.trials.units)?;
             if let Recorded::Of { stream, .. } = recorded
                 && !self.streams.iter().any(|other| other.name == *stream)
             {

@@ -7,6 +7,7 @@
 mod assumed;
 #[cfg(feature = "mcap")]
 pub mod bag;
+mod condition_columns;
 pub mod conditions;
 mod cut;
 pub mod error;
@@ -30,8 +31,8 @@ use rayon::prelude::*;
 
 use super::BadRow;
 use crate::{Dataset, Sample, Trial, TrialInfo, Wrench};
+use assumed::{Facts, sensors, signals};
 pub use assumed::{SensorFrame, Signal};
-use assumed::{sensors, signals};
 pub use error::RecordingError;
 use frames::pose;
 use grid::Tick;
@@ -344,13 +345,6 @@ struct Built {
     /// By stream: median rate, how many of the rows it fills, averaged or not.
     facts: Vec<Facts>,
     tares: Vec<(String, [f64; 6])>,
-}
-
-#[derive(Clone, Copy)]
-struct Facts {
-    rate_hz: f64,
-    filled: f64,
-    averaged: bool,
 }
 
 fn build(mapping: &Mapping, recorded: Recorded) -> Result<Built, String> {
