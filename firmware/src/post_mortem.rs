@@ -6,7 +6,7 @@ use core::sync::atomic::{Ordering, compiler_fence};
 use stickslip_shared::wire::{Ending, PostMortem};
 use stickslip_unit::post_mortem::{Recorder, STARTS, WORDS, note_end};
 
-use crate::stack::{Frame, holds};
+use crate::stack::{Frame, call_before, holds};
 
 #[unsafe(link_section = ".uninit.POST_MORTEM")]
 static mut KEPT: core::mem::MaybeUninit<[u32; WORDS]> = core::mem::MaybeUninit::uninit();
@@ -53,5 +53,5 @@ pub unsafe fn interrupted(how: Ending, stacked: *const u32) {
     // SAFETY: the caller's, and it lies on the stack.
     let [.., lr, pc, _] =
         if holds(stacked as usize, 8) { unsafe { *stacked.cast::<[u32; 8]>() } } else { [0; 8] };
-    end(how, pc, lr, 0);
+    end(how, pc, call_before(lr), 0);
 }

@@ -83,11 +83,16 @@ impl Frame {
         (caller.0 > self.0 && holds(caller.0, 2)).then_some(caller)
     }
 
-    /// Address within the call of this function. Behind it may lie another function: a call that never returns is the last of
-    /// its own.
+    /// Address within the call of this function.
     pub fn called_at(self) -> u32 {
-        (self.word(1) as u32 & !1).saturating_sub(2)
+        call_before(self.word(1) as u32)
     }
+}
+
+/// Address within the call that returns to `address`, where another function may begin: a call that never returns is the last
+/// of its own.
+pub fn call_before(address: u32) -> u32 {
+    (address & !1).saturating_sub(2)
 }
 
 /// Bytes below the stack's end: variables, buffers, tasks.

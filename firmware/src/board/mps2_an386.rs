@@ -519,7 +519,7 @@ unsafe extern "C" fn warned(stacked: *const u32) -> ! {
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     let how = if stack::met_guard() { Ending::StackOverflow } else { Ending::HardFault };
-    post_mortem::end(how, frame.pc(), frame.lr(), 0);
+    post_mortem::end(how, frame.pc(), stack::call_before(frame.lr()), 0);
     if how == Ending::StackOverflow {
         // A log would want a stack.
         reset()

@@ -581,7 +581,7 @@ unsafe fn UART5() {
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     let how = if stack::met_guard() { Ending::StackOverflow } else { Ending::HardFault };
-    post_mortem::end(how, frame.pc(), frame.lr(), 0);
+    post_mortem::end(how, frame.pc(), stack::call_before(frame.lr()), 0);
     reset()
 }
 

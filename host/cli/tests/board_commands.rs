@@ -113,7 +113,7 @@ fn what_a_unit_is_given_over_the_line_it_has_and_tells() {
     unit.board(&["calibrate", &matrices(folder.path(), 0.01)]).success().stdout(contains("2 matrices"));
     unit.board(&["calibrate", &matrices(folder.path(), 0.0)])
         .failure()
-        .stderr(contains("finger 1: Singular"));
+        .stderr(contains("the matrix of finger 1 is singular"));
     // With sensors and matrices a run on them can be stored, which is refused without.
     unit.board(&["sensors", "--finger1", "can", "--finger2", "gauges"]).success();
     unit.board(&["store", "--start"]).failure().stderr(contains("the sensor of finger 1 has no matrix"));

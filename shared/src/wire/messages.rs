@@ -412,7 +412,7 @@ pub struct PostMortem {
     /// Address of the instruction, where it was noted; of a panic, where the core library's panic was called: in the
     /// function that panics, or in a check of the core library (bounds, `unwrap`) that it called.
     pub pc: u32,
-    /// Where it would have returned to, where it was noted; of a panic, where that function was called.
+    /// Within the call of that function, by its return address, where it was noted.
     pub lr: u32,
     /// Line of a panic's source; 0 otherwise.
     pub line: u32,
