@@ -335,9 +335,8 @@ fn figure_of(trace: &Trace, plot: &Plot, channels: &[usize]) -> Chart {
         drawn.least_span = drawn.least_span.max(other.least_span);
     }
     let lines = drawn.lines.iter().chain(&drawn.dashed).zip(&plot.lines);
-    let key = |(drawn, line): (&plot::Line, &viewer::Line)| match line.dash {
-        true => Key::Dashed(line.label.clone(), drawn.colour),
-        false => Key::Line(line.label.clone(), drawn.colour),
+    let key = |(drawn, line): (&plot::Line, &viewer::Line)| {
+        Key::of_line(line.label.clone(), drawn.colour, line.dash)
     };
     drawn.legend = lines.map(key).collect();
     let last = MODELS.into_iter().take(trace.modelled.len()).next_back();

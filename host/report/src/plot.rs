@@ -60,6 +60,12 @@ pub enum Key {
 }
 
 impl Key {
+    /// Of a line, as it is drawn.
+    #[must_use]
+    pub fn of_line(name: String, colour: RGBColor, dashed: bool) -> Self {
+        if dashed { Key::Dashed(name, colour) } else { Key::Line(name, colour) }
+    }
+
     fn name(&self) -> &str {
         match self {
             Key::Line(name, _) | Key::Dashed(name, _) | Key::Band(name, _) | Key::Span(name, ..) => name,
@@ -252,13 +258,13 @@ impl Chart {
                 .map_err(|e| wrong(&e))?;
         }
         for line in &self.lines {
-            for piece in line.points.split(|p| !p.1.is_finite()).filter(|p| !p.is_empty()) {
+            for piece in pieces(line) {
                 let style = line.colour.stroke_width(line.width);
                 chart.draw_series(LineSeries::new(piece.iter().copied(), style)).map_err(|e| wrong(&e))?;
             }
         }
         for line in &self.dashed {
-            for piece in line.points.split(|p| !p.1.is_finite()).filter(|p| !p.is_empty()) {
+            for piece in pieces(line) {
                 let style = line.colour.stroke_width(line.width);
                 let dashes = DashedLineSeries::new(piece.iter().copied(), DASH.0, DASH.1, style);
                 chart.draw_series(dashes).map_err(|e| wrong(&e))?;
@@ -295,6 +301,11 @@ impl Chart {
         }
         Ok(height)
     }
+}
+
+/// Parts of a line between gaps.
+fn pieces(line: &Line) -> impl Iterator<Item = &[(f64, f64)]> {
+    line.points.split(|p| !p.1.is_finite()).filter(|p| !p.is_empty())
 }
 
 /// Range of finite values, widened by `share` on both sides and to `least` in all.

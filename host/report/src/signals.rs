@@ -421,14 +421,8 @@ fn drawing(
             // Beyond the tip, none over another.
             let (lies, ends) = (dx.abs() >= dy.abs(), dx < 0.0);
             let x = x + dx + if ends { -TEXT[0] } else { 4.0 };
-            let mut at = [
-                x.clamp(4.0, VIEW - TEXT[0]),
-                (y + dy + if lies { 4.0 } else { 4.0 + 8.0 * dy.signum() }).clamp(12.0, high - 4.0),
-            ];
-            while let Some(p) = placed.iter().find(|p| covers(p, &at)) {
-                at[1] = p[1] + TEXT[1];
-            }
-            placed.push(at);
+            let y = y + dy + if lies { 4.0 } else { 4.0 + 8.0 * dy.signum() };
+            let at = free(&mut placed, [x, y], high);
             let _ = writeln!(
                 svg,
                 "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"12\" fill=\"#222222\">{:.1} N</text>",
@@ -480,16 +474,22 @@ fn axes(
 
 /// A frame's name at `at`, px, or below what stands there.
 fn name_at(svg: &mut String, placed: &mut Vec<[f64; 2]>, at: [f64; 2], high: f64, name: &str, colour: &str) {
-    let mut at = [at[0].clamp(4.0, VIEW - TEXT[0]), at[1].clamp(12.0, high - 4.0)];
-    while let Some(p) = placed.iter().find(|p| covers(p, &at)) {
-        at[1] = p[1] + TEXT[1];
-    }
-    placed.push(at);
+    let at = free(placed, at, high);
     let _ = writeln!(
         svg,
         "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"10\" fill=\"{colour}\">{name}</text>",
         at[0], at[1]
     );
+}
+
+/// Where a text for `at`, px, has room: there within the drawing, or below what stands there; taken from now on.
+fn free(placed: &mut Vec<[f64; 2]>, at: [f64; 2], high: f64) -> [f64; 2] {
+    let mut at = [at[0].clamp(4.0, VIEW - TEXT[0]), at[1].clamp(12.0, high - 4.0)];
+    while let Some(p) = placed.iter().find(|p| covers(p, &at)) {
+        at[1] = p[1] + TEXT[1];
+    }
+    placed.push(at);
+    at
 }
 
 /// Would a text at one of two places lie over that at the other?

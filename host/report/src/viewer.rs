@@ -187,10 +187,8 @@ pub fn chart_of(plot: &Plot, t_s: &[f64], values: &[Vec<f64>]) -> Chart {
         }
         let colour = colour(&line.ink);
         let drawn = crate::plot::Line { points: thinned(t_s, values, POINTS), colour, width: 2 };
-        let (lines, key): (_, fn(String, _) -> Key) =
-            if line.dash { (&mut chart.dashed, Key::Dashed) } else { (&mut chart.lines, Key::Line) };
-        lines.push(drawn);
-        chart.legend.push(key(line.label.clone(), colour));
+        if line.dash { &mut chart.dashed } else { &mut chart.lines }.push(drawn);
+        chart.legend.push(Key::of_line(line.label.clone(), colour, line.dash));
     }
     chart
 }
