@@ -97,14 +97,14 @@ pub struct QuantityError {
     pub quantity: Quantity,
     /// SI unit.
     pub unit: &'static str,
-    /// Of the base model on the held-out trials.
-    pub before: f64,
-    /// Of the calibrated model on the calibration trials.
-    pub calibration: f64,
-    /// Of the calibrated model on the held-out trials.
-    pub held_out: f64,
-    /// Root mean square of the measured signal itself on the held-out trials.
-    pub signal: f64,
+    /// Of the base model on the held-out trials; none where no trial is held out.
+    pub before: Option<f64>,
+    /// Of the calibrated model on the calibration trials; none where they do not measure it.
+    pub calibration: Option<f64>,
+    /// Of the calibrated model on the held-out trials; none where there are none.
+    pub held_out: Option<f64>,
+    /// Root mean square of the measured signal itself on the held-out trials; none where there are none.
+    pub signal: Option<f64>,
 }
 
 /// What is calibrated from.
@@ -410,11 +410,14 @@ pub fn of_primitive<T: Borrow<Trial> + Sync>(
 struct Squares([[f64; 3]; 4]);
 
 impl Squares {
-    fn error(&self, q: Quantity) -> f64 {
-        (self.0[q as usize][0] / self.0[q as usize][2]).sqrt()
+    fn error(&self, q: Quantity) -> Option<f64> {
+        self.mean(q, 0)
     }
-    fn signal(&self, q: Quantity) -> f64 {
-        (self.0[q as usize][1] / self.0[q as usize][2]).sqrt()
+    fn signal(&self, q: Quantity) -> Option<f64> {
+        self.mean(q, 1)
+    }
+    fn mean(&self, q: Quantity, k: usize) -> Option<f64> {
+        (self.count(q) > 0.0).then(|| (self.0[q as usize][k] / self.count(q)).sqrt())
     }
     fn count(&self, q: Quantity) -> f64 {
         self.0[q as usize][2]

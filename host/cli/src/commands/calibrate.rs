@@ -127,10 +127,9 @@ fn print(c: &Calibration, verbose: bool, output: &Output) {
     let held: Vec<String> = c
         .errors
         .iter()
-        .filter(|e| e.held_out.is_finite())
-        .map(|e| {
+        .filter_map(|e| {
             let quantity = format!("{:?}", e.quantity).to_lowercase();
-            format!("{quantity} {} of {}", readable(e.held_out, e.unit), readable(e.signal, e.unit))
+            Some(format!("{quantity} {} of {}", readable(e.held_out?, e.unit), readable(e.signal?, e.unit)))
         })
         .collect();
     if !held.is_empty() {
@@ -163,7 +162,7 @@ fn range(low: Option<f64>, high: Option<f64>) -> String {
 fn tables(c: &Calibration, output: &Output) {
     let mut errors = table(["quantity", "signal", "before", "calibration", "held out"]);
     for e in &c.errors {
-        let size = |x: f64| if x.is_finite() { readable(x, e.unit) } else { "-".into() };
+        let size = |x: Option<f64>| x.map_or_else(|| "-".into(), |x| readable(x, e.unit));
         errors.add_row([
             format!("{:?}", e.quantity).to_lowercase(),
             size(e.signal),
