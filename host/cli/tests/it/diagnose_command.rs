@@ -36,7 +36,7 @@ fn demo() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo")
 }
 
-/// Six conditions, each pushed twice by a gripper that loses three tenths of its grip; and a model
+/// Four conditions, each pushed twice by a gripper that loses three tenths of its grip; and a model
 /// with a formula for that.
 pub fn weak_grip() -> &'static Path {
     static FOLDER: OnceLock<TempDir> = OnceLock::new();
@@ -47,7 +47,7 @@ pub fn weak_grip() -> &'static Path {
         reality.effects = vec!["grip_force_loss=0.3".parse().expect("an effect")];
         let setup = Setup { description: description.clone(), reality, step_s: STEP_S };
         let all = conditions(PlanName::PushSmall, &[], SEED, 1.0);
-        let some = all.iter().step_by(all.len().div_ceil(6));
+        let some = all.iter().step_by(all.len().div_ceil(4));
         let trials =
             some.flat_map(|c| (1..=2).map(|run| simulate(&setup, c, run, SEED).expect("a trial"))).collect();
         write(&Dataset { folder: "weak".into(), description, trials }, folder.path()).expect("written");
@@ -55,6 +55,18 @@ pub fn weak_grip() -> &'static Path {
         folder
     };
     FOLDER.get_or_init(made).path()
+}
+
+/// What `diagnose` prints of it. Beside the data lie the model that is named, the page and its figures.
+pub fn weak_grip_diagnosed() -> &'static str {
+    static SAID: OnceLock<String> = OnceLock::new();
+    SAID.get_or_init(|| {
+        let words = ["diagnose", ".", "--out", "named.toml", "--html", "page.html", "--figures", "figures"];
+        let output = stickslip().current_dir(weak_grip()).args(words).output().expect("run");
+        let text = String::from_utf8(output.stdout).expect("text");
+        assert!(output.status.success(), "{text}");
+        text
+    })
 }
 
 fn json(folder: &Path, words: &[&str]) -> Value {
@@ -152,11 +164,9 @@ fn a_wrong_model_is_refitted_to_a_push_and_trials_are_suggested_from_the_file_th
 #[test]
 fn a_diagnosis_writes_the_named_model_and_a_page_and_says_what_comes_next() {
     let folder = weak_grip();
-    let words = ["diagnose", ".", "--out", "named.toml", "--html", "page.html"];
-    let output = stickslip().current_dir(folder).args(words).output().expect("run");
-    let text = String::from_utf8(output.stdout).expect("text");
+    let text = weak_grip_diagnosed();
     let next = "stickslip compare . --model named.toml";
-    assert!(output.status.success() && text.contains(&format!("Next:\n  {next}")), "{text}");
+    assert!(text.contains(&format!("Next:\n  {next}")), "{text}");
     assert!(
         !text.contains("finger_difference") && text.contains("finger 1 less finger 2, force y"),
         "{text}"

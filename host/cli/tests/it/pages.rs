@@ -8,7 +8,7 @@ use stickslip_cli::commands::Cli;
 use stickslip_report::words::first_sentence;
 
 use crate::common::push;
-use crate::diagnose_command::weak_grip;
+use crate::diagnose_command::{weak_grip, weak_grip_diagnosed};
 use crate::documents::stickslip;
 
 /// Commands with a page, those below others too.
@@ -78,7 +78,7 @@ struct Written {
     text: String,
     page: String,
     figures: PathBuf,
-    _folder: tempfile::TempDir,
+    _folder: Option<tempfile::TempDir>,
 }
 
 fn written(name: &str, data: &Path) -> Written {
@@ -93,7 +93,7 @@ fn written(name: &str, data: &Path) -> Written {
     let output = run.output().expect("run");
     let text = String::from_utf8(output.stdout).expect("text");
     assert!(output.status.success(), "{name}: {text}");
-    Written { text, page: std::fs::read_to_string(&path).expect("the page"), figures, _folder: folder }
+    Written { text, page: std::fs::read_to_string(&path).expect("the page"), figures, _folder: Some(folder) }
 }
 
 /// Each command of one push; a diagnosis that names an effect.
@@ -106,7 +106,9 @@ fn all_written() -> &'static [(&'static str, Written)] {
             .map(|name| (name, written(name, &one)))
             .collect();
         all.push(("check", written("check", &demo())));
-        all.push(("diagnose", written("diagnose", weak_grip())));
+        let text = weak_grip_diagnosed().to_owned();
+        let page = std::fs::read_to_string(weak_grip().join("page.html")).expect("the page");
+        all.push(("diagnose", Written { text, page, figures: weak_grip().join("figures"), _folder: None }));
         all
     })
 }
