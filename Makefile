@@ -74,9 +74,10 @@ lint: format ## Formatting, clippy and documentation without warnings
 lint-emulated: ## Clippy for the emulated board
 	cargo clippy -p stickslip-firmware --features mps2-an386 $(QEMU_BUILD) -- -D warnings
 
+# All targets, tests of boards and examples among them, compiled as `test` does it: what has the same features is not compiled
+# again, and what follows uses them.
 lint-rest: ## Clippy and documentation of all features, clippy for the real board
-	cargo clippy --all-targets -- -D warnings
-	RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
+	$(LINTED) cargo test --no-run --all-targets
 	cargo clippy -p stickslip-firmware --features nucleo-g474re $(BOARD_BUILD) -- -D warnings
 
 lint-boards: ## Clippy for the other board and the tests on boards
@@ -88,13 +89,15 @@ test-host: ## Quick tests of shared and host, their lints and documentation
 	$(LINTED) cargo test --no-fail-fast --tests $(QUICK)
 
 # Long ones are marked `ignored`, with this target as the reason. The memory of a process is measured alone.
-test-host-rest: browser ## All tests of shared and host, with all features; pages in a browser
-	cargo test --no-fail-fast --lib --test it --test kept --test browser -- --include-ignored --skip of_a_long_csv --skip published::
-	cargo test --test it -- --ignored of_a_long_csv
+test-host-rest: browser ## Long tests of shared and host, what all features add, the second rig; pages in a browser
+	$(LINTED) cargo test --no-fail-fast --lib --test it --test kept --test browser -- --ignored --skip of_a_long_csv --skip published::
+	$(LINTED) cargo test --no-fail-fast --test live --test second_rig
+	$(LINTED) cargo test --no-fail-fast --test it -- figures_are_all_that_the_page_draws monitor::
+	$(LINTED) cargo test --test it -- --ignored of_a_long_csv
 	$(if $(wildcard ../shared/data ../../shared/data),@$(MAKE) --no-print-directory published)
 
 published: ## Tests on the published recordings and problem files, where ../shared/data has them
-	cargo test --test it -- --ignored published::
+	$(LINTED) cargo test --test it -- --ignored published::
 
 studies: ## Tests that take minutes each (marked `ignored`)
 	cargo test --release -p stickslip-lab --test blind -- --ignored
@@ -107,15 +110,15 @@ hil-core: firmware ## A streamed push on the emulated board, bit for bit, and it
 hil: setup firmware ## Tests on the emulated board, and of the line to it
 	elf=$$(cargo test --no-run -p stickslip-hil-tests --features mps2-an386 $(QEMU_BUILD) --message-format=json \
 		| grep -o '"executable":"[^"]*"' | tail -1 | cut -d'"' -f4); \
-	STICKSLIP_HIL_ELF=$$elf cargo test --test hil
+	STICKSLIP_HIL_ELF=$$elf $(LINTED) cargo test --test hil
 	cargo build -p stickslip-firmware --bin overflow --features mps2-an386 $(QEMU_BUILD)
 	cargo build -p stickslip-firmware --bin rehearsal --features rehearsed $(QEMU_BUILD)
 	STICKSLIP_OVERFLOW=$(CURDIR)/target/$(TARGET)/release/overflow \
 	STICKSLIP_REHEARSAL=$(CURDIR)/target/$(TARGET)/release/rehearsal \
-	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test --test board -- \
+	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 $(LINTED) cargo test --test board -- \
 		--ignored --test-threads 1 device:: late:: post_mortem::
 	STICKSLIP_REHEARSAL=$(CURDIR)/target/$(TARGET)/release/rehearsal \
-	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 cargo test --test board_commands -- --ignored --test-threads 1
+	STICKSLIP_FIRMWARE=$(CURDIR)/$(OUT)/stickslip-mps2-an386 $(LINTED) cargo test --test board_commands -- --ignored --test-threads 1
 
 hil-probe: ## The same tests on a Nucleo-G474RE behind a debug probe
 	elf=$$(cargo test --no-run -p stickslip-hil-tests --features nucleo-g474re $(BOARD_BUILD) --message-format=json \
@@ -146,10 +149,10 @@ size: firmware-g474 ## Flash and RAM of the firmware for the real board, against
 	@size $(OUT)/stickslip-nucleo-g474re | awk -v flash=$(FLASH_LIMIT) -v ram=$(RAM_LIMIT) 'NR == 2 { \
 		printf "flash %d of %d bytes, static RAM %d of %d\n", $$1 + $$2, flash, $$2 + $$3, ram; \
 		exit ($$1 + $$2 > flash || $$2 + $$3 > ram) }'
-	STICKSLIP_G474_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re cargo test -q --test board -- --ignored memory_map:: stack_depth::
+	STICKSLIP_G474_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re $(LINTED) cargo test -q --test board -- --ignored memory_map:: stack_depth::
 
 no-panic: firmware-g474 ## No panic can be reached from the control task
-	STICKSLIP_NO_PANIC_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re cargo test --test board no_panic:: -- --ignored
+	STICKSLIP_NO_PANIC_ELF=$(abspath $(OUT))/stickslip-nucleo-g474re $(LINTED) cargo test --test board no_panic:: -- --ignored
 
 cost: setup ## Instructions of the tick and its parts on the emulated board
 	cargo build -p stickslip-firmware --features cost --bin cost --target $(TARGET) --profile cost
