@@ -7,6 +7,7 @@ pub mod cost;
 pub mod curves;
 pub mod degrade;
 pub mod findings;
+pub mod formulations;
 pub mod grasps;
 pub mod held;
 pub mod hunt;

@@ -1,7 +1,7 @@
-//! Steps of the board, one by one: what a study that repeats a step in another precision is shown.
+//! Steps of the board, one by one: what studies that repeat a step in another way are shown.
 //!
-//! A run of the board is walked through in `f32`, within a tick's bounds; from every state on the way the study
-//! makes the same step once more.
+//! A run of the board is walked through in `f32`, within a tick's bounds; from every state on the way a study
+//! makes the same step once more, in another precision or another formulation.
 
 use serde::Serialize;
 use stickslip_device::package::Package;

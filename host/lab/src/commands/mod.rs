@@ -5,6 +5,7 @@ pub mod ceilings;
 pub mod cost;
 pub mod curves;
 pub mod findings;
+pub mod formulations;
 pub mod grid;
 pub mod grip_loop;
 pub mod hunt;
@@ -12,6 +13,7 @@ pub mod mujoco;
 pub mod planar;
 pub mod precision;
 pub mod reliability;
+pub mod steps;
 pub mod tribometer;
 pub mod warnings;
 
@@ -41,6 +43,8 @@ enum Command {
     Tribometer(tribometer::Args),
     /// Check the paper's statements against the rig, the hard and the soft model
     Findings(findings::Args),
+    /// Compare friction pyramids with the exact cone, step by step, on recorded and random trials
+    Formulations(formulations::Args),
     /// Simulate every trial of a data set in parallel and time the steps
     Grid(grid::Args),
     /// Close the loop on the rig: objects kept and grip used with the advised grip, against the planned one
@@ -70,6 +74,7 @@ impl Command {
             Command::Planar(args) => planar::run(args, output),
             Command::Tribometer(args) => tribometer::run(args, output),
             Command::Findings(args) => findings::run(args, output),
+            Command::Formulations(args) => formulations::run(args, output),
             Command::Grid(args) => grid::run(args, output),
             Command::GripLoop(args) => grip_loop::run(args, output),
             Command::Mujoco(args) => mujoco::run(args, output),

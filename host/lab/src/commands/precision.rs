@@ -1,21 +1,11 @@
 //! `stickslip-lab precision`: single against double precision of the time step.
 
-use std::path::PathBuf;
-
-use anyhow::{Context, ensure};
 use serde::Serialize;
-use stickslip_analysis::model::file::model_or_default;
-use stickslip_analysis::run::replay::{Feed, feed};
-use stickslip_data::Index;
-use stickslip_device::package::Package;
-use stickslip_lcp::generate::rng;
 use stickslip_report::terminal::{Output, table};
-use stickslip_shared::predictor::validate;
 
-use crate::hunt::run::{Genes, package};
-use crate::hunt::search::Candidate;
+use super::steps::{self, Gathered};
 use crate::precision::{StepPair, compare};
-use crate::steps::{Spread, walk};
+use crate::steps::Spread;
 
 /// Command line of `stickslip-lab precision`.
 #[derive(Debug, clap::Args)]
@@ -27,18 +17,9 @@ use crate::steps::{Spread, walk};
 Each step that the board makes in single precision is repeated in double precision from the same
 initial values.")]
 pub struct Args {
-    /// Folders of data sets whose trials are stepped
-    #[arg(value_name = "DATA", default_value = "data/demo")]
-    pub data: Vec<PathBuf>,
-    /// Additional steps of random scenes
-    #[arg(long, default_value_t = 10_000, value_name = "STEPS")]
-    pub random: usize,
-    /// Seed of the random scenes
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// Contact model of the trials [default: hard contact, friction 0.40 (fingers), 0.25 (pusher), 0.30 (support)]
-    #[arg(long, value_name = "MODEL.toml")]
-    pub model: Option<PathBuf>,
+    /// Data, model and scenes
+    #[command(flatten)]
+    pub steps: steps::Args,
 }
 
 /// Targets: contact forces to a millinewton, velocities to a micrometre a second.
@@ -98,10 +79,7 @@ pub fn summarise(steps: &str, pairs: &[StepPair]) -> Summary {
 /// # Errors
 /// Data or model cannot be read.
 pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
-    let trials = recorded(args, output)?;
-    let bar = output.progress(args.random as u64, "random scenes");
-    let varied = random(args.random, args.seed, |more| bar.inc(more as u64));
-    bar.finish_and_clear();
+    let Gathered { trials, random: varied } = steps::gather(&args.steps, None, compare, output)?;
     let mut rows: Vec<Summary> = trials.iter().map(|(trial, own)| summarise(trial, own)).collect();
     let recorded: Vec<StepPair> = trials.into_iter().flat_map(|(_, own)| own).collect();
     let all = [summarise("all recorded trials", &recorded), summarise("random scenes", &varied)];
@@ -128,44 +106,4 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     rows.extend(all);
     output.document(&rows)
-}
-
-/// The steps of each recorded trial.
-fn recorded(args: &Args, output: &Output) -> anyhow::Result<Vec<(String, Vec<StepPair>)>> {
-    let model = model_or_default(args.model.as_deref())?;
-    let mut trials = Vec::new();
-    let spinner = output.spinner("recorded trials");
-    for folder in &args.data {
-        let reader = Index::open(folder)?;
-        for (ordinal, info) in reader.trials.iter().enumerate() {
-            let trial = reader.read_trial(info).with_context(|| info.trial.clone())?;
-            let Feed { scene, plan, samples, .. } = feed(&reader.description, &trial)?;
-            let mut own = Vec::new();
-            walk(&Package::new(scene, &model, plan, samples, ordinal), |walked| own.push(compare(walked)));
-            trials.push((info.trial.clone(), own));
-        }
-    }
-    spinner.finish_and_clear();
-    ensure!(trials.iter().any(|(_, own)| !own.is_empty()), "no trial of the data sets can be simulated");
-    Ok(trials)
-}
-
-/// At least `steps` steps of random scenes; scenes that are refused give none. `progress` is told how many more
-/// there are.
-fn random(steps: usize, seed: u64, mut progress: impl FnMut(usize)) -> Vec<StepPair> {
-    let rng = &mut rng(seed);
-    let mut seen = Vec::new();
-    // A scene gives some forty steps; one in ten is refused.
-    for _ in 0..steps {
-        if seen.len() >= steps {
-            break;
-        }
-        let package = package(&Genes::fresh(rng));
-        if validate(&package.model.0, &package.model.1).is_ok() {
-            let before = seen.len();
-            walk(&package, |walked| seen.push(compare(walked)));
-            progress(seen.len() - before);
-        }
-    }
-    seen
 }
