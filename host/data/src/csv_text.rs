@@ -11,6 +11,7 @@ use std::path::Path;
 use csv::ByteRecord;
 
 use super::error::{DatasetError, Line, Problem};
+use super::stamp::Stamp;
 
 /// Read ahead of the row in hand, bytes: of a file of any length no more than this is in memory.
 const BLOCK: usize = 1 << 16;
@@ -164,6 +165,16 @@ impl<'a, R: Read> CsvText<'a, R> {
     pub fn number(&self, column: usize) -> Result<f64, DatasetError> {
         parse_number(self.cell(column), self.separator != b',')
             .map_err(|problem| self.refuse_cell(column, problem))
+    }
+
+    /// Time stamp in a known column of the current row, as exact as it is written.
+    #[must_use]
+    pub fn stamp(&self, column: usize) -> Option<Stamp> {
+        let text = std::str::from_utf8(self.cell(column)).ok()?;
+        match self.separator != b',' && !text.contains('.') {
+            true => Stamp::parse(&text.replacen(',', ".", 1)),
+            false => Stamp::parse(text),
+        }
     }
 
     /// A refusal of the current row.

@@ -20,6 +20,7 @@ pub mod series;
 pub mod signal;
 pub mod spelling;
 mod stage;
+pub mod stamp;
 mod table;
 mod trials;
 mod write;

@@ -107,6 +107,8 @@ pub struct Columns {
     pub names: Vec<String>,
     /// Of the wanted names: their cells, NaN where empty; `None` where the file has no such column.
     pub found: Vec<Option<Vec<f64>>>,
+    /// The first of these, exact, where it is of whole numbers.
+    pub whole: Vec<Option<i64>>,
 }
 
 /// The columns `wanted` of `file`, whose content is `bytes`.
@@ -123,7 +125,7 @@ pub fn columns(bytes: Vec<u8>, file: &Path, wanted: &[&str]) -> Result<Columns, 
         unpacked(&reader).map_err(|problem| DatasetError::of_file(file, problem))?;
         let schema = reader.metadata().file_metadata().schema_descr_ptr();
         let names: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
-        let mut found = Vec::with_capacity(wanted.len());
+        let (mut found, mut whole) = (Vec::with_capacity(wanted.len()), Vec::new());
         for name in wanted {
             let Some(place) = names.iter().position(|known| known == name) else {
                 found.push(None);
@@ -137,10 +139,14 @@ pub fn columns(bytes: Vec<u8>, file: &Path, wanted: &[&str]) -> Result<Columns, 
                 let column = reader.get_row_group(group).and_then(|group| read_column(group.as_ref(), place));
                 let column = column.map_err(|error| broken(error.to_string()))?;
                 cells.extend(column.into_iter().map(|cell| cell.unwrap_or(f64::NAN)));
+                if found.is_empty() {
+                    let column = reader.get_row_group(group).and_then(|g| read_whole(g.as_ref(), place));
+                    whole.extend(column.map_err(|error| broken(error.to_string()))?);
+                }
             }
             found.push(Some(cells));
         }
-        Ok(Columns { names, found })
+        Ok(Columns { names, found, whole })
     };
     // As in `read`: the library may panic on a damaged file.
     catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| Err(broken("it is damaged".to_owned())))
@@ -199,12 +205,21 @@ fn read_column(group: &dyn RowGroupReader, place: usize) -> Result<Vec<Option<f6
     }
 }
 
+/// The cells of a column of 64-bit whole numbers, which an `f64` may not hold; nothing of any other.
+fn read_whole(group: &dyn RowGroupReader, place: usize) -> Result<Vec<Option<i64>>, ParquetError> {
+    let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
+    match group.get_column_reader(place)? {
+        ColumnReader::Int64ColumnReader(reader) => numbers(reader, rows, |number| number),
+        _ => Ok(Vec::new()),
+    }
+}
+
 /// `rows` is what the file claims: it bounds a request, it allocates nothing by itself.
-fn numbers<T: DataType>(
+fn numbers<T: DataType, N>(
     mut reader: ColumnReaderImpl<T>,
     rows: usize,
-    convert: impl Fn(T::T) -> f64,
-) -> Result<Vec<Option<f64>>, ParquetError> {
+    convert: impl Fn(T::T) -> N,
+) -> Result<Vec<Option<N>>, ParquetError> {
     let mut cells = Vec::new();
     while cells.len() < rows {
         let mut levels = Vec::new();

@@ -425,3 +425,50 @@ fn a_file_that_is_no_table_of_numbers_is_refused_without_its_bytes_and_with_the_
         assert!(told.contains(new) && told.is_empty() == new.is_empty(), "{told}");
     }
 }
+
+/// A force file of 250 Hz whose stamps count from 1970, in nanoseconds or in seconds with all their digits.
+fn since_1970(first_ns: i64, rows: i64, unit: &str) -> String {
+    let mut text = String::from("t;F1x;F1y;F1z\n");
+    for row in 0..rows {
+        let ns = first_ns + 4_000_000 * row;
+        let stamp = match unit {
+            "ns" => ns.to_string(),
+            _ => format!("{}.{:09}", ns / 1_000_000_000, ns % 1_000_000_000),
+        };
+        let _ = writeln!(text, "{stamp};{row};-20;0");
+    }
+    text
+}
+
+#[test]
+fn every_row_of_a_recording_at_the_base_s_rate_is_kept_whatever_its_clock_counts_from() {
+    let streams = |unit: &str| {
+        format!(
+            "[[streams]]\nname = \"ft\"\nfile = \"{{trial}}.csv\"\ntime = {{ column = \"t\", unit = \"{unit}\" }}\n\
+             [streams.finger1]\nforce = [\"F1x\", \"F1y\", \"F1z\"]\nacts_on = \"object\"\n\
+             [fixed.gripper]\nposition_m = [0.0, 0.0, 0.5]\n"
+        )
+    };
+    let constants = "constants = { object = \"obj4\", primitive = \"linear_push\" }";
+    let rows = 500;
+    for unit in ["s", "ns"] {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = write(folder.path(), "mapping.toml", &mapping(constants, &streams(unit)));
+        for k in 0..20 {
+            // A stamp that an `f64` of seconds rounds by up to 0.12 us.
+            let first_ns = 1_732_732_800_000_000_000 + 60_000_000_000 * k + 123_456_789 * (k + 1);
+            write(folder.path(), &format!("t{k:02}.csv"), &since_1970(first_ns, rows, unit));
+        }
+        let imported = import(&path).expect("imports");
+        assert!(imported.refused.is_empty() && imported.in_time_order, "{:?}", imported.refused);
+        assert_eq!(imported.dataset.trials.len(), 20);
+        for trial in &imported.dataset.trials {
+            let forces: Vec<f64> =
+                trial.samples.iter().filter_map(|s| s.finger[0].map(|w| w.force_n[0])).collect();
+            assert_eq!(forces.len(), rows as usize, "{unit}: {}", trial.info.trial);
+            // Each row is one of the base: nothing is interpolated.
+            let whole = forces.iter().zip(0..).all(|(x, row)| *x == f64::from(row));
+            assert!(whole, "{unit}: {}", trial.info.trial);
+        }
+    }
+}

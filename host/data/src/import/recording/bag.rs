@@ -14,6 +14,7 @@ use serde::de::DeserializeOwned;
 
 use super::error::RecordingError;
 use crate::spelling;
+use crate::stamp;
 
 /// `builtin_interfaces/Time`.
 #[derive(Deserialize)]
@@ -58,6 +59,8 @@ pub struct Table {
     pub names: Vec<String>,
     /// One for each message.
     pub rows: Vec<Vec<f64>>,
+    /// The first three columns of each row, exact: s.
+    pub stamps: Vec<[Option<stamp::Stamp>; 3]>,
     /// Messages of the topic.
     pub messages: usize,
     /// Why the file could not be read to its end.
@@ -174,15 +177,21 @@ impl Table {
         } else if !self.names[stamps.len()..].iter().eq(&row.names) {
             return false;
         }
-        let times = [message.log_time, message.publish_time].map(|nanoseconds| nanoseconds as f64 * 1e-9);
-        self.rows.push([row.stamp_s].into_iter().chain(times).chain(row.cells).collect());
+        let exact = |nanoseconds: u64| stamp::Stamp::of_nanoseconds(i128::from(nanoseconds));
+        let times = [message.log_time, message.publish_time].map(exact).map(Some);
+        let stamps = [row.stamp, times[0], times[1]];
+        let zero = stamp::Zero::default();
+        let s =
+            |stamp: Option<stamp::Stamp>| stamp.map_or(f64::NAN, |stamp| stamp.since_s(zero, 1_000_000_000));
+        self.rows.push(stamps.map(s).into_iter().chain(row.cells).collect());
+        self.stamps.push(stamps);
         true
     }
 }
 
 /// One row of a message.
 struct Row {
-    stamp_s: f64,
+    stamp: Option<stamp::Stamp>,
     frame: Option<String>,
     names: Vec<String>,
     cells: Vec<f64>,
@@ -202,7 +211,7 @@ fn rows(message: &mcap::Message) -> Result<Vec<Row>, String> {
             .iter()
             .flat_map(|(field, axes)| axes.chars().map(move |axis| format!("{field}.{axis}")))
             .collect();
-        Row { stamp_s: seconds(stamp), frame: None, names, cells }
+        Row { stamp: exact(stamp), frame: None, names, cells }
     };
     let wrench = [("force", "xyz"), ("torque", "xyz")];
     let pose = [("position", "xyz"), ("orientation", "xyzw")];
@@ -227,12 +236,7 @@ fn rows(message: &mcap::Message) -> Result<Vec<Row>, String> {
         "geometry_msgs/TransformStamped" => vec![transform(decode(data)?)],
         "tf2_msgs/TFMessage" => decode::<Vec<Transform>>(data)?.into_iter().map(transform).collect(),
         "std_msgs/Float64" => {
-            vec![Row {
-                stamp_s: f64::NAN,
-                frame: None,
-                names: vec!["data".to_owned()],
-                cells: vec![decode(data)?],
-            }]
+            vec![Row { stamp: None, frame: None, names: vec!["data".to_owned()], cells: vec![decode(data)?] }]
         }
         "sensor_msgs/JointState" => vec![joints(decode(data)?)],
         _ => {
@@ -255,7 +259,7 @@ fn transform(transform: Transform) -> Row {
         "rotation.w",
     ];
     Row {
-        stamp_s: seconds(Some(transform.header.stamp)),
+        stamp: exact(Some(transform.header.stamp)),
         frame: Some(transform.child_frame_id),
         names: names.map(str::to_owned).to_vec(),
         cells: transform.translation.into_iter().chain(transform.rotation).collect(),
@@ -263,12 +267,8 @@ fn transform(transform: Transform) -> Row {
 }
 
 fn joints(joints: Joints) -> Row {
-    let mut row = Row {
-        stamp_s: seconds(Some(joints.header.stamp)),
-        frame: None,
-        names: Vec::new(),
-        cells: Vec::new(),
-    };
+    let mut row =
+        Row { stamp: exact(Some(joints.header.stamp)), frame: None, names: Vec::new(), cells: Vec::new() };
     for (field, values) in
         [("position", joints.position), ("velocity", joints.velocity), ("effort", joints.effort)]
     {
@@ -280,8 +280,9 @@ fn joints(joints: Joints) -> Row {
     row
 }
 
-fn seconds(stamp: Option<Stamp>) -> f64 {
-    stamp.map_or(f64::NAN, |stamp| f64::from(stamp.sec) + f64::from(stamp.nanosec) * 1e-9)
+fn exact(stamp: Option<Stamp>) -> Option<stamp::Stamp> {
+    let ns = |stamp: Stamp| i128::from(stamp.sec) * 1_000_000_000 + i128::from(stamp.nanosec);
+    stamp.map(|stamp| stamp::Stamp::of_nanoseconds(ns(stamp)))
 }
 
 /// Plain CDR after its head of four bytes, whose second says which end comes first.

@@ -65,7 +65,8 @@ fn between(t_s: &[f64], t: f64, step_s: f64) -> Tick {
     else {
         return Tick::Empty;
     };
-    let near = (t - before).min(after - t) <= step_s / 2.0;
+    // One midway between two ticks is the later one's alone, however the times are rounded.
+    let near = t - before <= step_s / 2.0 + tiny || after - t < step_s / 2.0 - tiny;
     if after - before <= NEIGHBOURS * step_s || near {
         Tick::Between { left: right - 1, share: (t - before) / (after - before) }
     } else {

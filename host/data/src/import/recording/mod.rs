@@ -30,6 +30,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
 use super::BadRow;
+use crate::stamp::{Stamp, Zero};
 use crate::{Dataset, Sample, Trial, TrialInfo, Wrench};
 use assumed::{Facts, sensors, signals};
 pub use assumed::{SensorFrame, Signal};
@@ -126,8 +127,9 @@ pub fn import(path: &Path) -> Result<Import, RecordingError> {
 /// what wears goes by it. Otherwise they stay as they are.
 fn by_time(trials: &mut [Recorded]) -> bool {
     let span = |recorded: &Recorded| {
-        let t_s = &recorded.streams.first()?.t_s;
-        Some([*t_s.first()?, *t_s.last()?])
+        let first = recorded.streams.first()?;
+        let zero_s = first.zero.s();
+        Some([zero_s + *first.t_s.first()?, zero_s + *first.t_s.last()?])
     };
     let mut spans: Vec<[f64; 2]> = trials.iter().filter_map(span).collect();
     spans.sort_by(|a, b| a[0].total_cmp(&b[0]));
@@ -141,7 +143,7 @@ fn by_time(trials: &mut [Recorded]) -> bool {
     one_after_another
 }
 
-/// The rows of each stream of one trial, on the first stream's clock.
+/// The rows of each stream of one trial, on the first stream's clock; all count from its zero.
 struct Recorded {
     info: TrialInfo,
     streams: Vec<Source>,
@@ -162,12 +164,13 @@ fn read(mapping: &Mapping, index: usize, file: &Path) -> Result<Source, Recordin
     let factor = units::Quantity::Time
         .factor(&stream.time.unit)
         .map_err(|advice| RecordingError::Mapping { file: file.to_owned(), advice })?;
+    let unit_ns = (factor * 1e9).round() as i64;
     let mut names: Vec<&str> = stream.wrenches().flat_map(|(_, wrench)| wrench.columns()).collect();
     names.extend(stream.poses().flat_map(|(_, pose)| pose.columns()));
     names.extend(stream.grip.as_ref().map(|grip| grip.column.as_str()));
     names.extend(mapping.trials.cut_by.as_deref().filter(|_| index == 0));
     names.extend(mapping.condition_columns(index).map(|(_, column)| column));
-    Source::read(file, stream, factor, &names)
+    Source::read(file, stream, unit_ns, &names)
 }
 
 fn one_file_a_trial(mapping: &Mapping) -> Result<Recordings, RecordingError> {
@@ -267,8 +270,12 @@ fn one_file_of_all(mapping: &Mapping) -> Result<Recordings, RecordingError> {
         }
         None => {
             let mut found = conditions::conditions(mapping, None)?;
+            let zero = streams.first().map_or_else(Zero::default, |source| source.zero);
             found.trials.retain_mut(|info| {
-                let mut time = |key: &str| info.extra.remove(key)?.replace(',', ".").parse::<f64>().ok();
+                let mut time = |key: &str| {
+                    let stamp = Stamp::parse(info.extra.remove(key)?.replace(',', ".").trim())?;
+                    Some(stamp.since_s(zero, 1_000_000_000))
+                };
                 let span = [time("start_s"), time("end_s")];
                 match span {
                     [Some(start), Some(end)] if end > start => {
@@ -298,16 +305,18 @@ fn one_file_of_all(mapping: &Mapping) -> Result<Recordings, RecordingError> {
 
 /// Brings the streams on the first one's clock.
 fn align(mapping: &Mapping, streams: &mut [Source]) {
-    let start = streams.first().and_then(|source| source.t_s.first()).copied().unwrap_or(0.0);
+    let first = streams.first();
+    let start = first.and_then(|source| source.t_s.first()).copied().unwrap_or(0.0);
+    let zero = first.map_or_else(Zero::default, |source| source.zero);
     for (stream, source) in mapping.streams.iter().zip(streams) {
         let own = match stream.time.clock {
             // What is estimated is so from the time stamps that the mapping leaves.
-            Clock::Shared | Clock::Estimated => 0.0,
+            Clock::Shared | Clock::Estimated => source.zero.after_s(zero),
             Clock::StartsTogether => start - source.t_s.first().copied().unwrap_or(start),
         };
-        for t in &mut source.t_s {
-            *t += own + stream.time.offset_s;
-        }
+        let later_s = own + stream.time.offset_s;
+        source.t_s.iter_mut().for_each(|t| *t += later_s);
+        source.zero = zero;
     }
 }
 
@@ -360,8 +369,8 @@ fn build(mapping: &Mapping, recorded: Recorded) -> Result<Built, String> {
     }
     if !(to_s > from_s) {
         let spans = mapping.streams.iter().zip(&streams).map(|(stream, source)| {
-            let [first, last] =
-                [source.t_s.first(), source.t_s.last()].map(|t| t.copied().unwrap_or(f64::NAN));
+            let [first, last] = [source.t_s.first(), source.t_s.last()]
+                .map(|t| source.zero.s() + t.copied().unwrap_or(f64::NAN));
             format!("{} {first:.3} to {last:.3} s", stream.name)
         });
         return Err(format!(

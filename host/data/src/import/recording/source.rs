@@ -11,12 +11,15 @@ use super::mapping::{PoseColumns, Stream};
 use crate::csv_text::CsvText;
 use crate::import::BadRow;
 use crate::spelling;
+use crate::stamp::{Stamp, Zero};
 
 /// Rows of a file in the order of their time stamps.
 #[derive(Clone, Debug, Default)]
 pub struct Source {
-    /// Time stamps as recorded times their factor, s.
+    /// Time stamps after `zero`, s.
     pub t_s: Vec<f64>,
+    /// From when on they count: the first row's, in whole units.
+    pub zero: Zero,
     /// Columns by name; NaN: an empty cell.
     pub columns: BTreeMap<String, Vec<f64>>,
     /// Rows that could not be used.
@@ -24,11 +27,11 @@ pub struct Source {
 }
 
 impl Source {
-    /// Reads the columns `names` and the time stamps of `stream` from `file`; `factor` takes these to s.
+    /// Reads the columns `names` and the time stamps of `stream` from `file`; these are in units of so many ns.
     ///
     /// # Errors
     /// A file that cannot be read, or without one of the columns.
-    pub fn read(file: &Path, stream: &Stream, factor: f64, names: &[&str]) -> Result<Self, RecordingError> {
+    pub fn read(file: &Path, stream: &Stream, unit_ns: i64, names: &[&str]) -> Result<Self, RecordingError> {
         let file = &*recording_at(file)?;
         let mut wanted = vec![stream.time.column.as_str()];
         for name in names {
@@ -38,19 +41,19 @@ impl Source {
         }
         #[cfg(feature = "mcap")]
         if let Some(topic) = &stream.topic {
-            let mut reading = Reading::of(&wanted);
-            let table = super::bag::read(file, topic, stream.child_frame.as_deref())?;
-            reading.table(&table.names, table.rows, file, factor)?;
+            let mut reading = Reading::of(&wanted, unit_ns);
+            let mut table = super::bag::read(file, topic, stream.child_frame.as_deref())?;
+            reading.table(&table.names, &table.stamps, std::mem::take(&mut table.rows), file)?;
             reading.bad_rows.extend(table.cut.map(|why| BadRow::new(table.messages + 1, "", why)));
             return reading.finish(file);
         }
         let io =
             |error: std::io::Error| RecordingError::Io { file: file.to_owned(), error: error.to_string() };
-        let mut reading = Reading::of(&wanted);
+        let mut reading = Reading::of(&wanted, unit_ns);
         match file.extension().and_then(|extension| extension.to_str()) {
             #[cfg(feature = "parquet")]
-            Some("parquet") => reading.parquet(std::fs::read(file).map_err(io)?, file, factor)?,
-            _ => reading.csv(std::fs::File::open(file).map_err(io)?, file, factor)?,
+            Some("parquet") => reading.parquet(std::fs::read(file).map_err(io)?, file)?,
+            _ => reading.csv(std::fs::File::open(file).map_err(io)?, file)?,
         }
         reading.finish(file)
     }
@@ -94,6 +97,7 @@ impl Source {
         let to = self.t_s.partition_point(|t| *t <= to_s).max(from);
         Source {
             t_s: self.t_s[from..to].to_vec(),
+            zero: self.zero,
             columns: self
                 .columns
                 .iter()
@@ -159,6 +163,9 @@ const LISTED: usize = 1000;
 struct Reading<'a> {
     /// Columns; the time stamps' first.
     wanted: &'a [&'a str],
+    /// Nanoseconds in a unit of these.
+    unit_ns: i64,
+    zero: Option<Zero>,
     t_s: Vec<f64>,
     /// By column of `wanted`.
     cells: Vec<Vec<f64>>,
@@ -167,9 +174,10 @@ struct Reading<'a> {
 }
 
 impl<'a> Reading<'a> {
-    fn of(wanted: &'a [&'a str]) -> Self {
+    fn of(wanted: &'a [&'a str], unit_ns: i64) -> Self {
         let cells = vec![Vec::new(); wanted.len()];
-        Reading { wanted, t_s: Vec::new(), cells, bad_rows: Vec::new(), further_bad: 0 }
+        let (t_s, bad_rows) = (Vec::new(), Vec::new());
+        Reading { wanted, unit_ns, zero: None, t_s, cells, bad_rows, further_bad: 0 }
     }
 
     fn finish(mut self, file: &Path) -> Result<Source, RecordingError> {
@@ -183,7 +191,7 @@ impl<'a> Reading<'a> {
             self.bad_rows.push(BadRow::new(self.t_s.len(), "", why));
         }
         let columns = self.wanted.iter().map(|name| (*name).to_owned()).zip(self.cells).collect();
-        Ok(Source { t_s: self.t_s, columns, bad_rows: self.bad_rows })
+        Ok(Source { t_s: self.t_s, zero: self.zero.unwrap_or_default(), columns, bad_rows: self.bad_rows })
     }
 
     fn refuse(&mut self, line: usize, reason: impl Into<String>) {
@@ -194,28 +202,29 @@ impl<'a> Reading<'a> {
         }
     }
 
-    /// Rows whose cells are named by `names`.
+    /// Rows whose cells are named by `names`; the first columns are the times of `stamps`.
     #[cfg(feature = "mcap")]
     fn table(
         &mut self,
         names: &[String],
+        stamps: &[[Option<Stamp>; 3]],
         rows: Vec<Vec<f64>>,
         file: &Path,
-        factor: f64,
     ) -> Result<(), RecordingError> {
         let known: Vec<&str> = names.iter().map(String::as_str).collect();
         let place =
             |name: &&str| known.iter().position(|k| k == name).ok_or_else(|| missing(file, name, &known));
         let places = self.wanted.iter().map(place).collect::<Result<Vec<_>, _>>()?;
-        for (number, row) in (1..).zip(rows) {
+        for (number, (row, stamps)) in (1..).zip(rows.into_iter().zip(stamps)) {
             let cells: Vec<f64> =
                 places.iter().map(|place| row.get(*place).copied().unwrap_or(f64::NAN)).collect();
-            self.push(&cells, factor, number);
+            let exact = places.first().and_then(|place| stamps.get(*place)).copied();
+            self.push(exact.unwrap_or_else(|| cells.first().copied().and_then(Stamp::of)), &cells, number);
         }
         Ok(())
     }
 
-    fn csv(&mut self, stream: std::fs::File, file: &Path, factor: f64) -> Result<(), RecordingError> {
+    fn csv(&mut self, stream: std::fs::File, file: &Path) -> Result<(), RecordingError> {
         let wanted = self.wanted;
         let mut text = CsvText::over(stream, file, wanted)?;
         for (column, name) in wanted.iter().enumerate() {
@@ -234,14 +243,14 @@ impl<'a> Reading<'a> {
             });
             match read {
                 Err(error) => self.refuse(text.line() as usize, error.to_string()),
-                Ok(()) => self.push(&row, factor, text.line() as usize),
+                Ok(()) => self.push(text.stamp(0), &row, text.line() as usize),
             }
         }
         Ok(())
     }
 
     #[cfg(feature = "parquet")]
-    fn parquet(&mut self, bytes: Vec<u8>, file: &Path, factor: f64) -> Result<(), RecordingError> {
+    fn parquet(&mut self, bytes: Vec<u8>, file: &Path) -> Result<(), RecordingError> {
         let columns = crate::parquet_table::columns(bytes, file, self.wanted)?;
         for (column, name) in columns.found.iter().zip(self.wanted) {
             if column.is_none() {
@@ -249,26 +258,29 @@ impl<'a> Reading<'a> {
                 return Err(missing(file, name, &known));
             }
         }
+        let whole = columns.whole;
         let found: Vec<Vec<f64>> = columns.found.into_iter().flatten().collect();
         let rows = found.iter().map(Vec::len).min().unwrap_or(0);
         for at in 0..rows {
             let row: Vec<f64> = found.iter().map(|column| column[at]).collect();
-            self.push(&row, factor, at + 1);
+            let exact = whole.get(at).copied().flatten().map(Stamp::whole);
+            self.push(exact.or_else(|| row.first().copied().and_then(Stamp::of)), &row, at + 1);
         }
         Ok(())
     }
 
-    /// One row: its time stamp first.
-    fn push(&mut self, row: &[f64], factor: f64, line: usize) {
-        let t_s = row.first().copied().unwrap_or(f64::NAN) * factor;
-        if !t_s.is_finite() {
+    /// One row at `stamp`, which is the first of its cells too.
+    fn push(&mut self, stamp: Option<Stamp>, row: &[f64], line: usize) {
+        let Some(stamp) = stamp else {
             self.refuse(line, "no time stamp");
             return;
-        }
+        };
+        let zero = *self.zero.get_or_insert_with(|| Zero::at(stamp, self.unit_ns));
+        let t_s = stamp.since_s(zero, self.unit_ns);
         if let Some(last) = self.t_s.last()
             && t_s <= *last
         {
-            let reason = format!("time does not rise: {t_s} s after {last} s");
+            let reason = format!("time does not rise: {} s after {} s", zero.s() + t_s, zero.s() + last);
             self.refuse(line, reason);
             return;
         }
