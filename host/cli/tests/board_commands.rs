@@ -183,3 +183,45 @@ fn a_recording_that_ctrl_c_ends_says_so_and_its_log_has_the_index_that_viewers_n
     let kept = stickslip_device::log::read(&file).expect("a log");
     assert!(!kept.records.is_empty() && kept.lost.is_empty(), "{:?}", kept.lost);
 }
+
+#[test]
+#[ignore = "needs the firmware: make hil"]
+fn monitor_streams_a_trial_to_a_board_in_qemu_and_sees_what_a_replay_sees() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let log = folder.path().join("run.mcap").display().to_string();
+    let of = |words: &[&str]| {
+        assert_cmd::Command::cargo_bin("stickslip").expect("the program").args(words).assert().success()
+    };
+    let document = |words: &[&str]| -> Value {
+        serde_json::from_slice(&of(words).get_output().stdout).expect("one document")
+    };
+    of(&["replay", &data(), "--log", &log]);
+    let expected = document(&["--json", "monitor", "--device", &format!("replay:{log}"), "--speed", "1000"]);
+    let names = |told: &Value| -> Vec<String> {
+        let alarms = told["alarms"].as_array().expect("alarms").iter();
+        alarms.map(|alarm| alarm["what"].to_string()).collect()
+    };
+    assert!(!names(&expected).is_empty(), "{expected}");
+    let device = Unit::anew("STICKSLIP_FIRMWARE").device;
+    let watch = ["monitor", "--device", &device, "--data", &data()];
+    let told = document(&[&["--json"], &watch[..]].concat());
+    assert_eq!(told["predictions"], expected["predictions"], "{told}");
+    assert_eq!(names(&told), names(&expected));
+    assert_eq!(told["line"]["reports_lost"], 0, "{told}");
+    of(&[&watch[..], &["--plain"]].concat()).stdout(
+        contains("of friction").and(contains("ALARM")).and(contains("slip ahead, finger 1, foreseen in")),
+    );
+}
+
+#[test]
+#[ignore = "needs the firmware: make hil"]
+fn monitor_of_a_board_at_a_serial_port_that_runs_nothing_hears_it_and_ends_when_its_time_is_over() {
+    let unit = Unit::start("STICKSLIP_FIRMWARE");
+    let mut command = assert_cmd::Command::cargo_bin("stickslip").expect("the program");
+    let watched =
+        command.args(["--json", "monitor", "--device", &unit.device, "--seconds", "2"]).assert().success();
+    let told: Value = serde_json::from_slice(&watched.get_output().stdout).expect("one document");
+    assert_eq!((&told["predictions"], &told["alarms_counted"]), (&0.into(), &0.into()), "{told}");
+    // A board without a run reports ten times a second.
+    assert!(told["line"]["reports_per_s"].as_f64().is_some_and(|rate| rate > 1.0), "{told}");
+}

@@ -118,6 +118,8 @@ pub struct State {
     /// Samples that went out and are not reported on yet.
     sent: VecDeque<Sample>,
     reports: Option<Sequence>,
+    /// Sample of the newest report.
+    reported: Option<u32>,
     /// Wrench of each finger on the bus.
     wrench: [Option<[f32; 6]>; 2],
     /// Of the bus: its newest state, and states so far that were predicted from a sample.
@@ -217,6 +219,7 @@ impl State {
             Order::Late => {
                 self.reports = Some(Sequence::starting_at(report.seq.wrapping_add(1)));
                 self.recent.clear();
+                self.reported = None;
             }
         }
         self.mode = Some(report.mode);
@@ -227,7 +230,12 @@ impl State {
             self.line.work_worst_ms = Some(self.line.work_worst_ms.map_or(ms, |worst| worst.max(ms)));
         }
         self.pass(at_s, u64::from(report.taken));
-        let Some(seq) = report.sample_seq.filter(|_| report.mode == Mode::Running) else { return Vec::new() };
+        let Some(seq) = report.sample_seq else { return Vec::new() };
+        // The last sample of a run is reported when the run is over.
+        let newer = self.reported.replace(seq).is_some_and(|before| before != seq);
+        if report.mode != Mode::Running && !newer {
+            return Vec::new();
+        }
         while self.sent.front().is_some_and(|sample| sample.seq <= seq) {
             self.sample = self.sent.pop_front();
         }

@@ -50,6 +50,26 @@ fn a_warning_is_one_alarm_however_long_it_stands_and_tells_how_much_it_came_ahea
 }
 
 #[test]
+fn the_last_sample_of_a_run_counts_though_its_report_comes_when_the_run_is_over() {
+    let mut state = State::default();
+    let ready = |seq: u32, sample_seq: Option<u32>| TelemetryReport {
+        mode: Mode::Ready,
+        sample_seq,
+        ..report(seq, 0)
+    };
+    // What a board that runs nothing reports is of an earlier run.
+    state.take(&told(0.0, ready(0, Some(77))));
+    assert_eq!(state.predictions, 0);
+    for seq in 1..5 {
+        state.take(&told(0.0, report(seq, 0)));
+    }
+    for (seq, sample_seq) in [(5, Some(5)), (6, Some(5)), (7, None)] {
+        state.take(&told(0.0, ready(seq, sample_seq)));
+    }
+    assert_eq!(state.predictions, 5);
+}
+
+#[test]
 fn reports_that_never_came_are_counted_and_a_board_that_began_anew_lost_none() {
     let mut state = State::default();
     for seq in (0..10).chain(13..20).chain(0..5) {
