@@ -163,14 +163,15 @@ impl Chart {
         }
         let all = self.all_lines().flat_map(|l| l.points.iter().map(|p| p.0));
         let all = all.chain(self.bars.iter().flat_map(|b| [b.x.0, b.x.1]));
-        range(all.chain(self.dots.iter().map(|d| d.0)), 0.0, 0.05)
+        // Stamps since 1970 differ by little of themselves.
+        range(all.chain(self.dots.iter().map(|d| d.0)), 0.0, 0.05, 1e-12)
     }
 
     fn y_range(&self) -> (f64, f64) {
         let all = self.all_lines().flat_map(|l| l.points.iter().map(|p| p.1));
         let bars = self.bars.iter().flat_map(|b| [b.y.0, b.y.1]);
         let share = if self.bars.is_empty() { 0.07 } else { 0.01 };
-        range(all.chain(bars).chain(self.dots.iter().map(|d| d.1)), self.least_span, share)
+        range(all.chain(bars).chain(self.dots.iter().map(|d| d.1)), self.least_span, share, CONSTANT)
     }
 
     /// The chart as an `<svg>` element.
@@ -308,8 +309,12 @@ fn pieces(line: &Line) -> impl Iterator<Item = &[(f64, f64)]> {
     line.points.split(|p| !p.1.is_finite()).filter(|p| !p.is_empty())
 }
 
-/// Range of finite values, widened by `share` on both sides and to `least` in all.
-fn range(values: impl Iterator<Item = f64>, least: f64, share: f64) -> (f64, f64) {
+/// What varies by less of its value to either side is constant to a reader. The script has the same.
+const CONSTANT: f64 = 1e-5;
+
+/// Range of finite values, widened by `share` on both sides and to `least` in all; what varies by less than `constant` of its
+/// value is drawn as a constant.
+fn range(values: impl Iterator<Item = f64>, least: f64, share: f64, constant: f64) -> (f64, f64) {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for v in values.filter(|v| v.is_finite()) {
         low = low.min(v);
@@ -319,8 +324,11 @@ fn range(values: impl Iterator<Item = f64>, least: f64, share: f64) -> (f64, f64
         return (0.0, 1.0);
     }
     let centre = 0.5 * (low + high);
-    // A constant still gets an axis that its value can be read from.
-    let half = (0.5 * (high - low)).max(0.5 * least).max(1e-9 * (1.0 + centre.abs())) * (1.0 + 2.0 * share);
+    let half = (0.5 * (high - low)).max(0.5 * least);
+    // A constant still gets an axis that its value can be read from: a twentieth to either side.
+    let about = if centre == 0.0 { 1.0 } else { 0.05 * centre.abs() };
+    let half = if half > constant * centre.abs() { half } else { about };
+    let half = half * (1.0 + 2.0 * share);
     (centre - half, centre + half)
 }
 
@@ -330,9 +338,12 @@ fn tick_step(low: f64, high: f64, count: u32) -> f64 {
     10f64.powf(rough.max(1e-12).log10().floor())
 }
 
+/// Decimals of a number beside a tick: those of a millionth part of a thousandth.
+const MOST_DIGITS: f64 = 9.0;
+
 /// As many decimals as the distance of the ticks needs.
 fn number(x: f64, step: f64) -> String {
-    let digits = (-step.log10().floor()).clamp(0.0, 6.0) as usize;
+    let digits = (-step.log10().floor()).clamp(0.0, MOST_DIGITS) as usize;
     let text = format!("{x:.digits$}");
     if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') {
         text.trim_start_matches('-').to_owned()

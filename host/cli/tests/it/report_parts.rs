@@ -1,6 +1,7 @@
 //! What the pages and tables are made of: outlines of point clouds, schemas of documents, command lines.
 
 use stickslip_report::outline::hull;
+use stickslip_report::plot::{Chart, Line, MODELS};
 use stickslip_report::terminal::{command_line, with_schema};
 use stickslip_report::words::effects_in_words;
 
@@ -32,4 +33,32 @@ fn a_command_line_can_be_copied_whatever_the_paths_are() {
     let words = ["compare", "my data", "--model", "it's.toml"];
     let line = command_line(words);
     assert_eq!(shlex::split(&line).unwrap()[1..], words);
+}
+
+/// Texts beside the y axis of a chart through `values`, from the top.
+fn beside(values: &[f64], least_span: f64) -> Vec<String> {
+    let points = values.iter().zip(0..).map(|(y, x)| (f64::from(x), *y)).collect();
+    let line = Line { points, colour: MODELS[0], width: 1 };
+    let svg = Chart { size: (360, 170), least_span, lines: vec![line], ..Chart::default() }.svg();
+    let document = roxmltree::Document::parse(&svg).expect("an svg");
+    let texts = document.descendants().filter(|n| n.has_tag_name("text"));
+    let right = texts.filter(|n| n.attribute("text-anchor") == Some("end"));
+    right.map(|n| n.text().unwrap_or_default().trim().to_owned()).collect()
+}
+
+#[test]
+fn numbers_beside_an_axis_differ_also_where_the_signal_is_constant() {
+    let constant = [-20.0; 5];
+    let nearly: Vec<f64> = (0..9).map(|k| 20.0 + 1e-4 * f64::from(k)).collect();
+    let noise: Vec<f64> = (0..9).map(|k| 20.0 + 1e-9 * f64::from(k)).collect();
+    let small: Vec<f64> = (0..9).map(|k| 1e-8 * f64::from(k)).collect();
+    for values in [&constant[..], &[0.0; 5], &[3e-7; 5], &[1.5e6; 5], &nearly, &noise, &small] {
+        for least in [0.0, 0.02] {
+            let texts = beside(values, least);
+            let mut alone = texts.clone();
+            alone.sort();
+            alone.dedup();
+            assert!(texts.len() > 1 && alone.len() == texts.len(), "{values:?}, {least}: {texts:?}");
+        }
+    }
 }
