@@ -19,6 +19,14 @@ const VISIT: &str = r#"<script>
 const wrong = [];
 addEventListener('error', e => wrong.push('error: ' + e.message));
 addEventListener('unhandledrejection', e => wrong.push('rejected: ' + e.reason));
+// Numbers that stand beside the y axis of each drawing.
+const beside = new Map();
+const {fillText, clearRect} = CanvasRenderingContext2D.prototype;
+CanvasRenderingContext2D.prototype.clearRect = function (...all) { beside.set(this.canvas, []); return clearRect.apply(this, all); };
+CanvasRenderingContext2D.prototype.fillText = function (text, ...all) {
+  if (this.textAlign === 'right') { beside.get(this.canvas)?.push(text); }
+  return fillText.call(this, text, ...all);
+};
 const said = console.error;
 console.error = (...words) => { wrong.push('console: ' + words.join(' ')); said(...words); };
 addEventListener('load', () => setTimeout(() => {
@@ -78,6 +86,12 @@ addEventListener('load', () => setTimeout(() => {
     }
     // A cell leads to the plot of its channel in a trial that has it, which is said.
     const cells = [...document.querySelectorAll('button[data-goto]')].filter(seen);
+    for (const e of document.querySelectorAll('.plot canvas')) {
+      const ticks = beside.get(e) || [];
+      if (seen(e) && (ticks.length < 2 || new Set(ticks).size < ticks.length)) {
+        unsaid.push('numbers beside an axis that are none, or alike: ' + ticks.join(' '));
+      }
+    }
     const runs = document.querySelector('.viewer script') && JSON.parse(document.querySelector('.viewer script').textContent).runs;
     const maps = cells.filter(cell => cell.dataset.run && cell.closest('table.heat'));
     for (const cell of [...cells.slice(0, 8), ...maps.slice(0, 8)]) {
@@ -264,7 +278,7 @@ const PAGES: [Page; 10] = [
     Page { name: "diagnose without a name", cells: [true, true], made: |_| of(&["diagnose"], &demo()) },
     Page { name: "diagnose with a name", cells: [true, true], made: |at| weak_grip("diagnose", at) },
     Page { name: "replay", cells: [false, false], made: |at| push("replay", at) },
-    Page { name: "score", cells: [false, false], made: |at| push("score", at) },
+    Page { name: "score", cells: [true, false], made: |at| push("score", at) },
     Page { name: "new", cells: [false, false], made: |at| recording("new", at) },
     Page { name: "import recording", cells: [false, false], made: |at| recording("import", at) },
 ];

@@ -28,7 +28,7 @@ use stickslip_analysis::run::summary::Document;
 use stickslip_analysis::{Progress, score as scoring, suggest as suggesting};
 use stickslip_data::Stage;
 use stickslip_report as pages;
-use stickslip_shared::predictor::{Limits, MAX_SEGMENTS};
+use stickslip_shared::predictor::{Checked, Limits, MAX_SEGMENTS};
 
 use crate::dataset::Dataset;
 use crate::errors::choice;
@@ -236,8 +236,16 @@ pub fn score(
         let options = scoring::document::Options { object_pose, ratio, rate_n_s };
         let document = analysis::score(&index, &model, &options, progress)?;
         let replay = |trial: &str| format!("stickslip.replay(data, {trial:?}, model)");
-        Ok(Report::new("score", &document)?
-            .page(move || pages::score::page(&document, "stickslip.replay(data, trial, model)", &replay)))
+        let failing = scoring::traces::cases(&document).into_iter().find(|(_, case)| case.fails());
+        let next =
+            failing.map_or_else(|| "stickslip.replay(data)".to_owned(), |(_, case)| replay(&case.trial));
+        // The predictor runs along the trials that are drawn when the page is asked for.
+        Ok(Report::new("score", &document)?.page(move || {
+            let (tuning, most) = (Checked::default(), pages::score::MOST);
+            let drawn = scoring::traces::traces(&index, &model, &tuning, &document, most);
+            let seen = pages::score::Seen { description: &index.description, drawn: &drawn };
+            pages::score::page(&document, &seen, &next, &replay)
+        }))
     })
 }
 
@@ -284,7 +292,9 @@ pub fn replay(
                 pages::replay::drawn(&drawn.description, &prepared, &prepared.simulate(&run))
             });
             let next = "stickslip.compare(data, model)";
-            let shown = pages::replay::Shown { t_s: &t_s, predictions: &shown, scenery, spans, next };
+            let (description, samples) = (&drawn.description, again.samples.as_slice());
+            let (t_s, predictions) = (t_s.as_slice(), shown.as_slice());
+            let shown = pages::replay::Shown { description, t_s, samples, predictions, scenery, spans, next };
             pages::replay::page(&document, &shown)
         });
         let report = report.series(move || {

@@ -42,6 +42,24 @@ const unpack = ({a, s, b}) => {
   }
   return out;
 };
+// What varies by less of its value to either side is constant to a reader; its axis reaches a twentieth to either side.
+const CONSTANT = 1e-5;
+const rangeOf = (least, most) => (_, low, high) => {
+  if (low == null || high == null) return [0, 1];
+  // What is beyond leaves the drawing.
+  if (most != null) [low, high] = [Math.min(low, most), Math.min(high, most)];
+  const middle = (low + high) / 2, half = Math.max((high - low) * 0.55, least / 2);
+  const room = half > CONSTANT * Math.abs(middle) ? half : middle === 0 ? 1 : 0.05 * Math.abs(middle);
+  return [middle - room, middle + room];
+};
+// Numbers beside ticks with as many decimals as their distance needs: no two are alike.
+const ticks = (_, splits, axis, space, step) => {
+  let digits = 0;
+  while (digits < 9 && Math.abs(step * 10 ** digits - Math.round(step * 10 ** digits)) > 1e-6 * step * 10 ** digits) digits++;
+  return splits.map(x => Math.abs(x) < step / 2 ? '0' : x.toFixed(digits));
+};
+// Of rows, lines are higher where something is up.
+const said = (names, x) => !names.length ? shown(x) : x == null ? '–' : x % 1 > 0.3 ? 'up' : 'down';
 const shown = x => x == null ? '–' : Math.abs(x) < 5e-4 ? '0' : Math.abs(x) >= 100 ? x.toFixed(0) : Math.abs(x) >= 10 ? x.toFixed(1)
   : Math.abs(x) >= 1 ? x.toFixed(2) : x.toFixed(3);
 
@@ -51,7 +69,7 @@ $(document, '.viewer').forEach((root, number) => {
   const figures = $(root, 'figure[data-plot]');
   const bench = root.querySelector('.bench');
   const key = 'viewer' + number;
-  let now = 0, at = 0, run = null, moving = false, enlarged = null;
+  let now = 0, at = 0, run = null, moving = false, settling = 0, enlarged = null;
 
   // Of a run, unpacked once.
   const read = k => {
@@ -115,32 +133,35 @@ $(document, '.viewer').forEach((root, number) => {
     const u = new uPlot({
       width: host.clientWidth, height: +figure.dataset.height || 170,
       cursor: {sync: {key}, y: false, drag: {x: true, y: false}},
-      scales: {x: {time: false}, y: {range: (_, low, high) => {
-        const least = of.least || 0, half = Math.max((high - low) * 0.55, least / 2, 1e-9 * (1 + Math.abs(low)));
-        return [(low + high) / 2 - half, (low + high) / 2 + half];
-      }}},
-      axes: [{...axis, grid: {show: false}, size: 26}, {...axis, grid: {stroke: css('grid'), width: 1}, size: 52}],
+      scales: {x: {time: false}, y: {range: of.names.length ? () => [-0.4, of.names.length - 0.2] : rangeOf(of.least || 0, of.most)}},
+      axes: [{...axis, grid: {show: false}, size: 26, values: ticks}, {...axis, grid: {stroke: css('grid'), width: 1},
+        ...(of.names.length ? {size: 132, splits: () => of.names.map((_, i) => i), values: () => of.names} : {size: 56, values: ticks})}],
       // As the lines themselves: the second finger's are dashed.
-      legend: {markers: {dash: (_, i) => known[i - 1]?.dash ? 'dashed' : 'solid'}},
+      legend: {show: !of.names.length, markers: {dash: (_, i) => known[i - 1]?.dash ? 'dashed' : 'solid'}},
       series: [{label: 't', value: (_, v) => v == null ? '–' : v.toFixed(3) + ' s'}, ...known.map(line => ({
         label: line.label, stroke: css(line.ink), width: line.ink === 'measured' ? 1.3 : 2, spanGaps: true,
-        dash: line.dash ? [6, 4] : undefined, points: {show: false}, value: (_, v) => shown(v),
+        dash: line.dash ? [6, 4] : undefined, points: {show: false}, value: (_, v) => said(of.names, v),
       }))],
       hooks: {drawClear: [shade(index)], setCursor: [u => {
-        if (moving || u.cursor.idx == null || u.cursor.left < 0) return;
+        if (moving || settling || u.cursor.idx == null || u.cursor.left < 0) return;
         moment(u.cursor.idx, u);
       }]},
     }, [run.t, ...known.map(line => lines[line.i])], host);
     const ranges = known.map(line => {
       const all = lines[line.i].filter(x => x != null);
-      return all.length ? `${line.label} from ${shown(Math.min(...all))} to ${shown(Math.max(...all))}` : `${line.label} unknown`;
+      const [least, most] = [Math.min(...all), Math.max(...all)].map(x => said(of.names, x));
+      return all.length ? `${line.label} from ${least} to ${most}` : `${line.label} unknown`;
     });
     const canvas = host.querySelector('canvas');
     canvas.setAttribute('role', 'img');
     canvas.dataset.words = `${of.title} over time${of.unit === '1' ? '' : ', ' + of.unit}: ${ranges.join('; ')}`;
     keys(host.querySelector('.u-legend'), u, of.title);
+    u.names = of.names;
     plots.set(figure, u);
     say(figure, u);
+    // A plot sets its cursor for the first time after this, wherever that is: it is not what the reader chose.
+    settling++;
+    setTimeout(() => { if (!--settling) moment(at); });
   };
   // Lines are switched by keys too: one stop of the Tab key for all of a plot, arrows between them. The drawing's words have
   // the values, so they are not read here.
@@ -171,7 +192,7 @@ $(document, '.viewer').forEach((root, number) => {
   };
   // A drawing in words, at the chosen time.
   const here = () => Math.min(at, run.t.length - 1);
-  const valuesOf = u => (u?.series.slice(1) || []).map((line, k) => `${line.label} ${shown(u.data[k + 1][here()])}`);
+  const valuesOf = u => (u?.series.slice(1) || []).map((line, k) => `${line.label} ${said(u.names, u.data[k + 1][here()])}`);
   const say = (figure, u) => {
     const canvas = figure.querySelector('canvas'), time = run.t[here()].toFixed(3);
     canvas.setAttribute('aria-label', `${canvas.dataset.words}. At ${time} s: ${valuesOf(u).join(', ')}`);
@@ -275,10 +296,17 @@ $(document, '.viewer').forEach((root, number) => {
     const [first, last] = [run.t[0], run.t[run.t.length - 1]];
     const room = span ? 0.15 * (span[2] - span[1]) + 0.02 : 0;
     const [min, max] = span ? [Math.max(span[1] - room, first), Math.min(span[2] + room, last)] : [first, last];
-    if (max > min) plots.forEach(u => u.setScale('x', {min, max}));
+    if (max > min) stretch(min, max);
     if (phases) phases.value = span ? run.spans.indexOf(span) : '';
   };
 
+  // All plots have one time axis: from `min` to `max`, within the trial.
+  const stretch = (min, max) => {
+    const [first, last] = [run.t[0], run.t[run.t.length - 1]];
+    const wide = Math.min(Math.max(max - min, (last - first) / 500), last - first);
+    const from = Math.min(Math.max(min, first), last - wide);
+    plots.forEach(u => u.setScale('x', {min: from, max: from + wide}));
+  };
   // Controls that need a script.
   let slider = null, phases = null;
   const controls = root.querySelector('.controls');
@@ -312,6 +340,14 @@ $(document, '.viewer').forEach((root, number) => {
     controls.append(whole);
   }
 
+  // A case has its time.
+  const begins = button => {
+    const late = button?.dataset.at == null ? -1 : run.t.findIndex(t => t >= +button.dataset.at - 5e-4);
+    if (late < 0) return;
+    moment(late);
+    $(root, 'button[data-at]').forEach(b => b.setAttribute('aria-pressed', String(b === button)));
+  };
+
   // A cell of a table leads to its trial, its channel and its phase.
   const scope = root.closest('main') || root;
   $(scope, 'button[data-run], button[data-goto]').forEach(button => button.addEventListener('click', () => {
@@ -324,6 +360,7 @@ $(document, '.viewer').forEach((root, number) => {
     if (!plots.has(figure)) draw(figure);
     const span = run.spans.find(s => s[3] === button.dataset.phase);
     if (span) zoom(span);
+    begins(button);
     // What is drawn has words of its own; a figure would be left without.
     const canvas = figure.querySelector('canvas') || figure;
     canvas.tabIndex = -1;
@@ -339,7 +376,7 @@ $(document, '.viewer').forEach((root, number) => {
   if (small && data.runs.length > 1) {
     const channel = make('select', {});
     channel.setAttribute('aria-label', 'channel');
-    data.plots.forEach((p, i) => channel.append(make('option', {value: i, textContent: `${p.title}, ${p.unit}`})));
+    data.plots.forEach((p, i) => channel.append(make('option', {value: i, textContent: p.unit === '1' ? p.title : `${p.title}, ${p.unit}`})));
     const range = make('span', {className: 'soft range'});
     const tiles = () => {
       const index = +channel.value;
@@ -379,6 +416,7 @@ $(document, '.viewer').forEach((root, number) => {
     if (width && width !== u.width) u.setSize({width, height: u.height});
   });
   choose(0);
+  begins($(root, 'button[data-run="0"]')[0]);
   new ResizeObserver(fit).observe(root);
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { drawAll(); moment(at); });
   // Paper is white and narrow.

@@ -21,10 +21,12 @@ mod packed;
 pub mod plot;
 #[cfg(feature = "png")]
 mod png;
+mod predicted;
 pub mod replay;
 pub mod score;
 pub mod signals;
 mod signature;
 pub mod terminal;
 pub mod viewer;
+mod warned;
 pub mod words;

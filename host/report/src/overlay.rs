@@ -117,6 +117,8 @@ fn one_plot(channels: &[usize], first: bool, models: &[&str]) -> Plot {
         title: if both { words.replace("finger 1", "fingers 1 and 2,") } else { words },
         unit,
         least: LEAST,
+        most: None,
+        names: Vec::new(),
         lines,
         first,
     }
@@ -170,7 +172,7 @@ pub(crate) fn spans(phases: &Phases, t_s: &[f64]) -> Vec<Span> {
     let at = |i: usize| t_s.get(i).or(t_s.last()).copied().unwrap_or(0.0);
     let each = PHASES.iter().zip(SHADE_CLASSES).map(|(p, class)| (phases.range(*p), class, p.label()));
     each.filter(|(r, ..)| !r.is_empty())
-        .map(|(r, class, label)| (class, at(r.start), at(r.end), label))
+        .map(|(r, class, label)| (class, at(r.start), at(r.end), label.into()))
         .collect()
 }
 

@@ -7,20 +7,25 @@ use super::figures::Figure;
 use super::html::{Tone, figure, first_screen, page as whole, swatch, tuned, unfold};
 use super::overlay::spans;
 use super::plot::{Chart, Line, MODELS};
-use super::viewer::{self, Plot, Run, Span, chart_of, viewer};
+use super::predicted::{Courses, Seen, courses as courses_of, lines};
+use super::viewer::{Plot, Run, Span, chart_of, viewer};
 use stickslip_analysis::compare::noise::sensor_noise;
 use stickslip_analysis::evidence::phases::split;
 use stickslip_analysis::run::bench::Bench;
 use stickslip_analysis::run::replay::FLAGS;
 use stickslip_analysis::run::simulate::{Prepared, Simulated};
 use stickslip_analysis::run::summary::Document;
-use stickslip_data::Description;
+use stickslip_data::{Description, Sample};
 use stickslip_shared::predictor::Prediction;
 
 /// What a page shows beside the document.
 pub struct Shown<'a> {
+    /// What dataset.toml says of the sensors.
+    pub description: &'a Description,
     /// Time stamps of the predictions.
     pub t_s: &'a [f64],
+    /// What was measured, one for each time stamp.
+    pub samples: &'a [Sample],
     /// One for each time stamp.
     pub predictions: &'a [Prediction],
     /// The bodies; `None`: not drawn.
@@ -124,90 +129,26 @@ pub fn sentence(document: &Document) -> String {
     )
 }
 
-/// A value of a prediction, and its line.
-type Get<'a> = (&'a str, &'a str, bool, &'a dyn Fn(&Prediction) -> f32);
-
 /// The plots, and the trial's values.
 fn courses(document: &Document, shown: &Shown) -> (Vec<Plot>, Run) {
-    let mut plots: Vec<Plot> = Vec::new();
-    let mut values: Vec<Vec<Vec<f64>>> = Vec::new();
-    let mut add = |(id, title): (&str, &str), unit: &'static str, least: f64, first: bool, lines: &[Get]| {
-        let columns: Vec<Vec<f64>> = lines
-            .iter()
-            .map(|(.., get)| shown.predictions.iter().map(|p| f64::from(get(p))).collect())
-            .collect();
-        // A row of zeros says nothing at first.
-        let moves = columns.iter().flatten().any(|x: &f64| x.is_finite() && x.abs() > 1e-3);
-        let lines = lines.iter().map(|(label, ink, dash, _)| viewer::Line {
-            label: (*label).to_owned(),
-            ink: (*ink).to_owned(),
-            dash: *dash,
-        });
-        plots.push(Plot {
-            id: id.to_owned(),
-            title: title.to_owned(),
-            unit,
-            least,
-            lines: lines.collect(),
-            first: first && moves,
-        });
-        values.push(columns);
+    let seen = Seen {
+        description: shown.description,
+        t_s: shown.t_s,
+        samples: shown.samples,
+        predictions: shown.predictions,
+        spans: &shown.spans,
     };
-    let measured = |k: usize| move |p: &Prediction| p.finger[k].measured_utilisation.unwrap_or(f32::NAN);
-    let model = |k: usize| move |p: &Prediction| p.finger[k].model_utilisation;
-    let ahead = |k: usize| move |p: &Prediction| p.finger[k].peak_utilisation;
-    let slip = |k: usize| move |p: &Prediction| p.finger[k].slip_speed_m_s * 1e3;
-    add(
-        ("utilisation", "friction used, fingers 1 and 2"),
-        "1",
-        0.5,
-        true,
-        &[
-            ("by the sensors, finger 1", "measured", false, &measured(0)),
-            ("model, finger 1", "m0", false, &model(0)),
-            ("ahead, finger 1", "m1", false, &ahead(0)),
-            ("by the sensors, finger 2", "measured", true, &measured(1)),
-            ("model, finger 2", "m0", true, &model(1)),
-            ("ahead, finger 2", "m1", true, &ahead(1)),
-        ],
-    );
-    add(
-        ("slip", "slip speed"),
-        "mm/s",
-        1.0,
-        true,
-        &[("finger 1", "m0", false, &slip(0)), ("finger 2", "m0", true, &slip(1))],
-    );
-    add(
-        ("sag", "sag"),
-        "mm",
-        0.2,
-        true,
-        &[
-            ("now", "m0", false, &|p: &Prediction| p.sag_m * 1e3),
-            ("ahead", "m1", false, &|p: &Prediction| p.sag_ahead_m * 1e3),
-        ],
-    );
-    add(
-        ("rotation", "rotation in the grasp"),
-        "mrad",
-        1.0,
-        true,
-        &[("now", "m0", false, &|p: &Prediction| p.rotation_rad * 1e3)],
-    );
-    add(
-        ("steps", "Newton steps a tick"),
-        "1",
-        5.0,
-        false,
-        &[("steps", "m0", false, &|p: &Prediction| f32::from(p.solver_iterations))],
-    );
+    let mut all = courses_of(&seen);
+    all.keep(&all.known.clone());
+    let Courses { mut plots, values, half, moves, .. } = all;
+    // A row of zeros says nothing at first.
+    plots.iter_mut().zip(&moves).for_each(|(plot, moves)| plot.first &= moves);
     let run = Run {
         id: document.trial.clone(),
         role: String::new(),
         words: format!("{} ticks", document.ticks),
         t_s: shown.t_s.to_vec(),
-        half: vec![Vec::new(); values.len()],
+        half,
         open: vec![Vec::new(); values.len()],
         values,
         spans: shown.spans.clone(),
@@ -220,9 +161,7 @@ fn predictions(document: &Document, shown: &Shown) -> Markup {
     let (plots, run) = courses(document, shown);
     let legend = html! {
         div class="legend" {
-            (swatch("line measured", "by the sensors"))
-            (swatch("line m0", "by the model"))
-            (swatch("line m1", "ahead, at the horizon"))
+            (lines())
             (swatch("dash", "dashed: finger 2; in the drawing the model"))
             @if !run.spans.is_empty() {
                 (swatch("rest", "before contact, end"))
@@ -270,11 +209,6 @@ pub fn figures(document: &Document, shown: &Shown) -> Vec<Figure> {
             .filter(|s| s.is_seen())
             .map(|s| Figure::new("bench", s.svg(s.farthest()).into_string())),
     );
-    out.extend(
-        plots
-            .iter()
-            .zip(&run.values)
-            .map(|(plot, values)| Figure::of(&plot.id, &chart_of(plot, &run.t_s, values))),
-    );
+    out.extend(plots.iter().enumerate().map(|(k, plot)| Figure::of(&plot.id, &chart_of(plot, &run, k))));
     out
 }

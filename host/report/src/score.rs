@@ -6,17 +6,28 @@ use super::bars::{Bars, shares};
 use super::figures::Figure;
 use super::html::{Tone, figure, first_screen, page as whole, swatch, tuned, unfold};
 use super::plot::{Chart, Key, Line, MEASURED, MODELS};
+pub use super::warned::MOST;
+use super::warned::{self, section};
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::calibration::Calibration;
 use stickslip_analysis::score::document::Document;
 use stickslip_analysis::score::figures::{Class, Row};
 use stickslip_analysis::score::rate::Rate;
-use stickslip_analysis::score::truth::Kind;
+use stickslip_analysis::score::traces::Drawn;
+use stickslip_data::Description;
 
 const SIZE: (u32, u32) = (400, 220);
 
+/// What the page draws of trials, and what dataset.toml says of the sensors.
+pub struct Seen<'a> {
+    /// Of the data set.
+    pub description: &'a Description,
+    /// Cases and traces, at most [`MOST`] of these.
+    pub drawn: &'a Drawn,
+}
+
 /// The whole page; `next` is the command that comes next, `replay` that which shows a trial.
-pub fn page(d: &Document, next: &str, replay: &dyn Fn(&str) -> String) -> String {
+pub fn page(d: &Document, seen: &Seen, next: &str, replay: &dyn Fn(&str) -> String) -> String {
     let picture = match in_time_chart(d) {
         Some(chart) => {
             figure("Events that were warned of in time", "", "share of events in time", &chart.markup().0)
@@ -58,6 +69,7 @@ pub fn page(d: &Document, next: &str, replay: &dyn Fn(&str) -> String) -> String
     let body = html! {
         (first_screen(("score", &name), (tone, &sentence), &picture, next))
         (facts)
+        (section(seen.description, seen.drawn, replay))
         h2 { "Events and alarms" }
         (table(d))
         @if !leads.is_empty() {
@@ -67,7 +79,6 @@ pub fn page(d: &Document, next: &str, replay: &dyn Fn(&str) -> String) -> String
         @if !stated.is_empty() {
             (unfold("Stated against actual values", &html! { div class="grid charts" { @for one in &stated { (one) } } }))
         }
-        (missed(d, replay))
     };
     whole("stickslip score", body)
 }
@@ -153,34 +164,6 @@ fn table(d: &Document) -> Markup {
             }
         }
         (unfold("What the columns mean", &html! { p { (LEGEND) } }))
-    }
-}
-
-/// Trials with an event that was missed or late, and the command that shows each.
-fn missed(d: &Document, replay: &dyn Fn(&str) -> String) -> Markup {
-    let rows: Vec<&Row> = ours(d).filter(|r| !r.not_in_time.is_empty()).collect();
-    html! {
-        @if !rows.is_empty() {
-            (unfold("Trials with an event missed or late", &html! {
-                div class="scroll" {
-                    table {
-                        caption { "What was missed or late, and the command that shows it" }
-                        thead {
-                            tr { @for h in ["trial", "event", "to look at it"] { th scope="col" class="left" { (h) } } }
-                        }
-                        tbody {
-                            @for (trial, r) in rows.iter().flat_map(|r| r.not_in_time.iter().map(move |t| (t, r))) {
-                                tr {
-                                    th scope="row" { (trial) }
-                                    td class="left" { (r.class.name()) }
-                                    td class="left" { code { (replay(trial)) } }
-                                }
-                            }
-                        }
-                    }
-                }
-            }))
-        }
     }
 }
 
@@ -345,11 +328,7 @@ pub fn summary(d: &Document) -> Vec<String> {
     let mut told: Vec<&str> = Vec::new();
     let mut alarms: Vec<String> = Vec::new();
     for r in d.rows.iter().filter(|r| Some(r.method.as_str()) == ours) {
-        let kind = match r.class.kind() {
-            Kind::Slip => "slip",
-            Kind::Moved => "sag or rotation",
-            Kind::Drop => "drop",
-        };
+        let kind = r.class.kind().name();
         if let Some(false_alarms) = r.false_alarm_rate.filter(|_| !told.contains(&kind)) {
             told.push(kind);
             alarms.push(format!("{kind} {}", rate(&false_alarms)));
@@ -412,7 +391,7 @@ pub fn cells(r: &Row) -> [String; 9] {
 
 /// Every plot of the page.
 #[must_use]
-pub fn figures(d: &Document) -> Vec<Figure> {
+pub fn figures(d: &Document, seen: &Seen) -> Vec<Figure> {
     let mut out: Vec<Figure> =
         in_time_chart(d).iter().map(|b| Figure::of("warned-in-time", &b.chart())).collect();
     let key = |name: &str, colour| Key::Line(name.to_owned(), colour);
@@ -428,5 +407,6 @@ pub fn figures(d: &Document) -> Vec<Figure> {
         }
         Figure::of(&format!("stated {title}"), &Chart { legend, ..chart })
     }));
+    out.extend(warned::figures(seen.description, seen.drawn));
     out
 }

@@ -197,6 +197,8 @@ fn courses(trials: &[Trial]) -> Markup {
             title,
             unit,
             least: 0.0,
+            most: None,
+            names: Vec::new(),
             lines: lines.iter().map(line).collect(),
             first: true,
         });

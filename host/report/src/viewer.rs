@@ -1,12 +1,15 @@
 //! Signals over time that the page's script draws: the elements that hold them, and their numbers as
 //! compact JSON. A reader zooms, reads values at a cursor that all plots share, and moves the bench with it.
 
+use std::borrow::Cow;
+
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 
 use crate::bench::{Course, Scenery};
 use crate::packed::Packed;
 use crate::plot::{Chart, Key, MEASURED, MODELS, thinned};
+use plotters::style::RGBColor;
 
 /// Most samples of a run in a page of few runs, and in one of many.
 const SAMPLES: [usize; 2] = [1200, 500];
@@ -39,6 +42,11 @@ pub struct Plot {
     pub unit: &'static str,
     /// The y axis spans at least this much.
     pub least: f64,
+    /// The y axis ends here, where anything is beyond.
+    pub most: Option<f64>,
+    /// Of rows, from the lowest on, whose lines are at their number and higher where something is up; empty: the axis has
+    /// numbers.
+    pub names: Vec<&'static str>,
     /// In the order of [`Run::values`].
     pub lines: Vec<Line>,
     /// Whether it is shown at first; the rest unfolds.
@@ -47,7 +55,7 @@ pub struct Plot {
 }
 
 /// A shaded span of time: class of its shade (empty: none), from, to, what it is.
-pub type Span = (&'static str, f64, f64, &'static str);
+pub type Span = (&'static str, f64, f64, Cow<'static, str>);
 
 /// What is drawn of one trial.
 pub struct Run {
@@ -164,9 +172,21 @@ fn unit(plot: &Plot) -> &str {
     if plot.unit == "1" { "" } else { plot.unit }
 }
 
-/// A plot as a drawing with a legend; the second finger's lines are dashed, as on the page.
+/// Shades of spans in drawings: class, colour, opacity, meaning. The style sheet has the same.
+const SHADES: [(&str, RGBColor, f64, &str); 5] = [
+    ("rest", RGBColor(0x8c, 0x8c, 0x8c), 0.15, "before contact, end"),
+    ("onset", RGBColor(0xe6, 0x9f, 0x00), 0.20, "onset"),
+    ("sliding", RGBColor(0x56, 0xb4, 0xe9), 0.13, "sliding"),
+    ("event", RGBColor(0xe6, 0x9f, 0x00), 0.25, "what happened, by the measured motion"),
+    ("vain", RGBColor(0xcc, 0x79, 0xa7), 0.25, "false alarm"),
+];
+
+/// Plot `k` of a run as a drawing with a legend; the second finger's lines are dashed, noise and spans are shaded, as on the
+/// page.
 #[must_use]
-pub fn chart_of(plot: &Plot, t_s: &[f64], values: &[Vec<f64>]) -> Chart {
+pub fn chart_of(plot: &Plot, run: &Run, k: usize) -> Chart {
+    let (t_s, none) = (&run.t_s, Vec::new());
+    let (values, half) = (run.values.get(k).unwrap_or(&none), run.half.get(k).map_or(&[][..], Vec::as_slice));
     let colour = |ink: &str| match ink.strip_prefix('m').and_then(|k| k.parse::<usize>().ok()) {
         Some(k) => MODELS[k.min(MODELS.len() - 1)],
         None => MEASURED,
@@ -179,16 +199,44 @@ pub fn chart_of(plot: &Plot, t_s: &[f64], values: &[Vec<f64>]) -> Chart {
             unit => format!("{}, {unit}", plot.title),
         },
         least_span: plot.least,
+        y_names: plot.names.iter().map(|name| (*name).to_owned()).collect(),
+        x: [t_s.first(), t_s.last()].map(|t| t.copied().unwrap_or(0.0)).into(),
         ..Chart::default()
     };
-    for (line, values) in plot.lines.iter().zip(values) {
+    for (index, (line, values)) in plot.lines.iter().zip(values).enumerate() {
         if !values.iter().any(|x| x.is_finite()) {
             continue;
         }
         let colour = colour(&line.ink);
-        let drawn = crate::plot::Line { points: thinned(t_s, values, POINTS), colour, width: 2 };
+        let mut points = thinned(t_s, values, POINTS);
+        if let Some(most) = plot.most {
+            // NaN stays.
+            points.iter_mut().filter(|p| p.1 > most).for_each(|p| p.1 = most);
+        }
+        let drawn = crate::plot::Line { points, colour, width: 2 };
+        for (_, from, to, half) in half.iter().filter(|(of, ..)| *of == index) {
+            let inside = drawn.points.iter().filter(|p| p.0 >= *from && p.0 <= *to && p.1.is_finite());
+            let band: Vec<(f64, f64, f64)> = inside.map(|p| (p.0, p.1 - half, p.1 + half)).collect();
+            if band.len() > 1 {
+                chart.bands.push((band, colour));
+            }
+        }
         if line.dash { &mut chart.dashed } else { &mut chart.lines }.push(drawn);
-        chart.legend.push(Key::of_line(line.label.clone(), colour, line.dash));
+        // Rows have their names beside them.
+        if plot.names.is_empty() {
+            chart.legend.push(Key::of_line(line.label.clone(), colour, line.dash));
+        }
+    }
+    if let Some((_, colour)) = chart.bands.first() {
+        chart.legend.push(Key::Band("noise, one standard deviation".into(), *colour));
+    }
+    for (class, colour, opacity, what) in SHADES {
+        let spans = run.spans.iter().filter(|s| s.0 == class && s.2 >= chart.x.0 && s.1 <= chart.x.1);
+        let spans: Vec<_> = spans.map(|(_, from, to, _)| (*from, *to, colour, opacity)).collect();
+        if !spans.is_empty() {
+            chart.legend.push(Key::Span(what.to_owned(), colour, opacity));
+        }
+        chart.spans.extend(spans);
     }
     chart
 }

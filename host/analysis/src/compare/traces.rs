@@ -10,7 +10,7 @@ use super::models::NamedModel;
 use super::noise::Floor;
 use super::rows;
 use crate::channels::{COUNT, Signals};
-use crate::evidence::conditions::VARIABLES;
+use crate::evidence::conditions::{VARIABLES, in_words};
 use crate::evidence::force_bands::{Band, bands};
 use crate::evidence::phases::{PHASES, Phases};
 use crate::run::bench::Bench;
@@ -91,17 +91,10 @@ pub fn traces(
                 .collect();
             let info = &data.trials[i];
             let levels: Vec<_> = VARIABLES.into_iter().filter_map(|v| Some((v, v.level(info)?))).collect();
-            let words = levels.iter().map(|(v, l)| {
-                let (name, unit) = v.label().split_once(", ").unwrap_or((v.label(), ""));
-                format!("{name} {l} {unit}").trim_end().to_owned()
-            });
             Some(Trace {
                 trial: row.trial.clone(),
                 role,
-                conditions: std::iter::once(info.primitive.replace('_', " "))
-                    .chain(words)
-                    .collect::<Vec<_>>()
-                    .join(", "),
+                conditions: in_words(info),
                 primitive: info.primitive.clone(),
                 condition: row.condition,
                 levels,

@@ -111,6 +111,16 @@ pub fn trimmed(x: f64, significant: i32) -> String {
 
 /// The settings of a run that the format names, and those of the columns `extra`: not the run, the
 /// file and the placing of the pusher.
+/// A trial's primitive and conditions: 'linear push, grip 20 N'.
+pub fn in_words(info: &TrialInfo) -> String {
+    let level = |v: Variable| {
+        let (name, unit) = v.label().split_once(", ").unwrap_or((v.label(), ""));
+        v.level(info).map(|l| format!("{name} {l} {unit}").trim_end().to_owned())
+    };
+    let levels = VARIABLES.into_iter().filter_map(level);
+    std::iter::once(info.primitive.replace('_', " ")).chain(levels).collect::<Vec<_>>().join(", ")
+}
+
 fn key(info: &TrialInfo, extra: &[&String]) -> String {
     let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.6e}"));
     let mut parts = vec![

@@ -106,10 +106,51 @@ pub struct Row {
     /// Leads of the events found, s, sorted.
     #[serde(skip)]
     pub leads: Vec<f64>,
-    /// Names of the trials with an event missed or late.
+    /// Where an event was missed or late: trial and time.
     pub not_in_time: Vec<String>,
     /// Where the false alarms are.
     pub false_alarms: Vec<String>,
+    /// Its events, and the false alarms of its kind.
+    #[serde(skip)]
+    pub cases: Vec<Case>,
+}
+
+/// What became of an event, or of an alarm without one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outcome {
+    /// Warned of in time; the lead, s.
+    InTime(f64),
+    /// Warned of too late; the lead, s.
+    Late(f64),
+    /// Not warned of.
+    Missed,
+    /// An alarm without an event.
+    FalseAlarm,
+}
+
+/// An event, or an alarm without one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// Trial's name.
+    pub trial: String,
+    /// When it began, s after the trial's first sample.
+    pub at_s: f64,
+    /// When it was over, s.
+    pub until_s: f64,
+    /// What became of it.
+    pub outcome: Outcome,
+}
+
+impl Case {
+    /// As the document has it.
+    fn place(&self) -> String {
+        format!("{} at {:.3} s", self.trial, self.at_s)
+    }
+
+    /// Whether there is something to look at: all but what was warned of in time.
+    pub fn fails(&self) -> bool {
+        !matches!(self.outcome, Outcome::InTime(_))
+    }
 }
 
 /// A sample's time stamp may lie this far off the grid of samples.
@@ -138,6 +179,7 @@ fn row(judged: &[Judged], class: Class, m: usize, method: &str) -> Row {
         leads: Vec::new(),
         not_in_time: Vec::new(),
         false_alarms: Vec::new(),
+        cases: Vec::new(),
     };
     let (mut nearly, mut watched_s, mut errors) = (0, 0.0, Vec::new());
     for j in judged {
@@ -149,9 +191,17 @@ fn row(judged: &[Judged], class: Class, m: usize, method: &str) -> Row {
             row.found += usize::from(lead.is_some());
             let good = lead.is_some_and(|l| l >= class.in_time_s() - STAMP_S);
             row.in_time += usize::from(good);
+            let outcome = match lead {
+                Some(lead) if good => Outcome::InTime(lead),
+                Some(lead) => Outcome::Late(lead),
+                None => Outcome::Missed,
+            };
+            let (trial, at_s, until_s) = (j.trial.clone(), event.onset_s, event.end_s);
+            let case = Case { trial, at_s, until_s, outcome };
             if !good {
-                row.not_in_time.push(format!("{} at {:.3} s", j.trial, event.onset_s));
+                row.not_in_time.push(case.place());
             }
+            row.cases.push(case);
             row.leads.extend(lead);
             for (onset, slipping) in event.finger_s.iter().zip(&alarms.slipping) {
                 let near = onset.and_then(|onset| {
@@ -170,7 +220,12 @@ fn row(judged: &[Judged], class: Class, m: usize, method: &str) -> Row {
             };
             let (near, wrong) = unmet(&own, &lesser, episodes);
             nearly += near.len();
-            row.false_alarms.extend(wrong.iter().map(|a| format!("{} at {:.3} s", j.trial, a.from_s)));
+            for alarm in wrong {
+                let (trial, at_s, until_s) = (j.trial.clone(), alarm.from_s, alarm.to_s);
+                let case = Case { trial, at_s, until_s, outcome: Outcome::FalseAlarm };
+                row.false_alarms.push(case.place());
+                row.cases.push(case);
+            }
             watched_s += j.truth.until_s;
         }
     }

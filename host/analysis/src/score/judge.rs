@@ -126,7 +126,7 @@ pub enum ScoreError {
 /// Why a trial is refused.
 #[derive(Debug, thiserror::Error)]
 #[error(transparent)]
-enum Refused {
+pub(super) enum Refused {
     Replay(#[from] ReplayError),
     Scene(#[from] SceneError),
 }
@@ -191,9 +191,7 @@ fn judge_trial(
     if !trial.samples.iter().any(|s| s.object.is_some() && s.gripper.is_some()) {
         return Ok(Err("no sample has complete poses of gripper and object, from which slip is found"));
     }
-    let mut feed = feed(description, trial)?;
-    let set_point = trial.samples.iter().find_map(|s| s.grip_cmd_n).or(info.grip_n).unwrap_or(0.0) as f32;
-    feed.plan.segments.iter_mut().for_each(|s| s.grip_n = set_point);
+    let feed = fed(description, trial)?;
     let truth = truth::find(&rig, trial, &limits);
     let t_s = times(trial);
     let alarms = methods
@@ -221,13 +219,23 @@ fn judge_trial(
     Ok(Ok(Judged { trial: info.trial.clone(), holds, truth, alarms }))
 }
 
-fn times(trial: &Trial) -> Vec<f64> {
+/// What goes to the board, with the grip's set-point at the start as its plan: that a grip decays is not in it.
+pub(super) fn fed(description: &Description, trial: &Trial) -> Result<Feed, SceneError> {
+    let mut feed = feed(description, trial)?;
+    let first = trial.samples.iter().find_map(|s| s.grip_cmd_n);
+    let set_point = first.or(trial.info.grip_n).unwrap_or(0.0) as f32;
+    feed.plan.segments.iter_mut().for_each(|s| s.grip_n = set_point);
+    Ok(feed)
+}
+
+/// Times of the samples from the first one on, s.
+pub(super) fn times(trial: &Trial) -> Vec<f64> {
     let start = trial.samples.first().map_or(0.0, |s| s.t_s);
     trial.samples.iter().map(|s| s.t_s - start).collect()
 }
 
 /// Predictions at each sample.
-fn predict(
+pub(super) fn predict(
     feed: &Feed,
     model: &Model<f64>,
     (limits, tuning): (Limits, &Checked<f32>),

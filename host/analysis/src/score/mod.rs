@@ -11,6 +11,7 @@ pub mod document;
 pub mod figures;
 pub mod judge;
 pub mod rate;
+pub mod traces;
 pub mod truth;
 pub mod warnings;
 

@@ -4,9 +4,14 @@ use crate::lifts;
 use stickslip_analysis::model::file::default_model;
 use stickslip_analysis::run::replay::{Replayed, plan_for, replay};
 use stickslip_analysis::run::simulate::scene;
+use stickslip_analysis::score::ObjectPose;
+use stickslip_analysis::score::document::{Options, score_tuned};
+use stickslip_analysis::score::figures::{Case, Class, Outcome};
+use stickslip_analysis::score::traces::{Drawn, cases, traces};
 use stickslip_analysis::score::truth::{Cause, Kind, Truth, find};
+use stickslip_data::{Dataset, Index};
 use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Scenario, Setup, objects, run};
-use stickslip_shared::predictor::{Intent, Limits, Plan, flags};
+use stickslip_shared::predictor::{Checked, Intent, Limits, Plan, flags};
 
 const ALARMS: u32 =
     flags::SLIP_1 | flags::SLIP_2 | flags::SLIP_AHEAD_1 | flags::SLIP_AHEAD_2 | flags::DROP | flags::SAG;
@@ -130,4 +135,58 @@ fn a_push_that_sags_is_flagged_and_its_sag_stated_within_a_fifth() {
     let event = truth.events.iter().find(|e| e.kind == Kind::Moved).expect("found");
     assert!((event.onset_s - t as f64 * 0.004).abs() < 0.1, "{event:?}, exact {}", t as f64 * 0.004);
     assert!(replayed.predictions.iter().any(|p| p.flags & flags::SAG != 0));
+}
+
+/// A score of one lift, the predictor being given the object's pose as `object_pose` says, and what its page draws.
+fn scored(object_pose: ObjectPose) -> (Vec<(Class, Case)>, Drawn) {
+    let (description, mut trial) = lifts::lift(Scenario::SuddenLoad { force_n: [0.0, 0.0, -4.0], at_s: 2.1 });
+    trial.info.trial = "lift".to_owned();
+    let index = Index::from(Dataset { folder: "lifts".into(), description, trials: vec![trial] });
+    let (model, tuning) = (default_model(), Checked::default());
+    let options = Options { object_pose, ..Options::default() };
+    let document = score_tuned(&index, &model, &tuning, &options, &()).expect("a score");
+    // In the document's words, each failure is listed.
+    let ours = document.rows.iter().filter(|r| r.method == document.rows[0].method);
+    let failed: Vec<&String> = ours.flat_map(|r| r.not_in_time.iter().chain(&r.false_alarms)).collect();
+    let listed: Vec<String> = cases(&document)
+        .iter()
+        .filter(|(_, case)| case.fails())
+        .map(|(_, case)| format!("{} at {:.3} s", case.trial, case.at_s))
+        .collect();
+    assert!(
+        failed.iter().all(|f| listed.contains(f)) && listed.iter().all(|l| failed.contains(&l)),
+        "{failed:?}: {listed:?}"
+    );
+    (cases(&document), traces(&index, &model, &tuning, &document, 24))
+}
+
+#[test]
+fn each_failure_has_a_trace_about_it_and_where_nothing_fails_an_event_of_each_class_has() {
+    // Without the object's pose sag is found late or not at all.
+    for (pose, fails) in [(ObjectPose::Every, false), (ObjectPose::Start, true)] {
+        let (cases, drawn) = scored(pose);
+        assert!(!cases.is_empty() && drawn.shown.len() == cases.len(), "{cases:?}");
+        assert_eq!(cases.iter().any(|(_, case)| case.fails()), fails, "{cases:?}");
+        for shown in &drawn.shown {
+            let trace = &drawn.traces[shown.trace.expect("drawn")];
+            let (first, last) = (trace.t_s[0], trace.t_s[trace.t_s.len() - 1]);
+            let case = &shown.case;
+            assert!(
+                first <= case.at_s && case.at_s <= last && last - first < 8.0,
+                "{first} to {last}: {case:?}"
+            );
+            assert_eq!((trace.samples.len(), trace.predictions.len()), (trace.t_s.len(), trace.t_s.len()));
+            let (at, alarm) =
+                (case.at_s, flags::SLIP_1 | flags::SLIP_2 | flags::SAG | flags::ROTATION | flags::DROP);
+            match case.outcome {
+                // What it is about is in it: the event, or the flag that rose.
+                Outcome::FalseAlarm => {
+                    let here = trace.t_s.iter().position(|t| *t == at).expect("a tick");
+                    let ahead = flags::SLIP_AHEAD_1 | flags::SLIP_AHEAD_2;
+                    assert!(trace.predictions[here].flags & (alarm | ahead) != 0, "{case:?}");
+                }
+                _ => assert!(trace.events.iter().any(|e| e.onset_s == at), "{case:?}"),
+            }
+        }
+    }
 }

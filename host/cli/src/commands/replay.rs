@@ -98,7 +98,9 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
             }
             _ => Default::default(),
         };
-        let shown = Shown { t_s: &t_s, predictions: &replayed.predictions, scenery, spans, next: &next };
+        let (description, samples, predictions) =
+            (&index.description, trial.samples.as_slice(), replayed.predictions.as_slice());
+        let shown = Shown { description, t_s: &t_s, samples, predictions, scenery, spans, next: &next };
         args.drawn.write(output, || page(&document, &shown), || figures(&document, &shown))?;
     }
     print(&document, args.verbose, output);

@@ -5,7 +5,11 @@ use std::path::PathBuf;
 use super::arguments::{Drawn, PredictsWith, TunedBy, told};
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::document::{Document, Options, score_tuned};
-use stickslip_report::score::{LEGEND, cells, figures, page, shown, summary, time, time_left, utilisation};
+use stickslip_analysis::score::figures::Case;
+use stickslip_analysis::score::traces::{cases, traces};
+use stickslip_report::score::{
+    LEGEND, MOST, Seen, cells, figures, page, shown, summary, time, time_left, utilisation,
+};
 use stickslip_report::terminal::{Output, command_line, table};
 
 /// Command line of `stickslip score`.
@@ -48,23 +52,27 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let index = stickslip_report::data::open(&args.data, output)?;
     let model = args.with.read()?;
     let options = Options { object_pose: args.object_pose, ratio: args.ratio, rate_n_s: args.rate };
-    let document = score_tuned(&index, &model, &args.tuned.read()?, &options, output)?;
+    let tuning = args.tuned.read()?;
+    let document = score_tuned(&index, &model, &tuning, &options, output)?;
     document.refused.iter().for_each(|refused| output.refused(refused));
     let next = next(args, &document);
     let line = |words: &[String]| command_line(words.iter().map(String::as_str));
     let shown = |trial: &str| line(&replay(args, Some(trial)));
-    args.drawn.write(output, || page(&document, &line(&next), &shown), || figures(&document))?;
+    if args.drawn.any() {
+        let drawn = traces(&index, &model, &tuning, &document, MOST);
+        let seen = Seen { description: &index.description, drawn: &drawn };
+        let html = || page(&document, &seen, &line(&next), &shown);
+        args.drawn.write(output, html, || figures(&document, &seen))?;
+    }
     print(&document, args.verbose, output);
     output.next(next.iter().map(String::as_str));
     output.document(&document)
 }
 
-/// To look at a trial with an event that was missed or late, or at the first one.
+/// To look at a trial with an event that was missed or late, or with a false alarm; else at the first one.
 fn next(args: &Args, d: &Document) -> Vec<String> {
-    let ours = d.rows.first().map(|r| r.method.as_str());
-    let missed =
-        d.rows.iter().filter(|r| Some(r.method.as_str()) == ours).flat_map(|r| &r.not_in_time).next();
-    replay(args, missed.map(String::as_str))
+    let missed = cases(d).into_iter().map(|(_, case)| case).find(Case::fails);
+    replay(args, missed.as_ref().map(|case| case.trial.as_str()))
 }
 
 /// The command that shows a trial: the first where none is named.
