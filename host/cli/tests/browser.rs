@@ -5,6 +5,8 @@
 #[allow(dead_code)]
 #[path = "it/common.rs"]
 mod common;
+#[path = "it/devtools.rs"]
+mod devtools;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -17,8 +19,6 @@ const WIDTHS: [u32; 3] = [390, 768, 1600];
 /// Clicks what can be clicked, moves all sliders, and leaves what happened in the document.
 const VISIT: &str = r#"<script>
 const wrong = [];
-addEventListener('error', e => wrong.push('error: ' + e.message));
-addEventListener('unhandledrejection', e => wrong.push('rejected: ' + e.reason));
 // Numbers that stand beside the y axis of each drawing.
 const beside = new Map();
 const {fillText, clearRect} = CanvasRenderingContext2D.prototype;
@@ -27,6 +27,8 @@ CanvasRenderingContext2D.prototype.fillText = function (text, ...all) {
   if (this.textAlign === 'right') { beside.get(this.canvas)?.push(text); }
   return fillText.call(this, text, ...all);
 };
+addEventListener('error', e => wrong.push('error: ' + e.message));
+addEventListener('unhandledrejection', e => wrong.push('rejected: ' + e.reason));
 const said = console.error;
 console.error = (...words) => { wrong.push('console: ' + words.join(' ')); said(...words); };
 addEventListener('load', () => setTimeout(() => {
@@ -84,14 +86,14 @@ addEventListener('load', () => setTimeout(() => {
       const says = e.getAttribute('aria-label') || '';
       if (seen(e) && !/ from .+ to .+\. At [0-9.-]+ s: ./.test(says)) { unsaid.push('a plot that says no values: ' + says); }
     }
-    // A cell leads to the plot of its channel in a trial that has it, which is said.
-    const cells = [...document.querySelectorAll('button[data-goto]')].filter(seen);
     for (const e of document.querySelectorAll('.plot canvas')) {
       const ticks = beside.get(e) || [];
       if (seen(e) && (ticks.length < 2 || new Set(ticks).size < ticks.length)) {
         unsaid.push('numbers beside an axis that are none, or alike: ' + ticks.join(' '));
       }
     }
+    // A cell leads to the plot of its channel in a trial that has it, which is said.
+    const cells = [...document.querySelectorAll('button[data-goto]')].filter(seen);
     const runs = document.querySelector('.viewer script') && JSON.parse(document.querySelector('.viewer script').textContent).runs;
     const maps = cells.filter(cell => cell.dataset.run && cell.closest('table.heat'));
     for (const cell of [...cells.slice(0, 8), ...maps.slice(0, 8)]) {
@@ -269,6 +271,71 @@ fn of(words: &[&str], path: &Path) -> Command {
     run
 }
 
+/// Two fingers zoom a plot on a phone, one moves it, two taps show all of it again; a finger on the slider moves the time.
+fn touched(browser: &Path) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("page.html");
+    let made = push("replay", folder.path()).arg("--html").arg(&file).output().expect("it runs");
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let mut page = devtools::Page::on_a_phone(browser, &file, (390, 844));
+    page.wait("document.readyState === 'complete' && !!document.querySelector('.u-over')");
+    page.value("document.querySelector('.u-over').scrollIntoView({block: 'center', behavior: 'instant'})");
+    let at = |page: &mut devtools::Page, what: &str| -> [f64; 4] {
+        let box_of = format!(
+            "(() => {{ const r = document.querySelector('{what}').getBoundingClientRect(); \
+             return [r.left, r.top, r.width, r.height]; }})()"
+        );
+        serde_json::from_value(page.value(&box_of)).expect("a box")
+    };
+    let shown = |page: &mut devtools::Page| -> [f64; 2] {
+        // What is drawn is drawn in the next frame.
+        std::thread::sleep(std::time::Duration::from_millis(200));
+        let text = page.value("document.querySelector('figure[data-shown]').dataset.shown");
+        let ends: Vec<f64> =
+            text.as_str().expect("a text").split(' ').map(|s| s.parse().expect("a number")).collect();
+        ends.try_into().expect("two")
+    };
+    let [left, top, width, height] = at(&mut page, ".u-over");
+    let to = |share: f64| [left + share * width, top + 0.5 * height];
+    let whole = shown(&mut page);
+    // It opens where the model's object is farthest, not where a plot's own cursor begins.
+    let start = "JSON.parse(document.querySelector('.viewer script').textContent).runs[0].course.start";
+    let begun = page.value(&format!("+document.querySelector('input[type=range]').value === {start}"));
+    assert_eq!(begun, true, "the page opens at another time");
+    let wide = |[from, to]: [f64; 2]| to - from;
+
+    page.fingers(&[&[to(0.4), to(0.6)], &[to(0.35), to(0.65)], &[to(0.3), to(0.7)]]);
+    let zoomed = shown(&mut page);
+    // Twice as far apart: half of the time, and what was in the middle still is.
+    assert!((wide(zoomed) / wide(whole) - 0.5).abs() < 0.03, "{whole:?}: {zoomed:?}");
+    let middle = |[from, to]: [f64; 2]| 0.5 * (from + to);
+    assert!((middle(zoomed) - middle(whole)).abs() < 0.03 * wide(whole), "{whole:?}: {zoomed:?}");
+
+    page.fingers(&[&[to(0.5)], &[to(0.4)], &[to(0.3)]]);
+    let moved = shown(&mut page);
+    let by = middle(moved) - middle(zoomed);
+    assert!((wide(moved) - wide(zoomed)).abs() < 2e-3, "{zoomed:?}: {moved:?}");
+    assert!((by - 0.2 * wide(zoomed)).abs() < 0.03 * wide(zoomed), "{zoomed:?}: {moved:?}");
+
+    page.fingers(&[&[to(0.5)]]);
+    page.fingers(&[&[to(0.5)]]);
+    assert_eq!(shown(&mut page), whole);
+
+    let time = |page: &mut devtools::Page| {
+        page.value("+document.querySelector('input[type=range]').value").as_f64().expect("a number")
+    };
+    page.value(
+        "document.querySelector('input[type=range]').scrollIntoView({block: 'center', behavior: 'instant'})",
+    );
+    let [left, top, width, height] = at(&mut page, "input[type=range]");
+    assert!(height >= 36.0, "a slider that a finger hits is {height} px high");
+    let on = |share: f64| [left + share * width, top + 0.5 * height];
+    let before = time(&mut page);
+    page.fingers(&[&[on(0.5)], &[on(0.7)], &[on(0.9)]]);
+    let after = time(&mut page);
+    assert!(after > before, "{before}: {after}");
+}
+
 /// Several trials to choose from where the page has a choice; else one.
 const PAGES: [Page; 10] = [
     Page { name: "check", cells: [false, false], made: |at| push("check", at) },
@@ -288,8 +355,9 @@ fn main() {
     if browser.is_none() {
         eprintln!("no Chromium or Chrome on the PATH: the pages are not clicked through");
     }
+    let of_pages = browser.clone();
     let trials = PAGES.into_iter().map(|page| {
-        let browser = browser.clone();
+        let browser = of_pages.clone();
         let name = page.name.replace(' ', "_");
         Trial::test(format!("the_page_of_{name}_is_clicked_through_without_an_error"), move || {
             let folder = tempfile::tempdir().expect("a folder");
@@ -305,5 +373,10 @@ fn main() {
         // Long: make test-host-rest.
         .with_ignored_flag(true)
     });
-    libtest_mimic::run(&Arguments::from_args(), trials.collect()).exit();
+    let fingers = Trial::test("two_fingers_zoom_a_plot_one_moves_it_and_two_taps_show_all", move || {
+        touched(&browser.expect("a browser"));
+        Ok(())
+    });
+    let all = trials.chain([fingers.with_ignored_flag(true)]);
+    libtest_mimic::run(&Arguments::from_args(), all.collect()).exit();
 }

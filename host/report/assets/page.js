@@ -142,7 +142,9 @@ $(document, '.viewer').forEach((root, number) => {
         label: line.label, stroke: css(line.ink), width: line.ink === 'measured' ? 1.3 : 2, spanGaps: true,
         dash: line.dash ? [6, 4] : undefined, points: {show: false}, value: (_, v) => said(of.names, v),
       }))],
-      hooks: {drawClear: [shade(index)], setCursor: [u => {
+      hooks: {drawClear: [shade(index)], setScale: [(u, key) => {
+        if (key === 'x') figure.dataset.shown = [u.scales.x.min, u.scales.x.max].map(t => t.toFixed(3)).join(' ');
+      }], setCursor: [u => {
         if (moving || settling || u.cursor.idx == null || u.cursor.left < 0) return;
         moment(u.cursor.idx, u);
       }]},
@@ -157,6 +159,7 @@ $(document, '.viewer').forEach((root, number) => {
     canvas.dataset.words = `${of.title} over time${of.unit === '1' ? '' : ', ' + of.unit}: ${ranges.join('; ')}`;
     keys(host.querySelector('.u-legend'), u, of.title);
     u.names = of.names;
+    touch(u);
     plots.set(figure, u);
     say(figure, u);
     // A plot sets its cursor for the first time after this, wherever that is: it is not what the reader chose.
@@ -307,6 +310,57 @@ $(document, '.viewer').forEach((root, number) => {
     const from = Math.min(Math.max(min, first), last - wide);
     plots.forEach(u => u.setScale('x', {min: from, max: from + wide}));
   };
+  // Fingers on a plot: two zoom, one moves what is zoomed, or the time where all is shown; two taps show all. Up and down the page
+  // scrolls.
+  const touch = u => {
+    const on = new Map();
+    let began = null, tapped = 0;
+    const timeAt = x => {
+      const {left, width} = u.over.getBoundingClientRect(), {min, max} = began || u.scales.x;
+      return min + (max - min) * (x - left) / width;
+    };
+    const begin = () => {
+      const {min, max} = u.scales.x;
+      began = {min, max};
+      began.at = [...on.values()].map(timeAt);
+    };
+    const nearest = t => moment(Math.max(u.valToIdx(t), 0));
+    u.over.addEventListener('pointerdown', e => {
+      if (e.pointerType !== 'touch') return;
+      on.set(e.pointerId, e.clientX);
+      begin();
+      began.x = e.clientX;
+      began.moved = on.size > 1;
+    });
+    u.over.addEventListener('pointermove', e => {
+      if (!on.has(e.pointerId)) return;
+      on.set(e.pointerId, e.clientX);
+      const [a, b] = [...on.values()].map(timeAt), [c, d] = began.at;
+      if (Math.abs(e.clientX - began.x) > 8) began.moved = true;
+      if (!began.moved) return;
+      const {min, max} = began;
+      if (on.size > 1) {
+        // What was under each finger stays under it.
+        const wide = (max - min) * Math.abs(d - c) / Math.max(Math.abs(b - a), (max - min) / 100);
+        const from = (c + d) / 2 - wide * ((a + b) / 2 - min) / (max - min);
+        stretch(from, from + wide);
+      } else if (max - min < (run.t[run.t.length - 1] - run.t[0]) * 0.999) stretch(min + c - a, max + c - a);
+      else nearest(a);
+    });
+    const end = e => {
+      if (!on.delete(e.pointerId)) return;
+      if (e.type === 'pointerup' && !began.moved && !on.size) {
+        if (e.timeStamp - tapped < 350) zoom(null);
+        else nearest(timeAt(e.clientX));
+        tapped = e.timeStamp;
+      }
+      const moved = began.moved;
+      if (on.size) { begin(); began.x = [...on.values()][0]; began.moved = moved; }
+    };
+    u.over.addEventListener('pointerup', end);
+    u.over.addEventListener('pointercancel', end);
+  };
+
   // Controls that need a script.
   let slider = null, phases = null;
   const controls = root.querySelector('.controls');
