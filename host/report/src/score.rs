@@ -89,6 +89,19 @@ fn ours(d: &Document) -> impl Iterator<Item = &Row> {
     d.rows.iter().filter(move |r| r.events > 0 && Some(r.method.as_str()) == method)
 }
 
+/// The predictor's false alarms of each kind: classes of one kind share them.
+fn in_vain(d: &Document) -> Vec<(&'static str, Rate)> {
+    let method = d.rows.first().map(|r| r.method.as_str());
+    let mut kinds: Vec<(&str, Rate)> = Vec::new();
+    for r in d.rows.iter().filter(|r| Some(r.method.as_str()) == method) {
+        let kind = r.class.kind().name();
+        if let Some(rate) = r.false_alarm_rate.filter(|_| kinds.iter().all(|(known, _)| *known != kind)) {
+            kinds.push((kind, rate));
+        }
+    }
+    kinds
+}
+
 /// How early the predictor warns and how often in vain, in a sentence.
 #[must_use]
 pub fn verdict(d: &Document) -> (Tone, String) {
@@ -100,17 +113,17 @@ pub fn verdict(d: &Document) -> (Tone, String) {
         format!("{}: {} of {}{ahead}", r.class.name(), r.in_time, r.events)
     };
     let classes: Vec<String> = ours(d).map(class).collect();
-    let in_vain = ours(d)
-        .filter_map(|r| r.false_alarm_rate)
-        .map(|r| r.count)
-        .fold(None, |sum: Option<usize>, n| Some(sum.unwrap_or(0) + n));
-    let alarms = in_vain.map_or_else(String::new, |n| format!("; false alarms: {n}"));
+    let in_vain: usize = in_vain(d).iter().map(|(_, rate)| rate.count).sum();
     let late = ours(d).any(|r| 10 * r.in_time < 9 * r.events);
     match classes.as_slice() {
-        [] => (Tone::Plain, format!("No event to be warned of in {} trials, {}.", d.trials, time(d.hours))),
+        [] => {
+            let tone = if in_vain > 0 { Tone::Fair } else { Tone::Plain };
+            let (trials, time) = (d.trials, time(d.hours));
+            (tone, format!("No event to be warned of in {trials} trials, {time}; false alarms: {in_vain}."))
+        }
         some => {
-            let tone = if late || in_vain.is_some_and(|n| n > 0) { Tone::Fair } else { Tone::Good };
-            (tone, format!("Warned in time: {}{alarms}.", some.join("; ")))
+            let tone = if late || in_vain > 0 { Tone::Fair } else { Tone::Good };
+            (tone, format!("Warned in time: {}; false alarms: {in_vain}.", some.join("; ")))
         }
     }
 }
@@ -325,15 +338,8 @@ pub fn summary(d: &Document) -> Vec<String> {
             rows.iter().map(|r| format!("{}: {}{}", r.method, r.in_time, lead(r))).collect();
         lines.push(format!("{}, {} in all, in time by {}", class.name(), first.events, each.join("; ")));
     }
-    let mut told: Vec<&str> = Vec::new();
-    let mut alarms: Vec<String> = Vec::new();
-    for r in d.rows.iter().filter(|r| Some(r.method.as_str()) == ours) {
-        let kind = r.class.kind().name();
-        if let Some(false_alarms) = r.false_alarm_rate.filter(|_| !told.contains(&kind)) {
-            told.push(kind);
-            alarms.push(format!("{kind} {}", rate(&false_alarms)));
-        }
-    }
+    let alarms: Vec<String> =
+        in_vain(d).iter().map(|(kind, of_kind)| format!("{kind} {}", rate(of_kind))).collect();
     if !alarms.is_empty() {
         lines.push(format!("false alarms: {}", alarms.join("; ")));
     }

@@ -1,7 +1,16 @@
 //! What the pages and tables are made of: outlines of point clouds, schemas of documents, command lines.
 
+use std::path::Path;
+
+use stickslip_analysis::model::file::default_model;
+use stickslip_analysis::score::document::{Options, score_tuned};
+use stickslip_analysis::score::figures::Class;
+use stickslip_analysis::score::rate::Rate;
+use stickslip_analysis::score::truth::Kind;
+use stickslip_data::Index;
 use stickslip_report::outline::hull;
 use stickslip_report::plot::{Chart, Line, MODELS};
+use stickslip_report::score::verdict;
 use stickslip_report::terminal::{command_line, with_schema};
 use stickslip_report::words::effects_in_words;
 
@@ -60,5 +69,28 @@ fn numbers_beside_an_axis_differ_also_where_the_signal_is_constant() {
             alone.dedup();
             assert!(texts.len() > 1 && alone.len() == texts.len(), "{values:?}, {least}: {texts:?}");
         }
+    }
+}
+
+#[test]
+fn the_sentence_of_a_score_counts_each_false_alarm_once_whatever_events_there_were() {
+    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo");
+    let mut index = Index::open(&demo).expect("the demo");
+    index.trials.truncate(1);
+    let mut score = score_tuned(&index, &default_model(), &Default::default(), &Options::default(), &())
+        .expect("a score");
+    for row in &mut score.rows {
+        let count = match row.class.kind() {
+            Kind::Slip => 4,
+            Kind::Moved => 10,
+            Kind::Drop => 0,
+        };
+        // Two classes of slip and two of drop share what is false of their kind.
+        row.false_alarm_rate = Rate::of(count, 60.0).filter(|_| row.class != Class::SlipIntended);
+    }
+    for events in [0, 3] {
+        score.rows.iter_mut().for_each(|row| (row.events, row.in_time) = (events, events));
+        let (_, said) = verdict(&score);
+        assert!(said.ends_with("false alarms: 14."), "{said}");
     }
 }
