@@ -5,7 +5,7 @@
 #[allow(dead_code)]
 #[path = "it/common.rs"]
 mod common;
-#[path = "it/devtools.rs"]
+#[path = "browser/devtools.rs"]
 mod devtools;
 
 use std::path::{Path, PathBuf};

@@ -17,15 +17,7 @@ use stickslip_analysis::compare::verdict::scale;
 use stickslip_analysis::evidence::conditions::Variable;
 use stickslip_analysis::evidence::phases::{PHASES, Phase, Phases};
 
-/// Shading of the phases in drawings; contact before motion stays white.
-const SHADES: [Option<(RGBColor, f64)>; 5] = [
-    Some((RGBColor(0x99, 0x99, 0x99), 0.18)),
-    None,
-    Some((RGBColor(0xe6, 0x9f, 0x00), 0.22)),
-    Some((RGBColor(0x56, 0xb4, 0xe9), 0.14)),
-    Some((RGBColor(0x99, 0x99, 0x99), 0.18)),
-];
-/// The same in pages, as classes.
+/// Shading of the phases, as classes; contact before motion stays white.
 const SHADE_CLASSES: [&str; 5] = ["rest", "", "onset", "sliding", "rest"];
 /// Forces that are not determined.
 const OPEN: RGBColor = RGBColor(0x00, 0x9e, 0x73);
@@ -347,15 +339,7 @@ fn figure_of(trace: &Trace, plot: &Plot, channels: &[usize]) -> Chart {
             drawn.legend.push(Key::Band(what.to_owned(), colour));
         }
     }
-    for ((colour, opacity), what) in
-        [(SHADES[0], "before contact, end"), (SHADES[2], "onset"), (SHADES[3], "sliding")]
-            .into_iter()
-            .filter_map(|(shade, what)| Some((shade?, what)))
-    {
-        if drawn.spans.iter().any(|span| span.2 == colour) {
-            drawn.legend.push(Key::Span(what.to_owned(), colour, opacity));
-        }
-    }
+    viewer::explain_shades(&mut drawn);
     drawn
 }
 
@@ -449,11 +433,10 @@ pub fn chart(trace: &Trace, channel: usize) -> Chart {
     }
     // Noise alone shall not fill the chart.
     chart.least_span = 6.0 * widest;
-    for (phase, shade) in PHASES.iter().zip(SHADES) {
-        let r = trace.phases.range(*phase);
-        if let (Some((colour, opacity)), false) = (shade, r.is_empty()) {
-            chart.spans.push((at(r.start), at(r.end), colour, opacity));
-        }
-    }
+    let phases = PHASES.iter().zip(SHADE_CLASSES).map(|(phase, class)| (trace.phases.range(*phase), class));
+    viewer::shade(
+        &mut chart,
+        phases.filter(|(r, _)| !r.is_empty()).map(|(r, class)| (class, at(r.start), at(r.end))),
+    );
     chart
 }

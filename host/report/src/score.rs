@@ -8,6 +8,7 @@ use super::html::{Tone, figure, first_screen, page as whole, swatch, tuned, unfo
 use super::plot::{Chart, Key, Line, MEASURED, MODELS};
 pub use super::warned::MOST;
 use super::warned::{self, section};
+use super::words::how_early;
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::calibration::Calibration;
 use stickslip_analysis::score::document::Document;
@@ -85,15 +86,13 @@ pub fn page(d: &Document, seen: &Seen, next: &str, replay: &dyn Fn(&str) -> Stri
 
 /// The predictor's rows of events that there were.
 fn ours(d: &Document) -> impl Iterator<Item = &Row> {
-    let method = d.rows.first().map(|r| r.method.as_str());
-    d.rows.iter().filter(move |r| r.events > 0 && Some(r.method.as_str()) == method)
+    d.rows.iter().filter(|r| r.events > 0 && d.is_own(r))
 }
 
 /// The predictor's false alarms of each kind: classes of one kind share them.
 fn in_vain(d: &Document) -> Vec<(&'static str, Rate)> {
-    let method = d.rows.first().map(|r| r.method.as_str());
     let mut kinds: Vec<(&str, Rate)> = Vec::new();
-    for r in d.rows.iter().filter(|r| Some(r.method.as_str()) == method) {
+    for r in d.rows.iter().filter(|r| d.is_own(r)) {
         let kind = r.class.kind().name();
         if let Some(rate) = r.false_alarm_rate.filter(|_| kinds.iter().all(|(known, _)| *known != kind)) {
             kinds.push((kind, rate));
@@ -106,10 +105,7 @@ fn in_vain(d: &Document) -> Vec<(&'static str, Rate)> {
 #[must_use]
 pub fn verdict(d: &Document) -> (Tone, String) {
     let class = |r: &Row| {
-        let ahead = r.lead_s.map_or_else(String::new, |[_, middle, _]| match (1e3 * middle).round() {
-            ms if ms >= 0.0 => format!(" ({ms:.0} ms ahead)"),
-            ms => format!(" ({:.0} ms after it began)", -ms),
-        });
+        let ahead = r.lead_s.map_or_else(String::new, |[_, middle, _]| format!(" ({})", how_early(middle)));
         format!("{}: {} of {}{ahead}", r.class.name(), r.in_time, r.events)
     };
     let classes: Vec<String> = ours(d).map(class).collect();
@@ -130,11 +126,10 @@ pub fn verdict(d: &Document) -> (Tone, String) {
 
 /// Share of the events that each method warned of in time.
 fn in_time_chart(d: &Document) -> Option<Bars> {
-    let ours = d.rows.first().map(|r| r.method.clone()).unwrap_or_default();
     let of = d.rows.iter().filter(|r| r.events > 0);
     let row = |r: &Row| {
         let share = r.in_time as f64 / r.events as f64;
-        (format!("{}: {}", r.class.name(), r.method), share, r.method == ours)
+        (format!("{}: {}", r.class.name(), r.method), share, d.is_own(r))
     };
     let rows: Vec<(String, f64, bool)> = of.map(row).collect();
     shares(rows, "share of the events warned of in time")
@@ -322,13 +317,12 @@ pub fn shown(rows: &[Row]) -> impl Iterator<Item = &Row> {
 /// warned of in time.
 #[must_use]
 pub fn summary(d: &Document) -> Vec<String> {
-    let ours = d.rows.first().map(|r| r.method.as_str());
     let mut lines: Vec<String> = Vec::new();
     for class in Class::ALL {
         let rows: Vec<&Row> = d.rows.iter().filter(|r| r.class == class && r.events > 0).collect();
         let Some(first) = rows.first() else { continue };
         let lead = |r: &Row| match r.lead_s {
-            Some([low, middle, high]) if Some(r.method.as_str()) == ours => {
+            Some([low, middle, high]) if d.is_own(r) => {
                 let [low, middle, high] = [low, middle, high].map(|x| 1e3 * x);
                 format!(", {middle:.0} ms ahead (nine of ten {low:.0} to {high:.0})")
             }

@@ -172,14 +172,31 @@ fn unit(plot: &Plot) -> &str {
     if plot.unit == "1" { "" } else { plot.unit }
 }
 
-/// Shades of spans in drawings: class, colour, opacity, meaning. The style sheet has the same.
+/// Shades of spans in drawings: class, colour, opacity, meaning. On the page the style sheet has them.
 const SHADES: [(&str, RGBColor, f64, &str); 5] = [
-    ("rest", RGBColor(0x8c, 0x8c, 0x8c), 0.15, "before contact, end"),
-    ("onset", RGBColor(0xe6, 0x9f, 0x00), 0.20, "onset"),
-    ("sliding", RGBColor(0x56, 0xb4, 0xe9), 0.13, "sliding"),
+    ("rest", RGBColor(0x99, 0x99, 0x99), 0.18, "before contact, end"),
+    ("onset", RGBColor(0xe6, 0x9f, 0x00), 0.22, "onset"),
+    ("sliding", RGBColor(0x56, 0xb4, 0xe9), 0.14, "sliding"),
     ("event", RGBColor(0xe6, 0x9f, 0x00), 0.25, "what happened, by the measured motion"),
     ("vain", RGBColor(0xcc, 0x79, 0xa7), 0.25, "false alarm"),
 ];
+
+/// Shades the spans of a drawing, each from one time to another.
+pub(crate) fn shade<'a>(chart: &mut Chart, spans: impl IntoIterator<Item = (&'a str, f64, f64)>) {
+    for (class, from, to) in spans {
+        let of_class = SHADES.iter().find(|(known, ..)| *known == class);
+        chart.spans.extend(of_class.map(|(_, colour, opacity, _)| (from, to, *colour, *opacity)));
+    }
+}
+
+/// Says in the legend of a drawing what its shades mean.
+pub(crate) fn explain_shades(chart: &mut Chart) {
+    for (_, colour, opacity, what) in SHADES {
+        if chart.spans.iter().any(|span| (span.2, span.3) == (colour, opacity)) {
+            chart.legend.push(Key::Span(what.to_owned(), colour, opacity));
+        }
+    }
+}
 
 /// Plot `k` of a run as a drawing with a legend; the second finger's lines are dashed, noise and spans are shaded, as on the
 /// page.
@@ -230,14 +247,10 @@ pub fn chart_of(plot: &Plot, run: &Run, k: usize) -> Chart {
     if let Some((_, colour)) = chart.bands.first() {
         chart.legend.push(Key::Band("noise, one standard deviation".into(), *colour));
     }
-    for (class, colour, opacity, what) in SHADES {
-        let spans = run.spans.iter().filter(|s| s.0 == class && s.2 >= chart.x.0 && s.1 <= chart.x.1);
-        let spans: Vec<_> = spans.map(|(_, from, to, _)| (*from, *to, colour, opacity)).collect();
-        if !spans.is_empty() {
-            chart.legend.push(Key::Span(what.to_owned(), colour, opacity));
-        }
-        chart.spans.extend(spans);
-    }
+    let (from, to) = chart.x;
+    let seen = run.spans.iter().filter(|s| s.2 >= from && s.1 <= to);
+    shade(&mut chart, seen.map(|(class, from, to, _)| (*class, *from, *to)));
+    explain_shades(&mut chart);
     chart
 }
 

@@ -6,6 +6,7 @@ use super::figures::Figure;
 use super::html::{swatch, unfold};
 use super::predicted::{Courses, Seen, UTILISATION, courses, lines};
 use super::viewer::{Plot, Run, Span, chart_of, viewer};
+use super::words::how_early;
 use stickslip_analysis::evidence::conditions::in_words;
 use stickslip_analysis::score::figures::Outcome;
 use stickslip_analysis::score::traces::{Drawn, Shown, Trace};
@@ -92,13 +93,9 @@ fn event(one: &Shown) -> String {
 }
 
 fn warning(one: &Shown) -> String {
-    let ms = |lead: f64| match (1e3 * lead).round() {
-        ms if ms >= 0.0 => format!("{ms:.0} ms ahead"),
-        ms => format!("{:.0} ms after it began", -ms),
-    };
     match one.case.outcome {
-        Outcome::InTime(lead) => format!("in time, {}", ms(lead)),
-        Outcome::Late(lead) => format!("late, {}", ms(lead)),
+        Outcome::InTime(lead) => format!("in time, {}", how_early(lead)),
+        Outcome::Late(lead) => format!("late, {}", how_early(lead)),
         Outcome::Missed => "missed".to_owned(),
         Outcome::FalseAlarm => "false alarm".to_owned(),
     }

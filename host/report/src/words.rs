@@ -5,6 +5,15 @@ pub fn short(x: f64) -> String {
     if x == 0.0 || (x.abs() >= 0.01 && x.abs() < 1e4) { format!("{x:.3}") } else { format!("{x:.2e}") }
 }
 
+/// How early a warning came, from its lead in s.
+#[must_use]
+pub fn how_early(lead_s: f64) -> String {
+    match (1e3 * lead_s).round() {
+        ms if ms >= 0.0 => format!("{ms:.0} ms ahead"),
+        ms => format!("{:.0} ms after it began", -ms),
+    }
+}
+
 /// An identifier as words.
 #[must_use]
 pub fn identifier_words(id: &str) -> String {

@@ -109,8 +109,6 @@ pub fn trimmed(x: f64, significant: i32) -> String {
     if text == "-0" { "0".into() } else { text.to_owned() }
 }
 
-/// The settings of a run that the format names, and those of the columns `extra`: not the run, the
-/// file and the placing of the pusher.
 /// A trial's primitive and conditions: 'linear push, grip 20 N'.
 pub fn in_words(info: &TrialInfo) -> String {
     let level = |v: Variable| {
@@ -121,6 +119,8 @@ pub fn in_words(info: &TrialInfo) -> String {
     std::iter::once(info.primitive.replace('_', " ")).chain(levels).collect::<Vec<_>>().join(", ")
 }
 
+/// The settings of a run that the format names, and those of the columns `extra`: not the run, the
+/// file and the placing of the pusher.
 fn key(info: &TrialInfo, extra: &[&String]) -> String {
     let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.6e}"));
     let mut parts = vec![

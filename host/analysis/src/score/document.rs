@@ -45,6 +45,13 @@ pub struct Document {
     pub calibration: Vec<Calibration>,
 }
 
+impl Document {
+    /// Whether `row` is the predictor's, and not that of the same without effects or of a baseline.
+    pub fn is_own(&self, row: &Row) -> bool {
+        self.rows.first().is_some_and(|first| first.method == row.method)
+    }
+}
+
 /// What is scored, and against what.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {

@@ -3,6 +3,8 @@
 //! A trial may last minutes: of each only the time about its cases is kept. The predictor runs once more along the
 //! trials that are drawn, which are few.
 
+use std::collections::BTreeSet;
+
 use stickslip_data::{Index, Sample, TrialInfo};
 use stickslip_shared::model::Model;
 use stickslip_shared::predictor::{Checked, Limits, Prediction};
@@ -10,7 +12,7 @@ use stickslip_shared::predictor::{Checked, Limits, Prediction};
 use super::document::Document;
 use super::figures::{Case, Class, Outcome};
 use super::judge::{fed, predict, times};
-use super::truth::{self, Event, Kind};
+use super::truth::{self, Event};
 use crate::run::replay::at_board_rate;
 use crate::run::simulate::scene;
 
@@ -63,8 +65,7 @@ pub struct Drawn {
 /// The predictor's cases that a page shows: those that fail, class by class; where they are few, an example of each class
 /// that was warned of in time.
 pub fn cases(document: &Document) -> Vec<(Class, Case)> {
-    let method = document.rows.first().map(|r| r.method.as_str());
-    let rows = || document.rows.iter().filter(move |r| Some(r.method.as_str()) == method);
+    let rows = || document.rows.iter().filter(|r| document.is_own(r));
     let mut out: Vec<(Class, Case)> = Vec::new();
     let mut add = |class: Class, case: &Case| {
         // An alarm without an event is one of all classes of its kind.
@@ -120,7 +121,15 @@ pub fn traces(
         (*a, *b) = (a.min(from), b.max(to));
         drawn.shown[k].trace = Some(place);
     }
-    let made: Vec<Option<Trace>> = pieces.iter().map(|p| trace(index, model, tuning, document, p)).collect();
+    let mut made: Vec<Option<Trace>> = vec![None; pieces.len()];
+    // The predictor runs once along a trial, however many pieces of it are drawn.
+    let trials: BTreeSet<&str> = pieces.iter().map(|(trial, ..)| trial.as_str()).collect();
+    for trial in trials {
+        let Some(whole) = whole(index, model, tuning, document, trial) else { continue };
+        for (made, (_, from_s, to_s)) in made.iter_mut().zip(&pieces).filter(|(_, piece)| piece.0 == trial) {
+            *made = Some(whole.between(*from_s, *to_s));
+        }
+    }
     // What could be scored can be read again, unless somebody took the file away.
     let mut places = Vec::new();
     for trace in made {
@@ -145,12 +154,13 @@ fn turns(shown: &[Shown]) -> Vec<usize> {
     order.into_iter().map(|(_, k)| k).collect()
 }
 
-fn trace(
+/// All of a trial; none where its file can no longer be read.
+fn whole(
     index: &Index,
     model: &Model<f64>,
     tuning: &Checked<f32>,
     document: &Document,
-    (name, from_s, to_s): &(String, f64, f64),
+    name: &str,
 ) -> Option<Trace> {
     let (ordinal, info) = index.find(Some(name)).ok()?;
     let trial = at_board_rate(index.read_trial_lenient(info).trial?).0;
@@ -160,24 +170,20 @@ fn trace(
     let events = truth::find(&rig, &trial, &limits).events;
     let predictions = predict(&feed, model, (limits, tuning), ordinal, document.object_pose, name).ok()?;
     let t_s = times(&trial);
-    let from = t_s.partition_point(|t| t < from_s);
-    let to = t_s.partition_point(|t| t <= to_s).max(from);
-    Some(Trace {
-        info: info.clone(),
-        t_s: t_s.get(from..to)?.to_vec(),
-        samples: trial.samples.get(from..to)?.to_vec(),
-        predictions: predictions.get(from..to)?.to_vec(),
-        events,
-    })
+    Some(Trace { info: info.clone(), t_s, samples: trial.samples, predictions, events })
 }
 
-impl Kind {
-    /// In a word or two.
-    pub fn name(self) -> &'static str {
-        match self {
-            Kind::Slip => "slip",
-            Kind::Moved => "sag or rotation",
-            Kind::Drop => "drop",
+impl Trace {
+    /// From one time of it to another.
+    fn between(&self, from_s: f64, to_s: f64) -> Self {
+        let from = self.t_s.partition_point(|t| *t < from_s);
+        let to = self.t_s.partition_point(|t| *t <= to_s).max(from);
+        Self {
+            info: self.info.clone(),
+            t_s: self.t_s[from..to].to_vec(),
+            samples: self.samples[from..to].to_vec(),
+            predictions: self.predictions[from..to].to_vec(),
+            events: self.events.clone(),
         }
     }
 }

@@ -61,6 +61,17 @@ pub enum Kind {
     Drop,
 }
 
+impl Kind {
+    /// In a word or two.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Slip => "slip",
+            Kind::Moved => "sag or rotation",
+            Kind::Drop => "drop",
+        }
+    }
+}
+
 /// One event.
 #[derive(Clone, Debug, schemars::JsonSchema, serde::Serialize)]
 pub struct Event {

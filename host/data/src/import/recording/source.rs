@@ -42,8 +42,8 @@ impl Source {
         #[cfg(feature = "mcap")]
         if let Some(topic) = &stream.topic {
             let mut reading = Reading::of(&wanted, unit_ns);
-            let mut table = super::bag::read(file, topic, stream.child_frame.as_deref())?;
-            reading.table(&table.names, &table.stamps, std::mem::take(&mut table.rows), file)?;
+            let table = super::bag::read(file, topic, stream.child_frame.as_deref())?;
+            reading.table(&table.names, &table.stamps, table.rows, file)?;
             reading.bad_rows.extend(table.cut.map(|why| BadRow::new(table.messages + 1, "", why)));
             return reading.finish(file);
         }
