@@ -64,19 +64,28 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     let report =
         calibrate(&data, &file, &options, output).with_context(|| args.data.display().to_string())?;
     let several = report.primitives.len() > 1;
-    let mut documents = Vec::new();
+    // The files first: a closed pipe ends the text, not the work.
+    let mut files = Vec::new();
     for calibration in &report.primitives {
-        // The file first: a closed pipe ends the text, not the work.
         let path = args.out.as_ref().map(|out| named(out, &calibration.primitive, several));
         if let Some(path) = &path {
             write(&calibration.on(&file), path)?;
+        }
+        files.push(path);
+    }
+    let joint = args.out.as_ref().filter(|_| several);
+    if let Some(path) = joint {
+        write(&report.model, path)?;
+    }
+    let mut documents = Vec::new();
+    for (calibration, path) in report.primitives.iter().zip(files) {
+        if let Some(path) = &path {
             output.note(format_args!("model of {} written to {}", calibration.primitive, path.display()));
         }
         print(calibration, args.verbose, output);
         documents.push(Written { calibration, file: path.map(|f| f.display().to_string()) });
     }
-    if let Some(path) = args.out.as_ref().filter(|_| several) {
-        write(&report.model, path)?;
+    if let Some(path) = joint {
         output.note(format_args!(
             "model with the best determined friction of all written to {}",
             path.display()
