@@ -255,7 +255,7 @@ fn every_effect_can_be_looked_up() {
 }
 
 #[test]
-fn effects_page_has_the_words_of_the_effects() {
+fn effects_page_has_the_words_and_the_numbers_of_the_effects() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/effects.md");
     let page = std::fs::read_to_string(page).expect("read").to_lowercase();
     for info in stickslip_shared::effects::REGISTRY {
@@ -265,6 +265,14 @@ fn effects_page_has_the_words_of_the_effects() {
         let words = [info.summary, info.signature, info.on_robot, info.source].map(str::to_owned);
         for text in words.into_iter().chain(rows).chain(info.parameters.iter().map(|p| p.what.to_owned())) {
             assert!(section.contains(&text.to_lowercase()), "{}: {text}", info.id);
+        }
+        for p in info.parameters {
+            let row =
+                section.lines().find(|l| l.starts_with(&format!("| `{}` |", p.name))).unwrap_or_default();
+            let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+            let numbers = cells[3..6].iter().flat_map(|c| c.split(" to ")).map(|x| x.parse::<f64>());
+            let numbers: Vec<f64> = numbers.collect::<Result<_, _>>().expect(row);
+            assert_eq!(numbers, [p.typical, p.neutral, p.low, p.high], "{}: {row}", info.id);
         }
     }
 }
