@@ -105,6 +105,15 @@ impl<'a> Ground<'a> {
         }
     }
 
+    /// Screens an effect on all that it may start from but the base.
+    pub fn screen_beside(&self, trial: &CandidateEffect) -> Screened {
+        let (problem, bases) = self.site();
+        let mut screened = screen(problem, &bases[1..], self.free, trial);
+        screened.starts.iter_mut().for_each(|s| s.on += 1);
+        screened.gain = screened.starts.first().map_or(0.0, |s| self.before() - s.loss);
+        screened
+    }
+
     /// Loss of the base where it is searched.
     pub fn before(&self) -> f64 {
         let (problem, bases) = self.site();

@@ -11,7 +11,7 @@ use crate::model::candidate::CandidateEffect;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 use stickslip_shared::effects::Info;
-use stickslip_shared::model::MAX_EFFECTS;
+use stickslip_shared::model::{MAX_EFFECTS, Model};
 
 use crate::diagnose::misfit::{self, Misfit};
 use crate::diagnose::search::{Ground, Reach, Search};
@@ -29,6 +29,12 @@ const LONGEST_WAVE: f64 = 3.0;
 const WORTH_FITTING: f64 = 0.3;
 /// ... and so many in any case: what is best is compared with the next.
 const FEWEST: usize = 2;
+/// Where the best takes more than this share of the loss, the others are tried from where it ended ...
+const FROM_THERE: f64 = 0.2;
+/// ... which promise there at least as much less this share of it, and more by as much than they were found to take;
+const SAME_VALLEY: f64 = 0.3;
+/// ... no more than so many.
+const MOST_FROM_THERE: usize = 3;
 /// A fit whose loss is beyond this many times what its linear model promises did not converge.
 const CONVERGED: f64 = 1.2;
 
@@ -251,29 +257,93 @@ pub fn candidates(
     };
     let ranked = screened.into_iter().enumerate().filter(|(rank, s)| told(*rank, s));
     let kept = ranked.map(|(_, s)| s).take(survivors);
-    let mut begun: Vec<(Screened, Vec<Free>, Solution, Reach)> = kept
+    let mut begun: Vec<Begun> = kept
         .filter_map(|s| {
-            let free = with(base, s.trial.info);
-            let found = ground.search((s.trial.info, &s.starts), &free, Search::Quick);
+            let begun = Begun::on(&ground, base, s);
             tick();
-            let found = found?;
-            let reach = reach(&ground, &s.starts, &found);
-            Some((s, free, found, reach))
+            begun
         })
         .collect();
-    begun.sort_by(|a, b| a.3.hope().total_cmp(&b.3.hope()));
-    let best = begun.first().map_or(0.0, |(_, _, _, reach)| 1.0 - reach.hope());
-    let worth = begun.iter().filter(|(_, _, _, reach)| 1.0 - reach.hope() > WORTH_FITTING * best).count();
+    begun.sort_by(|a, b| a.reach.hope().total_cmp(&b.reach.hope()));
+    if survivors > 0 {
+        from_the_best((problem, base, &ground), trials, &mut begun);
+    }
+    let best = begun.first().map_or(0.0, Begun::takes);
+    let worth = begun.iter().filter(|b| b.takes() > WORTH_FITTING * best).count();
     let mut out: Vec<Candidate> = begun
         .into_iter()
         .take(worth.max(FEWEST))
-        .filter_map(|(s, free, found, reach)| {
+        .filter_map(|Begun { screened, free, found, reach }| {
             let fit = ground.on_all(&found, &free);
-            judged((problem, base), (s.trial.info, s.starts), (fit, free), (Search::Quick, reach))
+            judged(
+                (problem, base),
+                (screened.trial.info, screened.starts),
+                (fit, free),
+                (Search::Quick, reach),
+            )
         })
         .collect();
     out.sort_by(|a, b| total(&a.held).total_cmp(&total(&b.held)));
     (out, invisible)
+}
+
+/// An effect whose fit was begun where it is searched.
+struct Begun {
+    screened: Screened,
+    free: Vec<Free>,
+    found: Solution,
+    reach: Reach,
+}
+
+impl Begun {
+    /// From the starts of its screening on `ground`.
+    fn on(ground: &Ground, base: &Held, screened: Screened) -> Option<Self> {
+        let free = with(base, screened.trial.info);
+        let found = ground.search((screened.trial.info, &screened.starts), &free, Search::Quick)?;
+        let reach = reach(ground, &screened.starts, &found);
+        Some(Self { screened, free, found, reach })
+    }
+
+    /// Share of the loss that it takes, or may take.
+    fn takes(&self) -> f64 {
+        1.0 - self.reach.hope()
+    }
+}
+
+/// The base fitted without what is missing may lie in a valley where only what came out best shows what it can do: the others
+/// are screened again with the friction, and the pads, of its fit, and those fitted from there that may take as much.
+fn from_the_best(
+    (problem, base, ground): (&Problem, &Held, &Ground),
+    trials: &[CandidateEffect],
+    begun: &mut Vec<Begun>,
+) {
+    let Some(best) = begun.first().filter(|b| b.takes() > FROM_THERE) else { return };
+    let mut there = Model { friction: best.found.model.friction, ..base.solution.model.clone() };
+    there.effects.iter_mut().zip(&best.found.model.effects).for_each(|(to, from)| *to = *from);
+    let (id, takes) = (best.screened.trial.info.id, best.takes());
+    let there = [fit::solve(problem, &there, &base.free, 0)];
+    let beside = Ground::new(problem, (&base.solution, &base.free), &there);
+    let others = trials.iter().filter(|t| t.info.id != id && !t.is_excluded_by(&base.solution.model));
+    let before = ground.before();
+    // How much an effect takes already.
+    let known = |begun: &[Begun], id: &str| {
+        begun.iter().find(|b| b.screened.trial.info.id == id).map_or(0.0, |b| 1.0 - b.reach.left)
+    };
+    let mut screened: Vec<Screened> = others
+        .map(|t| beside.screen_beside(t))
+        .filter(|s| s.gain / before > (1.0 - SAME_VALLEY) * takes)
+        .filter(|s| s.gain / before > known(begun, s.trial.info.id) + SAME_VALLEY * takes)
+        .collect();
+    screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    for again in screened.into_iter().take(MOST_FROM_THERE).filter_map(|s| Begun::on(&beside, base, s)) {
+        let same = |b: &Begun| b.screened.trial.info.id == again.screened.trial.info.id;
+        match begun.iter().position(same) {
+            Some(at) if begun[at].reach.left <= again.reach.left => {}
+            Some(at) => begun[at] = again,
+            None => begun.push(again),
+        }
+    }
+    begun.sort_by(|a, b| a.reach.hope().total_cmp(&b.reach.hope()));
 }
 
 /// Free parameters of `base` with effect `info`.
