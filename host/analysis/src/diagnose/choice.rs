@@ -177,8 +177,14 @@ pub fn choose(
         let together = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
         // One of these effects itself is no simpler answer where it leaves a clear misfit that it does not act on.
         let is_one = |c: &Candidate| chosen.iter().any(|of| of.info.id == c.info.id);
+        // Nor one that leaves more than tolerances make, where the others leave no more than these.
+        let settled = chosen.last().is_some_and(|c| !c.held.misfit.is_beyond_perfect());
+        let leaves_more = |c: &Candidate| {
+            settled && c.held.misfit.is_beyond_perfect() && c.held.beyond(start).exceeds(RELEVANT)
+        };
         let leaves = |c: &Candidate| {
-            poor(&c.held.beyond(start)) || is_one(c) && verdict::untouched(&start.misfit, &c.held.misfit)
+            poor(&c.held.beyond(start))
+                || is_one(c) && (verdict::untouched(&start.misfit, &c.held.misfit) || leaves_more(c))
         };
         let alone =
             first.iter().find(|c| c.p_value < level && c.explained > together - SIMPLER && !leaves(c));

@@ -25,6 +25,8 @@ const CHANCE: f64 = 1.732;
 pub struct Misfit {
     /// Root mean square error over runs and features.
     pub error: f64,
+    /// What that is at least: three standard errors, over conditions, below that of all conditions but the worst.
+    pub error_at_least: f64,
     /// The same for runs about the mean of their condition, with the floor.
     pub perfect_model: f64,
     /// Mean square of the systematic part of each feature over conditions; NaN where not measured.
@@ -85,6 +87,13 @@ impl Misfit {
         left
     }
 
+    /// Whether the error of all features together is beyond chance larger than tolerances and scatter make that of a perfect
+    /// model.
+    #[must_use]
+    pub fn is_beyond_perfect(&self) -> bool {
+        self.error_at_least > self.perfect_model
+    }
+
     /// Whether some place misses by more than `floors` run spreads, beyond chance.
     pub fn exceeds(&self, floors: f64) -> bool {
         self.places.iter().any(|p| p.exceeds(floors))
@@ -111,12 +120,14 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
     let mut systematic = vec![0.0; FEATURES];
     let mut count = vec![0.0; FEATURES];
     let (mut square, mut scatter, mut seen, mut scattered) = (0.0, 0.0, 0.0, 0.0);
+    let mut of_conditions: Vec<f64> = Vec::new();
     // For each place: mean square of each condition.
     let mut by_place: BTreeMap<(usize, Phase), Vec<(f64, usize)>> = BTreeMap::new();
     for of in campaign.runs_of() {
         let Some(one) = of.first().copied() else { continue };
         let mut here: BTreeMap<(usize, Phase), (f64, f64)> = BTreeMap::new();
         let of: Vec<&Features> = of.iter().filter_map(|r| runs[*r].as_ref()).collect();
+        let before = (square, seen);
         for f in 0..FEATURES {
             let x: Vec<f64> = of.iter().map(|e| e[f]).filter(|x| x.is_finite()).collect();
             let n = x.len() as f64;
@@ -137,6 +148,9 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
                 scatter += (squares - sum * sum / n) * n / (n - 1.0);
                 scattered += n;
             }
+        }
+        if seen > before.1 {
+            of_conditions.push((square - before.0) / (seen - before.1));
         }
         for (place, (sum, n)) in here {
             by_place.entry(place).or_default().push((sum / n, one));
@@ -169,5 +183,27 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
         })
         .collect();
     places.sort_by(|a, b| b.size.total_cmp(&a.size));
-    Misfit { error: (square / f64::max(seen, 1.0)).sqrt(), perfect_model, systematic, excess, places }
+    let error_at_least = without_the_worst(&of_conditions).max(0.0).sqrt();
+    Misfit {
+        error: (square / f64::max(seen, 1.0)).sqrt(),
+        error_at_least,
+        perfect_model,
+        systematic,
+        excess,
+        places,
+    }
+}
+
+/// Mean of `squares` without the largest, less three standard errors of it.
+fn without_the_worst(squares: &[f64]) -> f64 {
+    let mut sorted = squares.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.pop();
+    let n = sorted.len() as f64;
+    if n < 2.0 {
+        return 0.0;
+    }
+    let mean = sorted.iter().sum::<f64>() / n;
+    let variance = sorted.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    mean - 3.0 * (variance / n).sqrt()
 }

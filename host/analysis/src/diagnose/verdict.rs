@@ -142,7 +142,12 @@ pub fn verdict(search: Verdict, signs: &Signs, misfit: &Misfit) -> (Verdict, Opt
     let verdict = match search {
         _ if signs.only_drift => Verdict::Effect,
         Verdict::NothingMissing | Verdict::Unexplained if signs.only_pads => Verdict::Effect,
-        Verdict::Effect if Left::of(misfit).near() && signs.conditions >= FEWEST_CONDITIONS => {
+        // No tolerance makes that much in all features together.
+        Verdict::Effect
+            if Left::of(misfit).near()
+                && !misfit.is_beyond_perfect()
+                && signs.conditions >= FEWEST_CONDITIONS =>
+        {
             // What swings is beyond doubt, and effects fitted to levels do not explain it.
             return if signs.swings {
                 (Verdict::Unexplained, None)

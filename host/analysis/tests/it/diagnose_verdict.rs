@@ -15,7 +15,14 @@ fn place(size: f64, at_least: f64) -> Place {
 fn misfit(places: &[Place]) -> Misfit {
     let mut places = places.to_vec();
     places.sort_by(|a, b| b.size.total_cmp(&a.size));
-    Misfit { error: 1.0, perfect_model: 1.0, systematic: Vec::new(), excess: 0.0, places }
+    Misfit {
+        error: 1.0,
+        error_at_least: 0.9,
+        perfect_model: 1.0,
+        systematic: Vec::new(),
+        excess: 0.0,
+        places,
+    }
 }
 
 #[test]
@@ -104,6 +111,21 @@ fn doubts_and_signs_beside_the_search_decide_in_this_order() {
     ] {
         assert_eq!(verdict(search, &signs, &misfit(&places)), (expected, doubt), "{search:?} {signs:?}");
     }
+}
+
+#[test]
+fn what_all_features_together_miss_beyond_a_perfect_models_error_is_no_tolerance() {
+    let signs = Signs { equal: false, only_drift: false, only_pads: false, swings: false, conditions: 6 };
+    let small = place(3.0, 1.1);
+    let of = |error_at_least| Misfit { error: 1.2, error_at_least, ..misfit(&[small]) };
+    let weak = (Verdict::Inconclusive, Some(Doubt::Weak(small)));
+    assert_eq!(verdict(Verdict::Effect, &signs, &of(1.0)), weak);
+    assert_eq!(verdict(Verdict::Effect, &signs, &of(1.01)), (Verdict::Effect, None));
+    let equal = Signs { equal: true, ..signs };
+    assert_eq!(verdict(Verdict::Effect, &equal, &of(1.01)), (Verdict::Ambiguous, None));
+    // Where no effect explains it, it stays a doubt.
+    let doubt = (Verdict::Inconclusive, Some(Doubt::Small(small)));
+    assert_eq!(verdict(Verdict::NothingMissing, &signs, &of(1.01)), doubt);
 }
 
 #[test]
