@@ -23,6 +23,8 @@ pub struct Whitener {
     pub active: Vec<usize>,
     scale: Vec<f64>,
     basis: DMatrix<f64>,
+    /// `basis` transposed, as a copy: nalgebra multiplies copies in blocks, views dot by dot.
+    transposed: DMatrix<f64>,
     shrink: Vec<f64>,
 }
 
@@ -45,7 +47,7 @@ impl Whitener {
             x / eigen.eigenvalues[k].sqrt()
         });
         let shrink = kept.iter().map(|k| 1.0 - 1.0 / (1.0 + eigen.eigenvalues[*k]).sqrt()).collect();
-        Self { active, scale, basis, shrink }
+        Self { active, scale, transposed: basis.transpose(), basis, shrink }
     }
 
     /// Whitened features; what is not finite counts as zero.
@@ -59,8 +61,7 @@ impl Whitener {
             let v = columns[k][self.active[i]] * self.scale[i];
             if v.is_finite() { v } else { 0.0 }
         });
-        // The transpose is copied: nalgebra multiplies copies in blocks, views dot by dot.
-        let mut along = self.basis.transpose() * &x;
+        let mut along = &self.transposed * &x;
         for (mut row, g) in along.row_iter_mut().zip(&self.shrink) {
             row *= *g;
         }
