@@ -200,7 +200,11 @@ fn carded(report: &Report) -> Vec<(&CandidateReport, &'static str)> {
         return Vec::new();
     }
     let named_ones = all().filter(named).map(|c| (c, NAMED));
-    let as_well = all().filter(|c| equal(c) && !named(c)).map(|c| (c, "explains the data as well"));
+    let as_well = match report.verdict {
+        Verdict::Inconclusive => "would explain it: not named",
+        _ => "explains the data as well",
+    };
+    let as_well = all().filter(|c| equal(c) && !named(c)).map(|c| (c, as_well));
     let near = all().filter(near).take(NEAR).map(|c| (c, "not named"));
     named_ones.chain(as_well).chain(near).collect()
 }

@@ -10,6 +10,7 @@ pub mod choice;
 pub mod detection;
 pub mod experiment;
 pub mod findings;
+pub mod limits;
 pub mod misfit;
 pub mod posterior;
 pub mod report;
@@ -117,10 +118,9 @@ pub fn diagnose(
         // What is missing may hide anything.
         detection.limits.clear();
     }
-    let mut report = report::report(&problem, findings, &model, begun.elapsed());
+    let mut report = report::report(&problem, findings, &model, (experiment, begun.elapsed()));
     (report.limits_on_effects, report.classes) = (detection.limits, detection.classes);
     report.weigh(unbalanced(dataset, &campaign.description));
-    report.suggested_experiment = experiment;
     Ok(report)
 }
 

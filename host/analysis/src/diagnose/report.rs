@@ -10,7 +10,9 @@ use stickslip_shared::effects::{Info, Role, find as find_effect};
 
 use crate::channels::channel_words;
 use crate::diagnose::detection::UpperLimit;
+use crate::diagnose::experiment::Experiment;
 use crate::diagnose::findings::Findings;
+use crate::diagnose::limits::limits;
 use crate::diagnose::misfit::{self, Misfit};
 use crate::diagnose::posterior::{self, Weighed};
 use crate::diagnose::select::{Candidate, Held, explained};
@@ -129,7 +131,8 @@ pub struct Report {
     pub also_missing: Option<String>,
     /// Chosen effects, strongest first.
     pub effects: Vec<&'static str>,
-    /// Sets that explain the data as well.
+    /// Sets that explain the data as well; where nothing can be concluded, sets that would explain what is missed, the most
+    /// probable first.
     pub ambiguous_with: Vec<Vec<&'static str>>,
     /// All effects that were refitted, best first.
     pub candidates: Vec<CandidateReport>,
@@ -143,7 +146,7 @@ pub struct Report {
     /// What structure is left.
     pub unexplained: Vec<Structure>,
     /// What to measure next; see `stickslip suggest`.
-    pub suggested_experiment: Option<crate::diagnose::experiment::Experiment>,
+    pub suggested_experiment: Option<Experiment>,
     /// Fitted friction of the base model, and all parameters with the chosen effects.
     pub parameters: BTreeMap<String, Value>,
     /// Systematic misfit of each channel in each phase, worst first.
@@ -177,7 +180,12 @@ pub struct Report {
 }
 
 /// Makes the report.
-pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Duration) -> Report {
+pub fn report(
+    problem: &Problem,
+    findings: Findings,
+    given: &Described,
+    (experiment, took): (Option<Experiment>, Duration),
+) -> Report {
     let Findings {
         base,
         start,
@@ -262,7 +270,16 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
     }
     limits.extend(summary_fit.notes);
     let met: Vec<&'static str> = chosen.iter().map(|c| c.info.id).collect();
-    let doubt = doubt.as_ref().map(|d| doubtful(d, problem, &met));
+    // The most probable first.
+    let likely = |set: &[&'static str]| {
+        posterior.sets.iter().find(|s| s.effects == set).map_or(0.0, |s| s.probability)
+    };
+    let mut ambiguous_with = equal.clone();
+    if matches!(doubt, Some(Doubt::Weak(_))) && !met.is_empty() {
+        ambiguous_with.insert(0, met);
+        ambiguous_with.sort_by(|a, b| likely(b).total_cmp(&likely(a)));
+    }
+    let doubt = doubt.as_ref().map(|d| doubtful(d, problem, &ambiguous_with, experiment.is_some()));
     let mut summary = match &doubt {
         Some((reason, _)) => format!("Nothing can be concluded: {reason}."),
         None if named && problem.noise.of_misfit.is_some() => better_predicted(&effects, equal, &candidates),
@@ -288,13 +305,13 @@ pub fn report(problem: &Problem, findings: Findings, given: &Described, took: Du
         would_tell,
         also_missing,
         effects,
-        ambiguous_with: equal.clone(),
+        ambiguous_with,
         candidates,
         credible_sets: posterior.credible(),
         discrepancy,
         error,
         unexplained,
-        suggested_experiment: None,
+        suggested_experiment: experiment,
         parameters,
         places,
         left_out,
@@ -400,66 +417,15 @@ fn candidate(problem: &Problem, met: &[&Held], c: &Candidate) -> CandidateReport
     }
 }
 
-/// What the data cannot show.
-fn limits(problem: &Problem, invisible: &[&'static str]) -> Vec<String> {
-    let campaign = problem.campaign;
-    let mut out = Vec::new();
-    if !campaign.assumed.is_empty() {
-        out.push(format!(
-            "sensor uncertainty not stated in dataset.toml; taken: {}. What lies within that is not named",
-            campaign.assumed.join("; ")
-        ));
-    }
-    if campaign.conditions < FEWEST_CONDITIONS {
-        out.push(format!(
-            "only {} different condition(s): an effect cannot be separated from a wrong friction coefficient; at least {} conditions are needed",
-            campaign.conditions,
-            FEWEST_CONDITIONS
-        ));
-    }
-    if problem.noise.of_misfit.is_some() {
-        out.push(
-            "no repetitions, and the object's pose is known now and then only: noise is taken from what the model leaves, \
-             the frames of object and pusher from where they touch; run spreads are those of the stated sensors"
-                .into(),
-        );
-    } else if problem.noise.freedom == 0 {
-        out.push(
-            "no repetitions: noise is assumed from the stated sensor noise and 2 % of friction, and small effects cannot be separated from run-to-run variation; repeat at least some conditions"
-                .into(),
-        );
-    } else if problem.noise.freedom < 6 {
-        out.push(format!(
-            "only {} degrees of freedom from repetitions: the run spread is uncertain",
-            problem.noise.freedom
-        ));
-    }
-    let seen = |from: usize| {
-        campaign.runs.iter().any(|r| {
-            r.measured[from * crate::fit::phases::BINS..(from + 6) * crate::fit::phases::BINS]
-                .iter()
-                .any(|x| x.is_finite())
-        })
-    };
-    for (from, what) in [(0, "the object's pose"), (6, "the fingers' forces"), (18, "the pusher's forces")] {
-        if !seen(from) {
-            out.push(format!("{what}: not measured (or only where it has no information); effects that are visible only there cannot be found"));
-        }
-    }
-    if !invisible.is_empty() {
-        out.push(format!("not visible in these data: {}", invisible.join(", ")));
-    }
-    out
-}
-
 /// Which channel misses in which phase, and by how much.
 fn off_by(place: &misfit::Place) -> String {
     let words = channel_words(&channel_name(place.channel));
     format!("{words} ({}) is off by {:.1} run spreads", place.phase.name(), place.size)
 }
 
-/// Why nothing can be concluded, and what would tell; `met` are the effects that the search ended at.
-fn doubtful(doubt: &Doubt, problem: &Problem, met: &[&str]) -> (String, String) {
+/// Why nothing can be concluded, and what would tell; `sets` of effects would explain what is missed, and there may be an
+/// experiment to suggest.
+fn doubtful(doubt: &Doubt, problem: &Problem, sets: &[Vec<&str>], suggested: bool) -> (String, String) {
     let trial = |p: &misfit::Place| &problem.campaign.runs[p.run].info.trial;
     match doubt {
         Doubt::FewConditions => {
@@ -480,18 +446,25 @@ fn doubtful(doubt: &Doubt, problem: &Problem, met: &[&str]) -> (String, String) 
                 "{}, more than a model that lacks nothing ({RELEVANT}) and less than a clear misfit \
                  ({UNEXPLAINED:.1}), and {}",
                 off_by(p),
-                match met {
+                match sets {
                     [] => "no effect explains it".to_owned(),
                     some => format!(
                         "{} would explain it, as may the tolerances of rigid contact",
-                        some.join(" with ")
+                        some.iter().map(|set| set.join(" with ")).collect::<Vec<_>>().join(" or ")
                     ),
                 }
             ),
-            format!(
-                "repeat the condition of trial {}, where it is largest, to lower the run spread",
-                trial(p)
-            ),
+            match sets {
+                // Repetitions do not lower the tolerances.
+                [_, ..] if suggested => {
+                    "make the experiment suggested, in which the model with it and the model without it differ most"
+                        .to_owned()
+                }
+                _ => format!(
+                    "repeat the condition of trial {}, where it is largest, to lower the run spread",
+                    trial(p)
+                ),
+            },
         ),
         Doubt::Unrepeated(best) => (
             format!(

@@ -8,6 +8,7 @@ pub mod contact;
 pub mod force_bands;
 pub mod noise;
 pub mod offsets;
+pub mod overhang;
 pub mod pads;
 pub mod phases;
 pub mod sensors;

@@ -23,6 +23,7 @@ mod model_file;
 mod module_edges;
 mod motion;
 mod noise_floor;
+mod overhang;
 mod pads;
 mod rate;
 mod replay;
