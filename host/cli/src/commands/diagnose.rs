@@ -191,6 +191,10 @@ fn print_first(report: &Report, output: &Output) {
             p.after
         ));
     }
+    // One of them may be what nothing explains.
+    for limit in report.limits.iter().filter(|_| report.verdict == Verdict::Unexplained).take(LISTED) {
+        output.text(format_args!("  limit: {}", effects_in_words(limit)));
+    }
     output.text(format_args!(
         "All effects tried, misfits, {} limit(s) of these data: --verbose, or --html for the page",
         report.limits.len()
