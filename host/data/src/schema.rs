@@ -175,8 +175,20 @@ pub const TRIALS: &[Entry] = &[
     ),
     entry("speed_m_s", "m/s", "speed of the drive", "not applicable", "-"),
     entry("speed_rad_s", "rad/s", "speed of the drive", "not applicable", "-"),
-    entry("slope_rad", "rad", "direction of the push, positive upwards", "not applicable", "-"),
-    entry("pusher_offset_m", "m", "offset of the pusher", "not applicable", "-"),
+    entry(
+        "slope_rad",
+        "rad",
+        "direction in which the gripper is driven, above the horizontal (planar push: from the normal of the edge). A label of the condition; the motion is that of the poses",
+        "not applicable",
+        "-",
+    ),
+    entry(
+        "pusher_offset_m",
+        "m",
+        "where the pusher touches: from the object's centre along its X (planar push: from the middle of the edge). A label of the condition; where the pusher is, its pose says",
+        "not applicable",
+        "-",
+    ),
     entry(
         "run",
         "",
