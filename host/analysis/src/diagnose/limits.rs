@@ -5,15 +5,12 @@ use crate::evidence::overhang::overhang_m;
 use crate::fit::campaign::{Campaign, Run};
 use crate::fit::problem::Problem;
 
-/// A pad that reaches over an edge by more than this share of its radius is said to.
+/// A pad that reaches over an edge by more than this share of its radius is reported.
 const OVERHANG: f64 = 0.03;
 
 /// Where pads reach over the edges of the faces that they press.
 fn overhanging(campaign: &Campaign) -> Option<String> {
-    let radius_m = match campaign.description.fingers.as_ref()?.diameter_m {
-        Some(diameter_m) => 0.5 * diameter_m,
-        None => return None,
-    };
+    let radius_m = 0.5 * campaign.description.fingers.as_ref()?.diameter_m?;
     let of_runs = campaign.runs.iter().filter_map(|r| Some((overhang_m(&r.prepared)?, r)));
     let over: Vec<(f64, &Run)> = of_runs.filter(|(over_m, _)| *over_m > OVERHANG * radius_m).collect();
     let (most_m, worst) = over.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;

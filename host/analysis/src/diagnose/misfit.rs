@@ -10,6 +10,8 @@
 
 use std::collections::BTreeMap;
 
+use statrs::statistics::Statistics;
+
 use crate::evidence::tolerance::FORM;
 use crate::fit::features::{FEATURES, Features};
 use crate::fit::noise;
@@ -19,6 +21,8 @@ use crate::fit::problem::Problem;
 /// Standard deviation of the product of two runs' errors, each a systematic part and noise of
 /// one floor.
 const CHANCE: f64 = 1.732;
+/// What is beyond chance lies so many standard errors off.
+const STANDARD_ERRORS: f64 = 3.0;
 
 /// Misfit of a model. See the module.
 #[derive(Clone, Debug)]
@@ -178,7 +182,7 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
             // A single condition in which the model fails altogether decides nothing.
             let (largest, run) = squares.iter().copied().fold((0.0, 0), |m, s| if s.0 > m.0 { s } else { m });
             let others = if n > 1.0 { (mean * n - largest) / (n - 1.0) } else { 0.0 };
-            let least: f64 = others - 3.0 * CHANCE / n.sqrt();
+            let least: f64 = others - STANDARD_ERRORS * CHANCE / n.sqrt();
             Place { channel, phase, size: mean.max(0.0).sqrt(), at_least: least.max(0.0).sqrt(), run }
         })
         .collect();
@@ -194,16 +198,14 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
     }
 }
 
-/// Mean of `squares` without the largest, less three standard errors of it.
+/// Mean of `squares` without the largest, less [`STANDARD_ERRORS`] of it.
 fn without_the_worst(squares: &[f64]) -> f64 {
     let mut sorted = squares.to_vec();
     sorted.sort_by(f64::total_cmp);
     sorted.pop();
-    let n = sorted.len() as f64;
-    if n < 2.0 {
+    if sorted.len() < 2 {
         return 0.0;
     }
-    let mean = sorted.iter().sum::<f64>() / n;
-    let variance = sorted.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    mean - 3.0 * (variance / n).sqrt()
+    let variance = sorted.iter().variance() / sorted.len() as f64;
+    sorted.iter().mean() - STANDARD_ERRORS * variance.sqrt()
 }

@@ -335,7 +335,9 @@ fn from_the_best(
         .filter(|s| s.gain / before > known(begun, s.trial.info.id) + SAME_VALLEY * takes)
         .collect();
     screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    for again in screened.into_iter().take(MOST_FROM_THERE).filter_map(|s| Begun::on(&beside, base, s)) {
+    for mut again in screened.into_iter().take(MOST_FROM_THERE).filter_map(|s| Begun::on(&beside, base, s)) {
+        // On other ground, where they may be searched again, they stand on the base.
+        again.screened.starts.iter_mut().for_each(|s| s.on = 0);
         let same = |b: &Begun| b.screened.trial.info.id == again.screened.trial.info.id;
         match begun.iter().position(same) {
             Some(at) if begun[at].reach.left <= again.reach.left => {}

@@ -53,7 +53,8 @@ pub enum Doubt {
     /// unknown is missing ([`UNEXPLAINED`]), and no effect explains it.
     Small(Place),
     /// The same where effects would explain it. What a model may leave once effects are named
-    /// ([`Left::near`]) is no reason to name one: tolerances of rigid contact have the shape of some effect too.
+    /// ([`Left::near`]) is no reason to name one: tolerances of rigid contact have the shape of some effect too, but not
+    /// such a size in all features together ([`Misfit::is_beyond_perfect`]).
     Weak(Place),
     /// A misfit that mostly one condition shows: it may be the model's way of contact there.
     OneCondition(Place),
