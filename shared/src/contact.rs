@@ -139,8 +139,9 @@ pub struct Contact<R: Real> {
     pub kept: R,
     /// Radius over which a single point is spread (see [`spread`]), m; normally 0.
     pub spread_m: R,
-    /// Whether a face or line of the pusher bears as an even foundation does (see [`spread`]), not with its corners alone.
-    pub even: bool,
+    /// Where a face or line of the pusher bears as an even foundation does (see [`spread`]), not with its corners alone: the
+    /// share of a face's stiffness that lies at its ends along the second tangent all the same.
+    pub even: Option<R>,
 }
 
 /// All contacts of a step.
@@ -264,7 +265,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
             reach_m: R::zero(),
             kept: R::one(),
             spread_m: R::zero(),
-            even: false,
+            even: None,
         };
         usize::from(slot >= NC || self.out.push(contact).is_err())
     }

@@ -43,19 +43,23 @@ pub fn spread<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>, pusher_n
 const ENDS: usize = 4;
 /// Least share of its length on which a line touches: before it is pressed nothing is known of it.
 const TOUCHES: f64 = 0.2;
+/// The same along the second axis: what is hard turns flat within a step, and must find points there. It bears at the end all
+/// the same, as one of its points does.
+const TOUCHES_ALONG: f64 = 1.0 / 3.0;
 /// Places and weights of two points that integrate a cubic over 0 to 1 (Gauss), and of four with both ends (Simpson).
 const GAUSS: [(f64, f64); 2] = [(0.211_324_865_405_187_13, 0.5), (0.788_675_134_594_812_9, 0.5)];
 const SIMPSON: [(f64, f64); 4] = [(0.0, 0.125), (1.0 / 3.0, 0.375), (2.0 / 3.0, 0.375), (1.0, 0.125)];
 
 /// Puts points in place of the ends of a line, or of the corners of a face, that bears evenly, whose sums are those of
 /// Winkler's foundation pressed with `load_n`: a foundation's stiffness against shift and turning, and less of it where it
-/// touches in part. Along the first axis the points lie where it touches under that load: depth is linear there, so that two of
-/// them give force and moment exactly. Along the second, about which an object turns while it is pushed, they stay: the
-/// solver finds within the step which of them touch. Returns the points that did not fit.
+/// touches in part. The points lie where it touches under that load: depth is linear there, so that two of them along the first
+/// axis, and three along the second, about which an object turns while it is pushed, give force and moment exactly. A fourth
+/// stays at the other end, where the depth begins: what turns flat, and beyond, within the step meets it. Some of a face's
+/// stiffness may lie at both ends of the second axis instead ([`Contact::even`]). Returns the points that did not fit.
 fn evened<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>, load_n: R) -> usize {
     let mut ends: Vec<(usize, Contact<R>), ENDS> = Vec::new();
     for (i, c) in contacts.iter().enumerate() {
-        if c.even && ends.push((i, *c)).is_err() {
+        if c.even.is_some() && ends.push((i, *c)).is_err() {
             break;
         }
     }
@@ -63,7 +67,8 @@ fn evened<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>, load_n: R) -
     match ends.as_slice() {
         [(i, a), (j, b)] => {
             let whole = a.share + b.share;
-            for (at, (s, weight)) in [*i, *j].into_iter().zip(across(a, b, load_n)) {
+            let touches = touching((a, b), load_n, R::zero(), TOUCHES);
+            for (at, (s, weight)) in [*i, *j].into_iter().zip(GAUSS.map(|place| within(touches, place))) {
                 lost += placed(contacts, Some(at), between(a, &[(b, s)], (a.slot, whole * weight)));
             }
         }
@@ -73,17 +78,20 @@ fn evened<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>, load_n: R) -
             // From `a` across, along, and both.
             let [(k1, u), (k2, v)] = if second(b) > second(d) { [(l, d), (j, b)] } else { [(j, b), (l, d)] };
             let corners = [[*i, *k2], [*k1, *k]];
-            for ((s, of), (column, row)) in across(a, u, load_n).into_iter().zip(corners.iter().zip(0..)) {
-                for (place, (t, weight)) in SIMPSON.into_iter().enumerate() {
+            let across = touching((a, u), load_n, R::zero(), TOUCHES);
+            let rim = a.even.unwrap_or(R::zero());
+            let along = touching((a, v), load_n / across.1, rim, TOUCHES_ALONG);
+            let columns = GAUSS.map(|place| within(across, place));
+            for ((s, of), (column, row)) in columns.into_iter().zip(corners.iter().zip(0..)) {
+                for (place, (t, weight)) in pressed(along, rim).into_iter().enumerate() {
                     let at = match place {
                         0 => column.first(),
                         3 => column.last(),
                         _ => None,
                     };
                     let slot = a.slot + ENDS + 2 * row + place.saturating_sub(1);
-                    let share = whole * of * R::of(weight);
-                    lost +=
-                        placed(contacts, at.copied(), between(a, &[(u, s), (v, R::of(t))], (slot, share)));
+                    let share = whole * of * weight;
+                    lost += placed(contacts, at.copied(), between(a, &[(u, s), (v, t)], (slot, share)));
                 }
             }
         }
@@ -110,18 +118,47 @@ fn placed<R: Real, const NC: usize>(
     }
 }
 
-/// Places on the side from `a` to `b`, which gives way by `load_n` over its stiffness where all of it is pressed evenly, and
-/// the shares of its stiffness that they stand for. A wedge that is `w` of the side long, whose gap grows by `r` over the
-/// side, bears `k r w^2 / 2`.
-fn across<R: Real>(a: &Contact<R>, b: &Contact<R>, load_n: R) -> [(R, R); 2] {
-    let (one, zero) = (R::one(), R::zero());
+/// Where the side from `a` to `b` begins to touch and on how much of it, as shares of it. It gives way by `load_n` over its
+/// stiffness `k` where all of it is pressed evenly. A wedge that is `w` of the side long, whose gap grows by `r` over the
+/// side, bears `k r ((1 - rim) w^2 + rim w) / 2`. Not less than `least` of it.
+fn touching<R: Real>((a, b): (&Contact<R>, &Contact<R>), load_n: R, rim: R, least: f64) -> (R, R) {
+    let (one, zero, two) = (R::one(), R::zero(), R::of(2.0));
     let rise_m = b.gap_m - a.gap_m;
-    let twice_m = R::of(2.0) * max(load_n, zero) / a.normal_n_m;
-    let touches =
-        if rise_m.abs() > twice_m { max(R::of(TOUCHES), sqrt(twice_m / rise_m.abs())) } else { one };
+    let twice_m = two * max(load_n, zero) / a.normal_n_m;
+    let mut touches = one;
+    if rise_m.abs() > twice_m {
+        let twice = twice_m / rise_m.abs();
+        let under = rim + sqrt(rim * rim + R::of(4.0) * (one - rim) * twice);
+        touches = max(R::of(least), if under > zero { two * twice / under } else { zero });
+    }
     // At the end where the gap is less.
-    let from = if rise_m < zero { one - touches } else { zero };
-    GAUSS.map(|(place, weight)| (from + touches * R::of(place), touches * R::of(weight)))
+    (if rise_m < zero { one - touches } else { zero }, touches)
+}
+
+/// A place of the part of a side that touches, as a share of the side, and the share of its stiffness that it stands for.
+fn within<R: Real>((from, touches): (R, R), (place, weight): (f64, f64)) -> (R, R) {
+    (from + touches * R::of(place), touches * R::of(weight))
+}
+
+/// Simpson's places and weights on the part of a side that touches; of what touches in part, the one that bears nothing at the
+/// other end of the side. `rim` of the stiffness lies at the ends instead.
+fn pressed<R: Real>(touches: (R, R), rim: R) -> [(R, R); 4] {
+    let (one, zero) = (R::one(), R::zero());
+    let mut places = SIMPSON.map(|place| within(touches, place));
+    let [first, .., last] = &mut places;
+    match touches {
+        (from, _) if from > zero => *first = (zero, R::of(SIMPSON[0].1)),
+        (_, share) if share < one => *last = (one, R::of(SIMPSON[3].1)),
+        _ => {}
+    }
+    for (_, weight) in &mut places {
+        *weight *= one - rim;
+    }
+    let [first, .., last] = &mut places;
+    for (_, weight) in [first, last] {
+        *weight += rim * R::of(0.5);
+    }
+    places
 }
 
 /// The place `s` of the way from `a` to each of `towards`.

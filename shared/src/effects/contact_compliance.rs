@@ -16,7 +16,8 @@
 //! The pusher, and the support beside fingertips, is another body, with a compliance of its own: a plate on its sensor and
 //! arm gives way by micrometres under a push, and the object turns on it by milliradians, much more where it is pressed near
 //! an edge. The pusher's face bears as an even foundation does (`contact::spread`), where without this effect the corners do
-//! alone.
+//! alone. Faces are not that flat: `pusher_rim` of the stiffness lies at the two ends of the face along pusher Z, as where it
+//! is hollow. It decides how far an object turns that is pressed near an edge.
 
 use super::law::{Law, StepContext};
 use crate::contact::{Body, Contact, is_finger};
@@ -83,6 +84,17 @@ pub const INFO: Info = Info {
         // The fit finds it.
         .tried_at(&[0.0])
         .added(0.0),
+        Parameter::new(
+            "pusher_rim",
+            "1",
+            0.33,
+            0.0,
+            [0.0, 1.0],
+            "share of a pusher's face's stiffness at its ends along pusher Z: 0 an even face, 1 its rim alone",
+        )
+        // The fit finds it.
+        .tried_at(&[0.0])
+        .added(0.0),
     ],
 };
 
@@ -111,6 +123,7 @@ impl<R: Real> Law<R> for ContactCompliance {
         contact.tangential_n_m = softer(contact.tangential_n_m, tangential);
         contact.normal_n_m = softer(contact.normal_n_m, normal);
         contact.microslip = clamp(microslip, R::zero(), R::one());
-        contact.even = contact.body == Body::Pusher && p[2] > R::zero();
+        let gives_way = contact.body == Body::Pusher && p[2] > R::zero();
+        contact.even = gives_way.then(|| clamp(p[5], R::zero(), R::one()));
     }
 }

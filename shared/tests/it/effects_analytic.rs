@@ -261,52 +261,77 @@ fn a_push_that_slows_down_loses_no_force_to_pads_whose_parts_slip() {
     assert!(held_n > force_n, "{held_n} N of {force_n}");
 }
 
-/// A face of 25 mm on a plane, tilted and pressed so far that an even foundation of 1e6 N/m would bear 20 N at `off` of half
-/// its side, along the object's Y (1) or Z (2): force and moment of the points that stand for it, over 20 N and over them on
-/// half of the side.
-fn pressed(off: f64, axis: usize) -> (f64, f64) {
-    let (half_m, load_n, stiffness_n_m) = (0.0125, 20.0, 1e6);
-    // Where all of it touches (off below a third) and where it does in part: Winkler's foundation.
-    let tilt = if off < 1.0 / 3.0 {
-        3.0 * load_n * off / (stiffness_n_m * half_m)
-    } else {
-        4.0 * load_n / (9.0 * stiffness_n_m * half_m * (1.0 - off) * (1.0 - off))
-    };
-    let deepest_m = if off < 1.0 / 3.0 {
-        load_n / stiffness_n_m + tilt * half_m
-    } else {
-        tilt * 3.0 * half_m * (1.0 - off)
-    };
+const HALF_M: f64 = 0.0125;
+const LOAD_N: f64 = 20.0;
+const FACE_N_M: f64 = 1e6;
+
+/// A face of 25 mm on a plane, pressed by `deepest_m` and tilted along the object's Y (1) or Z (2), `rim` of its stiffness at its
+/// ends along Z: force and moment of the points that stand for it, over 20 N and over them on half of the side.
+fn pressed(axis: usize, rim: f64, (tilt, deepest_m): (f64, f64)) -> (f64, f64) {
     let run = push::<f64>(0.0);
     let state = State::held(&run.scene, &run.model, &run.drive, Vec3::zeros(), run.rotation);
     let mut contacts = Contacts::<f64, SLOTS>::new();
     find(&run.scene, &run.model, &state, &run.drive, &mut contacts);
     for c in contacts.iter_mut().filter(|c| c.body == Body::Pusher) {
-        (c.even, c.normal_n_m) = (true, stiffness_n_m);
-        c.gap_m = tilt * (half_m - c.lever_m[axis]) - deepest_m;
+        (c.even, c.normal_n_m) = (Some(rim), FACE_N_M);
+        c.gap_m = tilt * (HALF_M - c.lever_m[axis]) - deepest_m;
     }
-    assert_eq!(spread(&mut contacts, load_n), 0);
+    assert_eq!(spread(&mut contacts, LOAD_N), 0);
     let points: Vec<_> = contacts.iter().filter(|c| c.body == Body::Pusher).collect();
     assert_eq!(points.len(), 8);
     points.iter().fold((0.0, 0.0), |(force_n, moment_nm), c| {
-        let n = (-stiffness_n_m * c.share * c.gap_m).max(0.0);
-        (force_n + n / load_n, moment_nm + n * c.lever_m[axis] / (load_n * half_m))
+        let n = (-FACE_N_M * c.share * c.gap_m).max(0.0);
+        (force_n + n / LOAD_N, moment_nm + n * c.lever_m[axis] / (LOAD_N * HALF_M))
     })
+}
+
+/// Tilt and depth with which an even foundation bears 20 N at `off` of half of its side: where all of it touches (off below a
+/// third) and where it does in part.
+fn winkler(off: f64) -> (f64, f64) {
+    if off < 1.0 / 3.0 {
+        let tilt = 3.0 * LOAD_N * off / (FACE_N_M * HALF_M);
+        (tilt, LOAD_N / FACE_N_M + tilt * HALF_M)
+    } else {
+        let tilt = 4.0 * LOAD_N / (9.0 * FACE_N_M * HALF_M * (1.0 - off) * (1.0 - off));
+        (tilt, tilt * 3.0 * HALF_M * (1.0 - off))
+    }
 }
 
 #[test]
 fn a_face_that_bears_evenly_stands_against_turning_either_way_as_winklers_foundation_does() {
     let near = |axis: usize, off: f64, share: f64| {
-        let (force, moment) = pressed(off, axis);
+        let (force, moment) = pressed(axis, 0.0, winkler(off));
         let off_by = (force - 1.0).abs().max((moment - off).abs());
         assert!(off_by <= share, "axis {axis}, {off}: {force}, {moment}");
     };
-    // Across, where it touches is known beforehand.
-    for off in [0.0, 0.2, 1.0 / 3.0, 0.5, 0.7, 0.86] {
-        near(1, off, 1e-9);
+    for axis in [1, 2] {
+        for off in [0.0, 0.2, 1.0 / 3.0, 0.5, 0.7, 7.0 / 9.0] {
+            near(axis, off, 1e-9);
+        }
     }
-    for (off, share) in [(0.0, 1e-9), (0.2, 1e-9), (1.0 / 3.0, 1e-9), (0.5, 0.02), (0.7, 0.02)] {
-        near(2, off, share);
+    near(1, 0.86, 1e-9);
+    // What touches on less than a third along Z bears on the points of a third.
+    near(2, 0.86, 0.05);
+    near(2, 0.9, 0.1);
+}
+
+#[test]
+fn a_hollow_face_bears_with_two_springs_at_its_ends_beside_a_foundation() {
+    for rim in [0.2, 1.0 / 3.0, 0.8, 1.0] {
+        for touches in [0.4, 0.6, 0.9] {
+            // Of the side: force over `k r`, and its distance from the end.
+            let (even, ends) = ((1.0 - rim) * touches * touches / 2.0, rim * touches / 2.0);
+            let rise_m = LOAD_N / (FACE_N_M * (even + ends));
+            let from_end = even * (touches / 3.0) / (even + ends);
+            let (force, moment) = pressed(2, rim, (rise_m / (2.0 * HALF_M), rise_m * touches));
+            assert!((force - 1.0).abs() < 1e-9 && (moment - (1.0 - 2.0 * from_end)).abs() < 1e-9);
+        }
+        // All of it touches: a third of even springs' moment, all of that of springs at the ends.
+        let tilt = 2e-4;
+        let (force, moment) = pressed(2, rim, (tilt, LOAD_N / FACE_N_M + tilt * HALF_M));
+        let stands = FACE_N_M * HALF_M * HALF_M * ((1.0 - rim) / 3.0 + rim);
+        assert!((force - 1.0).abs() < 1e-9);
+        assert!((moment - tilt * stands / (LOAD_N * HALF_M)).abs() < 1e-9, "{rim}: {moment}");
     }
 }
 

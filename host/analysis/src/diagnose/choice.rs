@@ -255,8 +255,9 @@ fn entangled(problem: &Problem, held: &Held) -> bool {
         let at_edge = solution.at_edge.get(k).copied().unwrap_or(false);
         strength(&free[k]).is_some_and(|(_, of)| far(of)) && !at_edge
     };
-    // Pads that go over to sliding by Dahl's law, or do not stiffen, are pads, and not pulled as far as they go.
-    let law = |f: &Free| matches!(f.of_pads(), Some("microslip" | "stiffening"));
+    // Pads that go over to sliding by Dahl's law, or do not stiffen, are pads, a plate may be even or hollow: none is pulled as
+    // far as it goes.
+    let law = |f: &Free| matches!(f.of_pads(), Some("microslip" | "stiffening" | "pusher_rim"));
     let at_bound = |f: &Free| {
         let x = f.get(&solution.model);
         !law(f) && strength(f).is_some_and(|(_, of)| x != of.neutral && (x <= of.low || x >= of.high))

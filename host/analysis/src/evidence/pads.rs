@@ -67,6 +67,8 @@ const ORDINARY_M_N: f64 = 1e-6;
 const MICROSLIP: f64 = 0.6;
 /// Exponent of a pad's stiffness over the grip: curved faces by Hertz's law. Flat ones that are bonded have 0, rough ones 1.
 const STIFFENING: f64 = 1.0 / 3.0;
+/// Share of a face's stiffness at its rim: between an even face and one that is hollow.
+const RIM: f64 = 1.0 / 3.0;
 
 impl Pads {
     /// What to expect of a pad's parameter, by its name: value and range.
@@ -87,6 +89,7 @@ impl Pads {
             // Not read off: what is usual.
             "pusher_m_n" => Some((PUSHER_M_N, PUSHER_RANGE_M_N)),
             "microslip" => Some((MICROSLIP, [0.0, 1.0])),
+            "pusher_rim" => Some((RIM, [0.0, 1.0])),
             _ => None,
         }
     }

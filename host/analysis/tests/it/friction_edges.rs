@@ -30,11 +30,12 @@ fn a_fit_that_starts_with_a_plate_that_holds_finds_the_friction_with_which_it_sl
     let data = pushes();
     let start = default_model();
     let campaign = Campaign::new(&data, &start);
-    // Stiff contacts: a rigid grasp that sticks leaves its forces open.
+    // Stiff contacts: a rigid grasp that sticks leaves its forces open. The rig's plate bears with 4 x 4 equal points, which
+    // is an even face with a third of its stiffness at the rim.
     let compliance =
         CandidateEffect::listed().into_iter().find(|t| t.info.role.is_compliance()).expect("listed");
     let mut parameters = [0.0; stickslip_shared::effects::MAX_PARAMETERS];
-    parameters[..3].copy_from_slice(&[1e-6, 1e-6, 1e-6]);
+    parameters[..6].copy_from_slice(&[1e-6, 1e-6, 1e-6, 0.0, 0.0, 1.0 / 3.0]);
     let mut model = compliance.on(&start, parameters);
     (model.friction.finger, model.friction.pusher) = (MU_FINGER, 1.0);
     let free = base_parameters(&campaign);

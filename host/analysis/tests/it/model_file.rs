@@ -127,8 +127,14 @@ fn a_parameter_that_came_later_is_asked_for_with_the_value_that_changes_nothing(
             assert_eq!(*value, p.before.unwrap_or(p.typical), "{} {}", info.id, p.name);
         }
     }
-    for line in ["microslip = 0", "stiffening = 0", "pusher_m_n = 0", "elsewhere = 1", "renewal_m = 0.000001"]
-    {
+    for line in [
+        "microslip = 0",
+        "stiffening = 0",
+        "pusher_rim = 0",
+        "pusher_m_n = 0",
+        "elsewhere = 1",
+        "renewal_m = 0.000001",
+    ] {
         assert!(seen.iter().any(|s| s == line), "{line} in {seen:?}");
     }
 }
