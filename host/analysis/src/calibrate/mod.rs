@@ -228,15 +228,22 @@ pub fn calibrate(
         true => primitives.iter().map(|(p, trials)| (*p, slopes(&data.description, trials))).collect(),
         false => BTreeMap::new(),
     };
-    let model = &match pads::measured(&slopes.values().flatten().copied().collect::<Vec<_>>()) {
-        Some(pads) => with_pads(model, &pads),
-        None => model.clone(),
+    let of = |model: &ModelFile, primitive: &str| {
+        let trials = &primitives[primitive];
+        of_primitive(&data.description, primitive, trials, &model.to_model(), options.share)
     };
+    let read_off = pads::measured(&slopes.values().flatten().copied().collect::<Vec<_>>());
+    let with_pads = read_off.map_or_else(|| model.clone(), |pads| with_pads(model, &pads));
+    let (model, mut on_plate) = match gives_way(&with_pads) && !gives_way(model) {
+        true => on_plates(with_pads, &data.description, primitives.keys().copied(), of)?,
+        false => (with_pads, BTreeMap::new()),
+    };
+    let model = &model;
     let in_model = gives_way(model);
     let base = model.to_model();
     let mut found = Vec::new();
-    for (primitive, trials) in primitives {
-        let mut of_it = of_primitive(&data.description, primitive, &trials, &base, options.share)?;
+    for primitive in primitives.keys().copied() {
+        let mut of_it = on_plate.remove(primitive).map_or_else(|| of(model, primitive), Ok)?;
         let pads = slopes.get(primitive).and_then(|s| pads::measured(s));
         of_it.pads = pads.map(|p| PadStiffness::of(&p, in_model));
         found.push(of_it);
@@ -278,6 +285,42 @@ fn with_pads(model: &ModelFile, pads: &Pads) -> ModelFile {
     }
     model.effects.push(entry);
     model
+}
+
+/// `model` with the plate that those of `primitives` that push with one show, and what `of` finds with it for each of these.
+/// Whether a plate's face is even or hollow decides how far an object turns that is pressed near an edge, and with the wrong
+/// one friction makes up for it: the plate is that whose calibration leaves the least error.
+fn on_plates<'a>(
+    model: ModelFile,
+    description: &Description,
+    primitives: impl Iterator<Item = &'a str>,
+    of: impl Fn(&ModelFile, &str) -> Result<Calibration, CalibrateError>,
+) -> Result<(ModelFile, BTreeMap<&'a str, Calibration>), CalibrateError> {
+    let flat = |p: &&str| description.pushers.get(*p).is_some_and(|pusher| pusher.contact == "plane");
+    let with_plate: Vec<&str> = primitives.filter(flat).collect();
+    if with_plate.is_empty() {
+        return Ok((model, BTreeMap::new()));
+    }
+    let mut best: Option<(f64, ModelFile, BTreeMap<&str, Calibration>)> = None;
+    for rim in [None, Some(0.0)] {
+        let mut plate = model.clone();
+        for entry in plate.effects.iter_mut().filter(|e| e.is_compliance()) {
+            let at = entry.info().and_then(|i| i.parameters.iter().position(|p| p.name == "pusher_rim"));
+            if let (Some(at), Some(rim)) = (at, rim) {
+                entry.values[at] = rim;
+            }
+        }
+        let found = with_plate
+            .iter()
+            .map(|p| of(&plate, p).map(|found| (*p, found)))
+            .collect::<Result<BTreeMap<_, _>, _>>()?;
+        // What is left of each quantity counts by its logarithm: units need no weights.
+        let left = found.values().flat_map(|c| &c.errors).filter_map(|e| e.calibration).map(f64::ln).sum();
+        if best.as_ref().is_none_or(|(least, ..)| left < *least) {
+            best = Some((left, plate, found));
+        }
+    }
+    Ok(best.map_or((model, BTreeMap::new()), |(_, plate, found)| (plate, found)))
 }
 
 /// The narrowest estimate of each coefficient that any of them determines.
