@@ -197,7 +197,7 @@ fn pusher_patch(r: &Reality, kind: PusherKind, surface: &Surface) -> Patch {
     match kind {
         PusherKind::Plate => {
             let sides = [Vector3::y() * h.y, Vector3::z() * h.z];
-            counterpart(&r.pusher, layout::rectangle(-Vector3::x() * h.x, sides), plane)
+            counterpart(&r.pusher, layout::plate(-Vector3::x() * h.x, sides), plane)
         }
         PusherKind::Edge(length) => {
             let elements = layout::line(Vector3::y(), length, 11, Profile::Uniform);

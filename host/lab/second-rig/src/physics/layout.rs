@@ -100,27 +100,42 @@ const SEVEN: &[(f64, f64)] = &[
     (0.723_606_797_749_979, 5.0 / 12.0),
     (1.0, 1.0 / 12.0),
 ];
-/// Intervals along the side that an object turns about: a plate of 1e6 N/m that bears 20 N touches on a tenth of it or less.
+const FIVE: [(f64, f64); 5] =
+    [(-1.0, 1.0 / 6.0), (-0.5, 4.0 / 6.0), (0.0, 2.0 / 6.0), (0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0)];
+
+/// Intervals along the side of a plate that an object turns about: one of 1e6 N/m that bears 20 N may touch on a tenth of it.
 const INTERVALS: usize = 24;
 
 /// Even nodes of -1 to 1, rim included, with Gregory's weights: a cubic is integrated exactly, and all weights are positive.
-fn gregory() -> impl Iterator<Item = (f64, f64)> {
-    let weight = |k: usize| match k.min(INTERVALS - k) {
+fn gregory(k: usize) -> (f64, f64) {
+    let weight = match k.min(INTERVALS - k) {
         0 => 3.0 / 8.0,
         1 => 7.0 / 6.0,
         2 => 23.0 / 24.0,
         _ => 1.0,
     };
-    (0..=INTERVALS)
-        .map(move |k| (2.0 * k as f64 / INTERVALS as f64 - 1.0, weight(k) * 2.0 / INTERVALS as f64))
+    (2.0 * k as f64 / INTERVALS as f64 - 1.0, weight * 2.0 / INTERVALS as f64)
 }
 
-/// A rectangle spanned by two half sides about a centre, rim included: seven elements along the first, many along the second,
-/// about whose rim an object turns. Its radius of gyration is that of an even pressure, so that the even case hides nothing.
+/// A rectangle spanned by two half sides about a centre, rim included: seven elements along the first, five along the second.
+/// Its radius of gyration is that of an even pressure, so that the even case hides nothing.
 pub fn rectangle(centre: Vector3<f64>, half: [Vector3<f64>; 2]) -> Vec<Element> {
+    spanned(centre, half, FIVE.into_iter())
+}
+
+/// The same with 25 elements along the second side, about whose rim an object turns.
+pub fn plate(centre: Vector3<f64>, half: [Vector3<f64>; 2]) -> Vec<Element> {
+    spanned(centre, half, (0..=INTERVALS).map(gregory))
+}
+
+fn spanned(
+    centre: Vector3<f64>,
+    half: [Vector3<f64>; 2],
+    second: impl Iterator<Item = (f64, f64)> + Clone,
+) -> Vec<Element> {
     let mut out = Vec::new();
     for (x, a) in SEVEN {
-        for (y, b) in gregory() {
+        for (y, b) in second.clone() {
             out.push(Element { position: centre + half[0] * *x + half[1] * y, area: a * b, load: a * b });
         }
     }

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use stickslip_second_rig::physics::foundation::Foundation;
 use stickslip_second_rig::physics::friction::{Bristle, Kind, Law};
-use stickslip_second_rig::physics::layout::{Profile, disc, rectangle, shift_pressure};
+use stickslip_second_rig::physics::layout::{Element, Profile, disc, plate, rectangle, shift_pressure};
 use stickslip_second_rig::physics::patch::{Load, Patch, Shear};
 use stickslip_second_rig::physics::surface::{Geometry, Relative, Surface};
 use stickslip_second_rig::random::{log_uniform, normal, stream, uniform};
@@ -206,8 +206,10 @@ fn the_centre_of_pressure_moves_by_what_is_asked() {
 
 #[test]
 fn an_even_rectangle_has_the_area_radius_of_gyration_and_spin_torque_of_the_integral() {
-    for [x, y] in [[0.0465, 0.0195], [0.02, 0.02], [0.012, 0.05]] {
-        let elements = rectangle(Vector3::zeros(), [Vector3::x() * x, Vector3::y() * y]);
+    let sizes = [[0.0465, 0.0195], [0.02, 0.02], [0.012, 0.05]];
+    for ([x, y], of) in sizes.into_iter().flat_map(|size| [(size, rectangle as fn(_, _) -> _), (size, plate)])
+    {
+        let elements: Vec<Element> = of(Vector3::zeros(), [Vector3::x() * x, Vector3::y() * y]);
         let sum = |of: &dyn Fn(&Vector3<f64>) -> f64| {
             elements.iter().map(|e| e.load * of(&e.position)).sum::<f64>()
         };
