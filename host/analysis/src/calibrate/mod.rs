@@ -298,29 +298,21 @@ fn on_plates<'a>(
 ) -> Result<(ModelFile, BTreeMap<&'a str, Calibration>), CalibrateError> {
     let flat = |p: &&str| description.pushers.get(*p).is_some_and(|pusher| pusher.contact == "plane");
     let with_plate: Vec<&str> = primitives.filter(flat).collect();
-    if with_plate.is_empty() {
-        return Ok((model, BTreeMap::new()));
+    let all = |plate: &ModelFile| -> Result<BTreeMap<&'a str, Calibration>, CalibrateError> {
+        with_plate.iter().map(|p| Ok((*p, of(plate, p)?))).collect()
+    };
+    // What is left of each quantity counts by its logarithm: units need no weights.
+    let left = |found: &BTreeMap<&str, Calibration>| -> f64 {
+        found.values().flat_map(|c| &c.errors).filter_map(|e| e.calibration).map(f64::ln).sum()
+    };
+    let mut even = model.clone();
+    for entry in even.effects.iter_mut().filter(|e| e.is_compliance()) {
+        let parameters = entry.info().map_or(&[][..], |info| info.parameters);
+        let rim = entry.values.iter_mut().zip(parameters).filter(|(_, of)| of.name == "pusher_rim");
+        rim.for_each(|(value, _)| *value = 0.0);
     }
-    let mut best: Option<(f64, ModelFile, BTreeMap<&str, Calibration>)> = None;
-    for rim in [None, Some(0.0)] {
-        let mut plate = model.clone();
-        for entry in plate.effects.iter_mut().filter(|e| e.is_compliance()) {
-            let at = entry.info().and_then(|i| i.parameters.iter().position(|p| p.name == "pusher_rim"));
-            if let (Some(at), Some(rim)) = (at, rim) {
-                entry.values[at] = rim;
-            }
-        }
-        let found = with_plate
-            .iter()
-            .map(|p| of(&plate, p).map(|found| (*p, found)))
-            .collect::<Result<BTreeMap<_, _>, _>>()?;
-        // What is left of each quantity counts by its logarithm: units need no weights.
-        let left = found.values().flat_map(|c| &c.errors).filter_map(|e| e.calibration).map(f64::ln).sum();
-        if best.as_ref().is_none_or(|(least, ..)| left < *least) {
-            best = Some((left, plate, found));
-        }
-    }
-    Ok(best.map_or((model, BTreeMap::new()), |(_, plate, found)| (plate, found)))
+    let (of_hollow, of_even) = (all(&model)?, all(&even)?);
+    Ok(if left(&of_even) < left(&of_hollow) { (even, of_even) } else { (model, of_hollow) })
 }
 
 /// The narrowest estimate of each coefficient that any of them determines.
