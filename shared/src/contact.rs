@@ -5,7 +5,7 @@
 //!
 //! | contact | points | rule |
 //! |---|---|---|
-//! | disc finger of radius a on a flat face | 6 on a ring of 2a/3 | torsional friction 2/3 mu N a of the uniform disc exactly; force and torsion together within 7 % of the disc's limit surface; normal moment up to 0.58 N a (disc: N a) |
+//! | disc finger of radius a on a flat face | 6 on a ring of 2a/3; where its torsional stiffness is given, 3 at a and 3 at 0.487 a ([`spread`]) | torsional friction 2/3 mu N a of the uniform disc exactly; force and torsion together within 7 % of the disc's limit surface; normal moment up to 0.58 N a (disc: N a) |
 //! | disc or line finger on a cylinder | 2 on the line of contact, at ± half its length | the patch is a line along the axis |
 //! | line finger | 2 ends | |
 //! | plane pusher | the corners of the nearest face, or the two ends of a cylinder's line; where it gives way, eight points of the face or two of the line | [`spread`] |
@@ -139,9 +139,10 @@ pub struct Contact<R: Real> {
     pub kept: R,
     /// Radius over which a single point is spread (see [`spread`]), m; normally 0.
     pub spread_m: R,
-    /// Where a face or line of the pusher bears as an even foundation does (see [`spread`]), not with its corners alone: the
-    /// share of a face's stiffness that lies at its ends along the second tangent all the same.
-    pub even: Option<R>,
+    /// How [`spread`] arranges the points. Of the pusher, where it bears as an even foundation does, not with its corners alone:
+    /// the share of a face's stiffness that lies at its ends along the second tangent all the same. Of a flat disc finger: its
+    /// torsional stiffness over the tangential one and the square of its radius, where that is not the ring's.
+    pub profile: Option<R>,
 }
 
 /// All contacts of a step.
@@ -265,7 +266,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
             reach_m: R::zero(),
             kept: R::one(),
             spread_m: R::zero(),
-            even: None,
+            profile: None,
         };
         usize::from(slot >= NC || self.out.push(contact).is_err())
     }

@@ -2,8 +2,8 @@
 
 use heapless::Vec;
 
-use super::{Contact, Contacts};
-use crate::real::{Real, max, sqrt};
+use super::{Contact, Contacts, FINGER_POINTS, is_finger};
+use crate::real::{Real, clamp, max, sqrt};
 
 /// Replaces every point that is a whole contact by itself and has a `spread_m` above zero
 /// by three points at that radius, which bear torsion `mu N spread_m`. They take the slots
@@ -36,7 +36,43 @@ pub fn spread<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>, pusher_n
             lost += usize::from(point.slot >= NC || contacts.push(point).is_err());
         }
     }
+    ringed(contacts);
     lost + evened(contacts, pusher_n)
+}
+
+/// What the outer and the inner points of a disc have: radius in those of a ring (2/3 of the disc's), and share of the load.
+/// Torsional friction is the ring's, force and torsion together within 3 % of the uniform disc's limit surface, and the
+/// onset of sliding, straight and in torsion, of pads under even, Hertz's and Gaussian pressure is described within 6 % of the
+/// limit (docs/lab/torsion-of-pads.md).
+const POINTS: [(f64, f64); 2] = [(1.5, OUTER), ((1.0 - 1.5 * OUTER) / (1.0 - OUTER), 1.0 - OUTER)];
+const OUTER: f64 = 0.35;
+/// Torsional stiffness over the tangential one and the squared radius: a ring's, and the largest, as the inner points need some.
+const RATIOS: [f64; 2] = [RING, 0.95];
+const RING: f64 = 4.0 / 9.0;
+
+/// Moves the points of flat fingers whose torsional stiffness is given ([`Contact::profile`]) outward and inward in turn, and
+/// gives the outer ones as much of the tangential stiffness as that takes. Each moves on the line to the one opposite.
+fn ringed<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>) {
+    let [least, most] = RATIOS.map(R::of);
+    let [outer2, inner2] = POINTS.map(|(radius, _)| RING * radius * radius);
+    for i in 0..contacts.len() {
+        let Some(a) = contacts.get(i).copied().filter(|c| is_finger(c.body)) else { continue };
+        let opposite = |c: &Contact<R>| c.body == a.body && c.slot == a.slot + FINGER_POINTS / 2;
+        let j = contacts.iter().position(opposite);
+        let (Some(ratio), Some(j)) = (a.profile, j) else { continue };
+        let Some(b) = contacts.get(j).copied() else { continue };
+        let outer = (clamp(ratio, least, most) - R::of(inner2)) * R::of(1.0 / (outer2 - inner2));
+        for (at, from, to) in [(i, &a, &b), (j, &b, &a)] {
+            let inside = from.slot % 2;
+            let (radius, load) = POINTS[inside];
+            // The line is twice the radius long.
+            let moves = R::of(0.5 - 0.5 * radius);
+            if let Some(c) = contacts.get_mut(at) {
+                *c = between(from, &[(to, moves)], (from.slot, from.share * R::of(2.0 * load)));
+                c.tangential_n_m *= R::of(1.0 / load) * if inside == 0 { outer } else { R::one() - outer };
+            }
+        }
+    }
 }
 
 /// Ends of what bears evenly: two of a line, four of a face.
@@ -55,11 +91,11 @@ const SIMPSON: [(f64, f64); 4] = [(0.0, 0.125), (1.0 / 3.0, 0.375), (2.0 / 3.0, 
 /// touches in part. The points lie where it touches under that load: depth is linear there, so that two of them along the first
 /// axis, and three along the second, about which an object turns while it is pushed, give force and moment exactly. A fourth
 /// stays at the other end, where the depth begins: what turns flat, and beyond, within the step meets it. Some of a face's
-/// stiffness may lie at both ends of the second axis instead ([`Contact::even`]). Returns the points that did not fit.
+/// stiffness may lie at both ends of the second axis instead ([`Contact::profile`]). Returns the points that did not fit.
 fn evened<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>, load_n: R) -> usize {
     let mut ends: Vec<(usize, Contact<R>), ENDS> = Vec::new();
     for (i, c) in contacts.iter().enumerate() {
-        if c.even.is_some() && ends.push((i, *c)).is_err() {
+        if c.profile.is_some() && !is_finger(c.body) && ends.push((i, *c)).is_err() {
             break;
         }
     }
@@ -79,7 +115,7 @@ fn evened<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>, load_n: R) -
             let [(k1, u), (k2, v)] = if second(b) > second(d) { [(l, d), (j, b)] } else { [(j, b), (l, d)] };
             let corners = [[*i, *k2], [*k1, *k]];
             let across = touching((a, u), load_n, R::zero(), TOUCHES);
-            let rim = a.even.unwrap_or(R::zero());
+            let rim = a.profile.unwrap_or(R::zero());
             let along = touching((a, v), load_n / across.1, rim, TOUCHES_ALONG);
             let columns = GAUSS.map(|place| within(across, place));
             for ((s, of), (column, row)) in columns.into_iter().zip(corners.iter().zip(0..)) {
@@ -162,6 +198,8 @@ fn pressed<R: Real>(touches: (R, R), rim: R) -> [(R, R); 4] {
 }
 
 /// The place `s` of the way from `a` to each of `towards`.
+// Once in the flash.
+#[inline(never)]
 fn between<R: Real>(a: &Contact<R>, towards: &[(&Contact<R>, R)], (slot, share): (usize, R)) -> Contact<R> {
     let mut out = Contact { slot, share, ..*a };
     for (b, s) in towards {

@@ -18,11 +18,19 @@
 //! an edge. The pusher's face bears as an even foundation does (`contact::spread`), where without this effect the corners do
 //! alone. Faces are not that flat: `pusher_rim` of the stiffness lies at the two ends of the face along pusher Z, as where it
 //! is hollow. It decides how far an object turns that is pressed near an edge.
+//!
+//! A flat disc of radius `a` resists turning by `pad_torsion K a²`, `K` its tangential stiffness: 0.5 for a layer pressed
+//! evenly, 0.6 to 0.8 where pressure falls towards the rim (`a` being that of the disc with the same torsional friction), 1.0
+//! to 1.2 for a half-space (Johnson 1985, 3.7 and 7.2). Three points at `a` bear 0.35 of the load, three at `0.487 a` the rest,
+//! so that torsional friction stays `2/3 mu N a`, and share `K` as the ratio wants: what is stiff at the rim also begins to
+//! slide there (`contact::spread`). 0.95 is the most that they can. With 0 the pad is a ring of `2a/3`, whose ratio is 4/9.
 
 use super::law::{Law, StepContext};
 use crate::contact::{Body, Contact, is_finger};
 use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
+use crate::model::FingerContact;
 use crate::real::{Real, clamp, max};
+use crate::shape::ROUND;
 
 /// See the module.
 pub struct ContactCompliance;
@@ -95,6 +103,17 @@ pub const INFO: Info = Info {
         // The fit finds it.
         .tried_at(&[0.0])
         .added(0.0),
+        Parameter::new(
+            "pad_torsion",
+            "1",
+            0.6,
+            0.0,
+            [0.0, 0.95],
+            "torsional stiffness of a flat disc fingertip over its tangential one and its radius squared: 0.5 an even layer, 0.95 nearly a half-space, 0 a ring's 4/9",
+        )
+        // The fit finds it.
+        .tried_at(&[0.0])
+        .added(0.0),
     ],
 };
 
@@ -123,7 +142,11 @@ impl<R: Real> Law<R> for ContactCompliance {
         contact.tangential_n_m = softer(contact.tangential_n_m, tangential);
         contact.normal_n_m = softer(contact.normal_n_m, normal);
         contact.microslip = clamp(microslip, R::zero(), R::one());
-        let gives_way = contact.body == Body::Pusher && p[2] > R::zero();
-        contact.even = gives_way.then(|| clamp(p[5], R::zero(), R::one()));
+        let disc = contact.face != ROUND && matches!(context.fingers, Some(FingerContact::Disc { .. }));
+        contact.profile = match contact.body {
+            Body::Pusher if p[2] > R::zero() => Some(clamp(p[5], R::zero(), R::one())),
+            Body::Finger1 | Body::Finger2 if disc && p[6] > R::zero() => Some(p[6]),
+            _ => None,
+        };
     }
 }

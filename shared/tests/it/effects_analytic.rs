@@ -3,12 +3,12 @@
 //! Above 600 lines: a law is a test or two, and all share the push that they are seen in.
 
 use crate::scenes::*;
-use stickslip_shared::contact::{Body, Contacts, SLOTS, find, spread};
+use stickslip_shared::contact::{Body, Contact, Contacts, SLOTS, find, spread};
 use stickslip_shared::effects::{
     Effect, FrictionLaw, Law, MAX_PARAMETERS, MEMORY, Reading, Slip, StepContext, law,
 };
 use stickslip_shared::model::{FingerContact, Friction};
-use stickslip_shared::real::Vec3;
+use stickslip_shared::real::{Rotation, Vec3};
 use stickslip_shared::step::{State, step};
 
 const N: f64 = 20.0;
@@ -273,7 +273,7 @@ fn pressed(axis: usize, rim: f64, (tilt, deepest_m): (f64, f64)) -> (f64, f64) {
     let mut contacts = Contacts::<f64, SLOTS>::new();
     find(&run.scene, &run.model, &state, &run.drive, &mut contacts);
     for c in contacts.iter_mut().filter(|c| c.body == Body::Pusher) {
-        (c.even, c.normal_n_m) = (Some(rim), FACE_N_M);
+        (c.profile, c.normal_n_m) = (Some(rim), FACE_N_M);
         c.gap_m = tilt * (HALF_M - c.lever_m[axis]) - deepest_m;
     }
     assert_eq!(spread(&mut contacts, LOAD_N), 0);
@@ -332,6 +332,50 @@ fn a_hollow_face_bears_with_two_springs_at_its_ends_beside_a_foundation() {
         let stands = FACE_N_M * HALF_M * HALF_M * ((1.0 - rim) / 3.0 + rim);
         assert!((force - 1.0).abs() < 1e-9);
         assert!((moment - tilt * stands / (LOAD_N * HALF_M)).abs() < 1e-9, "{rim}: {moment}");
+    }
+}
+
+#[test]
+fn a_disc_pad_resists_turning_by_its_ratio_and_shifts_and_presses_as_without() {
+    const RADIUS_M: f64 = 0.01;
+    const PAD_N_M: f64 = 1e5;
+    let mut run = spin::<f64>(FingerContact::Disc { diameter_m: 2.0 * RADIUS_M });
+    // The face is seen tilted: the gap is linear over it.
+    run.rotation = Rotation::from_scaled_axis(Vec3::new(0.02, 0.0, -0.03));
+    let state = State::held(&run.scene, &run.model, &run.drive, Vec3::zeros(), run.rotation);
+    let mut ring = Contacts::<f64, SLOTS>::new();
+    find(&run.scene, &run.model, &state, &run.drive, &mut ring);
+    for ratio in [0.5, 0.64, 0.776, 0.95] {
+        let mut contacts = ring.clone();
+        for c in &mut contacts {
+            (c.profile, c.tangential_n_m) = (Some(ratio), PAD_N_M);
+        }
+        assert_eq!(spread(&mut contacts, 0.0), 0);
+        for body in [Body::Finger1, Body::Finger2] {
+            let of_body = |all: &Contacts<f64, SLOTS>, of: &dyn Fn(&Contact<f64>) -> f64| -> f64 {
+                all.iter().filter(|c| c.body == body).map(of).sum()
+            };
+            let sum = |of: &dyn Fn(&Contact<f64>) -> f64| of_body(&contacts, of);
+            let r2 = |c: &Contact<f64>| c.patch_m[0].powi(2) + c.patch_m[1].powi(2);
+            close(sum(&|c| c.share), 1.0, 1e-12);
+            close(sum(&|c| c.share * c.tangential_n_m), PAD_N_M, 1e-12);
+            close(sum(&|c| c.share * c.tangential_n_m * r2(c)), ratio * PAD_N_M * RADIUS_M * RADIUS_M, 1e-9);
+            close(sum(&|c| c.share * r2(c).sqrt()), 2.0 / 3.0 * RADIUS_M, 1e-9);
+            for k in [0, 1] {
+                assert!(sum(&|c| c.share * c.tangential_n_m * c.patch_m[k]).abs() < 1e-9, "no coupling");
+                let tilts = |c: &Contact<f64>| c.share * c.gap_m * c.patch_m[k];
+                close(sum(&tilts), 1.135 * of_body(&ring, &tilts), 1e-3);
+            }
+        }
+    }
+}
+
+#[test]
+fn torsional_friction_of_a_disc_is_the_same_however_its_stiffness_is_spread() {
+    for ratio in [0.0, 0.3, 0.5, 0.776, 0.95, 2.0] {
+        let run = spin::<f64>(FingerContact::Disc { diameter_m: 0.02 });
+        let run = run.with("contact_compliance", &[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, ratio]);
+        close(run.play().outputs[0].reading.finger[0][4].abs(), MU * N * 0.02 / 3.0, 1e-3);
     }
 }
 

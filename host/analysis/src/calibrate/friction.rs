@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use stickslip_shared::model::Model;
 
 use super::intervals;
-use super::problem::{Coefficient, Estimate, Problem, mean_squares};
+use super::problem::{Assumed, Coefficient, Estimate, Problem, mean_squares};
 use super::windows::{SEEN, Seen, Windowed, resolution};
 use crate::channels::COUNT;
 
@@ -37,12 +37,12 @@ const LAST_SETTLED: f64 = 1e-7;
 /// A solve ends where its step, relative, is this share of what counts as settled.
 const FINER: f64 = 0.1;
 
-/// Finds the coefficients of all contacts that the trials' scenes have.
-pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], base: &Model<f64>) -> Fit {
+/// Finds the coefficients of all contacts that the trials' scenes have, in a `base` of which some is `assumed`.
+pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], (base, assumed): (&Model<f64>, &[Assumed])) -> Fit {
     let all = [Coefficient::Finger, Coefficient::Pusher, Coefficient::Support].into_iter().enumerate();
     let has = |k: usize| trials.iter().any(|w| w.prepared.frictions()[k]);
     let free: Vec<Coefficient> = all.filter(|(k, _)| has(*k)).map(|(_, of)| of).collect();
-    let mut problem = Problem::new(trials, offsets, base, free);
+    let mut problem = Problem::new(trials, offsets, (base, assumed), free);
     coarse(&mut problem);
     let problem = solved(problem, (ROUNDS, SETTLED));
     let estimates = intervals::estimates(&problem, |_| true);
@@ -72,18 +72,23 @@ fn solved(mut problem: Problem<'_>, (rounds, settled): (usize, f64)) -> Problem<
 /// The coefficients of `fit` that are not left `open`, fitted once more with the others as the model has them, and their
 /// intervals about that: on a plateau an open one may have been anywhere, and what fits beside it there need not fit beside
 /// what is in the model. Where the fit ends depends no longer on where it started.
-pub fn last(trials: &[&Windowed], offsets: &[f64; COUNT], fit: &mut Fit, open: impl Fn(&Estimate) -> bool) {
+pub fn last(
+    trials: &[&Windowed],
+    offsets: &[f64; COUNT],
+    (fit, assumed): (&mut Fit, &[Assumed]),
+    open: impl Fn(&Estimate) -> bool,
+) {
     let all: Vec<Coefficient> = fit.estimates.iter().map(|e| e.coefficient).collect();
     let known: Vec<Coefficient> = fit.estimates.iter().filter(|e| !open(e)).map(|e| e.coefficient).collect();
     if known.is_empty() {
         return;
     }
-    let solved =
-        solved(Problem::new(trials, offsets, &fit.model, known.clone()), (LAST_ROUNDS, LAST_SETTLED));
+    let problem = Problem::new(trials, offsets, (&fit.model, assumed), known.clone());
+    let solved = solved(problem, (LAST_ROUNDS, LAST_SETTLED));
     let (model, weights) = (solved.model(&solved.at), solved.weights);
     (fit.model, fit.missed) = (model, missed(&weights));
     if known.len() < all.len() {
-        let around = Problem { weights, ..Problem::new(trials, offsets, &fit.model, all) };
+        let around = Problem { weights, ..Problem::new(trials, offsets, (&fit.model, assumed), all) };
         for anew in intervals::estimates(&around, |c| known.contains(&c)) {
             let of_it = fit.estimates.iter_mut().filter(|e| e.coefficient == anew.coefficient);
             of_it.for_each(|e| (e.low, e.high, e.determined) = (anew.low, anew.high, anew.determined));

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::effects::REGISTRY;
-use stickslip_shared::model::{MAX_EFFECTS, Model};
+use stickslip_shared::model::{Base, MAX_EFFECTS, Model};
 use thiserror::Error;
 
 use crate::channels::{COUNT, Quantity, quantity};
@@ -32,6 +32,7 @@ use crate::run::simulate::{SceneError, prepare};
 use stickslip_data::{Dataset, Description, Trial, TrialInfo};
 
 pub use determined::{Remark, Slid, name};
+use problem::Assumed;
 pub use problem::{Coefficient, Estimate};
 pub use windows::Windowed;
 
@@ -39,6 +40,9 @@ pub use windows::Windowed;
 pub const MOST_TRIALS: usize = 60;
 /// Fewest that a calibration should have: its intervals come from their scatter.
 pub const FEWEST_TRIALS: usize = 8;
+
+/// Standard deviation of what is assumed over its range, as fits have it.
+const SD_OF_RANGE: f64 = 0.25;
 
 /// How many of the trials friction is found from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -228,23 +232,16 @@ pub fn calibrate(
         true => primitives.iter().map(|(p, trials)| (*p, slopes(&data.description, trials))).collect(),
         false => BTreeMap::new(),
     };
-    let of = |model: &ModelFile, primitive: &str| {
-        let trials = &primitives[primitive];
-        of_primitive(&data.description, primitive, trials, &model.to_model(), options.share)
-    };
     let read_off = pads::measured(&slopes.values().flatten().copied().collect::<Vec<_>>());
-    let with_pads = read_off.map_or_else(|| model.clone(), |pads| with_pads(model, &pads));
-    let (model, mut on_plate) = match gives_way(&with_pads) && !gives_way(model) {
-        true => on_plates(with_pads, &data.description, primitives.keys().copied(), of)?,
-        false => (with_pads, BTreeMap::new()),
-    };
-    let model = &model;
-    let in_model = gives_way(model);
+    let (model, assumed) =
+        read_off.map_or_else(|| (model.clone(), Vec::new()), |pads| with_pads(model, &pads));
+    let (model, in_model) = (&model, gives_way(&model));
     let base = model.to_model();
     let mut found = Vec::new();
-    for primitive in primitives.keys().copied() {
-        let mut of_it = on_plate.remove(primitive).map_or_else(|| of(model, primitive), Ok)?;
-        let pads = slopes.get(primitive).and_then(|s| pads::measured(s));
+    for (primitive, trials) in &primitives {
+        let mut of_it =
+            of_primitive_assuming(&data.description, primitive, trials, (&base, &assumed), options.share)?;
+        let pads = slopes.get(*primitive).and_then(|s| pads::measured(s));
         of_it.pads = pads.map(|p| PadStiffness::of(&p, in_model));
         found.push(of_it);
         progress.step(1);
@@ -270,49 +267,41 @@ fn gives_way(model: &ModelFile) -> bool {
 }
 
 /// `model` with `pads` that give way by more than the tolerance of rigid contact, where it has none: it loads
-/// before it slides.
-fn with_pads(model: &ModelFile, pads: &Pads) -> ModelFile {
-    let mut model = model.clone();
+/// before it slides. The second is what is assumed: each parameter of the pads that enter; of contacts that stay rigid, that they
+/// give way by less than those of hard bodies usually do.
+fn with_pads(model: &ModelFile, pads: &Pads) -> (ModelFile, Vec<Assumed>) {
+    let slot = model.effects.len();
+    let compliance = REGISTRY.iter().find(|i| i.role.is_compliance());
+    let (Some(info), true) = (compliance, slot < MAX_EFFECTS && !gives_way(model)) else {
+        return (model.clone(), Vec::new());
+    };
     let beyond = Some(*pads).filter(Pads::matter).and_then(|p| p.beyond(model.base));
-    let room = model.effects.len() < MAX_EFFECTS && !gives_way(&model);
-    let Some(pads) = beyond.filter(|_| room) else { return model };
-    let Some(info) = REGISTRY.iter().find(|i| i.role.is_compliance()) else { return model };
     let mut entry = EffectEntry::typical(info);
-    for (value, of) in entry.values.iter_mut().zip(info.parameters) {
-        let Some((value_read, [low, high])) = pads.expected(of.name) else { continue };
-        *value = value_read;
-        entry.intervals.insert(of.name.into(), [low.max(of.low), high.min(of.high)]);
+    let mut away = Vec::new();
+    for (k, of) in info.parameters.iter().enumerate() {
+        let Some((expected, [low, high])) = beyond.unwrap_or_else(|| pads.ordinary()).expected(of.name)
+        else {
+            continue;
+        };
+        let (low, high) = (low.max(of.low), high.min(of.high));
+        entry.values[k] = expected;
+        entry.intervals.insert(of.name.into(), [low, high]);
+        let sd = SD_OF_RANGE * (high - low);
+        away.push((k, if expected + sd <= high { expected + sd } else { expected - sd }));
     }
-    model.effects.push(entry);
-    model
-}
-
-/// `model` with the plate that those of `primitives` that push with one show, and what `of` finds with it for each of these.
-/// Whether a plate's face is even or hollow decides how far an object turns that is pressed near an edge, and with the wrong
-/// one friction makes up for it: the plate is that whose calibration leaves the least error.
-fn on_plates<'a>(
-    model: ModelFile,
-    description: &Description,
-    primitives: impl Iterator<Item = &'a str>,
-    of: impl Fn(&ModelFile, &str) -> Result<Calibration, CalibrateError>,
-) -> Result<(ModelFile, BTreeMap<&'a str, Calibration>), CalibrateError> {
-    let flat = |p: &&str| description.pushers.get(*p).is_some_and(|pusher| pusher.contact == "plane");
-    let with_plate: Vec<&str> = primitives.filter(flat).collect();
-    let all = |plate: &ModelFile| -> Result<BTreeMap<&'a str, Calibration>, CalibrateError> {
-        with_plate.iter().map(|p| Ok((*p, of(plate, p)?))).collect()
-    };
-    // What is left of each quantity counts by its logarithm: units need no weights.
-    let left = |found: &BTreeMap<&str, Calibration>| -> f64 {
-        found.values().flat_map(|c| &c.errors).filter_map(|e| e.calibration).map(f64::ln).sum()
-    };
-    let mut even = model.clone();
-    for entry in even.effects.iter_mut().filter(|e| e.is_compliance()) {
-        let parameters = entry.info().map_or(&[][..], |info| info.parameters);
-        let rim = entry.values.iter_mut().zip(parameters).filter(|(_, of)| of.name == "pusher_rim");
-        rim.for_each(|(value, _)| *value = 0.0);
+    let mut with = model.clone();
+    with.effects.push(entry);
+    let Some(effect) = with.to_model().effects.get(slot).copied() else { return (model.clone(), Vec::new()) };
+    if beyond.is_none() {
+        let hard = matches!(model.base, Base::Hard);
+        return (model.clone(), hard.then_some(Assumed { slot, effect }).into_iter().collect());
     }
-    let (of_hollow, of_even) = (all(&model)?, all(&even)?);
-    Ok(if left(&of_even) < left(&of_hollow) { (even, of_even) } else { (model, of_hollow) })
+    let moved = |(k, value): (usize, f64)| {
+        let mut effect = effect;
+        effect.parameters[k] = value;
+        Assumed { slot, effect }
+    };
+    (with, away.into_iter().map(moved).collect())
 }
 
 /// The narrowest estimate of each coefficient that any of them determines.
@@ -368,6 +357,17 @@ pub fn of_primitive<T: Borrow<Trial> + Sync>(
     base: &Model<f64>,
     share: Share,
 ) -> Result<Calibration, CalibrateError> {
+    of_primitive_assuming(description, primitive, trials, (base, &[]), share)
+}
+
+/// The same where some of `base` is `assumed`.
+fn of_primitive_assuming<T: Borrow<Trial> + Sync>(
+    description: &Description,
+    primitive: &str,
+    trials: &[(usize, T)],
+    (base, assumed): (&Model<f64>, &[Assumed]),
+    share: Share,
+) -> Result<Calibration, CalibrateError> {
     let infos: Vec<&TrialInfo> = trials.iter().map(|(_, trial)| &trial.borrow().info).collect();
     let ready: Vec<Result<Windowed, SceneError>> = trials
         .par_iter()
@@ -406,9 +406,9 @@ pub fn of_primitive<T: Borrow<Trial> + Sync>(
     if !rested {
         remarks.push(Remark::NoRest);
     }
-    let mut fit = friction::fit(&calibration, &offsets, base);
+    let mut fit = friction::fit(&calibration, &offsets, (base, assumed));
     determined::keep_base(&mut fit, base);
-    friction::last(&calibration, &offsets, &mut fit, determined::open);
+    friction::last(&calibration, &offsets, (&mut fit, assumed), determined::open);
     remarks.extend(fit.missed.iter().map(|i| Remark::Missed(calibration[*i].trial.clone())));
     determined::withdraw(&calibration, &mut fit, base);
     remarks.extend(determined::remarks(&calibration, &held_out, &fit));

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector, Dyn, Owned};
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
+use stickslip_shared::effects::Effect;
 use stickslip_shared::model::Model;
 
 use super::windows::{SEEN, Seen, Windowed, resolution};
@@ -57,6 +58,28 @@ pub const STEP: f64 = 0.01;
 /// Square of the error, in units of the usual one, at which a trial's say is halved.
 const FAR: f64 = 9.0;
 
+/// Something of the model that is assumed and not found: an effect as it may be as well, one standard deviation away.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Assumed {
+    /// Place of the effect in the model; beyond its effects: the model does without.
+    pub slot: usize,
+    /// As it may be.
+    pub effect: Effect<f64>,
+}
+
+impl Assumed {
+    /// `model` with it so.
+    fn on(self, model: &Model<f64>) -> Model<f64> {
+        let mut model = model.clone();
+        match model.effects.get_mut(self.slot) {
+            Some(effect) => *effect = self.effect,
+            // Who assumes it sees to the room.
+            None => drop(model.effects.push(self.effect)),
+        }
+        model
+    }
+}
+
 /// A least squares problem with fixed weights.
 pub struct Problem<'a> {
     /// Calibration trials.
@@ -71,6 +94,8 @@ pub struct Problem<'a> {
     pub offsets: &'a [f64; COUNT],
     /// What the coefficients are put into.
     pub base: &'a Model<f64>,
+    /// What of it is assumed.
+    pub assumed: &'a [Assumed],
 }
 
 impl<'a> Problem<'a> {
@@ -78,12 +103,12 @@ impl<'a> Problem<'a> {
     pub fn new(
         trials: &'a [&'a Windowed],
         offsets: &'a [f64; COUNT],
-        base: &'a Model<f64>,
+        (base, assumed): (&'a Model<f64>, &'a [Assumed]),
         free: Vec<Coefficient>,
     ) -> Self {
         let mut start = base.clone();
         let at = DVector::from_iterator(free.len(), free.iter().map(|c| c.of(&mut start).max(RANGE[0]).ln()));
-        Self { trials, free, at, weights: vec![[1.0; SEEN]; trials.len()], offsets, base }
+        Self { trials, free, at, weights: vec![[1.0; SEEN]; trials.len()], offsets, base, assumed }
     }
 }
 
@@ -100,7 +125,8 @@ impl Problem<'_> {
     /// Residuals of each trial, not weighted.
     pub fn residuals_at(&self, at: &DVector<f64>) -> Vec<Vec<Seen>> {
         let model = self.model(at);
-        self.trials.par_iter().map(|w| w.residual(self.offsets, &model)).collect()
+        let others: Vec<Model<f64>> = self.assumed.iter().map(|a| a.on(&model)).collect();
+        self.trials.par_iter().map(|w| w.residual(self.offsets, &model, &others)).collect()
     }
 
     fn weighted(&self, at: &DVector<f64>) -> DVector<f64> {

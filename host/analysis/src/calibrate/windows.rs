@@ -9,7 +9,8 @@
 //! gripper's path, which nobody measures: the sideways force on an edge that does not slide,
 //! for one. Each trial is therefore run a second and third time along paths that drift by some
 //! micrometres ([`Prepared::drifted`]); a signal counts by its error against what that changes
-//! in it.
+//! in it. What the model assumes of pads and plate, how gradually they slide for one, counts alike: what it may change
+//! in a signal, within what is usual, no friction need explain.
 
 use std::ops::Range;
 
@@ -107,10 +108,11 @@ impl Windowed {
     }
 
     /// Residuals over the windows, modelled less measured, `offsets` taken out, each made
-    /// smaller by what a drift changes in it (see the module); NaN where nothing was measured.
-    pub fn residual(&self, offsets: &Signals, model: &Model<f64>) -> Vec<Seen> {
+    /// smaller by what a drift, and each of the models `others`, change in it (see the module); NaN where nothing was measured.
+    pub fn residual(&self, offsets: &Signals, model: &Model<f64>, others: &[Model<f64>]) -> Vec<Seen> {
         let rows = self.model(model);
-        let drifted: Vec<Vec<Signals>> = self.drifted.iter().map(|p| self.run(p, model)).collect();
+        let drifted = self.drifted.iter().map(|p| self.run(p, model));
+        let drifted: Vec<Vec<Signals>> = drifted.chain(others.iter().map(|m| self.model(m))).collect();
         let difference = |(i, measured): (usize, &Signals)| {
             let d = std::array::from_fn(|c| rows[i][c] - (measured[c] - offsets[c]));
             let moved = drifted.iter().map(|d| {

@@ -257,7 +257,8 @@ fn entangled(problem: &Problem, held: &Held) -> bool {
     };
     // Pads that go over to sliding by Dahl's law, or do not stiffen, are pads, a plate may be even or hollow: none is pulled as
     // far as it goes.
-    let law = |f: &Free| matches!(f.of_pads(), Some("microslip" | "stiffening" | "pusher_rim"));
+    let law =
+        |f: &Free| matches!(f.of_pads(), Some("microslip" | "stiffening" | "pusher_rim" | "pad_torsion"));
     let at_bound = |f: &Free| {
         let x = f.get(&solution.model);
         !law(f) && strength(f).is_some_and(|(_, of)| x != of.neutral && (x <= of.low || x >= of.high))

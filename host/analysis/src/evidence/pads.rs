@@ -2,8 +2,9 @@
 //!
 //! While an object is held between two pads and loaded, it moves in the grasp by the load over the
 //! stiffness of both: `u = F c / 2` across, `turn = T c / (2 r^2)` about the closing direction, with `c`
-//! the compliance of one whole pad and `r^2` its mean square radius (Johnson 1985, 3.7 and 7.2, here a
-//! layer of springs). Both sides are measured, so the slope of displacement against load is the compliance,
+//! the compliance of one whole pad and `r^2` its torsional stiffness over the tangential one, which is not known well: 0.5 to
+//! 1.1 of a disc's squared radius (Johnson 1985, 3.7 and 7.2). Where loads along the face show it, turns do not count.
+//! Both sides are measured, so the slope of displacement against load is the compliance,
 //! whatever friction, pusher or plan are. Loads up to half of a trial's largest count: beyond it the
 //! rim slides. The answer is the weighted median of all slopes: a pad that slides early or a wrong contact
 //! decides nothing. Pads that are loaded within a sample cannot be read off: how far the object is driven in
@@ -69,6 +70,10 @@ const MICROSLIP: f64 = 0.6;
 const STIFFENING: f64 = 1.0 / 3.0;
 /// Share of a face's stiffness at its rim: between an even face and one that is hollow.
 const RIM: f64 = 1.0 / 3.0;
+/// Torsional stiffness of a flat disc over its tangential one and its radius squared, and the range: a ring 4/9, a layer pressed
+/// evenly 0.5, a half-space 1.0 or more.
+const TORSION: f64 = 0.6;
+const TORSION_RANGE: [f64; 2] = [0.45, 0.95];
 
 impl Pads {
     /// What to expect of a pad's parameter, by its name: value and range.
@@ -90,6 +95,7 @@ impl Pads {
             "pusher_m_n" => Some((PUSHER_M_N, PUSHER_RANGE_M_N)),
             "microslip" => Some((MICROSLIP, [0.0, 1.0])),
             "pusher_rim" => Some((RIM, [0.0, 1.0])),
+            "pad_torsion" => Some((TORSION, TORSION_RANGE)),
             _ => None,
         }
     }
@@ -153,11 +159,19 @@ pub struct Slope {
     largest_n: f64,
     /// Its grip, N.
     grip_n: f64,
+    /// Of a torque, not of a force.
+    turns: bool,
 }
 
-/// Compliance of the pads from the loadings of trials; `None` of fewer than four.
+/// Compliance of the pads from the loadings of trials: those along the face where they show it, all where they do not, as
+/// torsion knows it only by how a pad's stiffness is spread. `None` of fewer than four.
 #[must_use]
 pub fn measured(slopes: &[Slope]) -> Option<Pads> {
+    let straight: Vec<Slope> = slopes.iter().copied().filter(|s| !s.turns).collect();
+    of(&straight).filter(Pads::give_way).or_else(|| of(slopes))
+}
+
+fn of(slopes: &[Slope]) -> Option<Pads> {
     if slopes.len() < FEWEST {
         return None;
     }
@@ -191,12 +205,14 @@ pub fn measured(slopes: &[Slope]) -> Option<Pads> {
 
 /// Load and displacement of a grasp at one sample: along gripper X, along Z and about Y.
 type Loaded = [(f64, f64); 3];
+/// The last of them.
+const TURNS: usize = 2;
 
-/// Mean square radius of a pad, m^2.
+/// Torsional stiffness of a pad over its tangential one, m^2: the mean square radius of a layer, of a disc what is usual.
 #[must_use]
 pub fn mean_square_m2(fingers: &FingerContact<f64>) -> f64 {
     match fingers {
-        FingerContact::Disc { diameter_m } => diameter_m * diameter_m / 8.0,
+        FingerContact::Disc { diameter_m } => TORSION * 0.25 * diameter_m * diameter_m,
         FingerContact::Line { length_m } => length_m * length_m / 12.0,
         FingerContact::Point => 0.0,
     }
@@ -221,7 +237,8 @@ pub fn loadings(trial: &Prepared) -> Vec<Slope> {
         .filter_map(|k| {
             let pairs: Vec<Option<(f64, f64)>> = loaded.iter().map(|l| l.map(|l| l[k])).collect();
             let slope = slope(&pairs, (from, touch), scale[k], driven[k])?;
-            Some(Slope { largest_n: if k == 2 { 0.0 } else { slope.largest_n }, grip_n, ..slope })
+            let turns = k == TURNS;
+            Some(Slope { largest_n: if turns { 0.0 } else { slope.largest_n }, grip_n, turns, ..slope })
         })
         .collect()
 }
@@ -281,5 +298,12 @@ fn slope(
     // The pads push against the displacement.
     let variance = scale * scale * rest / (n - 2.0) / spread;
     let clock_m_n = scale * driven / (LOADED * largest);
-    Some(Slope { compliance_m_n: -scale * slope, variance, clock_m_n, largest_n: largest, grip_n: 0.0 })
+    Some(Slope {
+        compliance_m_n: -scale * slope,
+        variance,
+        clock_m_n,
+        largest_n: largest,
+        grip_n: 0.0,
+        turns: false,
+    })
 }

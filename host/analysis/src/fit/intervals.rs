@@ -3,6 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
+use rand_distr::StandardNormal;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -68,7 +69,8 @@ pub fn clustered_covariance(grams: &[Gram], prior: &Prior, n: usize) -> DMatrix<
     }
 }
 
-/// 95 % interval of each coefficient's deviation from the best one, by resampling whole conditions.
+/// 95 % interval of each coefficient's deviation from the best one, by resampling whole conditions, and what was known before
+/// with them: a coefficient that the data do not see has the interval of its prior.
 pub fn resample(grams: &[Gram], prior: &Prior, n: usize, (resamples, seed): (usize, u64)) -> Vec<[f64; 2]> {
     let conditions = grams.iter().map(|g| g.condition + 1).max().unwrap_or(0);
     if resamples < 20 || conditions < 3 {
@@ -82,7 +84,13 @@ pub fn resample(grams: &[Gram], prior: &Prior, n: usize, (resamples, seed): (usi
         for _ in 0..conditions {
             weight[rng.random_range(0..conditions)] += 1.0;
         }
-        if let Some(x) = gls::solve(grams.iter().map(|g| (weight[g.condition], g)), prior) {
+        let known = |(precision, bound): (&f64, &f64)| match *precision > 0.0 {
+            true => (rng.sample::<f64, _>(StandardNormal) / precision.sqrt()).clamp(-bound, *bound),
+            false => 0.0,
+        };
+        let towards: Vec<f64> = prior.precision.iter().zip(&prior.bound).map(known).collect();
+        let weighted = grams.iter().map(|g| (weight[g.condition], g));
+        if let Some(x) = gls::solve_towards(weighted, prior, &towards) {
             for k in 0..n {
                 draws[k].push(x[k] - best[k]);
             }

@@ -1,12 +1,14 @@
 //! The compliance of the pads, read off without a model, against the rig's truth.
 
-use stickslip_analysis::calibrate::{Options, calibrate};
+use stickslip_analysis::calibrate::{Coefficient, Options, calibrate};
 use stickslip_analysis::evidence::pads::{Pads, loadings, measured};
 use stickslip_analysis::model::file::ModelFile;
 use stickslip_analysis::run::simulate::prepare;
 use stickslip_data::{Dataset, Trial};
 use stickslip_rig::objects::bench;
 use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Setup, run};
+
+const GIVEN: &str = "format = \"stickslip-model/1\"\nbase = \"hard\"\n[friction]\nfinger = 0.4\npusher = 0.25\nsupport = 0.3\n";
 
 /// Pushes and pivots on pads of `stiffness_n_m` at `speed_m_s`.
 fn trials((stiffness_n_m, speed_m_s): (f64, f64), primitives: &[Primitive]) -> Vec<Trial> {
@@ -66,8 +68,7 @@ fn nothing_is_read_off_where_nothing_is_gripped() {
 #[test]
 fn a_calibration_reports_soft_pads_and_writes_a_model_that_loads_before_it_slides() {
     let description = bench("pads");
-    let text = "format = \"stickslip-model/1\"\nbase = \"hard\"\n[friction]\nfinger = 0.4\npusher = 0.25\nsupport = 0.3\n";
-    let given = ModelFile::parse(text, "given").expect("a model");
+    let given = ModelFile::parse(GIVEN, "given").expect("a model");
     let of = |stiffness_n_m| {
         let trials = trials((stiffness_n_m, 0.015), &[Primitive::LinearPush]);
         let data = Dataset { folder: "pads".into(), description: description.clone(), trials };
@@ -81,4 +82,26 @@ fn a_calibration_reports_soft_pads_and_writes_a_model_that_loads_before_it_slide
     assert_eq!(soft.model.effects[0].id, "contact_compliance");
     let stiff = of(3e6);
     assert!(stiff.model.effects.is_empty(), "{:?}", stiff.primitives[0].pads);
+}
+
+#[test]
+fn friction_found_beside_pads_that_are_assumed_in_part_is_within_its_intervals() {
+    for (stiffness_n_m, primitive) in [(3e4, Primitive::LinearPush), (1.5e4, Primitive::Pivot)] {
+        let trials = trials((stiffness_n_m, 0.015), &[primitive]);
+        let data = Dataset { folder: "pads".into(), description: bench("pads"), trials };
+        let given = ModelFile::parse(GIVEN, "given").expect("a model");
+        let found = calibrate(&data, &given, &Options::default(), &()).expect("calibrated");
+        assert!(!found.model.effects.is_empty(), "{stiffness_n_m} {primitive:?}: the pads are in the model");
+        let drawn = |seed| Reality::draw(&data.description, Nuisance::PAPER, seed);
+        for e in &found.primitives[0].estimates {
+            // Of three rigs alike but for their defects.
+            let all = [0, 1, 2].map(|seed| match e.coefficient {
+                Coefficient::Finger => drawn(seed).mu_finger,
+                _ => drawn(seed).mu_pusher,
+            });
+            let mean = all.iter().sum::<f64>() / 3.0;
+            let holds = e.low.is_none_or(|low| low < mean) && e.high.is_none_or(|high| mean < high);
+            assert!(holds, "{stiffness_n_m} {primitive:?}: {mean} of {all:?}, {e:?}");
+        }
+    }
 }
