@@ -78,7 +78,7 @@ pub fn calibrate(
             .with_context(|| data.folder.display().to_string())?;
         let mut report = Report::new("calibrate", &found)?.model(found.model.clone(), "calibrated");
         for one in &found.primitives {
-            report = report.model(one.on(&file), &one.primitive);
+            report = report.model(found.model_of(one), &one.primitive);
         }
         Ok(report)
     })

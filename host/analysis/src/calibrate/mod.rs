@@ -323,12 +323,10 @@ impl Report {
     pub fn best(&self) -> Vec<&Estimate> {
         best_of(&self.primitives)
     }
-}
 
-impl Calibration {
-    /// `file` with this friction and its intervals.
-    pub fn on(&self, file: &ModelFile) -> ModelFile {
-        with_friction(file, &self.model, &self.estimates.iter().collect::<Vec<_>>())
+    /// The model that `primitive` was calibrated with, the pads that entered it included, with its friction and intervals.
+    pub fn model_of(&self, primitive: &Calibration) -> ModelFile {
+        with_friction(&self.model, &primitive.model, &primitive.estimates.iter().collect::<Vec<_>>())
     }
 }
 

@@ -79,7 +79,10 @@ fn a_calibration_reports_soft_pads_and_writes_a_model_that_loads_before_it_slide
     let (low, high) = (pads.low_n_m, pads.high_n_m.expect("not rigid"));
     assert!(low < 3e4 && 3e4 < high && high < 5.0 * low, "{pads:?}");
     assert!(pads.in_model);
-    assert_eq!(soft.model.effects[0].id, "contact_compliance");
+    for model in [&soft.model, &soft.model_of(&soft.primitives[0])] {
+        assert_eq!(model.effects[0].id, "contact_compliance");
+        assert_eq!(model.friction.finger, soft.primitives[0].model.friction.finger);
+    }
     let stiff = of(3e6);
     assert!(stiff.model.effects.is_empty(), "{:?}", stiff.primitives[0].pads);
 }

@@ -69,7 +69,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     for calibration in &report.primitives {
         let path = args.out.as_ref().map(|out| named(out, &calibration.primitive, several));
         if let Some(path) = &path {
-            write(&calibration.on(&file), path)?;
+            write(&report.model_of(calibration), path)?;
         }
         files.push(path);
     }
