@@ -1,7 +1,7 @@
 //! Friction coefficients by nonlinear least squares over the model.
 //!
 //! Unknown are the logarithms of the coefficients (positive, relative steps). The start is
-//! the best point of a coarse grid, the solver Levenberg-Marquardt (the crate
+//! the best point of a coarse grid, or of two, the solver Levenberg-Marquardt (the crate
 //! `levenberg-marquardt`, after MINPACK). Every signal is weighed by the error that is left
 //! in it, found anew after each of a few solves: what the model cannot reproduce whatever
 //! its friction (a yaw from a defect that it does not know) has little say, and a single
@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use stickslip_shared::model::Model;
 
 use super::intervals;
-use super::problem::{Assumed, Coefficient, Estimate, Problem, mean_squares};
+use super::problem::{Coefficient, Estimate, Problem, Unknown, mean_squares};
 use super::windows::{SEEN, Seen, Windowed, resolution};
 use crate::channels::COUNT;
 
@@ -37,14 +37,22 @@ const LAST_SETTLED: f64 = 1e-7;
 /// A solve ends where its step, relative, is this share of what counts as settled.
 const FINER: f64 = 0.1;
 
-/// Finds the coefficients of all contacts that the trials' scenes have, in a `base` of which some is `assumed`.
-pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], (base, assumed): (&Model<f64>, &[Assumed])) -> Fit {
+/// Finds the coefficients of all contacts that the trials' scenes have, and what is `unknown` of `base` beside them.
+pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], (base, unknown): (&Model<f64>, Unknown<'_>)) -> Fit {
     let all = [Coefficient::Finger, Coefficient::Pusher, Coefficient::Support].into_iter().enumerate();
     let has = |k: usize| trials.iter().any(|w| w.prepared.frictions()[k]);
     let free: Vec<Coefficient> = all.filter(|(k, _)| has(*k)).map(|(_, of)| of).collect();
-    let mut problem = Problem::new(trials, offsets, (base, assumed), free);
-    coarse(&mut problem);
-    let problem = solved(problem, (ROUNDS, SETTLED));
+    let problem = Problem::new(trials, offsets, (base, unknown), free);
+    let mut ends: Vec<Problem<'_>> = starts(&problem)
+        .into_iter()
+        .map(|at| solved(Problem { at, ..problem.clone() }, (ROUNDS, SETTLED)))
+        .collect();
+    if ends.len() > 1 {
+        let costs: Vec<f64> = ends.iter().map(|end| cost(end, &end.at)).collect();
+        let best = (0..ends.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b]));
+        ends.swap(0, best.unwrap_or(0));
+    }
+    let problem = ends.swap_remove(0);
     let estimates = intervals::estimates(&problem, |_| true);
     let missed = missed(&problem.weights);
     let mut model = problem.model(&problem.at);
@@ -75,7 +83,7 @@ fn solved(mut problem: Problem<'_>, (rounds, settled): (usize, f64)) -> Problem<
 pub fn last(
     trials: &[&Windowed],
     offsets: &[f64; COUNT],
-    (fit, assumed): (&mut Fit, &[Assumed]),
+    (fit, unknown): (&mut Fit, Unknown<'_>),
     open: impl Fn(&Estimate) -> bool,
 ) {
     let all: Vec<Coefficient> = fit.estimates.iter().map(|e| e.coefficient).collect();
@@ -83,12 +91,12 @@ pub fn last(
     if known.is_empty() {
         return;
     }
-    let problem = Problem::new(trials, offsets, (&fit.model, assumed), known.clone());
+    let problem = Problem::new(trials, offsets, (&fit.model, unknown), known.clone());
     let solved = solved(problem, (LAST_ROUNDS, LAST_SETTLED));
     let (model, weights) = (solved.model(&solved.at), solved.weights);
     (fit.model, fit.missed) = (model, missed(&weights));
     if known.len() < all.len() {
-        let around = Problem { weights, ..Problem::new(trials, offsets, (&fit.model, assumed), all) };
+        let around = Problem { weights, ..Problem::new(trials, offsets, (&fit.model, unknown), all) };
         for anew in intervals::estimates(&around, |c| known.contains(&c)) {
             let of_it = fit.estimates.iter_mut().filter(|e| e.coefficient == anew.coefficient);
             of_it.for_each(|e| (e.low, e.high, e.determined) = (anew.low, anew.high, anew.determined));
@@ -114,27 +122,44 @@ fn misses(weights: &[[f64; SEEN]], i: usize) -> bool {
     2 * far > known.count()
 }
 
-/// Start from a coarse grid: the cost has plateaus (contacts that never slide) and, where
+/// The likelihood with the error of each signal in each trial unknown, as a cost.
+fn cost(problem: &Problem<'_>, at: &DVector<f64>) -> f64 {
+    let model = problem.model(at);
+    let each = |w: &&Windowed| mean_squares(&w.plain_residual(problem.offsets, &model));
+    let each: Vec<Seen> = problem.trials.par_iter().map(each).collect();
+    let squares = each.into_iter().flat_map(|s| s.into_iter().enumerate());
+    squares.filter(|(_, s)| s.is_finite()).map(|(k, s)| (s + resolution(k).powi(2)).ln()).sum()
+}
+
+/// Starts from a coarse grid: the cost has plateaus (contacts that never slide) and, where
 /// rolling or sliding is a question of yes or no, steps; a derivative says nothing there.
-/// The cost is the likelihood with the error of each signal in each trial unknown.
-fn coarse(problem: &mut Problem<'_>) {
+/// The best with what is found beside friction as expected, and the best where one of that is a standard deviation away, if
+/// it is better: with a plate that is too stiff or hollow friction makes up for it, and what is missed then has no say.
+fn starts(problem: &Problem<'_>) -> Vec<DVector<f64>> {
     const GRID: [f64; 9] = [0.05, 0.1, 0.17, 0.25, 0.35, 0.5, 0.8, 1.4, 2.5];
-    let cost = |at: &DVector<f64>| -> f64 {
-        let model = problem.model(at);
-        let each = |w: &&Windowed| mean_squares(&w.plain_residual(problem.offsets, &model));
-        let each: Vec<Seen> = problem.trials.par_iter().map(each).collect();
-        let squares = each.into_iter().flat_map(|s| s.into_iter().enumerate());
-        squares.filter(|(_, s)| s.is_finite()).map(|(k, s)| (s + resolution(k).powi(2)).ln()).sum()
-    };
+    const ROUGH: [f64; 4] = [0.1, 0.2, 0.35, 0.7];
     let n = problem.free.len();
-    let mut best = (cost(&problem.at), problem.at.clone());
-    for code in 0..GRID.len().pow(n as u32) {
-        let value = |k: usize| GRID[code / GRID.len().pow(k as u32) % GRID.len()].ln();
-        let at = DVector::from_fn(n, |k, _| value(k));
-        let cost = cost(&at);
-        if cost < best.0 {
-            best = (cost, at);
+    let best_of = |grid: &[f64], beside: &dyn Fn(usize) -> f64, best: &mut (f64, DVector<f64>)| {
+        for code in 0..grid.len().pow(n as u32) {
+            let value = |k: usize| grid[code / grid.len().pow(k as u32) % grid.len()].ln();
+            let at = DVector::from_fn(problem.at.len(), |k, _| if k < n { value(k) } else { beside(k) });
+            let cost = cost(problem, &at);
+            if cost < best.0 {
+                *best = (cost, at);
+            }
+        }
+    };
+    let mut expected = (cost(problem, &problem.at), problem.at.clone());
+    best_of(&GRID, &|k| problem.at[k], &mut expected);
+    let mut away = expected.clone();
+    for moved in n..problem.at.len() {
+        for by in [-1.0, 1.0] {
+            best_of(&ROUGH, &|k| problem.at[k] + if k == moved { by } else { 0.0 }, &mut away);
         }
     }
-    problem.at = best.1;
+    let mut starts = vec![expected.1];
+    if away.0 < expected.0 {
+        starts.push(away.1);
+    }
+    starts
 }

@@ -22,7 +22,7 @@ use rand_distr::{Distribution, Exp1};
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-use super::problem::{Coefficient, Estimate, Problem, RANGE, STEP};
+use super::problem::{Coefficient, Estimate, Problem, RANGE};
 use super::windows::{SEEN, Seen};
 
 /// Draws.
@@ -33,11 +33,14 @@ const DEPARTURES: [f64; 13] = [0.003, 0.008, 0.015, 0.025, 0.04, 0.065, 0.1, 0.1
 const RISE: f64 = 1e-3;
 /// Most that another coefficient's logarithm follows along a scan from its place.
 const FOLLOWS: f64 = 0.5;
+/// The same of what is found beside them, standard deviations.
+const FOLLOWS_BESIDE: f64 = 3.0;
 /// Ratio of upper to lower end up to which a coefficient counts as determined.
 const DETERMINED: f64 = 1.65;
 
 /// Cost of one scan value, by trial and signal: `a + 2 b'd + d'C d` in the other
 /// coefficients' departure d.
+#[derive(Clone)]
 struct Cell {
     a: f64,
     b: DVector<f64>,
@@ -87,7 +90,9 @@ fn estimate(problem: &Problem<'_>, groups: &[usize], draws: &[Draw], k: usize) -
     scan.retain(|x| (RANGE[0].ln()..=RANGE[1].ln()).contains(x));
     scan.sort_by(f64::total_cmp);
     let tables: Vec<Vec<Vec<Cell>>> = scan.iter().map(|x| table(problem, k, *x)).collect();
-    let sets: Vec<(usize, usize)> = draws.par_iter().filter_map(|d| set(&tables, groups, d)).collect();
+    let known = Known::of(problem);
+    let sets: Vec<(usize, usize)> =
+        draws.par_iter().filter_map(|d| set(&tables, groups, &known, d)).collect();
     let clusters = groups.iter().max().map_or(1.0, |g| *g as f64 + 1.0);
     let tail = tail(clusters);
     let at = |mut ends: Vec<usize>, share: f64| {
@@ -99,7 +104,7 @@ fn estimate(problem: &Problem<'_>, groups: &[usize], draws: &[Draw], k: usize) -
     // On a plateau that has an end, the nearest value that fits as well: the least squares value runs off to the
     // edge of the range.
     let signal = [1.0; SEEN];
-    let plateau = set(&tables, groups, &Draw { condition: vec![1.0; clusters as usize], signal });
+    let plateau = set(&tables, groups, &known, &Draw { condition: vec![1.0; clusters as usize], signal });
     let value = match (low, high, plateau) {
         (Some(_), None, Some((first, _))) => scan[first].min(best),
         (None, Some(_), Some((_, last))) => scan[last].max(best),
@@ -142,7 +147,7 @@ fn table(problem: &Problem<'_>, k: usize, x: f64) -> Vec<Vec<Cell>> {
         .iter()
         .map(|i| {
             let mut at = at.clone();
-            at[*i] += STEP;
+            at[*i] += problem.step(*i);
             problem.residuals_at(&at)
         })
         .collect();
@@ -155,7 +160,8 @@ fn table(problem: &Problem<'_>, k: usize, x: f64) -> Vec<Vec<Cell>> {
             if !r.is_finite() {
                 continue;
             }
-            let slope = DVector::from_fn(n, |i, _| (moved[i][trial][row][signal] - r) / STEP);
+            let slope =
+                DVector::from_fn(n, |i, _| (moved[i][trial][row][signal] - r) / problem.step(others[i]));
             cell.a += weight * r * r;
             cell.b += &slope * (weight * r);
             cell.c += &slope * slope.transpose() * weight;
@@ -165,13 +171,31 @@ fn table(problem: &Problem<'_>, k: usize, x: f64) -> Vec<Vec<Cell>> {
     (0..here.len()).map(|trial| (0..SEEN).map(|signal| cell(trial, signal)).collect()).collect()
 }
 
+/// What is known beforehand of the unknowns beside the one that is scanned: the last of them depart from what is expected.
+struct Known {
+    before: Cell,
+    follows: DVector<f64>,
+}
+
+impl Known {
+    fn of(problem: &Problem<'_>) -> Self {
+        let departures = problem.departures(&problem.at);
+        let n = problem.at.len() - 1;
+        let first = n - departures.len();
+        let x = DVector::from_fn(n, |i, _| if i < first { 0.0 } else { departures[i - first] });
+        let precision = DVector::from_fn(n, |i, _| if i < first { 1e-9 } else { 1.0 });
+        let follows = DVector::from_fn(n, |i, _| if i < first { FOLLOWS } else { FOLLOWS_BESIDE });
+        Self { before: Cell { a: x.norm_squared(), b: x, c: DMatrix::from_diagonal(&precision) }, follows }
+    }
+}
+
 /// First and last place of the scan whose cost is that of the best one, for one draw.
-fn set(tables: &[Vec<Vec<Cell>>], groups: &[usize], draw: &Draw) -> Option<(usize, usize)> {
-    let n = tables.first()?.first()?.first()?.b.len();
+fn set(tables: &[Vec<Vec<Cell>>], groups: &[usize], known: &Known, draw: &Draw) -> Option<(usize, usize)> {
+    let n = known.follows.len();
     let costs: Vec<f64> = tables
         .iter()
         .map(|trials| {
-            let mut total = Cell { a: 0.0, b: DVector::zeros(n), c: DMatrix::identity(n, n) * 1e-9 };
+            let mut total = known.before.clone();
             for (cells, group) in trials.iter().zip(groups) {
                 for (cell, signal) in cells.iter().zip(draw.signal) {
                     let weight = draw.condition[*group] * signal;
@@ -183,7 +207,9 @@ fn set(tables: &[Vec<Vec<Cell>>], groups: &[usize], draw: &Draw) -> Option<(usiz
                 }
             }
             let follow = total.c.clone().cholesky().map(|c| -c.solve(&total.b));
-            let d = follow.unwrap_or_else(|| DVector::zeros(n)).map(|x| x.clamp(-FOLLOWS, FOLLOWS));
+            let d = follow
+                .unwrap_or_else(|| DVector::zeros(n))
+                .zip_map(&known.follows, |x, most| x.clamp(-most, most));
             total.a + 2.0 * total.b.dot(&d) + d.dot(&(&total.c * &d))
         })
         .collect();

@@ -32,7 +32,7 @@ use crate::run::simulate::{SceneError, prepare};
 use stickslip_data::{Dataset, Description, Trial, TrialInfo};
 
 pub use determined::{Remark, Slid, name};
-use problem::Assumed;
+use problem::{Assumed, Beside, Unknown};
 pub use problem::{Coefficient, Estimate};
 pub use windows::Windowed;
 
@@ -43,6 +43,9 @@ pub const FEWEST_TRIALS: usize = 8;
 
 /// Standard deviation of what is assumed over its range, as fits have it.
 const SD_OF_RANGE: f64 = 0.25;
+
+/// Least share of an expected compliance: a plate that does not deform at all bears with its corners, another contact.
+const LEAST_SHARE: f64 = 0.02;
 
 /// How many of the trials friction is found from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -233,21 +236,25 @@ pub fn calibrate(
         false => BTreeMap::new(),
     };
     let read_off = pads::measured(&slopes.values().flatten().copied().collect::<Vec<_>>());
-    let (model, assumed) =
-        read_off.map_or_else(|| (model.clone(), Vec::new()), |pads| with_pads(model, &pads));
+    let (model, beside, assumed) =
+        read_off.map_or_else(|| (model.clone(), Vec::new(), Vec::new()), |pads| with_pads(model, &pads));
     let (model, in_model) = (&model, gives_way(&model));
     let base = model.to_model();
+    let unknown = Unknown { beside: &beside, assumed: &assumed };
     let mut found = Vec::new();
     for (primitive, trials) in &primitives {
         let mut of_it =
-            of_primitive_assuming(&data.description, primitive, trials, (&base, &assumed), options.share)?;
+            of_primitive_beside(&data.description, primitive, trials, (&base, unknown), options.share)?;
         let pads = slopes.get(*primitive).and_then(|s| pads::measured(s));
         of_it.pads = pads.map(|p| PadStiffness::of(&p, in_model));
         found.push(of_it);
         progress.step(1);
     }
     let best = best_of(&found);
-    let mut with_best = base;
+    // With the pads that were found beside the best.
+    let of_best =
+        |c: &&Calibration| best.first().is_some_and(|b| c.estimates.iter().any(|e| std::ptr::eq(e, *b)));
+    let mut with_best = found.iter().find(of_best).map_or(base, |c| c.model.clone());
     for e in &best {
         *e.coefficient.of(&mut with_best) = e.value;
     }
@@ -267,41 +274,39 @@ fn gives_way(model: &ModelFile) -> bool {
 }
 
 /// `model` with `pads` that give way by more than the tolerance of rigid contact, where it has none: it loads
-/// before it slides. The second is what is assumed: each parameter of the pads that enter; of contacts that stay rigid, that they
-/// give way by less than those of hard bodies usually do.
-fn with_pads(model: &ModelFile, pads: &Pads) -> (ModelFile, Vec<Assumed>) {
+/// before it slides. The second are their parameters, to be found beside friction; the third is what is assumed of contacts that
+/// stay rigid: that they give way by less than those of hard bodies usually do.
+fn with_pads(model: &ModelFile, pads: &Pads) -> (ModelFile, Vec<Beside>, Vec<Assumed>) {
+    let without = || (model.clone(), Vec::new(), Vec::new());
     let slot = model.effects.len();
     let compliance = REGISTRY.iter().find(|i| i.role.is_compliance());
-    let (Some(info), true) = (compliance, slot < MAX_EFFECTS && !gives_way(model)) else {
-        return (model.clone(), Vec::new());
-    };
+    let (Some(info), true) = (compliance, slot < MAX_EFFECTS && !gives_way(model)) else { return without() };
     let beyond = Some(*pads).filter(Pads::matter).and_then(|p| p.beyond(model.base));
+    let pads = beyond.unwrap_or_else(|| pads.ordinary());
     let mut entry = EffectEntry::typical(info);
-    let mut away = Vec::new();
-    for (k, of) in info.parameters.iter().enumerate() {
-        let Some((expected, [low, high])) = beyond.unwrap_or_else(|| pads.ordinary()).expected(of.name)
-        else {
-            continue;
+    let mut beside = Vec::new();
+    for (parameter, (value, of)) in entry.values.iter_mut().zip(info.parameters).enumerate() {
+        let Some((expected, [low, high])) = pads.expected(of.name) else { continue };
+        let bounds = [low.max(of.low), high.min(of.high)];
+        *value = expected;
+        entry.intervals.insert(of.name.into(), bounds);
+        let sd = SD_OF_RANGE * (bounds[1] - bounds[0]);
+        let logarithm = of.unit == "m/N";
+        let (sd, bounds) = match logarithm {
+            true => ((sd / expected).ln_1p(), [bounds[0].max(LEAST_SHARE * expected), bounds[1]]),
+            false => (sd, bounds),
         };
-        let (low, high) = (low.max(of.low), high.min(of.high));
-        entry.values[k] = expected;
-        entry.intervals.insert(of.name.into(), [low, high]);
-        let sd = SD_OF_RANGE * (high - low);
-        away.push((k, if expected + sd <= high { expected + sd } else { expected - sd }));
+        beside.push(Beside { slot, parameter, expected, sd, logarithm, bounds });
     }
     let mut with = model.clone();
     with.effects.push(entry);
-    let Some(effect) = with.to_model().effects.get(slot).copied() else { return (model.clone(), Vec::new()) };
-    if beyond.is_none() {
-        let hard = matches!(model.base, Base::Hard);
-        return (model.clone(), hard.then_some(Assumed { slot, effect }).into_iter().collect());
+    if beyond.is_some() {
+        return (with, beside, Vec::new());
     }
-    let moved = |(k, value): (usize, f64)| {
-        let mut effect = effect;
-        effect.parameters[k] = value;
-        Assumed { slot, effect }
-    };
-    (with, away.into_iter().map(moved).collect())
+    let effect = with.to_model().effects.get(slot).copied();
+    let hard = matches!(model.base, Base::Hard);
+    let assumed = effect.filter(|_| hard).map(|effect| Assumed { slot, effect });
+    (model.clone(), Vec::new(), assumed.into_iter().collect())
 }
 
 /// The narrowest estimate of each coefficient that any of them determines.
@@ -355,15 +360,15 @@ pub fn of_primitive<T: Borrow<Trial> + Sync>(
     base: &Model<f64>,
     share: Share,
 ) -> Result<Calibration, CalibrateError> {
-    of_primitive_assuming(description, primitive, trials, (base, &[]), share)
+    of_primitive_beside(description, primitive, trials, (base, Unknown::NOTHING), share)
 }
 
-/// The same where some of `base` is `assumed`.
-fn of_primitive_assuming<T: Borrow<Trial> + Sync>(
+/// The same where some of `base` is `unknown`.
+fn of_primitive_beside<T: Borrow<Trial> + Sync>(
     description: &Description,
     primitive: &str,
     trials: &[(usize, T)],
-    (base, assumed): (&Model<f64>, &[Assumed]),
+    (base, unknown): (&Model<f64>, Unknown<'_>),
     share: Share,
 ) -> Result<Calibration, CalibrateError> {
     let infos: Vec<&TrialInfo> = trials.iter().map(|(_, trial)| &trial.borrow().info).collect();
@@ -404,9 +409,9 @@ fn of_primitive_assuming<T: Borrow<Trial> + Sync>(
     if !rested {
         remarks.push(Remark::NoRest);
     }
-    let mut fit = friction::fit(&calibration, &offsets, (base, assumed));
+    let mut fit = friction::fit(&calibration, &offsets, (base, unknown));
     determined::keep_base(&mut fit, base);
-    friction::last(&calibration, &offsets, (&mut fit, assumed), determined::open);
+    friction::last(&calibration, &offsets, (&mut fit, unknown), determined::open);
     remarks.extend(fit.missed.iter().map(|i| Remark::Missed(calibration[*i].trial.clone())));
     determined::withdraw(&calibration, &mut fit, base);
     remarks.extend(determined::remarks(&calibration, &held_out, &fit));

@@ -55,6 +55,8 @@ pub struct Estimate {
 pub const RANGE: [f64; 2] = [0.02, 5.0];
 /// Relative step of the difference quotients: above the kinks of stick and slip.
 pub const STEP: f64 = 0.01;
+/// The same of what is found beside friction, standard deviations.
+const STEP_BESIDE: f64 = 0.2;
 /// Square of the error, in units of the usual one, at which a trial's say is halved.
 const FAR: f64 = 9.0;
 
@@ -80,13 +82,66 @@ impl Assumed {
     }
 }
 
+/// A parameter of the model that is found beside friction, with what is known of it beforehand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beside {
+    /// Place of its effect in the model.
+    pub slot: usize,
+    /// Place among the effect's parameters.
+    pub parameter: usize,
+    /// What is expected.
+    pub expected: f64,
+    /// Standard deviation of that, or of its logarithm.
+    pub sd: f64,
+    /// Whether its logarithm is unknown: a compliance has no sign, and at zero nothing shows which way to go.
+    pub logarithm: bool,
+    /// Its bounds.
+    pub bounds: [f64; 2],
+}
+
+impl Beside {
+    fn of(self, model: &mut Model<f64>) -> Option<&mut f64> {
+        model.effects.get_mut(self.slot).and_then(|e| e.parameters.get_mut(self.parameter))
+    }
+
+    /// Where `model` has it, in standard deviations from what is expected.
+    fn departure(self, model: &Model<f64>) -> f64 {
+        let value = self.of(&mut model.clone()).map_or(self.expected, |v| *v);
+        let away = if self.logarithm { (value / self.expected).ln() } else { value - self.expected };
+        away / self.sd.max(f64::MIN_POSITIVE)
+    }
+
+    /// Its value so many standard deviations from what is expected.
+    fn value(self, departure: f64) -> f64 {
+        let [low, high] = self.bounds;
+        let away = departure * self.sd;
+        let value = if self.logarithm { self.expected * away.exp() } else { self.expected + away };
+        value.clamp(low, high)
+    }
+}
+
+/// What of a model is not known for certain.
+#[derive(Clone, Copy, Debug)]
+pub struct Unknown<'a> {
+    /// Found beside friction.
+    pub beside: &'a [Beside],
+    /// Assumed.
+    pub assumed: &'a [Assumed],
+}
+
+impl Unknown<'_> {
+    /// Nothing.
+    pub const NOTHING: Unknown<'static> = Unknown { beside: &[], assumed: &[] };
+}
+
 /// A least squares problem with fixed weights.
+#[derive(Clone)]
 pub struct Problem<'a> {
     /// Calibration trials.
     pub trials: &'a [&'a Windowed],
     /// Unknown coefficients.
     pub free: Vec<Coefficient>,
-    /// Their logarithms.
+    /// Their logarithms, and after them the departures of what is found beside them, in standard deviations.
     pub at: DVector<f64>,
     /// Weight of each signal in each trial: one over its squared scale.
     pub weights: Vec<[f64; SEEN]>,
@@ -94,8 +149,8 @@ pub struct Problem<'a> {
     pub offsets: &'a [f64; COUNT],
     /// What the coefficients are put into.
     pub base: &'a Model<f64>,
-    /// What of it is assumed.
-    pub assumed: &'a [Assumed],
+    /// What of it is not known for certain.
+    pub unknown: Unknown<'a>,
 }
 
 impl<'a> Problem<'a> {
@@ -103,12 +158,14 @@ impl<'a> Problem<'a> {
     pub fn new(
         trials: &'a [&'a Windowed],
         offsets: &'a [f64; COUNT],
-        (base, assumed): (&'a Model<f64>, &'a [Assumed]),
+        (base, unknown): (&'a Model<f64>, Unknown<'a>),
         free: Vec<Coefficient>,
     ) -> Self {
         let mut start = base.clone();
-        let at = DVector::from_iterator(free.len(), free.iter().map(|c| c.of(&mut start).max(RANGE[0]).ln()));
-        Self { trials, free, at, weights: vec![[1.0; SEEN]; trials.len()], offsets, base, assumed }
+        let logarithms = free.iter().map(|c| c.of(&mut start).max(RANGE[0]).ln());
+        let departures = unknown.beside.iter().map(|b| b.departure(base));
+        let at = DVector::from_vec(logarithms.chain(departures).collect());
+        Self { trials, free, at, weights: vec![[1.0; SEEN]; trials.len()], offsets, base, unknown }
     }
 }
 
@@ -119,13 +176,28 @@ impl Problem<'_> {
         for (c, x) in self.free.iter().zip(at.iter()) {
             *c.of(&mut model) = x.exp().clamp(RANGE[0], RANGE[1]);
         }
+        for (b, x) in self.unknown.beside.iter().zip(self.departures(at)) {
+            if let Some(value) = b.of(&mut model) {
+                *value = b.value(*x);
+            }
+        }
         model
+    }
+
+    /// Departures of what is found beside friction, from what is expected.
+    pub fn departures<'b>(&self, at: &'b DVector<f64>) -> &'b [f64] {
+        at.as_slice().get(self.free.len()..).unwrap_or_default()
+    }
+
+    /// Step of the difference quotient of unknown `k`.
+    pub fn step(&self, k: usize) -> f64 {
+        if k < self.free.len() { STEP } else { STEP_BESIDE }
     }
 
     /// Residuals of each trial, not weighted.
     pub fn residuals_at(&self, at: &DVector<f64>) -> Vec<Vec<Seen>> {
         let model = self.model(at);
-        let others: Vec<Model<f64>> = self.assumed.iter().map(|a| a.on(&model)).collect();
+        let others: Vec<Model<f64>> = self.unknown.assumed.iter().map(|a| a.on(&model)).collect();
         self.trials.par_iter().map(|w| w.residual(self.offsets, &model, &others)).collect()
     }
 
@@ -136,7 +208,7 @@ impl Problem<'_> {
                 row.iter().zip(weights).map(|(r, w)| if r.is_finite() { r * w.sqrt() } else { 0.0 })
             })
         });
-        DVector::from_vec(values.collect())
+        DVector::from_vec(values.chain(self.departures(at).iter().copied()).collect())
     }
 
     /// Weights from the residuals at the present coefficients.
@@ -179,14 +251,15 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     }
 
     fn jacobian(&self) -> Option<DMatrix<f64>> {
-        let columns: Vec<DVector<f64>> = (0..self.free.len())
+        let columns: Vec<DVector<f64>> = (0..self.at.len())
             .map(|k| {
+                let step = self.step(k);
                 let moved = |by: f64| {
                     let mut x = self.at.clone();
                     x[k] += by;
                     self.weighted(&x)
                 };
-                (moved(STEP) - moved(-STEP)) / (2.0 * STEP)
+                (moved(step) - moved(-step)) / (2.0 * step)
             })
             .collect();
         Some(DMatrix::from_columns(&columns))

@@ -9,8 +9,7 @@
 //! gripper's path, which nobody measures: the sideways force on an edge that does not slide,
 //! for one. Each trial is therefore run a second and third time along paths that drift by some
 //! micrometres ([`Prepared::drifted`]); a signal counts by its error against what that changes
-//! in it. What the model assumes of pads and plate, how gradually they slide for one, counts alike: what it may change
-//! in a signal, within what is usual, no friction need explain.
+//! in it. What contacts that hardly deform, in place of rigid ones, change in it counts alike.
 
 use std::ops::Range;
 
