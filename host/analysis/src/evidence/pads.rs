@@ -3,7 +3,7 @@
 //! While an object is held between two pads and loaded, it moves in the grasp by the load over the
 //! stiffness of both: `u = F c / 2` across, `turn = T c / (2 r^2)` about the closing direction, with `c`
 //! the compliance of one whole pad and `r^2` its torsional stiffness over the tangential one, which is not known well: 0.5 to
-//! 1.1 of a disc's squared radius (Johnson 1985, 3.7 and 7.2). Where loads along the face show it, turns do not count.
+//! 1.1 of a disc's squared radius (Johnson 1985, 3.7 and 7.2). Where loads along the face show it, and turns agree within that, these do not count.
 //! Both sides are measured, so the slope of displacement against load is the compliance,
 //! whatever friction, pusher or plan are. Loads up to half of a trial's largest count: beyond it the
 //! rim slides. The answer is the weighted median of all slopes: a pad that slides early or a wrong contact
@@ -163,12 +163,17 @@ pub struct Slope {
     turns: bool,
 }
 
-/// Compliance of the pads from the loadings of trials: those along the face where they show it, all where they do not, as
-/// torsion knows it only by how a pad's stiffness is spread. `None` of fewer than four.
+/// Compliance of the pads from the loadings of trials: those along the face where they show it and turns agree within what is
+/// not known of torsion, all where not. `None` of fewer than four.
 #[must_use]
 pub fn measured(slopes: &[Slope]) -> Option<Pads> {
-    let straight: Vec<Slope> = slopes.iter().copied().filter(|s| !s.turns).collect();
-    of(&straight).filter(Pads::give_way).or_else(|| of(slopes))
+    let (turns, straight): (Vec<Slope>, Vec<Slope>) = slopes.iter().partition(|s| s.turns);
+    let turned = of(&turns);
+    let agrees = |pads: &Pads| {
+        let factor = turned.map_or(1.0, |t| t.tangential_m_n / pads.tangential_m_n);
+        (1.0 / SPRINGS..SPRINGS).contains(&factor)
+    };
+    of(&straight).filter(Pads::give_way).filter(agrees).or_else(|| of(slopes))
 }
 
 fn of(slopes: &[Slope]) -> Option<Pads> {
