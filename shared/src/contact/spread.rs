@@ -44,8 +44,8 @@ pub fn spread<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>, pusher_n
 /// Torsional friction is the ring's, force and torsion together within 3 % of the uniform disc's limit surface, and the
 /// onset of sliding, straight and in torsion, of pads under even, Hertz's and Gaussian pressure is described within 6 % of the
 /// limit (docs/lab/torsion-of-pads.md).
-const POINTS: [(f64, f64); 2] = [(1.5, OUTER), ((1.0 - 1.5 * OUTER) / (1.0 - OUTER), 1.0 - OUTER)];
-const OUTER: f64 = 0.35;
+const OUT: (f64, f64) = (1.5, 0.35);
+const IN: (f64, f64) = ((1.0 - OUT.0 * OUT.1) / (1.0 - OUT.1), 1.0 - OUT.1);
 /// Torsional stiffness over the tangential one and the squared radius: a ring's, and the largest, as the inner points need some.
 const RATIOS: [f64; 2] = [RING, 0.95];
 const RING: f64 = 4.0 / 9.0;
@@ -53,8 +53,8 @@ const RING: f64 = 4.0 / 9.0;
 /// Moves the points of flat fingers whose torsional stiffness is given ([`Contact::profile`]) outward and inward in turn, and
 /// gives the outer ones as much of the tangential stiffness as that takes. Each moves on the line to the one opposite.
 fn ringed<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>) {
-    let [least, most] = RATIOS.map(R::of);
-    let [outer2, inner2] = POINTS.map(|(radius, _)| RING * radius * radius);
+    let (least, most) = (R::of(RATIOS[0]), R::of(RATIOS[1]));
+    let (outer2, inner2) = (RING * OUT.0 * OUT.0, RING * IN.0 * IN.0);
     for i in 0..contacts.len() {
         let Some(a) = contacts.get(i).copied().filter(|c| is_finger(c.body)) else { continue };
         let opposite = |c: &Contact<R>| c.body == a.body && c.slot == a.slot + FINGER_POINTS / 2;
@@ -63,13 +63,14 @@ fn ringed<R: Real, const NC: usize>(contacts: &mut Contacts<R, NC>) {
         let Some(b) = contacts.get(j).copied() else { continue };
         let outer = (clamp(ratio, least, most) - R::of(inner2)) * R::of(1.0 / (outer2 - inner2));
         for (at, from, to) in [(i, &a, &b), (j, &b, &a)] {
-            let inside = from.slot % 2;
-            let (radius, load) = POINTS[inside];
-            // The line is twice the radius long.
-            let moves = R::of(0.5 - 0.5 * radius);
+            // The line is twice the radius long. Constants of each: no double precision on the board.
+            let (moves, load, stiffer) = match from.slot % 2 {
+                0 => (R::of(0.5 - 0.5 * OUT.0), R::of(2.0 * OUT.1), outer * R::of(1.0 / OUT.1)),
+                _ => (R::of(0.5 - 0.5 * IN.0), R::of(2.0 * IN.1), (R::one() - outer) * R::of(1.0 / IN.1)),
+            };
             if let Some(c) = contacts.get_mut(at) {
-                *c = between(from, &[(to, moves)], (from.slot, from.share * R::of(2.0 * load)));
-                c.tangential_n_m *= R::of(1.0 / load) * if inside == 0 { outer } else { R::one() - outer };
+                *c = between(from, &[(to, moves)], (from.slot, from.share * load));
+                c.tangential_n_m *= stiffer;
             }
         }
     }

@@ -117,6 +117,8 @@ pub const INFO: Info = Info {
     ],
 };
 
+/// A ratio below this is none.
+const LEAST_TORSION: f64 = 1e-3;
 /// Grip at which a fingertip that stiffens has the compliance of the parameters, N.
 const REFERENCE_N: f64 = 20.0;
 /// Lighter grips count as this much, N: the power law has no limit at zero.
@@ -145,7 +147,7 @@ impl<R: Real> Law<R> for ContactCompliance {
         let disc = contact.face != ROUND && matches!(context.fingers, Some(FingerContact::Disc { .. }));
         contact.profile = match contact.body {
             Body::Pusher if p[2] > R::zero() => Some(clamp(p[5], R::zero(), R::one())),
-            Body::Finger1 | Body::Finger2 if disc && p[6] > R::zero() => Some(p[6]),
+            Body::Finger1 | Body::Finger2 if disc && p[6] > R::of(LEAST_TORSION) => Some(p[6]),
             _ => None,
         };
     }

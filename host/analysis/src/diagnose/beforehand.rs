@@ -119,7 +119,8 @@ fn compliance() -> Option<CandidateEffect> {
 /// The pads of `start`, which has them as its last effect, fitted on top of `base`.
 fn with_pads(problem: &Problem, base: &Held, trial: &CandidateEffect, start: &Model<f64>) -> Candidate {
     let mut free = base.free.clone();
-    free.extend(Free::of_effect(trial.info, start.effects.len() - 1));
+    let certain = |f: &Free| f.read_off(problem.campaign).is_some_and(|(_, [low, high])| low >= high);
+    free.extend(Free::of_effect(trial.info, start.effects.len() - 1).into_iter().filter(|f| !certain(f)));
     let held = hold_out(problem, fit::solve_across(problem, start, &free, STEPS), free);
     let explained = explained(&base.misfit, &held.misfit);
     let p_value = p_value(&base.loss, &held.loss);

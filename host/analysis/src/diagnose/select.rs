@@ -15,8 +15,8 @@ use stickslip_shared::model::{MAX_EFFECTS, Model};
 
 use crate::diagnose::misfit::{self, Misfit};
 use crate::diagnose::search::{Ground, Reach, Search};
-use crate::fit::engine::FIXED;
 use crate::fit::features::Features;
+use crate::fit::gls::FIXED;
 use crate::fit::gls::{self, Prior};
 use crate::fit::problem::Problem;
 use crate::fit::screen::{Screened, Start};

@@ -6,7 +6,7 @@ use stickslip_shared::model::Model;
 
 use crate::fit::features::{FEATURES, Features};
 use crate::fit::free::Free;
-use crate::fit::gls::{self, Gram, Prior};
+use crate::fit::gls::{self, FIXED, Gram, Prior};
 use crate::fit::problem::{Problem, difference};
 use crate::fit::sensing;
 
@@ -161,9 +161,6 @@ fn at_edges(
     }
     out
 }
-
-/// Precision of a parameter that stays where it is.
-pub const FIXED: f64 = 1e15;
 
 /// Broyden's update: `columns` become such that they tell how predictions changed (from the first to the second of
 /// `predicted`) as the parameters `moved`, each column by its share of the step; `sizes` are the columns' squares.

@@ -111,6 +111,9 @@ pub fn shifts(offset: usize) -> Vec<(usize, f64)> {
     }
 }
 
+/// Precision of a parameter that stays where it is.
+pub const FIXED: f64 = 1e15;
+
 /// What is known of the coefficients before the data: each has mean zero.
 #[derive(Clone, Debug)]
 pub struct Prior {

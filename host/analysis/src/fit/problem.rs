@@ -15,7 +15,7 @@ use crate::evidence::tolerance::{RIGID, lies_free, push_channel};
 use crate::fit::campaign::{Campaign, Group, Run};
 use crate::fit::features::{self, FEATURES, Features};
 use crate::fit::free::Free;
-use crate::fit::gls::{self, Beside, Gram, OFFSETS, Prior, Whitener};
+use crate::fit::gls::{self, Beside, FIXED, Gram, OFFSETS, Prior, Whitener};
 use crate::fit::loading;
 use crate::fit::noise::{self, Noise};
 use crate::fit::phases::{BINS, PEAK, Phase};
@@ -354,8 +354,11 @@ impl<'a> Problem<'a> {
             Free::PusherFriction => 1,
             Free::SupportFriction => 2,
             Free::Effect { .. } => {
-                let (mean, [low, high]) = free.read_off(self.campaign)?;
-                return Some((mean, 16.0 / (high - low).powi(2)));
+                let Some((mean, [low, high])) = free.read_off(self.campaign) else {
+                    // Where nothing is read off of pads, nothing tells how they turn either: as a ring of points.
+                    return (free.of_pads() == Some("pad_torsion")).then_some((0.0, FIXED));
+                };
+                return Some((mean, (16.0 / (high - low).powi(2)).min(FIXED)));
             }
         };
         let given = self.campaign.given;
