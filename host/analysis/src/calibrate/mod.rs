@@ -24,7 +24,7 @@ use thiserror::Error;
 
 use crate::channels::{COUNT, Quantity, quantity};
 use crate::evidence::conditions::condition_of;
-use crate::evidence::pads::{self, Pads, Slope};
+use crate::evidence::pads::{self, Pads, SD_OF_RANGE, Slope};
 use crate::left_out::LeftOut;
 use crate::model::file::{EffectEntry, ModelFile};
 use crate::progress::Progress;
@@ -40,9 +40,6 @@ pub use windows::Windowed;
 pub const MOST_TRIALS: usize = 60;
 /// Fewest that a calibration should have: its intervals come from their scatter.
 pub const FEWEST_TRIALS: usize = 8;
-
-/// Standard deviation of what is assumed over its range, as fits have it.
-const SD_OF_RANGE: f64 = 0.25;
 
 /// Least share of an expected compliance: a plate that does not deform at all bears with its corners, another contact.
 const LEAST_SHARE: f64 = 0.02;

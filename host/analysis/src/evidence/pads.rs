@@ -54,6 +54,8 @@ pub struct Pads {
 /// Factor by which a pad's springs may differ from what was read off: on the same 20 data
 /// sets all whose clocks agree within a sample are within 1.6.
 pub const SPRINGS: f64 = 2.0;
+/// Standard deviation of a parameter over the range that is expected of it.
+pub const SD_OF_RANGE: f64 = 0.25;
 /// A pad's normal compliance over its tangential one, and the range: a layer is pressed in less than it is
 /// sheared, a bonded one much less.
 const NORMAL: f64 = 0.5;

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use stickslip_shared::model::{Model, Scene};
 
 use crate::channels::{COUNT, Quantity};
+use crate::evidence::pads::SD_OF_RANGE;
 use crate::evidence::tolerance::{RIGID, lies_free, push_channel};
 use crate::fit::campaign::{Campaign, Group, Run};
 use crate::fit::features::{self, FEATURES, Features};
@@ -358,7 +359,7 @@ impl<'a> Problem<'a> {
                     // Where nothing is read off of pads, nothing tells how they turn either: as a ring of points.
                     return (free.of_pads() == Some("pad_torsion")).then_some((0.0, FIXED));
                 };
-                return Some((mean, (16.0 / (high - low).powi(2)).min(FIXED)));
+                return Some((mean, (1.0 / (SD_OF_RANGE * (high - low)).powi(2)).min(FIXED)));
             }
         };
         let given = self.campaign.given;
