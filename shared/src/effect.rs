@@ -42,6 +42,22 @@ pub struct Parameter {
     pub tries: &'static [f64],
     /// Where it came after the effect: the value with which a model file written before behaves as it did.
     pub before: Option<f64>,
+    /// What is expected of it before any fit; `None`: nothing.
+    pub expected: Option<Expected>,
+}
+
+/// What is expected of a parameter before any fit. Every contact has the properties of its pads and its plate: they are no
+/// missing effect, so that a fit that finds them starts from what is read off or usual, and stays near it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Expected {
+    /// The compliance of one pad along its face, which is read off the measurements.
+    ReadOff,
+    /// A share of the one that is read off: the share, and the range of shares.
+    Share(f64, [f64; 2]),
+    /// Whatever is read off: what is usual, and the range.
+    Usual(f64, [f64; 2]),
+    /// The same where the pads are read off; its neutral value where they are assumed or unknown.
+    UsualBesideReadOff(f64, [f64; 2]),
 }
 
 impl Parameter {
@@ -55,7 +71,7 @@ impl Parameter {
         what: &'static str,
     ) -> Self {
         let [low, high] = bounds;
-        Self { name, unit, typical, neutral, low, high, what, tries: &[], before: None }
+        Self { name, unit, typical, neutral, low, high, what, tries: &[], before: None, expected: None }
     }
 
     /// The same with the values at which a fit starts.
@@ -66,6 +82,11 @@ impl Parameter {
     /// The same where it came after the effect, which behaved as with `before` until then.
     pub const fn added(self, before: f64) -> Self {
         Self { before: Some(before), ..self }
+    }
+
+    /// The same with what is expected of it.
+    pub const fn expected(self, expected: Expected) -> Self {
+        Self { expected: Some(expected), ..self }
     }
 }
 

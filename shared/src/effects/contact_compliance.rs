@@ -27,7 +27,7 @@
 
 use super::law::{Law, StepContext};
 use crate::contact::{Body, Contact, is_finger};
-use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
+use crate::effect::{Expected, Info, MAX_PARAMETERS, Parameter, Role};
 use crate::model::FingerContact;
 use crate::real::{Real, clamp, max};
 use crate::shape::ROUND;
@@ -53,7 +53,8 @@ pub const INFO: Info = Info {
             0.0,
             [0.0, 0.001],
             "tangential displacement for each newton on one contact",
-        ),
+        )
+        .expected(Expected::ReadOff),
         Parameter::new(
             "normal_m_n",
             "m/N",
@@ -61,7 +62,9 @@ pub const INFO: Info = Info {
             0.0,
             [0.0, 0.001],
             "normal displacement for each newton on one contact",
-        ),
+        )
+        // A layer is pressed in less than it is sheared, a bonded one much less.
+        .expected(Expected::Share(0.5, [0.05, 1.0])),
         Parameter::new(
             "pusher_m_n",
             "m/N",
@@ -70,6 +73,8 @@ pub const INFO: Info = Info {
             [0.0, 1e-4],
             "displacement of the pusher, and of the support beside fingertips, for each newton, either way",
         )
+        // A steel fixture to a plate on the flexures of its force sensor.
+        .expected(Expected::Usual(1e-6, [0.0, 1e-5]))
         .added(0.0),
         Parameter::new(
             "microslip",
@@ -80,6 +85,8 @@ pub const INFO: Info = Info {
             "how gradually fingertips (support) go over to sliding: 0 at once, 0.6 as Mindlin's spheres, 1 as Dahl's",
         )
         .tried_at(&[0.0, 1.0])
+        // Sphere and plane of one material, by Mindlin's law.
+        .expected(Expected::Usual(0.6, [0.0, 1.0]))
         .added(0.0),
         Parameter::new(
             "stiffening",
@@ -91,6 +98,7 @@ pub const INFO: Info = Info {
         )
         // The fit finds it.
         .tried_at(&[0.0])
+        .expected(Expected::Usual(HERTZ, [0.0, 1.0]))
         .added(0.0),
         Parameter::new(
             "pusher_rim",
@@ -102,6 +110,8 @@ pub const INFO: Info = Info {
         )
         // The fit finds it.
         .tried_at(&[0.0])
+        // Between an even face and one that is hollow.
+        .expected(Expected::Usual(1.0 / 3.0, [0.0, 1.0]))
         .added(0.0),
         Parameter::new(
             "pad_torsion",
@@ -113,10 +123,17 @@ pub const INFO: Info = Info {
         )
         // The fit finds it.
         .tried_at(&[0.0])
+        // Hard contacts hardly turn before they slide: as a ring of points.
+        .expected(Expected::UsualBesideReadOff(TORSION, [0.45, 0.95]))
         .added(0.0),
     ],
 };
 
+/// Exponent of a pad's stiffness over the grip: curved faces by Hertz's law. Flat ones that are bonded have 0, rough ones 1.
+pub const HERTZ: f64 = 1.0 / 3.0;
+/// Usual torsional stiffness of a flat disc over its tangential one and its radius squared: a ring 4/9, a layer pressed evenly
+/// 0.5, a half-space 1.0 or more.
+pub const TORSION: f64 = 0.6;
 /// A ratio below this is none.
 const LEAST_TORSION: f64 = 1e-3;
 /// Grip at which a fingertip that stiffens has the compliance of the parameters, N.
@@ -128,6 +145,11 @@ const LEAST_N: f64 = 0.5;
 pub fn compliance_at<R: Real>(grip_n: R, stiffening: R) -> R {
     let ratio = max(grip_n, R::of(LEAST_N)) / R::of(REFERENCE_N);
     (-stiffening * ratio.ln()).exp()
+}
+
+/// Compliance of one pad along its face at a grip (N), m/N, with the effect's parameters.
+pub fn tangential_m_n<R: Real>(parameters: &[R; MAX_PARAMETERS], grip_n: R) -> R {
+    parameters[0] * compliance_at(grip_n, parameters[4])
 }
 
 impl<R: Real> Law<R> for ContactCompliance {

@@ -36,7 +36,7 @@ pub mod support_pressure;
 pub mod torsional_friction;
 pub mod viscous_friction;
 pub mod wear_drift;
-pub use crate::effect::{Effect, Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
+pub use crate::effect::{Effect, Expected, Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 pub use law::{Environment, FrictionLaw, Law, Loads, Reading, Slip, StepContext};
 pub use registry::{REGISTRY, bounds, law};
 

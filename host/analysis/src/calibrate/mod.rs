@@ -283,7 +283,7 @@ fn with_pads(model: &ModelFile, pads: &Pads) -> (ModelFile, Vec<Beside>, Vec<Ass
     let mut entry = EffectEntry::typical(info);
     let mut beside = Vec::new();
     for (parameter, (value, of)) in entry.values.iter_mut().zip(info.parameters).enumerate() {
-        let Some((expected, [low, high])) = pads.expected(of.name) else { continue };
+        let Some((expected, [low, high])) = pads.expected(of) else { continue };
         let bounds = [low.max(of.low), high.min(of.high)];
         *value = expected;
         entry.intervals.insert(of.name.into(), bounds);

@@ -101,14 +101,14 @@ fn padded(campaign: &Campaign, model: &Model<f64>) -> Option<(CandidateEffect, M
     let has = model.effects.iter().any(|e| e.code == trial.info.code) || model.effects.len() >= MAX_EFFECTS;
     let mut parameters = [0.0; MAX_PARAMETERS];
     for (to, of) in parameters.iter_mut().zip(trial.info.parameters) {
-        *to = pads.expected(of.name)?.0;
+        *to = pads.expected(of)?.0;
     }
     (!has).then(|| (trial.clone(), trial.on(model, parameters)))
 }
 
 /// Whether the pads of `held` are as compliant along the face as they may be.
 fn at_most(problem: &Problem, held: &Held) -> bool {
-    let mut along = held.free.iter().filter(|f| f.of_pads() == Some("tangential_m_n"));
+    let mut along = held.free.iter().filter(|f| f.is_read_off());
     along.any(|f| f.get(&held.solution.model) > AT_BOUND * problem.bounds(f).1)
 }
 
@@ -119,7 +119,7 @@ fn compliance() -> Option<CandidateEffect> {
 /// The pads of `start`, which has them as its last effect, fitted on top of `base`.
 fn with_pads(problem: &Problem, base: &Held, trial: &CandidateEffect, start: &Model<f64>) -> Candidate {
     let mut free = base.free.clone();
-    let certain = |f: &Free| f.read_off(problem.campaign).is_some_and(|(_, [low, high])| low >= high);
+    let certain = |f: &Free| f.expected(problem.campaign).is_some_and(|(_, [low, high])| low >= high);
     free.extend(Free::of_effect(trial.info, start.effects.len() - 1).into_iter().filter(|f| !certain(f)));
     let held = hold_out(problem, fit::solve_across(problem, start, &free, STEPS), free);
     let explained = explained(&base.misfit, &held.misfit);

@@ -2,7 +2,7 @@
 //!
 //! The rules are those of 9 and 10 in `docs/diagnose.md`.
 
-use stickslip_shared::effects::contact_compliance::compliance_at;
+use stickslip_shared::effects::contact_compliance::tangential_m_n;
 use stickslip_shared::effects::{Parameter, REGISTRY, Role, find as find_effect};
 use stickslip_shared::model::Model;
 
@@ -255,13 +255,9 @@ fn entangled(problem: &Problem, held: &Held) -> bool {
         let at_edge = solution.at_edge.get(k).copied().unwrap_or(false);
         strength(&free[k]).is_some_and(|(_, of)| far(of)) && !at_edge
     };
-    // Pads that go over to sliding by Dahl's law, or do not stiffen, are pads, a plate may be even or hollow: none is pulled as
-    // far as it goes.
-    let law =
-        |f: &Free| matches!(f.of_pads(), Some("microslip" | "stiffening" | "pusher_rim" | "pad_torsion"));
     let at_bound = |f: &Free| {
         let x = f.get(&solution.model);
-        !law(f) && strength(f).is_some_and(|(_, of)| x != of.neutral && (x <= of.low || x >= of.high))
+        !f.is_usual() && strength(f).is_some_and(|(_, of)| x != of.neutral && (x <= of.low || x >= of.high))
     };
     let correlated = |k: usize, l: usize| {
         let r = covariance[(k, l)] / (covariance[(k, k)] * covariance[(l, l)]).sqrt();
@@ -331,12 +327,15 @@ pub fn small_compliance_in(problem: &Problem, held: &Held, id: &str) -> bool {
     let covariance = fit::clustered_covariance(&solution.grams, &problem.priors(free, 0), free.len());
     // Along the face: pressed in they give way less than that, and a fit that says otherwise has taken something
     // else for it. How gradually they let go is another matter, and the pusher is no pad.
-    let of_it = |name: &str| free.iter().position(|f| f.of_pads() == Some(name));
-    let value = |k: usize| free[k].get(&solution.model);
-    let share = compliance_at(grip_n, of_it("stiffening").map_or(0.0, value));
+    let pads = |(k, f): (usize, &Free)| match f {
+        Free::Effect { slot, .. } if f.is_read_off() => Some((k, *slot)),
+        _ => None,
+    };
+    let Some((k, slot)) = free.iter().enumerate().find_map(pads) else { return true };
+    let model = &solution.model;
+    let compliance_m_n = model.effects.get(slot).map_or(0.0, |e| tangential_m_n(&e.parameters, grip_n));
     // What the data do not determine says nothing about the pads.
-    of_it("tangential_m_n")
-        .is_none_or(|k| value(k) * share * grip_n < normal_m || value(k) < 2.0 * covariance[(k, k)].sqrt())
+    compliance_m_n * grip_n < normal_m || free[k].get(model) < 2.0 * covariance[(k, k)].sqrt()
 }
 
 /// The sets that explain the data as well as `chosen` beside those found `before`: one effect exchanged for an

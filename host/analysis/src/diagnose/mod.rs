@@ -287,7 +287,7 @@ fn around<'a>(
 fn given(campaign: &Campaign, start: &Held) -> Model<f64> {
     let mut model = Model { friction: campaign.given, ..start.solution.model.clone() };
     for f in &start.free {
-        if let Some((value, _)) = f.read_off(campaign) {
+        if let Some((value, _)) = f.expected(campaign) {
             f.set(&mut model, value);
         }
     }

@@ -11,7 +11,8 @@
 //! that time counts for their compliance, as the clocks of pose and wrench agree no better.
 
 use nalgebra::Vector3;
-use stickslip_shared::effects::contact_compliance::compliance_at;
+use stickslip_shared::effects::contact_compliance::{HERTZ, TORSION, compliance_at};
+use stickslip_shared::effects::{Expected, Parameter};
 use stickslip_shared::model::{Base, FingerContact, RIGID_N_M};
 
 use crate::channels::Signals;
@@ -56,31 +57,19 @@ pub struct Pads {
 pub const SPRINGS: f64 = 2.0;
 /// Standard deviation of a parameter over the range that is expected of it.
 pub const SD_OF_RANGE: f64 = 0.25;
-/// A pad's normal compliance over its tangential one, and the range: a layer is pressed in less than it is
-/// sheared, a bonded one much less.
-const NORMAL: f64 = 0.5;
-const NORMAL_RANGE: [f64; 2] = [0.05, 1.0];
-/// Compliance of a pusher, and of what an object lies on beside fingertips, m/N, and the range: a steel fixture to a plate
-/// on the flexures of its force sensor.
-const PUSHER_M_N: f64 = 1e-6;
-const PUSHER_RANGE_M_N: [f64; 2] = [0.0, 1e-5];
 /// Compliance of a contact of hard bodies, m/N.
 const ORDINARY_M_N: f64 = 1e-6;
-/// Sphere and plane of one material, by Mindlin's law.
-const MICROSLIP: f64 = 0.6;
-/// Exponent of a pad's stiffness over the grip: curved faces by Hertz's law. Flat ones that are bonded have 0, rough ones 1.
-const STIFFENING: f64 = 1.0 / 3.0;
-/// Share of a face's stiffness at its rim: between an even face and one that is hollow.
-const RIM: f64 = 1.0 / 3.0;
-/// Torsional stiffness of a flat disc over its tangential one and its radius squared, and the range: a ring 4/9, a layer pressed
-/// evenly 0.5, a half-space 1.0 or more.
-const TORSION: f64 = 0.6;
-const TORSION_RANGE: [f64; 2] = [0.45, 0.95];
+
+/// What to expect of a parameter of pads of which nothing is read off: value and range.
+#[must_use]
+pub fn unread(of: &Parameter) -> Option<(f64, [f64; 2])> {
+    matches!(of.expected, Some(Expected::UsualBesideReadOff(..))).then_some((of.neutral, [of.neutral; 2]))
+}
 
 impl Pads {
-    /// What to expect of a pad's parameter, by its name: value and range.
+    /// What to expect of a parameter: value and range; `None` of what is no property of pads and plate.
     #[must_use]
-    pub fn expected(&self, name: &str) -> Option<(f64, [f64; 2])> {
+    pub fn expected(&self, of: &Parameter) -> Option<(f64, [f64; 2])> {
         let own = self.tangential_m_n;
         // The law has them at another grip: by what pads make of that which do not stiffen, or as rough faces do.
         let rough = compliance_at(self.grip_n, 1.0);
@@ -88,19 +77,14 @@ impl Pads {
             let [low, high] = self.at_most_m_n.map_or([low, high], |most| [0.0, most]);
             [low / rough.max(1.0), high / rough.min(1.0)]
         };
-        let c = own / compliance_at(self.grip_n, STIFFENING);
-        match name {
-            "tangential_m_n" => Some((c, range([own / SPRINGS, own * SPRINGS]))),
-            "normal_m_n" => Some((NORMAL * c, range(NORMAL_RANGE.map(|share| share * own)))),
-            "stiffening" => Some((STIFFENING, [0.0, 1.0])),
-            // Not read off: what is usual.
-            "pusher_m_n" => Some((PUSHER_M_N, PUSHER_RANGE_M_N)),
-            "microslip" => Some((MICROSLIP, [0.0, 1.0])),
-            "pusher_rim" => Some((RIM, [0.0, 1.0])),
-            // Hard contacts hardly turn before they slide: as a ring of points, which is what fits of them were tried with.
-            "pad_torsion" if self.assumed() => Some((0.0, [0.0; 2])),
-            "pad_torsion" => Some((TORSION, TORSION_RANGE)),
-            _ => None,
+        let c = own / compliance_at(self.grip_n, HERTZ);
+        match of.expected? {
+            Expected::ReadOff => Some((c, range([own / SPRINGS, own * SPRINGS]))),
+            Expected::Share(share, shares) => Some((share * c, range(shares.map(|share| share * own)))),
+            Expected::UsualBesideReadOff(..) if self.assumed() => unread(of),
+            Expected::Usual(value, range) | Expected::UsualBesideReadOff(value, range) => {
+                Some((value, range))
+            }
         }
     }
 

@@ -2,9 +2,10 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use stickslip_shared::effects::{Info, Parameter, find};
+use stickslip_shared::effects::{Expected, Info, Parameter};
 use stickslip_shared::model::Model;
 
+use crate::evidence::pads;
 use crate::fit::campaign::Campaign;
 
 /// A parameter of the model that is fitted.
@@ -130,15 +131,22 @@ impl Free {
         }
     }
 
-    /// What is read off of a parameter of the pads, without any model: value and range.
-    pub fn read_off(&self, campaign: &Campaign) -> Option<(f64, [f64; 2])> {
-        campaign.pads()?.expected(self.of_pads()?)
+    /// What is expected of a property of pads and plate before any fit: value and range.
+    pub fn expected(&self, campaign: &Campaign) -> Option<(f64, [f64; 2])> {
+        let of = self.described()?;
+        campaign.pads().map_or_else(|| pads::unread(of), |pads| pads.expected(of))
     }
 
-    /// Its name, where it is a parameter of a compliance.
-    pub fn of_pads(&self) -> Option<&'static str> {
-        let Free::Effect { of, effect, .. } = self else { return None };
-        find(effect)?.role.is_compliance().then_some(of.name)
+    /// Whether it is the compliance of pads that is read off the measurements.
+    pub fn is_read_off(&self) -> bool {
+        self.described().is_some_and(|p| p.expected == Some(Expected::ReadOff))
+    }
+
+    /// Whether every contact has it, as pads that do not stiffen are pads and a plate is even or hollow: at its bounds
+    /// it is not pulled as far as it goes.
+    pub fn is_usual(&self) -> bool {
+        let usual = |of| matches!(of, Expected::Usual(..) | Expected::UsualBesideReadOff(..));
+        self.described().and_then(|p| p.expected).is_some_and(usual)
     }
 
     fn described(&self) -> Option<&'static Parameter> {

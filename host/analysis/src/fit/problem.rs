@@ -338,10 +338,10 @@ impl<'a> Problem<'a> {
         Beside::new(self.grams(residual, &all), known.len(), added)
     }
 
-    /// Where a fit may take a parameter: the bounds of its description, and of pads what is read off.
+    /// Where a fit may take a parameter: the bounds of its description, and of pads what is expected.
     pub fn bounds(&self, free: &Free) -> (f64, f64) {
         let (low, high) = free.bounds();
-        match free.read_off(self.campaign) {
+        match free.expected(self.campaign) {
             Some((_, [least, most])) => (low.max(least), high.min(most)),
             None => (low, high),
         }
@@ -355,10 +355,7 @@ impl<'a> Problem<'a> {
             Free::PusherFriction => 1,
             Free::SupportFriction => 2,
             Free::Effect { .. } => {
-                let Some((mean, [low, high])) = free.read_off(self.campaign) else {
-                    // Where nothing is read off of pads, nothing tells how they turn either: as a ring of points.
-                    return (free.of_pads() == Some("pad_torsion")).then_some((0.0, FIXED));
-                };
+                let (mean, [low, high]) = free.expected(self.campaign)?;
                 return Some((mean, (1.0 / (SD_OF_RANGE * (high - low)).powi(2)).min(FIXED)));
             }
         };
