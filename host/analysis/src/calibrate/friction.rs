@@ -24,6 +24,8 @@ pub struct Fit {
     pub model: Model<f64>,
     /// One for each coefficient that the scene has.
     pub estimates: Vec<Estimate>,
+    /// 95 % intervals of the nuisance parameters.
+    pub nuisances: Vec<[f64; 2]>,
     /// Places of trials that the calibrated model misses altogether.
     pub missed: Vec<usize>,
 }
@@ -54,12 +56,13 @@ pub fn fit(trials: &[&Windowed], offsets: &[f64; COUNT], (base, unknown): (&Mode
     }
     let problem = ends.swap_remove(0);
     let estimates = intervals::estimates(&problem, |_| true);
+    let nuisances = intervals::of_nuisances(&problem);
     let missed = missed(&problem.weights);
     let mut model = problem.model(&problem.at);
     for e in &estimates {
         *e.coefficient.of(&mut model) = e.value;
     }
-    Fit { model, estimates, missed }
+    Fit { model, estimates, nuisances, missed }
 }
 
 /// `problem` at its solution, and weighed there.
@@ -93,6 +96,7 @@ pub fn last(
     }
     let problem = Problem::new(trials, offsets, (&fit.model, unknown), known.clone());
     let solved = solved(problem, (LAST_ROUNDS, LAST_SETTLED));
+    fit.nuisances = intervals::of_nuisances(&solved);
     let (model, weights) = (solved.model(&solved.at), solved.weights);
     (fit.model, fit.missed) = (model, missed(&weights));
     if known.len() < all.len() {

@@ -18,11 +18,11 @@
 
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
-use rand_distr::{Distribution, Exp1};
+use rand_distr::{Distribution, Exp1, StandardNormal};
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-use super::problem::{Coefficient, Estimate, Problem, RANGE};
+use super::problem::{Coefficient, Estimate, Nuisance, Problem, RANGE};
 use super::windows::{SEEN, Seen};
 
 /// Draws.
@@ -34,7 +34,7 @@ const RISE: f64 = 1e-3;
 /// Most that another coefficient's logarithm follows along a scan from its place.
 const FOLLOWS: f64 = 0.5;
 /// The same of what is found beside them, standard deviations.
-const FOLLOWS_BESIDE: f64 = 3.0;
+const FOLLOWS_NUISANCE: f64 = 3.0;
 /// Ratio of upper to lower end up to which a coefficient counts as determined.
 const DETERMINED: f64 = 1.65;
 
@@ -89,18 +89,24 @@ fn estimate(problem: &Problem<'_>, groups: &[usize], draws: &[Draw], k: usize) -
     scan.extend(RANGE.map(f64::ln));
     scan.retain(|x| (RANGE[0].ln()..=RANGE[1].ln()).contains(x));
     scan.sort_by(f64::total_cmp);
-    let tables: Vec<Vec<Vec<Cell>>> = scan.iter().map(|x| table(problem, k, *x)).collect();
+    let others: Vec<usize> = (0..problem.at.len()).filter(|i| *i != k).collect();
+    let at = |x: f64| {
+        let mut at = problem.at.clone();
+        at[k] = x;
+        at
+    };
+    let tables: Vec<Vec<Vec<Cell>>> = scan.iter().map(|x| table(problem, &at(*x), &others)).collect();
     let known = Known::of(problem);
     let sets: Vec<(usize, usize)> =
         draws.par_iter().filter_map(|d| set(&tables, groups, &known, d)).collect();
     let clusters = groups.iter().max().map_or(1.0, |g| *g as f64 + 1.0);
     let tail = tail(clusters);
-    let at = |mut ends: Vec<usize>, share: f64| {
+    let end = |mut ends: Vec<usize>, share: f64| {
         ends.sort_unstable();
         ends.get((share * (ends.len().max(1) - 1) as f64).round() as usize).copied()
     };
-    let low = at(sets.iter().map(|s| s.0).collect(), tail).filter(|i| *i > 0);
-    let high = at(sets.iter().map(|s| s.1).collect(), 1.0 - tail).filter(|i| *i + 1 < scan.len());
+    let low = end(sets.iter().map(|s| s.0).collect(), tail).filter(|i| *i > 0);
+    let high = end(sets.iter().map(|s| s.1).collect(), 1.0 - tail).filter(|i| *i + 1 < scan.len());
     // On a plateau that has an end, the nearest value that fits as well: the least squares value runs off to the
     // edge of the range.
     let signal = [1.0; SEEN];
@@ -137,12 +143,9 @@ fn student(conditions: f64) -> f64 {
     StudentsT::new(0.0, 1.0, (conditions - 1.0).max(1.0)).map_or(2.0, |t| t.inverse_cdf(0.975))
 }
 
-/// Costs with coefficient `k` at the logarithm `x`, by trial and signal.
-fn table(problem: &Problem<'_>, k: usize, x: f64) -> Vec<Vec<Cell>> {
-    let mut at = problem.at.clone();
-    at[k] = x;
-    let others: Vec<usize> = (0..at.len()).filter(|i| *i != k).collect();
-    let here = problem.residuals_at(&at);
+/// Costs at `at` where the unknowns `others` depart from it, by trial and signal.
+fn table(problem: &Problem<'_>, at: &DVector<f64>, others: &[usize]) -> Vec<Vec<Cell>> {
+    let here = problem.residuals_at(at);
     let moved: Vec<Vec<Vec<Seen>>> = others
         .iter()
         .map(|i| {
@@ -171,6 +174,45 @@ fn table(problem: &Problem<'_>, k: usize, x: f64) -> Vec<Vec<Cell>> {
     (0..here.len()).map(|trial| (0..SEEN).map(|signal| cell(trial, signal)).collect()).collect()
 }
 
+/// 95 % intervals of the nuisance parameters at the solution of `problem`: what is expected of them is drawn with the weights of
+/// conditions and signals, so that one which the data do not show has the interval that was expected. The costs are those about
+/// the solution, quadratic.
+pub fn of_nuisances(problem: &Problem<'_>) -> Vec<[f64; 2]> {
+    let all: Vec<usize> = (0..problem.at.len()).collect();
+    let first = problem.free.len();
+    let (groups, tables) = (conditions(problem), table(problem, &problem.at, &all));
+    let clusters = groups.iter().max().map_or(0, |g| g + 1);
+    let departures = problem.departures(&problem.at);
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(2);
+    let mut ends = vec![Vec::with_capacity(DRAWS); departures.len()];
+    for draw in draws(clusters) {
+        let of = |k: usize, ahead: f64| if k < first { 0.0 } else { departures[k - first] - ahead };
+        let expected: Vec<f64> = all.iter().map(|_| StandardNormal.sample(&mut rng)).collect();
+        let mut total = Cell {
+            a: 0.0,
+            b: DVector::from_fn(all.len(), |k, _| of(k, expected[k])),
+            c: DMatrix::from_diagonal(&DVector::from_fn(
+                all.len(),
+                |k, _| if k < first { 1e-9 } else { 1.0 },
+            )),
+        };
+        add(&mut total, &tables, &groups, &draw);
+        let Some(c) = total.c.cholesky() else { continue };
+        let moved = -c.solve(&total.b);
+        for (k, ends) in ends.iter_mut().enumerate() {
+            ends.push(departures[k] + moved[first + k].clamp(-FOLLOWS_NUISANCE, FOLLOWS_NUISANCE));
+        }
+    }
+    let tail = tail(clusters.max(1) as f64);
+    let of_nuisance = |((nuisance, mut ends), here): ((&Nuisance, Vec<f64>), &f64)| {
+        ends.push(*here);
+        ends.sort_by(f64::total_cmp);
+        let end = |share: f64| ends[(share * (ends.len() - 1) as f64).round() as usize];
+        [end(tail).min(*here), end(1.0 - tail).max(*here)].map(|departure| nuisance.value(departure))
+    };
+    problem.unknown.nuisances.iter().zip(ends).zip(departures).map(of_nuisance).collect()
+}
+
 /// What is known beforehand of the unknowns beside the one that is scanned: the last of them depart from what is expected.
 struct Known {
     before: Cell,
@@ -184,8 +226,22 @@ impl Known {
         let first = n - departures.len();
         let x = DVector::from_fn(n, |i, _| if i < first { 0.0 } else { departures[i - first] });
         let precision = DVector::from_fn(n, |i, _| if i < first { 1e-9 } else { 1.0 });
-        let follows = DVector::from_fn(n, |i, _| if i < first { FOLLOWS } else { FOLLOWS_BESIDE });
+        let follows = DVector::from_fn(n, |i, _| if i < first { FOLLOWS } else { FOLLOWS_NUISANCE });
         Self { before: Cell { a: x.norm_squared(), b: x, c: DMatrix::from_diagonal(&precision) }, follows }
+    }
+}
+
+/// Adds what the `trials` cost in one draw.
+fn add(total: &mut Cell, trials: &[Vec<Cell>], groups: &[usize], draw: &Draw) {
+    for (cells, group) in trials.iter().zip(groups) {
+        for (cell, signal) in cells.iter().zip(draw.signal) {
+            let weight = draw.condition[*group] * signal;
+            if weight > 0.0 {
+                total.a += weight * cell.a;
+                total.b += &cell.b * weight;
+                total.c += &cell.c * weight;
+            }
+        }
     }
 }
 
@@ -196,16 +252,7 @@ fn set(tables: &[Vec<Vec<Cell>>], groups: &[usize], known: &Known, draw: &Draw) 
         .iter()
         .map(|trials| {
             let mut total = known.before.clone();
-            for (cells, group) in trials.iter().zip(groups) {
-                for (cell, signal) in cells.iter().zip(draw.signal) {
-                    let weight = draw.condition[*group] * signal;
-                    if weight > 0.0 {
-                        total.a += weight * cell.a;
-                        total.b += &cell.b * weight;
-                        total.c += &cell.c * weight;
-                    }
-                }
-            }
+            add(&mut total, trials, groups, draw);
             let follow = total.c.clone().cholesky().map(|c| -c.solve(&total.b));
             let d = follow
                 .unwrap_or_else(|| DVector::zeros(n))

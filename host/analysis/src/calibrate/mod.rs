@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
-use stickslip_shared::effects::REGISTRY;
+use stickslip_shared::effects::{Expected, REGISTRY, contact_compliance};
 use stickslip_shared::model::{Base, MAX_EFFECTS, Model};
 use thiserror::Error;
 
@@ -32,7 +32,7 @@ use crate::run::simulate::{SceneError, prepare};
 use stickslip_data::{Dataset, Description, Trial, TrialInfo};
 
 pub use determined::{Remark, Slid, name};
-use problem::{Assumed, Beside, Unknown};
+use problem::{Assumed, Found, Nuisance, Unknown};
 pub use problem::{Coefficient, Estimate};
 pub use windows::Windowed;
 
@@ -63,13 +63,18 @@ impl Share {
 /// Tangential stiffness of one whole pad.
 #[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct PadStiffness {
-    /// N/m; null where chance, and clocks that are a sample apart, would show as much compliance of rigid pads.
+    /// N/m: in the model, found beside friction; else read off, and null where chance, and clocks that are a sample apart,
+    /// would show as much compliance of rigid pads.
     pub tangential_n_m: Option<f64>,
-    /// Lower end of the interval, N/m: twice the compliance that was read off, two standard deviations, and a sample
-    /// between the clocks.
+    /// Lower end of its interval, N/m: of 95 % where it is in the model; else twice the compliance that was read off, two
+    /// standard deviations, and a sample between the clocks.
     pub low_n_m: f64,
-    /// Upper end, N/m, half the compliance; null where the pads may be rigid.
+    /// Upper end, N/m; read off, half the compliance; null where the pads may be rigid.
     pub high_n_m: Option<f64>,
+    /// Grip at which it is, N.
+    pub grip_n: f64,
+    /// What was read off the loadings, N/m; null where that shows no more than of rigid pads.
+    pub read_off_n_m: Option<f64>,
     /// How far the largest load moves the object in the grasp before it slides, m.
     pub moves_m: f64,
     /// Whether the model has it: pads that move the object by more than the tolerance of rigid contact.
@@ -79,17 +84,44 @@ pub struct PadStiffness {
 }
 
 impl PadStiffness {
-    fn of(pads: &Pads, in_model: bool) -> Self {
+    fn read_off(pads: &Pads) -> Self {
         let (c, sd) = (pads.tangential_m_n, pads.sd_m_n);
         let stiffness = |c: f64| (c > 0.0).then(|| 1.0 / c);
         let told = pads.give_way();
+        let read_off_n_m = stiffness(c).filter(|_| told);
         Self {
-            tangential_n_m: stiffness(c).filter(|_| told),
+            tangential_n_m: read_off_n_m,
             low_n_m: 1.0 / (pads::SPRINGS * c + 2.0 * sd + pads.clock_m_n).max(1e-9),
             high_n_m: stiffness(c / pads::SPRINGS - 2.0 * sd).filter(|_| told),
+            grip_n: pads.grip_n,
+            read_off_n_m,
             moves_m: pads.moves_m().max(0.0),
-            in_model,
+            in_model: false,
             loadings: pads.loadings,
+        }
+    }
+
+    /// The same of the pads that `calibration` found; as read off where it found none.
+    fn found(self, calibration: &Calibration) -> Self {
+        let model = &calibration.model;
+        let read_off = |f: &&Found| f.nuisance.of.expected == Some(Expected::ReadOff);
+        let Some(Found { nuisance, interval }) = calibration.found.iter().find(read_off) else { return self };
+        let Some(effect) = model.effects.get(nuisance.slot) else { return self };
+        let base_m_n = match model.base {
+            Base::Hard => 0.0,
+            Base::Soft { tangential_n_m, .. } => 1.0 / tangential_n_m,
+        };
+        let stiffness = |value: f64| {
+            let mut parameters = effect.parameters;
+            parameters[nuisance.parameter] = value;
+            1.0 / (base_m_n + contact_compliance::tangential_m_n(&parameters, self.grip_n))
+                .max(f64::MIN_POSITIVE)
+        };
+        Self {
+            tangential_n_m: Some(stiffness(effect.parameters[nuisance.parameter])),
+            low_n_m: stiffness(interval[1]),
+            high_n_m: Some(stiffness(interval[0])),
+            ..self
         }
     }
 }
@@ -171,6 +203,9 @@ pub struct Calibration {
     /// The calibrated model.
     #[serde(skip)]
     pub model: Model<f64>,
+    /// What was found beside friction.
+    #[serde(skip)]
+    found: Vec<Found>,
 }
 
 /// Places of the calibration trials in a list of `conditions`, one for each trial: a `share`
@@ -233,29 +268,35 @@ pub fn calibrate(
         false => BTreeMap::new(),
     };
     let read_off = pads::measured(&slopes.values().flatten().copied().collect::<Vec<_>>());
-    let (model, beside, assumed) =
+    let (model, nuisances, assumed) =
         read_off.map_or_else(|| (model.clone(), Vec::new(), Vec::new()), |pads| with_pads(model, &pads));
     let (model, in_model) = (&model, gives_way(&model));
     let base = model.to_model();
-    let unknown = Unknown { beside: &beside, assumed: &assumed };
+    let unknown = Unknown { nuisances: &nuisances, assumed: &assumed };
     let mut found = Vec::new();
     for (primitive, trials) in &primitives {
         let mut of_it =
-            of_primitive_beside(&data.description, primitive, trials, (&base, unknown), options.share)?;
+            of_primitive_where(&data.description, primitive, trials, (&base, unknown), options.share)?;
         let pads = slopes.get(*primitive).and_then(|s| pads::measured(s));
-        of_it.pads = pads.map(|p| PadStiffness::of(&p, in_model));
+        of_it.pads = pads.map(|p| PadStiffness { in_model, ..PadStiffness::read_off(&p).found(&of_it) });
         found.push(of_it);
         progress.step(1);
     }
     let best = best_of(&found);
-    // With the pads that were found beside the best.
+    // With the pads that were found beside the best, of the first where none is determined.
     let of_best =
         |c: &&Calibration| best.first().is_some_and(|b| c.estimates.iter().any(|e| std::ptr::eq(e, *b)));
-    let mut with_best = found.iter().find(of_best).map_or(base, |c| c.model.clone());
+    let (mut with_best, beside) = match found.iter().find(of_best).or(found.first()) {
+        Some(c) => (c.model.clone(), &c.found[..]),
+        None => (base.clone(), &[][..]),
+    };
+    if best.is_empty() {
+        with_best.friction = base.friction;
+    }
     for e in &best {
         *e.coefficient.of(&mut with_best) = e.value;
     }
-    let model = with_friction(model, &with_best, &best);
+    let model = with_found(model, &with_best, &best, beside);
     Ok(Report { primitives: found, model })
 }
 
@@ -273,7 +314,7 @@ fn gives_way(model: &ModelFile) -> bool {
 /// `model` with `pads` that give way by more than the tolerance of rigid contact, where it has none: it loads
 /// before it slides. The second are their parameters, to be found beside friction; the third is what is assumed of contacts that
 /// stay rigid: that they give way by less than those of hard bodies usually do.
-fn with_pads(model: &ModelFile, pads: &Pads) -> (ModelFile, Vec<Beside>, Vec<Assumed>) {
+fn with_pads(model: &ModelFile, pads: &Pads) -> (ModelFile, Vec<Nuisance>, Vec<Assumed>) {
     let without = || (model.clone(), Vec::new(), Vec::new());
     let slot = model.effects.len();
     let compliance = REGISTRY.iter().find(|i| i.role.is_compliance());
@@ -281,24 +322,23 @@ fn with_pads(model: &ModelFile, pads: &Pads) -> (ModelFile, Vec<Beside>, Vec<Ass
     let beyond = Some(*pads).filter(Pads::matter).and_then(|p| p.beyond(model.base));
     let pads = beyond.unwrap_or_else(|| pads.ordinary());
     let mut entry = EffectEntry::typical(info);
-    let mut beside = Vec::new();
+    let mut nuisances = Vec::new();
     for (parameter, (value, of)) in entry.values.iter_mut().zip(info.parameters).enumerate() {
         let Some((expected, [low, high])) = pads.expected(of) else { continue };
         let bounds = [low.max(of.low), high.min(of.high)];
         *value = expected;
-        entry.intervals.insert(of.name.into(), bounds);
         let sd = SD_OF_RANGE * (bounds[1] - bounds[0]);
         let logarithm = of.unit == "m/N";
         let (sd, bounds) = match logarithm {
             true => ((sd / expected).ln_1p(), [bounds[0].max(LEAST_SHARE * expected), bounds[1]]),
             false => (sd, bounds),
         };
-        beside.push(Beside { slot, parameter, expected, sd, logarithm, bounds });
+        nuisances.push(Nuisance { slot, parameter, of, expected, sd, logarithm, bounds });
     }
     let mut with = model.clone();
     with.effects.push(entry);
     if beyond.is_some() {
-        return (with, beside, Vec::new());
+        return (with, nuisances, Vec::new());
     }
     let effect = with.to_model().effects.get(slot).copied();
     let hard = matches!(model.base, Base::Hard);
@@ -328,17 +368,23 @@ impl Report {
 
     /// The model that `primitive` was calibrated with, the pads that entered it included, with its friction and intervals.
     pub fn model_of(&self, primitive: &Calibration) -> ModelFile {
-        with_friction(&self.model, &primitive.model, &primitive.estimates.iter().collect::<Vec<_>>())
+        let estimates: Vec<&Estimate> = primitive.estimates.iter().collect();
+        with_found(&self.model, &primitive.model, &estimates, &primitive.found)
     }
 }
 
-/// `file` with the values of `model` and the intervals of `estimates`.
-fn with_friction(file: &ModelFile, model: &Model<f64>, estimates: &[&Estimate]) -> ModelFile {
+/// `file` with the values of `model` and the intervals of `estimates` and of what was `found` beside them.
+fn with_found(file: &ModelFile, model: &Model<f64>, estimates: &[&Estimate], found: &[Found]) -> ModelFile {
     let mut file = file.clone();
     file.friction_intervals.clear();
     for e in estimates {
         if let (Some(low), Some(high)) = (e.low, e.high) {
             file.friction_intervals.insert(name(e.coefficient).into(), [low, high]);
+        }
+    }
+    for Found { nuisance, interval } in found {
+        if let Some(entry) = file.effects.get_mut(nuisance.slot) {
+            entry.intervals.insert(nuisance.of.name.into(), *interval);
         }
     }
     file.set_values(model);
@@ -357,11 +403,11 @@ pub fn of_primitive<T: Borrow<Trial> + Sync>(
     base: &Model<f64>,
     share: Share,
 ) -> Result<Calibration, CalibrateError> {
-    of_primitive_beside(description, primitive, trials, (base, Unknown::NOTHING), share)
+    of_primitive_where(description, primitive, trials, (base, Unknown::NOTHING), share)
 }
 
 /// The same where some of `base` is `unknown`.
-fn of_primitive_beside<T: Borrow<Trial> + Sync>(
+fn of_primitive_where<T: Borrow<Trial> + Sync>(
     description: &Description,
     primitive: &str,
     trials: &[(usize, T)],
@@ -427,6 +473,8 @@ fn of_primitive_beside<T: Borrow<Trial> + Sync>(
             signal: after.signal(q),
         })
         .collect();
+    let found = unknown.nuisances.iter().zip(fit.nuisances);
+    let found = found.map(|(nuisance, interval)| Found { nuisance: *nuisance, interval });
     Ok(Calibration {
         primitive: primitive.into(),
         calibration_trials: calibration.iter().map(|w| w.trial.clone()).collect(),
@@ -438,6 +486,7 @@ fn of_primitive_beside<T: Borrow<Trial> + Sync>(
         errors,
         remarks,
         model: fit.model,
+        found: found.collect(),
     })
 }
 

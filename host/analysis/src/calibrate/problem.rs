@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Dyn, Owned};
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
-use stickslip_shared::effects::Effect;
+use stickslip_shared::effects::{Effect, Parameter};
 use stickslip_shared::model::Model;
 
 use super::windows::{SEEN, Seen, Windowed, resolution};
@@ -56,7 +56,7 @@ pub const RANGE: [f64; 2] = [0.02, 5.0];
 /// Relative step of the difference quotients: above the kinks of stick and slip.
 pub const STEP: f64 = 0.01;
 /// The same of what is found beside friction, standard deviations.
-const STEP_BESIDE: f64 = 0.2;
+const STEP_NUISANCE: f64 = 0.2;
 /// Square of the error, in units of the usual one, at which a trial's say is halved.
 const FAR: f64 = 9.0;
 
@@ -82,13 +82,15 @@ impl Assumed {
     }
 }
 
-/// A parameter of the model that is found beside friction, with what is known of it beforehand.
+/// A nuisance parameter of the model: found beside friction, with what is known of it beforehand.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Beside {
+pub struct Nuisance {
     /// Place of its effect in the model.
     pub slot: usize,
     /// Place among the effect's parameters.
     pub parameter: usize,
+    /// Its description.
+    pub of: &'static Parameter,
     /// What is expected.
     pub expected: f64,
     /// Standard deviation of that, or of its logarithm.
@@ -99,20 +101,29 @@ pub struct Beside {
     pub bounds: [f64; 2],
 }
 
-impl Beside {
-    fn of(self, model: &mut Model<f64>) -> Option<&mut f64> {
+/// A nuisance parameter and its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// Which.
+    pub nuisance: Nuisance,
+    /// Lower and upper end.
+    pub interval: [f64; 2],
+}
+
+impl Nuisance {
+    fn in_model(self, model: &mut Model<f64>) -> Option<&mut f64> {
         model.effects.get_mut(self.slot).and_then(|e| e.parameters.get_mut(self.parameter))
     }
 
     /// Where `model` has it, in standard deviations from what is expected.
     fn departure(self, model: &Model<f64>) -> f64 {
-        let value = self.of(&mut model.clone()).map_or(self.expected, |v| *v);
+        let value = self.in_model(&mut model.clone()).map_or(self.expected, |v| *v);
         let away = if self.logarithm { (value / self.expected).ln() } else { value - self.expected };
         away / self.sd.max(f64::MIN_POSITIVE)
     }
 
     /// Its value so many standard deviations from what is expected.
-    fn value(self, departure: f64) -> f64 {
+    pub fn value(self, departure: f64) -> f64 {
         let [low, high] = self.bounds;
         let away = departure * self.sd;
         let value = if self.logarithm { self.expected * away.exp() } else { self.expected + away };
@@ -124,14 +135,14 @@ impl Beside {
 #[derive(Clone, Copy, Debug)]
 pub struct Unknown<'a> {
     /// Found beside friction.
-    pub beside: &'a [Beside],
+    pub nuisances: &'a [Nuisance],
     /// Assumed.
     pub assumed: &'a [Assumed],
 }
 
 impl Unknown<'_> {
     /// Nothing.
-    pub const NOTHING: Unknown<'static> = Unknown { beside: &[], assumed: &[] };
+    pub const NOTHING: Unknown<'static> = Unknown { nuisances: &[], assumed: &[] };
 }
 
 /// A least squares problem with fixed weights.
@@ -163,7 +174,7 @@ impl<'a> Problem<'a> {
     ) -> Self {
         let mut start = base.clone();
         let logarithms = free.iter().map(|c| c.of(&mut start).max(RANGE[0]).ln());
-        let departures = unknown.beside.iter().map(|b| b.departure(base));
+        let departures = unknown.nuisances.iter().map(|b| b.departure(base));
         let at = DVector::from_vec(logarithms.chain(departures).collect());
         Self { trials, free, at, weights: vec![[1.0; SEEN]; trials.len()], offsets, base, unknown }
     }
@@ -176,8 +187,8 @@ impl Problem<'_> {
         for (c, x) in self.free.iter().zip(at.iter()) {
             *c.of(&mut model) = x.exp().clamp(RANGE[0], RANGE[1]);
         }
-        for (b, x) in self.unknown.beside.iter().zip(self.departures(at)) {
-            if let Some(value) = b.of(&mut model) {
+        for (b, x) in self.unknown.nuisances.iter().zip(self.departures(at)) {
+            if let Some(value) = b.in_model(&mut model) {
                 *value = b.value(*x);
             }
         }
@@ -191,7 +202,7 @@ impl Problem<'_> {
 
     /// Step of the difference quotient of unknown `k`.
     pub fn step(&self, k: usize) -> f64 {
-        if k < self.free.len() { STEP } else { STEP_BESIDE }
+        if k < self.free.len() { STEP } else { STEP_NUISANCE }
     }
 
     /// Residuals of each trial, not weighted.

@@ -82,6 +82,15 @@ fn a_calibration_reports_soft_pads_and_writes_a_model_that_loads_before_it_slide
     for model in [&soft.model, &soft.model_of(&soft.primitives[0])] {
         assert_eq!(model.effects[0].id, "contact_compliance");
     }
+    // The stiffness that is reported is that of the file, and all that was found has its interval there.
+    let entry = &soft.model.effects[0];
+    let parameters = stickslip_shared::effects::find("contact_compliance").expect("listed").parameters;
+    for (of, value) in parameters.iter().zip(&entry.values) {
+        let [low, high] = entry.intervals[of.name];
+        assert!(low <= *value && *value <= high && of.low <= low && high <= of.high, "{of:?}: {value}");
+    }
+    let [stiffest, softest] = entry.intervals["tangential_m_n"];
+    assert!((high / low - softest / stiffest).abs() < 1e-9, "{pads:?} {stiffest} {softest}");
     let stiff = of(3e6);
     assert!(stiff.model.effects.is_empty(), "{:?}", stiff.primitives[0].pads);
 }

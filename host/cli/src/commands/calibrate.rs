@@ -211,8 +211,13 @@ fn pad_words(pads: &PadStiffness) -> String {
         true => "in the model",
         false => "within the tolerance of rigid contact: not in the model",
     };
+    let from = match (pads.tangential_n_m == pads.read_off_n_m, pads.read_off_n_m) {
+        (false, Some(k)) => format!("{} N/mm read off {} loadings", n_mm(k), pads.loadings),
+        (false, None) => format!("nothing read off {} loadings", pads.loadings),
+        (true, _) => format!("read off {} loadings", pads.loadings),
+    };
     format!(
-        "pads, tangential stiffness of one: {value} ({range}), read off {} loadings; {model}",
-        pads.loadings
+        "pads, tangential stiffness of one at a grip of {:.0} N: {value} ({range}), {from}; {model}",
+        pads.grip_n
     )
 }
