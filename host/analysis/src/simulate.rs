@@ -16,6 +16,7 @@ use stickslip_shared::model::Model;
 use stickslip_shared::track;
 use thiserror::Error;
 
+use crate::evidence::carried;
 use crate::progress::Progress;
 use crate::run::simulate::{Prepared, Simulated, prepare};
 
@@ -92,6 +93,7 @@ fn each<T: Send>(
             Some(trial) => match prepare(&index.description, &trial, ordinal) {
                 Err(error) => Err(error.to_string()),
                 Ok(prepared) => {
+                    let prepared = carried::at_an_edge(prepared);
                     let simulated = prepared.simulate(model);
                     let trial = predicted(&prepared, &trial, &simulated);
                     let (samples, unsolved) = (trial.samples.len(), simulated.unsolved);

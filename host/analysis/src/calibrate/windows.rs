@@ -16,7 +16,7 @@ use std::ops::Range;
 use stickslip_shared::model::Model;
 
 use crate::channels::{COUNT, Quantity, Signals, quantity};
-use crate::evidence::{contact, offsets};
+use crate::evidence::{carried, contact, offsets};
 use crate::run::simulate::{Prepared, SceneError, prepare};
 use stickslip_data::{Description, Trial};
 
@@ -76,7 +76,7 @@ impl Windowed {
         ordinal: usize,
         condition: usize,
     ) -> Result<Self, SceneError> {
-        let prepared = prepare(description, trial, ordinal)?;
+        let prepared = carried::at_an_edge(prepare(description, trial, ordinal)?);
         let moving: Vec<usize> =
             prepared.drive_speed().iter().enumerate().filter(|(_, s)| **s > 1e-5).map(|(i, _)| i).collect();
         let (first, last) = match (moving.first(), moving.last()) {

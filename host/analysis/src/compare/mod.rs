@@ -28,6 +28,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use rayon::prelude::*;
 
 use crate::channels::Signals;
+use crate::evidence::carried;
 use crate::evidence::conditions::HeldOut;
 use crate::evidence::phases::{Phases, split};
 use crate::left_out::LeftOut;
@@ -259,6 +260,7 @@ fn simulate_all(
             let one = || -> Result<One, String> {
                 let trial = trial?;
                 let prepared = prepare(&data.description, &trial, i).map_err(|e| LeftOut::from(&e).reason)?;
+                let prepared = carried::at_an_edge(prepared);
                 drop(trial);
                 let info = &data.trials[i];
                 let bare = |simulated: &Simulated, phases| {

@@ -10,6 +10,7 @@ use super::models::NamedModel;
 use super::noise::Floor;
 use super::rows;
 use crate::channels::{COUNT, Signals};
+use crate::evidence::carried;
 use crate::evidence::conditions::{VARIABLES, in_words};
 use crate::evidence::force_bands::{Band, bands};
 use crate::evidence::phases::{PHASES, Phases};
@@ -66,7 +67,7 @@ pub fn traces(
             let k = at(row);
             let i = places[k];
             let trial = load(data, i).0.ok()?;
-            let prepared = prepare(&data.description, &trial, i).ok()?;
+            let prepared = carried::at_an_edge(prepare(&data.description, &trial, i).ok()?);
             let modelled = models
                 .iter()
                 .map(|m| m.simulate(&data.trials[i], &prepared).map(|s| s.signals))

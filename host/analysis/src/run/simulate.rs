@@ -7,7 +7,6 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use stickslip_shared::cone::SolveStatus;
 use stickslip_shared::contact::{self, Body, Contacts, SLOTS};
-use stickslip_shared::effects::Effect;
 use stickslip_shared::model::{
     Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
 };
@@ -112,12 +111,6 @@ impl std::ops::Deref for Step<'_> {
     fn deref(&self) -> &StepSummary<f64> {
         &self.summary
     }
-}
-
-/// Whether contacts of `model` give way.
-fn gives_way(model: &Model<f64>) -> bool {
-    let compliance = |e: &Effect<f64>| e.info().is_some_and(|i| i.role.is_compliance());
-    matches!(model.base, Base::Soft { .. }) || model.effects.iter().any(compliance)
 }
 
 /// Arm at which a turn counts as a path, m.
@@ -379,18 +372,14 @@ impl Prepared {
         let n = self.poses.len();
         let Some((mut drive, unseated, mut state)) = self.at_rest(model) else { return };
         let mut work = Workspace::new();
-        let shift = seat(&self.scene, model, &state, &drive);
+        let mut shift = seat(&self.scene, model, &state, &drive);
         if let Some(p) = &mut drive.pusher {
             p.position_m += drive.carrier.inverse_transform_vector(&shift);
         }
         settle(&self.scene, model, &mut state, &drive, track::SettlingParams::default());
-        if self.scene.fingers.is_some() && gives_way(model) {
-            preload::sink(&self.scene, model, &mut state, &drive, &mut work);
-        }
-        if let (Some(carried_n), Some(up)) = (self.carried_n, self.up()) {
-            let carried = (carried_n, self.weight_n());
-            preload::carry(&self.scene, model, &mut state, &drive, (up, carried), &mut work);
-        }
+        let carried = self.up().zip(self.carried_n.map(|carried_n| (carried_n, self.weight_n())));
+        let rest = preload::Rest { lies: self.rests(), carried };
+        shift += preload::load((&self.scene, model), &mut state, &mut drive, &rest, &mut work);
         let summary = step_f64(&self.scene, model, &mut state, &drive, &mut work);
         each(0, &state, &Step { summary, work: &work }, &drive);
         let stride = stride.max(1);

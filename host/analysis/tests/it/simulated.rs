@@ -74,3 +74,36 @@ fn fingers_carry_at_rest_what_they_were_measured_to_and_all_of_the_weight_once_l
     let carried_n = measured_n(&measured).expect("something lies under it");
     assert!((carried_n - rest.clamp(0.0, weight_n)).abs() < 0.05, "{carried_n} N, measured {rest} N");
 }
+
+#[test]
+fn fingers_that_hold_an_object_on_an_edge_carry_at_rest_what_they_were_measured_to_and_the_edge_the_rest() {
+    let description = bench("pivots");
+    let mut reality = Reality::draw(&description, Nuisance::PAPER, 5);
+    reality.stiffness_n_m = 3e4;
+    let setup = Setup { description: description.clone(), reality, step_s: STEP_S };
+    let condition =
+        Condition { grip_n: 20.0, speed_rad_s: 0.2, travel: 0.1, ..Condition::new(Primitive::Pivot, "obj4") };
+    let trial = run(&setup, &condition, 0, 5).expect("suits the rig").trial;
+    let measured = prepare(&description, &trial, 0).expect("prepares");
+    assert!(measured.pusher_touches(1e-4) && !measured.rests());
+    let weight_n = 9.81 * measured.scene.object.mass_kg;
+    let mut soft = default_model();
+    let mut pads = Effect::typical("contact_compliance").expect("listed");
+    pads.parameters[0] = 1.0 / 3e4;
+    soft.effects.push(pads).expect("room");
+    let of = |carried: f64| measured.carrying(carried * weight_n).simulate(&soft).signals;
+    // Less than none: they press it onto the edge.
+    for share in [-0.5, 0.0, 0.4, 0.9, 1.0] {
+        let rows = of(share);
+        for row in &rows[..8] {
+            let (carried_n, edge_n) = (row[8] + row[14], row[20]);
+            assert!((carried_n / weight_n - share).abs() < 0.03, "{carried_n} N of {share} of {weight_n} N");
+            assert!((carried_n + edge_n - weight_n).abs() < 0.02 * weight_n, "{carried_n} N and {edge_n} N");
+        }
+        let moved_m = (0..3).map(|k| (rows[7][k] - rows[0][k]).abs()).fold(0.0, f64::max);
+        assert!(moved_m < 2e-6, "{moved_m} m while at rest");
+    }
+    // Of whom nothing is measured pads carry what they grasped.
+    let rows = measured.simulate(&soft).signals;
+    assert!(rows[7][20] < 0.05 * weight_n, "{} N of {weight_n} N on the edge", rows[7][20]);
+}
