@@ -10,6 +10,8 @@ mod determined;
 mod friction;
 mod intervals;
 mod problem;
+mod share;
+mod tare;
 mod windows;
 
 use std::borrow::Borrow;
@@ -22,8 +24,9 @@ use stickslip_shared::effects::{Expected, REGISTRY, contact_compliance};
 use stickslip_shared::model::{Base, MAX_EFFECTS, Model};
 use thiserror::Error;
 
-use crate::channels::{COUNT, Quantity, quantity};
+use crate::channels::{COUNT, Quantity, Signals, quantity};
 use crate::evidence::conditions::condition_of;
+use crate::evidence::offsets;
 use crate::evidence::pads::{self, Pads, SD_OF_RANGE, Slope};
 use crate::left_out::LeftOut;
 use crate::model::file::{EffectEntry, ModelFile};
@@ -34,31 +37,11 @@ use stickslip_data::{Dataset, Description, Trial, TrialInfo};
 pub use determined::{Remark, Slid, name};
 use problem::{Assumed, Found, Nuisance, Unknown};
 pub use problem::{Coefficient, Estimate};
+pub use share::{FEWEST_TRIALS, MOST_TRIALS, Share, pick};
 pub use windows::Windowed;
-
-/// Most calibration trials: more of them only cost time.
-pub const MOST_TRIALS: usize = 60;
-/// Fewest that a calibration should have: its intervals come from their scatter.
-pub const FEWEST_TRIALS: usize = 8;
 
 /// Least share of an expected compliance: a plate that does not deform at all bears with its corners, another contact.
 const LEAST_SHARE: f64 = 0.02;
-
-/// How many of the trials friction is found from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Share {
-    /// Share of them.
-    pub share: f64,
-    /// At least so many, where there are as many.
-    pub fewest: usize,
-}
-
-impl Share {
-    /// A share of the trials, at least [`FEWEST_TRIALS`].
-    pub fn of(share: f64) -> Self {
-        Self { share, fewest: FEWEST_TRIALS }
-    }
-}
 
 /// Tangential stiffness of one whole pad.
 #[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
@@ -208,30 +191,6 @@ pub struct Calibration {
     found: Vec<Found>,
 }
 
-/// Places of the calibration trials in a list of `conditions`, one for each trial: a `share`
-/// of them, of as many conditions as
-/// possible and spread evenly over the list, so that whatever changes along it is touched.
-pub fn pick<C: PartialEq>(conditions: &[C], share: Share) -> Vec<usize> {
-    let count = conditions.len();
-    let wanted = ((count as f64 * share.share).round() as usize)
-        .clamp(share.fewest.min(count), MOST_TRIALS.max(share.fewest).min(count));
-    // Multiples of the golden ratio fill the range evenly and never fall in step with a
-    // regular plan.
-    let mut taken: Vec<usize> = Vec::with_capacity(wanted);
-    let mut k = 0u32;
-    while taken.len() < wanted {
-        let at = (f64::from(k) * 0.618_033_988_749_895 + 0.3).fract();
-        k += 1;
-        let i = ((at * count as f64) as usize).min(count - 1);
-        let after = || (0..count).map(|d| (i + d) % count).filter(|i| !taken.contains(i));
-        let new = |i: &usize| taken.iter().all(|t| conditions[*t] != conditions[*i]);
-        let next = after().find(new).or_else(|| after().next());
-        taken.extend(next);
-    }
-    taken.sort_unstable();
-    taken
-}
-
 /// Calibrations of a data set.
 #[derive(Clone, Debug, JsonSchema, Serialize)]
 #[serde(transparent)]
@@ -253,12 +212,13 @@ pub fn calibrate(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Report, CalibrateError> {
-    let mut primitives: BTreeMap<&str, Vec<(usize, &Trial)>> = BTreeMap::new();
+    let mut all: BTreeMap<&str, Vec<(usize, &Trial)>> = BTreeMap::new();
     for (at, trial) in data.trials.iter().enumerate() {
-        if options.primitive.as_ref().is_none_or(|p| *p == trial.info.primitive) {
-            primitives.entry(&trial.info.primitive).or_default().push((at, trial));
-        }
+        all.entry(&trial.info.primitive).or_default().push((at, trial));
     }
+    let wanted = |p: &&str| options.primitive.as_ref().is_none_or(|wanted| wanted == p);
+    let primitives: BTreeMap<&str, Vec<(usize, &Trial)>> =
+        all.iter().filter(|(p, _)| wanted(p)).map(|(p, trials)| (*p, trials.clone())).collect();
     if primitives.is_empty() {
         return Err(options.primitive.clone().map_or(CalibrateError::Empty, CalibrateError::NoSuchPrimitive));
     }
@@ -275,8 +235,13 @@ pub fn calibrate(
     let unknown = Unknown { nuisances: &nuisances, assumed: &assumed };
     let mut found = Vec::new();
     for (primitive, trials) in &primitives {
-        let mut of_it =
-            of_primitive_where(&data.description, primitive, trials, (&base, unknown), options.share)?;
+        let others = || {
+            let of_each = all.iter().filter(|(p, _)| *p != primitive);
+            let of_each = of_each.map(|(_, trials)| tare::of_others(&data.description, trials, &base));
+            offsets::over_trials(&of_each.collect::<Vec<_>>())
+        };
+        let share = (options.share, others);
+        let mut of_it = of_primitive_where(&data.description, primitive, trials, (&base, unknown), share)?;
         let pads = slopes.get(*primitive).and_then(|s| pads::measured(s));
         of_it.pads = pads.map(|p| PadStiffness { in_model, ..PadStiffness::read_off(&p).found(&of_it) });
         found.push(of_it);
@@ -403,16 +368,17 @@ pub fn of_primitive<T: Borrow<Trial> + Sync>(
     base: &Model<f64>,
     share: Share,
 ) -> Result<Calibration, CalibrateError> {
-    of_primitive_where(description, primitive, trials, (base, Unknown::NOTHING), share)
+    let nothing = || [f64::NAN; COUNT];
+    of_primitive_where(description, primitive, trials, (base, Unknown::NOTHING), (share, nothing))
 }
 
-/// The same where some of `base` is `unknown`.
+/// The same where some of `base` is `unknown`; `elsewhere`: constant errors of the sensors in the trials of other primitives.
 fn of_primitive_where<T: Borrow<Trial> + Sync>(
     description: &Description,
     primitive: &str,
     trials: &[(usize, T)],
     (base, unknown): (&Model<f64>, Unknown<'_>),
-    share: Share,
+    (share, elsewhere): (Share, impl Fn() -> Signals),
 ) -> Result<Calibration, CalibrateError> {
     let infos: Vec<&TrialInfo> = trials.iter().map(|(_, trial)| &trial.borrow().info).collect();
     let ready: Vec<Result<Windowed, SceneError>> = trials
@@ -444,13 +410,15 @@ fn of_primitive_where<T: Borrow<Trial> + Sync>(
     }
     let conditions: Vec<usize> = good.iter().map(|w| w.condition).collect();
     let chosen = pick(&conditions, share);
+    let calibrating: Vec<&Windowed> = chosen.iter().map(|i| &good[*i]).collect();
+    let (offsets, rested) = tare::tare(&calibrating, base, &description.sensors, elsewhere);
+    if !rested {
+        remarks.push(Remark::NoRest);
+    }
+    good.iter_mut().for_each(|w| w.tare_carried(&offsets));
     let (mut calibration, mut held_out) = (Vec::new(), Vec::new());
     for (i, w) in good.iter().enumerate() {
         if chosen.contains(&i) { calibration.push(w) } else { held_out.push(w) }
-    }
-    let (offsets, rested) = windows::tare(&calibration, base);
-    if !rested {
-        remarks.push(Remark::NoRest);
     }
     let mut fit = friction::fit(&calibration, &offsets, (base, unknown));
     determined::keep_base(&mut fit, base);

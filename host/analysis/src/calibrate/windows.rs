@@ -13,10 +13,12 @@
 
 use std::ops::Range;
 
+use nalgebra::Vector3;
 use stickslip_shared::model::Model;
 
 use crate::channels::{COUNT, Quantity, Signals, quantity};
-use crate::evidence::{carried, contact, offsets};
+use crate::evidence::offsets::fingers_sum;
+use crate::evidence::{carried, contact};
 use crate::run::simulate::{Prepared, SceneError, prepare};
 use stickslip_data::{Description, Trial};
 
@@ -63,9 +65,10 @@ pub struct Windowed {
     pub prepared: Prepared,
     /// Means of the measured channels over each window, NaN where nothing was measured.
     pub measured: Vec<Signals>,
+    /// Samples at rest before it.
+    pub rest: Range<usize>,
     drifted: Vec<Prepared>,
     windows: Vec<Range<usize>>,
-    rest: Range<usize>,
 }
 
 impl Windowed {
@@ -95,6 +98,27 @@ impl Windowed {
         let rest = contact::clear_of(&prepared.t_s, contact.unwrap_or(first));
         let drifted = prepared.drifted();
         Ok(Self { trial: trial.info.trial.clone(), condition, prepared, drifted, measured, windows, rest })
+    }
+
+    /// Whether the object touches an edge at the start, so that nobody knows how its weight is shared.
+    pub fn is_at_an_edge(&self) -> bool {
+        self.prepared.carried_n.is_some()
+    }
+
+    /// Where it touches an edge: takes the constant error of the fingers' force out of what they carry at rest.
+    pub fn tare_carried(&mut self, offsets: &Signals) {
+        let [x, y, z, ..] = fingers_sum(offsets);
+        let Some(up) = self.prepared.up().filter(|_| self.is_at_an_edge()) else { return };
+        if let Some(tared) = self.carrying_without(up.dot(&Vector3::new(x, y, z))) {
+            self.drifted = tared.drifted();
+            self.prepared = tared;
+        }
+    }
+
+    /// The trial with the fingers carrying what their sensors show at rest without a constant error (N, upwards).
+    pub fn carrying_without(&self, error_n: f64) -> Option<Prepared> {
+        let carried_n = (carried::shown_n(&self.prepared)? - error_n).min(self.prepared.weight_n());
+        Some(self.prepared.carrying(carried_n))
     }
 
     /// Residuals over the windows, modelled less measured, `offsets` taken out.
@@ -162,27 +186,4 @@ fn mean(rows: &[Signals]) -> Signals {
         }
     }
     std::array::from_fn(|c| if count[c] > 0.0 { sum[c] / count[c] } else { f64::NAN })
-}
-
-/// Constant errors of the wrench channels beyond the model at rest ([`crate::evidence::offsets`]). Of the
-/// fingers only the sum's offset is known (see the module), half of it is each one's; a
-/// single measured finger and a pusher that touches at rest bear an unknown load and are
-/// left alone. The second is whether any trial has a rest before its motion.
-pub fn tare(trials: &[&Windowed], model: &Model<f64>) -> ([f64; COUNT], bool) {
-    let of_trial = |w: &&Windowed| -> Option<Signals> {
-        let simulated = w.prepared.simulate_every(model, w.rest.len().max(1));
-        let (expected, normal_n) = (simulated.signals.first()?, simulated.normal_n.first()?);
-        let mut offset =
-            offsets::of_samples(w.prepared.measured[w.rest.clone()].iter().map(|m| (m, expected)));
-        for (k, sum) in offsets::fingers_sum(&offset).into_iter().enumerate() {
-            (offset[6 + k], offset[12 + k]) = (0.5 * sum, 0.5 * sum);
-        }
-        if normal_n[2] != 0.0 {
-            offset[18..].fill(f64::NAN);
-        }
-        Some(offset)
-    };
-    let found: Vec<Signals> = trials.iter().filter_map(of_trial).collect();
-    let offsets = offsets::over_trials(&found);
-    (offsets.map(|o| if o.is_finite() { o } else { 0.0 }), offsets.iter().any(|o| o.is_finite()))
 }

@@ -24,6 +24,13 @@ pub fn at_an_edge(prepared: Prepared) -> Prepared {
 /// the object onto an edge. `None` where the object lies on nothing beside them, or it is not measured.
 #[must_use]
 pub fn measured_n(prepared: &Prepared) -> Option<f64> {
+    let least_n = if prepared.rests() { 0.0 } else { f64::NEG_INFINITY };
+    shown_n(prepared).map(|n| n.clamp(least_n, prepared.weight_n()))
+}
+
+/// The same as the sensors show it, constant errors included.
+#[must_use]
+pub fn shown_n(prepared: &Prepared) -> Option<f64> {
     let lies = prepared.scene.support.is_some() || prepared.pusher_touches(2.0 * RIGID.position_m);
     let up = prepared.up().filter(|_| prepared.scene.fingers.is_some() && lies)?;
     let speed = prepared.drive_speed();
@@ -33,7 +40,5 @@ pub fn measured_n(prepared: &Prepared) -> Option<f64> {
     let rest = prepared.t_s.iter().zip(&prepared.measured).take_while(|(t, _)| **t < until_s);
     let force = |s: &[f64]| Vector3::from_row_slice(&s[6..9]) + Vector3::from_row_slice(&s[12..15]);
     let known: Vec<f64> = rest.map(|(_, s)| up.dot(&force(s))).filter(|x| x.is_finite()).collect();
-    let mean = known.iter().sum::<f64>() / known.len() as f64;
-    let least_n = if prepared.rests() { 0.0 } else { f64::NEG_INFINITY };
-    (known.len() >= FEWEST_SAMPLES).then(|| mean.clamp(least_n, prepared.weight_n()))
+    (known.len() >= FEWEST_SAMPLES).then(|| known.iter().sum::<f64>() / known.len() as f64)
 }
