@@ -3,7 +3,8 @@
 //!
 //! Each strength of each effect is switched on alone, at its typical size, on the model that came out. What
 //! its change of the features leaves once friction, what was fitted and constant sensor errors have made up
-//! for what they can is its column. From the columns follow, without fitting any effect,
+//! for what they can is its column; where the limit comes out far below that size, the column is taken at a smaller one. From the
+//! columns follow, without fitting any effect,
 //! - limits: the strength `a` that the residuals ask for, and 1.96 of its standard errors (over conditions,
 //!   or by the noise, whichever is larger); at least the strength at which some channel would miss by
 //!   [`RELEVANT`] run spreads in a phase, because what is weaker is not called an effect; a ninth more, since
@@ -58,11 +59,19 @@ pub struct Detection {
     pub classes: Vec<Vec<&'static str>>,
 }
 
+/// A limit below this share of the size at which its column was taken is too far from it: where that much of an effect loses the
+/// grasp, what little of it does says nothing.
+const FAR_BELOW: f64 = 0.1;
+/// Times that such a column is taken anew.
+const ROUNDS: usize = 3;
+
 /// A strength of an effect, in units of its typical size.
 struct Column {
     info: &'static Info,
     parameter: usize,
-    /// Of each group.
+    /// Size of the change, in typical sizes; zero where nothing shows.
+    size: f64,
+    /// Of each group, for one typical size.
     change: Vec<Features>,
 }
 
@@ -82,11 +91,27 @@ impl Column {
 
 /// Limits and classes around a fitted model; the `invisible` effects are known to change nothing.
 pub fn detection(problem: &Problem, held: &Held, invisible: &[&'static str]) -> Detection {
-    let columns = columns(problem, held, invisible);
+    let mut columns = columns(problem, held, invisible);
     let Solution { residual, columns: known, .. } = &held.solution;
-    let grams = problem.beside(residual, known, columns.iter().map(|c| c.change.clone()).collect());
-    let limit_of = |(k, c): (usize, &Column)| limit(problem, held, c, (&grams, k));
-    let limits: Vec<Option<f64>> = columns.par_iter().enumerate().map(limit_of).collect();
+    let beside = |columns: &[Column]| {
+        let grams = problem.beside(residual, known, columns.iter().map(|c| c.change.clone()).collect());
+        let limit_of = |(k, c): (usize, &Column)| limit(problem, held, c, (&grams, k));
+        let limits: Vec<Option<f64>> = columns.par_iter().enumerate().map(limit_of).collect();
+        (grams, limits)
+    };
+    let (mut grams, mut limits) = beside(&columns);
+    for _ in 0..ROUNDS {
+        let far: Vec<(usize, f64)> = (limits.iter().zip(&columns).enumerate())
+            .filter_map(|(k, (upper, c))| Some((k, (*upper)?, c.size)))
+            .filter(|(_, upper, size)| *upper < FAR_BELOW * size)
+            .map(|(k, upper, size)| (k, (upper * size).sqrt()))
+            .collect();
+        if far.is_empty() {
+            break;
+        }
+        take(problem, held, &mut columns, &far);
+        (grams, limits) = beside(&columns);
+    }
     let mut out = Detection::default();
     for (c, upper) in columns.iter().zip(&limits) {
         let p = &c.info.parameters[c.parameter];
@@ -106,31 +131,41 @@ pub fn detection(problem: &Problem, held: &Held, invisible: &[&'static str]) -> 
 
 /// Columns of all strengths of all listed effects that the model does not have.
 fn columns(problem: &Problem, held: &Held, invisible: &[&'static str]) -> Vec<Column> {
+    let mut out = Vec::new();
+    for effect in CandidateEffect::listed().iter().filter(|e| !e.is_excluded_by(&held.solution.model)) {
+        let strengths = effect.info.parameters.iter().enumerate().filter(|(_, p)| p.typical != p.neutral);
+        for (parameter, _) in strengths {
+            let change = held.solution.predicted.iter().map(|p| vec![0.0; p.len()]).collect();
+            out.push(Column { info: effect.info, parameter, size: 0.0, change });
+        }
+    }
+    let visible = |(_, c): &(usize, &Column)| !invisible.contains(&c.info.id);
+    let typical: Vec<(usize, f64)> = out.iter().enumerate().filter(visible).map(|(k, _)| (k, 1.0)).collect();
+    take(problem, held, &mut out, &typical);
+    out
+}
+
+/// Takes columns anew, each at a size in typical ones.
+fn take(problem: &Problem, held: &Held, columns: &mut [Column], at: &[(usize, f64)]) {
     let (model, predicted) = (&held.solution.model, &held.solution.predicted);
-    let (mut out, mut shown, mut models) = (Vec::new(), Vec::new(), Vec::new());
-    for effect in CandidateEffect::listed().iter().filter(|e| !e.is_excluded_by(model)) {
-        let info = effect.info;
-        let mut neutral = [0.0; MAX_PARAMETERS];
-        for (x, p) in neutral.iter_mut().zip(info.parameters) {
+    let listed = CandidateEffect::listed();
+    let with = |(k, size): &(usize, f64)| {
+        let Column { info, parameter, .. } = &columns[*k];
+        let mut parameters = [0.0; MAX_PARAMETERS];
+        for (x, p) in parameters.iter_mut().zip(info.parameters) {
             // What has no absence only shapes the effect.
             *x = if p.typical == p.neutral { p.typical } else { p.neutral };
         }
-        let strengths = info.parameters.iter().enumerate().filter(|(_, p)| p.typical != p.neutral);
-        for (parameter, p) in strengths {
-            if !invisible.contains(&info.id) {
-                let mut parameters = neutral;
-                parameters[parameter] = p.typical;
-                models.push(effect.on(model, parameters));
-                shown.push(out.len());
-            }
-            let change = predicted.iter().map(|p| vec![0.0; p.len()]).collect();
-            out.push(Column { info, parameter, change });
-        }
+        let p = &info.parameters[*parameter];
+        parameters[*parameter] = p.neutral + size * (p.typical - p.neutral);
+        let effect = listed.iter().find(|e| e.info.code == info.code)?;
+        Some(effect.on(model, parameters))
+    };
+    let models: Vec<_> = at.iter().filter_map(with).collect();
+    for ((k, size), with) in at.iter().zip(problem.predict_each(&models)) {
+        columns[*k].size = *size;
+        columns[*k].change = with.iter().zip(predicted).map(|(w, p)| difference(w, p, *size)).collect();
     }
-    for (at, with) in shown.into_iter().zip(problem.predict_each(&models)) {
-        out[at].change = with.iter().zip(predicted).map(|(w, p)| difference(w, p, 1.0)).collect();
-    }
-    out
 }
 
 /// Upper limit of one strength, in typical sizes; none where there is none within what is possible. Its `column` is the

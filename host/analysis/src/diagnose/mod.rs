@@ -114,7 +114,8 @@ pub fn diagnose(
     let named = matches!(findings.verdict, Verdict::Effect | Verdict::Ambiguous);
     let last = findings.last.as_ref().filter(|_| named).unwrap_or(&findings.start);
     let mut detection = detection::detection(&problem, last, &findings.invisible);
-    if findings.verdict == Verdict::Unexplained || findings.beside.is_some() {
+    let is_clear = named && last.misfit.exceeds(UNEXPLAINED);
+    if findings.verdict == Verdict::Unexplained || findings.beside.is_some() || is_clear {
         // What is missing may hide anything.
         detection.limits.clear();
     }
