@@ -56,8 +56,8 @@ pub enum Expected {
     Share(f64, [f64; 2]),
     /// Whatever is read off: what is usual, and the range.
     Usual(f64, [f64; 2]),
-    /// The same of pads that are read off or assumed; its neutral value where nothing is known of them.
-    UsualOfPads(f64, [f64; 2]),
+    /// The same where the pads are read off; its neutral value where they are assumed or unknown.
+    UsualBesideReadOff(f64, [f64; 2]),
 }
 
 impl Parameter {

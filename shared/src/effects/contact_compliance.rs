@@ -123,8 +123,8 @@ pub const INFO: Info = Info {
         )
         // The fit finds it.
         .tried_at(&[0.0])
-        // From an even layer to nearly a half-space.
-        .expected(Expected::UsualOfPads(TORSION, [0.45, 0.95]))
+        // Hard contacts hardly turn before they slide: as a ring of points.
+        .expected(Expected::UsualBesideReadOff(TORSION, [0.45, 0.95]))
         .added(0.0),
     ],
 };

@@ -60,10 +60,10 @@ pub const SD_OF_RANGE: f64 = 0.25;
 /// Compliance of a contact of hard bodies, m/N.
 const ORDINARY_M_N: f64 = 1e-6;
 
-/// What to expect of a parameter of pads of which nothing is known: value and range.
+/// What to expect of a parameter of pads of which nothing is read off: value and range.
 #[must_use]
 pub fn unread(of: &Parameter) -> Option<(f64, [f64; 2])> {
-    matches!(of.expected, Some(Expected::UsualOfPads(..))).then_some((of.neutral, [of.neutral; 2]))
+    matches!(of.expected, Some(Expected::UsualBesideReadOff(..))).then_some((of.neutral, [of.neutral; 2]))
 }
 
 impl Pads {
@@ -81,7 +81,10 @@ impl Pads {
         match of.expected? {
             Expected::ReadOff => Some((c, range([own / SPRINGS, own * SPRINGS]))),
             Expected::Share(share, shares) => Some((share * c, range(shares.map(|share| share * own)))),
-            Expected::Usual(value, range) | Expected::UsualOfPads(value, range) => Some((value, range)),
+            Expected::UsualBesideReadOff(..) if self.assumed() => unread(of),
+            Expected::Usual(value, range) | Expected::UsualBesideReadOff(value, range) => {
+                Some((value, range))
+            }
         }
     }
 

@@ -145,7 +145,7 @@ impl Free {
     /// Whether every contact has it, as pads that do not stiffen are pads and a plate is even or hollow: at its bounds
     /// it is not pulled as far as it goes.
     pub fn is_usual(&self) -> bool {
-        let usual = |of| matches!(of, Expected::Usual(..) | Expected::UsualOfPads(..));
+        let usual = |of| matches!(of, Expected::Usual(..) | Expected::UsualBesideReadOff(..));
         self.described().and_then(|p| p.expected).is_some_and(usual)
     }
 
