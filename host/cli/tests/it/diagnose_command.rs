@@ -351,3 +351,26 @@ fn plots_can_be_had_as_columns() {
     let ending = refused(folder.path(), &["replay", &demo, "--series", "replay.txt"]);
     assert!(ending.contains(".csv or .parquet"), "{ending}");
 }
+
+#[test]
+#[ignore = "long: make test-host-rest"]
+fn what_add_writes_on_the_demonstrations_bench_leaves_none_of_the_failures_that_compare_shows_without_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let (bench, base, better) = (path("bench"), path("base.toml"), path("better.toml"));
+    let hidden = "finger_friction_mismatch";
+    for command in [
+        vec!["rig", "--plan", "push-small", "--seed", "11", "--hidden", hidden, "--out", &bench],
+        vec!["calibrate", &bench, "--out", &base],
+        vec!["add", &bench, hidden, "--model", &base, "--out", &better],
+    ] {
+        stickslip().args(command).assert().success();
+    }
+    let compared = stickslip()
+        .args(["--json", "compare", &bench, "--model", &base, "--model", &better])
+        .output()
+        .expect("run");
+    let tally = &document("compare", &compared.stdout)["tallies"][0];
+    assert!(tally["failures"].as_u64() > Some(10) && tally["removed"] == tally["failures"], "{tally}");
+    assert!(tally["new"] == 0 && tally["after"].as_f64() < Some(1.0), "{tally}");
+}
