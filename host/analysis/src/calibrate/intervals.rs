@@ -191,10 +191,7 @@ pub fn of_nuisances(problem: &Problem<'_>) -> Vec<[f64; 2]> {
         let mut total = Cell {
             a: 0.0,
             b: DVector::from_fn(all.len(), |k, _| of(k, expected[k])),
-            c: DMatrix::from_diagonal(&DVector::from_fn(
-                all.len(),
-                |k, _| if k < first { 1e-9 } else { 1.0 },
-            )),
+            c: precision(all.len(), first),
         };
         add(&mut total, &tables, &groups, &draw);
         let Some(c) = total.c.cholesky() else { continue };
@@ -225,10 +222,14 @@ impl Known {
         let n = problem.at.len() - 1;
         let first = n - departures.len();
         let x = DVector::from_fn(n, |i, _| if i < first { 0.0 } else { departures[i - first] });
-        let precision = DVector::from_fn(n, |i, _| if i < first { 1e-9 } else { 1.0 });
         let follows = DVector::from_fn(n, |i, _| if i < first { FOLLOWS } else { FOLLOWS_NUISANCE });
-        Self { before: Cell { a: x.norm_squared(), b: x, c: DMatrix::from_diagonal(&precision) }, follows }
+        Self { before: Cell { a: x.norm_squared(), b: x, c: precision(n, first) }, follows }
     }
+}
+
+/// How well `n` unknowns are known beforehand: those from `first` on, in standard deviations.
+fn precision(n: usize, first: usize) -> DMatrix<f64> {
+    DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| if i < first { 1e-9 } else { 1.0 }))
 }
 
 /// Adds what the `trials` cost in one draw.

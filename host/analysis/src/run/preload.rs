@@ -10,7 +10,7 @@ use stickslip_shared::cone::SolveStatus;
 use stickslip_shared::contact::{self, Body, Contacts, SLOTS, is_finger};
 use stickslip_shared::effects::Effect;
 use stickslip_shared::model::{Base, Model, Scene};
-use stickslip_shared::step::{Drive, State, Workspace, step_f64};
+use stickslip_shared::step::{Drive, State, StepSummary, Workspace, step_f64};
 
 /// Steps of [`sink`] and their time: long against the swing of an object on its pads, which the implicit
 /// step then damps.
@@ -86,10 +86,21 @@ fn sink(
         }
         let (slots, jaw_m) = (state.slots, state.jaw_m);
         *state = State { slots, jaw_m, ..start.clone() };
-        for slot in &mut state.slots {
-            (slot.slip_m, slot.speed_m_s, slot.rest_s) = (0.0, 0.0, 0.0);
-        }
+        forget_slip(state);
     }
+}
+
+/// Nothing has slipped yet.
+fn forget_slip(state: &mut State<f64, SLOTS>) {
+    for slot in &mut state.slots {
+        (slot.slip_m, slot.speed_m_s, slot.rest_s) = (0.0, 0.0, 0.0);
+    }
+}
+
+/// What both fingers carry along `up` in a step, N.
+fn borne_n(step: &StepSummary<f64>, up: &Vector3<f64>) -> f64 {
+    let force = |k: usize| Vector3::from_row_slice(&step.reading.finger[k][..3]);
+    up.dot(&(force(0) + force(1)))
 }
 
 /// Presses a pusher that touches the object at the start against it until the fingers carry no more than `carried_n` of `weight_n`
@@ -130,14 +141,11 @@ fn press(
             if step.status != SolveStatus::Solved {
                 return Vector3::zeros();
             }
-            let force = |k: usize| Vector3::from_row_slice(&step.reading.finger[k][..3]);
-            now_n = up.dot(&(force(0) + force(1)));
+            now_n = borne_n(&step, &up);
         }
         let missing_n = now_n - carried_n;
         if missing_n.abs() < CARRIED * weight_n {
-            for slot in &mut tried.slots {
-                (slot.slip_m, slot.speed_m_s, slot.rest_s) = (0.0, 0.0, 0.0);
-            }
+            forget_slip(&mut tried);
             let pressed_m = nearest(&tried, &drive).map_or(0.0, |(gap_m, _)| gap_m.min(0.0));
             *state = State { slots: tried.slots, jaw_m: tried.jaw_m, ..start };
             return normal * (gap_m - pressed_m);
@@ -165,8 +173,7 @@ fn carry(
     for _ in 0..CARRY_ROUNDS {
         let mut tried = state.clone();
         let step = step_f64(scene, model, &mut tried, drive, work);
-        let force = |k: usize| Vector3::from_row_slice(&step.reading.finger[k][..3]);
-        let now_n = up.dot(&(force(0) + force(1)));
+        let now_n = borne_n(&step, &up);
         let solved = step.status == SolveStatus::Solved;
         if let Some((then, then_n, changed_n)) = before.take() {
             stays = (now_n - then_n) / changed_n;
@@ -181,7 +188,7 @@ fn carry(
         }
         let change_n = missing_n / stays.min(1.0);
         before = Some((state.clone(), now_n, change_n));
-        for c in work.contacts.iter().filter(|c| matches!(c.body, Body::Finger1 | Body::Finger2)) {
+        for c in work.contacts.iter().filter(|c| is_finger(c.body)) {
             let Some(slot) = state.slots.get_mut(c.slot) else { continue };
             for k in 0..2 {
                 // Each finger half; a spring pushes against its length.
