@@ -7,7 +7,11 @@ use stickslip_shared::effects::{Info, MAX_PARAMETERS};
 use stickslip_shared::model::{MAX_EFFECTS, MAX_FORMULAS, Model};
 
 use crate::calibrate::{self, name};
-use crate::diagnose::beforehand;
+use crate::diagnose;
+use crate::diagnose::beforehand::{self, Start};
+use crate::diagnose::choice::other_ways;
+use crate::diagnose::search::Search;
+use crate::diagnose::select::{Candidate, candidates, search_again};
 use crate::fit::campaign::Campaign;
 use crate::fit::{self, Estimate, Fit, FitError, Free, Options};
 use crate::left_out::LeftOut;
@@ -96,7 +100,8 @@ fn fitted(
     let old = model.effects.len() - new;
     let before = ModelFile { effects: model.effects[..old].to_vec(), ..model.clone() };
     let campaign = Campaign::new(data, &before.to_model());
-    let pads = (new > 0).then(|| pads(&campaign, &before, &model.effects[old..])).flatten();
+    let start = (new > 0).then(|| start(&campaign, &before, &model.effects[old..])).flatten();
+    let pads = start.as_ref().and_then(|s| entry(s.found.last()?));
     let mut notes = Vec::new();
     if let Some(pads) = pads {
         notes.push(format!(
@@ -106,7 +111,8 @@ fn fitted(
         ));
         model.effects.insert(old, pads);
     }
-    let joint = with_effects(&campaign, &model, new, progress)?;
+    let found = start.and_then(|start| searched(&start, &model.effects[model.effects.len() - new..]));
+    let joint = with_effects(&campaign, &model, (new, found), progress)?;
     let (settled, friction) = settle(data, &campaign, &model, &joint)?;
     progress.step(1);
     notes.extend(joint.notes);
@@ -139,18 +145,41 @@ fn fitted(
     Ok(Report { model, trials: joint.trials, left_out: joint.left_out, parameters, notes, covariance })
 }
 
-/// The pads, or the stiff contacts, that the diagnosis puts into `model` before it looks for effects; none where `new`
-/// has them, or where there is no room for them.
-fn pads(campaign: &Campaign, model: &ModelFile, new: &[EffectEntry]) -> Option<EffectEntry> {
+/// Where a diagnosis of `model` begins, with the pads, or the stiff contacts, that it puts into it before it looks for effects;
+/// none where `new` has them, or where there is no room for them.
+fn start<'a>(campaign: &'a Campaign, model: &ModelFile, new: &[EffectEntry]) -> Option<Start<'a>> {
     let room = model.effects.len() + new.len() < MAX_EFFECTS;
     if campaign.runs.is_empty() || !room || new.iter().any(EffectEntry::is_compliance) {
         return None;
     }
-    let found = beforehand::pads(campaign, &model.into())?;
+    Some(beforehand::start(campaign, &model.into()))
+}
+
+/// What was found before the search, as it stands in a model file.
+fn entry(found: &Candidate) -> Option<EffectEntry> {
     let mut entry = EffectEntry::typical(found.info);
     let values = found.held.solution.model.effects.last()?.parameters;
     entry.values.iter_mut().zip(values).for_each(|(to, v)| *to = v);
     Some(entry)
+}
+
+/// The `new` effects on top of `start`, one after the other, each as a diagnosis searches it; `None` where one of them does not
+/// show, or cannot stand beside the others.
+fn searched(start: &Start, new: &[EffectEntry]) -> Option<(Fit, Vec<Free>)> {
+    let mut held = start.held().clone();
+    let given = diagnose::given(start.problem.campaign, &held);
+    for effect in new {
+        let others = other_ways(&start.problem, &held, start.others.iter().chain([&given]));
+        let effect = [CandidateEffect::of(effect)?];
+        let mut found = candidates(&start.problem, &held, &others, &effect, 1, &|| {}).0;
+        search_again(&start.problem, &held, &others, &mut found, (1, Search::Grid), &|| {});
+        held = found.pop()?.held;
+    }
+    let before = start.base.solution.loss.1;
+    let home = Model { friction: given.friction, ..held.solution.model.clone() };
+    let (solution, options) = (held.solution, Options::default());
+    let fit = fit::of_solution(&start.problem, (solution, before), &home, &held.free, &options);
+    Some((fit, held.free))
 }
 
 /// Rounds of friction and effects in turn.
@@ -176,7 +205,8 @@ fn settle(
 ) -> Result<(Model<f64>, Vec<calibrate::Estimate>), FitError> {
     let fitted = |f: &Free| f.coefficient().is_none() && !joint.unseen.contains(f);
     let effects: Vec<Free> = joint.free.iter().copied().filter(fitted).collect();
-    let mut model = Model { friction: file.friction, ..joint.model.clone() };
+    let mut model = joint.model.clone();
+    let given = file.to_model();
     let mut start = file.clone();
     let mut round = 0;
     loop {
@@ -186,12 +216,17 @@ fn settle(
         let found = calibrate::calibrate(data, &start, &options, &())
             .map_err(|why| FitError::NoTrials(why.to_string()))?;
         let before = std::mem::replace(&mut model.friction, found.model.friction);
+        let determined: Vec<calibrate::Estimate> = found.best().into_iter().cloned().collect();
+        let known = |f: &Free| determined.iter().any(|e| f.coefficient() == Some(name(e.coefficient)));
+        for f in fit::base_parameters(campaign).iter().filter(|f| !known(f)) {
+            f.set(&mut model, f.get(&given));
+        }
         let change = |a: f64, b: f64| (a / b - 1.0).abs();
         let moved = change(model.friction.finger, before.finger)
             .max(change(model.friction.pusher, before.pusher))
             .max(change(model.friction.support, before.support));
         if moved < SAME || round == ROUNDS {
-            return Ok((model, found.best().into_iter().cloned().collect()));
+            return Ok((model, determined));
         }
         if moved > SETTLED && !effects.is_empty() {
             let options = Options { resamples: 0, ..Options::default() };
@@ -212,12 +247,19 @@ struct Joint {
     left_out: Vec<LeftOut>,
 }
 
+impl Joint {
+    fn of(fit: Fit, free: Vec<Free>) -> Self {
+        let Fit { model, estimates, covariance, notes, unseen, trials, left_out, .. } = fit;
+        Self { model, free, estimates, covariance, notes, unseen, trials, left_out }
+    }
+}
+
 /// Fits friction and all effects of `file`, whose last `new` effects start from a screening of
-/// their settings (0: all start from their values).
+/// their settings (0: all start from their values), unless a search has `found` all of them.
 fn with_effects(
     campaign: &Campaign,
     file: &ModelFile,
-    new: usize,
+    (new, found): (usize, Option<(Fit, Vec<Free>)>),
     progress: &dyn Progress,
 ) -> Result<Joint, FitError> {
     let old = file.effects.len() - new;
@@ -229,6 +271,9 @@ fn with_effects(
         let of = infos.iter().enumerate().take(count).flat_map(|(slot, info)| Free::of_effect(info, slot));
         base.iter().copied().chain(of).collect()
     };
+    if let Some((fit, free)) = found {
+        return Ok(Joint::of(fit, free));
+    }
     let mut fitted = fit::calibrate(campaign, &model, &all(old), &Options::default())?;
     progress.step(1);
     for entry in added {
@@ -251,6 +296,5 @@ fn with_effects(
         progress.step(1);
     }
     let free = all(fitted.model.effects.len());
-    let Fit { model, estimates, covariance, notes, unseen, trials, left_out, .. } = fitted;
-    Ok(Joint { model, free, estimates, covariance, notes, unseen, trials, left_out })
+    Ok(Joint::of(fitted, free))
 }

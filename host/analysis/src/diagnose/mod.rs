@@ -285,7 +285,7 @@ fn around<'a>(
 
 /// The model of `start` with the friction that was given and the pads as they were read off: a strong effect pulls
 /// both away, and where they ended the effect need not point to the truth.
-fn given(campaign: &Campaign, start: &Held) -> Model<f64> {
+pub fn given(campaign: &Campaign, start: &Held) -> Model<f64> {
     let mut model = Model { friction: campaign.given, ..start.solution.model.clone() };
     for f in &start.free {
         if let Some((value, _)) = f.expected(campaign) {

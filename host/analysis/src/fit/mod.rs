@@ -115,11 +115,22 @@ pub fn calibrate(
     let problem = Problem::new(campaign, &first);
     let before = Place::of(&problem, model.clone(), free).loss;
     let solution = solve_across(&problem, &first, free, options.iterations);
-    let (solution, seen, kept) = keep_unseen(&problem, solution, model, free, options.iterations);
-    let mut fit = summary(&problem, solution, before, &seen, options);
+    Ok(of_solution(&problem, (solution, before), model, free, options))
+}
+
+/// The fit that ended in a `solution`, the loss `before` it; what the data do not determine stays as in the `given` model.
+pub fn of_solution(
+    problem: &Problem,
+    (solution, before): (Solution, f64),
+    given: &Model<f64>,
+    free: &[Free],
+    options: &Options,
+) -> Fit {
+    let (solution, seen, kept) = keep_unseen(problem, solution, given, free, options.iterations);
+    let mut fit = summary(problem, solution, before, &seen, options);
     restore(&mut fit, free, &seen, kept);
     fit.unseen = free.iter().copied().filter(|f| !seen.contains(f)).collect();
-    Ok(fit)
+    fit
 }
 
 /// Puts parameters that the data do not determine back to where they were: without this a fit
