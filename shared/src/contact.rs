@@ -130,6 +130,9 @@ pub struct Contact<R: Real> {
     pub tangential_n_m: R,
     /// Damper over spring, s.
     pub damping_s: R,
+    /// What the tangential spring has of its stretch at the beginning of the step, 0 to 1: what stiffens as it is pressed harder
+    /// does so by new contact, which is not stressed yet.
+    pub eased: R,
     /// How much of the tangential spring's travel is slip before all of the contact slides, 0 to 1: see
     /// [`crate::effects::contact_compliance`].
     pub microslip: R,
@@ -262,6 +265,7 @@ impl<R: Real, const NC: usize> Builder<'_, R, NC> {
             normal_n_m,
             tangential_n_m,
             damping_s,
+            eased: R::one(),
             microslip: R::zero(),
             reach_m: R::zero(),
             kept: R::one(),

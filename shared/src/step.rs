@@ -319,6 +319,7 @@ pub fn step_from<R: Real, const NC: usize>(
         } else {
             Before::Stuck { load_n }
         };
+        let spring_m = slot.spring_m.map(|s| s * c.eased);
         let larger = max(law.mu[0], law.mu[1]);
         let bound_n = larger * (load_n + law.adhesion_n);
         if c.microslip > zero && load_n > zero && bound_n > zero {
@@ -354,15 +355,15 @@ pub fn step_from<R: Real, const NC: usize>(
             jaw,
             bias_m_s: [
                 along(0) + c.gap_m * ratio,
-                along(1) + slot.spring_m[0] * ratio,
-                along(2) + slot.spring_m[1] * ratio,
+                along(1) + spring_m[0] * ratio,
+                along(2) + spring_m[1] * ratio,
             ],
             stiffness_n_s_m: [sn, st * across[0], st * across[1]],
             mu: law.mu,
             adhesion_n: law.adhesion_n,
             viscous_n_s_m: law.viscosity_s_m * max(slot.load_n, zero),
         };
-        work.solver.add(&point, Past { before, spring_m: slot.spring_m });
+        work.solver.add(&point, Past { before, spring_m });
         if let Ok([to, from]) = work.contacts.get_disjoint_mut([kept, i]) {
             core::mem::swap(to, from);
         }

@@ -10,8 +10,11 @@
 //! 0.6. `step` does it at the end of each step.
 //!
 //! Fingertips stiffen as they are pressed: curved ones by Hertz's and Mindlin's laws with `N^(1/3)`, rough faces with `N`
-//! (Johnson 1985, 7.2 and 13.4; Xydas and Kao 1999). Their stiffness goes with the commanded grip to the power of
-//! `stiffening`; the compliances are those at 20 N.
+//! (Johnson 1985, 7.2 and 13.4; Xydas and Kao 1999). Their stiffness goes with the load to the power of `stiffening`; the
+//! compliances are those at 20 N. Along the face it is the load that each finger bears: where the object is pushed towards one
+//! of them, that one is stiffer. What stiffens does so by new contact, which is not stressed: the spring keeps its force as the
+//! load grows, and its stretch as it falls (Mindlin and Deresiewicz 1953). Pressed in, both are as stiff as under the commanded
+//! grip.
 //!
 //! The pusher, and the support beside fingertips, is another body, with a compliance of its own: a plate on its sensor and
 //! arm gives way by micrometres under a push, and the object turns on it by milliradians, much more where it is pressed near
@@ -94,7 +97,7 @@ pub const INFO: Info = Info {
             0.33,
             0.0,
             [0.0, 1.0],
-            "how fingertips stiffen with the grip: exponent of stiffness over grip, 0 rubber bonded flat, 1/3 Hertz, 1 rough faces",
+            "how fingertips stiffen with their load: exponent of stiffness over load, 0 rubber bonded flat, 1/3 Hertz, 1 rough faces",
         )
         // The fit finds it.
         .tried_at(&[0.0])
@@ -159,9 +162,17 @@ impl<R: Real> Law<R> for ContactCompliance {
         let [mut tangential, mut normal, microslip] =
             if context.rubs(contact.body) { [p[0], p[1], p[3]] } else { [p[2], p[2], R::zero()] };
         if p[4] != R::zero() && is_finger(contact.body) && context.grip_cmd_n > R::zero() {
-            let share = compliance_at(context.grip_cmd_n, p[4]);
-            tangential *= share;
-            normal *= share;
+            normal *= compliance_at(context.grip_cmd_n, p[4]);
+            let [load_n, rate_n_s] = match contact.body {
+                Body::Finger1 => [context.load_n[0], context.load_rate_n_s[0]],
+                _ => [context.load_n[1], context.load_rate_n_s[1]],
+            };
+            let now_n = if load_n > R::zero() { load_n } else { context.grip_cmd_n };
+            let at = |n: R| softer(contact.tangential_n_m, p[0] * compliance_at(n, p[4]));
+            if rate_n_s > R::zero() {
+                contact.eased = clamp(at(now_n - rate_n_s * context.dt_s) / at(now_n), R::zero(), R::one());
+            }
+            tangential *= compliance_at(now_n, p[4]);
         }
         contact.tangential_n_m = softer(contact.tangential_n_m, tangential);
         contact.normal_n_m = softer(contact.normal_n_m, normal);

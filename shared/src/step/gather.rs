@@ -34,8 +34,9 @@ pub(super) fn gather<R: Real, const NC: usize>(
         } else {
             true
         };
+        let had_m = slot.spring_m.map(|s| s * c.eased);
         // The bias was spring memory over step and damper, and the other body's motion.
-        let speed: [R; 2] = core::array::from_fn(|k| answer.biased_slip_m_s[k] - slot.spring_m[k] * ratio);
+        let speed: [R; 2] = core::array::from_fn(|k| answer.biased_slip_m_s[k] - had_m[k] * ratio);
         // Beforehand the distance was not known: with that of the last step, a spring whose object slows down would lose
         // force that nothing takes from it.
         let kept = if c.reach_m > zero && !sliding {
@@ -49,7 +50,7 @@ pub(super) fn gather<R: Real, const NC: usize>(
             let stiffness = answer.stiffness_n_s_m[k];
             let damper = c.damping_s * ratio * stiffness;
             let spring = (-f[k + 1] - damper * speed[k]) * dt / (stiffness - damper) * kept;
-            slipped[k] = slot.spring_m[k] + moved - spring;
+            slipped[k] = had_m[k] + moved - spring;
             slot.spring_m[k] = spring;
         }
         let square = slipped[0] * slipped[0] + slipped[1] * slipped[1];

@@ -216,6 +216,40 @@ fn pads_that_stiffen_move_before_they_slide_by_their_compliance_at_the_grip() {
 }
 
 #[test]
+fn pads_that_are_pressed_harder_keep_their_shear_force_and_lose_it_in_proportion_as_they_are_relieved() {
+    for stiffening in [1.0 / 3.0, 1.0] {
+        let mut run = light_push(0.002).with("contact_compliance", &[1e-4, 0.0, 0.0, 0.0, stiffening]);
+        // Ten steps after half a millimetre of gap.
+        run.steps = 73;
+        let moved = run.play();
+        let (mut state, mut drive) = (moved.state.clone(), run.drive);
+        drive.carrier_m_s = Vec3::zeros();
+        let plate = drive.pusher.as_mut().unwrap();
+        plate.position_m += plate.velocity_m_s * (drive.dt_s * run.steps as f64);
+        plate.velocity_m_s = Vec3::zeros();
+        state.absolute_m_s = Vec3::zeros();
+        let mut at_grip = |grip_n: f64| {
+            let from_n = drive.grip_n;
+            let mut last_n = 0.0;
+            // In small steps, and some at rest.
+            for k in 1..=60 {
+                drive.grip_n = from_n + (grip_n - from_n) * f64::from(k.min(40)) / 40.0;
+                last_n = step(&run.scene, &run.model, &mut state, &drive).reading.pusher[0];
+            }
+            last_n
+        };
+        let start_n = at_grip(20.0);
+        assert!(start_n > 1.0, "{start_n}");
+        let ratio = 0.5_f64.powf(stiffening);
+        close(at_grip(40.0), start_n, 0.02);
+        // The stretch is that of the stiffest: at 20 N it is held with less force than it was loaded with.
+        close(at_grip(20.0), start_n * ratio, 0.02);
+        close(at_grip(40.0), start_n * ratio, 0.02);
+        close(at_grip(10.0), start_n * ratio.powi(3), 0.02);
+    }
+}
+
+#[test]
 fn a_push_that_ends_is_held_by_pads_whose_parts_slip_at_the_force_that_it_ended_at() {
     for (compliance_m_n, microslip) in [(2e-4, 0.6), (2e-4, 1.0), (1e-6, 1.0)] {
         let mut run = light_push(0.002).with("contact_compliance", &[compliance_m_n, 0.0, 0.0, microslip]);
