@@ -21,7 +21,7 @@ use crate::model::candidate::{self, CandidateEffect, Described};
 /// Smaller changes of friction over a data set are no drift, in units of [`RELEVANT`].
 const LEAST_DRIFT: f64 = 0.01;
 /// Gauss-Newton steps.
-const STEPS: usize = 5;
+const STEPS: usize = 8;
 /// A parameter beyond this share of its upper bound was pulled as far as it goes.
 const AT_BOUND: f64 = 0.98;
 
@@ -63,20 +63,35 @@ pub fn start<'a>(campaign: &'a Campaign, model: &Described) -> Start<'a> {
 
 /// The same with pads, or stiff contacts; `None` where `model` has them, none are expected, or it does better without.
 fn padded_start<'a>(campaign: &'a Campaign, model: &Described) -> Option<Start<'a>> {
-    let (trial, padded) = padded(campaign, &model.model)?;
+    loop {
+        let (trial, padded) = padded(campaign, &model.model)?;
+        match start_with(campaign, model, &trial, &padded) {
+            Some(start) => return Some(start),
+            None if campaign.give_up_pads() => {}
+            None => return None,
+        }
+    }
+}
+
+/// The start with the pads that `padded` has; `None` where they do not hold.
+fn start_with<'a>(
+    campaign: &'a Campaign,
+    model: &Described,
+    trial: &CandidateEffect,
+    padded: &Model<f64>,
+) -> Option<Start<'a>> {
     let free = free_of(campaign, model);
-    let ways = fit::basins(campaign, &padded, &free, STEPS + 1);
+    let ways = fit::basins(campaign, padded, &free, STEPS + 1);
     let problem = Problem::new(campaign, &ways[0]);
     let mut without = ways[0].clone();
     let slot = without.effects.len() - 1;
     candidate::remove(&mut without, slot);
     let base = hold_out(&problem, fit::solve_across(&problem, &without, &free, STEPS), free);
-    let pads = with_pads(&problem, &base, &trial, &ways[0]);
-    // Where the model does better without, what was measured is no spring; and contacts that are as soft as hard
-    // ones may be at most are none of these.
+    let pads = with_pads(&problem, &base, trial, &ways[0]);
+    // Where the model does better without, what was measured is no spring; and contacts that are as soft as what is assumed
+    // may be at most are none of these.
     let softer = campaign.pads().is_some_and(|p| p.assumed()) && at_most(&problem, &pads.held);
     if softer || !(total(&pads.held) < total(&base)) {
-        campaign.assume_no_pads();
         return None;
     }
     let others = ways.into_iter().map(|m| Model { effects: without.effects.clone(), ..m }).collect();

@@ -46,7 +46,8 @@ pub struct Pads {
     pub largest_n: f64,
     /// Loadings that it was found from: of a trial, one for each direction that is loaded.
     pub loadings: usize,
-    /// Where the compliance does not show, but is what is usual of hard contacts: what it may be at most, m/N.
+    /// Where the compliance does not show, but is what is usual of hard contacts or what the loadings leave open: what it may be
+    /// at most, m/N.
     pub at_most_m_n: Option<f64>,
     /// Grip at which it is, N.
     pub grip_n: f64,
@@ -106,7 +107,20 @@ impl Pads {
         }
     }
 
-    /// Whether this is what is usual, and not read off.
+    /// Soft pads where the loadings could not have shown them: between what moves the object by more than a rigid model may be
+    /// off and what the loadings exclude. `None` where they exclude all of it.
+    #[must_use]
+    pub fn unseen(self) -> Option<Self> {
+        let tolerated_m_n = self.ordinary().at_most_m_n?;
+        // No pad has less than none.
+        let read_off_m_n = self.tangential_m_n.max(0.0);
+        let most_m_n = (read_off_m_n + TOLD * self.sd_m_n + self.clock_m_n).min(SOFTEST_M_N);
+        let unseen =
+            Self { tangential_m_n: (tolerated_m_n * most_m_n).sqrt(), at_most_m_n: Some(most_m_n), ..self };
+        (most_m_n > tolerated_m_n).then_some(unseen)
+    }
+
+    /// Whether this is what is usual, or what is open, and not read off.
     #[must_use]
     pub fn assumed(&self) -> bool {
         self.at_most_m_n.is_some()
@@ -135,6 +149,9 @@ impl Pads {
         self.tangential_m_n > TOLD * self.sd_m_n + self.clock_m_n
     }
 }
+
+/// No fingertip is softer, m/N.
+const SOFTEST_M_N: f64 = 2e-4;
 
 /// One loading: compliance of a pad and its variance.
 #[derive(Clone, Copy, Debug)]

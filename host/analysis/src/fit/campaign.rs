@@ -2,7 +2,7 @@
 //! into conditions, with a noise model taken from the repetitions.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 use stickslip_shared::effects::Role;
@@ -70,10 +70,10 @@ pub struct Campaign {
     pub groups: Vec<Group>,
     /// Number of different conditions.
     pub conditions: usize,
-    /// As [`Self::pads`] says, as long as what is assumed of hard bodies holds.
-    pads: Option<Pads>,
-    /// Set where contacts turn out softer than those of hard bodies are assumed to be.
-    softer: OnceLock<()>,
+    /// As [`Self::pads`] says: what is assumed later takes its turn where what was before does not hold.
+    pads: Vec<Pads>,
+    /// How many of them do not hold.
+    given_up: AtomicUsize,
     /// What was taken for sensors about which nothing is stated, in words; empty where all is.
     pub assumed: Vec<String>,
     /// Trials that could not be prepared, and why.
@@ -131,16 +131,21 @@ impl Campaign {
         }
         let loadings: Vec<_> = runs.iter().flat_map(|r| pads::loadings(&r.prepared)).collect();
         let measured = pads::measured(&loadings);
-        let pads = measured.filter(Pads::matter).and_then(|p| p.beyond(start.base));
-        let ordinary = || measured.filter(|_| start.base == Base::Hard).map(Pads::ordinary);
-        let pads = pads.or_else(ordinary);
+        let read_off = measured.filter(Pads::matter).and_then(|p| p.beyond(start.base));
+        let pads = match read_off {
+            Some(pads) => vec![pads],
+            None => {
+                let hard = measured.into_iter().filter(|_| start.base == Base::Hard);
+                hard.flat_map(|p| [Some(p.ordinary()), p.unseen()]).flatten().collect()
+            }
+        };
         let used = sensors_or_estimated(&dataset.description, dataset.trials.iter());
         Self {
             description: Description { sensors: used.sensors, ..dataset.description.clone() },
             assumed: used.taken,
             given: start.friction,
             pads,
-            softer: OnceLock::new(),
+            given_up: AtomicUsize::new(0),
             runs,
             groups,
             conditions: count,
@@ -149,14 +154,20 @@ impl Campaign {
     }
 
     /// Compliance of the pads beyond the springs of the model's base: read off where it moves the object by more than a
-    /// rigid model may be off; else what is assumed of hard bodies, if anything.
+    /// rigid model may be off; else what is assumed: hard bodies, and where these do not hold and the loadings could not have
+    /// shown soft pads, those.
     pub fn pads(&self) -> Option<Pads> {
-        self.pads.filter(|pads| !(pads.assumed() && self.softer.get().is_some()))
+        self.pads.get(self.given_up.load(Ordering::Relaxed)).copied()
     }
 
-    /// Contacts are softer than what is assumed of hard bodies: from now on nothing is.
-    pub fn assume_no_pads(&self) {
-        self.softer.get_or_init(|| ());
+    /// What is assumed of the pads does not hold: from now on the next is, or nothing. What was read off stays. Whether there
+    /// is something new to assume.
+    pub fn give_up_pads(&self) -> bool {
+        if self.pads().is_some_and(|pads| pads.assumed()) {
+            self.given_up.fetch_add(1, Ordering::Relaxed);
+            return self.pads().is_some();
+        }
+        false
     }
 
     /// Features of the model at full resolution, for every run.

@@ -61,6 +61,31 @@ fn pads_as_stiff_as_a_rigid_model_may_be_do_not_matter() {
 }
 
 #[test]
+fn what_loadings_leave_open_holds_the_pads_that_they_cannot_show_and_slow_ones_leave_nothing_open() {
+    for stiffness_n_m in [1e5, 3e6] {
+        let quick = read_off((stiffness_n_m, 0.03), &[Primitive::LinearPush]).expect("loads are measured");
+        assert!(!quick.give_way(), "{quick:?}");
+        let most_m_n = quick
+            .unseen()
+            .unwrap_or_else(|| panic!("{stiffness_n_m}: {quick:?} leaves soft pads open"))
+            .at_most_m_n
+            .expect("bounded");
+        assert!(1.0 / stiffness_n_m < most_m_n, "{stiffness_n_m}: {quick:?}");
+    }
+    // Of 1 um/N, known within a tenth, nothing is open that would move the object by 50 um under 20 N.
+    let known = Pads {
+        tangential_m_n: 1e-6,
+        sd_m_n: 1e-7,
+        clock_m_n: 1e-7,
+        largest_n: 20.0,
+        loadings: 6,
+        at_most_m_n: None,
+        grip_n: 20.0,
+    };
+    assert_eq!(known.unseen(), None);
+}
+
+#[test]
 fn nothing_is_read_off_where_nothing_is_gripped() {
     assert_eq!(read_off((4e4, 0.015), &[Primitive::PlanarPush]), None);
 }
