@@ -143,7 +143,7 @@ pub fn choose(
         equal.push(equals(before, &winner, &stage));
         chosen.push(winner);
         let last = &chosen[chosen.len() - 1];
-        if !last.held.beyond(start).exceeds(RELEVANT) {
+        if !verdict::relevant(&last.held.beyond(start)) {
             break;
         }
         if chosen.len() < MOST_EFFECTS {

@@ -7,6 +7,9 @@
 //! without bias from products of different runs: `E[e_i e_j] = m^2` for `i != j`, whatever
 //! the noise is. What of it stands above the floor is the excess: the misfit that an effect
 //! has to explain.
+//!
+//! A run spread holds what varies from run to run in one direction only: where friction scatters, every channel may be off
+//! by that, and a misfit across it hides in each of them. All features of a condition together, whitened, show it.
 
 use std::collections::BTreeMap;
 
@@ -24,6 +27,13 @@ const CHANCE: f64 = 1.732;
 /// What is beyond chance lies so many standard errors off.
 const STANDARD_ERRORS: f64 = 3.0;
 
+/// All features of a condition together are clearly off where their whitened mean square is beyond this: a right model leaves
+/// one at most, of which tolerances are a part.
+const CLEAR: f64 = 2.0;
+/// A model is clearly off where this share of the conditions is, and so many of them.
+const CLEAR_SHARE: f64 = 0.25;
+const CLEAR_CONDITIONS: usize = 3;
+
 /// Misfit of a model. See the module.
 #[derive(Clone, Debug)]
 pub struct Misfit {
@@ -39,6 +49,8 @@ pub struct Misfit {
     pub excess: f64,
     /// By channel and phase, worst first.
     pub places: Vec<Place>,
+    /// Mean square of the whitened features of each condition; empty where no repetition tells what is chance.
+    pub whitened: Vec<f64>,
 }
 
 /// Systematic misfit of one channel in one phase.
@@ -87,15 +99,27 @@ impl Misfit {
             let form2 = FORM * FORM * (before * before - p.size * p.size).max(0.0);
             (p.size, p.at_least) = (beyond(p.size, form2), beyond(p.at_least, form2));
         }
+        for (now, before) in left.whitened.iter_mut().zip(&base.whitened) {
+            *now = (*now - FORM * FORM * (before - *now).max(0.0)).max(0.0);
+        }
         left.places.sort_by(|a, b| b.size.total_cmp(&a.size));
         left
     }
 
     /// Whether the error of all features together is beyond chance larger than tolerances and scatter make that of a perfect
-    /// model.
+    /// model, or that of many conditions clearly is.
     #[must_use]
     pub fn is_beyond_perfect(&self) -> bool {
-        self.error_at_least > self.perfect_model
+        self.error_at_least > self.perfect_model || self.clear_conditions().is_some()
+    }
+
+    /// Conditions whose features together are clearly off, of how many; `None` where they are too few for a model that is.
+    #[must_use]
+    pub fn clear_conditions(&self) -> Option<(usize, usize)> {
+        let all = self.whitened.len();
+        let clear = self.whitened.iter().filter(|w| **w > CLEAR).count();
+        let fewest = CLEAR_CONDITIONS.max((CLEAR_SHARE * all as f64).ceil() as usize);
+        (clear >= fewest).then_some((clear, all))
     }
 
     /// Whether some place misses by more than `floors` run spreads, beyond chance.
@@ -188,6 +212,14 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
         .collect();
     places.sort_by(|a, b| b.size.total_cmp(&a.size));
     let error_at_least = without_the_worst(&of_conditions).max(0.0).sqrt();
+    let mut whitened: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
+    let repeated = problem.groups.iter().zip(residual).filter(|_| problem.noise.freedom > 0);
+    for (g, r) in repeated {
+        let whitener = &problem.whiteners[*g];
+        let of = whitened.entry(campaign.groups[*g].condition).or_default();
+        of.0 += whitener.square(r);
+        of.1 += whitener.active.len() as f64;
+    }
     Misfit {
         error: (square / f64::max(seen, 1.0)).sqrt(),
         error_at_least,
@@ -195,6 +227,7 @@ pub fn of(problem: &Problem, residual: &[Features]) -> Misfit {
         systematic,
         excess,
         places,
+        whitened: whitened.into_values().map(|(square, n)| square / f64::max(n, 1.0)).collect(),
     }
 }
 

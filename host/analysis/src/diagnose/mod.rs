@@ -306,7 +306,7 @@ fn find(
 ) -> Findings {
     let start = beforehand::last(&base, &found);
     let drifts = found.iter().any(|c| c.info.role == Role::Order);
-    let relevant = start.misfit.exceeds(RELEVANT) && start.misfit.excess > 0.0;
+    let relevant = verdict::relevant(&start.misfit) && start.misfit.excess > 0.0;
     let worth_a_name = relevant && problem.campaign.conditions >= FEWEST_CONDITIONS;
     // Where nothing is worth a name, the screening only tells what these data could not show.
     let survivors = if worth_a_name { SURVIVORS } else { 0 };
@@ -321,12 +321,13 @@ fn find(
     let mut stages = Stages::new();
     let mut again = None;
     if worth_a_name {
-        if first.first().is_some_and(|c| c.held.beyond(start).exceeds(UNEXPLAINED)) {
+        if first.first().is_some_and(|c| verdict::clear(&c.held.beyond(start))) {
             search_again(problem, start, &others, &mut first, (SEARCHED_FURTHER, Search::Grid), tick);
         }
         choice = choose(problem, start, &first, trials, &mut stages, (pass, Search::Quick, given), tick);
         again = choice.near.take().filter(|_| pass == Pass::First && !drifts);
-        if choice.verdict == Verdict::Unexplained && again.is_none() {
+        let nothing = choice.chosen.is_empty() && start.misfit.clear_conditions().is_some();
+        if (choice.verdict == Verdict::Unexplained || nothing) && again.is_none() {
             // Before that is said, the likely ones are looked at more closely.
             search_again(problem, start, &others, &mut first, (SEARCHED_AGAIN, Search::Thorough), tick);
             choice =
@@ -348,16 +349,17 @@ fn find(
     let equal = sets(&before, &chosen, &equal, |c| small_compliance(problem, c));
     let swing = swing::missed(problem.campaign, &last.solution.model);
     let explains = verdict::explains(explained(&base.misfit, &start.misfit), &Left::of(&start.beyond(&base)));
+    let ordinary = found.iter().take_while(|c| !is_finding(c)).last();
+    let without_effects = ordinary.map_or(&base, |c| &c.held);
+    let misfit = left.as_ref().unwrap_or(&without_effects.misfit);
     let signs = Signs {
         equal: !equal.is_empty(),
         only_drift: drifts && chosen.is_empty(),
         only_pads: chosen.is_empty() && !before.is_empty() && (verdict != Verdict::Unexplained || explains),
         swings: swing.is_some(),
+        fits: left.is_none() && without_effects.fitted(problem).worst() <= RELEVANT,
         conditions: problem.campaign.conditions,
     };
-    let ordinary = found.iter().take_while(|c| !is_finding(c)).last();
-    let without_effects = ordinary.map_or(&base, |c| &c.held);
-    let misfit = left.as_ref().unwrap_or(&without_effects.misfit);
     let beside = beside.or_else(|| verdict::missing_beside(verdict, &signs, &last.misfit));
     let (verdict, doubt) = verdict::verdict(verdict, &signs, misfit);
     // Effects that were found and are not named.

@@ -475,6 +475,18 @@ fn doubtful(doubt: &Doubt, problem: &Problem, sets: &[Vec<&str>], suggested: boo
             "repeat some of the trials at the same place, or run more trials where the candidates differ"
                 .to_owned(),
         ),
+        Doubt::Together(clear, of) => (
+            format!(
+                "no channel in a phase is off by more than {RELEVANT} run spreads, but in {clear} of {of} conditions all of them \
+                 together are by more than twice what noise and tolerances make (in each of them the scatter of friction from run to \
+                 run hides it), and no effect explains that"
+            ),
+            format!(
+                "run more conditions (another grip, speed or slope), and lower the scatter of friction from run to run ({:.1} % of the \
+                 fingers' now): clean the surfaces",
+                100.0 * problem.noise.friction[0]
+            ),
+        ),
         Doubt::OneCondition(p) => (
             format!("{}, but mostly in one condition (that of trial {})", off_by(p), trial(p)),
             format!("repeat the condition of trial {} and run conditions near it", trial(p)),

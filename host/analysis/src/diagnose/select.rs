@@ -59,6 +59,11 @@ impl Held {
     pub fn beyond(&self, base: &Self) -> Misfit {
         self.misfit.beyond_form(&base.misfit)
     }
+
+    /// Misfit of the fit to all conditions, none held out.
+    pub fn fitted(&self, problem: &Problem) -> Misfit {
+        misfit::of(problem, &problem.without_offsets(&self.solution.residual, &self.solution.offsets))
+    }
 }
 
 /// An effect that was refitted.

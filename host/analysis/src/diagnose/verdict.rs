@@ -56,7 +56,11 @@ pub enum Doubt {
     /// ([`Left::near`]) is no reason to name one: tolerances of rigid contact have the shape of some effect too, but not
     /// such a size in all features together ([`Misfit::is_beyond_perfect`]).
     Weak(Place),
-    /// A misfit that mostly one condition shows: it may be the model's way of contact there.
+    /// No channel misses by that much in any phase, but in so many conditions, of so many, all together clearly do
+    /// ([`Misfit::clear_conditions`]), and no effect explains it.
+    Together(usize, usize),
+    /// A misfit that mostly one condition shows, also where the model is fitted to it: it may be the model's way of contact
+    /// there.
     OneCondition(Place),
     /// No trial was repeated, and no effect predicts held-out trials better than chance could: the best of
     /// them, and that chance.
@@ -100,6 +104,18 @@ impl Left {
     }
 }
 
+/// Whether a model leaves what is worth a name: in a channel and phase, or in all of them together.
+#[must_use]
+pub fn relevant(misfit: &Misfit) -> bool {
+    misfit.exceeds(RELEVANT) || misfit.clear_conditions().is_some()
+}
+
+/// Whether what a model leaves is a clear misfit.
+#[must_use]
+pub fn clear(misfit: &Misfit) -> bool {
+    misfit.exceeds(UNEXPLAINED) || misfit.clear_conditions().is_some()
+}
+
 /// Whether effects that together explain `share` of the excess misfit and leave `left` explain the data.
 #[must_use]
 pub fn explains(share: f64, left: &Left) -> bool {
@@ -131,6 +147,9 @@ pub struct Signs {
     pub only_pads: bool,
     /// Forces swing while the object slides, and not in the model.
     pub swings: bool,
+    /// Fitted to all conditions, none held out, the model leaves nothing that is worth a name: what one condition is off by when
+    /// it is held out is what it alone tells of the parameters.
+    pub fits: bool,
     /// Different conditions.
     pub conditions: usize,
 }
@@ -162,7 +181,7 @@ pub fn verdict(search: Verdict, signs: &Signs, misfit: &Misfit) -> (Verdict, Opt
     if verdict != Verdict::NothingMissing {
         return (verdict, None);
     }
-    match doubt(signs.conditions, misfit) {
+    match doubt(signs, misfit) {
         Some(Doubt::FewConditions) => (Verdict::Inconclusive, Some(Doubt::FewConditions)),
         // What swings is beyond doubt.
         _ if signs.swings => (Verdict::Unexplained, None),
@@ -234,12 +253,16 @@ pub fn unbalanced(verdict: Verdict, conditions: usize) -> Verdict {
 }
 
 /// Why a model that lacks nothing worth a name may still lack something: `misfit` is what it leaves.
-fn doubt(conditions: usize, misfit: &Misfit) -> Option<Doubt> {
-    if conditions < FEWEST_CONDITIONS {
+fn doubt(signs: &Signs, misfit: &Misfit) -> Option<Doubt> {
+    if signs.conditions < FEWEST_CONDITIONS {
         return Some(Doubt::FewConditions);
     }
-    match misfit.places.iter().find(|p| p.exceeds(RELEVANT)) {
-        Some(place) => Some(Doubt::Small(*place)),
-        None => misfit.places.first().filter(|p| p.size > RELEVANT).map(|place| Doubt::OneCondition(*place)),
+    match (misfit.places.iter().find(|p| p.exceeds(RELEVANT)), misfit.clear_conditions()) {
+        (Some(place), _) => Some(Doubt::Small(*place)),
+        (None, Some((clear, of))) => Some(Doubt::Together(clear, of)),
+        (None, None) if signs.fits => None,
+        (None, None) => {
+            misfit.places.first().filter(|p| p.size > RELEVANT).map(|place| Doubt::OneCondition(*place))
+        }
     }
 }

@@ -22,6 +22,7 @@ fn misfit(places: &[Place]) -> Misfit {
         systematic: Vec::new(),
         excess: 0.0,
         places,
+        whitened: Vec::new(),
     }
 }
 
@@ -65,13 +66,23 @@ fn a_search_ends_in_effects_in_something_unknown_or_in_nothing() {
 #[test]
 fn doubts_and_signs_beside_the_search_decide_in_this_order() {
     use Verdict::{Ambiguous, Effect, Inconclusive, NothingMissing, Unexplained};
-    let quiet = Signs { equal: false, only_drift: false, only_pads: false, swings: false, conditions: 6 };
+    let quiet = Signs {
+        equal: false,
+        only_drift: false,
+        only_pads: false,
+        swings: false,
+        fits: false,
+        conditions: 6,
+    };
     let small = place(3.0, 1.1);
     let one = place(3.0, 0.9);
     for (search, signs, places, expected, doubt) in [
         (NothingMissing, quiet, vec![place(2.4, 2.4)], NothingMissing, None),
         (NothingMissing, quiet, vec![small], Inconclusive, Some(Doubt::Small(small))),
         (NothingMissing, quiet, vec![one], Inconclusive, Some(Doubt::OneCondition(one))),
+        // Fitted to it, the model shows it: that condition alone tells a parameter.
+        (NothingMissing, Signs { fits: true, ..quiet }, vec![one], NothingMissing, None),
+        (NothingMissing, Signs { fits: true, ..quiet }, vec![small], Inconclusive, Some(Doubt::Small(small))),
         // What more than one condition shows is said, though another place is larger.
         (NothingMissing, quiet, vec![place(3.5, 0.9), small], Inconclusive, Some(Doubt::Small(small))),
         (
@@ -115,7 +126,14 @@ fn doubts_and_signs_beside_the_search_decide_in_this_order() {
 
 #[test]
 fn what_all_features_together_miss_beyond_a_perfect_models_error_is_no_tolerance() {
-    let signs = Signs { equal: false, only_drift: false, only_pads: false, swings: false, conditions: 6 };
+    let signs = Signs {
+        equal: false,
+        only_drift: false,
+        only_pads: false,
+        swings: false,
+        fits: false,
+        conditions: 6,
+    };
     let small = place(3.0, 1.1);
     let of = |error_at_least| Misfit { error: 1.2, error_at_least, ..misfit(&[small]) };
     let weak = (Verdict::Inconclusive, Some(Doubt::Weak(small)));
@@ -129,9 +147,47 @@ fn what_all_features_together_miss_beyond_a_perfect_models_error_is_no_tolerance
 }
 
 #[test]
+fn what_scatter_of_friction_hides_in_every_channel_all_of_them_together_show() {
+    use Verdict::{Effect, Inconclusive, NothingMissing};
+    let signs = Signs {
+        equal: false,
+        only_drift: false,
+        only_pads: false,
+        swings: false,
+        fits: false,
+        conditions: 12,
+    };
+    let of = |whitened: &[f64], places: &[Place]| Misfit { whitened: whitened.to_vec(), ..misfit(places) };
+    let mut many = vec![0.4; 12];
+    many[..3].fill(2.1);
+    let weak = [place(2.4, 2.4)];
+    assert_eq!(verdict(Effect, &signs, &of(&many, &weak)), (Effect, None));
+    let doubt = Some(Doubt::Together(3, 12));
+    assert_eq!(verdict(NothingMissing, &signs, &of(&many, &weak)), (Inconclusive, doubt));
+    // Fewer conditions, and conditions that are not clearly off, say nothing, however far one is off.
+    let two = [90.0, 90.0, 0.4, 0.4, 0.4, 0.4, 0.4, 0.4, 0.4, 0.4, 0.4, 0.4];
+    assert_eq!(verdict(NothingMissing, &signs, &of(&two, &weak)), (NothingMissing, None));
+    assert_eq!(verdict(NothingMissing, &signs, &of(&[1.9; 12], &weak)), (NothingMissing, None));
+    // What the law of an effect may be wrong by does not count.
+    let before = of(&[102.0; 12], &[]);
+    let left = of(&[2.9; 12], &[]);
+    assert_eq!(
+        (left.clear_conditions(), left.beyond_form(&before).clear_conditions()),
+        (Some((12, 12)), None)
+    );
+}
+
+#[test]
 fn where_drift_alone_is_named_a_clear_misfit_that_nothing_explains_is_said() {
     use Verdict::{NothingMissing, Unexplained};
-    let quiet = Signs { equal: false, only_drift: false, only_pads: false, swings: false, conditions: 6 };
+    let quiet = Signs {
+        equal: false,
+        only_drift: false,
+        only_pads: false,
+        swings: false,
+        fits: false,
+        conditions: 6,
+    };
     let drift = Signs { only_drift: true, ..quiet };
     let clear = place(6.0, 5.0);
     for (search, signs, places, expected) in [
