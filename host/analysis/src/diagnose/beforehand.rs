@@ -98,11 +98,6 @@ fn start_with<'a>(
     Some(Start { problem, base, found: vec![pads], others })
 }
 
-/// The pads, or the stiff contacts, that [`start`] puts into `model`, as fitted.
-pub fn pads(campaign: &Campaign, model: &Described) -> Option<Candidate> {
-    padded_start(campaign, model)?.found.pop()
-}
-
 /// Friction, and the parameters of the effects that the model has already.
 fn free_of(campaign: &Campaign, model: &Described) -> Vec<Free> {
     let effects = model.infos.iter().enumerate().flat_map(|(slot, info)| Free::of_effect(info, slot));
