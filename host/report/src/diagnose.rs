@@ -5,7 +5,7 @@
 use maud::{Markup, html};
 
 use crate::bars::{Bars, multiples, shares};
-pub use crate::diagnosis::{credible, explains, percent, sentence, share, structure_words};
+pub use crate::diagnosis::{credible, explains, percent, sentence, share, structure_words, weaker};
 use crate::diagnosis::{has_after, set_words};
 use crate::experiment::{drawn_experiment, experiment_file};
 use crate::figures::Figure;
@@ -57,6 +57,7 @@ pub fn html(report: &Report, name: &str, next: &str, traces: Result<&Comparison,
         (left_out(&report.left_out, &report.refused, report.trials + report.left_out.len()))
         @if !rest.is_empty() { p { (rest) } }
         @if let Some(would_tell) = &report.would_tell { p { b { "What would decide:" } " " (effects_in_words(would_tell)) "." } }
+        @if let Some(weaker) = weaker(report) { p { (weaker) } }
         (misfit_bars(report))
     };
     let run = traces.filter(|_| has_after(report)).and_then(|traces| over_a_run(traces, named_marks(report)));

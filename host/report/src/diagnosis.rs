@@ -106,6 +106,20 @@ pub fn credible(report: &Report) -> Vec<String> {
     each.chain(rest).collect()
 }
 
+/// Effects that lower the error although nothing is worth a name, in a sentence.
+pub fn weaker(report: &Report) -> Option<String> {
+    let each: Vec<String> = (report.weaker.iter())
+        .map(|c| format!("with {} it is {:.2} (p = {:.0e})", words(c.id), c.held_out_error, c.p_value))
+        .collect();
+    (!each.is_empty()).then(|| {
+        format!(
+            "Not named, since the form of a contact may be off by as much: the held-out error is {:.2} run spreads, {}.",
+            report.error.after,
+            each.join(", ")
+        )
+    })
+}
+
 /// Whether a model with effects stands beside the base model.
 pub(crate) fn has_after(report: &Report) -> bool {
     matches!(report.verdict, Verdict::Effect | Verdict::Ambiguous)

@@ -272,6 +272,14 @@ fn poor(misfit: &Misfit) -> bool {
     Left::of(misfit).poor()
 }
 
+/// `held` fitted without the effect at `slot`, from where it ended.
+pub fn without(problem: &Problem, held: &Held, slot: usize) -> Held {
+    let mut model = held.solution.model.clone();
+    candidate::remove(&mut model, slot);
+    let free: Vec<Free> = held.free.iter().filter_map(|f| f.without_slot(slot)).collect();
+    hold_out(problem, fit::solve(problem, &model, &free, 8), free)
+}
+
 /// Takes out effects that the others made needless: fitted without one from where all of them ended, they
 /// explain as much. An effect may have done no more than open the way there.
 fn drop_needless(
@@ -284,13 +292,10 @@ fn drop_needless(
     while chosen.len() > 1 && k < chosen.len() {
         let last = &chosen[chosen.len() - 1].held;
         let slot = start.solution.model.effects.len() + k;
-        let mut model = last.solution.model.clone();
-        if slot >= model.effects.len() {
+        if slot >= last.solution.model.effects.len() {
             return;
         }
-        candidate::remove(&mut model, slot);
-        let free: Vec<Free> = last.free.iter().filter_map(|f| f.without_slot(slot)).collect();
-        let held = hold_out(problem, fit::solve(problem, &model, &free, 8), free);
+        let held = without(problem, last, slot);
         let share = |held: &Held| explained(&start.misfit, &held.misfit);
         let needless = match k + 1 == chosen.len() {
             // What it was taken for, counted anew.

@@ -22,6 +22,8 @@ pub struct Findings {
     pub first: Vec<Candidate>,
     /// Chosen effects in the order in which they were chosen.
     pub chosen: Vec<Candidate>,
+    /// Where nothing is worth a name: effects that predict held-out conditions better all the same.
+    pub weaker: Vec<Candidate>,
     /// All of it fitted together (with the compliance of the pads, where that shows).
     pub last: Option<Held>,
     /// Sets that explain the data as well.

@@ -38,8 +38,8 @@ use crate::model::candidate::{CandidateEffect, Described};
 use crate::progress::Progress;
 use beforehand::Start;
 use choice::{
-    Choice, MOST_EFFECTS, Part, Pass, SEARCHED_AGAIN, SEARCHED_FURTHER, SURVIVORS, Stages, Tick, choose,
-    other_ways, sets, small_compliance, small_compliance_in,
+    Choice, FALSE_ALARM, MOST_EFFECTS, Part, Pass, SEARCHED_AGAIN, SEARCHED_FURTHER, SURVIVORS, Stages, Tick,
+    choose, other_ways, sets, small_compliance, small_compliance_in,
 };
 use experiment::{Experiment, Grid, Hypothesis, Plan};
 use findings::Findings;
@@ -308,15 +308,23 @@ fn find(
     let drifts = found.iter().any(|c| c.info.role == Role::Order);
     let relevant = verdict::relevant(&start.misfit) && start.misfit.excess > 0.0;
     let worth_a_name = relevant && problem.campaign.conditions >= FEWEST_CONDITIONS;
-    // Where nothing is worth a name, the screening only tells what these data could not show.
-    let survivors = if worth_a_name { SURVIVORS } else { 0 };
+    // Where nothing is worth a name, a few fits show what is there within the tolerances.
+    let survivors = match worth_a_name {
+        true => SURVIVORS,
+        false if problem.campaign.conditions >= FEWEST_CONDITIONS => WEAKER,
+        false => 0,
+    };
     // The friction given comes last.
     let given = others.last();
-    let others: Vec<Solution> = match survivors {
-        0 => Vec::new(),
-        _ => other_ways(problem, start, others),
+    let others: Vec<Solution> = match worth_a_name {
+        true => other_ways(problem, start, others),
+        false => Vec::new(),
     };
     let (mut first, invisible) = candidates(problem, start, &others, trials, survivors, tick);
+    let weaker = match worth_a_name {
+        true => Vec::new(),
+        false => weaker(problem, start, std::mem::take(&mut first)),
+    };
     let mut choice = Choice::nothing();
     let mut stages = Stages::new();
     let mut again = None;
@@ -393,6 +401,7 @@ fn find(
         found,
         first,
         chosen,
+        weaker,
         last,
         equal,
         posterior,
@@ -404,4 +413,28 @@ fn find(
         doubt,
         model,
     }
+}
+
+/// Effects that are fitted where nothing is worth a name.
+const WEAKER: usize = 4;
+/// An effect is mentioned where it leaves this share of the held-out error, or less.
+const MENTIONED: f64 = 0.9;
+
+/// Of the candidates `first` on top of `start`: those that lower the held-out error by enough to be mentioned, and beyond
+/// chance. What the best of them leaves without its effect counts, where that is less than `start` does: an effect may have done
+/// no more than open the way there.
+fn weaker(problem: &Problem, start: &Held, mut first: Vec<Candidate>) -> Vec<Candidate> {
+    let level = FALSE_ALARM / REGISTRY.len() as f64;
+    let mentioned =
+        |base: &Held, c: &Candidate| c.p_value < level && c.held.misfit.error < MENTIONED * base.misfit.error;
+    first.retain(|c| mentioned(start, c));
+    let Some(best) = first.first() else { return first };
+    let without = choice::without(problem, &best.held, start.solution.model.effects.len());
+    if select::total(&without) < select::total(start) {
+        for c in &mut first {
+            c.p_value = select::of_gain(&without.loss, &c.held.loss, None);
+        }
+        first.retain(|c| mentioned(&without, c));
+    }
+    first
 }

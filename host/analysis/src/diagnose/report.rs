@@ -136,6 +136,10 @@ pub struct Report {
     pub ambiguous_with: Vec<Vec<&'static str>>,
     /// All effects that were refitted, best first.
     pub candidates: Vec<CandidateReport>,
+    /// Where no channel misses by enough to be worth a name: effects that lower the error of held-out conditions by a tenth or
+    /// more all the same, beyond chance, best first. The form of a contact may be off by as much: they are not named.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub weaker: Vec<CandidateReport>,
     /// The most probable sets, which have 95 % together of what all sets that were fitted have. Empty where
     /// nothing had to be explained.
     pub credible_sets: Vec<Weighed>,
@@ -201,6 +205,7 @@ pub fn report(
         model,
         posterior,
         found,
+        weaker,
         ..
     } = &findings;
     let named = matches!(verdict, Verdict::Effect | Verdict::Ambiguous);
@@ -307,6 +312,7 @@ pub fn report(
         effects,
         ambiguous_with,
         candidates,
+        weaker: weaker.iter().map(candidate).collect(),
         credible_sets: posterior.credible(),
         discrepancy,
         error,

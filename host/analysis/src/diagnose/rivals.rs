@@ -148,6 +148,7 @@ pub fn find<'a>(
     let model = at.held.solution.model.clone();
     let findings = Findings {
         start: base.clone(),
+        weaker: Vec::new(),
         base,
         found: Vec::new(),
         first,

@@ -12,7 +12,7 @@ use stickslip_analysis::diagnose;
 use stickslip_analysis::diagnose::report::{Report, Verdict};
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::{EffectEntry, ModelFile};
-use stickslip_report::diagnose::{explains, figures, html, sentence, traces};
+use stickslip_report::diagnose::{explains, figures, html, sentence, traces, weaker};
 use stickslip_report::terminal::{Output, command_line, table};
 use stickslip_report::words::{effects_in_words, identifier_words, interval, parameter_words, short};
 
@@ -134,6 +134,9 @@ fn print(report: &Report, verbose: bool, output: &Output) {
     output.left_out(&report.left_out, report.trials + report.left_out.len(), "all: --verbose or --html");
     if let Some(would_tell) = &report.would_tell {
         output.text(format_args!("What would decide: {}.", effects_in_words(would_tell)));
+    }
+    if let Some(weaker) = weaker(report) {
+        output.text(weaker);
     }
     for c in report.candidates.iter().filter(|c| report.effects.contains(&c.id)) {
         output.text(format_args!("In data, {}: {}.", identifier_words(c.id), c.info.signature));

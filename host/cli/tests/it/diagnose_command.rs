@@ -374,3 +374,29 @@ fn what_add_writes_on_the_demonstrations_bench_leaves_none_of_the_failures_that_
     assert!(tally["failures"].as_u64() > Some(10) && tally["removed"] == tally["failures"], "{tally}");
     assert!(tally["new"] == 0 && tally["after"].as_f64() < Some(1.0), "{tally}");
 }
+
+#[test]
+#[ignore = "long: make test-host-rest"]
+fn a_gain_that_is_too_small_for_a_name_is_mentioned_as_itself_or_as_the_lost_grip_that_it_looks_like() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let bench = folder.path().join("bench").display().to_string();
+    let hidden = "sensor_gain=0.006";
+    let rig = ["rig", "--plan", "push-small", "--seed", "31", "--hidden", hidden, "--out", &bench];
+    stickslip().args(rig).assert().success();
+    let output = stickslip().args(["--json", "diagnose", &bench]).output().expect("run");
+    let report = document("diagnose", &output.stdout);
+    assert_eq!(report["verdict"], "nothing_missing", "{report}");
+    let weaker = report["weaker"].as_array().expect("effects that are mentioned");
+    let after = report["error"]["after"].as_f64().expect("an error");
+    let id = |c: &serde_json::Value| c["id"].as_str().unwrap_or_default().to_owned();
+    assert!(
+        weaker.iter().any(|c| ["sensor_gain", "grip_force_loss"].contains(&id(c).as_str())),
+        "{weaker:?}"
+    );
+    for c in weaker {
+        assert!(
+            c["held_out_error"].as_f64() < Some(0.9 * after) && c["p_value"].as_f64() < Some(1e-3),
+            "{c}"
+        );
+    }
+}

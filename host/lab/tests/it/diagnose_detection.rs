@@ -21,6 +21,8 @@ fn a_small_mass_error_that_is_not_named_lies_below_its_limit() {
 fn where_nothing_is_missing_a_loss_of_grip_of_a_tenth_is_excluded_and_named_where_it_is_there() {
     let nothing = nothing_hidden();
     assert_eq!(nothing.verdict, Verdict::NothingMissing, "{}", nothing.summary);
+    let mentioned: Vec<&str> = nothing.weaker.iter().map(|c| c.id).collect();
+    assert!(mentioned.is_empty(), "{mentioned:?}");
     let limit = upper(nothing, "grip_force_loss", "fraction");
     assert!(limit > 0.0 && limit < 0.1, "{limit}");
     let lost = found(&made("grip_force_loss=0.1", 8, |_| true));
