@@ -316,15 +316,28 @@ fn find(
     };
     // The friction given comes last.
     let given = others.last();
+    let others_given = others;
     let others: Vec<Solution> = match worth_a_name {
         true => other_ways(problem, start, others),
         false => Vec::new(),
     };
     let (mut first, invisible) = candidates(problem, start, &others, trials, survivors, tick);
-    let weaker = match worth_a_name {
-        true => Vec::new(),
-        false => weaker(problem, start, std::mem::take(&mut first)),
-    };
+    let mut weaker = Vec::new();
+    if !worth_a_name {
+        match from_where_effects_led(problem, start, &first) {
+            // The base had stayed in a side valley.
+            Some(better) => {
+                let (mut base, mut found) = (base, found);
+                match found.last_mut() {
+                    Some(last) => last.held = better,
+                    None => base = better,
+                }
+                return find(problem, (base, found), others_given, trials, pass, tick);
+            }
+            None => weaker = std::mem::take(&mut first),
+        }
+        weaker.retain(|c| lowers(start, c));
+    }
     let mut choice = Choice::nothing();
     let mut stages = Stages::new();
     let mut again = None;
@@ -420,21 +433,19 @@ const WEAKER: usize = 4;
 /// An effect is mentioned where it leaves this share of the held-out error, or less.
 const MENTIONED: f64 = 0.9;
 
-/// Of the candidates `first` on top of `start`: those that lower the held-out error by enough to be mentioned, and beyond
-/// chance. What the best of them leaves without its effect counts, where that is less than `start` does: an effect may have done
-/// no more than open the way there.
-fn weaker(problem: &Problem, start: &Held, mut first: Vec<Candidate>) -> Vec<Candidate> {
+/// Whether `candidate` lowers the held-out error of `start` by enough to be mentioned, and beyond chance.
+fn lowers(start: &Held, candidate: &Candidate) -> bool {
     let level = FALSE_ALARM / REGISTRY.len() as f64;
-    let mentioned =
-        |base: &Held, c: &Candidate| c.p_value < level && c.held.misfit.error < MENTIONED * base.misfit.error;
-    first.retain(|c| mentioned(start, c));
-    let Some(best) = first.first() else { return first };
+    candidate.p_value < level && candidate.held.misfit.error < MENTIONED * start.misfit.error
+}
+
+/// A fit is clearly better than another where it leaves this share of its held-out loss.
+const BETTER: f64 = 0.95;
+
+/// What the best of the candidates `first` leaves without its effect, where that is clearly less than what `start` does: the
+/// effect has done no more than open the way there.
+fn from_where_effects_led(problem: &Problem, start: &Held, first: &[Candidate]) -> Option<Held> {
+    let best = first.first().filter(|best| lowers(start, best))?;
     let without = choice::without(problem, &best.held, start.solution.model.effects.len());
-    if select::total(&without) < select::total(start) {
-        for c in &mut first {
-            c.p_value = select::of_gain(&without.loss, &c.held.loss, None);
-        }
-        first.retain(|c| mentioned(&without, c));
-    }
-    first
+    (select::total(&without) < BETTER * select::total(start)).then_some(without)
 }
