@@ -108,12 +108,16 @@ pub fn credible(report: &Report) -> Vec<String> {
 
 /// Effects that lower the error although nothing is worth a name, in a sentence.
 pub fn weaker(report: &Report) -> Option<String> {
-    let each: Vec<String> = (report.weaker.iter())
-        .map(|c| format!("with {} it is {:.2} (p = {:.0e})", words(c.id), c.held_out_error, c.p_value))
-        .collect();
+    let each = report.weaker.iter().map(|c| {
+        let class = report.classes.iter().find(|class| class.contains(&c.id));
+        let alike = class.into_iter().flatten().filter(|id| **id != c.id);
+        let or: String = alike.map(|id| format!(" or {}", words(id))).collect();
+        format!("{}{or} lowers it to {:.2} (p = {:.0e})", words(c.id), c.held_out_error, c.p_value)
+    });
+    let each: Vec<String> = each.collect();
     (!each.is_empty()).then(|| {
         format!(
-            "Not named, since the form of a contact may be off by as much: the held-out error is {:.2} run spreads, {}.",
+            "Within the tolerances of contact, so not named: the held-out error is {:.2} run spreads, and {}.",
             report.error.after,
             each.join(", ")
         )
