@@ -148,6 +148,13 @@ pub struct Contact<R: Real> {
     pub profile: Option<R>,
 }
 
+impl<R: Real> Contact<R> {
+    /// Stretch of the tangential spring at the beginning of the step, with what it had at the end of the last, m.
+    pub(crate) fn stretch_m(&self, had_m: [R; 2]) -> [R; 2] {
+        had_m.map(|s| s * self.eased)
+    }
+}
+
 /// All contacts of a step.
 pub type Contacts<R, const NC: usize> = Vec<Contact<R>, NC>;
 

@@ -319,7 +319,7 @@ pub fn step_from<R: Real, const NC: usize>(
         } else {
             Before::Stuck { load_n }
         };
-        let spring_m = slot.spring_m.map(|s| s * c.eased);
+        let spring_m = c.stretch_m(slot.spring_m);
         let larger = max(law.mu[0], law.mu[1]);
         let bound_n = larger * (load_n + law.adhesion_n);
         if c.microslip > zero && load_n > zero && bound_n > zero {

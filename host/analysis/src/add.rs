@@ -112,7 +112,13 @@ fn fitted(
         model.effects.insert(old, pads);
     }
     let found = start.and_then(|start| searched(&start, &model.effects[model.effects.len() - new..]));
-    let joint = with_effects(&campaign, &model, (new, found), progress)?;
+    let joint = match found {
+        Some((fit, free)) => {
+            progress.step(1 + new);
+            Joint::of(fit, free)
+        }
+        None => with_effects(&campaign, &model, new, progress)?,
+    };
     let (settled, friction) = settle(data, &campaign, &model, &joint)?;
     progress.step(1);
     notes.extend(joint.notes);
@@ -255,11 +261,11 @@ impl Joint {
 }
 
 /// Fits friction and all effects of `file`, whose last `new` effects start from a screening of
-/// their settings (0: all start from their values), unless a search has `found` all of them.
+/// their settings (0: all start from their values).
 fn with_effects(
     campaign: &Campaign,
     file: &ModelFile,
-    (new, found): (usize, Option<(Fit, Vec<Free>)>),
+    new: usize,
     progress: &dyn Progress,
 ) -> Result<Joint, FitError> {
     let old = file.effects.len() - new;
@@ -271,9 +277,6 @@ fn with_effects(
         let of = infos.iter().enumerate().take(count).flat_map(|(slot, info)| Free::of_effect(info, slot));
         base.iter().copied().chain(of).collect()
     };
-    if let Some((fit, free)) = found {
-        return Ok(Joint::of(fit, free));
-    }
     let mut fitted = fit::calibrate(campaign, &model, &all(old), &Options::default())?;
     progress.step(1);
     for entry in added {

@@ -144,7 +144,7 @@ const REFERENCE_N: f64 = 20.0;
 /// Lighter grips count as this much, N: the power law has no limit at zero.
 const LEAST_N: f64 = 0.5;
 
-/// A fingertip's compliance at a grip (N) over that of the parameters, with its `stiffening`.
+/// A fingertip's compliance under a load (N) over that of the parameters, with its `stiffening`.
 pub fn compliance_at<R: Real>(grip_n: R, stiffening: R) -> R {
     let ratio = max(grip_n, R::of(LEAST_N)) / R::of(REFERENCE_N);
     (-stiffening * ratio.ln()).exp()
@@ -168,11 +168,12 @@ impl<R: Real> Law<R> for ContactCompliance {
                 _ => [context.load_n[1], context.load_rate_n_s[1]],
             };
             let now_n = if load_n > R::zero() { load_n } else { context.grip_cmd_n };
-            let at = |n: R| softer(contact.tangential_n_m, p[0] * compliance_at(n, p[4]));
-            if rate_n_s > R::zero() {
-                contact.eased = clamp(at(now_n - rate_n_s * context.dt_s) / at(now_n), R::zero(), R::one());
-            }
             tangential *= compliance_at(now_n, p[4]);
+            if rate_n_s > R::zero() {
+                let before = p[0] * compliance_at(now_n - rate_n_s * context.dt_s, p[4]);
+                let k = contact.tangential_n_m;
+                contact.eased = clamp(softer(k, before) / softer(k, tangential), R::zero(), R::one());
+            }
         }
         contact.tangential_n_m = softer(contact.tangential_n_m, tangential);
         contact.normal_n_m = softer(contact.normal_n_m, normal);

@@ -34,7 +34,7 @@ pub(super) fn gather<R: Real, const NC: usize>(
         } else {
             true
         };
-        let had_m = slot.spring_m.map(|s| s * c.eased);
+        let had_m = c.stretch_m(slot.spring_m);
         // The bias was spring memory over step and damper, and the other body's motion.
         let speed: [R; 2] = core::array::from_fn(|k| answer.biased_slip_m_s[k] - had_m[k] * ratio);
         // Beforehand the distance was not known: with that of the last step, a spring whose object slows down would lose

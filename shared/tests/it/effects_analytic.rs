@@ -9,7 +9,7 @@ use stickslip_shared::effects::{
 };
 use stickslip_shared::model::{FingerContact, Friction};
 use stickslip_shared::real::{Rotation, Vec3};
-use stickslip_shared::step::{State, step};
+use stickslip_shared::step::{Drive, State, step};
 
 const N: f64 = 20.0;
 const MU: f64 = 0.4;
@@ -35,6 +35,17 @@ fn light_push(speed_m_s: f64) -> Run<f64> {
 /// Push force at the end of a slide without weight.
 fn push_force(run: &Run<f64>) -> f64 {
     run.play().last().reading.pusher[0]
+}
+
+/// Where a push was at its end, gripper and pusher at rest from there.
+fn stopped(run: &Run<f64>, end: &State<f64, SLOTS>) -> (State<f64, SLOTS>, Drive<f64>) {
+    let (mut state, mut drive) = (end.clone(), run.drive);
+    drive.carrier_m_s = Vec3::zeros();
+    let plate = drive.pusher.as_mut().unwrap();
+    plate.position_m += plate.velocity_m_s * (drive.dt_s * run.steps as f64);
+    plate.velocity_m_s = Vec3::zeros();
+    state.absolute_m_s = Vec3::zeros();
+    (state, drive)
 }
 
 #[test]
@@ -222,12 +233,7 @@ fn pads_that_are_pressed_harder_keep_their_shear_force_and_lose_it_in_proportion
         // Ten steps after half a millimetre of gap.
         run.steps = 73;
         let moved = run.play();
-        let (mut state, mut drive) = (moved.state.clone(), run.drive);
-        drive.carrier_m_s = Vec3::zeros();
-        let plate = drive.pusher.as_mut().unwrap();
-        plate.position_m += plate.velocity_m_s * (drive.dt_s * run.steps as f64);
-        plate.velocity_m_s = Vec3::zeros();
-        state.absolute_m_s = Vec3::zeros();
+        let (mut state, mut drive) = stopped(&run, &moved.state);
         let mut at_grip = |grip_n: f64| {
             let from_n = drive.grip_n;
             let mut last_n = 0.0;
@@ -255,12 +261,7 @@ fn a_push_that_ends_is_held_by_pads_whose_parts_slip_at_the_force_that_it_ended_
         let mut run = light_push(0.002).with("contact_compliance", &[compliance_m_n, 0.0, 0.0, microslip]);
         run.steps = 300;
         let moved = run.play();
-        let (mut state, mut drive) = (moved.state.clone(), run.drive);
-        drive.carrier_m_s = Vec3::zeros();
-        let plate = drive.pusher.as_mut().unwrap();
-        plate.position_m += plate.velocity_m_s * (drive.dt_s * run.steps as f64);
-        plate.velocity_m_s = Vec3::zeros();
-        state.absolute_m_s = Vec3::zeros();
+        let (mut state, drive) = stopped(&run, &moved.state);
         let mut force_n = 0.0;
         for _ in 0..50 {
             force_n = step(&run.scene, &run.model, &mut state, &drive).reading.pusher[0];

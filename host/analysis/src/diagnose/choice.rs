@@ -143,7 +143,7 @@ pub fn choose(
         equal.push(equals(before, &winner, &stage));
         chosen.push(winner);
         let last = &chosen[chosen.len() - 1];
-        if !verdict::relevant(&last.held.beyond(start)) {
+        if !last.held.beyond(start).misses(RELEVANT) {
             break;
         }
         if chosen.len() < MOST_EFFECTS {

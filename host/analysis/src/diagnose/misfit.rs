@@ -122,6 +122,12 @@ impl Misfit {
         (clear >= fewest).then_some((clear, all))
     }
 
+    /// Whether a channel misses by more than `floors` run spreads in a phase, or all of them together clearly do.
+    #[must_use]
+    pub fn misses(&self, floors: f64) -> bool {
+        self.exceeds(floors) || self.clear_conditions().is_some()
+    }
+
     /// Whether some place misses by more than `floors` run spreads, beyond chance.
     pub fn exceeds(&self, floors: f64) -> bool {
         self.places.iter().any(|p| p.exceeds(floors))

@@ -299,14 +299,14 @@ pub fn given(campaign: &Campaign, start: &Held) -> Model<f64> {
 fn find(
     problem: &Problem,
     (base, found): (Held, Vec<Candidate>),
-    others: &[Model<f64>],
+    ways: &[Model<f64>],
     trials: &[CandidateEffect],
     pass: Pass,
     tick: Tick,
 ) -> Findings {
     let start = beforehand::last(&base, &found);
     let drifts = found.iter().any(|c| c.info.role == Role::Order);
-    let relevant = verdict::relevant(&start.misfit) && start.misfit.excess > 0.0;
+    let relevant = start.misfit.misses(RELEVANT) && start.misfit.excess > 0.0;
     let worth_a_name = relevant && problem.campaign.conditions >= FEWEST_CONDITIONS;
     // Where nothing is worth a name, a few fits show what is there within the tolerances.
     let survivors = match worth_a_name {
@@ -315,34 +315,28 @@ fn find(
         false => 0,
     };
     // The friction given comes last.
-    let given = others.last();
-    let others_given = others;
+    let given = ways.last();
     let others: Vec<Solution> = match worth_a_name {
-        true => other_ways(problem, start, others),
+        true => other_ways(problem, start, ways),
         false => Vec::new(),
     };
     let (mut first, invisible) = candidates(problem, start, &others, trials, survivors, tick);
     let mut weaker = Vec::new();
     if !worth_a_name {
-        match from_where_effects_led(problem, start, &first) {
+        if let Some(better) = from_where_effects_led(problem, start, &first) {
             // The base had stayed in a side valley.
-            Some(better) => {
-                let (mut base, mut found) = (base, found);
-                match found.last_mut() {
-                    Some(last) => last.held = better,
-                    None => base = better,
-                }
-                return find(problem, (base, found), others_given, trials, pass, tick);
-            }
-            None => weaker = std::mem::take(&mut first),
+            let (mut base, mut found) = (base, found);
+            *found.last_mut().map_or(&mut base, |last| &mut last.held) = better;
+            return find(problem, (base, found), ways, trials, pass, tick);
         }
+        weaker.append(&mut first);
         weaker.retain(|c| lowers(start, c));
     }
     let mut choice = Choice::nothing();
     let mut stages = Stages::new();
     let mut again = None;
     if worth_a_name {
-        if first.first().is_some_and(|c| verdict::clear(&c.held.beyond(start))) {
+        if first.first().is_some_and(|c| c.held.beyond(start).misses(UNEXPLAINED)) {
             search_again(problem, start, &others, &mut first, (SEARCHED_FURTHER, Search::Grid), tick);
         }
         choice = choose(problem, start, &first, trials, &mut stages, (pass, Search::Quick, given), tick);

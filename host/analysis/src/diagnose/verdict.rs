@@ -104,18 +104,6 @@ impl Left {
     }
 }
 
-/// Whether a model leaves what is worth a name: in a channel and phase, or in all of them together.
-#[must_use]
-pub fn relevant(misfit: &Misfit) -> bool {
-    misfit.exceeds(RELEVANT) || misfit.clear_conditions().is_some()
-}
-
-/// Whether what a model leaves is a clear misfit.
-#[must_use]
-pub fn clear(misfit: &Misfit) -> bool {
-    misfit.exceeds(UNEXPLAINED) || misfit.clear_conditions().is_some()
-}
-
 /// Whether effects that together explain `share` of the excess misfit and leave `left` explain the data.
 #[must_use]
 pub fn explains(share: f64, left: &Left) -> bool {

@@ -11,6 +11,10 @@ fn place(size: f64, at_least: f64) -> Place {
     Place { channel: 6, phase: Phase::Sliding, size, at_least, run: 0 }
 }
 
+/// Nothing beside the search has a say.
+const QUIET: Signs =
+    Signs { equal: false, only_drift: false, only_pads: false, swings: false, fits: false, conditions: 6 };
+
 /// The worst first, as misfits have them.
 fn misfit(places: &[Place]) -> Misfit {
     let mut places = places.to_vec();
@@ -66,14 +70,7 @@ fn a_search_ends_in_effects_in_something_unknown_or_in_nothing() {
 #[test]
 fn doubts_and_signs_beside_the_search_decide_in_this_order() {
     use Verdict::{Ambiguous, Effect, Inconclusive, NothingMissing, Unexplained};
-    let quiet = Signs {
-        equal: false,
-        only_drift: false,
-        only_pads: false,
-        swings: false,
-        fits: false,
-        conditions: 6,
-    };
+    let quiet = QUIET;
     let small = place(3.0, 1.1);
     let one = place(3.0, 0.9);
     for (search, signs, places, expected, doubt) in [
@@ -126,14 +123,7 @@ fn doubts_and_signs_beside_the_search_decide_in_this_order() {
 
 #[test]
 fn what_all_features_together_miss_beyond_a_perfect_models_error_is_no_tolerance() {
-    let signs = Signs {
-        equal: false,
-        only_drift: false,
-        only_pads: false,
-        swings: false,
-        fits: false,
-        conditions: 6,
-    };
+    let signs = QUIET;
     let small = place(3.0, 1.1);
     let of = |error_at_least| Misfit { error: 1.2, error_at_least, ..misfit(&[small]) };
     let weak = (Verdict::Inconclusive, Some(Doubt::Weak(small)));
@@ -149,14 +139,7 @@ fn what_all_features_together_miss_beyond_a_perfect_models_error_is_no_tolerance
 #[test]
 fn what_scatter_of_friction_hides_in_every_channel_all_of_them_together_show() {
     use Verdict::{Effect, Inconclusive, NothingMissing};
-    let signs = Signs {
-        equal: false,
-        only_drift: false,
-        only_pads: false,
-        swings: false,
-        fits: false,
-        conditions: 12,
-    };
+    let signs = Signs { conditions: 12, ..QUIET };
     let of = |whitened: &[f64], places: &[Place]| Misfit { whitened: whitened.to_vec(), ..misfit(places) };
     let mut many = vec![0.4; 12];
     many[..3].fill(2.1);
@@ -180,14 +163,7 @@ fn what_scatter_of_friction_hides_in_every_channel_all_of_them_together_show() {
 #[test]
 fn where_drift_alone_is_named_a_clear_misfit_that_nothing_explains_is_said() {
     use Verdict::{NothingMissing, Unexplained};
-    let quiet = Signs {
-        equal: false,
-        only_drift: false,
-        only_pads: false,
-        swings: false,
-        fits: false,
-        conditions: 6,
-    };
+    let quiet = QUIET;
     let drift = Signs { only_drift: true, ..quiet };
     let clear = place(6.0, 5.0);
     for (search, signs, places, expected) in [
