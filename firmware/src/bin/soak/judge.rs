@@ -175,7 +175,8 @@ pub async fn judge(ticks: u32) {
             "every bad frame is counted",
             near(value(&d.damaged) + value(&d.garbage), s.frames_damaged + s.frames_too_long, 1),
         ),
-        ("every bad command is refused", near(value(&d.refused) + worn, s.commands_refused, 1)),
+        // An erasure that fails is made once more, with the whole copy: no store is refused for it.
+        ("every bad command is refused, and no other", near(value(&d.refused), s.commands_refused, 1)),
         ("every model is put to use", near(value(&d.models), s.model_swaps, 1)),
         ("every request is answered", near(value(&d.requests), value(&d.answers), 12)),
         // A stall may end after this moment: its drops show later.
