@@ -10,7 +10,7 @@
 //! | line finger | 2 ends | |
 //! | plane pusher | the corners of the nearest face, or the two ends of a cylinder's line; where it gives way, eight points of the face or two of the line | [`spread`] |
 //! | line pusher | the two ends of its overlap with the nearest face; where it gives way, two points of that | [`spread`] |
-//! | point pusher | the nearest surface point | |
+//! | point pusher | the nearest surface point | where it pushes an object over a table, its spring up and down keeps nothing from step to step: how much of the moment of its height a rod holds is undetermined between rigid bodies, and where it meets the object it bounces until it holds none; only what tips is held by its friction |
 //! | support | 10 to 16 points of the face, or the given feet | |
 //!
 //! A slot number belongs to each point, the same in every step, so that the spring memory

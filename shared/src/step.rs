@@ -70,6 +70,14 @@ fn base_mu<R: Real>(
     }
 }
 
+/// Whether it is a point pusher against an upright face: its first tangent is level, its second goes up or down.
+fn is_upright_rod<R: Real>(scene: &Scene<R>, contact: &Contact<R>, down: &Vec3<R>, cosine2: R) -> bool {
+    let along = contact.axes[2].dot(down);
+    contact.body == Body::Pusher
+        && matches!(scene.pusher, Some(PusherContact::Point { .. }))
+        && along * along > cosine2 * down.dot(down)
+}
+
 /// What effects see of a contact point.
 fn slip_of<R: Real>(c: &Contact<R>, slot: &Slot<R>, patch_load_n: &[R; 4]) -> Slip<R> {
     Slip {
@@ -438,6 +446,16 @@ pub fn step_from<R: Real, const NC: usize>(
         }
     }
     gather(state, drive, work, &mut output);
+    if drive.support.is_some() {
+        for c in
+            work.contacts.iter().filter(|c| is_upright_rod(scene, c, &gravity, work.params.platform_cosine2))
+        {
+            // See the table of `contact`.
+            if let Some(slot) = state.slots.get_mut(c.slot) {
+                slot.spring_m[1] = zero;
+            }
+        }
+    }
     let v_rel = Vec3::new(u[0], u[1], u[2]);
     let w_rel = Vec3::new(u[3], u[4], u[5]);
     state.velocity = u;

@@ -34,7 +34,8 @@ pub struct StepParams<R: Real> {
     /// over twice the way.
     pub adhesion_range_m: R,
     /// 0.49 (0.7 squared, 45 degrees): squared cosine between a pusher's plane and the vertical beyond
-    /// which it is a platform, which has the support's friction. Doubled: only level planes are.
+    /// which it is a platform, which has the support's friction, and between a rod's second tangent and the
+    /// vertical beyond which the rod is upright. Doubled: only level planes are, and no rod.
     pub platform_cosine2: R,
     /// 1e-4: least ratio of the tangential stiffnesses of an elliptic cone (a hundredth in friction).
     /// Doubled: friction ratios below 1/70 lose the exact direction of maximum dissipation.

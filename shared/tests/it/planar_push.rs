@@ -30,11 +30,24 @@ fn push(
     seconds: f64,
     each: impl FnMut(&Seen<'_, f64>),
 ) {
+    push_at(by, scene, mu, mu_pusher, [offset_m, 0.0], seconds, each);
+}
+
+/// The same, from the middle of the edge and above the table.
+fn push_at(
+    by: Formulation,
+    scene: Scene<f64>,
+    mu: f64,
+    mu_pusher: f64,
+    [offset_m, height_m]: [f64; 2],
+    seconds: f64,
+    each: impl FnMut(&Seen<'_, f64>),
+) {
     let play = Play {
         scene,
         model: hard_by(by, 0.0, mu_pusher, mu),
         gripper: &|_| pose(Vec3::zeros(), UnitQuaternion::identity()),
-        pusher: Some(&|t| pose(at(-0.0551 + 0.02 * t, offset_m, 0.0), UnitQuaternion::identity())),
+        pusher: Some(&|t| pose(at(-0.0551 + 0.02 * t, offset_m, height_m), UnitQuaternion::identity())),
         object: pose(at(0.0, 0.0, 0.01), UnitQuaternion::identity()),
         grip_n: 0.0,
         seconds,
@@ -50,6 +63,8 @@ fn three_feet() -> SupportContact<f64> {
 
 on_both_formulations! {
     a_central_push_takes_mu_times_weight_and_goes_straight,
+    a_rod_that_does_not_slide_holds_nothing_down_at_whatever_height_it_pushes,
+    what_would_tip_over_narrow_feet_is_held_by_friction_of_the_rod,
     three_feet_bear_the_loads_of_statics,
     an_eccentric_push_turns_the_object_by_the_limit_surface,
 }
@@ -64,6 +79,35 @@ fn a_central_push_takes_mu_times_weight_and_goes_straight(by: Formulation) {
         let expected = 0.25 * MASS_KG * G;
         assert!((last.0 - expected).abs() < 0.01 * expected, "{} {expected}", last.0);
         assert!(last.1.abs() < 1e-6 && last.2 < 1e-4, "{last:?}");
+    }
+}
+
+fn a_rod_that_does_not_slide_holds_nothing_down_at_whatever_height_it_pushes(by: Formulation) {
+    // Force times height would tip the object; the table alone bears that.
+    for (support, height_m) in
+        [(SupportContact::Patch, 0.005), (SupportContact::Patch, 0.018), (three_feet(), 0.01)]
+    {
+        let mut last = (0.0, 0.0);
+        push_at(by, block(support), 0.25, 0.4, [0.0, height_m], 1.0, |s| {
+            last = (s.out.reading.pusher[0], s.out.reading.pusher[2]);
+        });
+        let expected = 0.25 * MASS_KG * G;
+        assert!((last.0 - expected).abs() < 0.01 * expected, "{height_m} m: {last:?} N, {expected} N");
+        assert!(last.1.abs() < 0.021 * expected, "{height_m} m: {last:?} N");
+    }
+}
+
+fn what_would_tip_over_narrow_feet_is_held_by_friction_of_the_rod(by: Formulation) {
+    // The feet bear 0.044 N m, the push has 0.066: 0.4 N at the pushed face are missing, friction of the rod bears 1.5 N.
+    let feet = SupportContact::Points(
+        heapless::Vec::from_slice(&[[0.003, 0.0], [-0.003, 0.02], [-0.003, -0.02]]).unwrap(),
+    );
+    for (mu_pusher, held) in [(0.4, true), (0.02, false)] {
+        let mut tilt_rad: f64 = 0.0;
+        push_at(by, block(feet.clone()), 0.25, mu_pusher, [0.0, 0.018], 1.0, |s| {
+            tilt_rad = (s.world.rotation * Vec3::z()).z.acos();
+        });
+        assert!(if held { tilt_rad < 0.02 } else { tilt_rad > 0.1 }, "{mu_pusher}: {tilt_rad} rad");
     }
 }
 
