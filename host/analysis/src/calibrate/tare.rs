@@ -5,7 +5,7 @@
 //! touches at rest bear an unknown load and are left alone.
 //!
 //! How an object that touches an edge shares its weight with it is left from placing it, so that these trials tell no
-//! offset along the vertical, and what the fingers are measured to carry has theirs in it. Sensors are those of the other
+//! offset along the vertical and to the side, and what the fingers are measured to carry has theirs in it. Sensors are those of the other
 //! trials. Where all touch an edge, the balance still tells the sum of both offsets, and each sensor has its share of that by
 //! its stated uncertainty.
 
@@ -16,7 +16,7 @@ use stickslip_shared::model::Model;
 use super::share::{Share, pick};
 use super::windows::Windowed;
 use crate::channels::{COUNT, Signals};
-use crate::evidence::carried::shown_n;
+use crate::evidence::carried::shown;
 use crate::evidence::conditions::condition_of;
 use crate::evidence::offsets;
 use crate::evidence::statistics::median;
@@ -79,29 +79,43 @@ fn at_rest(w: &Windowed, prepared: &Prepared, model: &Model<f64>) -> Option<Sign
 
 /// Those of trials that all touch an edge.
 fn of_edges(trials: &[&Windowed], model: &Model<f64>, sensors: &Sensors) -> Signals {
-    let up = |w: &Windowed| -Vector3::from(w.prepared.scene.gravity_m_s2).normalize();
+    // Upward and to the side, world axes.
+    let axes = |p: &Prepared| [p.up(), p.side()].map(|a| p.carrier.rotation * a.unwrap_or_default());
     // What fingers and pusher bear together beyond the weight.
     let beyond = |w: &&Windowed| {
-        let pusher = |s: &Signals| up(w).dot(&Vector3::from_row_slice(&s[PUSHER..PUSHER + 3]));
-        let rest = w.prepared.measured[w.rest.clone()].iter().map(pusher).filter(|x| x.is_finite());
-        Some(shown_n(&w.prepared)? + median(rest)? - w.prepared.weight_n())
+        let shown = shown(&w.prepared)?;
+        let [up, side] = axes(&w.prepared);
+        let of_pusher = |along: Vector3<f64>| {
+            let force = |s: &Signals| along.dot(&Vector3::from_row_slice(&s[PUSHER..PUSHER + 3]));
+            median(w.prepared.measured[w.rest.clone()].iter().map(force).filter(|x| x.is_finite()))
+        };
+        Some([shown.up_n + of_pusher(up)? - w.prepared.weight_n(), shown.side_n + of_pusher(side)?])
     };
     let mut found = [f64::NAN; COUNT];
     let (of_finger, of_pusher) = (sensors.finger.force_uncertainty_n, sensors.pusher.force_uncertainty_n);
     let variances = [2.0 * of_finger.powi(2), of_pusher.powi(2)];
-    let Some(both_n) =
-        median(trials.iter().filter_map(beyond)).filter(|_| variances.iter().sum::<f64>() > 0.0)
-    else {
+    let beyond: Vec<[f64; 2]> = trials.iter().filter_map(beyond).collect();
+    let [Some(up_n), Some(side_n)] = [0, 1].map(|k| median(beyond.iter().map(|b| b[k]))) else {
         return found;
     };
-    let share = both_n / variances.iter().sum::<f64>();
-    let fingers_n = (variances[0] * share).clamp(-2.0 * of_finger, 2.0 * of_finger);
-    let pusher_n = (variances[1] * share).clamp(-of_pusher, of_pusher);
-    let tared = |w: &&Windowed| at_rest(w, &w.carrying_without(fingers_n)?, model);
+    if variances.iter().sum::<f64>() <= 0.0 {
+        return found;
+    }
+    let shares = [up_n, side_n].map(|both_n| {
+        let share = both_n / variances.iter().sum::<f64>();
+        let fingers_n = (variances[0] * share).clamp(-2.0 * of_finger, 2.0 * of_finger);
+        (fingers_n, (variances[1] * share).clamp(-of_pusher, of_pusher))
+    });
+    let error_n = |p: &Prepared| {
+        let [up, side] = [p.up(), p.side()].map(Option::unwrap_or_default);
+        up * shares[0].0 + side * shares[1].0
+    };
+    let tared = |w: &&Windowed| at_rest(w, &w.carrying_without(&error_n(&w.prepared))?, model);
     let each: Vec<Signals> = trials.iter().filter_map(tared).collect();
     fill(&mut found, &offsets::over_trials(&each));
     if let Some(w) = trials.first() {
-        found[PUSHER..PUSHER + 3].copy_from_slice((up(w) * pusher_n).as_slice());
+        let [up, side] = axes(&w.prepared);
+        found[PUSHER..PUSHER + 3].copy_from_slice((up * shares[0].1 + side * shares[1].1).as_slice());
     }
     found
 }

@@ -19,7 +19,7 @@ use stickslip_shared::model::Model;
 use crate::channels::{COUNT, Quantity, Signals, quantity};
 use crate::evidence::offsets::fingers_sum;
 use crate::evidence::{carried, contact};
-use crate::run::simulate::{Prepared, SceneError, prepare};
+use crate::run::simulate::{Carried, Prepared, SceneError, prepare};
 use stickslip_data::{Description, Trial};
 
 /// Windows over the motion of one trial.
@@ -102,23 +102,29 @@ impl Windowed {
 
     /// Whether the object touches an edge at the start, so that nobody knows how its weight is shared.
     pub fn is_at_an_edge(&self) -> bool {
-        self.prepared.carried_n.is_some()
+        self.prepared.carried.is_some()
     }
 
-    /// Where it touches an edge: takes the constant error of the fingers' force out of what they carry at rest.
+    /// Where it touches an edge: takes the constant error of the fingers' force out of what they bear at rest.
     pub fn tare_carried(&mut self, offsets: &Signals) {
         let [x, y, z, ..] = fingers_sum(offsets);
-        let Some(up) = self.prepared.up().filter(|_| self.is_at_an_edge()) else { return };
-        if let Some(tared) = self.carrying_without(up.dot(&Vector3::new(x, y, z))) {
+        if !self.is_at_an_edge() {
+            return;
+        }
+        if let Some(tared) = self.carrying_without(&Vector3::new(x, y, z)) {
             self.drifted = tared.drifted();
             self.prepared = tared;
         }
     }
 
-    /// The trial with the fingers carrying what their sensors show at rest without a constant error (N, upwards).
-    pub fn carrying_without(&self, error_n: f64) -> Option<Prepared> {
-        let carried_n = (carried::shown_n(&self.prepared)? - error_n).min(self.prepared.weight_n());
-        Some(self.prepared.carrying(carried_n))
+    /// The trial with the fingers bearing what their sensors show at rest without a constant error (N, carrier axes).
+    pub fn carrying_without(&self, error_n: &Vector3<f64>) -> Option<Prepared> {
+        let (shown, up) = (carried::shown(&self.prepared)?, self.prepared.up()?);
+        let side = self.prepared.side().unwrap_or_default();
+        Some(self.prepared.carrying(Carried {
+            up_n: (shown.up_n - up.dot(error_n)).min(self.prepared.weight_n()),
+            side_n: shown.side_n - side.dot(error_n),
+        }))
     }
 
     /// Residuals over the windows, modelled less measured, `offsets` taken out.

@@ -91,7 +91,7 @@ impl Campaign {
             .enumerate()
             .map(|(i, trial)| {
                 let mut prepared = prepare(&dataset.description, trial, i)?;
-                prepared.carried_n = carried::measured_n(&prepared);
+                prepared.carried = carried::measured(&prepared);
                 let stride = stride(&prepared);
                 let base = Model::base(start.base, start.friction);
                 let bare = Model { formulation: start.formulation, ..base };

@@ -159,7 +159,7 @@ impl<'a> Problem<'a> {
             .map(|(run, coarse)| {
                 let run = &campaign.runs[*run];
                 let mut directions = placing::directions(run, model, coarse, scatter_m);
-                directions.extend(carried::direction(run, model, &campaign.description.sensors));
+                directions.extend(carried::directions(run, model, &campaign.description.sensors));
                 directions
             })
             .collect();

@@ -18,6 +18,7 @@ use thiserror::Error;
 use crate::channels::{self, COUNT, Signals, object_channels};
 use crate::run::motion::{denoised, interpolated};
 use crate::run::preload;
+pub use crate::run::preload::Carried;
 use stickslip_data::{ContactSpec, Description, ObjectSpec, Trial, TrialInfo};
 
 /// Why a trial cannot be simulated.
@@ -44,8 +45,8 @@ pub struct Prepared {
     pub start: Pose<f64>,
     /// Table, world.
     pub support: Option<Pose<f64>>,
-    /// Weight that the fingers carry of an object that lies on something before anything moves, N. `None`: the model decides.
-    pub carried_n: Option<f64>,
+    /// What the fingers bear of an object that lies on something before anything moves. `None`: the model decides.
+    pub carried: Option<Carried>,
     /// Measured channels, one for each sample.
     pub measured: Vec<Signals>,
     /// Time stamps.
@@ -297,7 +298,7 @@ pub fn prepare(description: &Description, trial: &Trial, ordinal: usize) -> Resu
         carrier,
         start,
         support,
-        carried_n: None,
+        carried: None,
         measured,
         t_s,
         poses,
@@ -377,8 +378,11 @@ impl Prepared {
             p.position_m += drive.carrier.inverse_transform_vector(&shift);
         }
         settle(&self.scene, model, &mut state, &drive, track::SettlingParams::default());
-        let carried = self.up().zip(self.carried_n.map(|carried_n| (carried_n, self.weight_n())));
-        let rest = preload::Rest { lies: self.rests(), carried };
+        let along = self.up().zip(self.side());
+        let weight_n = self.weight_n();
+        let borne =
+            self.carried.zip(along).map(|(force, (up, side))| preload::Borne { up, side, force, weight_n });
+        let rest = preload::Rest { lies: self.rests(), borne };
         shift += preload::load((&self.scene, model), &mut state, &mut drive, &rest, &mut work);
         let summary = step_f64(&self.scene, model, &mut state, &drive, &mut work);
         each(0, &state, &Step { summary, work: &work }, &drive);
@@ -521,10 +525,16 @@ impl Prepared {
         (gravity.norm() > 0.0).then(|| -(self.carrier.rotation.inverse() * gravity.normalize()))
     }
 
-    /// The same trial with the fingers carrying that much of the object's weight before anything moves.
+    /// Direction across [`Prepared::up`] and the grip's axis, carrier axes at the start; `None` where these are one, to 6 degrees.
     #[must_use]
-    pub fn carrying(&self, carried_n: f64) -> Self {
-        Self { carried_n: Some(carried_n), ..self.clone() }
+    pub fn side(&self) -> Option<Vector3<f64>> {
+        self.up()?.cross(&Vector3::y()).try_normalize(0.1)
+    }
+
+    /// The same trial with the fingers bearing that much of the object before anything moves.
+    #[must_use]
+    pub fn carrying(&self, carried: Carried) -> Self {
+        Self { carried: Some(carried), ..self.clone() }
     }
 
     /// The same trial along two paths that nobody can tell from the measured one: the carrier
