@@ -376,7 +376,7 @@ fn drawing(
     let high = (2.0 * (ends.fold(0.0, f64::max) + ROOM)).min(VIEW);
     let pixel =
         |p: [f64; 2]| [VIEW / 2.0 + (p[0] - centre[0]) * scale, high / 2.0 - (p[1] - centre[1]) * scale];
-    let mut svg = format!("<svg role=\"img\" viewBox=\"0 0 {VIEW} {high:.0}\">\n");
+    let mut svg = String::new();
     let corners: Vec<String> =
         outline.iter().map(|p| pixel(*p)).map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
     let _ = writeln!(
@@ -443,7 +443,9 @@ fn drawing(
         high - 10.0,
         high - 15.0
     );
-    svg
+    // Texts that had no room lie below.
+    let tall = placed.iter().map(|at| at[1] + 4.0).fold(high, f64::max);
+    format!("<svg role=\"img\" viewBox=\"0 0 {VIEW} {tall:.0}\">\n{svg}")
 }
 
 /// The axes of a frame from `from`, px; one along the line of sight is a dot.

@@ -12,12 +12,14 @@ use stickslip_shared::effects::Effect;
 use stickslip_shared::model::{Base, Friction, Model, Scene};
 use stickslip_shared::step::{Drive, State, StepSummary, Workspace, step_f64};
 
-/// Steps of [`sink`] and their time: long against the swing of an object on its pads (0.14 s where it turns between pads of
-/// 3 N/mm), which the implicit step then damps.
+/// Steps of [`sink`] and their time: long against the swing of an object on its pads, which the implicit
+/// step then damps.
 const LOADING_STEPS: usize = 3;
-const LOADING_STEP_S: f64 = 0.2;
-/// Of these, how many an object takes to swing onto an edge.
+const LOADING_STEP_S: f64 = 0.02;
+/// Steps of [`press`] in which it swings onto an edge, and the time of each of its steps: long against that swing too (0.14 s where it
+/// turns between pads of 3 N/mm).
 const SWINGS: usize = 2;
+const PRESSING_STEP_S: f64 = 0.2;
 /// How often the object is put back.
 const LOADING_ROUNDS: usize = 3;
 const PRESSING_ROUNDS: usize = 3;
@@ -125,8 +127,7 @@ fn sink(
     let still = Drive { dt_s: LOADING_STEP_S, ..*drive };
     for _ in 0..LOADING_ROUNDS {
         for _ in 0..LOADING_STEPS {
-            let solved = step_f64(scene, model, state, &still, work).status == SolveStatus::Solved;
-            if !solved || has_strayed(&start, state) {
+            if step_f64(scene, model, state, &still, work).status != SolveStatus::Solved {
                 *state = start;
                 return;
             }
@@ -208,13 +209,13 @@ fn press_once(
     // It swings to rest on an edge without friction; what friction holds comes from the edge's way along the object.
     let slippery = Model { friction: Friction { pusher: 0.0, ..model.friction }, ..model.clone() };
     let pressed = |by_m: &Vector2<f64>| {
-        let mut still = Drive { dt_s: LOADING_STEP_S, ..*drive };
+        let mut still = Drive { dt_s: PRESSING_STEP_S, ..*drive };
         if let Some(p) = &mut still.pusher {
             p.position_m += normal * by_m.x;
         }
         let mut along = still;
         if let Some(p) = &mut along.pusher {
-            p.velocity_m_s += across * (by_m.y / LOADING_STEP_S);
+            p.velocity_m_s += across * (by_m.y / PRESSING_STEP_S);
         }
         (still, [(still, &slippery); SWINGS].into_iter().chain([(along, model)]))
     };
