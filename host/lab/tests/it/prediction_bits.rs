@@ -78,7 +78,7 @@ const WORST: [(&str, u32); 12] = [
     ("step-velocity-1", 0x8db4a991),
     ("step-work-1", 0x722b7fbf),
     ("step-work-2", 0xa672b8e1),
-    ("tick-work-1", 0xd4d283ab),
+    ("tick-work-1", 0x81d6f15f),
     ("tick-work-2", 0x0721b400),
     ("tick-work-3", 0x52a76b7f),
     ("tick-work-4", 0x376ad20d),
