@@ -5,9 +5,9 @@
 //! touches at rest bear an unknown load and are left alone.
 //!
 //! How an object that touches an edge shares its weight with it is left from placing it, so that these trials tell no
-//! offset along the vertical and to the side, and what the fingers are measured to carry has theirs in it. Sensors are those of the other
-//! trials. Where all touch an edge, the balance still tells the sum of both offsets, and each sensor has its share of that by
-//! its stated uncertainty.
+//! offset along the vertical and to the side, and what the fingers are measured to carry has theirs in it. Sensors are
+//! those of the other trials. Where all touch an edge, the balance still tells the sum of both offsets, and each sensor
+//! has its share of that by its stated uncertainty.
 
 use nalgebra::Vector3;
 use stickslip_data::{Description, Sensors, Trial, TrialInfo};

@@ -60,7 +60,7 @@ pub(super) struct Rest {
 /// What the fingers bear of an object at rest.
 #[derive(Clone, Copy)]
 pub(super) struct Borne {
-    /// Upward, and across it and the grip's axis; carrier axes.
+    /// Upward, and across it and the grip's axis (zero where these are one); carrier axes.
     pub up: Vector3<f64>,
     pub side: Vector3<f64>,
     /// Along both, and the object's weight, N.

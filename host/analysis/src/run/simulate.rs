@@ -378,10 +378,9 @@ impl Prepared {
             p.position_m += drive.carrier.inverse_transform_vector(&shift);
         }
         settle(&self.scene, model, &mut state, &drive, track::SettlingParams::default());
-        let along = self.up().zip(self.side());
-        let weight_n = self.weight_n();
+        let (side, weight_n) = (self.side().unwrap_or_default(), self.weight_n());
         let borne =
-            self.carried.zip(along).map(|(force, (up, side))| preload::Borne { up, side, force, weight_n });
+            self.carried.zip(self.up()).map(|(force, up)| preload::Borne { up, side, force, weight_n });
         let rest = preload::Rest { lies: self.rests(), borne };
         shift += preload::load((&self.scene, model), &mut state, &mut drive, &rest, &mut work);
         let summary = step_f64(&self.scene, model, &mut state, &drive, &mut work);
