@@ -1,4 +1,6 @@
-// gen <first> <last>: writes sets/NNN, keys/NNN.json, told/NNN.toml for the cases of plan.txt (lines: NNN seed effect[,effect])
+// The simulator of docs/lab/fourth-simulator.md: evidence, not kept to the style of the repository.
+//   g++ -std=c++17 -O3 -march=native -ffast-math -fno-math-errno -o gen gen.cpp && ./gen 401 882721 static_friction
+// writes sets/401, its key keys/401.json and the friction told, told/401.toml, here; numbers, seeds and effects: plan.txt.
 #include "phys.hpp"
 #include <cstring>
 #include <fstream>
@@ -19,7 +21,7 @@ static double rnd(double x,double q){return round(x/q)*q;}
 int main(int argc,char**argv){
  if(argc<4){fprintf(stderr,"gen NNN seed effects|none [maxtrials]\n");return 1;}
  int id=atoi(argv[1]);uint64_t seed=strtoull(argv[2],0,10);vector<string> effs;{string s=argv[3],e;stringstream ss(s);while(getline(ss,e,','))if(e!="none")effs.push_back(e);}
- int maxT=argc>4?atoi(argv[4]):1000000; string root="/work/sim4/";
+ int maxT=argc>4?atoi(argv[4]):1000000; string root="./";for(const char*d:{"tmp","sets","keys","told"})mkdir(d,0755);
  auto has=[&](const char*e){return find(effs.begin(),effs.end(),e)!=effs.end();};
  Rng r(seed*7919+17); clock_t cpu0=clock();
  // ---------- nuisance

@@ -1,5 +1,5 @@
 // Independent 3-D bench: rigid prism between two bristle pads on a force-controlled jaw, pushed on a plate or an edge.
-// Explicit (semi-implicit Euler) penalty dynamics; see README.md for the equations.
+// Explicit (semi-implicit Euler) penalty dynamics; the equations are those of the code.
 #pragma once
 #include <cmath>
 #include <cstdio>
