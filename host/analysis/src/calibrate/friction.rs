@@ -35,7 +35,7 @@ const ROUNDS: usize = 4;
 const SETTLED: f64 = 1e-4;
 /// The same of the last fit, which starts near its end.
 const LAST_ROUNDS: usize = 20;
-const LAST_SETTLED: f64 = 1e-7;
+const LAST_SETTLED: f64 = 1e-5;
 /// A solve ends where its step, relative, is this share of what counts as settled.
 const FINER: f64 = 0.1;
 
