@@ -32,7 +32,7 @@ use super::law::{Law, StepContext};
 use crate::contact::{Body, Contact, is_finger};
 use crate::effect::{Expected, Info, MAX_PARAMETERS, Parameter, Role};
 use crate::model::FingerContact;
-use crate::real::{Real, clamp, max};
+use crate::real::{Real, abs, clamp, max};
 use crate::shape::ROUND;
 
 /// See the module.
@@ -155,6 +155,12 @@ pub fn tangential_m_n<R: Real>(parameters: &[R; MAX_PARAMETERS], grip_n: R) -> R
     parameters[0] * compliance_at(grip_n, parameters[4])
 }
 
+/// Puts the outer points of both fingers' discs where the inner ones are, and the inner ones there: what that changes in a
+/// prediction, points cannot tell of discs.
+pub fn exchange_points<R: Real>(parameters: &mut [R; MAX_PARAMETERS]) {
+    parameters[6] = -parameters[6];
+}
+
 impl<R: Real> Law<R> for ContactCompliance {
     fn contact(&self, p: &[R; MAX_PARAMETERS], context: &StepContext<R>, contact: &mut Contact<R>) {
         // k / (1 + k c) is 1 / (1 / k + c), and k itself for c = 0.
@@ -181,7 +187,7 @@ impl<R: Real> Law<R> for ContactCompliance {
         let disc = contact.face != ROUND && matches!(context.fingers, Some(FingerContact::Disc { .. }));
         contact.profile = match contact.body {
             Body::Pusher if p[2] > R::zero() => Some(clamp(p[5], R::zero(), R::one())),
-            Body::Finger1 | Body::Finger2 if disc && p[6] > R::of(LEAST_TORSION) => Some(p[6]),
+            Body::Finger1 | Body::Finger2 if disc && abs(p[6]) > R::of(LEAST_TORSION) => Some(p[6]),
             _ => None,
         };
     }

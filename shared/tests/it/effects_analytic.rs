@@ -370,10 +370,12 @@ fn a_hollow_face_bears_with_two_springs_at_its_ends_beside_a_foundation() {
     }
 }
 
+/// Radius and tangential stiffness of a pad.
+const RADIUS_M: f64 = 0.01;
+const PAD_N_M: f64 = 1e5;
+
 #[test]
 fn a_disc_pad_resists_turning_by_its_ratio_and_shifts_and_presses_as_without() {
-    const RADIUS_M: f64 = 0.01;
-    const PAD_N_M: f64 = 1e5;
     let mut run = spin::<f64>(FingerContact::Disc { diameter_m: 2.0 * RADIUS_M });
     // The face is seen tilted: the gap is linear over it.
     run.rotation = Rotation::from_scaled_axis(Vec3::new(0.02, 0.0, -0.03));
@@ -401,6 +403,55 @@ fn a_disc_pad_resists_turning_by_its_ratio_and_shifts_and_presses_as_without() {
                 let tilts = |c: &Contact<f64>| c.share * c.gap_m * c.patch_m[k];
                 close(sum(&tilts), 1.135 * of_body(&ring, &tilts), 1e-3);
             }
+        }
+    }
+}
+
+/// What the points of `body` resist a shift by `shift_m` beside a turn by one radian with, along it, for a load and a coefficient of one.
+fn resists(contacts: &Contacts<f64, SLOTS>, body: Body, shift_m: Vec3<f64>) -> f64 {
+    let of_body = || contacts.iter().filter(|c| c.body == body);
+    let middle = of_body().fold(Vec3::zeros(), |sum, c| sum + c.lever_m * c.share);
+    let along = |c: &Contact<f64>| {
+        let slides = shift_m + Vec3::y().cross(&(c.lever_m - middle));
+        c.share * slides.dot(&shift_m) / (slides.norm() * shift_m.norm())
+    };
+    of_body().map(along).sum()
+}
+
+#[test]
+fn pads_that_turn_while_they_shift_slowly_resist_it_alike_whichever_way_it_goes() {
+    let run = spin::<f64>(FingerContact::Disc { diameter_m: 2.0 * RADIUS_M });
+    let state = State::held(&run.scene, &run.model, &run.drive, Vec3::zeros(), run.rotation);
+    let mut ring = Contacts::<f64, SLOTS>::new();
+    find(&run.scene, &run.model, &state, &run.drive, &mut ring);
+    let shift_m = RADIUS_M / 8.0;
+    let ways = || {
+        let angle = |k: i32| f64::from(k) * std::f64::consts::PI / 8.0;
+        (0..16).map(move |k| Vec3::new(angle(k).cos(), 0.0, angle(k).sin()) * shift_m)
+    };
+    // A disc's, by integration over rings and angles.
+    let (mut disc, mut weights) = (0.0, 0.0);
+    for k in 0..4000 {
+        let r_m = RADIUS_M * (f64::from(k % 40) + 0.5) / 40.0;
+        let angle = f64::from(k / 40) * std::f64::consts::TAU / 100.0;
+        let slides = Vec3::x() * shift_m + Vec3::y().cross(&(Vec3::new(angle.cos(), 0.0, angle.sin()) * r_m));
+        disc += r_m * slides.x / slides.norm();
+        weights += r_m;
+    }
+    disc /= weights;
+    for ratio in [0.5, 0.776, -0.776] {
+        let mut contacts = ring.clone();
+        contacts.iter_mut().for_each(|c| (c.profile, c.tangential_n_m) = (Some(ratio), PAD_N_M));
+        assert_eq!(spread(&mut contacts, 0.0), 0);
+        let of = |body: Body| ways().map(|way| resists(&contacts, body, way)).collect::<Vec<f64>>();
+        let (one, other) = (of(Body::Finger1), of(Body::Finger2));
+        let (least, most) = one.iter().fold((1.0_f64, 0.0_f64), |(a, b), x| (a.min(*x), b.max(*x)));
+        assert!(most > 1.1 * least, "one pad's three outer points do not: {least} to {most}");
+        for (a, b) in one.iter().zip(&other) {
+            let both = 0.5 * (a + b);
+            close(both, 0.5 * (one[0] + other[0]), 0.01);
+            // Few points resist it less.
+            close(both, disc, 0.16);
         }
     }
 }

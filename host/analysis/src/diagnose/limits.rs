@@ -1,12 +1,9 @@
 //! What the data of a diagnosis cannot show, in words.
 
 use crate::diagnose::verdict::FEWEST_CONDITIONS;
-use crate::evidence::overhang::overhang_m;
+use crate::evidence::overhang::{OVERHANG, overhang_m};
 use crate::fit::campaign::{Campaign, Run};
 use crate::fit::problem::Problem;
-
-/// A pad that reaches over an edge by more than this share of its radius is reported.
-const OVERHANG: f64 = 0.03;
 
 /// Where pads reach over the edges of the faces that they press.
 fn overhanging(campaign: &Campaign) -> Option<String> {
@@ -16,7 +13,7 @@ fn overhanging(campaign: &Campaign) -> Option<String> {
     let (most_m, worst) = over.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
     Some(format!(
         "in {} of {} trials a finger's pad of {:.0} mm reaches over the edge of the object's face, by {:.1} mm at most (trial \
-         {}): what hangs over bears nothing, which the model does not have; torques of a finger may be off for that alone",
+         {}): what hangs over bears nothing, which the model does not have; what that does to a finger's torques is not relied on",
         over.len(),
         campaign.runs.len(),
         2e3 * radius_m,

@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use nalgebra::Vector3;
 use rayon::prelude::*;
 use stickslip_shared::effects::Role;
 use stickslip_shared::effects::formula::{Program, Variable};
@@ -12,6 +13,7 @@ use stickslip_shared::model::{Base, Friction, Model};
 use crate::channels::{self, Quantity};
 use crate::evidence::carried;
 use crate::evidence::conditions::condition_of;
+use crate::evidence::overhang::{self, OVERHANG};
 use crate::evidence::pads::{self, Pads};
 use crate::evidence::sensors::sensors_or_estimated;
 use crate::fit::features::{Bins, Features};
@@ -46,6 +48,9 @@ pub struct Run {
     pub condition: usize,
     /// Stride of coarse simulations, samples.
     pub stride: usize,
+    /// Where pads reach over an edge: how far the pressure on what lies on the face is off their middle, for each sample and
+    /// finger ([`overhang::shifts_m`]).
+    pub over_edges_m: Option<Vec<[Vector3<f64>; 2]>>,
 }
 
 /// Repetitions of one condition that were made near each other.
@@ -98,7 +103,9 @@ impl Campaign {
                 let first = prepared.simulate_every(&bare, stride.min(2));
                 let bins = Bins::new(&prepared, phases::bins(&prepared, &first));
                 let measured = bins.measured(&prepared);
-                Ok(Run { prepared, info: trial.info.clone(), bins, measured, condition: 0, stride })
+                let over_edges_m = overhang::shifts_m(&prepared, OVERHANG);
+                let info = trial.info.clone();
+                Ok(Run { prepared, info, bins, measured, condition: 0, stride, over_edges_m })
             })
             .collect();
         let mut runs = Vec::with_capacity(total);

@@ -117,7 +117,8 @@ impl Bins {
         }
     }
 
-    fn reduce(&self, signals: &[Signals]) -> Features {
+    /// Features of any signals over the same samples.
+    pub fn reduce(&self, signals: &[Signals]) -> Features {
         let mut sum = vec![0.0; FEATURES];
         let mut count = vec![0.0; FEATURES];
         let mut first = [f64::NAN; 6];

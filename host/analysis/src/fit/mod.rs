@@ -4,8 +4,10 @@
 //! ([`free`]), with constant sensor errors as nuisance within the stated uncertainty
 //! ([`engine`]). Intervals come from resampling whole conditions ([`intervals`]).
 
+pub mod alignment;
 pub mod campaign;
 pub mod carried;
+pub mod edges;
 pub mod engine;
 pub mod features;
 pub mod free;
@@ -15,6 +17,7 @@ pub mod loading;
 pub mod noise;
 pub mod phases;
 pub mod placing;
+pub mod points;
 pub mod problem;
 pub mod screen;
 pub mod search;

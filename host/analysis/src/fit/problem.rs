@@ -20,7 +20,7 @@ use crate::fit::gls::{self, Beside, FIXED, Gram, OFFSETS, Prior, Whitener};
 use crate::fit::loading;
 use crate::fit::noise::{self, Noise};
 use crate::fit::phases::{BINS, PEAK, Phase};
-use crate::fit::{carried, placing, unrepeated};
+use crate::fit::{alignment, carried, edges, placing, points, unrepeated};
 use crate::left_out::LeftOut;
 use stickslip_data::Sensors;
 
@@ -160,6 +160,12 @@ impl<'a> Problem<'a> {
                 let run = &campaign.runs[*run];
                 let mut directions = placing::directions(run, model, coarse, scatter_m);
                 directions.extend(carried::directions(run, model, &campaign.description.sensors));
+                directions.extend(alignment::directions(run, model));
+                directions.extend(points::directions(run, model, coarse));
+                if run.over_edges_m.is_some() {
+                    directions
+                        .extend(edges::directions(run, &run.prepared.simulate_every(model, run.stride)));
+                }
                 directions
             })
             .collect();

@@ -1,6 +1,7 @@
 //! Models along recorded trials: the contact model by itself, and the predictor as on the board.
 
 pub mod bench;
+mod gravity;
 pub mod live;
 pub mod motion;
 mod preload;

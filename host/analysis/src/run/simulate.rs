@@ -4,7 +4,7 @@
 //! they were measured; forces and motion of the object are the model's own. The same
 //! `step` runs on the board in `f32`.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 use stickslip_shared::cone::SolveStatus;
 use stickslip_shared::contact::{self, Body, Contacts, SLOTS};
 use stickslip_shared::model::{
@@ -511,23 +511,13 @@ impl Prepared {
         out
     }
 
-    /// Weight of the object, N.
+    /// The same trial with the pusher turned by `angle_rad` about `axis` of its own axes, as if it were mounted so.
     #[must_use]
-    pub fn weight_n(&self) -> f64 {
-        self.scene.object.mass_kg * Vector3::from(self.scene.gravity_m_s2).norm()
-    }
-
-    /// Direction against gravity, carrier axes at the start; `None` without gravity.
-    #[must_use]
-    pub fn up(&self) -> Option<Vector3<f64>> {
-        let gravity = Vector3::from(self.scene.gravity_m_s2);
-        (gravity.norm() > 0.0).then(|| -(self.carrier.rotation.inverse() * gravity.normalize()))
-    }
-
-    /// Direction across [`Prepared::up`] and the grip's axis, carrier axes at the start; `None` where these are one, to 6 degrees.
-    #[must_use]
-    pub fn side(&self) -> Option<Vector3<f64>> {
-        self.up()?.cross(&Vector3::y()).try_normalize(0.1)
+    pub fn mounted(&self, axis: &UnitVector3<f64>, angle_rad: f64) -> Self {
+        let mut out = self.clone();
+        let turn = UnitQuaternion::from_axis_angle(axis, angle_rad);
+        out.poses.iter_mut().filter_map(|p| p.pusher.as_mut()).for_each(|pusher| pusher.rotation *= turn);
+        out
     }
 
     /// The same trial with the fingers bearing that much of the object before anything moves.
