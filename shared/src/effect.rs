@@ -100,6 +100,11 @@ pub enum Role {
         /// m
         normal_m: f64,
     },
+    /// How something is set up: as square as is ordinary, no missing effect.
+    Mounting {
+        /// The largest that each of its angles may be, rad.
+        square_rad: f64,
+    },
     /// Only what the force sensors show differs, by what they would show without it and nothing else.
     Sensing,
     /// A later trial of the same condition differs; its first parameter is the change from trial to trial.

@@ -22,7 +22,7 @@ pub const INFO: Info = Info {
     signature: "a constant sideways share of the push force, and the object turns until it lies flat on the pusher",
     on_robot: "what is pushed turns until it lies flat, and a share of the push goes sideways into the fingers: it ends up askew",
     source: "rigid body geometry",
-    role: Role::Plain,
+    role: Role::Mounting { square_rad: 6e-4 },
     parameters: &[
         Parameter::new("pitch_rad", "rad", 0.01, 0.0, [-0.1, 0.1], "about pusher Y"),
         Parameter::new("yaw_rad", "rad", 0.01, 0.0, [-0.1, 0.1], "about pusher Z"),

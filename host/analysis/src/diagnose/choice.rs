@@ -2,11 +2,11 @@
 //!
 //! The rules are those of 9 and 10 in `docs/diagnose.md`.
 
-use stickslip_shared::effects::contact_compliance::tangential_m_n;
-use stickslip_shared::effects::{Parameter, REGISTRY, Role, find as find_effect};
+use stickslip_shared::effects::{Info, Parameter, REGISTRY};
 use stickslip_shared::model::Model;
 
 use crate::diagnose::misfit::{Misfit, Place};
+use crate::diagnose::ordinary::is_ordinary_in;
 use crate::diagnose::search::Search;
 use crate::diagnose::select::{
     Candidate, Held, candidates, explained, hold_out, paired, search_again, total,
@@ -36,7 +36,7 @@ const SAME_SHARE: f64 = 0.02;
 const SAME_LOSS: f64 = 1.1;
 /// Most effects in an ambiguous set, the one chosen included.
 const LARGEST_SET: usize = 3;
-/// Real pads are compliant: a small compliance is likely beforehand and needs less evidence.
+/// What any rig has ([`crate::diagnose::ordinary`]) is likely beforehand and needs less evidence.
 const LIKELY: f64 = 0.05;
 /// A model that explains this share of the excess is worth building the problem anew around.
 const NEAR: f64 = 0.5;
@@ -76,7 +76,7 @@ pub struct Choice {
     pub near: Option<Model<f64>>,
     /// Where nothing explains the data: effects that explain what they act on.
     pub part: Option<Part>,
-    /// What is left where no more than the compliance of the pads was found.
+    /// What is left where no more was found than any rig has.
     pub left: Option<Misfit>,
     /// Verdict of the search.
     pub verdict: Verdict,
@@ -115,7 +115,7 @@ pub fn choose(
     tick: Tick,
 ) -> Choice {
     let level = FALSE_ALARM / REGISTRY.len() as f64;
-    let named = |chosen: &[Candidate]| chosen.iter().filter(|c| !small_compliance(problem, c)).count();
+    let named = |chosen: &[Candidate]| findings(problem, chosen).count();
     let mut chosen: Vec<Candidate> = Vec::new();
     let mut equal: Vec<Vec<&'static str>> = Vec::new();
     let mut stage = first.to_vec();
@@ -123,10 +123,10 @@ pub fn choose(
         let before = chosen.last().map_or(start, |c: &Candidate| &c.held);
         let taken = |c: &Candidate| {
             let share = explained(&before.misfit, &c.held.misfit);
-            let pads = small_compliance(problem, c);
-            let worth = if named(&chosen) == 0 || pads { WORTH_TRYING } else { EXPLAINS_FURTHER };
+            let ordinary = is_ordinary_in(problem, &c.held, c.info.id);
+            let worth = if named(&chosen) == 0 || ordinary { WORTH_TRYING } else { EXPLAINS_FURTHER };
             let chance = match share {
-                _ if pads => LIKELY,
+                _ if ordinary => LIKELY,
                 // The problem is built around one of the candidates: that favours it.
                 _ if pass == Pass::Second => level,
                 _ if share > CERTAIN => LIKELY,
@@ -197,12 +197,13 @@ pub fn choose(
     {
         (chosen, equal) = single(simpler);
     }
+    simplify(problem, start, (&mut chosen, &mut equal), first, trials);
     let share = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
     let explains = chosen.last().is_some_and(|c| verdict::explains(share, &Left::of(&c.held.beyond(start))));
-    // The compliance of real pads is no missing effect: what counts is what it leaves.
+    // What any rig has is no missing effect: what counts is what it leaves.
     let judged = chosen.last().filter(|_| named(&chosen) == 0).map_or(start, |c| &c.held);
-    let only_pads = !chosen.is_empty() && named(&chosen) == 0;
-    let nothing = Choice { left: only_pads.then(|| judged.misfit.clone()), ..Choice::nothing() };
+    let only_ordinary = !chosen.is_empty() && named(&chosen) == 0;
+    let nothing = Choice { left: only_ordinary.then(|| judged.misfit.clone()), ..Choice::nothing() };
     match verdict::of_search(explains, named(&chosen), &Left::of(&judged.misfit)) {
         verdict @ Verdict::Effect => Choice { chosen, equal, verdict, ..Choice::nothing() },
         verdict @ Verdict::Unexplained => {
@@ -318,31 +319,6 @@ fn drop_needless(
     }
 }
 
-/// Whether this is no more than the compliance of real pads: within the tolerance, not an effect.
-/// It stays in the model beside the others, so that nothing else has to stand in for it.
-pub fn small_compliance(problem: &Problem, candidate: &Candidate) -> bool {
-    small_compliance_in(problem, &candidate.held, candidate.info.id)
-}
-
-/// The same for effect `id` of a fit.
-pub fn small_compliance_in(problem: &Problem, held: &Held, id: &str) -> bool {
-    let Some(Role::Compliance { normal_m }) = find_effect(id).map(|info| info.role) else { return false };
-    let grip_n = problem.campaign.runs.iter().map(|r| r.prepared.grip_n()).fold(0.0, f64::max);
-    let Held { solution, free, .. } = held;
-    let covariance = fit::clustered_covariance(&solution.grams, &problem.priors(free, 0), free.len());
-    // Along the face: pressed in they give way less than that, and a fit that says otherwise has taken something
-    // else for it. How gradually they let go is another matter, and the pusher is no pad.
-    let pads = |(k, f): (usize, &Free)| match f {
-        Free::Effect { slot, .. } if f.is_read_off() => Some((k, *slot)),
-        _ => None,
-    };
-    let Some((k, slot)) = free.iter().enumerate().find_map(pads) else { return true };
-    let model = &solution.model;
-    let compliance_m_n = model.effects.get(slot).map_or(0.0, |e| tangential_m_n(&e.parameters, grip_n));
-    // What the data do not determine says nothing about the pads.
-    compliance_m_n * grip_n < normal_m || free[k].get(model) < 2.0 * covariance[(k, k)].sqrt()
-}
-
 /// The sets that explain the data as well as `chosen` beside those found `before`: one effect exchanged for an
 /// `equal` one.
 pub fn sets(
@@ -364,6 +340,53 @@ pub fn sets(
     out
 }
 
+/// Those of `chosen` that are more, in the fit of the last of them, than any rig has.
+fn findings<'a>(problem: &'a Problem, chosen: &'a [Candidate]) -> impl Iterator<Item = &'a Candidate> {
+    let last = chosen.last();
+    chosen.iter().filter(move |c| last.is_some_and(|last| !is_ordinary_in(problem, &last.held, c.info.id)))
+}
+
+/// Exchanges effects for such as have fewer strengths, explained something beyond chance by themselves, and do as well or better
+/// beside the others.
+fn simplify(
+    problem: &Problem,
+    start: &Held,
+    (chosen, equal): (&mut Vec<Candidate>, &mut Vec<Vec<&'static str>>),
+    first: &[Candidate],
+    trials: &[CandidateEffect],
+) {
+    let level = FALSE_ALARM / REGISTRY.len() as f64;
+    let ids: Vec<&'static str> = findings(problem, chosen).map(|c| c.info.id).collect();
+    for id in ids.into_iter().filter(|_| first.len() > 1) {
+        let Some((k, last)) = chosen.iter().position(|c| c.info.id == id).zip(chosen.last()) else { return };
+        let slot = start.solution.model.effects.len() + k;
+        if chosen.len() < 2 || slot >= last.held.solution.model.effects.len() {
+            return;
+        }
+        let acts = |t: &&CandidateEffect| first.iter().any(|c| c.info.id == t.info.id && c.p_value < level);
+        let fewer = |t: &&CandidateEffect| strengths(t.info) < strengths(chosen[k].info);
+        let rivals: Vec<CandidateEffect> = trials.iter().filter(fewer).filter(acts).cloned().collect();
+        if rivals.is_empty() {
+            continue;
+        }
+        let others = without(problem, &last.held, slot);
+        let as_it_is = Candidate {
+            info: chosen[k].info,
+            explained: explained(&others.misfit, &last.held.misfit),
+            ..last.clone()
+        };
+        let mut stage = candidates(problem, &others, &[], &rivals, rivals.len(), &|| ()).0;
+        stage.push(as_it_is);
+        let Some(as_it_is) = stage.last() else { return };
+        let Some(simpler) = simpler(&others, as_it_is, &stage).cloned() else { continue };
+        let as_good = equals(&others, &simpler, &stage);
+        chosen.remove(k);
+        equal.remove(k);
+        chosen.push(simpler);
+        equal.push(as_good);
+    }
+}
+
 /// Of those of `first` that do as well as `only`, and explain as much, the one with the fewest strengths, if it has fewer: a
 /// wrong mass comes before a force that does what its weight does.
 fn simpler<'a>(start: &Held, only: &Candidate, first: &'a [Candidate]) -> Option<&'a Candidate> {
@@ -371,15 +394,15 @@ fn simpler<'a>(start: &Held, only: &Candidate, first: &'a [Candidate]) -> Option
     let as_good = |c: &&Candidate| {
         equal.contains(&c.info.id)
             && only.explained - c.explained < SAME_SHARE
-            && equals(start, c, first).contains(&only.info.id)
+            && (total(&c.held) <= total(&only.held) || equals(start, c, first).contains(&only.info.id))
     };
-    let simplest = first.iter().filter(as_good).min_by_key(|c| strengths(c));
-    simplest.filter(|c| strengths(c) < strengths(only))
+    let simplest = first.iter().filter(as_good).min_by_key(|c| strengths(c.info));
+    simplest.filter(|c| strengths(c.info) < strengths(only.info))
 }
 
 /// How many strengths an effect has.
-fn strengths(candidate: &Candidate) -> usize {
-    candidate.info.parameters.iter().filter(|p| p.typical != p.neutral).count()
+fn strengths(info: &Info) -> usize {
+    info.parameters.iter().filter(|p| p.typical != p.neutral).count()
 }
 
 /// Candidates that do as well as the winner on held-out conditions.

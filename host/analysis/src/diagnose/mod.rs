@@ -12,6 +12,7 @@ pub mod experiment;
 pub mod findings;
 pub mod limits;
 pub mod misfit;
+pub mod ordinary;
 pub mod posterior;
 pub mod report;
 pub mod rivals;
@@ -39,11 +40,12 @@ use crate::progress::Progress;
 use beforehand::Start;
 use choice::{
     Choice, FALSE_ALARM, MOST_EFFECTS, Part, Pass, SEARCHED_AGAIN, SEARCHED_FURTHER, SURVIVORS, Stages, Tick,
-    choose, other_ways, sets, small_compliance, small_compliance_in,
+    choose, other_ways, sets,
 };
 use experiment::{Experiment, Grid, Hypothesis, Plan};
 use findings::Findings;
 use misfit::Misfit;
+use ordinary::is_ordinary_in;
 use posterior::{Posterior, Weighed, posterior};
 use report::Report;
 use search::Search;
@@ -358,10 +360,9 @@ fn find(
     }
     let Choice { chosen, equal, left, verdict, .. } = choice;
     let last = beforehand::last(start, &chosen).clone();
-    // Ordinary pads are no finding.
-    let is_finding = |c: &&Candidate| !small_compliance_in(problem, &last, c.info.id);
+    let is_finding = |c: &&Candidate| !is_ordinary_in(problem, &last, c.info.id);
     let before: Vec<&'static str> = found.iter().filter(is_finding).map(|c| c.info.id).collect();
-    let equal = sets(&before, &chosen, &equal, |c| small_compliance(problem, c));
+    let equal = sets(&before, &chosen, &equal, |c| !is_finding(&c));
     let swing = swing::missed(problem.campaign, &last.solution.model);
     let explains = verdict::explains(explained(&base.misfit, &start.misfit), &Left::of(&start.beyond(&base)));
     let ordinary = found.iter().take_while(|c| !is_finding(c)).last();
@@ -384,7 +385,7 @@ fn find(
             let met = found.iter().chain(&chosen).chain(&first).chain(stages.iter().flat_map(|(_, of)| of));
             let fits: Vec<&Held> = std::iter::once(&base).chain(met.map(|c| &c.held)).collect();
             let given = base.solution.model.effects.len();
-            posterior(problem, given, &fits, |held, id| small_compliance_in(problem, held, id))
+            posterior(problem, given, &fits, |held, id| is_ordinary_in(problem, held, id))
         }
         false => Posterior::default(),
     };
@@ -395,11 +396,7 @@ fn find(
     };
     let start = without_effects.clone();
     let (chosen, equal) = if taken_back { (Vec::new(), Vec::new()) } else { (chosen, equal) };
-    let named = found
-        .iter()
-        .filter(is_finding)
-        .cloned()
-        .chain(chosen.into_iter().filter(|c| !small_compliance(problem, c)));
+    let named = found.iter().filter(is_finding).cloned().chain(chosen.iter().filter(is_finding).cloned());
     let chosen = named.collect();
     let last = Some(last);
     Findings {

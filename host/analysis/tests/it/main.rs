@@ -22,6 +22,7 @@ mod model_against_rig;
 mod model_file;
 mod module_edges;
 mod motion;
+mod mounting;
 mod noise_floor;
 mod overhang;
 mod pads;

@@ -1,0 +1,93 @@
+//! Pushers that are not quite square, and the points of pads: how far features follow, and what is no finding.
+
+use std::path::Path;
+
+use stickslip_analysis::diagnose::ordinary::is_ordinary_in;
+use stickslip_analysis::diagnose::select::hold_out;
+use stickslip_analysis::fit::campaign::Campaign;
+use stickslip_analysis::fit::features::Features;
+use stickslip_analysis::fit::free::{Free, base_parameters};
+use stickslip_analysis::fit::phases::BINS;
+use stickslip_analysis::fit::problem::Problem;
+use stickslip_analysis::fit::{alignment, edges, points, solve};
+use stickslip_analysis::model::candidate::CandidateEffect;
+use stickslip_analysis::model::file::default_model;
+use stickslip_data::{Dataset, read};
+use stickslip_shared::effects::MAX_PARAMETERS;
+use stickslip_shared::model::{Model, PusherContact};
+
+fn demonstration() -> Dataset {
+    read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo")).expect("the demo")
+}
+
+/// `model` with effect `id`, whose first parameters are `first`.
+fn with(model: &Model<f64>, id: &str, first: &[f64]) -> (Model<f64>, CandidateEffect) {
+    let effect = CandidateEffect::listed().into_iter().find(|c| c.info.id == id).expect("listed");
+    let mut parameters = [0.0; MAX_PARAMETERS];
+    parameters[..first.len()].copy_from_slice(first);
+    (effect.on(model, parameters), effect)
+}
+
+/// Pads of 500 N/mm and a plate of 1000, with torsion of their own.
+fn on_pads() -> Model<f64> {
+    with(&default_model(), "contact_compliance", &[2e-6, 1e-6, 1e-6, 0.3, 0.3, 0.3, 0.6]).0
+}
+
+/// Largest change of a channel over all bins.
+fn most(direction: &Features, channel: usize) -> f64 {
+    let of = &direction[channel * BINS..(channel + 1) * BINS];
+    of.iter().filter(|x| x.is_finite()).fold(0.0, |most: f64, x| most.max(x.abs()))
+}
+
+#[test]
+fn a_face_on_a_stiff_plate_follows_two_tenths_of_a_milliradian_and_a_tip_none() {
+    let campaign = Campaign::new(&demonstration(), &default_model());
+    let model = on_pads();
+    for run in &campaign.runs {
+        let directions = alignment::directions(run, &model);
+        match run.prepared.scene.pusher {
+            Some(PusherContact::Plane) => {
+                assert_eq!(directions.len(), 2);
+                // The face is pressed at its rim, and friction holds what turns: far more than the share of the push, 4 mN
+                // of 20 N, that the angle turns aside.
+                let forces_n = directions.iter().flat_map(|d| (6..9).map(|channel| most(d, channel)));
+                let most_n = forces_n.fold(0.0, f64::max);
+                assert!(most_n > 0.05, "{most_n}");
+            }
+            Some(PusherContact::Line { .. }) => assert_eq!(directions.len(), 1),
+            _ => assert!(directions.is_empty()),
+        }
+    }
+}
+
+#[test]
+fn points_of_pads_count_only_where_they_stand_for_a_disc_and_shift_what_is_between_the_fingers() {
+    let campaign = Campaign::new(&demonstration(), &default_model());
+    let run = campaign.runs.iter().find(|r| r.info.trial.starts_with("pivot")).expect("a pivot");
+    let coarse = |model: &Model<f64>| run.bins.modelled(&run.prepared.simulate_every(model, run.stride));
+    let (hard, soft) = (default_model(), on_pads());
+    assert!(points::directions(run, &hard, &coarse(&hard)).is_empty());
+    let [direction] = &points::directions(run, &soft, &coarse(&soft))[..] else { panic!("one") };
+    let finite = direction.iter().filter(|x| x.is_finite());
+    assert!(
+        finite.clone().count() > 0 && finite.clone().all(|x| x.abs() < 1.0),
+        "newtons, metres, newton metres"
+    );
+    assert!(edges::directions(run, &run.prepared.simulate_every(&soft, run.stride)).is_empty());
+}
+
+#[test]
+fn a_plate_off_by_a_third_of_a_milliradian_is_ordinary_and_one_off_by_a_degree_is_a_finding() {
+    let campaign = Campaign::new(&demonstration(), &default_model());
+    let model = on_pads();
+    let problem = Problem::new(&campaign, &model);
+    let tilted = |angle_rad: f64| {
+        let (tilted, effect) = with(&model, "plate_tilt", &[angle_rad]);
+        let mut free = base_parameters(&campaign);
+        free.extend(Free::of_effect(effect.info, model.effects.len()));
+        hold_out(&problem, solve(&problem, &tilted, &free, 0), free)
+    };
+    let ordinary = |angle_rad: f64, id: &str| is_ordinary_in(&problem, &tilted(angle_rad), id);
+    assert!(ordinary(3e-4, "plate_tilt") && !ordinary(0.0175, "plate_tilt"));
+    assert!(!ordinary(0.0, "mass_error"), "no other effect has a size that any rig has");
+}
