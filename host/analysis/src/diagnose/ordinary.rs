@@ -5,22 +5,35 @@
 use stickslip_shared::effects::contact_compliance::tangential_m_n;
 use stickslip_shared::effects::{Role, find as find_effect};
 
-use crate::diagnose::select::{Candidate, Held};
+use crate::diagnose::select::Held;
 use crate::fit::problem::Problem;
 use crate::fit::{self, Free};
 
-/// Whether the effect of `candidate` is no more than any rig has of it.
-pub fn is_ordinary(problem: &Problem, candidate: &Candidate) -> bool {
-    is_ordinary_in(problem, &candidate.held, candidate.info.id)
-}
-
-/// The same for effect `id` of a fit.
+/// Whether effect `id` of the fit `held` is no more than any rig has of it.
 pub fn is_ordinary_in(problem: &Problem, held: &Held, id: &str) -> bool {
     match find_effect(id).map(|info| info.role) {
         Some(Role::Compliance { normal_m }) => gives_way_less(problem, held, normal_m),
         Some(Role::Mounting { square_rad }) => is_square(problem, held, id, square_rad),
         _ => false,
     }
+}
+
+/// What stands in `held` because no pusher is quite square, in words; none where nothing does, or it is a finding.
+pub fn mounted(problem: &Problem, held: &Held) -> Option<String> {
+    let angle = |f: &Free| match f {
+        Free::Effect { effect, .. } => match find_effect(effect)?.role {
+            Role::Mounting { square_rad } => Some((f.get(&held.solution.model).abs(), *effect, square_rad)),
+            _ => None,
+        },
+        _ => None,
+    };
+    let (most_rad, id, square_rad) = held.free.iter().filter_map(angle).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    is_ordinary_in(problem, held, id).then(|| format!(
+        "{id} of up to {:.2} mrad stands in the fit and is no finding: nothing is mounted more squarely than to {:.1} mrad, and what \
+         the data leave open",
+        1e3 * most_rad,
+        1e3 * square_rad
+    ))
 }
 
 /// Whether no angle is larger than `square_rad` beyond what the data leave open.

@@ -14,6 +14,7 @@ use crate::diagnose::experiment::Experiment;
 use crate::diagnose::findings::Findings;
 use crate::diagnose::limits::limits;
 use crate::diagnose::misfit::{self, Misfit};
+use crate::diagnose::ordinary;
 use crate::diagnose::posterior::{self, Weighed};
 use crate::diagnose::select::{Candidate, Held, explained};
 use crate::diagnose::signature::{Mark, signature};
@@ -273,6 +274,7 @@ pub fn report(
     for info in &given.infos {
         limits.push(format!("the model already has {}: its parameters were refitted", info.id));
     }
+    limits.extend(ordinary::mounted(problem, last));
     limits.extend(summary_fit.notes);
     let met: Vec<&'static str> = chosen.iter().map(|c| c.info.id).collect();
     // The most probable first.

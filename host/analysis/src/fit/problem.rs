@@ -161,7 +161,7 @@ impl<'a> Problem<'a> {
                 let mut directions = placing::directions(run, model, coarse, scatter_m);
                 directions.extend(carried::directions(run, model, &campaign.description.sensors));
                 directions.extend(alignment::directions(run, model));
-                directions.extend(points::directions(run, model, coarse));
+                directions.extend(points::directions(run, model));
                 if run.over_edges_m.is_some() {
                     directions
                         .extend(edges::directions(run, &run.prepared.simulate_every(model, run.stride)));
