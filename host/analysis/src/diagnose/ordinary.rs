@@ -29,8 +29,8 @@ pub fn mounted(problem: &Problem, held: &Held) -> Option<String> {
     };
     let (most_rad, id, square_rad) = held.free.iter().filter_map(angle).max_by(|a, b| a.0.total_cmp(&b.0))?;
     is_ordinary_in(problem, held, id).then(|| format!(
-        "{id} of up to {:.2} mrad stands in the fit and is no finding: nothing is mounted more squarely than to {:.1} mrad, and what \
-         the data leave open",
+        "{id} of up to {:.2} mrad stands in the fit and is no finding: a pusher may be off square by {:.1} mrad, and by what the data \
+         leave open",
         1e3 * most_rad,
         1e3 * square_rad
     ))
