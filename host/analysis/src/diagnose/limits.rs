@@ -1,15 +1,15 @@
 //! What the data of a diagnosis cannot show, in words.
 
 use crate::diagnose::verdict::FEWEST_CONDITIONS;
-use crate::evidence::overhang::{OVERHANG, overhang_m};
+use crate::evidence::overhang::overhang_m;
 use crate::fit::campaign::{Campaign, Run};
 use crate::fit::problem::Problem;
 
 /// Where pads reach over the edges of the faces that they press.
 fn overhanging(campaign: &Campaign) -> Option<String> {
     let radius_m = 0.5 * campaign.description.fingers.as_ref()?.diameter_m?;
-    let of_runs = campaign.runs.iter().filter_map(|r| Some((overhang_m(&r.prepared)?, r)));
-    let over: Vec<(f64, &Run)> = of_runs.filter(|(over_m, _)| *over_m > OVERHANG * radius_m).collect();
+    let over = campaign.runs.iter().filter(|r| r.over_edges_m.is_some());
+    let over: Vec<(f64, &Run)> = over.filter_map(|r| Some((overhang_m(&r.prepared)?, r))).collect();
     let (most_m, worst) = over.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
     Some(format!(
         "in {} of {} trials a finger's pad of {:.0} mm reaches over the edge of the object's face, by {:.1} mm at most (trial \

@@ -20,12 +20,10 @@ pub fn is_ordinary_in(problem: &Problem, held: &Held, id: &str) -> bool {
 
 /// What stands in `held` because no pusher is quite square, in words; none where nothing does, or it is a finding.
 pub fn mounted(problem: &Problem, held: &Held) -> Option<String> {
-    let angle = |f: &Free| match f {
-        Free::Effect { effect, .. } => match find_effect(effect)?.role {
-            Role::Mounting { square_rad } => Some((f.get(&held.solution.model).abs(), *effect, square_rad)),
-            _ => None,
-        },
-        _ => None,
+    let angle = |f: &Free| {
+        let Free::Effect { effect, .. } = f else { return None };
+        let Role::Mounting { square_rad } = find_effect(effect)?.role else { return None };
+        Some((f.get(&held.solution.model).abs(), *effect, square_rad))
     };
     let (most_rad, id, square_rad) = held.free.iter().filter_map(angle).max_by(|a, b| a.0.total_cmp(&b.0))?;
     is_ordinary_in(problem, held, id).then(|| format!(

@@ -9,7 +9,7 @@ use crate::channels::Signals;
 use crate::run::simulate::Prepared;
 
 /// A pad that reaches over an edge by more than this share of its radius is reported, and what it does there not relied on.
-pub const OVERHANG: f64 = 0.03;
+const OVERHANG: f64 = 0.03;
 /// Directions in which a pad's rim is looked at.
 const DIRECTIONS: usize = 48;
 /// The same of samples of a trial, about.
@@ -31,11 +31,11 @@ pub fn overhang_m(prepared: &Prepared) -> Option<f64> {
 
 /// How far an even pressure on what of each round pad lies on its face has its centre from the pad's middle, carrier axes, m,
 /// for each sample of the trial: pads fixed in a stiff jaw press so. Pads that turn about their middle, or stand still on a
-/// face that goes on, have no such shift. `None` where no pad reaches over by more than `least` of its radius.
+/// face that goes on, have no such shift. `None` where no pad reaches over by more than is reported.
 #[must_use]
-pub fn shifts_m(prepared: &Prepared, least: f64) -> Option<Vec<[Vector3<f64>; 2]>> {
+pub fn shifts_m(prepared: &Prepared) -> Option<Vec<[Vector3<f64>; 2]>> {
     let radius_m = radius_m(prepared)?;
-    overhang_m(prepared).filter(|over_m| *over_m > least * radius_m)?;
+    overhang_m(prepared).filter(|over_m| *over_m > OVERHANG * radius_m)?;
     let of_sample = |row: &Signals| {
         let of_pad = |pad: Option<Pad>| pad.map_or_else(Vector3::zeros, |pad| pad.shift_m(radius_m));
         pads(prepared, row).map_or_else(|| [Vector3::zeros(); 2], |pads| pads.map(of_pad))

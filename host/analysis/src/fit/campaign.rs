@@ -13,7 +13,7 @@ use stickslip_shared::model::{Base, Friction, Model};
 use crate::channels::{self, Quantity};
 use crate::evidence::carried;
 use crate::evidence::conditions::condition_of;
-use crate::evidence::overhang::{self, OVERHANG};
+use crate::evidence::overhang;
 use crate::evidence::pads::{self, Pads};
 use crate::evidence::sensors::sensors_or_estimated;
 use crate::fit::features::{Bins, Features};
@@ -103,7 +103,7 @@ impl Campaign {
                 let first = prepared.simulate_every(&bare, stride.min(2));
                 let bins = Bins::new(&prepared, phases::bins(&prepared, &first));
                 let measured = bins.measured(&prepared);
-                let over_edges_m = overhang::shifts_m(&prepared, OVERHANG);
+                let over_edges_m = overhang::shifts_m(&prepared);
                 let info = trial.info.clone();
                 Ok(Run { prepared, info, bins, measured, condition: 0, stride, over_edges_m })
             })

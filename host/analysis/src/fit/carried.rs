@@ -14,23 +14,17 @@ use crate::run::simulate::{Carried, Prepared};
 /// Share of the weight by which it is changed: far above a step's rounding.
 const STEP: f64 = 0.1;
 
-/// Directions of one standard deviation each, of the features of `model` along `run`: one upward, and where the object touches an edge
+/// Directions of one standard deviation each, of the features `here` of `model` along `run`: one upward, and where the object touches an edge
 /// one to the side; none where nothing lies under the object, or the fingers' forces are not measured. Each sensor is uniform
 /// within its stated uncertainty.
 #[must_use]
-pub fn directions(run: &Run, model: &Model<f64>, sensors: &Sensors) -> Vec<Features> {
-    let features = |prepared: &Prepared| run.bins.modelled(&prepared.simulate_every(model, run.stride));
+pub fn directions(run: &Run, model: &Model<f64>, here: &Features, sensors: &Sensors) -> Vec<Features> {
     let sd_n = (2.0_f64 / 3.0).sqrt() * sensors.finger.force_uncertainty_n;
-    let others = elsewhere(&run.prepared);
-    if others.is_empty() {
-        return Vec::new();
-    }
-    let here = features(&run.prepared);
     let direction = |(elsewhere, step_n): (Prepared, f64)| {
-        let moved = features(&elsewhere);
-        moved.iter().zip(&here).map(|(m, c)| (m - c) * (sd_n / step_n)).collect()
+        let moved = run.bins.modelled(&elsewhere.simulate_every(model, run.stride));
+        moved.iter().zip(here).map(|(m, c)| (m - c) * (sd_n / step_n)).collect()
     };
-    others.into_iter().map(direction).collect()
+    elsewhere(&run.prepared).into_iter().map(direction).collect()
 }
 
 /// The same trial with something else borne, and by how much it differs, N, towards the middle.

@@ -15,12 +15,11 @@ use crate::run::simulate::Simulated;
 /// First channel of each finger's force and torque.
 const FINGERS: [[usize; 2]; 2] = [[6, 9], [12, 15]];
 
-/// A direction of one standard deviation for each finger, of the features of the model's signals `simulated` along `run`;
+/// A direction of one standard deviation for each finger, of the features `here` of the model's signals `simulated` along `run`;
 /// none where both pads lie on their faces, or as good as.
 #[must_use]
-pub fn directions(run: &Run, simulated: &Simulated) -> Vec<Features> {
+pub fn directions(run: &Run, simulated: &Simulated, here: &Features) -> Vec<Features> {
     let Some(shifts_m) = &run.over_edges_m else { return Vec::new() };
-    let here = run.bins.modelled(simulated);
     let of_finger = |finger: usize| {
         let [force, torque] = FINGERS[finger];
         let mut with = simulated.signals.clone();
@@ -30,7 +29,7 @@ pub fn directions(run: &Run, simulated: &Simulated) -> Vec<Features> {
                 *to += more;
             }
         }
-        run.bins.reduce(&with).iter().zip(&here).map(|(w, h)| w - h).collect()
+        run.bins.reduce(&with).iter().zip(here).map(|(w, h)| w - h).collect()
     };
     (0..2).map(of_finger).collect()
 }

@@ -11,9 +11,9 @@ use stickslip_shared::model::Model;
 use crate::fit::campaign::Run;
 use crate::fit::features::Features;
 
-/// The direction of one standard deviation, of the features of `model` along `run`; none where nothing is exchanged.
+/// The direction of one standard deviation, of the features `here` of `model` along `run`; none where nothing is exchanged.
 #[must_use]
-pub fn directions(run: &Run, model: &Model<f64>) -> Vec<Features> {
+pub fn directions(run: &Run, model: &Model<f64>, here: &Features) -> Vec<Features> {
     let mut exchanged = model.clone();
     let pads =
         exchanged.effects.iter_mut().filter(|e| e.info().is_some_and(|info| info.role.is_compliance()));
@@ -23,7 +23,6 @@ pub fn directions(run: &Run, model: &Model<f64>) -> Vec<Features> {
     if run.prepared.scene.fingers.is_none() || exchanged == *model {
         return Vec::new();
     }
-    let [with, as_it_is] =
-        [&exchanged, model].map(|m| run.bins.modelled(&run.prepared.simulate_every(m, run.stride)));
-    vec![with.iter().zip(&as_it_is).map(|(w, c)| 0.5 * (w - c)).collect()]
+    let with = run.bins.modelled(&run.prepared.simulate_every(&exchanged, run.stride));
+    vec![with.iter().zip(here).map(|(w, h)| 0.5 * (w - h)).collect()]
 }

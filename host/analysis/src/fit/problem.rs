@@ -152,23 +152,23 @@ impl<'a> Problem<'a> {
             .map(|g| [sensitivity[0][*g].clone(), sensitivity[1][*g].clone(), sensitivity[2][*g].clone()])
             .collect();
         let scatter_m = placing::scatter_m(&campaign.runs);
-        // Of the run that stands for each group.
-        let at_start: Vec<Vec<Features>> = stands
+        // Of the run that stands for each group: directions, and what its signals change within a bin.
+        let (at_start, ranges): (Vec<Vec<Features>>, Vec<Features>) = stands
             .par_iter()
             .zip(&coarse)
             .map(|(run, coarse)| {
                 let run = &campaign.runs[*run];
                 let mut directions = placing::directions(run, model, coarse, scatter_m);
-                directions.extend(carried::directions(run, model, &campaign.description.sensors));
+                // Not `coarse`: one run may stand there for others.
+                let simulated = run.prepared.simulate_every(model, run.stride);
+                let here = run.bins.modelled(&simulated);
+                directions.extend(carried::directions(run, model, &here, &campaign.description.sensors));
                 directions.extend(alignment::directions(run, model));
-                directions.extend(points::directions(run, model));
-                if run.over_edges_m.is_some() {
-                    directions
-                        .extend(edges::directions(run, &run.prepared.simulate_every(model, run.stride)));
-                }
-                directions
+                directions.extend(points::directions(run, model, &here));
+                directions.extend(edges::directions(run, &simulated, &here));
+                (directions, run.bins.ranges(&simulated))
             })
-            .collect();
+            .unzip();
         let stated = noise::estimate(campaign, &residuals, &friction);
         let mut noise = stated.clone();
         if noise.freedom == 0 && campaign.sparse() && campaign.runs.len() >= unrepeated::FEWEST {
@@ -183,7 +183,6 @@ impl<'a> Problem<'a> {
             let runs = group.runs.iter().filter(|r| noise::is_used(&residuals[**r])).count().max(1) as f64;
             let mean = noise::mean(group.runs.iter().map(|r| &residuals[*r]));
             let first = &campaign.runs[stands[g]];
-            let ranges = first.bins.ranges(&first.prepared.simulate_every(model, first.stride));
             let push = (push_channel(&first.prepared), first.prepared.pusher_touches(2.0 * RIGID.position_m));
             let path = RIGID.of_path * first.prepared.drive_path();
             let floor2: Vec<f64> = (0..FEATURES)
@@ -192,7 +191,7 @@ impl<'a> Problem<'a> {
                     let shared = shared_weight(&first.prepared.scene, push, f);
                     let turn = turn(&first.prepared.scene, &coarse[g], f);
                     noise.floor[f].powi(2)
-                        + (noise::floor_of_range(f) * ranges[f]).powi(2)
+                        + (noise::floor_of_range(f) * ranges[g][f]).powi(2)
                         + place * place
                         + turn * turn
                         + shared * shared

@@ -65,14 +65,16 @@ fn points_of_pads_count_only_where_they_stand_for_a_disc_and_shift_what_is_betwe
     let campaign = Campaign::new(&demonstration(), &default_model());
     let run = campaign.runs.iter().find(|r| r.info.trial.starts_with("pivot")).expect("a pivot");
     let (hard, soft) = (default_model(), on_pads());
-    assert!(points::directions(run, &hard).is_empty());
-    let [direction] = &points::directions(run, &soft)[..] else { panic!("one") };
+    let simulated = |model: &Model<f64>| run.prepared.simulate_every(model, run.stride);
+    let here = |model: &Model<f64>| run.bins.modelled(&simulated(model));
+    assert!(points::directions(run, &hard, &here(&hard)).is_empty());
+    let [direction] = &points::directions(run, &soft, &here(&soft))[..] else { panic!("one") };
     let finite = direction.iter().filter(|x| x.is_finite());
     assert!(
         finite.clone().count() > 0 && finite.clone().all(|x| x.abs() < 1.0),
         "newtons, metres, newton metres"
     );
-    assert!(edges::directions(run, &run.prepared.simulate_every(&soft, run.stride)).is_empty());
+    assert!(edges::directions(run, &simulated(&soft), &here(&soft)).is_empty());
 }
 
 #[test]

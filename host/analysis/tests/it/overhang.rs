@@ -1,6 +1,6 @@
 //! Pads that reach over the edge of the face that they press.
 
-use stickslip_analysis::evidence::overhang::{OVERHANG, overhang_m, shifts_m};
+use stickslip_analysis::evidence::overhang::{overhang_m, shifts_m};
 use stickslip_analysis::run::simulate::{Prepared, prepare};
 use stickslip_rig::objects::bench;
 use stickslip_rig::{Condition, Nuisance, Primitive, Reality, STEP_S, Setup, run};
@@ -29,9 +29,9 @@ fn a_pad_reaches_over_the_edge_by_what_the_object_slid_beyond_its_margin() {
 
 #[test]
 fn what_lies_on_the_face_is_a_disc_less_a_segment_and_presses_at_its_centroid() {
-    assert!(shifts_m(&pushed(0.0, 0.006), OVERHANG).is_none());
+    assert!(shifts_m(&pushed(0.0, 0.006)).is_none());
     let prepared = pushed(0.6, 0.02);
-    let shifts = shifts_m(&prepared, OVERHANG).expect("over the edge");
+    let shifts = shifts_m(&prepared).expect("over the edge");
     let (row, [first, second]) = (prepared.measured.last().expect("samples"), shifts[shifts.len() - 1]);
     // Disc of radius 10 mm, whose middle is this far from the edge.
     let (radius, from_edge) = (0.01_f64, 0.0125 - row[2].abs());
