@@ -23,6 +23,7 @@ use stickslip_analysis::channels::{NAMES, Signals, channel_words};
 use stickslip_analysis::compare::document::Comparison;
 use stickslip_analysis::compare::{CompareError, Forces, NamedModel, Options, compare};
 use stickslip_analysis::diagnose::RELEVANT;
+use stickslip_analysis::diagnose::ordinary::Ordinary;
 use stickslip_analysis::diagnose::report::{CandidateReport, Place, Report, Verdict};
 use stickslip_analysis::diagnose::signature::Mark;
 use stickslip_analysis::evidence::phases::PHASES;
@@ -158,10 +159,17 @@ fn credible_bars(report: &Report) -> Markup {
 
 /// What the bars of the misfits are of.
 fn series(report: &Report) -> [String; 2] {
-    let pads = |k: usize| if report.ordinary_pads[k] { ", ordinary pads beside it" } else { "" };
+    let beside = |k: usize| match report.ordinary[k] {
+        Ordinary { pads: false, mounting: false } => "",
+        Ordinary { pads: true, mounting: false } => ", ordinary pads beside it",
+        Ordinary { pads: false, mounting: true } => ", a pusher that is not quite square beside it",
+        Ordinary { pads: true, mounting: true } => {
+            ", ordinary pads and a pusher that is not quite square beside it"
+        }
+    };
     [
-        format!("the model as given, friction refitted{}", pads(0)),
-        format!("with the named effects{}", pads(1)),
+        format!("the model as given, friction refitted{}", beside(0)),
+        format!("with the named effects{}", beside(1)),
     ]
 }
 

@@ -105,7 +105,10 @@ pub fn diagnose(
         Some(_) => findings.first.first().map(|c| [&findings.start.solution.model, &c.held.solution.model]),
         None => findings.equal.first().and_then(|set| {
             let chosen = |id: &str| findings.chosen.iter().any(|c| c.info.id == id);
-            let other = findings.first.iter().find(|c| set.contains(&c.info.id) && !chosen(c.info.id))?;
+            let exchanged = findings.first.iter().find(|c| set.contains(&c.info.id) && !chosen(c.info.id));
+            // Fewer of them: each was fitted on top of those before.
+            let fewer = || findings.chosen.get(set.len().checked_sub(1)?);
+            let other = exchanged.or_else(|| fewer().filter(|_| set.iter().all(|id| chosen(id))))?;
             Some([&findings.last.as_ref()?.solution.model, &other.held.solution.model])
         }),
     };
@@ -362,7 +365,24 @@ fn find(
     let last = beforehand::last(start, &chosen).clone();
     let is_finding = |c: &&Candidate| !is_ordinary_in(problem, &last, c.info.id);
     let before: Vec<&'static str> = found.iter().filter(is_finding).map(|c| c.info.id).collect();
-    let equal = sets(&before, &chosen, &equal, |c| !is_finding(&c));
+    let posterior = match worth_a_name {
+        true => {
+            let met = found.iter().chain(&chosen).chain(&first).chain(stages.iter().flat_map(|(_, of)| of));
+            let fits: Vec<&Held> = std::iter::once(&base).chain(met.map(|c| &c.held)).collect();
+            let given = base.solution.model.effects.len();
+            posterior(problem, given, &fits, |held, id| is_ordinary_in(problem, held, id))
+        }
+        false => Posterior::default(),
+    };
+    let mut equal = sets(&before, &chosen, &equal, |c| !is_finding(&c));
+    if !chosen.is_empty() {
+        let named = chosen.iter().filter(is_finding).map(|c| c.info.id);
+        for set in posterior.as_probable(&before.iter().copied().chain(named).collect::<Vec<_>>()) {
+            if !equal.iter().any(|e| posterior::same(e, &set)) {
+                equal.push(set);
+            }
+        }
+    }
     let swing = swing::missed(problem.campaign, &last.solution.model);
     let explains = verdict::explains(explained(&base.misfit, &start.misfit), &Left::of(&start.beyond(&base)));
     let ordinary = found.iter().take_while(|c| !is_finding(c)).last();
@@ -380,15 +400,6 @@ fn find(
     let (verdict, doubt) = verdict::verdict(verdict, &signs, misfit);
     // Effects that were found and are not named.
     let taken_back = verdict == Verdict::Unexplained && !chosen.is_empty();
-    let posterior = match worth_a_name {
-        true => {
-            let met = found.iter().chain(&chosen).chain(&first).chain(stages.iter().flat_map(|(_, of)| of));
-            let fits: Vec<&Held> = std::iter::once(&base).chain(met.map(|c| &c.held)).collect();
-            let given = base.solution.model.effects.len();
-            posterior(problem, given, &fits, |held, id| is_ordinary_in(problem, held, id))
-        }
-        false => Posterior::default(),
-    };
     let model = match doubt {
         Some(Doubt::Weak(_)) => without_effects.solution.model.clone(),
         _ if taken_back => without_effects.solution.model.clone(),

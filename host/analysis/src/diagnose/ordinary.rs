@@ -9,6 +9,15 @@ use crate::diagnose::select::Held;
 use crate::fit::problem::Problem;
 use crate::fit::{self, Free};
 
+/// What any rig has, in a fit.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Ordinary {
+    /// Pads that give way a little.
+    pub pads: bool,
+    /// A pusher that is not quite square.
+    pub mounting: bool,
+}
+
 /// Whether effect `id` of the fit `held` is no more than any rig has of it.
 pub fn is_ordinary_in(problem: &Problem, held: &Held, id: &str) -> bool {
     match find_effect(id).map(|info| info.role) {

@@ -53,6 +53,16 @@ const ALIKE: [f64; 2] = [0.8, 0.1];
 /// The sets that are listed have this probability together.
 pub const CREDIBLE: f64 = 0.95;
 
+/// A set with this share of the probability of what is named is about as probable, if it has this much itself.
+const AS_PROBABLE: f64 = 0.5;
+const LEAST: f64 = 0.05;
+
+/// Whether two sets have the same effects, in whatever order.
+#[must_use]
+pub fn same(a: &[&'static str], b: &[&'static str]) -> bool {
+    a.len() == b.len() && a.iter().all(|id| b.contains(id))
+}
+
 /// A set of effects and its probability.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Weighed {
@@ -90,6 +100,21 @@ impl Posterior {
             out.push(s.clone());
         }
         out
+    }
+
+    /// Sets of effects that are about as probable as those `named`, or more, and no more of them: what the probabilities do not
+    /// tell apart, the choice cannot. A set that holds all that are named is another matter: whether more is missing is
+    /// decided by what more explains.
+    #[must_use]
+    pub fn as_probable(&self, named: &[&'static str]) -> Vec<Vec<&'static str>> {
+        let with = |set: &Weighed| named.iter().all(|id| set.effects.contains(id));
+        let of_named = self.sets.iter().find(|s| same(&s.effects, named)).map_or(0.0, |s| s.probability);
+        let others = self.sets.iter().filter(|s| !s.effects.is_empty() && !with(s));
+        let enough = f64::max(LEAST, AS_PROBABLE * of_named);
+        others
+            .filter(|s| s.effects.len() <= named.len() && s.probability >= enough)
+            .map(|s| s.effects.clone())
+            .collect()
     }
 
     /// That effect `id` is missing, alone or beside others.

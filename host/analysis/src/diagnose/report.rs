@@ -176,9 +176,9 @@ pub struct Report {
     pub friction_variation: [f64; 3],
     /// Time that the diagnosis took, s.
     pub seconds: f64,
-    /// Whether ordinary pads, which are no finding, stand in the fit before and in that after; for the page.
+    /// What is no finding and stands in the fit before and in that after; for the page.
     #[serde(skip)]
-    pub ordinary_pads: [bool; 2],
+    pub ordinary: [ordinary::Ordinary; 2],
     /// Model with the chosen effects.
     #[serde(skip)]
     pub model: stickslip_shared::model::Model<f64>,
@@ -265,9 +265,10 @@ pub fn report(
         .collect();
     let given_effects = base.solution.model.effects.len();
     let is_pads = |id: &str| find_effect(id).is_some_and(|info| info.role.is_compliance());
-    let ordinary_pads = [start, last].map(|held| {
+    let ordinary = [start, last].map(|held| {
         let added = posterior::effects(held, given_effects, |_, _| false);
-        added.into_iter().any(|id| is_pads(id) && !effects.contains(&id))
+        let pads = added.into_iter().any(|id| is_pads(id) && !effects.contains(&id));
+        ordinary::Ordinary { pads, mounting: ordinary::mounted(problem, held).is_some() }
     });
     let left_out = problem.left_out();
     let mut limits = limits(problem, invisible);
@@ -331,7 +332,7 @@ pub fn report(
         conditions: problem.campaign.conditions,
         friction_variation: problem.noise.friction,
         seconds: took.as_secs_f64(),
-        ordinary_pads,
+        ordinary,
         model: model.clone(),
     }
 }

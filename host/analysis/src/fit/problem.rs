@@ -20,7 +20,7 @@ use crate::fit::gls::{self, Beside, FIXED, Gram, OFFSETS, Prior, Whitener};
 use crate::fit::loading;
 use crate::fit::noise::{self, Noise};
 use crate::fit::phases::{BINS, PEAK, Phase};
-use crate::fit::{alignment, carried, edges, placing, points, unrepeated};
+use crate::fit::{alignment, carried, edges, placing, points, uneven, unrepeated};
 use crate::left_out::LeftOut;
 use stickslip_data::Sensors;
 
@@ -165,6 +165,7 @@ impl<'a> Problem<'a> {
                 directions.extend(carried::directions(run, model, &here, &campaign.description.sensors));
                 directions.extend(alignment::directions(run, model));
                 directions.extend(points::directions(run, model, &here));
+                directions.extend(uneven::directions(run, model, &simulated, &here));
                 directions.extend(edges::directions(run, &simulated, &here));
                 (directions, run.bins.ranges(&simulated))
             })

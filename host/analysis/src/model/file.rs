@@ -361,7 +361,19 @@ pub(crate) fn locate(text: &str, file: &str, (span, message): Fault) -> ModelFil
     let before = text.get(..span.start).unwrap_or(text);
     let line = before.matches('\n').count() + 1;
     let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
-    ModelFileError { file: file.into(), line, column, message }
+    ModelFileError { file: file.into(), line, column, message: in_words(message) }
+}
+
+/// What a user of the file can do with a message of the parser; ours are as they are.
+fn in_words(message: String) -> String {
+    if message.starts_with("string values must be quoted") {
+        return "neither a number nor a text in quotes: write a number, as 0.4, or \"...\"".into();
+    }
+    let not_a_number = message.strip_prefix("invalid type: ").and_then(|m| m.strip_suffix(", expected f64"));
+    match not_a_number {
+        Some(found) => format!("a number is expected, as 0.4, and this is a {found}"),
+        None => message,
+    }
 }
 
 fn formulation(raw: &Raw) -> Result<Formulation, Fault> {

@@ -545,12 +545,21 @@ impl Prepared {
     /// nothing at the first sample to `shift_m` and `turn_rad` (carrier axes) at the last.
     #[must_use]
     pub fn with_drift(&self, shift_m: &Vector3<f64>, turn_rad: &Vector3<f64>) -> Self {
-        let mut out = self.clone();
-        let last = out.poses.len().max(2) as f64 - 1.0;
+        let last = self.poses.len().max(2) as f64 - 1.0;
+        let shifts: Vec<_> = (0..self.poses.len()).map(|i| shift_m * (i as f64 / last)).collect();
+        let mut out = self.shifted(&shifts);
         for (i, p) in out.poses.iter_mut().enumerate() {
-            let share = i as f64 / last;
-            p.carrier.position_m += p.carrier.rotation.transform_vector(&(shift_m * share));
-            p.carrier.rotation *= UnitQuaternion::from_scaled_axis(turn_rad * share);
+            p.carrier.rotation *= UnitQuaternion::from_scaled_axis(turn_rad * (i as f64 / last));
+        }
+        out
+    }
+
+    /// The same trial with the carrier that far off its measured track at each sample (carrier axes).
+    #[must_use]
+    pub fn shifted(&self, shifts_m: &[Vector3<f64>]) -> Self {
+        let mut out = self.clone();
+        for (p, shift_m) in out.poses.iter_mut().zip(shifts_m) {
+            p.carrier.position_m += p.carrier.rotation.transform_vector(shift_m);
         }
         out
     }

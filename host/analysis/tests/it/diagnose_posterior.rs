@@ -1,6 +1,6 @@
 //! Probabilities of sets of effects from what they leave on held-out conditions.
 
-use stickslip_analysis::diagnose::posterior::{LeftInPlace, Posterior, weights};
+use stickslip_analysis::diagnose::posterior::{LeftInPlace, Posterior, Weighed, weights};
 
 /// One place, `x` run spreads left in each condition; `form` may be the law's own.
 fn left(x: &[f64], form: f64) -> Vec<LeftInPlace> {
@@ -19,6 +19,27 @@ fn sets_that_do_alike_share_the_probability_as_their_prior_has_it() {
 #[test]
 fn an_effect_in_no_set_has_the_probability_zero_without_a_sign() {
     assert!(Posterior::default().of("plate_tilt").is_sign_positive());
+}
+
+#[test]
+fn sets_as_probable_as_what_is_named_are_its_equals_unless_they_hold_more() {
+    let of = |sets: &[(&[&'static str], f64)]| Posterior {
+        sets: sets.iter().map(|(e, p)| Weighed { effects: e.to_vec(), probability: *p }).collect(),
+        ..Posterior::default()
+    };
+    let pair = of(&[
+        (&["external_force", "pressure_offset"], 0.51),
+        (&["mass_error", "pressure_offset"], 0.49),
+        (&["adhesion", "pressure_offset"], 0.2),
+    ]);
+    assert_eq!(pair.as_probable(&["pressure_offset", "external_force"]), [["mass_error", "pressure_offset"]]);
+    let fewer = of(&[(&["face_tilt"], 0.31), (&["face_tilt", "sensor_bias"], 0.08)]);
+    assert_eq!(fewer.as_probable(&["face_tilt", "sensor_bias"]), [["face_tilt"]]);
+    assert!(fewer.as_probable(&["face_tilt"]).is_empty());
+    let more = of(&[(&["plate_tilt", "wear_drift"], 0.9), (&["plate_tilt"], 0.06), (&[], 0.04)]);
+    assert!(more.as_probable(&["plate_tilt"]).is_empty());
+    let unlikely = of(&[(&["adhesion"], 1e-4), (&["plate_tilt"], 1e-6)]);
+    assert!(unlikely.as_probable(&["plate_tilt"]).is_empty(), "something unlisted is missing");
 }
 
 #[test]

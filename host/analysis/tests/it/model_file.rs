@@ -92,6 +92,8 @@ fn errors_name_line_column_and_what_to_do() {
         ("\"hard\"", "\"stiff\"", "2:8:", "\"hard\" or \"soft\""),
         ("model/1", "model/9", "1:10:", "stickslip-model/1"),
         ("finger = 0.4", "finger = -0.4", "4:10:", "between 0 and 10"),
+        ("finger = 0.4", "finger = abc", "4:10:", "a number, as 0.4"),
+        ("finger = 0.4", "finger = 'abc'", "4:10:", "a number is expected"),
         ("slip_speed_m_s/b", "slip_sped_m_s/b", "18:14:", "unknown name 'slip_sped_m_s'"),
         ("\"finger2\"", "\"thumb\"", "17:10:", "thumb"),
         ("support = 0.3", "support = ", "6:", ""),

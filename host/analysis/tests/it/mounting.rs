@@ -1,4 +1,5 @@
-//! Pushers that are not quite square, and the points of pads: how far features follow, and what is no finding.
+//! Pushers that are not quite square, the points of pads and how evenly they press: how far features follow, and what is no
+//! finding.
 
 use std::path::Path;
 
@@ -7,9 +8,10 @@ use stickslip_analysis::diagnose::select::hold_out;
 use stickslip_analysis::fit::campaign::Campaign;
 use stickslip_analysis::fit::features::Features;
 use stickslip_analysis::fit::free::{Free, base_parameters};
-use stickslip_analysis::fit::phases::BINS;
+use stickslip_analysis::fit::phases::{BINS, LAST};
 use stickslip_analysis::fit::problem::Problem;
-use stickslip_analysis::fit::{alignment, edges, points, solve};
+use stickslip_analysis::fit::uneven::UNEVEN;
+use stickslip_analysis::fit::{alignment, edges, points, solve, uneven};
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::default_model;
 use stickslip_data::{Dataset, read};
@@ -75,6 +77,40 @@ fn points_of_pads_count_only_where_they_stand_for_a_disc_and_shift_what_is_betwe
         "newtons, metres, newton metres"
     );
     assert!(edges::directions(run, &simulated(&soft), &here(&soft)).is_empty());
+}
+
+#[test]
+fn a_pad_that_presses_unevenly_bears_a_shift_beside_its_turn_as_one_whose_friction_differs_along_and_across()
+{
+    let campaign = Campaign::new(&demonstration(), &default_model());
+    let model = on_pads();
+    let mut compared = 0;
+    for run in &campaign.runs {
+        let simulated = run.prepared.simulate_every(&model, run.stride);
+        let here = run.bins.modelled(&simulated);
+        let directions = uneven::directions(run, &model, &simulated, &here);
+        if run.info.primitive != "pivot" {
+            // What slides straight turns a little at most: the push itself does not show how its pad presses.
+            let push = directions.iter().map(|d| most(d, 6)).fold(0.0, f64::max);
+            assert!(push < 0.01 * most(&here, 6), "{}: {push}", run.info.trial);
+            continue;
+        }
+        // By an integral over the disc: friction that differs by the factor 1 + e beside a fast turn resists a shift as a
+        // pressure does that differs by (1 + e)^1.5.
+        let ratio = (1.0 + UNEVEN).powf(1.0 / 1.5);
+        let (across, _) = with(&model, "anisotropic_friction", &[ratio]);
+        let across = run.bins.modelled(&run.prepared.simulate_every(&across, run.stride));
+        let across: Features = across.iter().zip(&here).map(|(a, h)| a - h).collect();
+        // Friction turns with the object, pressure with the pads.
+        for bin in 5..=LAST {
+            let (sin, cos) = (2.0 * here[4 * BINS + bin]).sin_cos();
+            let [along, diagonal] = [0, 1].map(|way| directions[way][6 * BINS + bin]);
+            let (told, by_friction) = (cos * along - sin * diagonal, across[6 * BINS + bin]);
+            assert!((told / by_friction - 1.0).abs() < 0.2, "{}: {told}, {by_friction} N", run.info.trial);
+        }
+        compared += 1;
+    }
+    assert!(compared > 0);
 }
 
 #[test]
