@@ -42,6 +42,11 @@ pub(crate) fn effect_hooks<'a, R: Real>(
     })
 }
 
+/// By how much the object's pose is late with the effects of `model`, s.
+pub fn pose_late_s<R: Real>(model: &Model<R>) -> R {
+    effect_hooks(model).fold(R::zero(), |late_s, (_, law, p)| late_s + law.pose_late_s(p))
+}
+
 /// Zero in place of a negative number. NaN stays: the solver refuses it as `BadInput`.
 fn not_negative<R: Real>(x: R) -> R {
     if x < R::zero() { R::zero() } else { x }

@@ -2,6 +2,7 @@
 
 pub mod bench;
 mod gravity;
+pub mod late;
 pub mod live;
 pub mod motion;
 mod preload;

@@ -104,14 +104,19 @@ fn track(first: &Pose<f64>, poses: &[Pose<f64>]) -> Vec<[f64; COMPONENTS]> {
 /// where none is.
 pub fn interpolated(t_s: &[f64], known: &[Option<Pose<f64>>]) -> Option<Vec<Pose<f64>>> {
     let at: Vec<(f64, Pose<f64>)> = t_s.iter().zip(known).filter_map(|(t, p)| Some((*t, (*p)?))).collect();
+    between(&at, t_s.iter().copied())
+}
+
+/// The same at times that rise, between poses `at` known times that do.
+pub fn between(at: &[(f64, Pose<f64>)], t_s: impl Iterator<Item = f64>) -> Option<Vec<Pose<f64>>> {
     let (first, last) = (at.first()?.1, at.last()?.1);
     let mut next = 0;
-    let pose = |t: &f64| {
-        while at.get(next).is_some_and(|(other, _)| other < t) {
+    let pose = |t: f64| {
+        while at.get(next).is_some_and(|(other, _)| *other < t) {
             next += 1;
         }
         match (next.checked_sub(1).and_then(|k| at.get(k)), at.get(next)) {
-            (_, Some((t1, b))) if t1 == t => *b,
+            (_, Some((t1, b))) if *t1 == t => *b,
             (Some((t0, a)), Some((t1, b))) => {
                 let share = (t - t0) / (t1 - t0);
                 Pose {
@@ -125,7 +130,7 @@ pub fn interpolated(t_s: &[f64], known: &[Option<Pose<f64>>]) -> Option<Vec<Pose
             (_, None) => last,
         }
     };
-    Some(t_s.iter().map(pose).collect())
+    Some(t_s.map(pose).collect())
 }
 
 /// Standard deviation of white noise in each component, from second differences of samples `lag`

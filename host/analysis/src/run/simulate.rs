@@ -11,11 +11,12 @@ use stickslip_shared::model::{
     Base, FingerContact, Friction, Model, Object, PusherContact, Scene, Shape, SupportContact,
 };
 use stickslip_shared::shape::inertia;
-use stickslip_shared::step::{Drive, State, StepOutput, StepSummary, Workspace, step_f64};
+use stickslip_shared::step::{Drive, State, StepOutput, StepSummary, Workspace, pose_late_s, step_f64};
 use stickslip_shared::track::{self, Pose, Poses, between_pads, drive_between, seat, settle, support_pose};
 use thiserror::Error;
 
 use crate::channels::{self, COUNT, Signals, object_channels};
+use crate::run::late::Track;
 use crate::run::motion::{denoised, interpolated};
 use crate::run::preload;
 pub use crate::run::preload::Carried;
@@ -353,11 +354,14 @@ impl Prepared {
             slip_m_s: Vec::with_capacity(n),
             normal_n: Vec::with_capacity(n),
         };
-        self.observe(model, stride, |sample, _, step, _| {
+        let mut track = Track::default();
+        self.observe(model, stride, |sample, state, step, _| {
             while out.signals.len() <= sample {
                 self.record(step, &mut out);
             }
+            track.push(&self.poses[sample], state, out.signals.len());
         });
+        track.show(pose_late_s(model), &self.start.rotation, &mut out.signals);
         out
     }
 

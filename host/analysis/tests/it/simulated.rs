@@ -47,6 +47,30 @@ fn what_a_model_predicts_is_a_data_set_that_the_same_model_predicts_again() {
 }
 
 #[test]
+fn a_pose_that_is_late_shows_where_the_object_was_though_it_has_been_stopped_since() {
+    const LATE: usize = 12;
+    let demo = Index::open(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo")).expect("the demo");
+    let info = demo.trials.iter().find(|t| t.primitive == "linear_push").expect("a push");
+    let trial = demo.read_trial(info).expect("reads");
+    let prepared = prepare(&demo.description, &trial, 0).expect("prepares");
+    let (now, mut model) = (prepared.simulate(&default_model()), default_model());
+    let mut latency = Effect::neutral("mocap_latency").expect("listed");
+    latency.parameters[0] = LATE as f64 * 0.004;
+    model.effects.push(latency).expect("room");
+    let late = prepared.simulate(&model);
+    let mut most_m: f64 = 0.0;
+    for at in LATE..now.signals.len() {
+        let [shown, was] = [(at, &late.signals[at]), (at - LATE, &now.signals[at - LATE])]
+            .map(|(k, row)| prepared.world_pose(k, row));
+        assert!((shown.position_m - was.position_m).norm() < 1e-6, "row {at}");
+        assert!(shown.rotation.angle_to(&was.rotation) < 1e-5, "row {at}");
+        assert_eq!(late.signals[at][6..], now.signals[at][6..], "no force is late");
+        most_m = most_m.max((late.signals[at][0] - now.signals[at][0]).abs());
+    }
+    assert!(most_m > 1e-4, "{most_m}");
+}
+
+#[test]
 fn fingers_carry_at_rest_what_they_were_measured_to_and_all_of_the_weight_once_lifted() {
     let description = bench("lifts");
     let mut reality = Reality::draw(&description, Nuisance::PAPER, 5);
