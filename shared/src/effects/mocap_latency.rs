@@ -1,7 +1,8 @@
 //! The object's pose arrives late.
 //!
 //! `x' = x - latency v`, and the rotation turned back by `latency omega`, with the object's
-//! absolute velocity: the tracked object trails, the robot's own pose does not.
+//! absolute velocity: the tracked object trails, the robot's own pose does not. Along a recorded trial, where what was
+//! before is known, commands show where the object was instead (`host/analysis/src/run/late.rs`).
 
 use super::law::{Law, Reading, StepContext};
 use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};

@@ -54,7 +54,8 @@ fn is_square(problem: &Problem, held: &Held, id: &str, square_rad: f64) -> bool 
         .all(|(angle_rad, sd_rad)| angle_rad < square_rad + 2.0 * sd_rad)
 }
 
-/// Whether the pads move the object by less than `normal_m` at the largest grip.
+/// Whether the pads move the object by less than `normal_m` at the largest grip, or by no more than that beyond what the data
+/// leave open.
 fn gives_way_less(problem: &Problem, held: &Held, normal_m: f64) -> bool {
     let grip_n = problem.campaign.runs.iter().map(|r| r.prepared.grip_n()).fold(0.0, f64::max);
     let Held { solution, free, .. } = held;
@@ -66,8 +67,8 @@ fn gives_way_less(problem: &Problem, held: &Held, normal_m: f64) -> bool {
         _ => None,
     };
     let Some((k, slot)) = free.iter().enumerate().find_map(pads) else { return true };
-    let model = &solution.model;
-    let compliance_m_n = model.effects.get(slot).map_or(0.0, |e| tangential_m_n(&e.parameters, grip_n));
-    // What the data do not determine says nothing about the pads.
-    compliance_m_n * grip_n < normal_m || free[k].get(model) < 2.0 * covariance[(k, k)].sqrt()
+    let mut least = solution.model.clone();
+    free[k].set(&mut least, free[k].get(&solution.model) - 2.0 * covariance[(k, k)].sqrt());
+    let compliance_m_n = least.effects.get(slot).map_or(0.0, |e| tangential_m_n(&e.parameters, grip_n));
+    compliance_m_n * grip_n < normal_m
 }

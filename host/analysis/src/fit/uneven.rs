@@ -29,7 +29,7 @@ pub fn directions(run: &Run, model: &Model<f64>, simulated: &Simulated, here: &F
     let Some(FingerContact::Disc { diameter_m }) = run.prepared.scene.fingers else { return Vec::new() };
     let steps = shifts_beside_turn(&simulated.signals, 0.5 * diameter_m);
     let a = 0.5 * UNEVEN;
-    let ways = [Matrix2::new(a, 0.0, 0.0, -a), Matrix2::new(0.0, a, a, 0.0), Matrix2::new(a, 0.0, 0.0, a)];
+    let ways = [Matrix2::new(a, 0.0, 0.0, -a), Matrix2::new(0.0, a, a, 0.0)];
     let direction = |more: &Matrix2<f64>| {
         let mut beside = Vector3::zeros();
         let track = |v: &Vector2<f64>| {
