@@ -107,8 +107,9 @@ pub fn diagnose(
             let chosen = |id: &str| findings.chosen.iter().any(|c| c.info.id == id);
             let exchanged = findings.first.iter().find(|c| set.contains(&c.info.id) && !chosen(c.info.id));
             // Fewer of them: each was fitted on top of those before.
-            let fewer = || findings.chosen.get(set.len().checked_sub(1)?);
-            let other = exchanged.or_else(|| fewer().filter(|_| set.iter().all(|id| chosen(id))))?;
+            let first =
+                || findings.chosen.get(..set.len()).filter(|c| c.iter().all(|c| set.contains(&c.info.id)));
+            let other = exchanged.or_else(|| first()?.last())?;
             Some([&findings.last.as_ref()?.solution.model, &other.held.solution.model])
         }),
     };

@@ -4,8 +4,8 @@
 //! the direction from the middle and `r` the distance. That is the same along and across under even pressure, as the model has it;
 //! no real pad presses that evenly. With a pressure `1 + a cos 2 phi` about the middle it differs by the factor `1 + a`, along
 //! axes that nobody knows. What the object is forced to do (an edge that it turns about) then takes another force,
-//! and where it may it moves otherwise. It is no property of the contact: three directions of the features' covariance, the
-//! shift of the pads resisted more along than across, more along one diagonal than the other, and more altogether.
+//! and where it may it moves otherwise. It is no property of the contact: two directions of the features' covariance, the
+//! shift of the pads resisted more along than across, and more along one diagonal than the other.
 //!
 //! To first order a pad that resists `(I + A) v` is one that resists `v` on a gripper that moves by `-A v` beside its track.
 
@@ -17,7 +17,8 @@ use crate::fit::campaign::Run;
 use crate::fit::features::Features;
 use crate::run::simulate::Simulated;
 
-/// Standard deviation of `a`, and of what the pad resists altogether under the same torsion (even pressure 1, a ring 3/4).
+/// Standard deviation of `a`. What a pad resists altogether is no direction: it changes no force where the object is free to shift, and
+/// is what friction that falls or rises with the slip does as well.
 pub const UNEVEN: f64 = 0.2;
 /// Less of a turn beside a shift, as share of a radius, is none: straight sliding shows nothing of it.
 const LEAST: f64 = 1e-3;
