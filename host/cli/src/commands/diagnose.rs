@@ -9,7 +9,7 @@ use super::arguments::Drawn;
 use crate::commands::fitted::{file_or_default, write};
 use stickslip_analysis::channels::channel_words;
 use stickslip_analysis::diagnose;
-use stickslip_analysis::diagnose::report::{Report, Verdict};
+use stickslip_analysis::diagnose::report::{CandidateReport, Report, Verdict};
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::{EffectEntry, ModelFile};
 use stickslip_report::diagnose::{explains, figures, html, sentence, traces, weaker};
@@ -163,7 +163,15 @@ fn print(report: &Report, verbose: bool, output: &Output) {
 /// The best candidates and the largest misfits, one a line.
 fn print_first(report: &Report, output: &Output) {
     if report.verdict != Verdict::NothingMissing {
-        for (k, c) in report.candidates.iter().take(LISTED).enumerate() {
+        // What is named, and what does as well, before what fits best and is neither.
+        let rank = |c: &CandidateReport| match c.id {
+            id if report.effects.contains(&id) => 0,
+            id if report.ambiguous_with.iter().any(|set| set.contains(&id)) => 1,
+            _ => 2,
+        };
+        let mut listed: Vec<&CandidateReport> = report.candidates.iter().collect();
+        listed.sort_by_key(|c| rank(c));
+        for (k, c) in listed.into_iter().take(LISTED).enumerate() {
             let strength = c.parameters.iter().filter(|_| k == 0).map(|(name, v)| {
                 let unit = if v.unit == "1" { "" } else { v.unit };
                 let text = format!(
