@@ -22,9 +22,6 @@ const STIFFNESS_N_M: f64 = 3e5;
 /// Share of a force's rise by which the peak of its onset may be off: springs and bristles overshoot by some
 /// per cent, and samples meet the peak or not. Doubled: break-away forces below a tenth above sliding are missed.
 const OVERSHOOT: f64 = 0.05;
-/// Share of a lag's variance that each bin has by itself. In a quick push all of the rise lies in one sample, or none, and an
-/// object that is stopped there weighs many times what it does; along the next bins springs decide.
-pub const ITS_OWN: f64 = 0.5;
 /// First channel of forces and torques.
 const FIRST: usize = 6;
 

@@ -200,7 +200,7 @@ impl<'a> Problem<'a> {
                 .collect();
             // What the model leaves holds the floor already.
             let floor_beside = |f: usize| if noise.of_misfit.is_some() { 0.0 } else { floor2[f] };
-            let mut variance: Vec<f64> =
+            let variance: Vec<f64> =
                 (0..FEATURES).map(|f| noise.spread[f].powi(2) / runs + floor_beside(f)).collect();
             let mut common: Vec<Features> =
                 noise.directions.iter().map(|d| d.iter().map(|x| x / runs.sqrt()).collect()).collect();
@@ -224,11 +224,7 @@ impl<'a> Problem<'a> {
                     v.sqrt()
                 })
                 .collect();
-            // How they decay along the onset is known roughly: half of each bin's is its own.
-            for lag in lags {
-                variance.iter_mut().zip(&lag).for_each(|(v, x)| *v += loading::ITS_OWN * x * x);
-                common.push(lag.iter().map(|x| x * (1.0 - loading::ITS_OWN).sqrt()).collect());
-            }
+            common.extend(lags);
             common.extend(at_start.iter().cloned());
             let active: Vec<usize> = (0..FEATURES).filter(|f| mean[*f].is_finite()).collect();
             let weight = noise.of_misfit.as_ref().map_or(1.0, |of| of[stands[g]]);

@@ -5,9 +5,7 @@ use std::path::Path;
 use stickslip_analysis::fit::campaign::Campaign;
 use stickslip_analysis::fit::features::FEATURES;
 use stickslip_analysis::fit::loading::{lags, shares};
-use stickslip_analysis::fit::noise;
 use stickslip_analysis::fit::phases::{BINS, Phase};
-use stickslip_analysis::fit::problem::Problem;
 use stickslip_analysis::model::file::default_model;
 use stickslip_data::read;
 
@@ -40,28 +38,4 @@ fn after_a_pause_a_channel_may_lag_by_a_share_of_what_the_stop_took_away_and_by_
         assert_eq!((feature / BINS, Phase::of(feature % BINS)), (18, Phase::Restart));
         assert!(*size > 0.0 && *size < 0.5, "{size} N of 1 N");
     }
-}
-
-#[test]
-fn a_force_that_rises_in_the_first_sample_of_a_push_in_one_channel_and_not_in_the_next_bin_is_no_large_residual()
- {
-    let mut data = read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo")).expect("the demo");
-    data.trials.retain(|t| t.info.primitive == "linear_push");
-    let campaign = Campaign::new(&data, &default_model());
-    let problem = Problem::new(&campaign, &default_model());
-    let mut seen = 0;
-    for g in problem.groups.clone() {
-        let group = &campaign.groups[g];
-        let measured = noise::mean(group.runs.iter().map(|r| &campaign.runs[*r].measured));
-        // Of the pusher's force: a mass that is stopped shows there as well as in the fingers, by as much as the model is late.
-        let first = 18 * BINS + 1;
-        let lags = lags(problem.run_of(g), &measured);
-        let Some(lag) = lags.iter().find(|d| d[first] != 0.0) else { continue };
-        let mut residual = vec![0.0; FEATURES];
-        residual[first] = lag[first];
-        let size2 = problem.whiteners[g].square(&residual);
-        assert!(size2 < 2.0 + 1e-9, "{size2}");
-        seen += 1;
-    }
-    assert!(seen > 0);
 }
