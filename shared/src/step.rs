@@ -259,8 +259,10 @@ pub fn step_from<R: Real, const NC: usize>(
     let mut patch_load = [zero; 4];
     if !model.effects.is_empty() {
         for c in &mut work.contacts {
-            for (_, law, p) in effect_hooks(model) {
-                law.contact(p, &context, c);
+            for (i, law, p) in effect_hooks(model) {
+                if let Some(memory) = memory.get(i) {
+                    law.contact(p, &context, memory, c);
+                }
             }
         }
         let [_, _, pusher_n, _] = context.load_n;

@@ -30,7 +30,7 @@
 
 use super::law::{Law, StepContext};
 use crate::contact::{Body, Contact, is_finger};
-use crate::effect::{Expected, Info, MAX_PARAMETERS, Parameter, Role};
+use crate::effect::{Expected, Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::model::FingerContact;
 use crate::real::{Real, abs, clamp, max};
 use crate::shape::ROUND;
@@ -162,7 +162,13 @@ pub fn exchange_points<R: Real>(parameters: &mut [R; MAX_PARAMETERS]) {
 }
 
 impl<R: Real> Law<R> for ContactCompliance {
-    fn contact(&self, p: &[R; MAX_PARAMETERS], context: &StepContext<R>, contact: &mut Contact<R>) {
+    fn contact(
+        &self,
+        p: &[R; MAX_PARAMETERS],
+        context: &StepContext<R>,
+        _: &[R; MEMORY],
+        contact: &mut Contact<R>,
+    ) {
         // k / (1 + k c) is 1 / (1 / k + c), and k itself for c = 0.
         let softer = |k: R, c: R| k / (R::one() + k * max(c, R::zero()));
         let [mut tangential, mut normal, microslip] =

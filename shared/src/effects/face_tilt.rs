@@ -29,13 +29,18 @@
 //!
 //! and its pressure is as much narrower as that of the strip: a pad on its edge holds less torsion (a strip of
 //! half length `a` on springs, Winkler 1867; a disc of radius `a` is taken for it). Pads that turn with the
-//! face, or are soft, have `M = 0`.
+//! face, or are soft, have `M = 0`. Pads that were set up flat against the faces and do not follow when the object turns between
+//! them by `b` have the moment of what the faces rise more than the pads: `M (e_x - set_up e_x at the start)`, up to
+//! `2 M sin(b / 2)`.
 
 use super::law::{FrictionLaw, Law, Slip, StepContext};
 use crate::contact::{Contact, is_finger};
 use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::model::FingerContact;
-use crate::real::{Real, Vec3, abs, max, sqrt};
+use crate::real::{Real, Vec3, abs, max, norm, sqrt};
+
+/// A rise of the face by less than this share of its slope presses nowhere.
+const LEAST_TURN: f64 = 1e-5;
 
 /// See the module.
 pub struct FaceTilt;
@@ -88,6 +93,16 @@ pub const INFO: Info = Info {
             "moment of each pad's pressure about its middle, towards object +X",
         )
         .added(0.0),
+        Parameter::new(
+            "set_up",
+            "1",
+            0.0,
+            0.0,
+            [0.0, 1.0],
+            "share of it that pads do not have which were set up flat against the faces, until the object turns",
+        )
+        .tried_at(&[0.0, 1.0])
+        .added(0.0),
     ],
 };
 
@@ -109,6 +124,17 @@ fn pressed<R: Real>(moment_nm: R, load_n: R, half_m: R) -> (R, R) {
     (if share < R::zero() { -offset_m } else { offset_m }, length * R::of(0.408_248_290_463_863))
 }
 
+/// The object's X axis in carrier axes.
+fn along_x<R: Real>(c: &StepContext<R>) -> Vec3<R> {
+    c.rotation.transform_vector(&Vec3::x())
+}
+
+/// The same when the pads closed on it, in the plane of the pads.
+fn started<R: Real>(memory: &[R; MEMORY]) -> Vec3<R> {
+    let z = memory[3];
+    Vec3::new(sqrt(max(R::one() - z * z, R::zero())), R::zero(), z)
+}
+
 /// Object coordinate of the middle between the pads.
 pub(super) fn pad_x_m<R: Real>(c: &StepContext<R>) -> R {
     -c.rotation.inverse_transform_vector(&c.position_m).x
@@ -125,12 +151,21 @@ pub(super) fn opened<R: Real>(width: R, late_s: R, c: &StepContext<R>, memory: &
 
 impl<R: Real> Law<R> for FaceTilt {
     fn grip(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, memory: &mut [R; MEMORY], grip_n: &mut R) {
+        let held = [memory[0], memory[3]];
+        let started = if held[0] == R::zero() { along_x(c).z } else { held[1] };
         if p[2] != R::zero() || p[4] != R::zero() {
             *grip_n += (p[2] + p[4] * *grip_n) * opened(pad_x_m(c), p[3], c, memory);
         }
+        (memory[0], memory[3]) = (R::one(), started);
     }
 
-    fn contact(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, contact: &mut Contact<R>) {
+    fn contact(
+        &self,
+        p: &[R; MAX_PARAMETERS],
+        c: &StepContext<R>,
+        memory: &[R; MEMORY],
+        contact: &mut Contact<R>,
+    ) {
         if !is_finger(contact.body) {
             return;
         }
@@ -143,12 +178,19 @@ impl<R: Real> Law<R> for FaceTilt {
             };
             let last_n = c.load_n[contact.body.index()];
             let load_n = if last_n > R::zero() { last_n } else { c.grip_cmd_n };
-            let (offset_m, narrower) = pressed(p[5], load_n, half_m);
-            let moved_m = offset_m + (narrower - R::one()) * contact.patch_m[0];
-            let moved = Vec3::new(moved_m, R::zero(), R::zero());
-            contact.patch_m[0] += moved_m;
-            contact.object_m += moved;
-            contact.lever_m += c.rotation.transform_vector(&moved);
+            let rises = along_x(c) - started(memory) * p[6];
+            let much = norm(&rises);
+            if much > R::of(LEAST_TURN) {
+                let rises = rises / much;
+                let [_, x, z] = contact.axes;
+                let across_m = (x * contact.patch_m[0] + z * contact.patch_m[1]).dot(&rises);
+                let (offset_m, narrower) = pressed(p[5] * much, load_n, half_m);
+                let moved = rises * (offset_m + (narrower - R::one()) * across_m);
+                contact.patch_m[0] += x.dot(&moved);
+                contact.patch_m[1] += z.dot(&moved);
+                contact.object_m += c.rotation.inverse_transform_vector(&moved);
+                contact.lever_m += moved;
+            }
         }
         if p[0] == R::zero() {
             return;

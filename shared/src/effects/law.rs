@@ -166,9 +166,16 @@ pub trait Law<R: Real>: Sync {
         _grip_n: &mut R,
     ) {
     }
-    /// Changes a contact's geometry or compliance.
-    fn contact(&self, _p: &[R; MAX_PARAMETERS], _c: &StepContext<R>, _contact: &mut Contact<R>) {}
-    /// Changes a contact's friction; `memory` is what [`Law::loads`] and [`Law::grip`] left in this step.
+    /// Changes a contact's geometry or compliance; `memory` is what [`Law::loads`] and [`Law::grip`] left in this step.
+    fn contact(
+        &self,
+        _p: &[R; MAX_PARAMETERS],
+        _c: &StepContext<R>,
+        _memory: &[R; MEMORY],
+        _contact: &mut Contact<R>,
+    ) {
+    }
+    /// Changes a contact's friction; `memory` as above.
     fn friction(
         &self,
         _p: &[R; MAX_PARAMETERS],

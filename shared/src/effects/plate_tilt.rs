@@ -7,7 +7,7 @@
 
 use super::law::{Law, StepContext};
 use crate::contact::{Body, Contact};
-use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::model::PusherContact;
 use crate::real::{Real, max, norm};
 
@@ -31,7 +31,13 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for PlateTilt {
-    fn contact(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, contact: &mut Contact<R>) {
+    fn contact(
+        &self,
+        p: &[R; MAX_PARAMETERS],
+        c: &StepContext<R>,
+        _: &[R; MEMORY],
+        contact: &mut Contact<R>,
+    ) {
         if contact.body != Body::Pusher || p[..3].iter().all(|x| *x == R::zero()) {
             return;
         }

@@ -6,7 +6,7 @@
 
 use super::law::{Law, StepContext};
 use crate::contact::{Contact, is_finger};
-use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::{Real, Vec3};
 
 /// See the module.
@@ -28,7 +28,13 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for PressureOffset {
-    fn contact(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, contact: &mut Contact<R>) {
+    fn contact(
+        &self,
+        p: &[R; MAX_PARAMETERS],
+        c: &StepContext<R>,
+        _: &[R; MEMORY],
+        contact: &mut Contact<R>,
+    ) {
         if !is_finger(contact.body) || (p[0] == R::zero() && p[1] == R::zero()) {
             return;
         }

@@ -106,7 +106,13 @@ fn grain<R: Real>(p: &[R; MAX_PARAMETERS], c: &StepContext<R>) -> Option<Grain<R
 }
 
 impl<R: Real> Law<R> for SupportAnisotropy {
-    fn contact(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, contact: &mut Contact<R>) {
+    fn contact(
+        &self,
+        p: &[R; MAX_PARAMETERS],
+        c: &StepContext<R>,
+        _: &[R; MEMORY],
+        contact: &mut Contact<R>,
+    ) {
         if contact.body != Body::Support {
             return;
         }

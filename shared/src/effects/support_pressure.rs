@@ -88,7 +88,13 @@ impl<R: Real> Law<R> for SupportPressure {
         }
     }
 
-    fn contact(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, contact: &mut Contact<R>) {
+    fn contact(
+        &self,
+        p: &[R; MAX_PARAMETERS],
+        c: &StepContext<R>,
+        _: &[R; MEMORY],
+        contact: &mut Contact<R>,
+    ) {
         let (x, y) = (p[2], p[3]);
         let flat_face = contact.body == Body::Support && c.whole_face && contact.face != ROUND;
         if (x == R::zero() && y == R::zero()) || !flat_face {

@@ -9,7 +9,7 @@
 
 use super::law::{Law, StepContext};
 use crate::contact::{Contact, is_finger};
-use crate::effect::{Info, MAX_PARAMETERS, Parameter, Role};
+use crate::effect::{Info, MAX_PARAMETERS, MEMORY, Parameter, Role};
 use crate::real::{Real, max, norm};
 
 /// Points nearer to the centre of their patch have no outward direction, m.
@@ -41,7 +41,13 @@ pub const INFO: Info = Info {
 };
 
 impl<R: Real> Law<R> for TorsionalFriction {
-    fn contact(&self, p: &[R; MAX_PARAMETERS], _: &StepContext<R>, contact: &mut Contact<R>) {
+    fn contact(
+        &self,
+        p: &[R; MAX_PARAMETERS],
+        _: &StepContext<R>,
+        _: &[R; MEMORY],
+        contact: &mut Contact<R>,
+    ) {
         if p[0] == R::zero() || !is_finger(contact.body) {
             return;
         }

@@ -575,6 +575,42 @@ fn a_wedge_under_pads_that_cannot_turn_moves_and_narrows_the_pressure_as_a_strip
 }
 
 #[test]
+fn pads_set_up_flat_on_a_wedge_are_pressed_off_their_middle_by_what_the_object_turned_since() {
+    let disc = FingerContact::Disc { diameter_m: 0.02 };
+    let run = spin::<f64>(disc);
+    let (law, moment_nm) = (law::<f64>(11).unwrap(), 0.03);
+    let start = Rotation::from_scaled_axis(Vec3::new(0.0, 0.2, 0.0));
+    let middle = |contacts: &Contacts<f64, SLOTS>, body: Body| {
+        let of_body = contacts.iter().filter(|c| c.body == body);
+        of_body.fold(Vec3::zeros(), |sum, c| sum + c.lever_m * c.share)
+    };
+    for (set_up, turned_rad) in [(1.0, 0.0), (1.0, 0.5), (1.0, -0.9), (0.0, 0.5), (0.4, 0.5)] {
+        let parameters = with_zeros([0.0, 0.0, 0.0, 0.0, 0.0, moment_nm, set_up]);
+        let (mut context, mut memory) = (at_rest_context(0.004), [0.0; MEMORY]);
+        context.rotation = start;
+        law.grip(&parameters, &context, &mut memory, &mut 20.0);
+        context.rotation = Rotation::from_scaled_axis(Vec3::new(0.0, turned_rad, 0.0)) * start;
+        law.grip(&parameters, &context, &mut memory, &mut 20.0);
+        let state = State::held(&run.scene, &run.model, &run.drive, Vec3::zeros(), context.rotation);
+        let mut flat = Contacts::<f64, SLOTS>::new();
+        find(&run.scene, &run.model, &state, &run.drive, &mut flat);
+        let mut pressed = flat.clone();
+        pressed.iter_mut().for_each(|c| law.contact(&parameters, &context, &memory, c));
+        for body in [Body::Finger1, Body::Finger2] {
+            let moved = middle(&pressed, body) - middle(&flat, body);
+            let rises = context.rotation * Vec3::x() - start * Vec3::x() * set_up;
+            let expected = rises * (moment_nm / N);
+            assert!((moved - expected).norm() < 1e-9, "{set_up} {turned_rad} {body:?}: {moved} {expected}");
+        }
+        if set_up == 1.0 {
+            let size_m = (middle(&pressed, Body::Finger1) - middle(&flat, Body::Finger1)).norm();
+            let chord: f64 = 2.0 * (0.5 * f64::abs(turned_rad)).sin();
+            assert!((size_m - moment_nm / N * chord).abs() < 1e-9, "2 M sin(b / 2) over the grip");
+        }
+    }
+}
+
+#[test]
 fn face_waviness_lets_the_grip_follow_the_height() {
     let (wavelength, phase, grip) = (0.008, 0.3, 2.0);
     let record = pure_push::<f64>(0.01).with("face_waviness", &[0.0, wavelength, phase, grip]).play();
