@@ -58,6 +58,8 @@ pub const NAMES: [&str; COUNT] = {
     names
 };
 
+/// First of the fingers' forces and torques, which the pusher's follow: what comes before are poses.
+pub const FINGER_FORCE: usize = 6;
 /// First channel of the pusher's force.
 pub const PUSHER_FORCE: usize = 18;
 

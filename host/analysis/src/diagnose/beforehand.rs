@@ -82,12 +82,17 @@ fn start_with<'a>(
 ) -> Option<Start<'a>> {
     let free = free_of(campaign, model);
     let ways = fit::basins(campaign, padded, &free, STEPS + 1);
-    let problem = Problem::new(campaign, &ways[0]);
-    let mut without = ways[0].clone();
+    let as_read = Problem::new(campaign, &ways[0]);
+    let mut free_with_pads = free.clone();
+    free_with_pads.extend(of_pads(&as_read, trial, &ways[0]));
+    // What tolerances do to the features depends on how stiff the pads are: they are taken at the pads that are fitted.
+    let fitted = fit::solve_across(&as_read, &ways[0], &free_with_pads, STEPS).model;
+    let problem = Problem::new(campaign, &fitted);
+    let mut without = fitted.clone();
     let slot = without.effects.len() - 1;
     candidate::remove(&mut without, slot);
     let base = hold_out(&problem, fit::solve_across(&problem, &without, &free, STEPS), free);
-    let pads = with_pads(&problem, &base, trial, &ways[0]);
+    let pads = with_pads(&problem, &base, trial, &fitted);
     // Where the model does better without, what was measured is no spring; and contacts that are as soft as what is assumed
     // may be at most are none of these.
     let softer = campaign.pads().is_some_and(|p| p.assumed()) && at_most(&problem, &pads.held);
@@ -129,12 +134,17 @@ fn compliance() -> Option<CandidateEffect> {
 /// The pads of `start`, which has them as its last effect, fitted on top of `base`.
 fn with_pads(problem: &Problem, base: &Held, trial: &CandidateEffect, start: &Model<f64>) -> Candidate {
     let mut free = base.free.clone();
-    let certain = |f: &Free| f.expected(problem.campaign).is_some_and(|(_, [low, high])| low >= high);
-    free.extend(Free::of_effect(trial.info, start.effects.len() - 1).into_iter().filter(|f| !certain(f)));
+    free.extend(of_pads(problem, trial, start));
     let held = hold_out(problem, fit::solve_across(problem, start, &free, STEPS), free);
     let explained = explained(&base.misfit, &held.misfit);
     let p_value = p_value(&base.loss, &held.loss);
     known(trial, held, p_value, explained)
+}
+
+/// The parameters of the pads, which `model` has as its last effect, that are not certain.
+fn of_pads(problem: &Problem, pads: &CandidateEffect, model: &Model<f64>) -> Vec<Free> {
+    let certain = |f: &Free| f.expected(problem.campaign).is_some_and(|(_, [low, high])| low >= high);
+    Free::of_effect(pads.info, model.effects.len() - 1).into_iter().filter(|f| !certain(f)).collect()
 }
 
 /// What needs no search.

@@ -8,7 +8,7 @@
 //! 1985, 3.7). These are directions of the covariance, not a floor: a lag that decays along the path is ordinary, a level
 //! that stays is a finding.
 
-use crate::channels::{COUNT, Quantity};
+use crate::channels::{COUNT, FINGER_FORCE as FIRST, Quantity};
 use crate::evidence::pads::mean_square_m2;
 use crate::fit::campaign::Run;
 use crate::fit::features::{FEATURES, Features, quantity};
@@ -22,9 +22,6 @@ const STIFFNESS_N_M: f64 = 3e5;
 /// Share of a force's rise by which the peak of its onset may be off: springs and bristles overshoot by some
 /// per cent, and samples meet the peak or not. Doubled: break-away forces below a tenth above sliding are missed.
 const OVERSHOOT: f64 = 0.05;
-/// First channel of forces and torques.
-const FIRST: usize = 6;
-
 /// Torque of both fingers about the closing direction.
 const TURNING: usize = FIRST + 4;
 
@@ -55,6 +52,23 @@ pub fn lags(run: &Run, measured: &Features) -> Vec<Features> {
     };
     let all = (FIRST..COUNT).flat_map(|channel| [onset(channel), restart(channel)]);
     all.filter(|d| d.iter().any(|x| *x != 0.0)).collect()
+}
+
+/// Share of a sample's period between a contact's forces and the model's, one standard deviation: a sample lies anywhere in
+/// a rise that takes less than one, and filters of the sensors add as much.
+const OFF_BY: f64 = 0.5;
+
+/// What all forces and torques later by a share of a sample change, of one standard deviation: in a quick push the whole rise
+/// lies in one sample.
+pub fn late(run: &Run, measured: &Features) -> Features {
+    let rows = &run.prepared.measured;
+    let shifted = |i: usize| {
+        let mut row = rows[i];
+        row[FIRST..].copy_from_slice(&rows[i.saturating_sub(1)][FIRST..]);
+        row
+    };
+    let later = run.bins.reduce(&(0..rows.len()).map(shifted).collect::<Vec<_>>());
+    later.iter().zip(measured).map(|(l, m)| if l.is_finite() { OFF_BY * (l - m) } else { 0.0 }).collect()
 }
 
 /// Length of the drive's path over which contacts load, m: in one sample, under the largest force, and where the

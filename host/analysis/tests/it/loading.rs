@@ -4,8 +4,8 @@ use std::path::Path;
 
 use stickslip_analysis::fit::campaign::Campaign;
 use stickslip_analysis::fit::features::FEATURES;
-use stickslip_analysis::fit::loading::{lags, shares};
-use stickslip_analysis::fit::phases::{BINS, Phase};
+use stickslip_analysis::fit::loading::{lags, late, shares};
+use stickslip_analysis::fit::phases::{BINS, PEAK, Phase};
 use stickslip_analysis::model::file::default_model;
 use stickslip_data::read;
 
@@ -38,4 +38,25 @@ fn after_a_pause_a_channel_may_lag_by_a_share_of_what_the_stop_took_away_and_by_
         assert_eq!((feature / BINS, Phase::of(feature % BINS)), (18, Phase::Restart));
         assert!(*size > 0.0 && *size < 0.5, "{size} N of 1 N");
     }
+}
+
+#[test]
+fn a_rise_within_one_sample_may_be_off_by_half_of_it_in_its_bin_and_what_does_not_change_by_nothing() {
+    let data = read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo")).expect("the demo");
+    let mut campaign = Campaign::new(&data, &default_model());
+    let run = &mut campaign.runs[0];
+    // The push force stands at zero until the middle of the first millimetres, and at 10 N from there on.
+    let begins = run.prepared.drive_speed().iter().position(|v| *v > 1e-4).expect("it moves") + 60;
+    for (i, row) in run.prepared.measured.iter_mut().enumerate() {
+        row[6..].fill(1.0);
+        row[18] = if i < begins { 0.0 } else { 10.0 };
+    }
+    let measured = run.bins.measured(&run.prepared);
+    let direction = late(run, &measured);
+    for (feature, size) in direction.iter().enumerate().filter(|(_, size)| size.abs() > 1e-12) {
+        assert_eq!(feature / BINS, 18, "constant channels do not change");
+        // One sample of 10 N fewer in a bin of at least one; the peak is counted from the level that follows.
+        assert!(size.abs() <= 5.0 && (*size < 0.0 || feature % BINS == PEAK), "{size}");
+    }
+    assert!(direction.iter().any(|x| *x < 0.0), "{direction:?}");
 }
