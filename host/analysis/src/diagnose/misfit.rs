@@ -15,6 +15,7 @@ use std::collections::BTreeMap;
 
 use statrs::statistics::Statistics;
 
+use crate::channels::{COUNT, FINGER_FORCE};
 use crate::evidence::tolerance::FORM;
 use crate::fit::features::{FEATURES, Features};
 use crate::fit::noise;
@@ -87,16 +88,25 @@ impl Misfit {
     }
 
     /// What of it is beyond the form of the laws that explain the rest of `base`: each place less [`FORM`] of
-    /// what was explained there.
+    /// what was explained there, or in the mean of its channel's phases where that is more, as a sensor's constant error is
+    /// fitted to all of them.
     #[must_use]
     pub fn beyond_form(&self, base: &Self) -> Self {
         let of_base: BTreeMap<(usize, Phase), f64> =
             base.places.iter().map(|p| ((p.channel, p.phase), p.size)).collect();
         let beyond = |size: f64, form2: f64| (size * size - form2).max(0.0).sqrt();
+        let explained2 = |p: &Place| {
+            let before = of_base.get(&(p.channel, p.phase)).copied().unwrap_or(0.0);
+            (before * before - p.size * p.size).max(0.0)
+        };
+        let mut of_channel = [0.0; COUNT];
+        for (channel, mean) in of_channel.iter_mut().enumerate().skip(FINGER_FORCE) {
+            *mean = self.places.iter().filter(|p| p.channel == channel).map(explained2).mean();
+        }
         let mut left = self.clone();
         for p in &mut left.places {
-            let before = of_base.get(&(p.channel, p.phase)).copied().unwrap_or(0.0);
-            let form2 = FORM * FORM * (before * before - p.size * p.size).max(0.0);
+            // Poses have no constant error; where nothing is measured the mean is NaN.
+            let form2 = FORM * FORM * explained2(p).max(of_channel[p.channel]);
             (p.size, p.at_least) = (beyond(p.size, form2), beyond(p.at_least, form2));
         }
         for (now, before) in left.whitened.iter_mut().zip(&base.whitened) {

@@ -250,3 +250,18 @@ fn what_is_left_within_a_tenth_of_what_is_explained_there_asks_for_no_further_ef
         "another channel where nothing was explained stays as it is, and leads"
     );
 }
+
+#[test]
+fn a_sensors_constant_error_carries_a_tenth_of_what_is_explained_into_its_channels_other_phases() {
+    let at_rest =
+        |channel: usize, size: f64| Place { channel, phase: Phase::Before, ..place(size, size - 1.0) };
+    let of = |place: Place, size: f64| Place { size, at_least: size - 1.0, ..place };
+    let slides = place(185.0, 180.0);
+    let before = misfit(&[slides, at_rest(slides.channel, 9.0), at_rest(7, 9.0)]);
+    let after =
+        misfit(&[of(slides, 17.5), at_rest(slides.channel, 9.0), at_rest(7, 9.0)]).beyond_form(&before);
+    let left = |channel: usize| after.at(channel, Phase::Before).map_or(f64::NAN, |p| p.size);
+    // The mean of 185^2 - 17.5^2 and nothing, a tenth of its root: 13.
+    assert!(left(slides.channel) < 1e-9, "{}", left(slides.channel));
+    assert!((left(7) - 9.0).abs() < 1e-9, "a channel of another sensor");
+}
