@@ -88,14 +88,15 @@ fn stands(campaign: &Campaign, residuals: &[Features]) -> Vec<usize> {
 }
 
 /// Floor of what fingers and pusher bear together at rest, all but the push itself, and of how two
-/// fingers share the weight by friction before anything has slid. `touches`: the pusher does at the start, as an
+/// fingers share the weight by friction before anything has slid, which the pads' moments about the axes along the face balance
+/// (9 and 11). `touches`: the pusher does at the start, as an
 /// edge under an object that sank into its pads.
 fn shared_weight(scene: &Scene<f64>, (push, touches): (Option<usize>, bool), feature: usize) -> f64 {
     let channel = feature / BINS;
     let with_pusher = scene.pusher.is_some() && matches!(channel, 7..=11 | 18..=23) && push != Some(channel);
     let shared = match Phase::of(feature % BINS) {
         Phase::Pause | Phase::After => with_pusher,
-        Phase::Before => matches!(channel, 12 | 14 | 16) || touches && with_pusher,
+        Phase::Before => matches!(channel, 9 | 11 | 12 | 14 | 16) || touches && with_pusher,
         _ => false,
     };
     if scene.fingers.is_none() || !shared {

@@ -157,3 +157,24 @@ fn stiff_pads_off_square_add_more_to_their_fingers_torques_along_the_face_than_s
         }
     }
 }
+
+#[test]
+fn before_anything_slides_the_moments_of_pads_that_share_a_weight_are_as_open_as_the_share_and_later_they_are_not()
+ {
+    let campaign = Campaign::new(&demonstration(), &default_model());
+    let problem = Problem::new(&campaign, &on_pads());
+    for group in &problem.groups {
+        let scene = &problem.run_of(*group).prepared.scene;
+        // An edge that touches at the start may bear of the weight as well.
+        if !matches!(scene.pusher, Some(PusherContact::Plane)) {
+            continue;
+        }
+        let weight_n = scene.object.mass_kg * 9.81;
+        // Of the sum of the fingers about X and Z; about Y the weight's own moment stays known.
+        for (channel, open) in [(9, true), (11, true), (10, false)] {
+            let [before, sliding] = [0, LAST].map(|bin| problem.floor(*group, channel * BINS + bin));
+            assert_eq!(before >= 0.49 * weight_n * 0.03, open, "{channel}: {before} N m");
+            assert!(!open || sliding < before, "{channel}: {sliding} and {before} N m");
+        }
+    }
+}
