@@ -11,8 +11,8 @@ use stickslip_shared::model::{FingerContact, Model};
 use crate::fit::campaign::Campaign;
 use crate::fit::gls::{OFFSETS, Prior};
 
-/// Standard deviation of a pad's angle to the face, rad: 0.01 mm over 20 mm, a pad that was ground or set up.
-const MOUNTED_RAD: f64 = 5e-4;
+/// Standard deviation of a pad's angle to the face, rad: 6 um over 20 mm, a pad that was ground or set up.
+const MOUNTED_RAD: f64 = 3e-4;
 /// A pad of hard material gives way along its face by this for each newton where nothing else is known of it, m/N.
 const HARD_M_N: f64 = 1e-6;
 /// Share of the grip and of a pad's radius beyond which it lifts off on one side: a disc on springs.
