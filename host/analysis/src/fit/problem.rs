@@ -235,7 +235,7 @@ impl<'a> Problem<'a> {
             floors.push(floor2.iter().map(|x| x.sqrt()).collect());
         }
         groups.retain(|g| !whiteners[*g].active.is_empty());
-        let of_offsets = constants::prior(campaign, model);
+        let of_offsets = constants::prior(&campaign.description.sensors);
         let offsets = whiteners.iter().map(Whitener::offsets).collect();
         Self {
             campaign,
