@@ -141,22 +141,23 @@ pub(super) fn pad_x_m<R: Real>(c: &StepContext<R>) -> R {
 }
 
 /// How far the object has opened a jaw that gives way late: from where it closed, and `late_s`
-/// times how fast `width` grows. There the jaw has its force.
+/// times how fast `width` grows. There the jaw has its force. The last of `memory` is the caller's.
 pub(super) fn opened<R: Real>(width: R, late_s: R, c: &StepContext<R>, memory: &mut [R; MEMORY]) -> R {
-    let [closed, start, last, _] = *memory;
+    let [closed, start, last, own] = *memory;
     let (start, last) = if closed == R::zero() { (width, width) } else { (start, last) };
-    *memory = [R::one(), start, width, R::zero()];
+    *memory = [R::one(), start, width, own];
     width - start + late_s * (width - last) / max(c.dt_s, R::of(1e-6))
 }
 
 impl<R: Real> Law<R> for FaceTilt {
     fn grip(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, memory: &mut [R; MEMORY], grip_n: &mut R) {
-        let held = [memory[0], memory[3]];
-        let started = if held[0] == R::zero() { along_x(c).z } else { held[1] };
+        if memory[0] == R::zero() {
+            memory[3] = along_x(c).z;
+        }
         if p[2] != R::zero() || p[4] != R::zero() {
             *grip_n += (p[2] + p[4] * *grip_n) * opened(pad_x_m(c), p[3], c, memory);
         }
-        (memory[0], memory[3]) = (R::one(), started);
+        memory[0] = R::one();
     }
 
     fn contact(

@@ -8,7 +8,7 @@
 //! 1985, 3.7). These are directions of the covariance, not a floor: a lag that decays along the path is ordinary, a level
 //! that stays is a finding.
 
-use crate::channels::{COUNT, FINGER_FORCE as FIRST, Quantity};
+use crate::channels::{COUNT, FINGER_FORCE, Quantity};
 use crate::evidence::pads::mean_square_m2;
 use crate::fit::campaign::Run;
 use crate::fit::features::{FEATURES, Features, quantity};
@@ -22,8 +22,9 @@ const STIFFNESS_N_M: f64 = 3e5;
 /// Share of a force's rise by which the peak of its onset may be off: springs and bristles overshoot by some
 /// per cent, and samples meet the peak or not. Doubled: break-away forces below a tenth above sliding are missed.
 const OVERSHOOT: f64 = 0.05;
+
 /// Torque of both fingers about the closing direction.
-const TURNING: usize = FIRST + 4;
+const TURNING: usize = FINGER_FORCE + 4;
 
 /// Directions of one standard deviation for each channel of force and torque, at the onset and after a pause, by the
 /// features `measured`: what
@@ -50,7 +51,7 @@ pub fn lags(run: &Run, measured: &Features) -> Vec<Features> {
         d[channel * BINS + RESTART] = (length_m / RESTART_M).min(1.0) * change(channel, [PAUSE, LAST]);
         d
     };
-    let all = (FIRST..COUNT).flat_map(|channel| [onset(channel), restart(channel)]);
+    let all = (FINGER_FORCE..COUNT).flat_map(|channel| [onset(channel), restart(channel)]);
     all.filter(|d| d.iter().any(|x| *x != 0.0)).collect()
 }
 
@@ -60,22 +61,22 @@ const OFF_BY: f64 = 0.5;
 
 /// What all forces and torques later by a share of a sample change, of one standard deviation: in a quick push the whole rise
 /// lies in one sample.
-pub fn late(run: &Run, measured: &Features) -> Features {
+pub fn late(run: &Run) -> Features {
     let rows = &run.prepared.measured;
     let shifted = |i: usize| {
         let mut row = rows[i];
-        row[FIRST..].copy_from_slice(&rows[i.saturating_sub(1)][FIRST..]);
+        row[FINGER_FORCE..].copy_from_slice(&rows[i.saturating_sub(1)][FINGER_FORCE..]);
         row
     };
     let later = run.bins.reduce(&(0..rows.len()).map(shifted).collect::<Vec<_>>());
-    later.iter().zip(measured).map(|(l, m)| if l.is_finite() { OFF_BY * (l - m) } else { 0.0 }).collect()
+    later.iter().zip(&run.measured).map(|(l, m)| if l.is_finite() { OFF_BY * (l - m) } else { 0.0 }).collect()
 }
 
 /// Length of the drive's path over which contacts load, m: in one sample, under the largest force, and where the
 /// fingers hold a torque, under that: a patch turns by `T / (2 K r^2)` before it slides.
 fn length(run: &Run, jump: impl Fn(usize) -> f64) -> f64 {
     let fastest = run.prepared.drive_speed().into_iter().fold(0.0, f64::max);
-    let largest = (FIRST..COUNT)
+    let largest = (FINGER_FORCE..COUNT)
         .filter(|c| quantity(c * BINS) == Quantity::Force)
         .map(|c| jump(c).abs())
         .fold(0.0, f64::max);

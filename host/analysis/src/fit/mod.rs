@@ -7,7 +7,6 @@
 pub mod alignment;
 pub mod campaign;
 pub mod carried;
-pub mod constants;
 pub mod edges;
 pub mod engine;
 pub mod features;

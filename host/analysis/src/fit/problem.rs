@@ -20,8 +20,9 @@ use crate::fit::gls::{self, Beside, FIXED, Gram, OFFSETS, Prior, Whitener};
 use crate::fit::loading;
 use crate::fit::noise::{self, Noise};
 use crate::fit::phases::{BINS, PEAK, Phase};
-use crate::fit::{alignment, carried, constants, edges, placing, points, uneven, unrepeated};
+use crate::fit::{alignment, carried, edges, placing, points, uneven, unrepeated};
 use crate::left_out::LeftOut;
+use stickslip_data::Sensors;
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -210,7 +211,7 @@ impl<'a> Problem<'a> {
             }
             let measured = noise::mean(group.runs.iter().map(|r| &campaign.runs[*r].measured));
             let mut lags = loading::lags(first, &measured);
-            lags.push(loading::late(first, &first.measured));
+            lags.push(loading::late(first));
             let at_start = &at_start[g];
             let one: Features = (0..FEATURES)
                 .map(|f| {
@@ -235,7 +236,7 @@ impl<'a> Problem<'a> {
             floors.push(floor2.iter().map(|x| x.sqrt()).collect());
         }
         groups.retain(|g| !whiteners[*g].active.is_empty());
-        let of_offsets = constants::prior(&campaign.description.sensors);
+        let of_offsets = prior_of_offsets(&campaign.description.sensors);
         let offsets = whiteners.iter().map(Whitener::offsets).collect();
         Self {
             campaign,
@@ -404,6 +405,22 @@ impl<'a> Problem<'a> {
             })
             .collect()
     }
+}
+
+/// A sensor's constant error is uniform within the uncertainty stated, about: beyond a tenth more and the
+/// noise it is no nuisance any more.
+fn prior_of_offsets(sensors: &Sensors) -> Prior {
+    let mut out = Prior::none(OFFSETS);
+    for o in 0..OFFSETS {
+        let sensor = if o < 12 { &sensors.finger } else { &sensors.pusher };
+        let (noise, uncertainty) = match o % 6 {
+            0..3 => (sensor.force_noise_n.max(1e-4), sensor.force_uncertainty_n),
+            _ => (sensor.torque_noise_nm.max(1e-6), sensor.torque_uncertainty_nm),
+        };
+        out.precision[o] = 1.0 / (uncertainty * uncertainty / 3.0 + 0.01 * noise * noise);
+        out.bound[o] = 1.1 * uncertainty + 3.0 * noise;
+    }
+    out
 }
 
 /// `(with - without) / step`.

@@ -51,8 +51,8 @@ fn a_rise_within_one_sample_may_be_off_by_half_of_it_in_its_bin_and_what_does_no
         row[6..].fill(1.0);
         row[18] = if i < begins { 0.0 } else { 10.0 };
     }
-    let measured = run.bins.measured(&run.prepared);
-    let direction = late(run, &measured);
+    run.measured = run.bins.measured(&run.prepared);
+    let direction = late(run);
     for (feature, size) in direction.iter().enumerate().filter(|(_, size)| size.abs() > 1e-12) {
         assert_eq!(feature / BINS, 18, "constant channels do not change");
         // One sample of 10 N fewer in a bin of at least one; the peak is counted from the level that follows.

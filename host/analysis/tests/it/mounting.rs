@@ -1,5 +1,5 @@
-//! Pushers that are not quite square, the points of pads and how evenly they press: how far features follow, and what is
-//! no finding.
+//! Pushers that are not quite square, the points of pads and how evenly they press: how far features follow, and what is no
+//! finding.
 
 use std::path::Path;
 
