@@ -22,6 +22,7 @@ pub mod problem;
 pub mod screen;
 pub mod search;
 pub mod sensing;
+pub mod sharing;
 pub mod uneven;
 pub mod unrepeated;
 

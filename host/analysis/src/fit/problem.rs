@@ -20,7 +20,7 @@ use crate::fit::gls::{self, Beside, FIXED, Gram, OFFSETS, Prior, Whitener};
 use crate::fit::loading;
 use crate::fit::noise::{self, Noise};
 use crate::fit::phases::{BINS, PEAK, Phase};
-use crate::fit::{alignment, carried, edges, placing, points, uneven, unrepeated};
+use crate::fit::{alignment, carried, edges, placing, points, sharing, uneven, unrepeated};
 use crate::left_out::LeftOut;
 use stickslip_data::Sensors;
 
@@ -89,15 +89,14 @@ fn stands(campaign: &Campaign, residuals: &[Features]) -> Vec<usize> {
 }
 
 /// Floor of what fingers and pusher bear together at rest, all but the push itself, and of how two
-/// fingers share the weight by friction before anything has slid, which the pads' moments about the axes along the face balance
-/// (9 and 11). `touches`: the pusher does at the start, as an
+/// fingers share torsion before anything has slid ([`sharing`] has their forces). `touches`: the pusher does at the start, as an
 /// edge under an object that sank into its pads.
 fn shared_weight(scene: &Scene<f64>, (push, touches): (Option<usize>, bool), feature: usize) -> f64 {
     let channel = feature / BINS;
     let with_pusher = scene.pusher.is_some() && matches!(channel, 7..=11 | 18..=23) && push != Some(channel);
     let shared = match Phase::of(feature % BINS) {
         Phase::Pause | Phase::After => with_pusher,
-        Phase::Before => matches!(channel, 9 | 11 | 12 | 14 | 16) || touches && with_pusher,
+        Phase::Before => channel == 16 || touches && with_pusher,
         _ => false,
     };
     if scene.fingers.is_none() || !shared {
@@ -168,6 +167,7 @@ impl<'a> Problem<'a> {
                 directions.extend(points::directions(run, model, &here));
                 directions.extend(uneven::directions(run, model, &simulated, &here));
                 directions.extend(edges::directions(run, &simulated, &here));
+                directions.extend(sharing::directions(run));
                 (directions, run.bins.ranges(&simulated))
             })
             .unzip();
