@@ -92,7 +92,14 @@ fn start_with<'a>(
     let slot = without.effects.len() - 1;
     candidate::remove(&mut without, slot);
     let base = hold_out(&problem, fit::solve_across(&problem, &without, &free, STEPS), free);
-    let pads = with_pads(&problem, &base, trial, &fitted);
+    let mut pads = with_pads(&problem, &base, trial, &fitted);
+    if let Some(effect) = fitted.effects.last().filter(|_| !(total(&pads.held) < total(&base))) {
+        // Pads more cannot do worse unless the fit ended in a side valley: from where the model without them is.
+        let beside = with_pads(&problem, &base, trial, &trial.on(&base.solution.model, effect.parameters));
+        if total(&beside.held) < total(&pads.held) {
+            pads = beside;
+        }
+    }
     // Where the model does better without, what was measured is no spring; and contacts that are as soft as what is assumed
     // may be at most are none of these.
     let softer = campaign.pads().is_some_and(|p| p.assumed()) && at_most(&problem, &pads.held);

@@ -12,9 +12,11 @@ use crate::channels::COUNT;
 use crate::fit::features::{FEATURES, Features};
 use crate::fit::phases::{BINS, PEAK};
 
-/// Constant errors of the force and torque channels of finger 1, finger 2 and pusher: nuisance within what
-/// is stated.
-pub const OFFSETS: usize = COUNT - 6;
+/// Constant errors of the force and torque channels of finger 1, finger 2 and pusher.
+pub const SENSORS: usize = COUNT - 6;
+/// These, and the moments about X and Z with which two pads press against each other: nuisances within what
+/// [`super::constants`] knows of them.
+pub const OFFSETS: usize = SENSORS + 2;
 
 /// Turns features of one group into uncorrelated ones of unit variance.
 #[derive(Clone, Debug)]
@@ -102,11 +104,12 @@ impl Whitener {
 }
 
 /// The channels that a unit offset shifts, and by how much: finger 1, finger 2 (in their sum and in their
-/// difference), pusher.
+/// difference), pusher; then equal and opposite torques of both fingers, which only their difference shows.
 pub fn shifts(offset: usize) -> Vec<(usize, f64)> {
     match offset {
         0..6 => vec![(offset + 6, 1.0), (offset + 12, 1.0)],
         6..12 => vec![(offset, 1.0), (offset + 6, -1.0)],
+        SENSORS.. => vec![(15 + 2 * (offset - SENSORS), 2.0)],
         _ => vec![(offset + 6, 1.0)],
     }
 }

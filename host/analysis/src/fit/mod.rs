@@ -7,6 +7,8 @@
 pub mod alignment;
 pub mod campaign;
 pub mod carried;
+pub mod closing;
+pub mod constants;
 pub mod edges;
 pub mod engine;
 pub mod features;

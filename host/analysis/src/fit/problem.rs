@@ -20,9 +20,10 @@ use crate::fit::gls::{self, Beside, FIXED, Gram, OFFSETS, Prior, Whitener};
 use crate::fit::loading;
 use crate::fit::noise::{self, Noise};
 use crate::fit::phases::{BINS, PEAK, Phase};
-use crate::fit::{alignment, carried, edges, placing, points, sharing, uneven, unrepeated};
+use crate::fit::{
+    alignment, carried, closing, constants, edges, placing, points, sharing, uneven, unrepeated,
+};
 use crate::left_out::LeftOut;
-use stickslip_data::Sensors;
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -152,6 +153,8 @@ impl<'a> Problem<'a> {
             .map(|g| [sensitivity[0][*g].clone(), sensitivity[1][*g].clone(), sensitivity[2][*g].clone()])
             .collect();
         let scatter_m = placing::scatter_m(&campaign.runs);
+        let stated = noise::estimate(campaign, &residuals, &friction);
+        let unrepeated = stated.freedom == 0;
         // Of the run that stands for each group: directions, and what its signals change within a bin.
         let (at_start, ranges): (Vec<Vec<Features>>, Vec<Features>) = stands
             .par_iter()
@@ -168,10 +171,12 @@ impl<'a> Problem<'a> {
                 directions.extend(uneven::directions(run, model, &simulated, &here));
                 directions.extend(edges::directions(run, &simulated, &here));
                 directions.extend(sharing::directions(run));
+                if unrepeated {
+                    directions.extend(closing::directions(run));
+                }
                 (directions, run.bins.ranges(&simulated))
             })
             .unzip();
-        let stated = noise::estimate(campaign, &residuals, &friction);
         let mut noise = stated.clone();
         if noise.freedom == 0 && campaign.sparse() && campaign.runs.len() >= unrepeated::FEWEST {
             let of_runs: Vec<Vec<Features>> = of_run.iter().map(|g| at_start[*g].clone()).collect();
@@ -236,7 +241,7 @@ impl<'a> Problem<'a> {
             floors.push(floor2.iter().map(|x| x.sqrt()).collect());
         }
         groups.retain(|g| !whiteners[*g].active.is_empty());
-        let of_offsets = prior_of_offsets(&campaign.description.sensors);
+        let of_offsets = constants::prior(campaign, model);
         let offsets = whiteners.iter().map(Whitener::offsets).collect();
         Self {
             campaign,
@@ -405,22 +410,6 @@ impl<'a> Problem<'a> {
             })
             .collect()
     }
-}
-
-/// A sensor's constant error is uniform within the uncertainty stated, about: beyond a tenth more and the
-/// noise it is no nuisance any more.
-fn prior_of_offsets(sensors: &Sensors) -> Prior {
-    let mut out = Prior::none(OFFSETS);
-    for o in 0..OFFSETS {
-        let sensor = if o < 12 { &sensors.finger } else { &sensors.pusher };
-        let (noise, uncertainty) = match o % 6 {
-            0..3 => (sensor.force_noise_n.max(1e-4), sensor.force_uncertainty_n),
-            _ => (sensor.torque_noise_nm.max(1e-6), sensor.torque_uncertainty_nm),
-        };
-        out.precision[o] = 1.0 / (uncertainty * uncertainty / 3.0 + 0.01 * noise * noise);
-        out.bound[o] = 1.1 * uncertainty + 3.0 * noise;
-    }
-    out
 }
 
 /// `(with - without) / step`.

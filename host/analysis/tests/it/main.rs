@@ -14,6 +14,7 @@ mod diagnose_statistics;
 mod diagnose_verdict;
 mod followed_columns;
 mod friction_edges;
+mod gripping;
 mod left_out;
 mod lifts;
 mod live;

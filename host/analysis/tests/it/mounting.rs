@@ -3,7 +3,6 @@
 
 use std::path::Path;
 
-use nalgebra::Vector3;
 use stickslip_analysis::diagnose::ordinary::{is_ordinary_in, mounted};
 use stickslip_analysis::diagnose::select::hold_out;
 use stickslip_analysis::fit::campaign::Campaign;
@@ -12,7 +11,7 @@ use stickslip_analysis::fit::free::{Free, base_parameters};
 use stickslip_analysis::fit::phases::{BINS, LAST};
 use stickslip_analysis::fit::problem::Problem;
 use stickslip_analysis::fit::uneven::UNEVEN;
-use stickslip_analysis::fit::{alignment, edges, points, sharing, solve, uneven};
+use stickslip_analysis::fit::{alignment, edges, points, solve, uneven};
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::default_model;
 use stickslip_data::{Dataset, read};
@@ -131,31 +130,4 @@ fn a_plate_off_by_a_third_of_a_milliradian_is_ordinary_and_one_off_by_a_degree_i
     assert!(words.starts_with("plate_tilt of up to 0.30 mrad"), "{words}");
     assert!(mounted(&problem, &tilted(0.0175)).is_none());
     assert!(!ordinary(0.0, "mass_error"), "no other effect has a size that any rig has");
-}
-
-#[test]
-fn a_load_that_two_fingers_share_in_any_way_at_rest_is_open_with_the_moments_that_balance_it_and_nothing_else_is()
- {
-    let campaign = Campaign::new(&demonstration(), &default_model());
-    for run in &campaign.runs {
-        let shared = sharing::directions(run);
-        assert_eq!(shared.len(), 2, "across the grip's axis, along X and Z");
-        let scene = &run.prepared.scene;
-        let half_m = scene.object.shape.reach(&(run.prepared.start.rotation.inverse() * Vector3::y()));
-        for (direction, (force, torque)) in shared.iter().zip([(12, 11), (14, 9)]) {
-            let at_rest = |channel: usize| direction[channel * BINS];
-            // Finger 1 at +Y bears half of the difference more, finger 2 half of it less.
-            let mut more_n = Vector3::zeros();
-            more_n[force - 12] = 0.5 * at_rest(force);
-            let arm_m = Vector3::new(0.0, half_m, 0.0);
-            let couple_nm = arm_m.cross(&more_n) + (-arm_m).cross(&-more_n);
-            let pads_nm = Vector3::from_fn(|k, _| at_rest(9 + k));
-            assert!((couple_nm + pads_nm).norm() < 1e-12, "{couple_nm} and {pads_nm}");
-            // All of a share may be that of half the weight.
-            assert!((at_rest(force) / (0.5 * scene.object.mass_kg * 9.81) - 1.0).abs() < 0.01);
-            let moves = |f: &usize| direction[*f] != 0.0;
-            let rest: Vec<usize> = (0..direction.len()).filter(moves).collect();
-            assert_eq!(rest, [torque * BINS, force * BINS]);
-        }
-    }
 }
