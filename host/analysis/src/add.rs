@@ -299,5 +299,48 @@ fn with_effects(
         progress.step(1);
     }
     let free = all(fitted.model.effects.len());
+    if new == 0 {
+        fitted = nearer_to_none(campaign, fitted, &free)?;
+    }
     Ok(Joint::of(fitted, free))
+}
+
+/// Correlation beyond which two strengths of an effect are one combination, and how much more a fit may cost that does as well.
+const COMBINED: f64 = 0.97;
+const AS_WELL: f64 = 1.001;
+
+/// `fitted`; where the data determine only a combination of two strengths of an effect, the fit from where the one that shows
+/// less is neutral, if it does as well: a part that is not determined is no effect.
+fn nearer_to_none(campaign: &Campaign, fitted: Fit, free: &[Free]) -> Result<Fit, FitError> {
+    let Some(k) = combined(&fitted, free) else { return Ok(fitted) };
+    let mut model = fitted.model.clone();
+    if let Free::Effect { of, .. } = free[k] {
+        free[k].set(&mut model, of.neutral);
+    }
+    let others: Vec<Free> = free.iter().filter(|f| **f != free[k]).copied().collect();
+    let held = fit::calibrate(campaign, &model, &others, &Options { resamples: 0, ..Options::default() })?;
+    let nearer = fit::calibrate(campaign, &held.model, free, &Options::default())?;
+    let cost = |fit: &Fit| fit::robust_cost(campaign, &fit.model, fit::MANY);
+    Ok(if cost(&nearer) <= AS_WELL * cost(&fitted) { nearer } else { fitted })
+}
+
+/// Of two strengths of an effect that the data do not separate the one that is fewer standard deviations from neutral.
+fn combined(fit: &Fit, free: &[Free]) -> Option<usize> {
+    let sd = |k: usize| fit.covariance[k][k].sqrt();
+    let owner = |k: usize| match free[k] {
+        Free::Effect { slot, of, .. } if of.typical != of.neutral => Some(slot),
+        _ => None,
+    };
+    let departs = |k: usize| match free[k] {
+        Free::Effect { of, .. } => (free[k].get(&fit.model) - of.neutral).abs() / sd(k),
+        _ => f64::INFINITY,
+    };
+    let pairs = (0..free.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let alike = |(i, j): &(usize, usize)| {
+        owner(*i).is_some()
+            && owner(*i) == owner(*j)
+            && (fit.covariance[*i][*j] / (sd(*i) * sd(*j))).abs() > COMBINED
+    };
+    let less = |(i, j): (usize, usize)| if departs(i) < departs(j) { i } else { j };
+    pairs.filter(alike).map(less).find(|k| departs(*k) > 0.0)
 }
