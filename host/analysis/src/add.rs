@@ -13,7 +13,7 @@ use crate::diagnose::choice::other_ways;
 use crate::diagnose::search::Search;
 use crate::diagnose::select::{Candidate, candidates, search_again};
 use crate::fit::campaign::Campaign;
-use crate::fit::{self, Estimate, Fit, FitError, Free, Options};
+use crate::fit::{self, Estimate, Fit, FitError, Free, Options, intervals};
 use crate::left_out::LeftOut;
 use crate::model::candidate::CandidateEffect;
 use crate::model::file::{EffectEntry, ModelFile};
@@ -305,8 +305,7 @@ fn with_effects(
     Ok(Joint::of(fitted, free))
 }
 
-/// Correlation beyond which two strengths of an effect are one combination, and how much more a fit may cost that does as well.
-const COMBINED: f64 = 0.97;
+/// How much more a fit may cost that does as well.
 const AS_WELL: f64 = 1.001;
 
 /// `fitted`; where the data determine only a combination of two strengths of an effect, the fit from where the one that shows
@@ -326,20 +325,20 @@ fn nearer_to_none(campaign: &Campaign, fitted: Fit, free: &[Free]) -> Result<Fit
 
 /// Of two strengths of an effect that the data do not separate the one that is fewer standard deviations from neutral.
 fn combined(fit: &Fit, free: &[Free]) -> Option<usize> {
-    let sd = |k: usize| fit.covariance[k][k].sqrt();
+    let variance = |k: usize| fit.covariance[k][k];
     let owner = |k: usize| match free[k] {
         Free::Effect { slot, of, .. } if of.typical != of.neutral => Some(slot),
         _ => None,
     };
     let departs = |k: usize| match free[k] {
-        Free::Effect { of, .. } => (free[k].get(&fit.model) - of.neutral).abs() / sd(k),
+        Free::Effect { of, .. } => (free[k].get(&fit.model) - of.neutral).abs() / variance(k).sqrt(),
         _ => f64::INFINITY,
     };
     let pairs = (0..free.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
     let alike = |(i, j): &(usize, usize)| {
         owner(*i).is_some()
             && owner(*i) == owner(*j)
-            && (fit.covariance[*i][*j] / (sd(*i) * sd(*j))).abs() > COMBINED
+            && intervals::combined([variance(*i), variance(*j)], fit.covariance[*i][*j]).is_some()
     };
     let less = |(i, j): (usize, usize)| if departs(i) < departs(j) { i } else { j };
     pairs.filter(alike).map(less).find(|k| departs(*k) > 0.0)

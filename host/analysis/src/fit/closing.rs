@@ -7,9 +7,8 @@
 use stickslip_shared::model::FingerContact;
 
 use crate::fit::campaign::Run;
-use crate::fit::features::{FEATURES, Features};
-use crate::fit::gls::shifts;
-use crate::fit::phases::{BINS, PEAK};
+use crate::fit::features::Features;
+use crate::fit::gls::constant;
 
 /// Standard deviation of the middle of the pressure from trial to trial, as share of the pad's diameter: 0.2 mm of 20 mm.
 const OF_DIAMETER: f64 = 0.01;
@@ -19,13 +18,6 @@ const OF_DIAMETER: f64 = 0.01;
 pub fn directions(run: &Run) -> Vec<Features> {
     let Some(FingerContact::Disc { diameter_m }) = run.prepared.scene.fingers else { return Vec::new() };
     let moment_nm = OF_DIAMETER * diameter_m * run.prepared.grip_n();
-    let direction = |offset: usize| {
-        let mut out = vec![0.0; FEATURES];
-        for (channel, sign) in shifts(offset) {
-            out[channel * BINS..channel * BINS + PEAK].fill(sign * moment_nm);
-        }
-        out
-    };
     // Torques about X and Z of finger 1, and of finger 2.
-    [3, 5, 9, 11].map(direction).into()
+    [3, 5, 9, 11].map(|offset| constant(offset, moment_nm)).into()
 }

@@ -91,14 +91,7 @@ impl Whitener {
 
     /// Whitened columns of the sensor offsets.
     pub fn offsets(&self) -> DMatrix<f64> {
-        let column = |o: usize| {
-            let mut column = vec![0.0; FEATURES];
-            for (channel, sign) in shifts(o) {
-                column[channel * BINS..channel * BINS + PEAK].fill(sign);
-            }
-            column
-        };
-        let columns: Vec<Vec<f64>> = (0..OFFSETS).map(column).collect();
+        let columns: Vec<Features> = (0..OFFSETS).map(|offset| constant(offset, 1.0)).collect();
         self.apply_all(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>())
     }
 }
@@ -112,6 +105,15 @@ pub fn shifts(offset: usize) -> Vec<(usize, f64)> {
         SENSORS.. => vec![(15 + 2 * (offset - SENSORS), 2.0)],
         _ => vec![(offset + 6, 1.0)],
     }
+}
+
+/// What a constant offset of this size adds to the features; a peak is counted from a mean, which moves with it.
+pub fn constant(offset: usize, size: f64) -> Features {
+    let mut out = vec![0.0; FEATURES];
+    for (channel, sign) in shifts(offset) {
+        out[channel * BINS..channel * BINS + PEAK].fill(sign * size);
+    }
+    out
 }
 
 /// Precision of a parameter that stays where it is.

@@ -108,6 +108,15 @@ pub fn resample(grams: &[Gram], prior: &Prior, n: usize, (resamples, seed): (usi
         .collect()
 }
 
+/// Correlation beyond which only a combination of two parameters is determined.
+const COMBINED: f64 = 0.97;
+
+/// The correlation of two parameters of which only a combination is determined; `None` of two that the data separate.
+pub fn combined(variance: [f64; 2], covariance: f64) -> Option<f64> {
+    let r = covariance / (variance[0] * variance[1]).sqrt();
+    (r.abs() > COMBINED).then_some(r)
+}
+
 /// What the data do not determine or separate, in words.
 pub fn notes(estimates: &[Estimate], covariance: &DMatrix<f64>, free: &[Free]) -> Vec<String> {
     let mut out = Vec::new();
@@ -124,8 +133,7 @@ pub fn notes(estimates: &[Estimate], covariance: &DMatrix<f64>, free: &[Free]) -
             out.push(format!("{} ended at its bound {}", e.name, e.value));
         }
         for j in 0..k {
-            let r = covariance[(k, j)] / (covariance[(k, k)] * covariance[(j, j)]).sqrt();
-            if r.abs() > 0.97 {
+            if let Some(r) = combined([covariance[(k, k)], covariance[(j, j)]], covariance[(k, j)]) {
                 out.push(format!(
                     "these data do not separate {} and {} (correlation {r:.3}): only a combination of them is determined",
                     estimates[j].name, e.name
