@@ -25,6 +25,10 @@ const FARTHEST: [f64; 2] = [0.1, 2.5];
 const HOPELESS: f64 = 5.0;
 /// A valley whose floor is not above this many times what the fit left is worth a few steps.
 const WORTH_STEPS: f64 = 2.0;
+/// A step to one side of an edge raises the loss by so many times what one to the other side does.
+const EDGE: f64 = 4.0;
+/// So often at most the fit goes on from beside an edge.
+const EDGES: usize = 3;
 /// Steps that show whether it is worth the rest, and what it must leave of the loss.
 const FEW_STEPS: usize = 2;
 const BETTER: f64 = 0.98;
@@ -96,33 +100,59 @@ pub fn solve_across(problem: &Problem, model: &Model<f64>, free: &[Free], steps:
     across_edges(problem, solve(problem, model, free, steps), free, steps)
 }
 
-/// `best`, or what is better in another valley of a friction coefficient, fitted with so many `steps`. Past the edge at
-/// which a contact lets go or holds, all of the loss lies on a plateau, down which least squares moves away from the edge
-/// for ever: each coefficient is followed on its own, all else as it is, to where the loss falls again.
+/// `best`, or what is better in another valley of a friction coefficient or beyond an edge, fitted with so many `steps`. Past the
+/// edge at which a contact lets go or holds, all of the loss lies on a plateau, down which least squares moves away from the edge
+/// for ever: each coefficient is followed on its own, all else as it is, to where the loss falls again. And at an edge itself
+/// sensitivities are those of both of its sides, by which no step leads on either: the fit goes on from the flatter side.
 pub fn across_edges(problem: &Problem, mut best: Solution, free: &[Free], steps: usize) -> Solution {
+    let better = |start: Place, best: &Solution| {
+        let found = descend(problem, start, free, FEW_STEPS, &[]).place;
+        (found.loss < BETTER * best.loss.1).then(|| {
+            let found = descend(problem, found, free, steps, &[]).end(problem, free);
+            Solution { loss: (best.loss.0, found.loss.1), ..found }
+        })
+    };
     for f in free.iter().filter(|f| f.coefficient().is_some()) {
-        for factor in [NEXT, 1.0 / NEXT] {
-            let Some(start) = next_valley(problem, &best, free, (f, factor)) else { continue };
-            let found = descend(problem, start, free, FEW_STEPS, &[]).place;
-            if found.loss < BETTER * best.loss.1 {
-                let found = descend(problem, found, free, steps, &[]).end(problem, free);
-                best = Solution { loss: (best.loss.0, found.loss.1), ..found };
+        for _ in 0..EDGES {
+            let mut beside = Vec::new();
+            for factor in [NEXT, 1.0 / NEXT] {
+                let way = along(problem, &best, free, (f, factor));
+                beside.extend(way.first);
+                if let Some(found) = way.valley.and_then(|start| better(start, &best)) {
+                    (best, beside) = (found, Vec::new());
+                }
+            }
+            match flatter(beside, best.loss.1).and_then(|start| better(start, &best)) {
+                Some(found) => best = found,
+                None => break,
             }
         }
     }
     best
 }
 
-/// The lowest place beyond a rise of the loss, from `best` in steps of `factor`.
-fn next_valley(
-    problem: &Problem,
-    best: &Solution,
-    free: &[Free],
-    (f, factor): (&Free, f64),
-) -> Option<Place> {
+/// Of two places to either side of a fit that left so much `loss` the one that is worse by far less than the other: between them
+/// is an edge.
+fn flatter(beside: Vec<Place>, loss: f64) -> Option<Place> {
+    let [one, other]: [Place; 2] = beside.try_into().ok()?;
+    let (flat, steep) = if one.loss < other.loss { (one, other) } else { (other, one) };
+    let is_edge = steep.loss - loss > EDGE * (flat.loss - loss).max(0.0);
+    (is_edge && flat.loss < WORTH_STEPS * loss).then_some(flat)
+}
+
+/// What a friction coefficient does to the loss, all else as it is.
+struct Way {
+    /// A step away.
+    first: Option<Place>,
+    /// The lowest place beyond a rise.
+    valley: Option<Place>,
+}
+
+/// Along one coefficient from `best` on in steps of `factor`.
+fn along(problem: &Problem, best: &Solution, free: &[Free], (f, factor): (&Free, f64)) -> Way {
     let mut model = best.model.clone();
     let (mut before, mut falls) = (best.loss.1, false);
-    let mut found: Option<Place> = None;
+    let mut way = Way { first: None, valley: None };
     loop {
         let value = factor * f.get(&model);
         f.set(&mut model, value);
@@ -132,17 +162,18 @@ fn next_valley(
         }
         let place = Place::of(problem, model.clone(), free);
         let loss = place.loss;
+        way.first.get_or_insert_with(|| place.clone());
         if !(loss < HOPELESS * best.loss.1) {
             break;
         }
         falls = falls || loss < before;
-        let floor = found.as_ref().map_or(WORTH_STEPS * best.loss.1, |found| found.loss);
+        let floor = way.valley.as_ref().map_or(WORTH_STEPS * best.loss.1, |found| found.loss);
         if falls && loss < floor {
-            found = Some(place);
+            way.valley = Some(place);
         }
         before = loss;
     }
-    found
+    way
 }
 
 /// Whether the friction of two models differs so much that contacts may stick in one and slip in
