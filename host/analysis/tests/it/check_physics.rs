@@ -236,6 +236,45 @@ fn poses_28_ms_late_or_early_are_found_within_five_by_the_pushers_force_or_the_f
     }
 }
 
+/// Forces that rise in a straight line during so many samples before the object moves in the grasp, as between stiff pads on an arm
+/// that bends.
+fn rising_before(dataset: &mut Dataset, samples: usize) {
+    for trial in &mut dataset.trials {
+        let force =
+            |s: &Sample| s.pusher_wrench.map_or(0.0, |w| w.force_n.iter().map(|f| f * f).sum::<f64>());
+        let touched = trial.samples.iter().position(|s| force(s) > 1.0).expect("pushed");
+        let level = trial.samples[touched + 10];
+        for k in 0..samples {
+            let share = (k + 1) as f64 / samples as f64;
+            let s = &mut trial.samples[touched - samples + k];
+            let to = [level.finger[0], level.finger[1], level.pusher_wrench];
+            for (w, to) in wrenches(s).zip(to.into_iter().flatten()) {
+                for (x, to) in w.force_n.iter_mut().zip(to.force_n) {
+                    *x += share * (to - *x);
+                }
+                for (x, to) in w.torque_nm.iter_mut().zip(to.torque_nm) {
+                    *x += share * (to - *x);
+                }
+            }
+        }
+        for s in &mut trial.samples[touched..touched + 10] {
+            (s.finger, s.pusher_wrench) = (level.finger, level.pusher_wrench);
+        }
+    }
+}
+
+#[test]
+fn an_object_that_moves_when_the_force_has_risen_and_not_before_is_no_sign_of_two_clocks() {
+    let (found, text) = causes(pushes(), |d| rising_before(d, 6));
+    assert!(found.is_empty(), "{text}");
+    let both = |d: &mut Dataset| {
+        rising_before(d, 6);
+        late(d, 12);
+    };
+    let (found, text) = causes(pushes(), both);
+    assert_eq!(found, vec![Cause::ClockOffset], "{text}");
+}
+
 #[test]
 fn the_report_says_by_what_the_clocks_were_compared_and_where_they_cannot_be() {
     let of = |report: &Report, primitive: &str| {

@@ -3,8 +3,11 @@
 //!
 //! Until the pusher touches, the object moves with the gripper. From then on its way in the
 //! gripper's frame grows, first by the deformation of pads and pusher, to which the force is
-//! proportional, then by slip. However soft the pads, both begin together, so the difference of
-//! the two onsets is the difference of the clocks. It is equal at all speeds: what differs from
+//! proportional, then by slip. Where the pads are soft both begin together; where they are stiff, and what
+//! carries pusher or gripper is not, the object is first seen to move when it slips, as the force has risen.
+//! So the difference of the two onsets is that of the clocks and a share, between none and all, of the time in
+//! which the force rises ([`Clock::rise_s`]): that share is found from trials that rise in different times, and
+//! is any where they do not. The clocks' difference is equal at all speeds: what differs from
 //! trial to trial in proportion to the time of the motion (play of the fingers) is not.
 //!
 //! Without a force sensor in the pusher the fingers show the contact: what both exert together, in
@@ -31,6 +34,9 @@ const LEAST_S: f64 = 0.01;
 /// Onsets farther apart have nothing to do with each other: the object moved in the grasp later
 /// (a pivot that is pressed onto its edge first), s.
 const MOST_S: f64 = 0.1;
+
+/// Share of its level at which a force has risen: friction holds no more soon after.
+const RISEN: f64 = 0.9;
 
 /// By what the clocks of a trial are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, JsonSchema, Serialize)]
@@ -104,6 +110,8 @@ pub struct Clock {
     pub sd_s: f64,
     /// Time from sample to sample, s.
     pub step_s: f64,
+    /// Time from the onset of the force until it is nearly what it is while the object slides, s.
+    pub rise_s: f64,
 }
 
 /// The two onsets of a trial; `pushed`: something that stands in the way is pushed.
@@ -138,7 +146,20 @@ pub fn clock(trial: &Trial, pushed: bool) -> Result<Clock, Unknown> {
     let (way_s, way_sd) = onset(&way, 5).ok_or(Unknown::NoMotionOnset)?;
     let lag_s = way_s - force_s;
     let (first_s, last_s) = (force.first().map_or(0.0, |f| f.0), force.last().map_or(0.0, |f| f.0));
-    Ok(Clock { means, lag_s, sd_s: force_sd.hypot(way_sd), step_s: (last_s - first_s) / force.len() as f64 })
+    let step_s = (last_s - first_s) / force.len() as f64;
+    Ok(Clock { means, lag_s, sd_s: force_sd.hypot(way_sd), step_s, rise_s: rise_s(&force, force_s) })
+}
+
+/// Time from `onset_s` until the change of a force since then is nearly its median, s.
+fn rise_s(force: &[(f64, [f64; 6])], onset_s: f64) -> f64 {
+    let rest: Vec<&[f64; 6]> = force.iter().take_while(|(t, _)| *t < onset_s).map(|(_, f)| f).collect();
+    let mean: [f64; 3] =
+        std::array::from_fn(|k| rest.iter().map(|f| f[k]).sum::<f64>() / rest.len().max(1) as f64);
+    let change = |f: &[f64; 6]| (0..3).map(|k| (f[k] - mean[k]).powi(2)).sum::<f64>().sqrt();
+    let after: Vec<(f64, f64)> = force.iter().skip(rest.len()).map(|(t, f)| (*t, change(f))).collect();
+    let level = quantile(after.iter().map(|(_, change)| *change).collect(), 0.5).unwrap_or(0.0);
+    let risen = after.iter().find(|(_, change)| *change > RISEN * level);
+    risen.map_or(0.0, |(t, _)| (t - onset_s).max(0.0))
 }
 
 /// Time, and the object's place and turn in the gripper, m.
@@ -178,7 +199,7 @@ pub fn clocks(primitive: &str, all: &[Result<Clock, Unknown>]) -> Clocks {
     Clocks {
         primitive: primitive.to_owned(),
         compared: of.first().zip(lag).map(|(first, lag)| (first.means, lag.trials)),
-        behind_s: lag.map(|lag| [lag.middle_s, 2.0 * lag.error_s]),
+        behind_s: lag.map(|lag| [lag.middle_s, lag.half_s]),
         scattered: of.len() - lag.map_or(0, |lag| lag.trials),
         unknown,
     }
@@ -188,7 +209,8 @@ pub fn clocks(primitive: &str, all: &[Result<Clock, Unknown>]) -> Clocks {
 #[derive(Clone, Copy)]
 struct Lag {
     middle_s: f64,
-    error_s: f64,
+    /// Half width of the 95 % interval.
+    half_s: f64,
     trials: usize,
 }
 
@@ -200,33 +222,62 @@ fn lag(clocks: &[Clock]) -> Option<Lag> {
     if 2 * good.len() <= clocks.len() {
         return None;
     }
-    let of = |share: f64| quantile(good.iter().map(|clock| clock.lag_s).collect(), share);
-    let (low, middle, high) = (of(0.25)?, of(0.5)?, of(0.75)?);
+    let quartiles = |share: f64| -> Option<[f64; 3]> {
+        let of = |q: f64| quantile(good.iter().map(|c| c.lag_s - share * c.rise_s).collect(), q);
+        Some([of(0.25)?, of(0.5)?, of(0.75)?])
+    };
+    let [low, middle, high] = quartiles(0.0)?;
+    if high - low >= 0.5 * middle.abs() + LEAST_S / 2.0 {
+        return None;
+    }
     let count = good.len() as f64;
     let stated = good.iter().map(|clock| clock.sd_s).fold(0.0, f64::max);
-    // Standard error of a median of normal numbers, by their quartiles; never below what one trial
-    // can tell.
-    let error = (1.25 * (high - low) / 1.35).max(stated) / count.sqrt();
-    // A force that jumps between two samples has its onset there, in all trials alike.
-    let error = error.hypot(0.5 * good.iter().map(|clock| clock.step_s).fold(0.0, f64::max));
-    let constant = high - low < 0.5 * middle.abs() + LEAST_S / 2.0;
-    constant.then_some(Lag { middle_s: middle, error_s: error, trials: good.len() })
+    let ends = |share: f64| -> Option<[f64; 2]> {
+        let [low, middle, high] = quartiles(share)?;
+        // Standard error of a median of normal numbers, by their quartiles; never below what one trial
+        // can tell.
+        let error = (1.25 * (high - low) / 1.35).max(stated) / count.sqrt();
+        // A force that jumps between two samples has its onset there, in all trials alike.
+        let error = error.hypot(0.5 * good.iter().map(|clock| clock.step_s).fold(0.0, f64::max));
+        Some([middle - 2.0 * error, middle + 2.0 * error])
+    };
+    let [least, most] = shares(&good);
+    let (one, other) = (ends(least)?, ends(most)?);
+    let (low, high) = (one[0].min(other[0]), one[1].max(other[1]));
+    Some(Lag { middle_s: 0.5 * (low + high), half_s: 0.5 * (high - low), trials: good.len() })
+}
+
+/// Least and largest share of the force's rise that may have passed before the object was seen to move: the 95 % interval of the
+/// slope of lags over rises, between none and all.
+fn shares(clocks: &[Clock]) -> [f64; 2] {
+    let n = clocks.len() as f64;
+    let mean = |of: &dyn Fn(&Clock) -> f64| clocks.iter().map(of).sum::<f64>() / n;
+    let (rise_s, lag_s) = (mean(&|c| c.rise_s), mean(&|c| c.lag_s));
+    let (square, product) =
+        (mean(&|c| (c.rise_s - rise_s).powi(2)), mean(&|c| (c.rise_s - rise_s) * (c.lag_s - lag_s)));
+    let slope = product / square;
+    let left = mean(&|c| (c.lag_s - lag_s - slope * (c.rise_s - rise_s)).powi(2));
+    let error = (left / square / (n - 2.0)).sqrt();
+    match slope.is_finite() && error.is_finite() {
+        true => [slope - 2.0 * error, slope + 2.0 * error].map(|share| share.clamp(0.0, 1.0)),
+        false => [0.0, 1.0],
+    }
 }
 
 /// The clocks' difference over trials of one primitive where it is one number, and not zero.
 pub fn offset(clocks: &[Clock]) -> Option<Breach> {
-    let Lag { middle_s, error_s, trials } = lag(clocks)?;
-    if middle_s.abs() < LEAST_S + 2.0 * error_s {
+    let Lag { middle_s, half_s, trials } = lag(clocks)?;
+    if middle_s.abs() < LEAST_S + half_s {
         return None;
     }
     let (late, early) = if middle_s > 0.0 { ("poses", "forces") } else { ("forces", "poses") };
     let text = format!(
         "the {late} are {:.0} ms behind the {early} (95 % interval {:.0} to {:.0} ms, {trials} trials): at contact the \
-         force rises and the object begins to move in the grasp at one instant. Two clocks, or the delay of the \
+         force rises and the object begins to move in the grasp, at one instant or while it rises. Two clocks, or the delay of the \
          motion capture? shift one of them by that time",
         1e3 * middle_s.abs(),
-        1e3 * (middle_s.abs() - 2.0 * error_s),
-        1e3 * (middle_s.abs() + 2.0 * error_s),
+        1e3 * (middle_s.abs() - half_s),
+        1e3 * (middle_s.abs() + half_s),
     );
     let by_pusher = clocks.iter().any(|clock| clock.means == Means::PusherContact);
     let force = if by_pusher { "pusher_f*" } else { "finger{1,2}_f*" };
