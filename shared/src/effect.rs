@@ -105,6 +105,11 @@ pub enum Role {
         /// The largest that each of its angles may be, rad.
         square_rad: f64,
     },
+    /// Where pads press: off their middle by this share of their diameter they do on any finger, no missing effect.
+    Pressing {
+        /// The largest that each of its distances may be.
+        of_diameter: f64,
+    },
     /// Only what the force sensors show differs, by what they would show without it and nothing else.
     Sensing,
     /// A later trial of the same condition differs; its first parameter is the change from trial to trial.

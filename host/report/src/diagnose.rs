@@ -162,9 +162,9 @@ fn series(report: &Report) -> [String; 2] {
     let beside = |k: usize| match report.ordinary[k] {
         Ordinary { pads: false, mounting: false } => "",
         Ordinary { pads: true, mounting: false } => ", ordinary pads beside it",
-        Ordinary { pads: false, mounting: true } => ", a pusher that is not quite square beside it",
+        Ordinary { pads: false, mounting: true } => ", parts that are not mounted exactly beside it",
         Ordinary { pads: true, mounting: true } => {
-            ", ordinary pads and a pusher that is not quite square beside it"
+            ", ordinary pads and parts that are not mounted exactly beside it"
         }
     };
     [

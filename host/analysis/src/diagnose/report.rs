@@ -268,7 +268,7 @@ pub fn report(
     let ordinary = [start, last].map(|held| {
         let added = posterior::effects(held, given_effects, |_, _| false);
         let pads = added.into_iter().any(|id| is_pads(id) && !effects.contains(&id));
-        ordinary::Ordinary { pads, mounting: ordinary::mounted(problem, held).is_some() }
+        ordinary::Ordinary { pads, mounting: !ordinary::mounted(problem, held).is_empty() }
     });
     let left_out = problem.left_out();
     let mut limits = limits(problem, invisible);

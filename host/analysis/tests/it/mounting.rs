@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use stickslip_analysis::diagnose::ordinary::{is_ordinary_in, mounted};
-use stickslip_analysis::diagnose::select::hold_out;
+use stickslip_analysis::diagnose::select::{Held, hold_out};
 use stickslip_analysis::fit::campaign::Campaign;
 use stickslip_analysis::fit::features::Features;
 use stickslip_analysis::fit::free::{Free, base_parameters};
@@ -16,7 +16,7 @@ use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::default_model;
 use stickslip_data::{Dataset, read};
 use stickslip_shared::effects::MAX_PARAMETERS;
-use stickslip_shared::model::{Model, PusherContact};
+use stickslip_shared::model::{FingerContact, Model, PusherContact};
 
 fn demonstration() -> Dataset {
     read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/demo")).expect("the demo")
@@ -113,21 +113,41 @@ fn a_pad_that_presses_unevenly_bears_a_shift_beside_its_turn_as_one_whose_fricti
     assert!(compared > 0);
 }
 
+/// The fit of `model` on `problem` with effect `id` beside it as it is.
+fn beside(problem: &Problem, model: &Model<f64>, id: &str, first: &[f64]) -> Held {
+    let (model, effect) = with(model, id, first);
+    let mut free = base_parameters(problem.campaign);
+    free.extend(Free::of_effect(effect.info, model.effects.len() - 1));
+    hold_out(problem, solve(problem, &model, &free, 0), free)
+}
+
 #[test]
 fn a_plate_off_by_a_third_of_a_milliradian_is_ordinary_and_one_off_by_a_degree_is_a_finding() {
     let campaign = Campaign::new(&demonstration(), &default_model());
     let model = on_pads();
     let problem = Problem::new(&campaign, &model);
-    let tilted = |angle_rad: f64| {
-        let (tilted, effect) = with(&model, "plate_tilt", &[angle_rad]);
-        let mut free = base_parameters(&campaign);
-        free.extend(Free::of_effect(effect.info, model.effects.len()));
-        hold_out(&problem, solve(&problem, &tilted, &free, 0), free)
-    };
+    let tilted = |angle_rad: f64| beside(&problem, &model, "plate_tilt", &[angle_rad]);
     let ordinary = |angle_rad: f64, id: &str| is_ordinary_in(&problem, &tilted(angle_rad), id);
     assert!(ordinary(3e-4, "plate_tilt") && !ordinary(0.0175, "plate_tilt"));
-    let words = mounted(&problem, &tilted(3e-4)).expect("it stands in the fit");
-    assert!(words.starts_with("plate_tilt of up to 0.30 mrad"), "{words}");
-    assert!(mounted(&problem, &tilted(0.0175)).is_none());
+    let words = mounted(&problem, &tilted(3e-4));
+    assert!(words.len() == 1 && words[0].starts_with("plate_tilt of up to 0.30 mrad"), "{words:?}");
+    assert!(mounted(&problem, &tilted(0.0175)).is_empty());
     assert!(!ordinary(0.0, "mass_error"), "no other effect has a size that any rig has");
+}
+
+#[test]
+fn a_pressure_off_the_middle_by_a_hundredth_of_the_pad_is_ordinary_and_one_off_by_a_twentieth_is_a_finding() {
+    let campaign = Campaign::new(&demonstration(), &default_model());
+    let Some(FingerContact::Disc { diameter_m }) = campaign.runs[0].prepared.scene.fingers else {
+        panic!("the demo has discs")
+    };
+    let model = on_pads();
+    let problem = Problem::new(&campaign, &model);
+    let off =
+        |share: f64| beside(&problem, &model, "pressure_offset", &[share * diameter_m, -share * diameter_m]);
+    assert!(is_ordinary_in(&problem, &off(0.005), "pressure_offset"));
+    assert!(!is_ordinary_in(&problem, &off(0.05), "pressure_offset"));
+    let words = mounted(&problem, &off(0.005));
+    assert!(words.len() == 1 && words[0].contains("pads may press off their middle"), "{words:?}");
+    assert!(mounted(&problem, &off(0.05)).is_empty());
 }
