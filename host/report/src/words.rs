@@ -43,11 +43,13 @@ pub fn parameter_words(name: &str) -> String {
     plain.replace("finger1", "finger 1").replace("finger2", "finger 2")
 }
 
-/// An interval; too few conditions give none.
+/// An interval. Data may bound one side only; too few conditions bound none.
 pub fn interval(low: f64, high: f64) -> String {
-    match low.is_finite() && high.is_finite() {
-        true => format!("{} to {}", short(low), short(high)),
-        false => "no interval".into(),
+    match (low.is_finite(), high.is_finite()) {
+        (true, true) => format!("{} to {}", short(low), short(high)),
+        (true, false) => format!("at least {}", short(low)),
+        (false, true) => format!("at most {}", short(high)),
+        (false, false) => "no interval".into(),
     }
 }
 

@@ -1,36 +1,18 @@
 //! Intervals of the coefficients by resampling, which needs no derivative and no noise model.
 //!
-//! What is drawn anew are the weights of whole conditions and of whole signals (exponential:
-//! the Bayesian bootstrap of Rubin 1981, in both directions as in Owen's of 2007; drawing
-//! with replacement would often leave out the one signal that tells). Conditions, because friction varies from run to run and
-//! the residuals of a run do not average out. Signals, because what the model lacks returns
-//! in the same signal in every condition, and more trials do not make it smaller: where the
-//! signals disagree about a coefficient, its interval says so.
-//!
-//! For each coefficient the cost is tabled along a scan of values, by trial and signal, as a
-//! quadratic in the other coefficients (which each draw thus profiles out). Each draw has a
-//! set of values that fit it equally well; the interval reaches from the low quantile of
-//! these sets' lower ends to the high quantile of their upper ends. A contact that never
-//! slides has sets without an end: the coefficient is only bounded. Conditions are few: the
-//! quantiles are those of Student's t, expanded (Hesterberg 2015), and as no draw leaves the
-//! range of the few, the interval is at least as wide as the t interval from the draws'
-//! standard deviation.
+//! What is drawn anew are the weights of whole conditions and of whole signals ([`draws`]). For each coefficient the cost is tabled
+//! along a scan of values, by trial and signal, as a
+//! quadratic in the other coefficients (which each draw thus profiles out).
 
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
-use rand_distr::{Distribution, Exp1, StandardNormal};
+use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-use super::problem::{Coefficient, Estimate, Nuisance, Problem, RANGE};
+use super::problem::{Coefficient, Estimate, Nuisance, Problem};
 use super::windows::{SEEN, Seen};
+use crate::evidence::draws::{self, DRAWS, Draw, RANGE, tail};
 
-/// Draws.
-const DRAWS: usize = 1000;
-/// Relative departures of the scan on either side.
-const DEPARTURES: [f64; 13] = [0.003, 0.008, 0.015, 0.025, 0.04, 0.065, 0.1, 0.15, 0.22, 0.35, 0.6, 1.2, 2.2];
-/// Rise of a draw's cost, as a share of it, that counts as none.
-const RISE: f64 = 1e-3;
 /// Most that another coefficient's logarithm follows along a scan from its place.
 const FOLLOWS: f64 = 0.5;
 /// The same of what is found beside them, standard deviations.
@@ -50,7 +32,7 @@ struct Cell {
 /// Estimates of the coefficients that are `wanted`, at the solution of `problem`.
 pub fn estimates(problem: &Problem<'_>, wanted: impl Fn(Coefficient) -> bool) -> Vec<Estimate> {
     let groups = conditions(problem);
-    let draws = draws(groups.iter().max().map_or(0, |g| g + 1));
+    let draws = draws::draws(groups.iter().max().map_or(0, |g| g + 1), SEEN);
     let wanted = (0..problem.free.len()).filter(|k| wanted(problem.free[*k]));
     wanted.map(|k| estimate(problem, &groups, &draws, k)).collect()
 }
@@ -68,27 +50,9 @@ fn conditions(problem: &Problem<'_>) -> Vec<usize> {
     problem.trials.iter().map(|w| place(w.condition)).collect()
 }
 
-/// Weight of each condition and of each signal.
-struct Draw {
-    condition: Vec<f64>,
-    signal: [f64; SEEN],
-}
-
-fn draws(conditions: usize) -> Vec<Draw> {
-    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
-    let mut one = || {
-        let mut weight = || -> f64 { Exp1.sample(&mut rng) };
-        Draw { condition: (0..conditions).map(|_| weight()).collect(), signal: [0; SEEN].map(|_| weight()) }
-    };
-    (0..DRAWS).map(|_| one()).collect()
-}
-
 fn estimate(problem: &Problem<'_>, groups: &[usize], draws: &[Draw], k: usize) -> Estimate {
     let best = problem.at[k].clamp(RANGE[0].ln(), RANGE[1].ln());
-    let mut scan: Vec<f64> = DEPARTURES.iter().flat_map(|d| [best - d, best + d]).chain([best]).collect();
-    scan.extend(RANGE.map(f64::ln));
-    scan.retain(|x| (RANGE[0].ln()..=RANGE[1].ln()).contains(x));
-    scan.sort_by(f64::total_cmp);
+    let scan = draws::scan(best);
     let others: Vec<usize> = (0..problem.at.len()).filter(|i| *i != k).collect();
     let at = |x: f64| {
         let mut at = problem.at.clone();
@@ -99,48 +63,20 @@ fn estimate(problem: &Problem<'_>, groups: &[usize], draws: &[Draw], k: usize) -
     let known = Known::of(problem);
     let sets: Vec<(usize, usize)> =
         draws.par_iter().filter_map(|d| set(&tables, groups, &known, d)).collect();
-    let clusters = groups.iter().max().map_or(1.0, |g| *g as f64 + 1.0);
-    let tail = tail(clusters);
-    let end = |mut ends: Vec<usize>, share: f64| {
-        ends.sort_unstable();
-        ends.get((share * (ends.len().max(1) - 1) as f64).round() as usize).copied()
-    };
-    let low = end(sets.iter().map(|s| s.0).collect(), tail).filter(|i| *i > 0);
-    let high = end(sets.iter().map(|s| s.1).collect(), 1.0 - tail).filter(|i| *i + 1 < scan.len());
+    let clusters = groups.iter().max().map_or(1, |g| g + 1);
+    let ends = draws::ends(&scan, best, &sets, clusters as f64);
     // On a plateau that has an end, the nearest value that fits as well: the least squares value runs off to the
     // edge of the range.
-    let signal = [1.0; SEEN];
-    let plateau = set(&tables, groups, &known, &Draw { condition: vec![1.0; clusters as usize], signal });
-    let value = match (low, high, plateau) {
-        (Some(_), None, Some((first, _))) => scan[first].min(best),
-        (None, Some(_), Some((_, last))) => scan[last].max(best),
+    let plateau = set(&tables, groups, &known, &Draw::even(clusters, SEEN));
+    let value = match (ends.places, plateau) {
+        ([Some(_), None], Some((first, _))) => scan[first].min(best),
+        ([None, Some(_)], Some((_, last))) => scan[last].max(best),
         _ => best,
     };
     let value = value.exp();
-    let inside: Vec<f64> = sets
-        .iter()
-        .filter(|s| s.0 > 0 && s.1 + 1 < scan.len())
-        .map(|s| 0.5 * (scan[s.0] + scan[s.1]) - best)
-        .collect();
-    // Exponential weights on n conditions scatter a mean too little by (n - 1) / (n + 1).
-    let variance = inside.iter().map(|d| d * d).sum::<f64>() / inside.len().max(1) as f64;
-    let least = student(clusters) * (variance * (clusters + 1.0) / (clusters - 1.0).max(0.5)).sqrt();
-    // The end lies between the last value that fits and the next, which does not.
-    let low = low.map(|i| scan[i - 1].min(best - least).exp()).filter(|low| *low > RANGE[0]);
-    let high = high.map(|i| scan[i + 1].max(best + least).exp()).filter(|high| *high < RANGE[1]);
+    let [low, high] = ends.logs.map(|end| end.map(f64::exp));
     let determined = low.zip(high).is_some_and(|(low, high)| high / low < DETERMINED);
     Estimate { coefficient: problem.free[k], value, low, high, determined }
-}
-
-/// Share of the draws left out on either side for a 95 % interval from so many conditions.
-fn tail(conditions: f64) -> f64 {
-    let expanded = student(conditions) * (conditions / (conditions - 1.0).max(0.5)).sqrt();
-    Normal::new(0.0, 1.0).map_or(0.0, |n| n.cdf(-expanded))
-}
-
-/// Quantile of Student's t for a 95 % interval.
-fn student(conditions: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, (conditions - 1.0).max(1.0)).map_or(2.0, |t| t.inverse_cdf(0.975))
 }
 
 /// Costs at `at` where the unknowns `others` depart from it, by trial and signal.
@@ -185,7 +121,7 @@ pub fn of_nuisances(problem: &Problem<'_>) -> Vec<[f64; 2]> {
     let departures = problem.departures(&problem.at);
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(2);
     let mut ends = vec![Vec::with_capacity(DRAWS); departures.len()];
-    for draw in draws(clusters) {
+    for draw in draws::draws(clusters, SEEN) {
         let of = |k: usize, ahead: f64| if k < first { 0.0 } else { departures[k - first] - ahead };
         let expected: Vec<f64> = all.iter().map(|_| StandardNormal.sample(&mut rng)).collect();
         let mut total = Cell {
@@ -235,7 +171,7 @@ fn precision(n: usize, first: usize) -> DMatrix<f64> {
 /// Adds what the `trials` cost in one draw.
 fn add(total: &mut Cell, trials: &[Vec<Cell>], groups: &[usize], draw: &Draw) {
     for (cells, group) in trials.iter().zip(groups) {
-        for (cell, signal) in cells.iter().zip(draw.signal) {
+        for (cell, signal) in cells.iter().zip(&draw.signal) {
             let weight = draw.condition[*group] * signal;
             if weight > 0.0 {
                 total.a += weight * cell.a;
@@ -261,7 +197,5 @@ fn set(tables: &[Vec<Vec<Cell>>], groups: &[usize], known: &Known, draw: &Draw) 
             total.a + 2.0 * total.b.dot(&d) + d.dot(&(&total.c * &d))
         })
         .collect();
-    let least = costs.iter().copied().filter(|c| c.is_finite()).min_by(f64::total_cmp)?;
-    let fits = |c: &f64| *c <= least * (1.0 + RISE) + 1e-12;
-    Some((costs.iter().position(fits)?, costs.iter().rposition(fits)?))
+    draws::fitting(&costs)
 }

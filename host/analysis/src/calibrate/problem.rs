@@ -11,6 +11,7 @@ use stickslip_shared::model::Model;
 
 use super::windows::{SEEN, Seen, Windowed, resolution};
 use crate::channels::COUNT;
+use crate::evidence::draws::RANGE;
 use crate::evidence::statistics::median;
 
 /// Which coefficient.
@@ -51,8 +52,6 @@ pub struct Estimate {
     pub determined: bool,
 }
 
-/// Coefficients beyond these are not believed.
-pub const RANGE: [f64; 2] = [0.02, 5.0];
 /// Relative step of the difference quotients: above the kinks of stick and slip.
 pub const STEP: f64 = 0.01;
 /// The same of what is found beside friction, standard deviations.

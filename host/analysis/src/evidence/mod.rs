@@ -5,6 +5,7 @@ pub mod balance;
 pub mod carried;
 pub mod conditions;
 pub mod contact;
+pub mod draws;
 pub mod force_bands;
 pub mod noise;
 pub mod offsets;

@@ -7,9 +7,15 @@ use rand_distr::StandardNormal;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::channels::COUNT;
+use crate::evidence::draws::{self, RANGE};
+use crate::fit::engine::Solution;
+use crate::fit::features::Features;
 use crate::fit::free::Free;
 use crate::fit::gls::{self, Gram, Prior};
 use crate::fit::noise;
+use crate::fit::phases::BINS;
+use crate::fit::problem::Problem;
 
 /// One fitted parameter.
 #[derive(Clone, Debug, JsonSchema, Serialize)]
@@ -106,6 +112,94 @@ pub fn resample(grams: &[Gram], prior: &Prior, n: usize, (resamples, seed): (usi
             [at(0.025), at(0.975)]
         })
         .collect()
+}
+
+/// Costs at one value of a scan: what a prior costs, and the loss of each group in use in each channel.
+struct Costs {
+    prior: f64,
+    groups: Vec<[f64; COUNT]>,
+}
+
+/// 95 % interval of the friction coefficient at place `k` of `free`, which ended in `solution`, as [`draws`] says: about an edge at
+/// which a contact begins to slide the loss rises to one side only, and no quadratic says how far the other may be. All other
+/// parameters and the sensors' errors follow to first order. Not a number on a side without a bound.
+pub fn of_friction(problem: &Problem, solution: &Solution, free: &[Free], k: usize) -> [f64; 2] {
+    let best = free[k].get(&solution.model).clamp(RANGE[0], RANGE[1]).ln();
+    let scan = draws::scan(best);
+    let models: Vec<_> = scan
+        .iter()
+        .map(|x| {
+            let mut model = solution.model.clone();
+            free[k].set(&mut model, x.exp());
+            model
+        })
+        .collect();
+    let predicted = problem.predict_each(&models);
+    let costs: Vec<Costs> = predicted.iter().map(|p| following(problem, solution, free, k, p)).collect();
+    let conditions = problem.campaign.conditions;
+    let cost = |at: &Costs, draw: &draws::Draw| -> f64 {
+        let of_group = |(g, channels): (&usize, &[f64; COUNT])| {
+            let sum: f64 = channels.iter().zip(&draw.signal).map(|(loss, weight)| loss * weight).sum();
+            draw.condition[problem.campaign.groups[*g].condition] * sum
+        };
+        at.prior + problem.groups.iter().zip(&at.groups).map(of_group).sum::<f64>()
+    };
+    let set =
+        |draw: &draws::Draw| draws::fitting(&costs.iter().map(|at| cost(at, draw)).collect::<Vec<f64>>());
+    let sets: Vec<(usize, usize)> = draws::draws(conditions, COUNT).iter().filter_map(set).collect();
+    draws::ends(&scan, best, &sets, conditions as f64).logs.map(|end| end.map_or(f64::NAN, f64::exp))
+}
+
+/// Costs of what is `predicted` with another value of parameter `k`, the others where they fit best beside it.
+fn following(
+    problem: &Problem,
+    solution: &Solution,
+    free: &[Free],
+    k: usize,
+    predicted: &[Features],
+) -> Costs {
+    let others: Vec<Free> = free.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, f)| *f).collect();
+    let columns: Vec<_> =
+        solution.columns.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, c)| c.clone()).collect();
+    let residual = problem.residual(predicted);
+    let grams = problem.grams(&residual, &columns);
+    let prior = problem.priors(&others, 0);
+    let home: Vec<f64> = others
+        .iter()
+        .map(|f| problem.prior(f).map_or(0.0, |(mean, _)| mean - f.get(&solution.model)))
+        .collect();
+    let towards = gls::solve_towards(grams.iter().map(|g| (1.0, g)), &prior, &home);
+    let x = towards.unwrap_or_else(|| DVector::zeros(prior.len()));
+    let n = others.len();
+    let moved: Vec<f64> = others
+        .iter()
+        .zip(x.iter())
+        .map(|(f, x)| {
+            let (value, (low, high)) = (f.get(&solution.model), problem.bounds(f));
+            (value + f.limited(&solution.model, *x)).clamp(low, high) - value
+        })
+        .collect();
+    let mut left = problem.without_offsets(&residual, &x.as_slice()[n..]);
+    for (i, left) in left.iter_mut().enumerate() {
+        for (column, x) in columns.iter().zip(&moved) {
+            for (r, c) in left.iter_mut().zip(&column[i]).filter(|(_, c)| c.is_finite()) {
+                *r -= c * x;
+            }
+        }
+    }
+    let of_group = |(g, left): (&usize, &Features)| {
+        let whitener = &problem.whiteners[*g];
+        let mut out = [0.0; COUNT];
+        for (feature, x) in whitener.active.iter().zip(whitener.apply(left).iter()) {
+            out[feature / BINS] += x * x;
+        }
+        out
+    };
+    let cost = |((x, home), precision): ((&f64, &f64), &f64)| precision * (x - home).powi(2);
+    Costs {
+        prior: moved.iter().zip(&home).zip(&prior.precision).map(cost).sum(),
+        groups: problem.groups.iter().zip(&left).map(of_group).collect(),
+    }
 }
 
 /// Correlation beyond which only a combination of two parameters is determined.

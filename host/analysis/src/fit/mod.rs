@@ -2,7 +2,7 @@
 //!
 //! Minimises a generalised least squares loss ([`gls`]) over friction and effect parameters
 //! ([`free`]), with constant sensor errors as nuisance within the stated uncertainty
-//! ([`engine`]). Intervals come from resampling whole conditions ([`intervals`]).
+//! ([`engine`]). Intervals come from whole conditions, those of friction from whole channels too ([`intervals`]).
 
 pub mod alignment;
 pub mod campaign;
@@ -219,15 +219,19 @@ pub fn summary(problem: &Problem, solution: Solution, before: f64, free: &[Free]
     let covariance = clustered_covariance(&solution.grams, &prior, free.len());
     let intervals =
         intervals::resample(&solution.grams, &prior, free.len(), (options.resamples, options.seed));
-    let model = solution.model;
+    let model = &solution.model;
     let estimates: Vec<Estimate> = free
         .iter()
         .enumerate()
         .map(|(k, f)| {
             let (low, high) = f.bounds();
-            let value = f.get(&model);
+            let value = f.get(model);
+            if f.coefficient().is_some() && !intervals.is_empty() {
+                let [low, high] = intervals::of_friction(problem, &solution, free, k);
+                return Estimate { name: f.name(), value, low, high, unit: f.unit() };
+            }
             let [a, b] = intervals.get(k).copied().unwrap_or([f64::NAN; 2]);
-            let form = FORM * f.departure(&model).abs();
+            let form = FORM * f.departure(model).abs();
             // What is unknown stays so.
             let side = |d: f64| if d.is_nan() { d } else { d.max(0.0).hypot(form) };
             Estimate {
@@ -243,7 +247,7 @@ pub fn summary(problem: &Problem, solution: Solution, before: f64, free: &[Free]
     let folds = gls::fold_solutions(&solution.grams, &prior, FOLDS);
     let held_out = gls::held_out(&solution.grams, &folds);
     Fit {
-        model,
+        model: solution.model,
         estimates,
         covariance: (0..free.len()).map(|i| (0..free.len()).map(|j| covariance[(i, j)]).collect()).collect(),
         notes,

@@ -2,22 +2,26 @@
 
 use stickslip_analysis::fit::campaign::Campaign;
 use stickslip_analysis::fit::problem::Problem;
-use stickslip_analysis::fit::{across_edges, base_parameters, solve};
+use stickslip_analysis::fit::{Estimate, Options, across_edges, base_parameters, calibrate, solve};
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::default_model;
 use stickslip_data::Dataset;
 use stickslip_rig::plan::{self, PlanName};
 use stickslip_rig::{Condition, Reality, STEP_S, Setup, objects, simulate};
+use stickslip_shared::model::Model;
 
 const MU_FINGER: f64 = 0.38;
 const MU_PUSHER: f64 = 0.22;
 /// Gauss-Newton steps.
 const STEPS: usize = 8;
 
+/// Friction of a plate that holds in all of them.
+const MU_HOLDS: f64 = 0.6;
+
 /// Pushes at one speed with Coulomb friction and nothing hidden.
-fn pushes() -> Dataset {
+fn pushes(mu_pusher: f64) -> Dataset {
     let description = objects::trimmed(objects::bench("pushes"), &["linear_push"], &["obj4"]);
-    let reality = Reality::ideal(MU_FINGER, MU_PUSHER);
+    let reality = Reality::ideal(MU_FINGER, mu_pusher);
     let setup = Setup { reality, description: description.clone(), step_s: STEP_S };
     let mut conditions = plan::conditions(PlanName::PushSmall, &[], 1, 0.0);
     conditions.truncate(9);
@@ -25,18 +29,22 @@ fn pushes() -> Dataset {
     Dataset { description, trials: conditions.iter().map(run).collect(), folder: Default::default() }
 }
 
-#[test]
-fn a_fit_that_starts_with_a_plate_that_holds_finds_the_friction_with_which_it_slides() {
-    let data = pushes();
-    let start = default_model();
-    let campaign = Campaign::new(&data, &start);
-    // Stiff contacts: a rigid grasp that sticks leaves its forces open. The rig's plate bears with 4 x 4 equal points, which
-    // is an even face with a third of its stiffness at the rim.
+/// `model` with stiff contacts: a rigid grasp that sticks leaves its forces open. The rig's plate bears with 4 x 4 equal points,
+/// which is an even face with a third of its stiffness at the rim.
+fn stiff(model: &Model<f64>) -> Model<f64> {
     let compliance =
         CandidateEffect::listed().into_iter().find(|t| t.info.role.is_compliance()).expect("listed");
     let mut parameters = [0.0; stickslip_shared::effects::MAX_PARAMETERS];
     parameters[..6].copy_from_slice(&[1e-6, 1e-6, 1e-6, 0.0, 0.0, 1.0 / 3.0]);
-    let mut model = compliance.on(&start, parameters);
+    compliance.on(model, parameters)
+}
+
+#[test]
+fn a_fit_that_starts_with_a_plate_that_holds_finds_the_friction_with_which_it_slides() {
+    let data = pushes(MU_PUSHER);
+    let start = default_model();
+    let campaign = Campaign::new(&data, &start);
+    let mut model = stiff(&start);
     (model.friction.finger, model.friction.pusher) = (MU_FINGER, 1.0);
     let free = base_parameters(&campaign);
     let problem = Problem::new(&campaign, &model);
@@ -48,4 +56,25 @@ fn a_fit_that_starts_with_a_plate_that_holds_finds_the_friction_with_which_it_sl
     let friction = found.model.friction;
     assert!((friction.pusher / MU_PUSHER - 1.0).abs() < 0.1, "{friction:?}");
     assert!((friction.finger / MU_FINGER - 1.0).abs() < 0.05, "{friction:?}");
+}
+
+#[test]
+fn friction_of_a_plate_that_holds_has_a_lower_bound_only_and_of_one_that_slides_two() {
+    let of = |mu_pusher: f64| {
+        let data = pushes(mu_pusher);
+        let start = default_model();
+        let campaign = Campaign::new(&data, &start);
+        let model = stiff(&start);
+        let fit = calibrate(&campaign, &model, &base_parameters(&campaign), &Options::default());
+        let fit = fit.expect("trials can be simulated");
+        let of_name = |name: &str| fit.estimates.iter().find(|e| e.name == name).expect("fitted").clone();
+        [of_name("friction.finger"), of_name("friction.pusher")]
+    };
+    let holds = |e: &Estimate, truth: f64| !(e.low > truth) && !(e.high < truth);
+    let [finger, pusher] = of(MU_PUSHER);
+    assert!(holds(&finger, MU_FINGER) && finger.high < 1.1 * finger.low, "{finger:?}");
+    assert!(holds(&pusher, MU_PUSHER) && pusher.high < 1.1 * pusher.low, "{pusher:?}");
+    let [finger, pusher] = of(MU_HOLDS);
+    assert!(holds(&finger, MU_FINGER), "{finger:?}");
+    assert!(pusher.low > 0.05 && pusher.low < MU_HOLDS && pusher.high.is_nan(), "{pusher:?}");
 }
