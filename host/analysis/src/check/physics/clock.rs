@@ -271,10 +271,17 @@ pub fn offset(clocks: &[Clock]) -> Option<Breach> {
         return None;
     }
     let (late, early) = if middle_s > 0.0 { ("poses", "forces") } else { ("forces", "poses") };
+    let cause = match middle_s > 0.0 {
+        true => "Two clocks, or the delay of the motion capture? shift one of them by that time",
+        // What lags behind the gripper as it sets off seems to move in the grasp before anything touches.
+        false => {
+            "Two clocks? shift one of them by that time. Or are the object's poses late, and the gripper's not? then the object \
+             seems to move in the grasp as soon as the gripper sets off, and mocap_latency says by how much"
+        }
+    };
     let text = format!(
         "the {late} are {:.0} ms behind the {early} (95 % interval {:.0} to {:.0} ms, {trials} trials): at contact the \
-         force rises and the object begins to move in the grasp, at one instant or while it rises. Two clocks, or the delay of the \
-         motion capture? shift one of them by that time",
+         force rises and the object begins to move in the grasp, at one instant or while it rises. {cause}",
         1e3 * middle_s.abs(),
         1e3 * (middle_s.abs() - half_s),
         1e3 * (middle_s.abs() + half_s),
