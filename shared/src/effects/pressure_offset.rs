@@ -20,7 +20,7 @@ pub const INFO: Info = Info {
     signature: "finger torques in proportion to grip before anything moves; sliding or lifting turns the object",
     on_robot: "the object is held off the middle of the pads: it turns when it is lifted or slides, and bears less moment one way than the other",
     source: "Howe and Cutkosky 1996, limit surface about the centre of pressure",
-    role: Role::Pressing { of_diameter: 0.01 },
+    role: Role::Pressing { of_diameter: 0.03 },
     parameters: &[
         Parameter::new("offset_x_m", "m", 0.002, 0.0, [-0.01, 0.01], "along gripper X"),
         Parameter::new("offset_z_m", "m", 0.001, 0.0, [-0.01, 0.01], "along gripper Z"),
