@@ -18,7 +18,7 @@ use crate::diagnose::search::{Ground, Reach, Search};
 use crate::fit::features::Features;
 use crate::fit::gls::FIXED;
 use crate::fit::gls::{self, Prior};
-use crate::fit::problem::Problem;
+use crate::fit::problem::{Problem, take_off};
 use crate::fit::screen::{Screened, Start};
 use crate::fit::{self, FOLDS, Free, Solution};
 
@@ -105,13 +105,7 @@ pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held 
             let condition = problem.campaign.groups[problem.groups[i]].condition;
             let x = &folds[gls::fold(condition, FOLDS)];
             let mut r = problem.without_offsets(std::slice::from_ref(r), &x.as_slice()[n..]).remove(0);
-            for k in 0..n {
-                for (r, c) in r.iter_mut().zip(&solution.columns[k][i]) {
-                    if c.is_finite() {
-                        *r -= c * x[k];
-                    }
-                }
-            }
+            take_off(&mut r, &solution.columns, i, &x.as_slice()[..n]);
             r
         })
         .collect();

@@ -15,7 +15,7 @@ use crate::fit::free::Free;
 use crate::fit::gls::{self, Gram, Prior};
 use crate::fit::noise;
 use crate::fit::phases::BINS;
-use crate::fit::problem::Problem;
+use crate::fit::problem::{Problem, take_off};
 
 /// One fitted parameter.
 #[derive(Clone, Debug, JsonSchema, Serialize)]
@@ -181,11 +181,7 @@ fn following(
         .collect();
     let mut left = problem.without_offsets(&residual, &x.as_slice()[n..]);
     for (i, left) in left.iter_mut().enumerate() {
-        for (column, x) in columns.iter().zip(&moved) {
-            for (r, c) in left.iter_mut().zip(&column[i]).filter(|(_, c)| c.is_finite()) {
-                *r -= c * x;
-            }
-        }
+        take_off(left, &columns, i, &moved);
     }
     let of_group = |(g, left): (&usize, &Features)| {
         let whitener = &problem.whiteners[*g];

@@ -412,6 +412,15 @@ impl<'a> Problem<'a> {
     }
 }
 
+/// Takes what `columns` make of the coefficients `x` off the features of the group at a place of those in use.
+pub fn take_off(features: &mut Features, columns: &[Vec<Features>], place: usize, x: &[f64]) {
+    for (column, x) in columns.iter().zip(x) {
+        for (r, c) in features.iter_mut().zip(&column[place]).filter(|(_, c)| c.is_finite()) {
+            *r -= c * x;
+        }
+    }
+}
+
 /// `(with - without) / step`.
 pub fn difference(with: &Features, without: &Features, step: f64) -> Features {
     with.iter().zip(without).map(|(a, b)| (a - b) / step).collect()
