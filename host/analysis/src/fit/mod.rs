@@ -8,6 +8,7 @@ pub mod alignment;
 pub mod campaign;
 pub mod carried;
 pub mod closing;
+pub mod common_floor;
 pub mod constants;
 pub mod edges;
 pub mod engine;

@@ -21,7 +21,7 @@ use crate::fit::loading;
 use crate::fit::noise::{self, Noise};
 use crate::fit::phases::{BINS, PEAK, Phase};
 use crate::fit::{
-    alignment, carried, closing, constants, edges, placing, points, sharing, uneven, unrepeated,
+    alignment, carried, closing, common_floor, constants, edges, placing, points, sharing, uneven, unrepeated,
 };
 use crate::left_out::LeftOut;
 
@@ -205,7 +205,9 @@ impl<'a> Problem<'a> {
                 })
                 .collect();
             // What the model leaves holds the floor already.
-            let floor_beside = |f: usize| if noise.of_misfit.is_some() { 0.0 } else { floor2[f] };
+            let floor_beside = |f: usize| {
+                if noise.of_misfit.is_some() { 0.0 } else { common_floor::own_share(f) * floor2[f] }
+            };
             let variance: Vec<f64> =
                 (0..FEATURES).map(|f| noise.spread[f].powi(2) / runs + floor_beside(f)).collect();
             let mut common: Vec<Features> =
@@ -233,6 +235,9 @@ impl<'a> Problem<'a> {
                 .collect();
             common.extend(lags);
             common.extend(at_start.iter().cloned());
+            if noise.of_misfit.is_none() {
+                common.extend(common_floor::directions(&floor2));
+            }
             let active: Vec<usize> = (0..FEATURES).filter(|f| mean[*f].is_finite()).collect();
             let weight = noise.of_misfit.as_ref().map_or(1.0, |of| of[stands[g]]);
             whiteners.push(Whitener::new(active, &variance, &common).weighed(weight));

@@ -6,6 +6,7 @@ mod calibration_trials;
 mod cause;
 mod channel_words;
 mod check_physics;
+mod common_floor;
 mod contact;
 mod diagnose_experiment;
 mod diagnose_groups;
