@@ -111,7 +111,10 @@ pub enum Role {
         of_diameter: f64,
     },
     /// Only what the force sensors show differs, by what they would show without it and nothing else.
-    Sensing,
+    Sensing {
+        /// The largest share of its typical size that each parameter has on any sensor, no missing effect.
+        of_typical: f64,
+    },
     /// A later trial of the same condition differs; its first parameter is the change from trial to trial.
     Order,
 }

@@ -22,7 +22,7 @@ pub const INFO: Info = Info {
     signature: "tangential forces or torsion in proportion to grip even while nothing loads the object",
     on_robot: "nothing moves otherwise: a part of the grip is read as load or torsion, so that slip seems nearer or further than it is",
     source: "ATI F/T calibration, crosstalk matrix",
-    role: Role::Sensing,
+    role: Role::Sensing { of_typical: 1.0 / 3.0 },
     parameters: &[
         shared("finger1_to_x", "finger 1: normal force shown along gripper X"),
         shared("finger2_to_x", "finger 2: normal force shown along gripper X"),

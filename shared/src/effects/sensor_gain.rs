@@ -19,7 +19,7 @@ pub const INFO: Info = Info {
     signature: "forces that do not balance: fingers and pusher disagree in proportion to the force",
     on_robot: "nothing moves otherwise: forces are read too large or too small, and the grip that is thought to hold is off by that share",
     source: "ATI F/T calibration, gain error",
-    role: Role::Sensing,
+    role: Role::Sensing { of_typical: 0.0 },
     parameters: &[
         Parameter::new("finger1", "1", 0.05, 0.0, [-0.5, 0.5], "relative error of finger 1"),
         Parameter::new("finger2", "1", 0.05, 0.0, [-0.5, 0.5], "relative error of finger 2"),

@@ -19,7 +19,7 @@ pub const INFO: Info = Info {
     signature: "a share of the largest force appears in a channel across it, in proportion, with unchanged size",
     on_robot: "nothing moves otherwise: a part of the grip is read as load on the pad, so that slip seems nearer or further than it is",
     source: "sensor mounting; Traversaro et al. 2015, in situ calibration",
-    role: Role::Sensing,
+    role: Role::Sensing { of_typical: 1.0 / 3.0 },
     parameters: &[
         angle("finger1_x_rad", "finger 1 about gripper X"),
         angle("finger1_y_rad", "finger 1 about gripper Y"),

@@ -1,14 +1,12 @@
 //! What any rig has, and is no finding: pads that give way a little, and press off their middle by as little as they are mounted to; a
-//! pusher that is mounted as square as it was set up.
+//! pusher that is mounted as square as it was set up; sensors that are turned a little, and show a little of one channel in another.
 //!
 //! It stays in the model beside what is found, so that nothing else has to stand in for it, and is not named.
 
 use stickslip_shared::effects::contact_compliance::tangential_m_n;
 use stickslip_shared::effects::{Role, find as find_effect};
-use stickslip_shared::model::FingerContact;
 
 use crate::diagnose::select::Held;
-use crate::fit::campaign::Run;
 use crate::fit::problem::Problem;
 use crate::fit::{self, Free};
 
@@ -17,7 +15,7 @@ use crate::fit::{self, Free};
 pub struct Ordinary {
     /// Pads that give way a little.
     pub pads: bool,
-    /// A pusher that is not quite square, or pads that press not quite in their middle.
+    /// A pusher that is not quite square, pads that press not quite in their middle, or sensors that are not quite as drawn.
     pub mounting: bool,
 }
 
@@ -25,24 +23,38 @@ pub struct Ordinary {
 pub fn is_ordinary_in(problem: &Problem, held: &Held, id: &str) -> bool {
     match find_effect(id).map(|info| info.role) {
         Some(Role::Compliance { normal_m }) => gives_way_less(problem, held, normal_m),
-        Some(role) => mounted_within(problem, role).is_some_and(|most| is_within(problem, held, id, most)),
+        Some(role) => Most::of(problem, role).is_some_and(|most| is_within(problem, held, id, most)),
         None => false,
     }
 }
 
-/// How far off something may be set up, rad or m, where that is what an effect is about.
-fn mounted_within(problem: &Problem, role: Role) -> Option<f64> {
-    match role {
-        Role::Mounting { square_rad } => Some(square_rad),
-        Role::Pressing { of_diameter } => {
-            let diameter = |run: &Run| match run.prepared.scene.fingers {
-                Some(FingerContact::Disc { diameter_m }) => Some(diameter_m),
-                _ => None,
-            };
-            let least_m = problem.campaign.runs.iter().filter_map(diameter).reduce(f64::min)?;
-            Some(of_diameter * least_m)
+/// How much of an effect any rig may have, where something is mounted.
+#[derive(Clone, Copy)]
+enum Most {
+    /// Each parameter, rad or m.
+    Size(f64),
+    /// Each as a share of its typical size.
+    OfTypical(f64),
+}
+
+impl Most {
+    fn of(problem: &Problem, role: Role) -> Option<Self> {
+        match role {
+            Role::Mounting { square_rad } => Some(Self::Size(square_rad)),
+            Role::Pressing { of_diameter } => {
+                Some(Self::Size(of_diameter * problem.campaign.pad_diameter_m()?))
+            }
+            Role::Sensing { of_typical } => (of_typical > 0.0).then_some(Self::OfTypical(of_typical)),
+            _ => None,
         }
-        _ => None,
+    }
+
+    /// The size of `f` as this counts it, and the most of it.
+    fn sized(self, f: &Free, size: f64) -> [f64; 2] {
+        match (self, f) {
+            (Self::OfTypical(most), Free::Effect { of, .. }) => [size / of.typical.abs(), most],
+            (Self::Size(most) | Self::OfTypical(most), _) => [size, most],
+        }
     }
 }
 
@@ -54,16 +66,22 @@ pub fn mounted(problem: &Problem, held: &Held) -> Vec<String> {
     };
     let mut out: Vec<(&str, String)> = Vec::new();
     for (id, role) in held.free.iter().filter_map(given) {
-        let Some(most) = mounted_within(problem, role) else { continue };
+        let Some(most) = Most::of(problem, role) else { continue };
         if out.iter().any(|(known, _)| *known == id) || !is_within(problem, held, id, most) {
             continue;
         }
         let of_it = |f: &&Free| matches!(f, Free::Effect { effect, .. } if *effect == id);
-        let sizes = held.free.iter().filter(of_it).map(|f| f.get(&held.solution.model).abs());
-        let [here, most] = [sizes.fold(0.0, f64::max), most].map(|x| 1e3 * x);
-        let (unit, may) = match role {
-            Role::Pressing { .. } => ("mm", format!("pads may press off their middle by {most:.2} mm")),
-            _ => ("mrad", format!("a pusher may be off square by {most:.1} mrad")),
+        let sized = held.free.iter().filter(of_it).map(|f| most.sized(f, f.get(&held.solution.model).abs()));
+        let [here, most] = sized.fold([0.0; 2], |[size, _], [here, most]| [f64::max(size, here), most]);
+        let (here, unit, may) = match role {
+            Role::Sensing { .. } => {
+                let may = format!("any sensor may have {:.0} %", 1e2 * most);
+                (1e2 * here, "% of its typical size", may)
+            }
+            Role::Pressing { .. } => {
+                (1e3 * here, "mm", format!("pads may press off their middle by {:.2} mm", 1e3 * most))
+            }
+            _ => (1e3 * here, "mrad", format!("a pusher may be off square by {:.1} mrad", 1e3 * most)),
         };
         out.push((id, format!(
             "{id} of up to {here:.2} {unit} stands in the fit and is no finding: {may}, and by what the data leave open"
@@ -73,14 +91,14 @@ pub fn mounted(problem: &Problem, held: &Held) -> Vec<String> {
 }
 
 /// Whether none of its parameters is larger than `most` beyond what the data leave open.
-fn is_within(problem: &Problem, held: &Held, id: &str, most: f64) -> bool {
+fn is_within(problem: &Problem, held: &Held, id: &str, most: Most) -> bool {
     let Held { solution, free, .. } = held;
     let covariance = fit::clustered_covariance(&solution.grams, &problem.priors(free, 0), free.len());
     let of_it = |f: &Free| matches!(f, Free::Effect { effect, .. } if *effect == id);
     let sizes = free.iter().enumerate().filter(|(_, f)| of_it(f));
     sizes
-        .map(|(k, f)| (f.get(&solution.model).abs(), covariance[(k, k)].sqrt()))
-        .all(|(size, sd)| size < most + 2.0 * sd)
+        .map(|(k, f)| most.sized(f, f.get(&solution.model).abs() - 2.0 * covariance[(k, k)].sqrt()))
+        .all(|[size, most]| size < most)
 }
 
 /// Whether the pads move the object by less than `normal_m` at the largest grip, or by no more than that beyond what the data

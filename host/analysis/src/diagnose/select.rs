@@ -104,7 +104,7 @@ pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held 
         .map(|(i, r)| {
             let condition = problem.campaign.groups[problem.groups[i]].condition;
             let x = &folds[gls::fold(condition, FOLDS)];
-            let mut r = problem.without_offsets(std::slice::from_ref(r), &x.as_slice()[n..]).remove(0);
+            let mut r = problem.without_offsets_at(i, r, &x.as_slice()[n..]);
             take_off(&mut r, &solution.columns, i, &x.as_slice()[..n]);
             r
         })

@@ -4,19 +4,11 @@
 //! noise and floor on the diagonal, run-to-run friction and common directions in `U`.
 //! [`Whitener`] turns that into the identity. All further statistics (fits, held-out errors,
 //! tests, resampling of conditions) are sums over groups of small Gram matrices of
-//! `[parameters | sensor offsets | residual]`, so that none of them simulates again.
+//! `[parameters | constants of the rig | residual]`, so that none of them simulates again.
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::channels::COUNT;
-use crate::fit::features::{FEATURES, Features};
-use crate::fit::phases::{BINS, PEAK};
-
-/// Constant errors of the force and torque channels of finger 1, finger 2 and pusher.
-pub const SENSORS: usize = COUNT - 6;
-/// These, and the moments about X and Z with which two pads press against each other: nuisances within what
-/// [`super::constants`] knows of them.
-pub const OFFSETS: usize = SENSORS + 2;
+use crate::fit::features::Features;
 
 /// Turns features of one group into uncorrelated ones of unit variance.
 #[derive(Clone, Debug)]
@@ -88,32 +80,6 @@ impl Whitener {
     pub fn square(&self, features: &[f64]) -> f64 {
         self.apply(features).norm_squared()
     }
-
-    /// Whitened columns of the sensor offsets.
-    pub fn offsets(&self) -> DMatrix<f64> {
-        let columns: Vec<Features> = (0..OFFSETS).map(|offset| constant(offset, 1.0)).collect();
-        self.apply_all(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>())
-    }
-}
-
-/// The channels that a unit offset shifts, and by how much: finger 1, finger 2 (in their sum and in their
-/// difference), pusher; then equal and opposite torques of both fingers, which only their difference shows.
-pub fn shifts(offset: usize) -> Vec<(usize, f64)> {
-    match offset {
-        0..6 => vec![(offset + 6, 1.0), (offset + 12, 1.0)],
-        6..12 => vec![(offset, 1.0), (offset + 6, -1.0)],
-        SENSORS.. => vec![(15 + 2 * (offset - SENSORS), 2.0)],
-        _ => vec![(offset + 6, 1.0)],
-    }
-}
-
-/// What a constant offset of this size adds to the features; a peak is counted from a mean, which moves with it.
-pub fn constant(offset: usize, size: f64) -> Features {
-    let mut out = vec![0.0; FEATURES];
-    for (channel, sign) in shifts(offset) {
-        out[channel * BINS..channel * BINS + PEAK].fill(sign * size);
-    }
-    out
 }
 
 /// Precision of a parameter that stays where it is.
@@ -145,7 +111,7 @@ impl Prior {
     }
 }
 
-/// Gram matrix of `[parameters | offsets | residual]` of one group.
+/// Gram matrix of `[parameters | constants of the rig | residual]` of one group; of the constants, [`super::constants`].
 #[derive(Clone, Debug)]
 pub struct Gram {
     /// Index of the condition.
@@ -180,30 +146,59 @@ impl Beside {
         Self { grams, known, others }
     }
 
-    fn of(&self, others: &[usize], last: usize) -> Vec<Gram> {
+    /// With `others`, and one column in the place of the residual, which is the last of them.
+    fn of(&self, others: &[usize], instead: Option<usize>) -> Vec<Gram> {
         let offsets = self.known + self.others;
-        let places = (0..self.known).chain(others.iter().map(|k| self.known + k));
-        let places: Vec<usize> = places.chain(offsets..offsets + OFFSETS).chain([last]).collect();
-        self.grams.iter().map(|g| g.of(&places)).collect()
+        let of_group = |g: &Gram| {
+            let residual = g.matrix.ncols() - 1;
+            let places = (0..self.known).chain(others.iter().map(|k| self.known + k));
+            let last = instead.unwrap_or(residual);
+            g.of(&places.chain(offsets..residual).chain([last]).collect::<Vec<usize>>())
+        };
+        self.grams.iter().map(of_group).collect()
     }
 
     /// With some of the others.
     pub fn with(&self, others: &[usize]) -> Vec<Gram> {
-        self.of(others, self.known + self.others + OFFSETS)
+        self.of(others, None)
     }
 
     /// With one of the others in the place of the residual.
     pub fn towards(&self, other: usize) -> Vec<Gram> {
-        self.of(&[], self.known + other)
+        self.of(&[], Some(self.known + other))
     }
 }
 
-/// Gram matrix of the whitened columns of parameters and offsets and of the whitened residual.
-pub fn gram(condition: usize, columns: &DMatrix<f64>) -> Gram {
-    let mut matrix = columns.transpose() * columns;
+/// Columns that stand beside any others, and their products with each other: these are needed again and again.
+#[derive(Clone, Debug)]
+pub struct Columns {
+    columns: DMatrix<f64>,
+    products: DMatrix<f64>,
+}
+
+impl Columns {
+    /// Of whitened columns.
+    pub fn new(columns: DMatrix<f64>) -> Self {
+        Self { products: columns.tr_mul(&columns), columns }
+    }
+}
+
+/// Gram matrix of whitened columns of parameters (the residual is the last of them) and of the offsets beside them.
+pub fn gram(condition: usize, seen: &DMatrix<f64>, offsets: &Columns) -> Gram {
+    let Columns { columns, products } = offsets;
+    let (n, beside) = (seen.ncols() - 1, columns.ncols());
+    let (of_seen, across) = (seen.tr_mul(seen), seen.tr_mul(columns));
+    let last = n + beside;
+    let mut matrix = DMatrix::zeros(last + 1, last + 1);
+    matrix.view_mut((0, 0), (n, n)).copy_from(&of_seen.view((0, 0), (n, n)));
+    matrix.view_mut((0, n), (n, beside)).copy_from(&across.rows(0, n));
+    matrix.view_mut((n, n), (beside, beside)).copy_from(products);
+    matrix.view_mut((0, last), (n, 1)).copy_from(&of_seen.view((0, n), (n, 1)));
+    matrix.view_mut((n, last), (beside, 1)).copy_from(&across.row(n).transpose());
+    matrix[(last, last)] = of_seen[(n, n)];
     // Blocks of a product are summed in their own order: two halves may differ in the last bit.
     matrix.fill_lower_triangle_with_upper_triangle();
-    Gram { condition, matrix, features: columns.nrows() }
+    Gram { condition, matrix, features: seen.nrows() }
 }
 
 /// Coefficients of `[parameters | offsets]` that minimise the summed loss.

@@ -6,20 +6,19 @@
 
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
 use rayon::prelude::*;
 use stickslip_shared::model::{Model, Scene};
 
-use crate::channels::{COUNT, Quantity};
+use crate::channels::Quantity;
 use crate::evidence::pads::SD_OF_RANGE;
 use crate::evidence::tolerance::{RIGID, lies_free, push_channel};
 use crate::fit::campaign::{Campaign, Group, Run};
 use crate::fit::features::{self, FEATURES, Features};
 use crate::fit::free::Free;
-use crate::fit::gls::{self, Beside, FIXED, Gram, OFFSETS, Prior, Whitener};
+use crate::fit::gls::{self, Beside, Columns, FIXED, Gram, Prior, Whitener};
 use crate::fit::loading;
 use crate::fit::noise::{self, Noise};
-use crate::fit::phases::{BINS, PEAK, Phase};
+use crate::fit::phases::{BINS, Phase};
 use crate::fit::{
     alignment, carried, closing, common_floor, constants, edges, placing, points, sharing, uneven, unrepeated,
 };
@@ -36,9 +35,11 @@ pub struct Problem<'a> {
     pub targets: Vec<Features>,
     /// For each group.
     pub whiteners: Arc<Vec<Whitener>>,
-    /// Whitened offset columns of each group.
-    pub offsets: Vec<DMatrix<f64>>,
-    /// Prior of the offsets.
+    /// For each group: what the rig's constants add to its features ([`constants::columns`]).
+    pub constants: Arc<Vec<Vec<Features>>>,
+    /// These, whitened.
+    pub offsets: Vec<Columns>,
+    /// Prior of the constants.
     pub of_offsets: Prior,
     /// For each group: standard deviation of one run of each feature, floor included.
     pub single_run: Vec<Features>,
@@ -186,6 +187,7 @@ impl<'a> Problem<'a> {
         let mut targets = Vec::with_capacity(groups.len());
         let mut single_run = Vec::with_capacity(groups.len());
         let mut floors = Vec::with_capacity(groups.len());
+        let mut of_rig = Vec::with_capacity(groups.len());
         for (g, group) in campaign.groups.iter().enumerate() {
             let runs = group.runs.iter().filter(|r| noise::is_used(&residuals[**r])).count().max(1) as f64;
             let mean = noise::mean(group.runs.iter().map(|r| &residuals[*r]));
@@ -217,6 +219,7 @@ impl<'a> Problem<'a> {
                 common.push(sensitivity[k][g].iter().map(|x| x * sd).collect());
             }
             let measured = noise::mean(group.runs.iter().map(|r| &campaign.runs[*r].measured));
+            of_rig.push(constants::columns(&measured));
             let mut lags = loading::lags(first, &measured);
             lags.push(loading::late(first));
             let at_start = &at_start[g];
@@ -247,12 +250,16 @@ impl<'a> Problem<'a> {
         }
         groups.retain(|g| !whiteners[*g].active.is_empty());
         let of_offsets = constants::prior(campaign, model);
-        let offsets = whiteners.iter().map(Whitener::offsets).collect();
+        let whitened = |(w, columns): (&Whitener, &Vec<Features>)| {
+            Columns::new(w.apply_all(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>()))
+        };
+        let offsets = whiteners.iter().zip(&of_rig).map(whitened).collect();
         Self {
             campaign,
             noise,
             targets,
             whiteners: Arc::new(whiteners),
+            constants: Arc::new(of_rig),
             offsets,
             of_offsets,
             single_run,
@@ -334,12 +341,7 @@ impl<'a> Problem<'a> {
         let of_group = |(i, g): (usize, &usize)| {
             let of_it = columns.iter().map(|c| &c[i][..]).chain(std::iter::once(&residual[i][..]));
             let seen = self.whiteners[*g].apply_all(&of_it.collect::<Vec<_>>());
-            let (n, offsets) = (columns.len(), &self.offsets[*g]);
-            let mut all = DMatrix::zeros(seen.nrows(), n + OFFSETS + 1);
-            all.columns_mut(0, n).copy_from(&seen.columns(0, n));
-            all.columns_mut(n, OFFSETS).copy_from(offsets);
-            all.column_mut(n + OFFSETS).copy_from(&seen.column(n));
-            gls::gram(self.campaign.groups[*g].condition, &all)
+            gls::gram(self.campaign.groups[*g].condition, &seen, &self.offsets[*g])
         };
         self.groups.par_iter().enumerate().map(of_group).collect()
     }
@@ -394,35 +396,32 @@ impl<'a> Problem<'a> {
         out
     }
 
-    /// Residual with the fitted sensor offsets taken out.
+    /// Residual of all groups in use with what the rig's constants make up taken out.
     pub fn without_offsets(&self, residual: &[Features], offsets: &[f64]) -> Vec<Features> {
-        let mut shift = [0.0; COUNT];
-        for (o, x) in offsets.iter().enumerate() {
-            for (channel, sign) in gls::shifts(o) {
-                shift[channel] += sign * x;
-            }
+        residual.iter().enumerate().map(|(place, r)| self.without_offsets_at(place, r, offsets)).collect()
+    }
+
+    /// The same of the group at a place of those in use.
+    pub fn without_offsets_at(&self, place: usize, residual: &Features, offsets: &[f64]) -> Features {
+        let mut out = residual.clone();
+        for (column, x) in self.constants[self.groups[place]].iter().zip(offsets) {
+            subtract(&mut out, column, *x);
         }
-        residual
-            .iter()
-            .map(|r| {
-                let mut r = r.clone();
-                for channel in 6..COUNT {
-                    for f in &mut r[channel * BINS..channel * BINS + PEAK] {
-                        *f -= shift[channel];
-                    }
-                }
-                r
-            })
-            .collect()
+        out
     }
 }
 
 /// Takes what `columns` make of the coefficients `x` off the features of the group at a place of those in use.
 pub fn take_off(features: &mut Features, columns: &[Vec<Features>], place: usize, x: &[f64]) {
     for (column, x) in columns.iter().zip(x) {
-        for (r, c) in features.iter_mut().zip(&column[place]).filter(|(_, c)| c.is_finite()) {
-            *r -= c * x;
-        }
+        subtract(features, &column[place], *x);
+    }
+}
+
+/// `features - x column`, where the column is known.
+fn subtract(features: &mut Features, column: &Features, x: f64) {
+    for (r, c) in features.iter_mut().zip(column).filter(|(_, c)| c.is_finite()) {
+        *r -= c * x;
     }
 }
 

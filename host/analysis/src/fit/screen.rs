@@ -133,7 +133,7 @@ fn screen_on(
     let predicted = &base.predicted;
     let changed = |all: &[[f64; MAX_PARAMETERS]]| -> Vec<Vec<Features>> {
         let models: Vec<Model<f64>> = all.iter().map(|p| trial.on(&base.model, *p)).collect();
-        if info.role == Role::Sensing {
+        if matches!(info.role, Role::Sensing { .. }) {
             let shown = |m: &Model<f64>| -> Vec<Features> {
                 let effect = m.effects.last();
                 effect.map_or_else(Vec::new, |e| predicted.iter().map(|p| sensing::shown(e, p)).collect())

@@ -22,7 +22,7 @@ const PUSHER: usize = 18;
 
 /// Whether `free` is of an effect of the sensors alone.
 pub fn is_sensed(free: &Free) -> bool {
-    matches!(free, Free::Effect { effect, .. } if find(effect).is_some_and(|info| info.role == Role::Sensing))
+    matches!(free, Free::Effect { effect, .. } if find(effect).is_some_and(|info| matches!(info.role, Role::Sensing { .. })))
 }
 
 /// The features `predicted` as they are where `after` stands in place of `before`, which differ in effects of the sensors alone.

@@ -6,7 +6,7 @@ use rand_distr::StandardNormal;
 use stickslip_analysis::diagnose::select::{of_gain, p_value, paired};
 use stickslip_analysis::fit::FOLDS;
 use stickslip_analysis::fit::features::FEATURES;
-use stickslip_analysis::fit::gls::{self, Gram, Prior, Whitener};
+use stickslip_analysis::fit::gls::{self, Columns, Gram, Prior, Whitener};
 
 fn rng(seed: u64) -> rand_chacha::ChaCha8Rng {
     rand_chacha::ChaCha8Rng::seed_from_u64(seed)
@@ -48,7 +48,8 @@ fn a_nuisance_in_the_residual_is_projected_out_exactly() {
     for condition in 0..8 {
         let (effect, nuisance, residual) = (column(&mut rng), column(&mut rng), column(&mut rng));
         let of = |residual: DVector<f64>| {
-            gls::gram(condition, &DMatrix::from_columns(&[effect.clone(), nuisance.clone(), residual]))
+            let nuisances = Columns::new(DMatrix::from_columns(std::slice::from_ref(&nuisance)));
+            gls::gram(condition, &DMatrix::from_columns(&[effect.clone(), residual]), &nuisances)
         };
         grams.push(of(residual.clone()));
         shifted.push(of(residual + &nuisance * 7.0));
@@ -155,7 +156,7 @@ fn the_tests_of_a_gain_together_alarm_no_more_often_than_twice_their_level_under
 
 /// One feature of a condition that was measured as `value`; the model says `2 x`.
 fn seen(condition: usize, value: f64) -> Gram {
-    gls::gram(condition, &DMatrix::from_row_slice(1, 2, &[2.0, value]))
+    gls::gram(condition, &DMatrix::from_row_slice(1, 2, &[2.0, value]), &Columns::new(DMatrix::zeros(1, 0)))
 }
 
 #[test]

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 use stickslip_analysis::fit::campaign::Campaign;
-use stickslip_analysis::fit::gls::{OFFSETS, SENSORS, shifts};
+use stickslip_analysis::fit::constants::{OFFSETS, OPPOSED, ORIGINS, shifts};
+use stickslip_analysis::fit::features::{FEATURES, Features};
 use stickslip_analysis::fit::phases::{BINS, PEAK};
 use stickslip_analysis::fit::{closing, constants, sharing};
 use stickslip_analysis::model::candidate::CandidateEffect;
@@ -71,17 +72,56 @@ fn pads_off_square_press_against_each_other_by_their_stiffness_against_turning_t
         // A disc on springs has K a^2 / 4; half of the difference of two is less by the root of two.
         let stiffness_nm_rad = 0.25 * radius_m.powi(2) / tangential_m_n(&model.effects[0].parameters, grip_n);
         let opposed_nm = stiffness_nm_rad * 5e-4 / 2.0_f64.sqrt();
-        for of in SENSORS..OFFSETS {
+        for of in OPPOSED {
             assert!((prior.precision[of].powf(-0.5) / opposed_nm - 1.0).abs() < 1e-9);
             assert!((prior.bound[of] / opposed_nm - 3.0).abs() < 1e-9);
         }
     }
     // However stiff: no more than lifts a pad off on one side.
     let stiffest = constants::prior(&campaign, &on_pads(1e-9));
-    assert!(stiffest.bound[SENSORS] <= 3.0 * 0.25 * grip_n * radius_m);
+    assert!(stiffest.bound[OPPOSED.start] <= 3.0 * 0.25 * grip_n * radius_m);
     // Equal and opposite: nothing in the sum of the fingers.
-    for (of, channel) in [(SENSORS, 15), (SENSORS + 1, 17)] {
+    for (of, channel) in [(OPPOSED.start, 15), (OPPOSED.start + 1, 17)] {
         assert_eq!(shifts(of), [(channel, 2.0)]);
+    }
+}
+
+#[test]
+fn a_sensors_origin_is_known_to_a_tenth_of_a_millimetre_and_a_pads_middle_to_a_hundredth_of_its_diameter() {
+    let campaign = Campaign::new(&demonstration(), &default_model());
+    let beside_m = 0.01 * diameter_m(&campaign);
+    let prior = constants::prior(&campaign, &default_model());
+    let is = |of: usize, sd: f64| {
+        assert!((prior.precision[of].powf(-0.5) / sd - 1.0).abs() < 1e-9, "{of}");
+        assert!((prior.bound[of] / sd - 3.0).abs() < 1e-9, "{of}");
+    };
+    // A finger's origin along its face is that of its sensor and of its pad.
+    ORIGINS
+        .zip([beside_m, 0.0, beside_m, beside_m, 0.0, beside_m, 0.0, 0.0, 0.0])
+        .for_each(|(of, pad_m)| is(of, pad_m.hypot(1e-4)));
+}
+
+/// Wrench of each sensor (finger 1, finger 2, pusher) in the rest before, from features.
+fn wrenches(features: &Features) -> [(Vector3<f64>, Vector3<f64>); 3] {
+    let at = |first: usize| Vector3::from_fn(|k, _| features[(first + k) * BINS]);
+    let finger = |sign: f64, first: usize| 0.5 * (at(first) + sign * at(first + 6));
+    [(finger(1.0, 6), finger(1.0, 9)), (finger(-1.0, 6), finger(-1.0, 9)), (at(18), at(21))]
+}
+
+#[test]
+fn a_sensor_whose_origin_is_off_shows_the_same_wrench_about_another_point() {
+    // Some wrench in each channel, and no change of it.
+    let measured: Features = (0..FEATURES).map(|f| 1.0 + ((f / BINS) as f64 * 0.7).sin()).collect();
+    let columns = constants::columns(&measured);
+    assert_eq!(columns.len(), OFFSETS);
+    let before = wrenches(&measured);
+    for k in 0..9 {
+        let (sensor, mut d) = (k / 3, Vector3::zeros());
+        d[k % 3] = 1.0;
+        for (of, (force_n, torque_nm)) in wrenches(&columns[ORIGINS.start + k]).iter().enumerate() {
+            let expected = if of == sensor { -d.cross(&before[of].0) } else { Vector3::zeros() };
+            assert!(force_n.norm() < 1e-12 && (torque_nm - expected).norm() < 1e-12, "origin {k} {of}");
+        }
     }
 }
 
