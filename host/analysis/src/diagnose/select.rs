@@ -9,6 +9,7 @@
 
 use crate::model::candidate::CandidateEffect;
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 use stickslip_shared::effects::Info;
 use stickslip_shared::model::{MAX_EFFECTS, Model};
@@ -37,6 +38,8 @@ const SAME_VALLEY: f64 = 0.3;
 const MOST_FROM_THERE: usize = 3;
 /// A fit whose loss is beyond this many times what its linear model promises did not converge.
 const CONVERGED: f64 = 1.2;
+/// What a linear model leaves of a condition that was held out is relied on up to so many times what the fit leaves of it.
+const LINEAR: f64 = 4.0;
 
 /// A fitted model and how it does on held-out conditions.
 #[derive(Clone, Debug)]
@@ -97,16 +100,11 @@ pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held 
     if least(&fixed) > CONVERGED * least(&prior) + n as f64 {
         folds = gls::fold_solutions(&solution.grams, &fixed, FOLDS);
     }
-    let residual: Vec<Features> = solution
-        .residual
-        .iter()
-        .enumerate()
-        .map(|(i, r)| {
-            let condition = problem.campaign.groups[problem.groups[i]].condition;
-            let x = &folds[gls::fold(condition, FOLDS)];
-            let mut r = problem.without_offsets_at(i, r, &x.as_slice()[n..]);
-            take_off(&mut r, &solution.columns, i, &x.as_slice()[..n]);
-            r
+    let residual: Vec<Features> = (0..problem.groups.len())
+        .into_par_iter()
+        .map(|place| {
+            let condition = problem.campaign.groups[problem.groups[place]].condition;
+            held_out_residual(problem, &solution, &free, place, folds[gls::fold(condition, FOLDS)].as_slice())
         })
         .collect();
     let mut loss = vec![0.0; problem.campaign.conditions];
@@ -115,6 +113,34 @@ pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held 
     }
     let misfit = misfit::of(problem, &residual);
     Held { solution, free, loss, residual, misfit }
+}
+
+/// What the coefficients `x`, fitted without the condition of the group at `place`, leave of it. Near an edge at which a contact
+/// begins to slide a small step of friction does not what the sensitivities of both sides say: where the linear model leaves many
+/// times what the fit does, it is simulated.
+fn held_out_residual(
+    problem: &Problem,
+    solution: &Solution,
+    free: &[Free],
+    place: usize,
+    x: &[f64],
+) -> Features {
+    let (steps, offsets) = x.split_at(free.len());
+    let whitener = &problem.whiteners[problem.groups[place]];
+    let fitted = problem.without_offsets_at(place, &solution.residual[place], &solution.offsets);
+    let mut linear = problem.without_offsets_at(place, &solution.residual[place], offsets);
+    take_off(&mut linear, &solution.columns, place, steps);
+    if whitener.square(&linear) <= LINEAR * whitener.square(&fitted) {
+        return linear;
+    }
+    let mut model = solution.model.clone();
+    for (f, step) in free.iter().zip(steps) {
+        f.set(&mut model, f.get(&solution.model) + step);
+    }
+    let group = problem.groups[place];
+    let Some(predicted) = problem.predict_of(&model, &[group]).pop() else { return linear };
+    let residual = problem.targets[group].iter().zip(&predicted).map(|(t, p)| t - p).collect();
+    problem.without_offsets_at(place, &residual, offsets)
 }
 
 /// By how much the loss of each condition falls from `before` to `after`, over the sum of both: a condition in which the

@@ -1,8 +1,11 @@
 //! Fits past the edge at which a contact lets go: pushes up and down a slope, on a plate whose friction just slides.
 
+use stickslip_analysis::diagnose::select::hold_out;
 use stickslip_analysis::fit::campaign::Campaign;
 use stickslip_analysis::fit::problem::Problem;
-use stickslip_analysis::fit::{Estimate, Options, across_edges, base_parameters, calibrate, solve};
+use stickslip_analysis::fit::{
+    Estimate, FOLDS, Options, across_edges, base_parameters, calibrate, gls, solve,
+};
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::default_model;
 use stickslip_data::Dataset;
@@ -77,4 +80,36 @@ fn friction_of_a_plate_that_holds_has_a_lower_bound_only_and_of_one_that_slides_
     let [finger, pusher] = of(MU_HOLDS);
     assert!(holds(&finger, MU_FINGER), "{finger:?}");
     assert!(pusher.low > 0.05 && pusher.low < MU_HOLDS && pusher.high.is_nan(), "{pusher:?}");
+}
+
+#[test]
+fn a_held_out_condition_whose_sensitivity_is_far_off_is_simulated_and_the_others_follow_theirs() {
+    let data = pushes(MU_PUSHER);
+    let start = default_model();
+    let campaign = Campaign::new(&data, &start);
+    let mut model = stiff(&start);
+    (model.friction.finger, model.friction.pusher) = (MU_FINGER, 0.27);
+    let free = base_parameters(&campaign);
+    let problem = Problem::new(&campaign, &model);
+    let mut solution = solve(&problem, &model, &free, STEPS);
+    // As across an edge: in the first group friction of the plate changes the features by far more than it does.
+    solution.columns[1][0].iter_mut().for_each(|x| *x *= 1e4);
+    solution.grams = problem.grams(&solution.residual, &solution.columns);
+    let held = hold_out(&problem, solution.clone(), free.clone());
+    let folds = gls::fold_solutions(&solution.grams, &solution.priors(&problem, &free, 0), FOLDS);
+    for (place, group) in problem.groups.iter().enumerate() {
+        let condition = campaign.groups[*group].condition;
+        let x = &folds[gls::fold(condition, FOLDS)];
+        let (steps, offsets) = x.as_slice().split_at(free.len());
+        let mut there = solution.model.clone();
+        free.iter().zip(steps).for_each(|(f, step)| f.set(&mut there, f.get(&solution.model) + step));
+        let predicted = problem.predict_of(&there, &[*group]).remove(0);
+        let residual = problem.targets[*group].iter().zip(&predicted).map(|(t, p)| t - p).collect();
+        let left = problem.without_offsets_at(place, &residual, offsets);
+        let simulated = problem.whiteners[*group].square(&left);
+        let linear = gls::loss(&solution.grams[place], x);
+        let expected = if place == 0 { simulated } else { linear };
+        assert!((held.loss[condition] / expected - 1.0).abs() < 1e-6, "{condition}: {expected}");
+        assert!(place > 0 || linear > 10.0 * simulated, "{linear} {simulated}");
+    }
 }
