@@ -7,6 +7,7 @@ use stickslip_shared::model::Model;
 
 use crate::diagnose::misfit::{Misfit, Place};
 use crate::diagnose::ordinary::is_ordinary_in;
+use crate::diagnose::posterior::{LEAST, posterior};
 use crate::diagnose::search::Search;
 use crate::diagnose::select::{
     Candidate, Held, candidates, explained, hold_out, paired, search_again, total,
@@ -194,8 +195,17 @@ pub fn choose(
     }
     if let [only] = chosen.as_slice()
         && let Some(simpler) = simpler(start, only, first)
+        && is_possible(problem, start, simpler, only)
     {
         (chosen, equal) = single(simpler);
+    }
+    if let ([only], [others]) = (chosen.as_slice(), equal.as_slice())
+        && let Some(probable) =
+            more_probable(problem, start, only, first.iter().filter(|c| others.contains(&c.info.id)))
+    {
+        let beside = only.info.id;
+        (chosen, equal) = single(probable);
+        equal.iter_mut().filter(|of| !of.contains(&beside)).for_each(|of| of.push(beside));
     }
     simplify(problem, start, (&mut chosen, &mut equal), first, trials);
     let share = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
@@ -278,6 +288,18 @@ pub fn without(problem: &Problem, held: &Held, slot: usize) -> Held {
     let mut model = held.solution.model.clone();
     candidate::remove(&mut model, slot);
     let free: Vec<Free> = held.free.iter().filter_map(|f| f.without_slot(slot)).collect();
+    hold_out(problem, fit::solve(problem, &model, &free, 8), free)
+}
+
+/// `held` without those parameters of effects that are `left_out`: they stand where they do nothing.
+pub fn without_parameters(problem: &Problem, held: &Held, left_out: impl Fn(&Free) -> bool) -> Held {
+    let mut model = held.solution.model.clone();
+    for f in held.free.iter().filter(|f| left_out(f)) {
+        if let Free::Effect { of, .. } = f {
+            f.set(&mut model, of.neutral);
+        }
+    }
+    let free: Vec<Free> = held.free.iter().filter(|f| !left_out(f)).copied().collect();
     hold_out(problem, fit::solve(problem, &model, &free, 8), free)
 }
 
@@ -398,6 +420,29 @@ fn simpler<'a>(start: &Held, only: &Candidate, first: &'a [Candidate]) -> Option
     };
     let simplest = first.iter().filter(as_good).min_by_key(|c| strengths(c.info));
     simplest.filter(|c| strengths(c.info) < strengths(only.info))
+}
+
+/// Whether `simpler` has a probability worth speaking of beside `only`: shares of what a few conditions miss say little.
+fn is_possible(problem: &Problem, start: &Held, simpler: &Candidate, only: &Candidate) -> bool {
+    let given = start.solution.model.effects.len();
+    let weighed = posterior(problem, given, &[start, &only.held, &simpler.held], |_, _| false);
+    weighed.of(simpler.info.id) > LEAST * weighed.of(only.info.id)
+}
+
+/// Of `equals`, which do as well as `only`, the one beside which it has no probability worth speaking of: a sum of losses of few
+/// conditions is decided by one that the others say little of.
+fn more_probable<'a>(
+    problem: &Problem,
+    start: &Held,
+    only: &Candidate,
+    equals: impl Iterator<Item = &'a Candidate>,
+) -> Option<&'a Candidate> {
+    equals.fold(None, |best: Option<&Candidate>, c| {
+        match is_possible(problem, start, best.unwrap_or(only), c) {
+            true => best,
+            false => Some(c),
+        }
+    })
 }
 
 /// How many strengths an effect has.

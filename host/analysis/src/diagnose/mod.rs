@@ -19,6 +19,7 @@ pub mod rivals;
 pub mod search;
 pub mod select;
 pub mod signature;
+mod slow;
 pub mod structure;
 pub mod swing;
 pub mod verdict;
@@ -362,7 +363,8 @@ fn find(
         beside = Some(place);
         choice = Choice { chosen, equal, verdict: Verdict::Effect, ..Choice::nothing() };
     }
-    let Choice { chosen, equal, left, verdict, .. } = choice;
+    let Choice { chosen, mut equal, left, verdict, .. } = choice;
+    slow::with_waves(problem, (&chosen, start.solution.model.effects.len()), trials, &mut equal);
     let last = beforehand::last(start, &chosen).clone();
     let is_finding = |c: &&Candidate| !is_ordinary_in(problem, &last, c.info.id);
     let before: Vec<&'static str> = found.iter().filter(is_finding).map(|c| c.info.id).collect();

@@ -55,7 +55,8 @@ pub const CREDIBLE: f64 = 0.95;
 
 /// A set with this share of the probability of what is named is about as probable, if it has this much itself.
 const AS_PROBABLE: f64 = 0.5;
-const LEAST: f64 = 0.05;
+/// Less of a probability is none worth speaking of.
+pub const LEAST: f64 = 0.05;
 
 /// Whether two sets have the same effects, in whatever order.
 #[must_use]
