@@ -34,7 +34,7 @@ const SIMPLER: f64 = 0.05;
 /// Candidates whose explained shares differ by less are equal whatever the test says.
 const SAME_SHARE: f64 = 0.02;
 /// ... unless its held-out loss is larger by this factor.
-const SAME_LOSS: f64 = 1.1;
+pub const SAME_LOSS: f64 = 1.1;
 /// Most effects in an ambiguous set, the one chosen included.
 const LARGEST_SET: usize = 3;
 /// What any rig has ([`crate::diagnose::ordinary`]) is likely beforehand and needs less evidence.

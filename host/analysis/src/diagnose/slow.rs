@@ -7,8 +7,8 @@
 
 use stickslip_shared::effects::Info;
 
-use crate::diagnose::choice::{EQUAL, without_parameters};
-use crate::diagnose::select::{Candidate, Held, paired};
+use crate::diagnose::choice::{SAME_LOSS, without_parameters};
+use crate::diagnose::select::{Candidate, Held, total};
 use crate::fit::Free;
 use crate::fit::problem::Problem;
 use crate::model::candidate::CandidateEffect;
@@ -46,5 +46,5 @@ pub fn with_waves(
 fn is_a_line(problem: &Problem, held: &Held, slot: usize) -> bool {
     let beside_it = |f: &Free| matches!(f, Free::Effect { slot: s, of, .. } if *s == slot && of.name != LINE);
     let line = without_parameters(problem, held, beside_it);
-    paired(&line.loss, &held.loss).is_none_or(|(t, _)| t < EQUAL)
+    total(&line) < SAME_LOSS * total(held)
 }
