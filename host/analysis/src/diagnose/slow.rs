@@ -1,7 +1,7 @@
 //! Friction that only grows or falls along the path of all trials, and what else does so.
 //!
-//! A part of a wave is no wave ([`super::select`] does not take it for one): within an eighth of its length a sine departs from a
-//! line by a tenth, as much as any law may be wrong by. So where all that an effect shows of itself is a line of friction over
+//! A part of a wave is no wave ([`super::select`] does not take it for one): an eighth of its length from where it is zero a sine
+//! departs from a line by a tenth, as much as any law may be wrong by. So where all that an effect shows of itself is a line of friction over
 //! the place on the object, not the forces that a slope of the face brings with it, a wave longer than the path does as well, and
 //! trials over a longer part of the object would show which it is.
 

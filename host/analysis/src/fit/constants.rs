@@ -2,11 +2,11 @@
 //!
 //! Each sensor's constant error, within what is stated. Where each sensor has its origin: that of the drawing to a tenth of a
 //! millimetre; a pad presses beside its middle, which is another origin for its finger's wrench, and shows moments of the grip and
-//! of what the finger pushes with. And pads whose faces are not
-//! parallel to the object's are pressed more on one side. Where all of it touches that is a moment about the axes along the face, a
-//! pad's stiffness against turning times its angle, whatever the grip. What both moments have in common must be balanced by forces
-//! along the faces ([`super::sharing`]) and slides away with them; what they differ in, the object holds as long as it is gripped: for
-//! stiff pads more than a sensor's error is stated to be, on both fingers' sensors with opposite signs.
+//! of what the finger pushes with. And pads whose faces are not parallel to the object's are pressed more on one side. Where all of
+//! it touches that is a moment about the axes along the face, a pad's stiffness against turning times its angle, whatever the grip.
+//! What both moments have in common must be balanced by forces along the faces ([`super::sharing`]) and slides away with them; what
+//! they differ in, the object holds as long as it is gripped: for stiff pads more than a sensor's error is stated to be, on both
+//! fingers' sensors with opposite signs.
 //!
 //! Each is one coefficient of all trials with a prior; what is far beyond it is a finding, of the effect that is about it.
 
