@@ -252,8 +252,8 @@ $(document, '.viewer').forEach((root, number) => {
         const x = ends ? Math.min(Math.max(tip, room[0]), w) : Math.min(Math.max(tip, 5), w - room[0]);
         const left = ends ? x - room[0] : x, shift = lies ? 4 : 4 + 10 * Math.sign(d[1]);
         let y = Math.min(Math.max(from[1] + d[1] + shift, 52), h - 36), over;
-        // No text over another.
-        while ((over = placed.find(p => Math.abs(left - p[0]) < room[0] && Math.abs(y - p[1]) < room[1]))) y = over[1] + room[1];
+        // No text over another; one below another is a height from it but for rounding.
+        while ((over = placed.find(p => Math.abs(left - p[0]) < room[0] && Math.abs(y - p[1]) < room[1] - 1e-6))) y = over[1] + room[1];
         placed.push([left, y]);
         label.setAttribute('x', x);
         label.setAttribute('y', y);

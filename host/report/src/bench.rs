@@ -445,7 +445,9 @@ impl Label {
     }
 
     fn meets(&self, other: &Label) -> bool {
-        (self.left() - other.left()).abs() < LABEL[0] && (self.at[1] - other.at[1]).abs() < LABEL[1]
+        // One that was moved below another is a label's height from it but for rounding.
+        let beside = (self.left() - other.left()).abs() >= LABEL[0];
+        !beside && (self.at[1] - other.at[1]).abs() < LABEL[1] - 1e-6
     }
 }
 
