@@ -125,6 +125,12 @@ impl Role {
     pub const fn is_compliance(self) -> bool {
         matches!(self, Self::Compliance { .. })
     }
+
+    /// Whether it changes only what the force sensors show.
+    #[must_use]
+    pub const fn is_sensing(self) -> bool {
+        matches!(self, Self::Sensing { .. })
+    }
 }
 
 /// Description of an effect.

@@ -287,8 +287,7 @@ fn poor(misfit: &Misfit) -> bool {
 pub fn without(problem: &Problem, held: &Held, slot: usize) -> Held {
     let mut model = held.solution.model.clone();
     candidate::remove(&mut model, slot);
-    let free: Vec<Free> = held.free.iter().filter_map(|f| f.without_slot(slot)).collect();
-    hold_out(problem, fit::solve(problem, &model, &free, 8), free)
+    refitted(problem, &model, held.free.iter().filter_map(|f| f.without_slot(slot)).collect())
 }
 
 /// `held` without those parameters of effects that are `left_out`: they stand where they do nothing.
@@ -299,8 +298,12 @@ pub fn without_parameters(problem: &Problem, held: &Held, left_out: impl Fn(&Fre
             f.set(&mut model, of.neutral);
         }
     }
-    let free: Vec<Free> = held.free.iter().filter(|f| !left_out(f)).copied().collect();
-    hold_out(problem, fit::solve(problem, &model, &free, 8), free)
+    refitted(problem, &model, held.free.iter().filter(|f| !left_out(f)).copied().collect())
+}
+
+/// Fitted from `model` on, and held out.
+fn refitted(problem: &Problem, model: &Model<f64>, free: Vec<Free>) -> Held {
+    hold_out(problem, fit::solve(problem, model, &free, 8), free)
 }
 
 /// Takes out effects that the others made needless: fitted without one from where all of them ended, they

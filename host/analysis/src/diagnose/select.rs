@@ -23,6 +23,8 @@ use crate::fit::problem::{Problem, take_off};
 use crate::fit::screen::{Screened, Start};
 use crate::fit::{self, FOLDS, Free, Solution};
 
+/// The parameter of an effect that is a wave.
+pub const WAVE: &str = "wavelength_m";
 /// Longest wave that counts as one where it shows in friction and in force, in paths.
 const LONGEST_WAVE: f64 = 3.0;
 /// A candidate is fitted to all conditions where the search on few found, or promises, this share of what the best one
@@ -104,7 +106,7 @@ pub fn hold_out(problem: &Problem, solution: Solution, free: Vec<Free>) -> Held 
         .into_par_iter()
         .map(|place| {
             let condition = problem.campaign.groups[problem.groups[place]].condition;
-            held_out_residual(problem, &solution, &free, place, folds[gls::fold(condition, FOLDS)].as_slice())
+            held_out_residual(problem, &solution, &free, place, &folds[gls::fold(condition, FOLDS)])
         })
         .collect();
     let mut loss = vec![0.0; problem.campaign.conditions];
@@ -123,14 +125,15 @@ fn held_out_residual(
     solution: &Solution,
     free: &[Free],
     place: usize,
-    x: &[f64],
+    x: &DVector<f64>,
 ) -> Features {
-    let (steps, offsets) = x.split_at(free.len());
-    let whitener = &problem.whiteners[problem.groups[place]];
-    let fitted = problem.without_offsets_at(place, &solution.residual[place], &solution.offsets);
+    let (steps, offsets) = x.as_slice().split_at(free.len());
     let mut linear = problem.without_offsets_at(place, &solution.residual[place], offsets);
     take_off(&mut linear, &solution.columns, place, steps);
-    if whitener.square(&linear) <= LINEAR * whitener.square(&fitted) {
+    let fitted =
+        DVector::from_iterator(x.len(), free.iter().map(|_| 0.0).chain(solution.offsets.iter().copied()));
+    let left = |x: &DVector<f64>| gls::loss(&solution.grams[place], x);
+    if left(x) <= LINEAR * left(&fitted) {
         return linear;
     }
     let mut model = solution.model.clone();
@@ -396,7 +399,7 @@ pub fn total(held: &Held) -> f64 {
 /// jaw's force show it, less of it is enough. `from` is where the effect's parameters begin.
 fn part_of_a_wave(problem: &Problem, best: &Solution, free: &[Free], from: usize, info: &Info) -> bool {
     let at = |name: &str| Some(from + info.parameters.iter().position(|p| p.name == name)?);
-    let (Some(wave), Some(force)) = (at("wavelength_m"), at("grip_n")) else { return false };
+    let (Some(wave), Some(force)) = (at(WAVE), at("grip_n")) else { return false };
     let covariance = fit::clustered_covariance(&best.grams, &problem.priors(free, 0), free.len());
     let twice = free[force].get(&best.model).abs() > 3.0 * covariance[(force, force)].sqrt();
     let longest = if twice { LONGEST_WAVE } else { 1.0 } * longest_path(problem);

@@ -8,15 +8,13 @@
 use stickslip_shared::effects::Info;
 
 use crate::diagnose::choice::{SAME_LOSS, without_parameters};
-use crate::diagnose::select::{Candidate, Held, total};
+use crate::diagnose::select::{Candidate, Held, WAVE, total};
 use crate::fit::Free;
 use crate::fit::problem::Problem;
 use crate::model::candidate::CandidateEffect;
 
 /// The parameter of an effect that is a line of friction.
 const LINE: &str = "friction_gradient_1_m";
-/// The parameter of an effect that is a wave.
-const WAVE: &str = "wavelength_m";
 
 fn has(info: &Info, name: &str) -> bool {
     info.parameters.iter().any(|p| p.name == name)

@@ -2,7 +2,6 @@
 //! rest is no disc's any more, which no point of the model's patch (within two thirds of its radius) shows.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use stickslip_shared::model::FingerContact;
 use stickslip_shared::shape::Face;
 
 use crate::channels::Signals;
@@ -19,7 +18,7 @@ const SAMPLES: usize = 100;
 /// both lie on it throughout. `None` where the fingers have no round pads or the object was never seen.
 #[must_use]
 pub fn overhang_m(prepared: &Prepared) -> Option<f64> {
-    let radius_m = radius_m(prepared)?;
+    let radius_m = 0.5 * prepared.pad_diameter_m()?;
     let step = prepared.measured.len().div_ceil(SAMPLES).max(1);
     let of_pads = prepared.measured.iter().step_by(step).filter_map(|row| pads(prepared, row));
     let over = |pads: [Option<Pad>; 2]| {
@@ -34,20 +33,13 @@ pub fn overhang_m(prepared: &Prepared) -> Option<f64> {
 /// face that goes on, have no such shift. `None` where no pad reaches over by more than is reported.
 #[must_use]
 pub fn shifts_m(prepared: &Prepared) -> Option<Vec<[Vector3<f64>; 2]>> {
-    let radius_m = radius_m(prepared)?;
+    let radius_m = 0.5 * prepared.pad_diameter_m()?;
     overhang_m(prepared).filter(|over_m| *over_m > OVERHANG * radius_m)?;
     let of_sample = |row: &Signals| {
         let of_pad = |pad: Option<Pad>| pad.map_or_else(Vector3::zeros, |pad| pad.shift_m(radius_m));
         pads(prepared, row).map_or_else(|| [Vector3::zeros(); 2], |pads| pads.map(of_pad))
     };
     Some(prepared.measured.iter().map(of_sample).collect())
-}
-
-fn radius_m(prepared: &Prepared) -> Option<f64> {
-    match prepared.scene.fingers {
-        Some(FingerContact::Disc { diameter_m }) => Some(0.5 * diameter_m),
-        _ => None,
-    }
 }
 
 /// A pad over the face that it presses.

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use stickslip_shared::effects::Role;
 use stickslip_shared::effects::formula::{Program, Variable};
-use stickslip_shared::model::{Base, FingerContact, Friction, Model};
+use stickslip_shared::model::{Base, Friction, Model};
 
 use crate::channels::{self, Quantity};
 use crate::evidence::carried;
@@ -83,16 +83,6 @@ pub struct Campaign {
     pub assumed: Vec<String>,
     /// Trials that could not be prepared, and why.
     pub refused: Vec<SceneError>,
-}
-
-impl Run {
-    /// Diameter of the fingers' pads; none where the fingers have no discs.
-    pub fn pad_diameter_m(&self) -> Option<f64> {
-        match self.prepared.scene.fingers {
-            Some(FingerContact::Disc { diameter_m }) => Some(diameter_m),
-            _ => None,
-        }
-    }
 }
 
 impl Campaign {
@@ -221,9 +211,9 @@ impl Campaign {
         (0..models.len()).map(of_model).collect()
     }
 
-    /// Smallest diameter of the fingers' pads; none where the fingers have no discs.
+    /// Smallest diameter of the fingers' pads, m; none where the fingers have no discs.
     pub fn pad_diameter_m(&self) -> Option<f64> {
-        self.runs.iter().filter_map(Run::pad_diameter_m).reduce(f64::min)
+        self.runs.iter().filter_map(|r| r.prepared.pad_diameter_m()).reduce(f64::min)
     }
 
     /// Runs of each condition.

@@ -12,7 +12,7 @@ use crate::fit::features::Features;
 /// Directions of one standard deviation each, N m; none where the fingers have no discs.
 #[must_use]
 pub fn directions(run: &Run) -> Vec<Features> {
-    let Some(diameter_m) = run.pad_diameter_m() else { return Vec::new() };
+    let Some(diameter_m) = run.prepared.pad_diameter_m() else { return Vec::new() };
     let moment_nm = OF_DIAMETER * diameter_m * run.prepared.grip_n();
     // Torques about X and Z of finger 1, and of finger 2.
     [3, 5, 9, 11].map(|offset| constant(offset, moment_nm)).into()

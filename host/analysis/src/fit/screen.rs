@@ -8,7 +8,7 @@
 use std::collections::BTreeSet;
 
 use crate::model::candidate::CandidateEffect;
-use stickslip_shared::effects::{Info, MAX_PARAMETERS, Role};
+use stickslip_shared::effects::{Info, MAX_PARAMETERS};
 use stickslip_shared::model::Model;
 
 use crate::fit::engine::Solution;
@@ -133,7 +133,7 @@ fn screen_on(
     let predicted = &base.predicted;
     let changed = |all: &[[f64; MAX_PARAMETERS]]| -> Vec<Vec<Features>> {
         let models: Vec<Model<f64>> = all.iter().map(|p| trial.on(&base.model, *p)).collect();
-        if matches!(info.role, Role::Sensing { .. }) {
+        if info.role.is_sensing() {
             let shown = |m: &Model<f64>| -> Vec<Features> {
                 let effect = m.effects.last();
                 effect.map_or_else(Vec::new, |e| predicted.iter().map(|p| sensing::shown(e, p)).collect())

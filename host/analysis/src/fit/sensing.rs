@@ -1,13 +1,13 @@
 //! What force sensors do to features, without simulating again.
 //!
-//! An effect of the sensors alone ([`Role::Sensing`]) changes no motion, and features are means over bins: what it
+//! An effect of the sensors alone ([`stickslip_shared::effects::Role::Sensing`]) changes no motion, and features are means over bins: what it
 //! makes of a mean is the mean of what it makes. That holds for constant errors, gains, turns and crosstalk, all linear
 //! in the wrench as long as the grip keeps its sign. The peak of the onset is a departure from a mean, which a
 //! constant does not change; that the peaks of all channels come together is an approximation, as is the wrench
 //! before the effect by first order. So it serves for sensitivities; fits judge by simulations.
 
 use nalgebra::UnitQuaternion;
-use stickslip_shared::effects::{Effect, Environment, Reading, Role, StepContext, find, law};
+use stickslip_shared::effects::{Effect, Environment, Reading, StepContext, find, law};
 use stickslip_shared::model::Model;
 use stickslip_shared::real::Vec3;
 
@@ -22,7 +22,7 @@ const PUSHER: usize = 18;
 
 /// Whether `free` is of an effect of the sensors alone.
 pub fn is_sensed(free: &Free) -> bool {
-    matches!(free, Free::Effect { effect, .. } if find(effect).is_some_and(|info| matches!(info.role, Role::Sensing { .. })))
+    matches!(free, Free::Effect { effect, .. } if find(effect).is_some_and(|info| info.role.is_sensing()))
 }
 
 /// The features `predicted` as they are where `after` stands in place of `before`, which differ in effects of the sensors alone.

@@ -10,7 +10,7 @@
 //! To first order a pad that resists `(I + A) v` is one that resists `v` on a gripper that moves by `-A v` beside its track.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
-use stickslip_shared::model::{FingerContact, Model};
+use stickslip_shared::model::Model;
 
 use crate::channels::Signals;
 use crate::fit::campaign::Run;
@@ -27,7 +27,7 @@ const LEAST: f64 = 1e-3;
 /// `run`; none where the fingers have no pads or these hardly turn.
 #[must_use]
 pub fn directions(run: &Run, model: &Model<f64>, simulated: &Simulated, here: &Features) -> Vec<Features> {
-    let Some(FingerContact::Disc { diameter_m }) = run.prepared.scene.fingers else { return Vec::new() };
+    let Some(diameter_m) = run.prepared.pad_diameter_m() else { return Vec::new() };
     let steps = shifts_beside_turn(&simulated.signals, 0.5 * diameter_m);
     let a = 0.5 * UNEVEN;
     let ways = [Matrix2::new(a, 0.0, 0.0, -a), Matrix2::new(0.0, a, a, 0.0)];

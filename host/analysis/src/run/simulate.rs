@@ -486,6 +486,14 @@ impl Prepared {
         all.get(all.len() / 2).copied().unwrap_or(0.0)
     }
 
+    /// Diameter of the fingers' pads, m; none where the fingers have no discs.
+    pub fn pad_diameter_m(&self) -> Option<f64> {
+        match self.scene.fingers {
+            Some(FingerContact::Disc { diameter_m }) => Some(diameter_m),
+            _ => None,
+        }
+    }
+
     /// Length of the prescribed path, m; see [`Prepared::drive_speed`].
     pub fn drive_path(&self) -> f64 {
         let speed = self.drive_speed();

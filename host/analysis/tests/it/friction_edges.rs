@@ -42,13 +42,17 @@ fn stiff(model: &Model<f64>) -> Model<f64> {
     compliance.on(model, parameters)
 }
 
+/// Pushes with a plate that slides, and a model of them with another friction of the plate.
+fn sliding(mu_pusher: f64) -> (Campaign, Model<f64>) {
+    let start = default_model();
+    let mut model = stiff(&start);
+    (model.friction.finger, model.friction.pusher) = (MU_FINGER, mu_pusher);
+    (Campaign::new(&pushes(MU_PUSHER), &start), model)
+}
+
 #[test]
 fn a_fit_that_starts_with_a_plate_that_holds_finds_the_friction_with_which_it_slides() {
-    let data = pushes(MU_PUSHER);
-    let start = default_model();
-    let campaign = Campaign::new(&data, &start);
-    let mut model = stiff(&start);
-    (model.friction.finger, model.friction.pusher) = (MU_FINGER, 1.0);
+    let (campaign, model) = sliding(1.0);
     let free = base_parameters(&campaign);
     let problem = Problem::new(&campaign, &model);
     let on_the_plateau = solve(&problem, &model, &free, STEPS);
@@ -84,11 +88,7 @@ fn friction_of_a_plate_that_holds_has_a_lower_bound_only_and_of_one_that_slides_
 
 #[test]
 fn a_held_out_condition_whose_sensitivity_is_far_off_is_simulated_and_the_others_follow_theirs() {
-    let data = pushes(MU_PUSHER);
-    let start = default_model();
-    let campaign = Campaign::new(&data, &start);
-    let mut model = stiff(&start);
-    (model.friction.finger, model.friction.pusher) = (MU_FINGER, 0.27);
+    let (campaign, model) = sliding(0.27);
     let free = base_parameters(&campaign);
     let problem = Problem::new(&campaign, &model);
     let mut solution = solve(&problem, &model, &free, STEPS);

@@ -8,7 +8,7 @@ use stickslip_analysis::fit::problem::Problem;
 use stickslip_analysis::fit::sensing;
 use stickslip_analysis::model::candidate::CandidateEffect;
 use stickslip_analysis::model::file::default_model;
-use stickslip_shared::effects::{MAX_PARAMETERS, Role};
+use stickslip_shared::effects::MAX_PARAMETERS;
 
 #[test]
 fn what_sensors_do_to_features_is_what_a_simulation_with_them_shows() {
@@ -19,7 +19,7 @@ fn what_sensors_do_to_features_is_what_a_simulation_with_them_shows() {
     let problem = Problem::new(&campaign, &model);
     let plain = problem.predict(&model);
     let mut seen = 0;
-    for trial in CandidateEffect::listed().iter().filter(|t| matches!(t.info.role, Role::Sensing { .. })) {
+    for trial in CandidateEffect::listed().iter().filter(|t| t.info.role.is_sensing()) {
         let mut parameters = [0.0; MAX_PARAMETERS];
         for (k, (to, of)) in parameters.iter_mut().zip(trial.info.parameters).enumerate() {
             *to = of.typical * (1.0 + k as f64 / 10.0);
