@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::run::simulate::SceneError;
+use crate::run::scene::SceneError;
 
 /// Reasons that are told in the sentence.
 const TOLD: usize = 2;

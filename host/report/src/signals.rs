@@ -8,7 +8,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use plotters::style::RGBColor;
 use stickslip_analysis::channels;
 use stickslip_analysis::check::Report;
-use stickslip_analysis::run::simulate::scene;
+use stickslip_analysis::run::scene::scene;
 use stickslip_data::import::recording::SensorFrame;
 use stickslip_data::{Description, Index, Pose, Sample, Trial, Wrench};
 use stickslip_shared::model::Shape;

@@ -31,7 +31,8 @@ use crate::evidence::pads::{self, Pads, SD_OF_RANGE, Slope};
 use crate::left_out::LeftOut;
 use crate::model::file::{EffectEntry, ModelFile};
 use crate::progress::Progress;
-use crate::run::simulate::{SceneError, prepare};
+use crate::run::scene::SceneError;
+use crate::run::simulate::prepare;
 use stickslip_data::{Dataset, Description, Trial, TrialInfo};
 
 pub use determined::{Remark, Slid, name};

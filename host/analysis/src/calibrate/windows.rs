@@ -19,7 +19,8 @@ use stickslip_shared::model::Model;
 use crate::channels::{COUNT, Quantity, Signals, quantity};
 use crate::evidence::offsets::fingers_sum;
 use crate::evidence::{carried, contact};
-use crate::run::simulate::{Carried, Prepared, SceneError, prepare};
+use crate::run::scene::SceneError;
+use crate::run::simulate::{Carried, Prepared, prepare};
 use stickslip_data::{Description, Trial};
 
 /// Windows over the motion of one trial.

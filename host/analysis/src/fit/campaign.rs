@@ -18,7 +18,8 @@ use crate::evidence::pads::{self, Pads};
 use crate::evidence::sensors::sensors_or_estimated;
 use crate::fit::features::{Bins, Features};
 use crate::fit::phases;
-use crate::run::simulate::{Prepared, SceneError, Simulated, prepare};
+use crate::run::scene::SceneError;
+use crate::run::simulate::{Prepared, Simulated, prepare};
 use stickslip_data::{Dataset, Description, TrialInfo};
 
 /// Repetitions farther apart than this share of the data set are treated as two groups:

@@ -13,7 +13,7 @@ use stickslip_shared::wire::{Refusal, check};
 use thiserror::Error;
 
 use super::replay::{Converter, ready};
-use super::simulate::{SceneError, scene_of};
+use super::scene::{SceneError, scene_of};
 
 /// Why there is no predictor, or no prediction. What is refused changes nothing.
 #[derive(Debug, Error)]

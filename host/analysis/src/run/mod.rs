@@ -7,6 +7,7 @@ pub mod live;
 pub mod motion;
 mod preload;
 pub mod replay;
+pub mod scene;
 pub mod series;
 pub mod simulate;
 pub mod summary;

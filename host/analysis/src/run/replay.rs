@@ -15,7 +15,7 @@ use thiserror::Error;
 
 use crate::channels;
 use crate::run::motion::{denoised, samples_a_pose};
-use crate::run::simulate::{SceneError, scene};
+use crate::run::scene::{SceneError, scene};
 use stickslip_data::{Description, Trial, TrialInfo};
 
 /// Why a trial cannot be replayed.

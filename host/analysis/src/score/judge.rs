@@ -6,7 +6,7 @@ use stickslip_shared::predictor::{Checked, Limits, Prediction, flags};
 
 use crate::progress::Progress;
 use crate::run::replay::{Feed, ReplayError, at_board_rate, feed, intent_of, interpolated_poses, ready};
-use crate::run::simulate::{SceneError, scene};
+use crate::run::scene::{SceneError, scene};
 use crate::score::alarms::{Episode, SLIPS, UNTRUSTED, episodes};
 use crate::score::calibration::Stated;
 use crate::score::truth::{self, Kind, Truth};

@@ -14,7 +14,7 @@ use super::figures::{Case, Class, Outcome};
 use super::judge::{fed, predict, times};
 use super::truth::{self, Event};
 use crate::run::replay::at_board_rate;
-use crate::run::simulate::scene;
+use crate::run::scene::scene;
 
 /// Time before a case that is drawn, s.
 const BEFORE_S: f64 = 1.5;

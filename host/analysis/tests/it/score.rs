@@ -3,7 +3,7 @@
 use crate::lifts;
 use stickslip_analysis::model::file::default_model;
 use stickslip_analysis::run::replay::{Replayed, plan_for, replay};
-use stickslip_analysis::run::simulate::scene;
+use stickslip_analysis::run::scene::scene;
 use stickslip_analysis::score::ObjectPose;
 use stickslip_analysis::score::document::{Options, score_tuned};
 use stickslip_analysis::score::figures::{Case, Class, Outcome};
