@@ -29,6 +29,13 @@ struct Cell {
     c: DMatrix<f64>,
 }
 
+impl Cell {
+    /// The cost where the others depart by `d`.
+    fn at(&self, d: &DVector<f64>) -> f64 {
+        self.a + 2.0 * self.b.dot(d) + d.dot(&(&self.c * d))
+    }
+}
+
 /// Estimates of the coefficients that are `wanted`, at the solution of `problem`.
 pub fn estimates(problem: &Problem<'_>, wanted: impl Fn(Coefficient) -> bool) -> Vec<Estimate> {
     let groups = conditions(problem);
@@ -64,10 +71,13 @@ fn estimate(problem: &Problem<'_>, groups: &[usize], draws: &[Draw], k: usize) -
     let sets: Vec<(usize, usize)> =
         draws.par_iter().filter_map(|d| set(&tables, groups, &known, d)).collect();
     let clusters = groups.iter().max().map_or(1, |g| g + 1);
-    let ends = draws::ends(&scan, best, &sets, clusters as f64);
+    let even = Draw::even(clusters, SEEN);
+    let by_condition: Vec<Vec<f64>> =
+        tables.iter().map(|trials| by_condition(trials, groups, &known, &even)).collect();
+    let ends = draws::ends(&scan, best, &sets, &by_condition);
     // On a plateau that has an end, the nearest value that fits as well: the least squares value runs off to the
     // edge of the range.
-    let plateau = set(&tables, groups, &known, &Draw::even(clusters, SEEN));
+    let plateau = set(&tables, groups, &known, &even);
     let value = match (ends.places, plateau) {
         ([Some(_), None], Some((first, _))) => scan[first].min(best),
         ([None, Some(_)], Some((_, last))) => scan[last].max(best),
@@ -184,18 +194,29 @@ fn add(total: &mut Cell, trials: &[Vec<Cell>], groups: &[usize], draw: &Draw) {
 
 /// First and last place of the scan whose cost is that of the best one, for one draw.
 fn set(tables: &[Vec<Vec<Cell>>], groups: &[usize], known: &Known, draw: &Draw) -> Option<(usize, usize)> {
-    let n = known.follows.len();
-    let costs: Vec<f64> = tables
-        .iter()
-        .map(|trials| {
-            let mut total = known.before.clone();
-            add(&mut total, trials, groups, draw);
-            let follow = total.c.clone().cholesky().map(|c| -c.solve(&total.b));
-            let d = follow
-                .unwrap_or_else(|| DVector::zeros(n))
-                .zip_map(&known.follows, |x, most| x.clamp(-most, most));
-            total.a + 2.0 * total.b.dot(&d) + d.dot(&(&total.c * &d))
-        })
-        .collect();
-    draws::fitting(&costs)
+    let cost = |trials: &Vec<Vec<Cell>>| {
+        let (total, d) = followed(trials, groups, known, draw);
+        total.at(&d)
+    };
+    draws::fitting(&tables.iter().map(cost).collect::<Vec<f64>>())
+}
+
+/// What the `trials` cost in one draw, and the departures of the other unknowns that make it least.
+fn followed(trials: &[Vec<Cell>], groups: &[usize], known: &Known, draw: &Draw) -> (Cell, DVector<f64>) {
+    let mut total = known.before.clone();
+    add(&mut total, trials, groups, draw);
+    let follow = total.c.clone().cholesky().map(|c| -c.solve(&total.b));
+    let d = follow.unwrap_or_else(|| DVector::zeros(known.follows.len()));
+    let d = d.zip_map(&known.follows, |x, most| x.clamp(-most, most));
+    (total, d)
+}
+
+/// What each condition costs where the other unknowns follow all of them.
+fn by_condition(trials: &[Vec<Cell>], groups: &[usize], known: &Known, even: &Draw) -> Vec<f64> {
+    let (_, d) = followed(trials, groups, known, even);
+    let mut out = vec![0.0; even.condition.len()];
+    for (cells, group) in trials.iter().zip(groups) {
+        out[*group] += cells.iter().map(|cell| cell.at(&d)).sum::<f64>();
+    }
+    out
 }

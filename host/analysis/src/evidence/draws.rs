@@ -12,7 +12,7 @@
 //! slides has sets without an end: the coefficient is only bounded. Conditions are few: the
 //! quantiles are those of Student's t, expanded (Hesterberg 2015), and as no draw leaves the
 //! range of the few, the interval is at least as wide as the t interval from the draws'
-//! standard deviation.
+//! standard deviation. Fewer yet may speak against one side of the best value: then its end counts those ([`against`]).
 
 use rand::SeedableRng;
 use rand_distr::{Distribution, Exp1};
@@ -69,6 +69,20 @@ pub fn fitting(costs: &[f64]) -> Option<(usize, usize)> {
     Some((costs.iter().position(fits)?, costs.iter().rposition(fits)?))
 }
 
+/// How many conditions speak against either side of the `best` place of a scan (`costs` by place and condition): of what each adds
+/// to the cost at a value, the sum squared over the sum of squares, at the value where that is most. Where two of twenty conditions
+/// exclude a value, draws hardly ever leave both of them out, and what these two have in common no draw shows (effective number
+/// of clusters; Carter, Schnepel and Steigerwald 2017).
+pub fn against(costs: &[Vec<f64>], best: usize) -> [f64; 2] {
+    let of = |place: usize| {
+        let more = costs[place].iter().zip(&costs[best]).map(|(there, here)| there - here);
+        let (sum, squares) = more.fold((0.0, 0.0), |(sum, squares), x| (sum + x, squares + x * x));
+        let number: f64 = if sum > 0.0 { sum * sum / squares } else { 1.0 };
+        if number.is_finite() { number } else { 1.0 }
+    };
+    [(0..best), (best + 1..costs.len())].map(|side| side.map(of).fold(1.0, f64::max))
+}
+
 /// Ends of an interval.
 pub struct Ends {
     /// Places of the scan that the draws reach; `None` where they reach its end.
@@ -77,15 +91,19 @@ pub struct Ends {
     pub logs: [Option<f64>; 2],
 }
 
-/// 95 % interval from the `sets` of values that fit the draws, places of `scan`, from so many conditions.
-pub fn ends(scan: &[f64], best: f64, sets: &[(usize, usize)], conditions: f64) -> Ends {
-    let tail = tail(conditions);
+/// 95 % interval from the `sets` of values that fit the draws, places of `scan`, from costs by place and condition (all signals
+/// alike).
+pub fn ends(scan: &[f64], best: f64, sets: &[(usize, usize)], costs: &[Vec<f64>]) -> Ends {
+    let conditions = costs.first().map_or(0.0, |at| at.len() as f64);
+    let here = scan.iter().position(|x| *x >= best).unwrap_or(0);
+    let against = against(costs, here);
+    let [lower, upper] = against.map(tail);
     let end = |mut ends: Vec<usize>, share: f64| {
         ends.sort_unstable();
         ends.get((share * (ends.len().max(1) - 1) as f64).round() as usize).copied()
     };
-    let low = end(sets.iter().map(|s| s.0).collect(), tail).filter(|i| *i > 0);
-    let high = end(sets.iter().map(|s| s.1).collect(), 1.0 - tail).filter(|i| *i + 1 < scan.len());
+    let low = end(sets.iter().map(|s| s.0).collect(), lower).filter(|i| *i > 0);
+    let high = end(sets.iter().map(|s| s.1).collect(), 1.0 - upper).filter(|i| *i + 1 < scan.len());
     let inside: Vec<f64> = sets
         .iter()
         .filter(|s| s.0 > 0 && s.1 + 1 < scan.len())
@@ -93,11 +111,12 @@ pub fn ends(scan: &[f64], best: f64, sets: &[(usize, usize)], conditions: f64) -
         .collect();
     // Exponential weights on n conditions scatter a mean too little by (n - 1) / (n + 1).
     let variance = inside.iter().map(|d| d * d).sum::<f64>() / inside.len().max(1) as f64;
-    let least = student(conditions) * (variance * (conditions + 1.0) / (conditions - 1.0).max(0.5)).sqrt();
+    let sd = (variance * (conditions + 1.0) / (conditions - 1.0).max(0.5)).sqrt();
+    let [below_by, above_by] = against.map(|number| student(number) * sd);
     let [lowest, highest] = RANGE.map(f64::ln);
     // The end lies between the last value that fits and the next, which does not.
-    let below = low.map(|i| scan[i - 1].min(best - least)).filter(|x| *x > lowest);
-    let above = high.map(|i| scan[i + 1].max(best + least)).filter(|x| *x < highest);
+    let below = low.map(|i| scan[i - 1].min(best - below_by)).filter(|x| *x > lowest);
+    let above = high.map(|i| scan[i + 1].max(best + above_by)).filter(|x| *x < highest);
     Ends { places: [low, high], logs: [below, above] }
 }
 

@@ -137,17 +137,23 @@ pub fn of_friction(problem: &Problem, solution: &Solution, free: &[Free], k: usi
     let predicted = problem.predict_each(&models);
     let costs: Vec<Costs> = predicted.iter().map(|p| following(problem, solution, free, k, p)).collect();
     let conditions = problem.campaign.conditions;
+    let by_condition = |at: &Costs, signal: &[f64]| -> Vec<f64> {
+        let mut out = vec![0.0; conditions];
+        for (g, channels) in problem.groups.iter().zip(&at.groups) {
+            let sum: f64 = channels.iter().zip(signal).map(|(loss, weight)| loss * weight).sum();
+            out[problem.campaign.groups[*g].condition] += sum;
+        }
+        out
+    };
     let cost = |at: &Costs, draw: &draws::Draw| -> f64 {
-        let of_group = |(g, channels): (&usize, &[f64; COUNT])| {
-            let sum: f64 = channels.iter().zip(&draw.signal).map(|(loss, weight)| loss * weight).sum();
-            draw.condition[problem.campaign.groups[*g].condition] * sum
-        };
-        at.prior + problem.groups.iter().zip(&at.groups).map(of_group).sum::<f64>()
+        let of_conditions = by_condition(at, &draw.signal);
+        at.prior + of_conditions.iter().zip(&draw.condition).map(|(cost, weight)| cost * weight).sum::<f64>()
     };
     let set =
         |draw: &draws::Draw| draws::fitting(&costs.iter().map(|at| cost(at, draw)).collect::<Vec<f64>>());
     let sets: Vec<(usize, usize)> = draws::draws(conditions, COUNT).iter().filter_map(set).collect();
-    draws::ends(&scan, best, &sets, conditions as f64).logs.map(|end| end.map_or(f64::NAN, f64::exp))
+    let even: Vec<Vec<f64>> = costs.iter().map(|at| by_condition(at, &[1.0; COUNT])).collect();
+    draws::ends(&scan, best, &sets, &even).logs.map(|end| end.map_or(f64::NAN, f64::exp))
 }
 
 /// Costs of what is `predicted` with another value of parameter `k`, the others where they fit best beside it.

@@ -13,6 +13,7 @@ mod diagnose_groups;
 mod diagnose_posterior;
 mod diagnose_statistics;
 mod diagnose_verdict;
+mod draws;
 mod followed_columns;
 mod friction_edges;
 mod gripping;
