@@ -127,6 +127,7 @@ pub fn diagnose(
         detection.limits.clear();
     }
     let mut report = report::report(&problem, findings, &model, (experiment, begun.elapsed()));
+    report.not_excluded = detection.not_excluded();
     (report.limits_on_effects, report.classes) = (detection.limits, detection.classes);
     report.weigh(unbalanced(dataset, &campaign.description));
     Ok(report)

@@ -127,7 +127,7 @@ pub struct Report {
     pub reason: Option<String>,
     /// Where nothing can be concluded: what to measure so that it can.
     pub would_tell: Option<String>,
-    /// Where effects are named and something that no set of them explains is missing too: where that shows.
+    /// Where effects are named and something that no set of them explains is missing too, or is left: where that shows.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub also_missing: Option<String>,
     /// Chosen effects, strongest first.
@@ -166,6 +166,8 @@ pub struct Report {
     /// For each effect that is not named: how strong it may be all the same. Empty where something is
     /// missing that nothing explains.
     pub limits_on_effects: BTreeMap<&'static str, BTreeMap<&'static str, UpperLimit>>,
+    /// Of these the effects that may be there at a typical strength: one of their strengths has a larger limit, or none.
+    pub not_excluded: Vec<&'static str>,
     /// Effects that these trials cannot distinguish, whatever they show.
     pub classes: Vec<Vec<&'static str>>,
     /// Trials that were used.
@@ -294,9 +296,17 @@ pub fn report(
         None => sentence(*verdict, &effects, equal, &candidates, &start.misfit),
     };
     let (reason, would_tell) = doubt.unzip();
-    let also_missing = beside.as_ref().map(|place| {
+    let missing = beside.as_ref().map(|place| {
         format!("Something else is missing: {}, and no set of known effects explains that.", off_by(place))
     });
+    // Noise that holds what the model misses says nothing of what is left.
+    let judged = named && problem.noise.of_misfit.is_none();
+    let left = verdict::left_over(&start.misfit, &last.misfit).filter(|_| judged);
+    let left = left.map(|place| {
+        let off = off_by(&place);
+        format!("No set of known effects explains what is left: {off}, more than a law leaves that is wrong by a tenth.")
+    });
+    let also_missing = missing.or(left);
     if let Some(text) = &also_missing {
         if weighed {
             limits.push("probabilities weigh what is missing as one thing: where something else is missing beside what is named, they are too low".into());
@@ -327,6 +337,7 @@ pub fn report(
         refused: Vec::new(),
         limits,
         limits_on_effects: BTreeMap::new(),
+        not_excluded: Vec::new(),
         classes: Vec::new(),
         trials: problem.trials(),
         conditions: problem.campaign.conditions,

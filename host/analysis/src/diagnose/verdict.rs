@@ -229,6 +229,15 @@ pub fn missing_beside(search: Verdict, signs: &Signs, left: &Misfit) -> Option<P
     worst.filter(|_| signs.only_drift && search == Verdict::Unexplained).copied()
 }
 
+/// The worst clear misfit ([`UNEXPLAINED`]) that named effects leave and the form of their laws does not excuse
+/// ([`Misfit::beyond_form`]): `before` and `after` are what is missed without and with them.
+#[must_use]
+pub fn left_over(before: &Misfit, after: &Misfit) -> Option<Place> {
+    let beyond = after.beyond_form(before);
+    let worst = beyond.places.iter().find(|p| p.exceeds(UNEXPLAINED))?;
+    after.at(worst.channel, worst.phase).copied()
+}
+
 /// The verdict where most trials' measured forces do not balance: something is missing whatever the model shows.
 #[must_use]
 pub fn unbalanced(verdict: Verdict, conditions: usize) -> Verdict {

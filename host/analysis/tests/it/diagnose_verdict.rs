@@ -2,7 +2,8 @@
 
 use stickslip_analysis::diagnose::misfit::{Misfit, Place};
 use stickslip_analysis::diagnose::verdict::{
-    Doubt, Left, Signs, Verdict, apart, explains, missing_beside, of_search, unbalanced, untouched, verdict,
+    Doubt, Left, Signs, Verdict, apart, explains, left_over, missing_beside, of_search, unbalanced,
+    untouched, verdict,
 };
 use stickslip_analysis::fit::phases::Phase;
 
@@ -191,6 +192,22 @@ fn a_clear_misfit_where_an_effect_does_not_act_is_not_the_form_of_its_law() {
         (&[127.0, 3.9], &[8.5, 3.9], false, "what it does not act on is not clear"),
     ] {
         assert_eq!(untouched(&of(before), &of(after)), left, "{why}");
+    }
+}
+
+#[test]
+fn what_named_effects_leave_is_said_where_it_is_clear_and_more_than_a_tenth_of_what_they_explain() {
+    let of = |sizes: &[f64]| {
+        let places = sizes.iter().enumerate().map(|(channel, s)| Place { channel, ..place(*s, *s) });
+        misfit(&places.collect::<Vec<_>>())
+    };
+    for (before, after, left, why) in [
+        (&[32.0, 6.2], &[1.2, 5.9], Some(5.9), "nothing acts on it"),
+        (&[200.0, 3.0], &[16.0, 2.0], None, "a law that is wrong by a tenth leaves as much"),
+        (&[32.0, 6.0], &[3.9, 3.9], None, "nothing is clear"),
+    ] {
+        let place = left_over(&of(before), &of(after));
+        assert_eq!(place.map(|p| p.size), left, "{why}");
     }
 }
 

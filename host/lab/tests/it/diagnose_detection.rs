@@ -25,6 +25,12 @@ fn where_nothing_is_missing_a_loss_of_grip_of_a_tenth_is_excluded_and_named_wher
     assert!(mentioned.is_empty(), "{mentioned:?}");
     let limit = upper(nothing, "grip_force_loss", "fraction");
     assert!(limit > 0.0 && limit < 0.1, "{limit}");
+    // What is not excluded has a limit above its typical strength, or none.
+    let open = |id: &str| {
+        nothing.limits_on_effects[id].values().any(|l| l.upper.is_none_or(|upper| upper > l.plausible))
+    };
+    assert!(nothing.not_excluded.iter().all(|id| open(id)), "{:?}", nothing.not_excluded);
+    assert!(!nothing.not_excluded.contains(&"grip_force_loss"), "{:?}", nothing.not_excluded);
     let lost = found(&made("grip_force_loss=0.1", 8, |_| true));
     let named =
         |id: &str| lost.effects.contains(&id) || lost.ambiguous_with.iter().flatten().any(|e| *e == id);
