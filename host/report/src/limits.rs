@@ -56,10 +56,7 @@ pub fn section(report: &Report) -> Markup {
     if limits.is_empty() {
         return html! {};
     }
-    let unseen =
-        |strengths: &BTreeMap<&'static str, UpperLimit>| strengths.values().all(|l| l.upper.is_none());
-    let open: Vec<String> =
-        report.limits_on_effects.iter().filter(|(_, s)| unseen(s)).map(|(id, _)| words(id)).collect();
+    let open: Vec<String> = report.not_excluded.iter().map(|id| words(id)).collect();
     html! {
         h2 { "Upper limits on effects" }
         p class="soft" {
@@ -68,7 +65,7 @@ pub fn section(report: &Report) -> Markup {
         @if let Some(chart) = limit_chart(report) {
             (figure("Largest strength that these data allow (95 %)", "", "limits on effects", &chart.markup().0))
         }
-        @if !open.is_empty() { p { "Not limited by these data: " (open.join(", ")) "." } }
+        @if !open.is_empty() { p { "Of typical strength these would not show in these data: " (open.join(", ")) "." } }
         (unfold(&format!("All {} limits", limits.len()), &limit_table(&limits)))
     }
 }

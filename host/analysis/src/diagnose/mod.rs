@@ -8,6 +8,7 @@
 pub mod beforehand;
 pub mod choice;
 pub mod detection;
+mod doubts;
 pub mod experiment;
 pub mod findings;
 pub mod limits;
