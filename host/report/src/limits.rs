@@ -65,7 +65,7 @@ pub fn section(report: &Report) -> Markup {
         @if let Some(chart) = limit_chart(report) {
             (figure("Largest strength that these data allow (95 %)", "", "limits on effects", &chart.markup().0))
         }
-        @if !open.is_empty() { p { "Of typical strength these would not show in these data: " (open.join(", ")) "." } }
+        @if !open.is_empty() { p { "Not excluded at typical strength: " (open.join(", ")) "." } }
         (unfold(&format!("All {} limits", limits.len()), &limit_table(&limits)))
     }
 }

@@ -204,10 +204,7 @@ fn print_first(report: &Report, output: &Output) {
     }
     if report.verdict == Verdict::NothingMissing && !report.not_excluded.is_empty() {
         let effects: Vec<String> = report.not_excluded.iter().map(|id| identifier_words(id)).collect();
-        output.text(format_args!(
-            "  of typical strength these would not show in these data: {}",
-            effects.join(", ")
-        ));
+        output.text(format_args!("  not excluded at typical strength: {}", effects.join(", ")));
     }
     // One of them may be what nothing explains.
     for limit in report.limits.iter().filter(|_| report.verdict == Verdict::Unexplained).take(LISTED) {
