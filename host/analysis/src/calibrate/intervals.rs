@@ -72,12 +72,21 @@ fn estimate(problem: &Problem<'_>, groups: &[usize], draws: &[Draw], k: usize) -
         draws.par_iter().filter_map(|d| set(&tables, groups, &known, d)).collect();
     let clusters = groups.iter().max().map_or(1, |g| g + 1);
     let even = Draw::even(clusters, SEEN);
-    let by_condition: Vec<Vec<f64>> =
-        tables.iter().map(|trials| by_condition(trials, groups, &known, &even)).collect();
+    let followed: Vec<(Cell, DVector<f64>)> =
+        tables.iter().map(|trials| followed(trials, groups, &known, &even)).collect();
+    let of_conditions = |(trials, (_, d)): (&Vec<Vec<Cell>>, &(Cell, DVector<f64>))| {
+        let mut out = vec![0.0; clusters];
+        for (cells, group) in trials.iter().zip(groups) {
+            out[*group] += cells.iter().map(|cell| cell.at(d)).sum::<f64>();
+        }
+        out
+    };
+    let by_condition: Vec<Vec<f64>> = tables.iter().zip(&followed).map(of_conditions).collect();
     let ends = draws::ends(&scan, best, &sets, &by_condition);
     // On a plateau that has an end, the nearest value that fits as well: the least squares value runs off to the
     // edge of the range.
-    let plateau = set(&tables, groups, &known, &even);
+    let costs: Vec<f64> = followed.iter().map(|(total, d)| total.at(d)).collect();
+    let plateau = draws::fitting(&costs);
     let value = match (ends.places, plateau) {
         ([Some(_), None], Some((first, _))) => scan[first].min(best),
         ([None, Some(_)], Some((_, last))) => scan[last].max(best),
@@ -209,14 +218,4 @@ fn followed(trials: &[Vec<Cell>], groups: &[usize], known: &Known, draw: &Draw) 
     let d = follow.unwrap_or_else(|| DVector::zeros(known.follows.len()));
     let d = d.zip_map(&known.follows, |x, most| x.clamp(-most, most));
     (total, d)
-}
-
-/// What each condition costs where the other unknowns follow all of them.
-fn by_condition(trials: &[Vec<Cell>], groups: &[usize], known: &Known, even: &Draw) -> Vec<f64> {
-    let (_, d) = followed(trials, groups, known, even);
-    let mut out = vec![0.0; even.condition.len()];
-    for (cells, group) in trials.iter().zip(groups) {
-        out[*group] += cells.iter().map(|cell| cell.at(&d)).sum::<f64>();
-    }
-    out
 }

@@ -19,7 +19,6 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 use stickslip_shared::effects::{Info, MAX_PARAMETERS};
-use stickslip_shared::model::Model;
 
 use crate::diagnose::select::Held;
 use crate::diagnose::verdict::RELEVANT;
@@ -27,8 +26,9 @@ use crate::evidence::tolerance::FORM;
 use crate::fit::features::Features;
 use crate::fit::gls::{Beside, Gram, Prior};
 use crate::fit::phases::{BINS, Phase};
-use crate::fit::problem::{Problem, difference};
-use crate::fit::{Solution, clustered_covariance, gls, sensing};
+use crate::fit::problem::Problem;
+use crate::fit::screen::changes;
+use crate::fit::{Solution, clustered_covariance, gls};
 use crate::model::candidate::CandidateEffect;
 
 /// Quantile of the normal distribution for 95 %, both sides.
@@ -159,34 +159,22 @@ fn columns(problem: &Problem, held: &Held, invisible: &[&'static str]) -> Vec<Co
 fn take(problem: &Problem, held: &Held, columns: &mut [Column], at: &[(usize, f64)]) {
     let (model, predicted) = (&held.solution.model, &held.solution.predicted);
     let listed = CandidateEffect::listed();
-    // Without the effect, as one that does nothing, and with it.
-    let pair = |(k, size): &(usize, f64)| {
+    let with = |(k, size): &(usize, f64)| {
         let Column { info, parameter, .. } = &columns[*k];
         let mut parameters = [0.0; MAX_PARAMETERS];
         for (x, p) in parameters.iter_mut().zip(info.parameters) {
             // What has no absence only shapes the effect.
             *x = if p.typical == p.neutral { p.typical } else { p.neutral };
         }
-        let absent = parameters;
         let p = &info.parameters[*parameter];
         parameters[*parameter] = p.neutral + size * (p.typical - p.neutral);
         let effect = listed.iter().find(|e| e.info.code == info.code)?;
-        Some((*k, *size, [absent, parameters].map(|parameters| effect.on(model, parameters))))
+        Some(effect.on(model, parameters))
     };
-    let pairs: Vec<(usize, f64, [Model<f64>; 2])> = at.iter().filter_map(pair).collect();
-    // What sensors alone do needs no simulation.
-    let is_sensed = |k: usize| columns[k].info.role.is_sensing();
-    let others: Vec<Model<f64>> =
-        pairs.iter().filter(|(k, ..)| !is_sensed(*k)).map(|(.., [_, with])| with.clone()).collect();
-    let mut simulated = problem.predict_each(&others).into_iter();
-    let with = |(k, _, [absent, with]): &(usize, f64, [Model<f64>; 2])| match is_sensed(*k) {
-        true => sensing::moved(predicted, absent, with),
-        false => simulated.next().unwrap_or_default(),
-    };
-    let shown: Vec<Vec<Features>> = pairs.iter().map(with).collect();
-    for ((k, size, _), with) in pairs.iter().zip(shown) {
-        columns[*k].size = *size;
-        columns[*k].change = with.iter().zip(predicted).map(|(w, p)| difference(w, p, *size)).collect();
+    let models: Vec<_> = at.iter().filter_map(with).collect();
+    for ((k, size), change) in at.iter().zip(changes(problem, predicted, &models)) {
+        let of_one = |change: &Features| change.iter().map(|x| x / size).collect();
+        (columns[*k].size, columns[*k].change) = (*size, change.iter().map(of_one).collect());
     }
 }
 

@@ -114,10 +114,17 @@ pub fn resample(grams: &[Gram], prior: &Prior, n: usize, (resamples, seed): (usi
         .collect()
 }
 
-/// Costs at one value of a scan: what a prior costs, and the loss of each group in use in each channel.
+/// Costs at one value of a scan: what a prior costs, and the loss of each condition in each channel.
 struct Costs {
     prior: f64,
-    groups: Vec<[f64; COUNT]>,
+    conditions: Vec<[f64; COUNT]>,
+}
+
+impl Costs {
+    /// Losses of the conditions, each channel with its weight.
+    fn losses(&self, weights: &[f64]) -> impl Iterator<Item = f64> {
+        self.conditions.iter().map(move |of| of.iter().zip(weights).map(|(loss, weight)| loss * weight).sum())
+    }
 }
 
 /// 95 % interval of the friction coefficient at place `k` of `free`, which ended in `solution`, as [`draws`] says: about an edge at
@@ -136,24 +143,16 @@ pub fn of_friction(problem: &Problem, solution: &Solution, free: &[Free], k: usi
         .collect();
     let predicted = problem.predict_each(&models);
     let costs: Vec<Costs> = predicted.iter().map(|p| following(problem, solution, free, k, p)).collect();
-    let conditions = problem.campaign.conditions;
-    let by_condition = |at: &Costs, signal: &[f64]| -> Vec<f64> {
-        let mut out = vec![0.0; conditions];
-        for (g, channels) in problem.groups.iter().zip(&at.groups) {
-            let sum: f64 = channels.iter().zip(signal).map(|(loss, weight)| loss * weight).sum();
-            out[problem.campaign.groups[*g].condition] += sum;
-        }
-        out
-    };
     let cost = |at: &Costs, draw: &draws::Draw| -> f64 {
-        let of_conditions = by_condition(at, &draw.signal);
-        at.prior + of_conditions.iter().zip(&draw.condition).map(|(cost, weight)| cost * weight).sum::<f64>()
+        let weighted = at.losses(&draw.signal).zip(&draw.condition).map(|(loss, weight)| loss * weight);
+        at.prior + weighted.sum::<f64>()
     };
     let set =
         |draw: &draws::Draw| draws::fitting(&costs.iter().map(|at| cost(at, draw)).collect::<Vec<f64>>());
-    let sets: Vec<(usize, usize)> = draws::draws(conditions, COUNT).iter().filter_map(set).collect();
-    let even: Vec<Vec<f64>> = costs.iter().map(|at| by_condition(at, &[1.0; COUNT])).collect();
-    draws::ends(&scan, best, &sets, &even).logs.map(|end| end.map_or(f64::NAN, f64::exp))
+    let sets: Vec<(usize, usize)> =
+        draws::draws(problem.campaign.conditions, COUNT).iter().filter_map(set).collect();
+    let by_condition: Vec<Vec<f64>> = costs.iter().map(|at| at.losses(&[1.0; COUNT]).collect()).collect();
+    draws::ends(&scan, best, &sets, &by_condition).logs.map(|end| end.map_or(f64::NAN, f64::exp))
 }
 
 /// Costs of what is `predicted` with another value of parameter `k`, the others where they fit best beside it.
@@ -189,19 +188,16 @@ fn following(
     for (i, left) in left.iter_mut().enumerate() {
         take_off(left, &columns, i, &moved);
     }
-    let of_group = |(g, left): (&usize, &Features)| {
+    let mut conditions = vec![[0.0; COUNT]; problem.campaign.conditions];
+    for (g, left) in problem.groups.iter().zip(&left) {
         let whitener = &problem.whiteners[*g];
-        let mut out = [0.0; COUNT];
+        let out = &mut conditions[problem.campaign.groups[*g].condition];
         for (feature, x) in whitener.active.iter().zip(whitener.apply(left).iter()) {
             out[feature / BINS] += x * x;
         }
-        out
-    };
-    let cost = |((x, home), precision): ((&f64, &f64), &f64)| precision * (x - home).powi(2);
-    Costs {
-        prior: moved.iter().zip(&home).zip(&prior.precision).map(cost).sum(),
-        groups: problem.groups.iter().zip(&left).map(of_group).collect(),
     }
+    let cost = |((x, home), precision): ((&f64, &f64), &f64)| precision * (x - home).powi(2);
+    Costs { prior: moved.iter().zip(&home).zip(&prior.precision).map(cost).sum(), conditions }
 }
 
 /// Correlation beyond which only a combination of two parameters is determined.

@@ -15,7 +15,7 @@ use crate::fit::engine::Solution;
 use crate::fit::features::Features;
 use crate::fit::free::Free;
 use crate::fit::gls;
-use crate::fit::problem::Problem;
+use crate::fit::problem::{Problem, difference};
 use crate::fit::sensing;
 
 /// An effect to try, with where its fit may start.
@@ -122,6 +122,23 @@ fn changes_nothing(problem: &Problem, base: &Solution, trial: &CandidateEffect) 
     })
 }
 
+/// What each of `models`, which have one effect more than the model that `predicted`, changes of the features. What sensors alone do
+/// needs no simulation; all else is simulated side by side.
+pub fn changes(problem: &Problem, predicted: &[Features], models: &[Model<f64>]) -> Vec<Vec<Features>> {
+    let last = |m: &Model<f64>| m.effects.last().copied();
+    let sensed = |m: &Model<f64>| last(m).filter(|e| e.info().is_some_and(|info| info.role.is_sensing()));
+    let others: Vec<Model<f64>> = models.iter().filter(|m| sensed(m).is_none()).cloned().collect();
+    let mut simulated = problem.predict_each(&others).into_iter();
+    let change = |m: &Model<f64>| match sensed(m) {
+        Some(effect) => predicted.iter().map(|p| sensing::shown(&effect, p)).collect(),
+        None => {
+            let with = simulated.next().unwrap_or_default();
+            with.iter().zip(predicted).map(|(w, p)| difference(w, p, 1.0)).collect()
+        }
+    };
+    models.iter().map(change).collect()
+}
+
 /// The best starts on one solution, and the largest change that any setting makes.
 fn screen_on(
     problem: &Problem,
@@ -133,17 +150,7 @@ fn screen_on(
     let predicted = &base.predicted;
     let changed = |all: &[[f64; MAX_PARAMETERS]]| -> Vec<Vec<Features>> {
         let models: Vec<Model<f64>> = all.iter().map(|p| trial.on(&base.model, *p)).collect();
-        if info.role.is_sensing() {
-            let shown = |m: &Model<f64>| -> Vec<Features> {
-                let effect = m.effects.last();
-                effect.map_or_else(Vec::new, |e| predicted.iter().map(|p| sensing::shown(e, p)).collect())
-            };
-            return models.iter().map(shown).collect();
-        }
-        let less = |with: Vec<Features>| {
-            with.iter().zip(predicted).map(|(w, p)| w.iter().zip(p).map(|(a, b)| a - b).collect()).collect()
-        };
-        problem.predict_each(&models).into_iter().map(less).collect()
+        changes(problem, predicted, &models)
     };
     let size = |d: &[Features]| -> f64 {
         d.iter()

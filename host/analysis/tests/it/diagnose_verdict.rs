@@ -31,6 +31,12 @@ fn misfit(places: &[Place]) -> Misfit {
     }
 }
 
+/// So much in each of a few channels, beyond chance.
+fn of(sizes: &[f64]) -> Misfit {
+    let places = sizes.iter().enumerate().map(|(channel, s)| Place { channel, ..place(*s, *s) });
+    misfit(&places.collect::<Vec<_>>())
+}
+
 #[test]
 fn effects_explain_the_data_by_share_and_by_what_they_leave() {
     // Share of the excess, error over that of a perfect model, worst misfit in run spreads.
@@ -181,10 +187,6 @@ fn where_drift_alone_is_named_a_clear_misfit_that_nothing_explains_is_said() {
 
 #[test]
 fn a_clear_misfit_where_an_effect_does_not_act_is_not_the_form_of_its_law() {
-    let of = |sizes: &[f64]| {
-        let places = sizes.iter().enumerate().map(|(channel, s)| Place { channel, ..place(*s, *s) });
-        misfit(&places.collect::<Vec<_>>())
-    };
     for (before, after, left, why) in [
         (&[127.0, 7.2], &[3.4, 7.2], true, "it settles one and does not act on the other"),
         (&[127.0, 1.0], &[3.4, 5.2], true, "it makes another one"),
@@ -197,10 +199,6 @@ fn a_clear_misfit_where_an_effect_does_not_act_is_not_the_form_of_its_law() {
 
 #[test]
 fn what_named_effects_leave_is_said_where_it_is_clear_and_more_than_a_tenth_of_what_they_explain() {
-    let of = |sizes: &[f64]| {
-        let places = sizes.iter().enumerate().map(|(channel, s)| Place { channel, ..place(*s, *s) });
-        misfit(&places.collect::<Vec<_>>())
-    };
     for (before, after, left, why) in [
         (&[32.0, 6.2], &[1.2, 5.9], Some(5.9), "nothing acts on it"),
         (&[200.0, 3.0], &[16.0, 2.0], None, "a law that is wrong by a tenth leaves as much"),
@@ -214,10 +212,6 @@ fn what_named_effects_leave_is_said_where_it_is_clear_and_more_than_a_tenth_of_w
 #[test]
 fn effects_that_explain_all_that_they_act_on_are_told_from_what_is_missing_elsewhere() {
     // Misfit in each of a few channels, before and after, each beyond chance.
-    let of = |sizes: &[f64]| {
-        let places = sizes.iter().enumerate().map(|(channel, s)| Place { channel, ..place(*s, *s) });
-        misfit(&places.collect::<Vec<_>>())
-    };
     for (before, after, left, why) in [
         (&[6.0, 4.0, 4.8, 3.7], &[0.9, 0.9, 4.8, 3.7], Some(4.8), "two settled, two as they were"),
         (&[6.0, 4.0, 3.0, 1.0], &[0.9, 0.9, 2.9, 1.0], Some(2.9), "little is left elsewhere"),
