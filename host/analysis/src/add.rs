@@ -11,7 +11,7 @@ use crate::diagnose;
 use crate::diagnose::beforehand::{self, Start};
 use crate::diagnose::choice::other_ways;
 use crate::diagnose::search::Search;
-use crate::diagnose::select::{Candidate, candidates, search_again};
+use crate::diagnose::select::{Candidate, Fitted, candidates, search_again};
 use crate::fit::campaign::Campaign;
 use crate::fit::{self, Estimate, Fit, FitError, Free, Options, intervals};
 use crate::left_out::LeftOut;
@@ -177,7 +177,7 @@ fn searched(start: &Start, new: &[EffectEntry]) -> Option<(Fit, Vec<Free>)> {
     for effect in new {
         let others = other_ways(&start.problem, &held, start.others.iter().chain([&given]));
         let effect = [CandidateEffect::of(effect)?];
-        let mut found = candidates(&start.problem, &held, &others, &effect, 1, &|| {}).0;
+        let mut found = candidates(&start.problem, &held, &others, &effect, Fitted::most(1), &|| {}).0;
         search_again(&start.problem, &held, &others, &mut found, (1, Search::Grid), &|| {});
         held = found.pop()?.held;
     }

@@ -6,12 +6,11 @@
 //! of every fingertip and are not named; soft ones are.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
-use stickslip_shared::effects::{MAX_PARAMETERS, REGISTRY, Role};
+use stickslip_shared::effects::{MAX_PARAMETERS, Role};
 use stickslip_shared::model::{MAX_EFFECTS, Model};
 
-use crate::diagnose::choice::FALSE_ALARM;
 use crate::diagnose::search::{Reach, Search};
-use crate::diagnose::select::{Candidate, Held, explained, hold_out, p_value, total};
+use crate::diagnose::select::{Candidate, Held, explained, hold_out, level, p_value, total};
 use crate::diagnose::verdict::RELEVANT;
 use crate::fit::campaign::Campaign;
 use crate::fit::problem::Problem;
@@ -174,10 +173,9 @@ pub fn again(problem: &Problem, base: &Held, found: &[Candidate]) -> Vec<Candida
 pub fn drifting<'a>(start: &Start<'a>) -> Option<Start<'a>> {
     let problem = &start.problem;
     let crate::fit::noise::Drift { change, per_trial, t } = problem.noise.drift;
-    let level = FALSE_ALARM / REGISTRY.len() as f64;
     let freedom = problem.noise.freedom.checked_sub(1).filter(|f| *f > 0)? as f64;
     let chance = 2.0 * StudentsT::new(0.0, 1.0, freedom).ok()?.sf(t.abs());
-    if chance > level || change.abs() < RELEVANT * problem.noise.friction[0].max(LEAST_DRIFT) {
+    if chance > level() || change.abs() < RELEVANT * problem.noise.friction[0].max(LEAST_DRIFT) {
         return None;
     }
     let wear = CandidateEffect::listed().into_iter().find(|t| t.info.role == Role::Order)?;

@@ -2,7 +2,7 @@
 //!
 //! The rules are those of 9 and 10 in `docs/diagnose.md`.
 
-use stickslip_shared::effects::{Info, Parameter, REGISTRY};
+use stickslip_shared::effects::{Info, Parameter};
 use stickslip_shared::model::Model;
 
 use crate::diagnose::misfit::{Misfit, Place};
@@ -10,7 +10,8 @@ use crate::diagnose::ordinary::is_ordinary_in;
 use crate::diagnose::posterior::{LEAST, posterior};
 use crate::diagnose::search::Search;
 use crate::diagnose::select::{
-    Candidate, Held, candidates, explained, hold_out, paired, search_again, total,
+    Candidate, FALSE_ALARM, Fitted, Held, candidates, explained, halves, hold_out, level, paired,
+    search_again, total,
 };
 use crate::diagnose::verdict::{
     self, CERTAIN, EXPLAINS, EXPLAINS_RELEVANT, Left, RELEVANT, UNEXPLAINED, Verdict,
@@ -19,10 +20,6 @@ use crate::fit::problem::Problem;
 use crate::fit::{self, Free, Solution};
 use crate::model::candidate::{self, CandidateEffect};
 
-/// Family-wise probability of naming an effect where there is none; what explains enough on conditions that
-/// it was not fitted to needs no correction for the number of effects (few conditions give no smaller
-/// probabilities).
-pub const FALSE_ALARM: f64 = 0.01;
 /// A further effect must explain this share of what the others leave.
 const EXPLAINS_FURTHER: f64 = 0.5;
 /// Candidates whose held-out losses differ by less than this many standard errors are equal.
@@ -53,6 +50,10 @@ pub const SEARCHED_AGAIN: usize = 4;
 pub const SEARCHED_FURTHER: usize = 3;
 /// Most effects named.
 pub const MOST_EFFECTS: usize = 3;
+/// Effects that are fitted where no channel misses by enough to be worth a name.
+pub const WEAKER: usize = 4;
+/// Beside effects that were chosen, where they must take half of the loss: those of which the first order promises half of that.
+const CLEAR: Fitted = Fitted { most: WEAKER, promised: 0.25 };
 /// Effects refitted at each stage.
 pub const SURVIVORS: usize = 8;
 /// A step of the diagnosis was done; for progress bars.
@@ -115,11 +116,12 @@ pub fn choose(
     (pass, search, given): (Pass, Search, Option<&Model<f64>>),
     tick: Tick,
 ) -> Choice {
-    let level = FALSE_ALARM / REGISTRY.len() as f64;
+    let level = level();
     let named = |chosen: &[Candidate]| findings(problem, chosen).count();
     let mut chosen: Vec<Candidate> = Vec::new();
     let mut equal: Vec<Vec<&'static str>> = Vec::new();
     let mut stage = first.to_vec();
+    let mut settled = !start.misfit.misses(RELEVANT);
     while chosen.len() < MOST_EFFECTS {
         let before = chosen.last().map_or(start, |c: &Candidate| &c.held);
         let taken = |c: &Candidate| {
@@ -135,7 +137,9 @@ pub fn choose(
                 _ if share > EXPLAINS_RELEVANT && !c.held.beyond(start).exceeds(RELEVANT) => FALSE_ALARM,
                 _ => level,
             };
-            share > worth && c.p_value < chance && (chosen.is_empty() || !entangled(problem, &c.held))
+            let by_share = !settled && share > worth && c.p_value < chance;
+            let clear = !ordinary && halves(&before.loss, &c.held.loss);
+            (by_share || clear) && (chosen.is_empty() || !entangled(problem, &c.held))
         };
         let Some(best) = stage.iter().position(taken) else {
             break;
@@ -144,16 +148,15 @@ pub fn choose(
         equal.push(equals(before, &winner, &stage));
         chosen.push(winner);
         let last = &chosen[chosen.len() - 1];
-        if !last.held.beyond(start).misses(RELEVANT) {
-            break;
-        }
+        // Where no channel misses by enough, a further effect must be clear in all of them together.
+        settled = !last.held.beyond(start).misses(RELEVANT);
         if chosen.len() < MOST_EFFECTS {
             let on = &last.held.solution.model;
             // What is missing pulls friction away, and the effects chosen so far with it.
-            let others = other_ways(problem, &last.held, given);
+            let others = if settled { Vec::new() } else { other_ways(problem, &last.held, given) };
             let at = stages.iter().position(|(model, _)| model == on).unwrap_or_else(|| {
-                stages
-                    .push((on.clone(), candidates(problem, &last.held, &others, trials, SURVIVORS, tick).0));
+                let fitted = if settled { CLEAR } else { Fitted::most(SURVIVORS) };
+                stages.push((on.clone(), candidates(problem, &last.held, &others, trials, fitted, tick).0));
                 stages.len() - 1
             });
             // Beside another effect least squares often ends in a side valley.
@@ -161,7 +164,9 @@ pub fn choose(
                 Search::Quick => (SEARCHED_FURTHER, Search::Grid),
                 other => (SEARCHED_AGAIN, other),
             };
-            search_again(problem, &last.held, &others, &mut stages[at].1, (most, search), tick);
+            if !settled {
+                search_again(problem, &last.held, &others, &mut stages[at].1, (most, search), tick);
+            }
             stage = stages[at].1.clone();
         }
     }
@@ -185,6 +190,7 @@ pub fn choose(
         };
         let leaves = |c: &Candidate| {
             poor(&c.held.beyond(start))
+                || chosen.last().is_some_and(|last| halves(&c.held.loss, &last.held.loss))
                 || is_one(c) && (verdict::untouched(&start.misfit, &c.held.misfit) || leaves_more(c))
         };
         let alone =
@@ -209,7 +215,11 @@ pub fn choose(
     }
     simplify(problem, start, (&mut chosen, &mut equal), first, trials);
     let share = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
-    let explains = chosen.last().is_some_and(|c| verdict::explains(share, &Left::of(&c.held.beyond(start))));
+    let clear = chosen.last().is_some_and(|c| halves(&start.loss, &c.held.loss));
+    let explains = chosen.last().is_some_and(|c| {
+        let left = Left::of(&c.held.beyond(start));
+        verdict::explains(share, &left) || clear && left.settled()
+    });
     // What any rig has is no missing effect: what counts is what it leaves.
     let judged = chosen.last().filter(|_| named(&chosen) == 0).map_or(start, |c| &c.held);
     let only_ordinary = !chosen.is_empty() && named(&chosen) == 0;
@@ -325,9 +335,12 @@ fn drop_needless(
         let share = |held: &Held| explained(&start.misfit, &held.misfit);
         let needless = match k + 1 == chosen.len() {
             // What it was taken for, counted anew.
-            true => explained(&held.misfit, &last.misfit) <= EXPLAINS_FURTHER,
+            true => {
+                explained(&held.misfit, &last.misfit) <= EXPLAINS_FURTHER && !halves(&held.loss, &last.loss)
+            }
             false => {
                 share(&held) > share(last) - SIMPLER
+                    && !halves(&held.loss, &last.loss)
                     && (!poor(&held.beyond(start)) || poor(&last.beyond(start)))
             }
         };
@@ -380,7 +393,7 @@ fn simplify(
     first: &[Candidate],
     trials: &[CandidateEffect],
 ) {
-    let level = FALSE_ALARM / REGISTRY.len() as f64;
+    let level = level();
     let ids: Vec<&'static str> = findings(problem, chosen).map(|c| c.info.id).collect();
     for id in ids.into_iter().filter(|_| first.len() > 1) {
         let Some((k, last)) = chosen.iter().position(|c| c.info.id == id).zip(chosen.last()) else { return };
@@ -400,7 +413,7 @@ fn simplify(
             explained: explained(&others.misfit, &last.held.misfit),
             ..last.clone()
         };
-        let mut stage = candidates(problem, &others, &[], &rivals, rivals.len(), &|| ()).0;
+        let mut stage = candidates(problem, &others, &[], &rivals, Fitted::most(rivals.len()), &|| ()).0;
         stage.push(as_it_is);
         let Some(as_it_is) = stage.last() else { return };
         let Some(simpler) = simpler(&others, as_it_is, &stage).cloned() else { continue };

@@ -41,7 +41,7 @@ use crate::model::candidate::{CandidateEffect, Described};
 use crate::progress::Progress;
 use beforehand::Start;
 use choice::{
-    Choice, FALSE_ALARM, MOST_EFFECTS, Part, Pass, SEARCHED_AGAIN, SEARCHED_FURTHER, SURVIVORS, Stages, Tick,
+    Choice, MOST_EFFECTS, Part, Pass, SEARCHED_AGAIN, SEARCHED_FURTHER, SURVIVORS, Stages, Tick, WEAKER,
     choose, other_ways, sets,
 };
 use experiment::{Experiment, Grid, Hypothesis, Plan};
@@ -51,7 +51,7 @@ use ordinary::is_ordinary_in;
 use posterior::{Posterior, Weighed, posterior};
 use report::Report;
 use search::Search;
-use select::{Candidate, Held, candidates, explained, hold_out, search_again};
+use select::{Candidate, Fitted, Held, candidates, explained, halves, hold_out, level, search_again};
 use stickslip_data::{Dataset, Description};
 use verdict::{Doubt, Left, Signs, UNEXPLAINED, Verdict};
 
@@ -214,7 +214,7 @@ pub fn suggest(
         trials = CandidateEffect::listed();
         trials.extend(own.iter().cloned());
     }
-    let found = candidates(problem, base, &others, &trials, SURVIVORS, tick).0;
+    let found = candidates(problem, base, &others, &trials, Fitted::most(SURVIVORS), tick).0;
     let [a, b, ..] = found.as_slice() else { return Ok(None) };
     let weighed = match between {
         [] => weighed(problem, base, &found),
@@ -316,7 +316,7 @@ fn find(
     let start = beforehand::last(&base, &found);
     let drifts = found.iter().any(|c| c.info.role == Role::Order);
     let relevant = start.misfit.misses(RELEVANT) && start.misfit.excess > 0.0;
-    let worth_a_name = relevant && problem.campaign.conditions >= FEWEST_CONDITIONS;
+    let mut worth_a_name = relevant && problem.campaign.conditions >= FEWEST_CONDITIONS;
     // Where nothing is worth a name, a few fits show what is there within the tolerances.
     let survivors = match worth_a_name {
         true => SURVIVORS,
@@ -329,7 +329,7 @@ fn find(
         true => other_ways(problem, start, ways),
         false => Vec::new(),
     };
-    let (mut first, invisible) = candidates(problem, start, &others, trials, survivors, tick);
+    let (mut first, invisible) = candidates(problem, start, &others, trials, Fitted::most(survivors), tick);
     let mut weaker = Vec::new();
     if !worth_a_name {
         if let Some(better) = from_where_effects_led(problem, start, &first) {
@@ -338,8 +338,14 @@ fn find(
             *found.last_mut().map_or(&mut base, |last| &mut last.held) = better;
             return find(problem, (base, found), ways, trials, pass, tick);
         }
-        weaker.append(&mut first);
-        weaker.retain(|c| lowers(start, c));
+        // All channels together may show clearly what none of them does alone.
+        worth_a_name = first
+            .iter()
+            .any(|c| halves(&start.loss, &c.held.loss) && !is_ordinary_in(problem, &c.held, c.info.id));
+        if !worth_a_name {
+            weaker.append(&mut first);
+            weaker.retain(|c| lowers(start, c));
+        }
     }
     let mut choice = Choice::nothing();
     let mut stages = Stages::new();
@@ -398,6 +404,7 @@ fn find(
         only_drift: drifts && chosen.is_empty(),
         only_pads: chosen.is_empty() && !before.is_empty() && (verdict != Verdict::Unexplained || explains),
         swings: swing.is_some(),
+        clear: halves(&without_effects.loss, &last.loss),
         fits: left.is_none() && without_effects.fitted(problem).worst() <= RELEVANT,
         conditions: problem.campaign.conditions,
     };
@@ -435,15 +442,12 @@ fn find(
     }
 }
 
-/// Effects that are fitted where nothing is worth a name.
-const WEAKER: usize = 4;
 /// An effect is mentioned where it leaves this share of the held-out error, or less.
 const MENTIONED: f64 = 0.9;
 
 /// Whether `candidate` lowers the held-out error of `start` by enough to be mentioned, and beyond chance.
 fn lowers(start: &Held, candidate: &Candidate) -> bool {
-    let level = FALSE_ALARM / REGISTRY.len() as f64;
-    candidate.p_value < level && candidate.held.misfit.error < MENTIONED * start.misfit.error
+    candidate.p_value < level() && candidate.held.misfit.error < MENTIONED * start.misfit.error
 }
 
 /// A fit is clearly better than another where it leaves this share of its held-out loss.

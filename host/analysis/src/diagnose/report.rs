@@ -16,7 +16,7 @@ use crate::diagnose::limits::limits;
 use crate::diagnose::misfit::Misfit;
 use crate::diagnose::ordinary;
 use crate::diagnose::posterior::{self, Weighed};
-use crate::diagnose::select::{Candidate, Held, explained};
+use crate::diagnose::select::{Candidate, Held, explained, halves};
 use crate::diagnose::signature::{Mark, signature};
 use crate::diagnose::structure::{self, Structure};
 use crate::diagnose::swing::Swing;
@@ -290,10 +290,12 @@ pub fn report(
         ambiguous_with.sort_by(|a, b| likely(b).total_cmp(&likely(a)));
     }
     let doubt = doubt.as_ref().map(|d| doubtful(d, problem, &ambiguous_with, experiment.is_some()));
+    // No channel does alone, and all of them together show what is named.
+    let clear = !start.misfit.misses(RELEVANT) && halves(&start.loss, &last.loss);
     let mut summary = match &doubt {
         Some((reason, _)) => format!("Nothing can be concluded: {reason}."),
         None if named && problem.noise.of_misfit.is_some() => better_predicted(&effects, equal, &candidates),
-        None => sentence(*verdict, &effects, equal, &candidates, &start.misfit),
+        None => sentence(*verdict, &effects, equal, &candidates, [&start.misfit, &last.misfit], clear),
     };
     let (reason, would_tell) = doubt.unzip();
     let missing = beside.as_ref().map(|place| {
@@ -461,13 +463,21 @@ fn drift(effects: &[&'static str]) -> Option<&'static Info> {
     find_effect(id).filter(|info| info.role == Role::Order)
 }
 
+/// `effects`, and the sets that do as well.
+fn or_equally(effects: &[&'static str], equal: &[Vec<&'static str>]) -> String {
+    let named = effects.join(" and ");
+    let sets: Vec<String> = equal.iter().map(|e| e.join(" + ")).collect();
+    if sets.is_empty() { named } else { format!("{named}, or equally well {}", sets.join(" or ")) }
+}
+
 /// The verdict in words. Its shares are those of the table of `candidates`.
 fn sentence(
     verdict: Verdict,
     effects: &[&'static str],
     equal: &[Vec<&'static str>],
     candidates: &[CandidateReport],
-    misfit: &Misfit,
+    [misfit, left]: [&Misfit; 2],
+    clear: bool,
 ) -> String {
     let best = |of: &mut dyn Iterator<Item = &'_ CandidateReport>| {
         of.map(|c| (c.id, c.own_share())).max_by(|a, b| a.1.0.total_cmp(&b.1.0))
@@ -502,6 +512,15 @@ fn sentence(
             effects.join(" and "),
             candidates.iter().find(named).map_or(0.0, |c| c.p_value)
         ),
+        // What is left of a small excess says little.
+        Verdict::Effect | Verdict::Ambiguous if clear => format!(
+            "The model lacks {}: no channel misses by more than {:.1} run spreads beyond chance, and all of them together show it \
+             (held-out error {:.2} to {:.2}).",
+            or_equally(effects, equal),
+            misfit.worst(),
+            misfit.error,
+            left.error
+        ),
         Verdict::Effect => format!(
             "The model lacks {}; {} {} {of_what}{next}.",
             effects.join(" and "),
@@ -509,9 +528,8 @@ fn sentence(
             percent(share)
         ),
         Verdict::Ambiguous => format!(
-            "The model lacks {}, or equally well {}: these data do not separate them ({} {of_what} explained){next}.",
-            effects.join(" and "),
-            equal.iter().map(|e| e.join(" + ")).collect::<Vec<_>>().join(" or "),
+            "The model lacks {}: these data do not separate them ({} {of_what} explained){next}.",
+            or_equally(effects, equal),
             percent(share)
         ),
         Verdict::Unexplained => match best(&mut candidates.iter()) {

@@ -8,13 +8,12 @@
 //! it that are behind by less than two standard errors are as good.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
-use stickslip_shared::effects::REGISTRY;
 use stickslip_shared::model::Model;
 
-use crate::diagnose::choice::{EQUAL, FALSE_ALARM, MOST_EFFECTS, Tick};
+use crate::diagnose::choice::{EQUAL, MOST_EFFECTS, Tick};
 use crate::diagnose::findings::Findings;
 use crate::diagnose::posterior::Posterior;
-use crate::diagnose::select::{Candidate, Held, candidates, explained, hold_out, paired};
+use crate::diagnose::select::{Candidate, Fitted, Held, candidates, explained, hold_out, level, paired};
 use crate::diagnose::verdict::{Doubt, Verdict};
 use crate::fit::campaign::Campaign;
 use crate::fit::problem::Problem;
@@ -84,7 +83,7 @@ fn judge<'a>(
     trials: &[CandidateEffect],
     tick: Tick,
 ) -> (Vec<(Candidate, Judged<'a>)>, Vec<&'static str>) {
-    let (found, invisible) = candidates(&start.problem, &start.held, &[], trials, JUDGED, tick);
+    let (found, invisible) = candidates(&start.problem, &start.held, &[], trials, Fitted::most(JUDGED), tick);
     let mut out: Vec<(Candidate, Judged<'a>)> = found
         .into_iter()
         .map(|mut c| {
@@ -114,7 +113,6 @@ pub fn find<'a>(
     trials: &[CandidateEffect],
     tick: Tick,
 ) -> (Problem<'a>, Findings) {
-    let level = FALSE_ALARM / REGISTRY.len() as f64;
     let mut at = Judged::new(campaign, &base.solution.model, &base.free);
     let base = at.held.clone();
     let (mut first, mut unseen) = (Vec::new(), Vec::new());
@@ -125,7 +123,7 @@ pub fn find<'a>(
             first = judged.iter().map(|(c, _)| c.clone()).collect();
             unseen = invisible;
         }
-        let mut beyond_chance = judged.into_iter().filter(|(c, _)| c.p_value < level);
+        let mut beyond_chance = judged.into_iter().filter(|(c, _)| c.p_value < level());
         let Some((candidate, best)) = beyond_chance.next() else { break };
         let ids: Vec<&'static str> = chosen.iter().filter(|c| is_finding(c)).map(|c| c.info.id).collect();
         equal = beyond_chance

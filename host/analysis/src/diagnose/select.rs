@@ -11,7 +11,7 @@ use crate::model::candidate::CandidateEffect;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
-use stickslip_shared::effects::Info;
+use stickslip_shared::effects::{Info, REGISTRY};
 use stickslip_shared::model::{MAX_EFFECTS, Model};
 
 use crate::diagnose::misfit::{self, Misfit};
@@ -23,6 +23,10 @@ use crate::fit::problem::{Problem, take_off};
 use crate::fit::screen::{Screened, Start};
 use crate::fit::{self, FOLDS, Free, Solution};
 
+/// Family-wise probability of naming an effect where there is none; what explains enough on conditions that
+/// it was not fitted to needs no correction for the number of effects (few conditions give no smaller
+/// probabilities).
+pub const FALSE_ALARM: f64 = 0.01;
 /// The parameter of an effect that is a wave.
 pub const WAVE: &str = "wavelength_m";
 /// Longest wave that counts as one where it shows in friction and in force, in paths.
@@ -40,6 +44,8 @@ const SAME_VALLEY: f64 = 0.3;
 const MOST_FROM_THERE: usize = 3;
 /// A fit whose loss is beyond this many times what its linear model promises did not converge.
 const CONVERGED: f64 = 1.2;
+/// A model that leaves less than this share of the held-out loss of another is clearly better, however small the misfit of each channel.
+const HALF: f64 = 0.5;
 /// What a linear model leaves of a condition that was held out is relied on up to so many times what the fit leaves of it.
 const LINEAR: f64 = 4.0;
 
@@ -69,6 +75,17 @@ impl Held {
     pub fn fitted(&self, problem: &Problem) -> Misfit {
         misfit::of(problem, &problem.without_offsets(&self.solution.residual, &self.solution.offsets))
     }
+}
+
+/// Probability below which a gain is beyond chance, whichever effect has it.
+pub fn level() -> f64 {
+    FALSE_ALARM / REGISTRY.len() as f64
+}
+
+/// Whether `after` leaves at most this share of the held-out loss of `before`, beyond chance over all effects: losses are whitened,
+/// and show a misfit across the directions in which runs scatter, which hides in the run spread of each channel alone.
+pub fn halves(before: &[f64], after: &[f64]) -> bool {
+    after.iter().sum::<f64>() < HALF * before.iter().sum::<f64>() && of_gain(before, after, None) < level()
 }
 
 /// An effect that was refitted.
@@ -251,6 +268,22 @@ pub fn explained(before: &Misfit, after: &Misfit) -> f64 {
     if before.excess > 0.0 { 1.0 - after.excess / before.excess } else { 0.0 }
 }
 
+/// Which effects are fitted after their screening.
+#[derive(Clone, Copy, Debug)]
+pub struct Fitted {
+    /// No more than so many, the best first.
+    pub most: usize,
+    /// Of which the first order promises this share of the loss.
+    pub promised: f64,
+}
+
+impl Fitted {
+    /// The best, whatever they promise.
+    pub fn most(most: usize) -> Self {
+        Self { most, promised: 0.0 }
+    }
+}
+
 /// Screens all of `trials` that `base` does not have, and refits the best, from `base` or from one
 /// of `others`. Returns candidates with the best held-out loss first, and the effects that
 /// cannot be seen.
@@ -259,7 +292,7 @@ pub fn candidates(
     base: &Held,
     others: &[Solution],
     trials: &[CandidateEffect],
-    survivors: usize,
+    fitted: Fitted,
     tick: &(dyn Fn() + Sync),
 ) -> (Vec<Candidate>, Vec<&'static str>) {
     let model = &base.solution.model;
@@ -277,6 +310,8 @@ pub fn candidates(
         })
         .collect();
     let invisible = screened.iter().filter(|s| s.invisible).map(|s| s.trial.info.id).collect();
+    let promised = fitted.promised * ground.before();
+    screened.retain(|s| s.gain >= promised);
     screened.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let most = screened.first().map_or(0.0, |s| s.gain);
     // Of the best two it is said how they do, however little that is.
@@ -284,7 +319,7 @@ pub fn candidates(
         if rank < FEWEST { s.gain > 0.0 && !s.invisible } else { s.gain > 1.0 && s.gain > 0.02 * most }
     };
     let ranked = screened.into_iter().enumerate().filter(|(rank, s)| told(*rank, s));
-    let kept = ranked.map(|(_, s)| s).take(survivors);
+    let kept = ranked.map(|(_, s)| s).take(fitted.most);
     let mut begun: Vec<Begun> = kept
         .filter_map(|s| {
             let begun = Begun::on(&ground, base, s);
@@ -293,7 +328,7 @@ pub fn candidates(
         })
         .collect();
     begun.sort_by(|a, b| a.reach.hope().total_cmp(&b.reach.hope()));
-    if survivors > 0 {
+    if fitted.most > 0 {
         from_the_best((problem, base, &ground), trials, &mut begun);
     }
     let best = begun.first().map_or(0.0, Begun::takes);

@@ -133,6 +133,8 @@ pub struct Signs {
     /// Pads are measured to be softer than any fingertip may be without a word, no effect was chosen, and nothing
     /// large is left or the pads explain enough.
     pub only_pads: bool,
+    /// Effects that were chosen leave half of the held-out loss, or less, beyond chance.
+    pub clear: bool,
     /// Forces swing while the object slides, and not in the model.
     pub swings: bool,
     /// Fitted to all conditions, none held out, the model leaves nothing that is worth a name: what one condition is off by when
@@ -153,6 +155,7 @@ pub fn verdict(search: Verdict, signs: &Signs, misfit: &Misfit) -> (Verdict, Opt
         // No tolerance makes that much in all features together.
         Verdict::Effect
             if Left::of(misfit).near()
+                && !signs.clear
                 && !misfit.is_beyond_perfect()
                 && signs.conditions >= FEWEST_CONDITIONS =>
         {

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_distr::StandardNormal;
-use stickslip_analysis::diagnose::select::{of_gain, p_value, paired};
+use stickslip_analysis::diagnose::select::{halves, of_gain, p_value, paired};
 use stickslip_analysis::fit::FOLDS;
 use stickslip_analysis::fit::features::FEATURES;
 use stickslip_analysis::fit::gls::{self, Columns, Gram, Prior, Whitener};
@@ -130,6 +130,20 @@ fn what_falls_to_the_noise_in_each_of_four_conditions_is_no_chance_however_unlik
     // One condition decides nothing, nor does what falls in as many as it rises in.
     assert!(of_gain(&before, &[223.0, 243.0, 129.0, 7450.0], None) > 0.05);
     assert!(of_gain(&before, &[45.0, 1300.0, 129.0, 40_000.0], None) > 0.2);
+}
+
+#[test]
+fn an_effect_is_clear_where_it_takes_half_of_the_loss_of_most_conditions_and_not_of_one_alone() {
+    let before = [40.0, 35.0, 52.0, 44.0, 38.0, 61.0, 47.0, 55.0, 36.0, 49.0];
+    let share = |share: f64| before.map(|b| share * b);
+    assert!(halves(&before, &share(0.45)));
+    assert!(!halves(&before, &share(0.55)), "less than half, however sure");
+    // One condition that is far off makes most of both losses.
+    let with =
+        |of: [f64; 10], first: f64| std::array::from_fn::<f64, 10, _>(|k| if k == 0 { first } else { of[k] });
+    assert!(!halves(&with(before, 4000.0), &before), "one condition alone");
+    assert!(halves(&with(before, 40.0), &with(share(0.2), 9.0)));
+    assert!(!halves(&before[..2], &share(0.01)[..2]), "two conditions decide nothing");
 }
 
 #[test]

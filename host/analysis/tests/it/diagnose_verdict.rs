@@ -13,8 +13,15 @@ fn place(size: f64, at_least: f64) -> Place {
 }
 
 /// Nothing beside the search has a say.
-const QUIET: Signs =
-    Signs { equal: false, only_drift: false, only_pads: false, swings: false, fits: false, conditions: 6 };
+const QUIET: Signs = Signs {
+    equal: false,
+    only_drift: false,
+    only_pads: false,
+    clear: false,
+    swings: false,
+    fits: false,
+    conditions: 6,
+};
 
 /// The worst first, as misfits have them.
 fn misfit(places: &[Place]) -> Misfit {
@@ -107,6 +114,17 @@ fn doubts_and_signs_beside_the_search_decide_in_this_order() {
         ),
         // A model that may leave so much once effects are named is not condemned for it before.
         (Effect, quiet, vec![small], Inconclusive, Some(Doubt::Weak(small))),
+        // But half of the whitened loss, beyond chance, is no tolerance.
+        (Effect, Signs { clear: true, ..quiet }, vec![small], Effect, None),
+        (Effect, Signs { clear: true, ..quiet }, vec![], Effect, None),
+        (Effect, Signs { clear: true, equal: true, ..quiet }, vec![small], Ambiguous, None),
+        (
+            NothingMissing,
+            Signs { clear: true, ..quiet },
+            vec![small],
+            Inconclusive,
+            Some(Doubt::Small(small)),
+        ),
         // Nor is what swings then a doubt about an effect that was fitted to levels.
         (Effect, Signs { swings: true, ..quiet }, vec![small], Unexplained, None),
         (
