@@ -5,6 +5,7 @@
 use stickslip_shared::effects::{Info, Parameter};
 use stickslip_shared::model::Model;
 
+use crate::diagnose::beforehand;
 use crate::diagnose::misfit::{Misfit, Place};
 use crate::diagnose::ordinary::is_ordinary_in;
 use crate::diagnose::posterior::{LEAST, posterior};
@@ -105,6 +106,109 @@ impl Choice {
 /// Candidates for a further effect beside those of a model.
 pub type Stages = Vec<(Model<f64>, Vec<Candidate>)>;
 
+/// What effects are chosen from.
+struct Choosing<'a> {
+    problem: &'a Problem<'a>,
+    start: &'a Held,
+    /// Candidates for the first place.
+    first: &'a [Candidate],
+    trials: &'a [CandidateEffect],
+    pass: Pass,
+    search: Search,
+    given: Option<&'a Model<f64>>,
+    tick: Tick<'a>,
+}
+
+impl Choosing<'_> {
+    /// Effects in the order in which they are chosen, for each those that do as well, and the candidates beside the last.
+    fn one_after_the_other(
+        &self,
+        stages: &mut Stages,
+    ) -> (Vec<Candidate>, Vec<Vec<&'static str>>, Vec<Candidate>) {
+        let mut chosen: Vec<Candidate> = Vec::new();
+        let mut equal: Vec<Vec<&'static str>> = Vec::new();
+        let mut stage = self.first.to_vec();
+        let mut settled = !self.start.misfit.misses(RELEVANT);
+        while chosen.len() < MOST_EFFECTS {
+            let Some(best) = stage.iter().position(|c| self.takes(&chosen, c, settled)) else {
+                break;
+            };
+            let winner = stage[best].clone();
+            equal.push(equals(beforehand::last(self.start, &chosen), &winner, &stage));
+            let last = winner.held.clone();
+            chosen.push(winner);
+            settled = !last.beyond(self.start).misses(RELEVANT);
+            if chosen.len() < MOST_EFFECTS {
+                stage = self.further(&last, settled, stages);
+            }
+        }
+        (chosen, equal, stage)
+    }
+
+    /// Whether `c` is taken beside those `chosen`, which leave nothing that is worth a name in any channel where `settled`.
+    fn takes(&self, chosen: &[Candidate], c: &Candidate, settled: bool) -> bool {
+        let before = beforehand::last(self.start, chosen);
+        let named = findings(self.problem, chosen).count();
+        let share = explained(&before.misfit, &c.held.misfit);
+        let ordinary = is_ordinary_in(self.problem, &c.held, c.info.id);
+        let worth = if named == 0 || ordinary { WORTH_TRYING } else { EXPLAINS_FURTHER };
+        let chance = match share {
+            _ if ordinary => LIKELY,
+            // The problem is built around one of the candidates: that favours it.
+            _ if self.pass == Pass::Second => level(),
+            _ if share > CERTAIN => LIKELY,
+            _ if share > EXPLAINS => FALSE_ALARM,
+            _ if share > EXPLAINS_RELEVANT && !c.held.beyond(self.start).exceeds(RELEVANT) => FALSE_ALARM,
+            _ => level(),
+        };
+        let by_share = !settled && share > worth && c.p_value < chance;
+        let clear = !ordinary && halves(&before.loss, &c.held.loss);
+        (by_share || clear) && (chosen.is_empty() || !entangled(self.problem, &c.held))
+    }
+
+    /// Candidates beside the effects of `last`. Where those leave nothing that is worth a name in any channel (`settled`), a
+    /// further one must be clear in all of them together.
+    fn further(&self, last: &Held, settled: bool, stages: &mut Stages) -> Vec<Candidate> {
+        let Self { problem, trials, tick, .. } = *self;
+        let on = &last.solution.model;
+        // What is missing pulls friction away, and the effects chosen so far with it.
+        let others = if settled { Vec::new() } else { other_ways(problem, last, self.given) };
+        let at = stages.iter().position(|(model, _)| model == on).unwrap_or_else(|| {
+            let fitted = if settled { CLEAR } else { Fitted::most(SURVIVORS) };
+            stages.push((on.clone(), candidates(problem, last, &others, trials, fitted, tick).0));
+            stages.len() - 1
+        });
+        if !settled {
+            // Beside another effect least squares often ends in a side valley.
+            let (most, search) = match self.search {
+                Search::Quick => (SEARCHED_FURTHER, Search::Grid),
+                other => (SEARCHED_AGAIN, other),
+            };
+            search_again(problem, last, &others, &mut stages[at].1, (most, search), tick);
+        }
+        stages[at].1.clone()
+    }
+
+    /// One effect that does what several `chosen` ones do together: the better answer.
+    fn alone(&self, chosen: &[Candidate]) -> Option<&Candidate> {
+        let (start, last) = (self.start, &chosen.last().filter(|_| chosen.len() > 1)?.held);
+        let together = explained(&start.misfit, &last.misfit);
+        // One of these effects itself is no simpler answer where it leaves a clear misfit that it does not act on.
+        let is_one = |c: &Candidate| chosen.iter().any(|of| of.info.id == c.info.id);
+        // Nor one that leaves more than tolerances make, where the others leave no more than these.
+        let within = !last.misfit.is_beyond_perfect();
+        let leaves_more = |c: &Candidate| {
+            within && c.held.misfit.is_beyond_perfect() && c.held.beyond(start).exceeds(RELEVANT)
+        };
+        let leaves = |c: &Candidate| {
+            poor(&c.held.beyond(start))
+                || halves(&c.held.loss, &last.loss)
+                || is_one(c) && (verdict::untouched(&start.misfit, &c.held.misfit) || leaves_more(c))
+        };
+        self.first.iter().find(|c| c.p_value < level() && c.explained > together - SIMPLER && !leaves(c))
+    }
+}
+
 /// Chooses effects one after the other, `first` being the candidates for the first place and `stages`
 /// those for further ones met so far, and judges what they explain. Further ones may also start from friction as in `given`.
 pub fn choose(
@@ -116,60 +220,9 @@ pub fn choose(
     (pass, search, given): (Pass, Search, Option<&Model<f64>>),
     tick: Tick,
 ) -> Choice {
-    let level = level();
+    let choosing = Choosing { problem, start, first, trials, pass, search, given, tick };
     let named = |chosen: &[Candidate]| findings(problem, chosen).count();
-    let mut chosen: Vec<Candidate> = Vec::new();
-    let mut equal: Vec<Vec<&'static str>> = Vec::new();
-    let mut stage = first.to_vec();
-    let mut settled = !start.misfit.misses(RELEVANT);
-    while chosen.len() < MOST_EFFECTS {
-        let before = chosen.last().map_or(start, |c: &Candidate| &c.held);
-        let taken = |c: &Candidate| {
-            let share = explained(&before.misfit, &c.held.misfit);
-            let ordinary = is_ordinary_in(problem, &c.held, c.info.id);
-            let worth = if named(&chosen) == 0 || ordinary { WORTH_TRYING } else { EXPLAINS_FURTHER };
-            let chance = match share {
-                _ if ordinary => LIKELY,
-                // The problem is built around one of the candidates: that favours it.
-                _ if pass == Pass::Second => level,
-                _ if share > CERTAIN => LIKELY,
-                _ if share > EXPLAINS => FALSE_ALARM,
-                _ if share > EXPLAINS_RELEVANT && !c.held.beyond(start).exceeds(RELEVANT) => FALSE_ALARM,
-                _ => level,
-            };
-            let by_share = !settled && share > worth && c.p_value < chance;
-            let clear = !ordinary && halves(&before.loss, &c.held.loss);
-            (by_share || clear) && (chosen.is_empty() || !entangled(problem, &c.held))
-        };
-        let Some(best) = stage.iter().position(taken) else {
-            break;
-        };
-        let winner = stage[best].clone();
-        equal.push(equals(before, &winner, &stage));
-        chosen.push(winner);
-        let last = &chosen[chosen.len() - 1];
-        // Where no channel misses by enough, a further effect must be clear in all of them together.
-        settled = !last.held.beyond(start).misses(RELEVANT);
-        if chosen.len() < MOST_EFFECTS {
-            let on = &last.held.solution.model;
-            // What is missing pulls friction away, and the effects chosen so far with it.
-            let others = if settled { Vec::new() } else { other_ways(problem, &last.held, given) };
-            let at = stages.iter().position(|(model, _)| model == on).unwrap_or_else(|| {
-                let fitted = if settled { CLEAR } else { Fitted::most(SURVIVORS) };
-                stages.push((on.clone(), candidates(problem, &last.held, &others, trials, fitted, tick).0));
-                stages.len() - 1
-            });
-            // Beside another effect least squares often ends in a side valley.
-            let (most, search) = match search {
-                Search::Quick => (SEARCHED_FURTHER, Search::Grid),
-                other => (SEARCHED_AGAIN, other),
-            };
-            if !settled {
-                search_again(problem, &last.held, &others, &mut stages[at].1, (most, search), tick);
-            }
-            stage = stages[at].1.clone();
-        }
-    }
+    let (mut chosen, mut equal, stage) = choosing.one_after_the_other(stages);
     let met = chosen.iter().chain(stage.first()).min_by(|a, b| total(&a.held).total_cmp(&total(&b.held)));
     let held_out = met.filter(|c| explained(&start.misfit, &c.held.misfit) > NEAR);
     // Around a model that is far off, corrections and folds mislead: what fits much better may do worse held out.
@@ -178,26 +231,10 @@ pub fn choose(
     let near = held_out.or(fitted).map(|c| c.held.solution.model.clone());
     drop_needless(problem, start, &mut chosen, &mut equal);
     let single = |c: &Candidate| (vec![c.clone()], vec![equals(start, c, first)]);
-    // One effect that does what several do together is the better answer.
-    if named(&chosen) > 1 {
-        let together = chosen.last().map_or(0.0, |c| explained(&start.misfit, &c.held.misfit));
-        // One of these effects itself is no simpler answer where it leaves a clear misfit that it does not act on.
-        let is_one = |c: &Candidate| chosen.iter().any(|of| of.info.id == c.info.id);
-        // Nor one that leaves more than tolerances make, where the others leave no more than these.
-        let settled = chosen.last().is_some_and(|c| !c.held.misfit.is_beyond_perfect());
-        let leaves_more = |c: &Candidate| {
-            settled && c.held.misfit.is_beyond_perfect() && c.held.beyond(start).exceeds(RELEVANT)
-        };
-        let leaves = |c: &Candidate| {
-            poor(&c.held.beyond(start))
-                || chosen.last().is_some_and(|last| halves(&c.held.loss, &last.held.loss))
-                || is_one(c) && (verdict::untouched(&start.misfit, &c.held.misfit) || leaves_more(c))
-        };
-        let alone =
-            first.iter().find(|c| c.p_value < level && c.explained > together - SIMPLER && !leaves(c));
-        if let Some(alone) = alone {
-            (chosen, equal) = single(alone);
-        }
+    if named(&chosen) > 1
+        && let Some(alone) = choosing.alone(&chosen)
+    {
+        (chosen, equal) = single(alone);
     }
     if let [only] = chosen.as_slice()
         && let Some(simpler) = simpler(start, only, first)
