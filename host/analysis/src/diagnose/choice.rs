@@ -106,6 +106,11 @@ impl Choice {
 /// Candidates for a further effect beside those of a model.
 pub type Stages = Vec<(Model<f64>, Vec<Candidate>)>;
 
+/// Whether `candidate`, which stands on `before`, is clear in all channels together, and more than any rig has.
+pub fn is_clear(problem: &Problem, before: &Held, candidate: &Candidate) -> bool {
+    halves(&before.loss, &candidate.held.loss) && !is_ordinary_in(problem, &candidate.held, candidate.info.id)
+}
+
 /// What effects are chosen from.
 struct Choosing<'a> {
     problem: &'a Problem<'a>,
@@ -162,8 +167,8 @@ impl Choosing<'_> {
             _ => level(),
         };
         let by_share = !settled && share > worth && c.p_value < chance;
-        let clear = !ordinary && halves(&before.loss, &c.held.loss);
-        (by_share || clear) && (chosen.is_empty() || !entangled(self.problem, &c.held))
+        (by_share || is_clear(self.problem, before, c))
+            && (chosen.is_empty() || !entangled(self.problem, &c.held))
     }
 
     /// Candidates beside the effects of `last`. Where those leave nothing that is worth a name in any channel (`settled`), a
@@ -191,7 +196,7 @@ impl Choosing<'_> {
 
     /// One effect that does what several `chosen` ones do together: the better answer.
     fn alone(&self, chosen: &[Candidate]) -> Option<&Candidate> {
-        let (start, last) = (self.start, &chosen.last().filter(|_| chosen.len() > 1)?.held);
+        let (start, last) = (self.start, &chosen.last()?.held);
         let together = explained(&start.misfit, &last.misfit);
         // One of these effects itself is no simpler answer where it leaves a clear misfit that it does not act on.
         let is_one = |c: &Candidate| chosen.iter().any(|of| of.info.id == c.info.id);

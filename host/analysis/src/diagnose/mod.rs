@@ -42,7 +42,7 @@ use crate::progress::Progress;
 use beforehand::Start;
 use choice::{
     Choice, MOST_EFFECTS, Part, Pass, SEARCHED_AGAIN, SEARCHED_FURTHER, SURVIVORS, Stages, Tick, WEAKER,
-    choose, other_ways, sets,
+    choose, is_clear, other_ways, sets,
 };
 use experiment::{Experiment, Grid, Hypothesis, Plan};
 use findings::Findings;
@@ -122,8 +122,8 @@ pub fn diagnose(
     let named = matches!(findings.verdict, Verdict::Effect | Verdict::Ambiguous);
     let last = findings.last.as_ref().filter(|_| named).unwrap_or(&findings.start);
     let mut detection = detection::detection(&problem, last, &findings.invisible);
-    let is_clear = named && last.misfit.exceeds(UNEXPLAINED);
-    if findings.verdict == Verdict::Unexplained || findings.beside.is_some() || is_clear {
+    let leaves_much = named && last.misfit.exceeds(UNEXPLAINED);
+    if findings.verdict == Verdict::Unexplained || findings.beside.is_some() || leaves_much {
         // What is missing may hide anything.
         detection.limits.clear();
     }
@@ -339,9 +339,7 @@ fn find(
             return find(problem, (base, found), ways, trials, pass, tick);
         }
         // All channels together may show clearly what none of them does alone.
-        worth_a_name = first
-            .iter()
-            .any(|c| halves(&start.loss, &c.held.loss) && !is_ordinary_in(problem, &c.held, c.info.id));
+        worth_a_name = first.iter().any(|c| is_clear(problem, start, c));
         if !worth_a_name {
             weaker.append(&mut first);
             weaker.retain(|c| lowers(start, c));

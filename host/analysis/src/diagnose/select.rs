@@ -82,7 +82,7 @@ pub fn level() -> f64 {
     FALSE_ALARM / REGISTRY.len() as f64
 }
 
-/// Whether `after` leaves at most this share of the held-out loss of `before`, beyond chance over all effects: losses are whitened,
+/// Whether `after` leaves less than half of the held-out loss of `before`, beyond chance over all effects: losses are whitened,
 /// and show a misfit across the directions in which runs scatter, which hides in the run spread of each channel alone.
 pub fn halves(before: &[f64], after: &[f64]) -> bool {
     after.iter().sum::<f64>() < HALF * before.iter().sum::<f64>() && of_gain(before, after, None) < level()
