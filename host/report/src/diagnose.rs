@@ -193,7 +193,7 @@ fn misfit_bars(report: &Report) -> Markup {
         div class="legend" {
             (swatch("m0", &before))
             @if has_after(report) { (swatch("m1", &after)) }
-            (swatch("line measured", &format!("{RELEVANT} run spreads: beyond, an effect is looked for")))
+            (swatch("line measured", &format!("{RELEVANT} run spreads: beyond, one channel is enough to look for an effect")))
         }
         (figure("Where the model misses most", "", "largest systematic misfits by channel and phase", &chart.markup().0))
     }
