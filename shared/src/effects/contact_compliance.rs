@@ -20,7 +20,10 @@
 //! arm gives way by micrometres under a push, and the object turns on it by milliradians, much more where it is pressed near
 //! an edge. The pusher's face bears as an even foundation does (`contact::spread`), where without this effect the corners do
 //! alone. Faces are not that flat: `pusher_rim` of the stiffness lies at the two ends of the face along pusher Z, as where it
-//! is hollow. It decides how far an object turns that is pressed near an edge.
+//! is hollow. It decides how far an object turns that is pressed near an edge. Along its face a plate gives way more than into it
+//! (`pusher_shear`): solids that touch by `(2 - nu) / (2 - 2 nu)` (Mindlin 1949), a sensor's flexures by up to 2. An object that
+//! turns with the fingers while a plate still holds it loads it by micrometres: this decides how much. It begins to slide as
+//! gradually as the fingertips do.
 //!
 //! A flat disc of radius `a` resists turning by `pad_torsion K a²`, `K` its tangential stiffness: 0.5 for a layer pressed
 //! evenly, 0.6 to 0.8 where pressure falls towards the rim (`a` being that of the disc with the same torsional friction), 1.0
@@ -74,7 +77,7 @@ pub const INFO: Info = Info {
             2e-6,
             0.0,
             [0.0, 1e-4],
-            "displacement of the pusher, and of the support beside fingertips, for each newton, either way",
+            "displacement of the pusher, and of the support beside fingertips, for each newton pressed on it",
         )
         // A steel fixture to a plate on the flexures of its force sensor.
         .expected(Expected::Usual(1e-6, [0.0, 1e-5]))
@@ -85,7 +88,7 @@ pub const INFO: Info = Info {
             0.6,
             0.0,
             [0.0, 1.0],
-            "how gradually fingertips (support) go over to sliding: 0 at once, 0.6 as Mindlin's spheres, 1 as Dahl's",
+            "how gradually contacts go over to sliding: 0 at once, 0.6 as Mindlin's spheres, 1 as Dahl's",
         )
         .tried_at(&[0.0, 1.0])
         // Sphere and plane of one material, by Mindlin's law.
@@ -129,6 +132,18 @@ pub const INFO: Info = Info {
         // Hard contacts hardly turn before they slide: as a ring of points.
         .expected(Expected::UsualBesideReadOff(TORSION, [0.45, 0.95]))
         .added(0.0),
+        Parameter::new(
+            "pusher_shear",
+            "1",
+            0.4,
+            0.0,
+            [0.0, 3.0],
+            "how much more the pusher (support) gives way along its face than into it, over the latter: 0 alike, 0.4 a contact of solids, 1 a force sensor's flexures",
+        )
+        // The fit finds it.
+        .tried_at(&[0.0])
+        .expected(Expected::Usual(SHEAR, [0.0, 2.0]))
+        .added(0.0),
     ],
 };
 
@@ -137,6 +152,9 @@ pub const HERTZ: f64 = 1.0 / 3.0;
 /// Usual torsional stiffness of a flat disc over its tangential one and its radius squared: a ring 4/9, a layer pressed evenly
 /// 0.5, a half-space 1.0 or more.
 pub const TORSION: f64 = 0.6;
+/// How much more a pusher gives way along its face than into it, over the latter: solids that touch by (2 - nu) / (2 - 2 nu) - 1 of
+/// Mindlin's law, 0.2 to 0.5, six-axis force sensors by up to 1.
+const SHEAR: f64 = 0.4;
 /// A ratio below this is none.
 const LEAST_TORSION: f64 = 1e-3;
 /// Grip at which a fingertip that stiffens has the compliance of the parameters, N.
@@ -172,7 +190,7 @@ impl<R: Real> Law<R> for ContactCompliance {
         // k / (1 + k c) is 1 / (1 / k + c), and k itself for c = 0.
         let softer = |k: R, c: R| k / (R::one() + k * max(c, R::zero()));
         let [mut tangential, mut normal, microslip] =
-            if context.rubs(contact.body) { [p[0], p[1], p[3]] } else { [p[2], p[2], R::zero()] };
+            if context.rubs(contact.body) { [p[0], p[1], p[3]] } else { [p[2] + p[2] * p[7], p[2], p[3]] };
         if p[4] != R::zero() && is_finger(contact.body) && context.grip_cmd_n > R::zero() {
             normal *= compliance_at(context.grip_cmd_n, p[4]);
             let [load_n, rate_n_s] = match contact.body {

@@ -184,6 +184,37 @@ fn a_pusher_gives_way_by_its_compliance_times_the_push() {
 }
 
 #[test]
+fn a_plate_gives_way_along_its_face_by_its_shear_more_than_into_it() {
+    let compliance_m_n = 1e-5;
+    // What a plate that moves along its face moves for each newton, the object's own turn included.
+    let along_m_n = |shear: f64| {
+        let parameters = [0.0, 0.0, compliance_m_n, 0.0, 0.0, 0.0, 0.0, shear];
+        let mut run = light_push(0.002).with("contact_compliance", &parameters);
+        run.model.friction.pusher = 0.5;
+        let (mut state, mut drive) = stopped(&run, &run.play().state);
+        // Fingers that hold the object.
+        drive.grip_n = 5.0 * N;
+        let mut pusher_z_n = |speed_m_s: f64| {
+            let mut last_n = 0.0;
+            for k in 0..40 {
+                let plate = drive.pusher.as_mut().unwrap();
+                plate.velocity_m_s = Vec3::new(0.0, 0.0, if k < 25 { speed_m_s } else { 0.0 });
+                last_n = step(&run.scene, &run.model, &mut state, &drive).reading.pusher[2];
+                let plate = drive.pusher.as_mut().unwrap();
+                plate.position_m += plate.velocity_m_s * drive.dt_s;
+            }
+            last_n
+        };
+        let before_n = pusher_z_n(0.0);
+        let after_n = pusher_z_n(1e-4);
+        1e-4 * 25.0 * drive.dt_s / (after_n - before_n)
+    };
+    for shear in [0.4, 2.0] {
+        close((along_m_n(shear) - along_m_n(0.0)) / compliance_m_n, shear, 0.05);
+    }
+}
+
+#[test]
 fn a_push_on_pads_whose_parts_slip_one_after_another_follows_dahls_law() {
     let (compliance_m_n, limit_n) = (2e-4, 2.0 * MU * N);
     let reach_m = MU * N * compliance_m_n;

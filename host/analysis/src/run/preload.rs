@@ -33,6 +33,8 @@ const LEAST_STAYS: f64 = 0.05;
 /// nor half as far as it was.
 const PRESSED: f64 = 1e-4;
 const NEAR_ENOUGH: f64 = 0.05;
+/// The least change of what the fingers bear that is an answer to where the edge is, share of the weight.
+const ANSWERS: f64 = 1e-6;
 /// Farther away than that it is not held: pads of 3 N/mm give way by half of it where they hold 2 N with an arm of 30 mm; what falls goes 0.4 m in a step.
 const MOST_SAG_M: f64 = 1e-2;
 const MOST_SAG_RAD: f64 = 0.4;
@@ -252,6 +254,10 @@ fn press_once(
         // Broyden's method.
         if let Some((by_then, then)) = before {
             let (step, change) = (by_m - by_then, now - then);
+            // An edge that has left the object answers nothing.
+            if change.norm() < ANSWERS * borne.weight_n {
+                break;
+            }
             let answered = answers * change;
             let along = step.dot(&answered);
             if along.abs() > f64::EPSILON * step.norm_squared() {
