@@ -138,7 +138,7 @@ pub const INFO: Info = Info {
             0.4,
             0.0,
             [0.0, 3.0],
-            "how much more the pusher (support) gives way along its face than into it, over the latter: 0 alike, 0.4 a contact of solids, 1 a force sensor's flexures",
+            "how much more compliant the pusher (support) is along its face than into it, over the latter: 0 alike, 0.4 a contact of solids, 1 a force sensor's flexures",
         )
         // The fit finds it.
         .tried_at(&[0.0])
