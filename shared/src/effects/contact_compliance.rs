@@ -135,7 +135,7 @@ pub const INFO: Info = Info {
         Parameter::new(
             "pusher_shear",
             "1",
-            0.4,
+            SHEAR,
             0.0,
             [0.0, 3.0],
             "how much more compliant the pusher (support) is along its face than into it, over the latter: 0 alike, 0.4 a contact of solids, 1 a force sensor's flexures",
