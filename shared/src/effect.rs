@@ -115,6 +115,8 @@ pub enum Role {
         /// The largest share of its typical size that each parameter has on any sensor, no missing effect.
         of_typical: f64,
     },
+    /// When the object is seen: late by a sample of the recording, no missing effect; its first parameter is the delay.
+    Delay,
     /// A later trial of the same condition differs; its first parameter is the change from trial to trial.
     Order,
 }

@@ -20,7 +20,7 @@ pub const INFO: Info = Info {
     signature: "pose errors in proportion to speed that vanish at rest and do not grow with distance",
     on_robot: "nothing moves otherwise: the pose comes late, and slip detected from it is late by as much",
     source: "Merriaux et al. 2017, latency of Vicon systems",
-    role: Role::Plain,
+    role: Role::Delay,
     parameters: &[Parameter::new("latency_s", "s", 0.02, 0.0, [-0.2, 0.2], "delay of the object's pose")],
 };
 

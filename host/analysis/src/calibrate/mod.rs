@@ -28,6 +28,7 @@ use crate::channels::{COUNT, Quantity, Signals, quantity};
 use crate::evidence::conditions::condition_of;
 use crate::evidence::offsets;
 use crate::evidence::pads::{self, Pads, SD_OF_RANGE, Slope};
+use crate::evidence::pose_clock::Delay;
 use crate::left_out::LeftOut;
 use crate::model::file::{EffectEntry, ModelFile};
 use crate::progress::Progress;
@@ -269,7 +270,9 @@ pub fn calibrate(
 /// The loadings of the pads in `trials`.
 fn slopes(description: &Description, trials: &[(usize, &Trial)]) -> Vec<Slope> {
     let ready = trials.par_iter().filter_map(|(at, trial)| prepare(description, trial, *at).ok());
-    ready.flat_map_iter(|prepared| pads::loadings(&prepared)).collect()
+    let of: Vec<&Trial> = trials.iter().map(|(_, trial)| *trial).collect();
+    let late_s = Delay::found_s(Delay::measured(&of));
+    ready.flat_map_iter(|prepared| pads::loadings(&prepared.seen_earlier(late_s))).collect()
 }
 
 /// Whether `model` has pads that give way beside those of its base.

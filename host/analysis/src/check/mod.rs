@@ -18,6 +18,7 @@ use crate::evidence::balance::{self, NotChecked, StageBalance};
 use crate::evidence::conditions::conditions;
 use crate::evidence::noise::{Course, Pool, white_noise};
 use crate::evidence::offsets::{self, AtRest};
+use crate::evidence::pose_clock::Delay;
 use crate::evidence::sensors;
 use crate::evidence::stages::{STAGES, Stage, Stages, stages};
 use crate::evidence::statistics::median;
@@ -66,6 +67,9 @@ pub struct Report {
     pub suspects: Vec<Suspect>,
     /// Whether poses and forces go by one clock, and in which trials that cannot be known.
     pub clocks: Vec<Clocks>,
+    /// How late the object's poses are behind the gripper's, by the motion before anything touches it; null where that does not
+    /// show it.
+    pub object_delay: Option<Delay>,
     /// What physics does not allow: units, signs, columns, clocks.
     pub findings: Vec<Finding>,
     /// Trials that no model can be run along, and why: every analysis with a model leaves them out.
@@ -215,6 +219,8 @@ pub fn check(index: &Index, progress: &dyn Progress) -> Report {
     let physics: Vec<(PathBuf, &TrialPhysics)> =
         trials.iter().map(|trial| (trial.file.clone(), &trial.physics)).collect();
     let clocks = physics::clocks(physics.iter().map(|(_, of)| *of));
+    let delay = physics::delay(physics.iter().map(|(_, of)| *of));
+    eprintln!("delay {delay:?}");
     let mut findings = physics::findings(index, &physics);
     let suspects = imbalance::judge(&trials, &balance, &description, &mut findings, &mut warnings);
     Report {
@@ -231,6 +237,7 @@ pub fn check(index: &Index, progress: &dyn Progress) -> Report {
         balance,
         suspects,
         clocks,
+        object_delay: delay,
         findings,
         left_out,
         errors,

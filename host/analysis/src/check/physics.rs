@@ -21,6 +21,7 @@ use serde::Serialize;
 use stickslip_data::{Description, Index, Trial};
 
 use crate::evidence::balance::{NotChecked, StageBalance};
+use crate::evidence::pose_clock::{self, Delay};
 use crate::evidence::stages::Stages;
 
 pub use breach::{Breach, Cause};
@@ -61,6 +62,8 @@ pub struct TrialPhysics {
     pub primitive: String,
     /// Onsets of force and motion, or why there are none.
     pub clock: Result<Clock, Unknown>,
+    /// How late the object's pose is behind the gripper's.
+    pub delay: Option<pose_clock::OfTrial>,
 }
 
 /// All checks of one trial.
@@ -99,8 +102,10 @@ pub fn of_trial(
     breaches.extend(signs::weight(description, trial, balance).filter(|_| !turned));
     // A motion that jumps by metres or stands still has no onset.
     let pushed = description.pushers.contains_key(&trial.info.primitive);
-    let clock = if breaches.is_empty() { clock::clock(trial, pushed) } else { Err(Unknown::Unsound) };
-    TrialPhysics { breaches, remarks: order.remarks, primitive: trial.info.primitive.clone(), clock }
+    let delay = if breaches.is_empty() { pose_clock::of_trial(trial) } else { None };
+    let clock =
+        if breaches.is_empty() { clock::clock(trial, pushed, delay.as_ref()) } else { Err(Unknown::Unsound) };
+    TrialPhysics { breaches, remarks: order.remarks, primitive: trial.info.primitive.clone(), clock, delay }
 }
 
 /// Findings over the data set: those of the description, then those of the trials in the order
@@ -129,6 +134,11 @@ pub fn findings(index: &Index, trials: &[(PathBuf, &TrialPhysics)]) -> Vec<Findi
         }
     }
     if found.is_empty() {
+        let of = delay(trials.iter().map(|(_, physics)| *physics));
+        let late = of.and_then(|of| Some((clock::late(&of)?, of.trials)));
+        if let (Some((breach, shown)), Some((file, _))) = (late, trials.first()) {
+            found.push(finding(file, breach, shown, trials.len()));
+        }
         for of in by_primitive(trials.iter().map(|(file, physics)| (file, *physics))).values() {
             let clocks: Vec<Clock> = of.iter().filter_map(|(_, physics)| physics.clock.ok()).collect();
             if let (Some(breach), Some((file, _))) = (clock::offset(&clocks), of.first()) {
@@ -138,6 +148,12 @@ pub fn findings(index: &Index, trials: &[(PathBuf, &TrialPhysics)]) -> Vec<Findi
     }
     found.sort_by_key(|f| f.cause);
     found
+}
+
+/// How late the object's poses are behind the gripper's, over all trials.
+#[must_use]
+pub fn delay<'t>(trials: impl Iterator<Item = &'t TrialPhysics>) -> Option<Delay> {
+    Delay::over(&trials.filter_map(|physics| physics.delay).collect::<Vec<_>>())
 }
 
 /// Whether poses and forces go by one clock, for each primitive.

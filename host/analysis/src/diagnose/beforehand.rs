@@ -1,8 +1,8 @@
 //! What is known before the search: read off the data without a model of everything else.
 //!
-//! The fingers' pads give way by a measured compliance ([`crate::evidence::pads`]), and repetitions show
-//! whether friction drifts with the order of trials ([`crate::fit::noise`]). Both stand in the model before
-//! any other effect is tried: least squares without them ends in side valleys. Ordinary pads are a property
+//! The fingers' pads give way by a measured compliance ([`crate::evidence::pads`]), the motion before contact shows whether
+//! the object is seen late ([`crate::evidence::pose_clock`]), and repetitions whether friction drifts with the order of
+//! trials ([`crate::fit::noise`]). All of it stands in the model before any other effect is tried: least squares without them ends in side valleys. Ordinary pads are a property
 //! of every fingertip and are not named; soft ones are.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -12,6 +12,7 @@ use stickslip_shared::model::{MAX_EFFECTS, Model};
 use crate::diagnose::search::{Reach, Search};
 use crate::diagnose::select::{Candidate, Held, explained, hold_out, level, p_value, total};
 use crate::diagnose::verdict::RELEVANT;
+use crate::evidence::pose_clock::Delay;
 use crate::fit::campaign::Campaign;
 use crate::fit::problem::Problem;
 use crate::fit::{self, Free, Place};
@@ -159,12 +160,72 @@ fn known(trial: &CandidateEffect, held: Held, p_value: f64, explained: f64) -> C
     Candidate { info, held, p_value, explained, starts: Vec::new(), searched, reach }
 }
 
-/// What was `found` around another model, fitted anew on `base` in `problem`.
+/// What was `found` around another model, each fitted anew in `problem` on top of the one before, the first on `base`.
 pub fn again(problem: &Problem, base: &Held, found: &[Candidate]) -> Vec<Candidate> {
-    let Some(pads) = found.iter().find(|c| c.info.role.is_compliance()) else { return Vec::new() };
-    let effect = pads.held.solution.model.effects.last().copied();
-    let Some((trial, effect)) = compliance().zip(effect) else { return Vec::new() };
-    vec![with_pads(problem, base, &trial, &trial.on(&base.solution.model, effect.parameters))]
+    let mut out: Vec<Candidate> = Vec::new();
+    for c in found {
+        let on = last(base, &out);
+        let listed = CandidateEffect::listed().into_iter().find(|t| t.info.id == c.info.id);
+        let effect = c.held.solution.model.effects.last().copied();
+        let Some((trial, effect)) = listed.zip(effect) else { continue };
+        let from = trial.on(&on.solution.model, effect.parameters);
+        let fitted = match c.info.role {
+            Role::Compliance { .. } => with_pads(problem, on, &trial, &from),
+            _ => beside(problem, on, &trial, (&from, c.p_value)),
+        };
+        out.push(fitted);
+    }
+    out
+}
+
+/// What was measured by itself, and is by `chance` none, on top of `base`: fitted from the model `from`, whose last effect it is.
+fn beside(
+    problem: &Problem,
+    base: &Held,
+    trial: &CandidateEffect,
+    (from, chance): (&Model<f64>, f64),
+) -> Candidate {
+    let mut free = base.free.clone();
+    free.extend(Free::of_effect(trial.info, base.solution.model.effects.len()));
+    let held = hold_out(problem, fit::solve_across(problem, from, &free, STEPS), free);
+    let explained = explained(&base.misfit, &held.misfit);
+    known(trial, held, chance, explained)
+}
+
+/// `start` with what was measured by itself, and is by `chance` none, with these `parameters`: built anew around a model that has
+/// it. `None` where the model has it already.
+fn measured<'a>(
+    start: &Start<'a>,
+    trial: &CandidateEffect,
+    parameters: [f64; MAX_PARAMETERS],
+    chance: f64,
+) -> Option<Start<'a>> {
+    let (problem, held) = (&start.problem, start.held());
+    let model = &held.solution.model;
+    if model.effects.iter().any(|e| e.code == trial.info.code) || model.effects.len() >= MAX_EFFECTS {
+        return None;
+    }
+    let mut free = held.free.clone();
+    free.extend(Free::of_effect(trial.info, model.effects.len()));
+    let from = Place::of(problem, trial.on(model, parameters), &free);
+    let near = fit::descend(problem, from, &free, STEPS, &held.solution.columns).place.model;
+    let around = Problem::new(problem.campaign, &near);
+    let Held { solution, free, .. } = &start.base;
+    let solution = fit::solve_across(&around, &solution.model, free, STEPS);
+    let base = hold_out(&around, solution, free.clone());
+    let mut found = again(&around, &base, &start.found);
+    let with = beside(&around, last(&base, &found), trial, (&near, chance));
+    found.push(with);
+    Some(Start { problem: around, base, found, others: Vec::new() })
+}
+
+/// Where the motion before contact shows that the object is seen late: the start with that delay. `None` where it does not.
+pub fn delayed<'a>(start: &Start<'a>) -> Option<Start<'a>> {
+    let delay = start.problem.campaign.delay.filter(Delay::is_found)?;
+    let trial = CandidateEffect::listed().into_iter().find(|t| t.info.role == Role::Delay)?;
+    let mut parameters = [0.0; MAX_PARAMETERS];
+    parameters[0] = delay.late_s;
+    measured(start, &trial, parameters, delay.by_chance())
 }
 
 /// Where repetitions show that friction drifts with the order of trials: the start built
@@ -179,27 +240,7 @@ pub fn drifting<'a>(start: &Start<'a>) -> Option<Start<'a>> {
         return None;
     }
     let wear = CandidateEffect::listed().into_iter().find(|t| t.info.role == Role::Order)?;
-    let held = start.held();
-    let model = &held.solution.model;
-    if model.effects.iter().any(|e| e.code == wear.info.code) || model.effects.len() >= MAX_EFFECTS {
-        return None;
-    }
     let mut parameters = [0.0; MAX_PARAMETERS];
     parameters[0] = per_trial;
-    let drifted = wear.on(model, parameters);
-    let mut free = held.free.clone();
-    free.extend(Free::of_effect(wear.info, model.effects.len()));
-    let from = Place::of(problem, drifted, &free);
-    let drifted = fit::descend(problem, from, &free, STEPS, &held.solution.columns).place.model;
-    let around = Problem::new(problem.campaign, &drifted);
-    let fitted = |model: &Model<f64>, free: &[Free]| {
-        hold_out(&around, fit::solve_across(&around, model, free, STEPS), free.to_vec())
-    };
-    let base = fitted(&start.base.solution.model, &start.base.free);
-    let mut found = again(&around, &base, &start.found);
-    let with = fitted(&drifted, &free);
-    let before = last(&base, &found);
-    let explained = explained(&before.misfit, &with.misfit);
-    found.push(known(&wear, with, chance, explained));
-    Some(Start { problem: around, base, found, others: Vec::new() })
+    measured(start, &wear, parameters, chance)
 }

@@ -82,6 +82,7 @@ pub fn diagnose(
     let campaign = campaign_of(dataset, &model.model)?;
     tick();
     let start = beforehand::start(&campaign, &model);
+    let start = beforehand::delayed(&start).unwrap_or(start);
     let start = beforehand::drifting(&start).unwrap_or(start);
     tick();
     let given = given(&campaign, start.held());
@@ -315,6 +316,7 @@ fn find(
 ) -> Findings {
     let start = beforehand::last(&base, &found);
     let drifts = found.iter().any(|c| c.info.role == Role::Order);
+    let measured = found.iter().any(|c| matches!(c.info.role, Role::Order | Role::Delay));
     let relevant = start.misfit.misses(RELEVANT) && start.misfit.excess > 0.0;
     let mut worth_a_name = relevant && problem.campaign.conditions >= FEWEST_CONDITIONS;
     // Where nothing is worth a name, a few fits show what is there within the tolerances.
@@ -369,10 +371,11 @@ fn find(
         beside = Some(place);
         choice = Choice { chosen, equal, verdict: Verdict::Effect, ..Choice::nothing() };
     }
-    let Choice { chosen, mut equal, left, verdict, .. } = choice;
+    let Choice { mut chosen, mut equal, left, verdict, .. } = choice;
     slow::with_waves(problem, (&chosen, start.solution.model.effects.len()), trials, &mut equal);
-    let last = beforehand::last(start, &chosen).clone();
-    let is_finding = |c: &&Candidate| !is_ordinary_in(problem, &last, c.info.id);
+    let fitted = beforehand::last(start, &chosen).clone();
+    let mut last = fitted.clone();
+    let is_finding = |c: &&Candidate| !is_ordinary_in(problem, &fitted, c.info.id);
     let before: Vec<&'static str> = found.iter().filter(is_finding).map(|c| c.info.id).collect();
     let posterior = match worth_a_name {
         true => {
@@ -399,17 +402,24 @@ fn find(
     let misfit = left.as_ref().unwrap_or(&without_effects.misfit);
     let signs = Signs {
         equal: !equal.is_empty(),
-        only_drift: drifts && chosen.is_empty(),
+        only_measured: measured && chosen.is_empty(),
         only_pads: chosen.is_empty() && !before.is_empty() && (verdict != Verdict::Unexplained || explains),
         swings: swing.is_some(),
         clear: halves(&without_effects.loss, &last.loss),
         fits: left.is_none() && without_effects.fitted(problem).worst() <= RELEVANT,
         conditions: problem.campaign.conditions,
     };
-    let beside = beside.or_else(|| verdict::missing_beside(verdict, &signs, &last.misfit));
-    let (verdict, doubt) = verdict::verdict(verdict, &signs, misfit);
+    let mut beside = beside.or_else(|| verdict::missing_beside(verdict, &signs, &last.misfit));
+    let (mut verdict, mut doubt) = verdict::verdict(verdict, &signs, misfit);
     // Effects that were found and are not named.
-    let taken_back = verdict == Verdict::Unexplained && !chosen.is_empty();
+    let mut taken_back = verdict == Verdict::Unexplained && !chosen.is_empty();
+    if measured && matches!(verdict, Verdict::Inconclusive | Verdict::Unexplained) {
+        // What was measured by itself stands, whatever is said of the rest.
+        last = start.clone();
+        beside = verdict::left_over(&without_effects.misfit, &last.misfit);
+        (verdict, doubt, taken_back) = (Verdict::Effect, None, false);
+        (chosen, equal) = (Vec::new(), Vec::new());
+    }
     let model = match doubt {
         Some(Doubt::Weak(_)) => without_effects.solution.model.clone(),
         _ if taken_back => without_effects.solution.model.clone(),

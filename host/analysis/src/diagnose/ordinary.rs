@@ -1,5 +1,5 @@
 //! What any rig has, and is no finding: pads that give way a little, and press off their middle by as little as they are mounted to; a
-//! pusher that is mounted as square as it was set up; sensors that are turned a little, and show a little of one channel in another.
+//! pusher that is mounted as square as it was set up; an object that is seen a sample late; sensors that are turned a little, and show a little of one channel in another.
 //!
 //! It stays in the model beside what is found, so that nothing else has to stand in for it, and is not named.
 
@@ -31,7 +31,7 @@ pub fn is_ordinary_in(problem: &Problem, held: &Held, id: &str) -> bool {
 /// How much of an effect any rig may have, where something is mounted.
 #[derive(Clone, Copy)]
 enum Most {
-    /// Each parameter, rad or m.
+    /// Each parameter, rad, m or s.
     Size(f64),
     /// Each as a share of its typical size.
     OfTypical(f64),
@@ -44,6 +44,7 @@ impl Most {
             Role::Pressing { of_diameter } => {
                 Some(Self::Size(of_diameter * problem.campaign.pad_diameter_m()?))
             }
+            Role::Delay => Some(Self::Size(problem.campaign.period_s())),
             Role::Sensing { of_typical } => (of_typical > 0.0).then_some(Self::OfTypical(of_typical)),
             _ => None,
         }
@@ -78,6 +79,7 @@ pub fn mounted(problem: &Problem, held: &Held) -> Vec<String> {
                 let may = format!("any sensor may have {:.0} %", 1e2 * most);
                 (1e2 * here, "% of its typical size", may)
             }
+            Role::Delay => (1e3 * here, "ms", format!("a sample takes {:.1} ms", 1e3 * most)),
             Role::Pressing { .. } => {
                 (1e3 * here, "mm", format!("pads may press off their middle by {:.2} mm", 1e3 * most))
             }

@@ -457,10 +457,20 @@ fn better_predicted(
     )
 }
 
-/// The effect that depends on the order of trials, where it is the only one.
-fn drift(effects: &[&'static str]) -> Option<&'static Info> {
+/// What shows an effect that is the only one and is measured by itself, without what the model misses.
+fn measured(effects: &[&'static str]) -> Option<&'static str> {
     let [id] = effects else { return None };
-    find_effect(id).filter(|info| info.role == Role::Order)
+    match find_effect(id)?.role {
+        Role::Order => Some(
+            "repetitions made later differ from those made before by more than chance, as friction that changes with the order of \
+             trials makes them",
+        ),
+        Role::Delay => Some(
+            "before anything touches it the object trails the gripper by the same time at each speed, by more than chance, as one \
+             that is seen late does",
+        ),
+        _ => None,
+    }
 }
 
 /// `effects`, and the sets that do as well.
@@ -505,11 +515,11 @@ fn sentence(
             "Nothing is missing: no channel has a systematic misfit of more than {:.1} run spreads.",
             misfit.worst().max(0.1)
         ),
-        // Repetitions show it, whose means hide it: of these it may explain nothing.
-        Verdict::Effect if share < verdict::EXPLAINS && drift(effects).is_some() => format!(
-            "The model lacks {}: repetitions made later differ from those made before by more than chance (p = {:.1e}), \
-             as friction that changes with the order of trials makes them.",
+        // Of what the model misses it may explain nothing: means of repetitions hide a drift.
+        Verdict::Effect if share < verdict::EXPLAINS && measured(effects).is_some() => format!(
+            "The model lacks {}: {} (p = {:.1e}).",
             effects.join(" and "),
+            measured(effects).unwrap_or_default(),
             candidates.iter().find(named).map_or(0.0, |c| c.p_value)
         ),
         // What is left of a small excess says little.

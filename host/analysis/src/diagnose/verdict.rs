@@ -128,8 +128,9 @@ pub fn of_search(explain: bool, named: usize, left: &Left) -> Verdict {
 pub struct Signs {
     /// Other effects explain the data as well.
     pub equal: bool,
-    /// Friction drifts with the order of trials, and no other effect was chosen.
-    pub only_drift: bool,
+    /// Friction drifts with the order of trials or the object is seen late, which is measured by itself, and no other effect was
+    /// chosen.
+    pub only_measured: bool,
     /// Pads are measured to be softer than any fingertip may be without a word, no effect was chosen, and nothing
     /// large is left or the pads explain enough.
     pub only_pads: bool,
@@ -150,7 +151,7 @@ pub struct Signs {
 pub fn verdict(search: Verdict, signs: &Signs, misfit: &Misfit) -> (Verdict, Option<Doubt>) {
     let weak = || misfit.places.iter().find(|p| p.exceeds(RELEVANT)).copied();
     let verdict = match search {
-        _ if signs.only_drift => Verdict::Effect,
+        _ if signs.only_measured => Verdict::Effect,
         Verdict::NothingMissing | Verdict::Unexplained if signs.only_pads => Verdict::Effect,
         // No tolerance makes that much in all features together.
         Verdict::Effect
@@ -229,7 +230,7 @@ pub fn untouched(before: &Misfit, after: &Misfit) -> bool {
 #[must_use]
 pub fn missing_beside(search: Verdict, signs: &Signs, left: &Misfit) -> Option<Place> {
     let worst = left.places.iter().find(|p| p.exceeds(UNEXPLAINED));
-    worst.filter(|_| signs.only_drift && search == Verdict::Unexplained).copied()
+    worst.filter(|_| signs.only_measured && search == Verdict::Unexplained).copied()
 }
 
 /// The worst clear misfit ([`UNEXPLAINED`]) that named effects leave and the form of their laws does not excuse

@@ -12,6 +12,7 @@ pub mod offsets;
 pub mod overhang;
 pub mod pads;
 pub mod phases;
+pub mod pose_clock;
 pub mod sensors;
 pub mod stages;
 pub mod statistics;

@@ -15,6 +15,7 @@ use crate::evidence::carried;
 use crate::evidence::conditions::condition_of;
 use crate::evidence::overhang;
 use crate::evidence::pads::{self, Pads};
+use crate::evidence::pose_clock::Delay;
 use crate::evidence::sensors::sensors_or_estimated;
 use crate::fit::features::{Bins, Features};
 use crate::fit::phases;
@@ -76,6 +77,8 @@ pub struct Campaign {
     pub groups: Vec<Group>,
     /// Number of different conditions.
     pub conditions: usize,
+    /// How late the object's poses are behind the gripper's, where the motion before contact shows it.
+    pub delay: Option<Delay>,
     /// As [`Self::pads`] says: what is assumed later takes its turn where what was before does not hold.
     pads: Vec<Pads>,
     /// How many of them do not hold.
@@ -137,7 +140,10 @@ impl Campaign {
         for (run, c) in runs.iter_mut().zip(of) {
             run.condition = c;
         }
-        let loadings: Vec<_> = runs.iter().flat_map(|r| pads::loadings(&r.prepared)).collect();
+        let delay = Delay::measured(&dataset.trials.iter().collect::<Vec<_>>());
+        let late_s = Delay::found_s(delay);
+        let loadings: Vec<_> =
+            runs.iter().flat_map(|r| pads::loadings(&r.prepared.seen_earlier(late_s))).collect();
         let measured = pads::measured(&loadings);
         let read_off = measured.filter(Pads::matter).and_then(|p| p.beyond(start.base));
         let pads = match read_off {
@@ -152,6 +158,7 @@ impl Campaign {
             description: Description { sensors: used.sensors, ..dataset.description.clone() },
             assumed: used.taken,
             given: start.friction,
+            delay,
             pads,
             given_up: AtomicUsize::new(0),
             runs,
@@ -210,6 +217,11 @@ impl Campaign {
         let done: BTreeMap<(usize, usize), Features> = wanted.into_par_iter().map(one).collect();
         let of_model = |k: usize| runs.iter().map(|r| done[&(k, stands(k, *r))].clone()).collect();
         (0..models.len()).map(of_model).collect()
+    }
+
+    /// Mean time between samples, s.
+    pub fn period_s(&self) -> f64 {
+        self.runs.iter().map(|r| r.prepared.period_s()).sum::<f64>() / self.runs.len().max(1) as f64
     }
 
     /// Smallest diameter of the fingers' pads, m; none where the fingers have no discs.

@@ -2,10 +2,10 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use stickslip_shared::effects::{Expected, Info, Parameter};
+use stickslip_shared::effects::{Expected, Info, Parameter, Role, find};
 use stickslip_shared::model::Model;
 
-use crate::evidence::pads;
+use crate::evidence::pads::{self, SD_OF_RANGE};
 use crate::fit::campaign::Campaign;
 
 /// A parameter of the model that is fitted.
@@ -131,9 +131,16 @@ impl Free {
         }
     }
 
-    /// What is expected of a property of pads and plate before any fit: value and range.
+    /// What is expected of a property of pads and plate, and of a delay that was measured, before any fit: value and range.
     pub fn expected(&self, campaign: &Campaign) -> Option<(f64, [f64; 2])> {
         let of = self.described()?;
+        if let Free::Effect { effect, .. } = self
+            && find(effect).is_some_and(|info| info.role == Role::Delay)
+        {
+            let delay = campaign.delay?;
+            let most_s = 0.5 * delay.within_s() / SD_OF_RANGE;
+            return Some((delay.late_s, [delay.late_s - most_s, delay.late_s + most_s]));
+        }
         campaign.pads().map_or_else(|| pads::unread(of), |pads| pads.expected(of))
     }
 

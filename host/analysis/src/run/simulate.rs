@@ -13,7 +13,7 @@ use stickslip_shared::track::{self, Pose, Poses, between_pads, drive_between, se
 
 use crate::channels::{self, COUNT, Signals, object_channels};
 use crate::run::late::Track;
-use crate::run::motion::{denoised, interpolated};
+use crate::run::motion::{between, denoised, interpolated};
 use crate::run::preload;
 pub use crate::run::preload::Carried;
 use crate::run::scene::{SceneError, scene};
@@ -374,6 +374,25 @@ impl Prepared {
     pub fn is_sparse(&self) -> bool {
         let known = self.measured.iter().filter(|row| row[0].is_finite()).count();
         10 * known < self.measured.len()
+    }
+
+    /// The same trial with the object's poses measured `by_s` earlier than stated.
+    #[must_use]
+    pub fn seen_earlier(&self, by_s: f64) -> Self {
+        let mut out = self.clone();
+        if by_s == 0.0 {
+            return out;
+        }
+        let known = |i: &usize| self.measured[*i][..6].iter().all(|x| x.is_finite());
+        let seen: Vec<usize> = (0..self.measured.len()).filter(known).collect();
+        let at: Vec<_> =
+            seen.iter().map(|i| (self.t_s[*i], self.world_pose(*i, &self.measured[*i]))).collect();
+        let then = between(&at, seen.iter().map(|i| self.t_s[*i] + by_s)).unwrap_or_default();
+        for (i, object) in seen.iter().zip(&then) {
+            let local = self.poses[*i].carrier.to_local(object);
+            out.measured[*i][..6].copy_from_slice(&object_channels(&local, &self.start.rotation));
+        }
+        out
     }
 
     /// The same trial with the object lying elsewhere at the start, by `shift_m` (carrier axes).

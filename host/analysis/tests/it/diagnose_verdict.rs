@@ -15,7 +15,7 @@ fn place(size: f64, at_least: f64) -> Place {
 /// Nothing beside the search has a say.
 const QUIET: Signs = Signs {
     equal: false,
-    only_drift: false,
+    only_measured: false,
     only_pads: false,
     clear: false,
     swings: false,
@@ -136,8 +136,8 @@ fn doubts_and_signs_beside_the_search_decide_in_this_order() {
         ),
         (Effect, quiet, vec![place(4.1, 1.1)], Effect, None),
         (Effect, Signs { equal: true, ..quiet }, vec![place(4.1, 1.1)], Ambiguous, None),
-        (NothingMissing, Signs { only_drift: true, ..quiet }, vec![small], Effect, None),
-        (Unexplained, Signs { only_drift: true, ..quiet }, vec![], Effect, None),
+        (NothingMissing, Signs { only_measured: true, ..quiet }, vec![small], Effect, None),
+        (Unexplained, Signs { only_measured: true, ..quiet }, vec![], Effect, None),
         (NothingMissing, Signs { only_pads: true, ..quiet }, vec![], Effect, None),
         (Unexplained, Signs { only_pads: true, ..quiet }, vec![], Effect, None),
         (Unexplained, Signs { equal: true, ..quiet }, vec![], Unexplained, None),
@@ -189,7 +189,7 @@ fn what_scatter_of_friction_hides_in_every_channel_all_of_them_together_show() {
 fn where_drift_alone_is_named_a_clear_misfit_that_nothing_explains_is_said() {
     use Verdict::{NothingMissing, Unexplained};
     let quiet = QUIET;
-    let drift = Signs { only_drift: true, ..quiet };
+    let drift = Signs { only_measured: true, ..quiet };
     let clear = place(6.0, 5.0);
     for (search, signs, places, expected) in [
         (Unexplained, drift, vec![place(5.0, 4.0), clear], Some(clear)),

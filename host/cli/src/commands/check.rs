@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use stickslip_analysis::check::physics::Clocks;
 use stickslip_analysis::check::{self, Balance, Report, check};
+use stickslip_analysis::evidence::pose_clock::Delay;
 use stickslip_analysis::evidence::stages::STAGES;
 use stickslip_data::Index;
 use stickslip_report::signals;
@@ -42,6 +43,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     balance(&report.balance, args, output);
     clocks(&report.clocks, output);
+    delay(report.object_delay.as_ref(), output);
     list("warnings", report.warnings.iter().map(ToString::to_string), args.most, output);
     list("physics errors", report.findings.iter().map(ToString::to_string), args.most, output);
     let left_out = report.left_out.iter().map(ToString::to_string);
@@ -233,6 +235,18 @@ fn clocks(clocks: &[Clocks], output: &Output) {
         for (why, trials) in unknown {
             output.text(format_args!("  clocks, {primitive}: not known in {trials} trials: {}", why.label()));
         }
+    }
+}
+
+fn delay(delay: Option<&Delay>, output: &Output) {
+    if let Some(delay) = delay {
+        output.text(format_args!(
+            "  clocks, object: {:.1} ms {} the gripper (\u{b1} {:.1} ms), by their motion before contact ({} trials)",
+            1e3 * delay.late_s.abs(),
+            if delay.late_s < 0.0 { "ahead of" } else { "behind" },
+            2e3 * delay.sd_s,
+            delay.trials
+        ));
     }
 }
 

@@ -25,6 +25,7 @@ use stickslip_data::{Sample, Trial};
 
 use super::breach::{Breach, Cause};
 use crate::channels;
+use crate::evidence::pose_clock::{self, Delay, OfTrial};
 use crate::evidence::statistics::quantile;
 
 /// Rotation counts at this arm, m.
@@ -114,11 +115,12 @@ pub struct Clock {
     pub rise_s: f64,
 }
 
-/// The two onsets of a trial; `pushed`: something that stands in the way is pushed.
+/// The two onsets of a trial; `pushed`: something that stands in the way is pushed. By its `delay` the object is seen earlier: late
+/// behind the gripper, it seems to move in the grasp as soon as that sets off.
 ///
 /// # Errors
 /// Why there are none.
-pub fn clock(trial: &Trial, pushed: bool) -> Result<Clock, Unknown> {
+pub fn clock(trial: &Trial, pushed: bool, delay: Option<&OfTrial>) -> Result<Clock, Unknown> {
     let rows = |of: &dyn Fn(&Sample) -> Option<[f64; 3]>| -> Vec<(f64, [f64; 6])> {
         let row = |s: &Sample| of(s).filter(|f| f.iter().all(|f| f.is_finite())).map(|f| (s.t_s, f));
         trial.samples.iter().filter_map(row).map(|(t, [x, y, z])| (t, [x, y, z, 0.0, 0.0, 0.0])).collect()
@@ -138,7 +140,10 @@ pub fn clock(trial: &Trial, pushed: bool) -> Result<Clock, Unknown> {
     if force.is_empty() {
         return Err(Unknown::NoForce);
     }
-    let way: Vec<(f64, [f64; 6])> = trial.samples.iter().filter_map(in_gripper).collect();
+    let way = match delay.filter(|delay| delay.is_clear()) {
+        Some(delay) => pose_clock::in_gripper(trial, delay.late_s),
+        None => trial.samples.iter().filter_map(in_gripper).collect(),
+    };
     if way.is_empty() {
         return Err(Unknown::NoPose);
     }
@@ -262,6 +267,25 @@ fn shares(clocks: &[Clock]) -> [f64; 2] {
         true => [slope - 2.0 * error, slope + 2.0 * error].map(|share| share.clamp(0.0, 1.0)),
         false => [0.0, 1.0],
     }
+}
+
+/// The delay of the object's poses behind the gripper's where it is more than filters and exposure times make.
+pub fn late(delay: &Delay) -> Option<Breach> {
+    let Delay { late_s, trials, .. } = *delay;
+    let half_s = 2.0 * delay.sd_s;
+    if late_s.abs() < LEAST_S + half_s {
+        return None;
+    }
+    let (late, early) = if late_s > 0.0 { ("object", "gripper") } else { ("gripper", "object") };
+    let text = format!(
+        "the {late}'s poses are {:.1} ms behind the {early}'s (95 % interval {:.1} to {:.1} ms, {trials} trials): before anything \
+         touches the object it moves with the gripper. Two trackers, or a filter on one of them? shift one of them by that time, \
+         or leave it to the effect mocap_latency",
+        1e3 * late_s.abs(),
+        1e3 * (late_s.abs() - half_s),
+        1e3 * (late_s.abs() + half_s),
+    );
+    Some(Breach { cause: Cause::ClockOffset, columns: "columns t_s, object_*, gripper_*".into(), text })
 }
 
 /// The clocks' difference over trials of one primitive where it is one number, and not zero.
