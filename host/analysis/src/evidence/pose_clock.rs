@@ -16,7 +16,7 @@ use stickslip_shared::track::Pose;
 use crate::channels::{self, Signals};
 use crate::evidence::contact;
 use crate::evidence::statistics::weighted_median;
-use crate::run::motion::between;
+use crate::run::motion::{between, denoised};
 
 /// Rotation counts at this arm, m.
 const ARM_M: f64 = 0.03;
@@ -108,12 +108,14 @@ pub fn in_gripper(trial: &Trial, late_s: f64) -> Vec<(f64, [f64; 6])> {
 /// A pose and when it is.
 type At = (f64, Pose<f64>);
 
-/// Poses of gripper and object.
+/// Poses of gripper and object, those of the gripper without noise: it would enter the speed.
 fn poses(trial: &Trial) -> (Vec<At>, Vec<At>) {
     let of = |pose: fn(&Sample) -> Option<stickslip_data::Pose>| -> Vec<At> {
         trial.samples.iter().filter_map(|s| Some((s.t_s, channels::pose(&pose(s)?)))).collect()
     };
-    (of(|s| s.gripper), of(|s| s.object))
+    let (t_s, gripper): (Vec<f64>, Vec<Pose<f64>>) = of(|s| s.gripper).into_iter().unzip();
+    let gripper = denoised(&t_s, &gripper);
+    (t_s.into_iter().zip(gripper).collect(), of(|s| s.object))
 }
 
 /// The object in the frame of the gripper as that was `late_s` before, less where it was at first.

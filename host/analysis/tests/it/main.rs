@@ -29,6 +29,7 @@ mod mounting;
 mod noise_floor;
 mod overhang;
 mod pads;
+mod pose_clock;
 mod rate;
 mod replay;
 mod score;
