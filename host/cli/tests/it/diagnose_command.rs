@@ -41,20 +41,26 @@ fn demo() -> PathBuf {
 pub fn weak_grip() -> &'static Path {
     static FOLDER: OnceLock<TempDir> = OnceLock::new();
     let made = || {
-        let folder = tempfile::tempdir().expect("a folder");
-        let description = bench("weak grip");
-        let mut reality = Reality::draw(&description, Nuisance::PAPER, SEED);
-        reality.effects = vec!["grip_force_loss=0.3".parse().expect("an effect")];
-        let setup = Setup { description: description.clone(), reality, step_s: STEP_S };
-        let all = conditions(PlanName::PushSmall, &[], SEED, 1.0);
-        let some = all.iter().step_by(all.len().div_ceil(4));
-        let trials =
-            some.flat_map(|c| (1..=2).map(|run| simulate(&setup, c, run, SEED).expect("a trial"))).collect();
-        write(&Dataset { folder: "weak".into(), description, trials }, folder.path()).expect("written");
+        let folder = pushed(&["grip_force_loss=0.3"], 4);
         std::fs::write(folder.path().join("own.toml"), OWN).expect("written");
         folder
     };
     FOLDER.get_or_init(made).path()
+}
+
+/// About so many conditions, each pushed twice on a rig with `effects`.
+fn pushed(effects: &[&str], conditions_about: usize) -> TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    let description = bench("weak grip");
+    let mut reality = Reality::draw(&description, Nuisance::PAPER, SEED);
+    reality.effects = effects.iter().map(|e| e.parse().expect("an effect")).collect();
+    let setup = Setup { description: description.clone(), reality, step_s: STEP_S };
+    let all = conditions(PlanName::PushSmall, &[], SEED, 1.0);
+    let some = all.iter().step_by(all.len().div_ceil(conditions_about));
+    let trials =
+        some.flat_map(|c| (1..=2).map(|run| simulate(&setup, c, run, SEED).expect("a trial"))).collect();
+    write(&Dataset { folder: "weak".into(), description, trials }, folder.path()).expect("written");
+    folder
 }
 
 /// What `diagnose` prints of it. Beside the data lie the model that is named, the page and its figures.
@@ -198,6 +204,29 @@ fn a_diagnosis_writes_the_named_model_and_a_page_and_says_what_comes_next() {
     for raw in ["finger_sum", "finger_difference", "_nm<", "http", "src=", "url(", "NaN"] {
         assert!(!crate::pages::words(&page).contains(raw), "{raw}");
     }
+}
+
+#[test]
+#[ignore = "long: make test-host-rest"]
+fn an_object_that_is_seen_late_is_measured_by_check_and_named_with_that_delay_beside_what_else_is_missing() {
+    const LATE_S: f64 = 0.03;
+    let folder = pushed(&["mocap_latency=0.03", "grip_force_loss=0.3"], 8);
+    let output = stickslip().current_dir(folder.path()).args(["check", ".", "--json"]).output().expect("run");
+    let said: Value = serde_json::from_slice(&output.stdout).expect("a document");
+    let measured_s = said["object_delay"]["late_s"].as_f64().expect("measured");
+    assert!((measured_s - LATE_S).abs() < 0.002, "{measured_s} s");
+    let causes = said["findings"].as_array().expect("a list").len();
+    assert!(!output.status.success() && causes == 1, "{}", said["findings"]);
+    let said = json(folder.path(), &["diagnose", "."]);
+    let named: Vec<&str> =
+        said["effects"].as_array().expect("a list").iter().filter_map(Value::as_str).collect();
+    assert!(named.contains(&"mocap_latency") && named.contains(&"grip_force_loss"), "{named:?}");
+    let of = |what: &str| said["parameters"]["mocap_latency.latency_s"][what].as_f64().expect("an interval");
+    assert!(
+        of("low") < LATE_S && LATE_S < of("high") && of("high") - of("low") < 0.01,
+        "{}",
+        said["parameters"]
+    );
 }
 
 #[test]
