@@ -480,6 +480,9 @@ fn or_equally(effects: &[&'static str], equal: &[Vec<&'static str>]) -> String {
     if sets.is_empty() { named } else { format!("{named}, or equally well {}", sets.join(" or ")) }
 }
 
+/// A smaller share of the excess error is none.
+const LEAST_SHARE: f64 = 0.005;
+
 /// The verdict in words. Its shares are those of the table of `candidates`.
 fn sentence(
     verdict: Verdict,
@@ -543,11 +546,11 @@ fn sentence(
             percent(share)
         ),
         Verdict::Unexplained => match best(&mut candidates.iter()) {
-            Some((id, (share, of_what))) => format!(
+            Some((id, (share, of_what))) if share > LEAST_SHARE => format!(
                 "An effect is missing, and none of the known ones explains it: the best, {id}, explains {} {of_what}.",
                 percent(share)
             ),
-            None => "An effect is missing, and none of the known ones explains it.".into(),
+            _ => "An effect is missing, and none of the known ones explains any of it.".into(),
         },
     }
 }
