@@ -10,12 +10,13 @@
 //! and a jaw that does not keep its force presses harder where the object is wider,
 //!
 //! ```text
-//! N = N + (grip_gradient + N grip_gradient_relative) (x - x_start + late dx/dt)
+//! N = N + (grip_gradient + N grip_gradient_relative) (x - (1 - at_middle) x_start + late dx/dt)
 //! ```
 //!
 //! (a stiffness of jaw and pads that grows with their load, as that of rubber does, by its first two terms; a
-//! jaw that takes time to give way lags behind a width that changes), with `x` the object coordinate of the
-//! pad's middle. The pads press along the face's normal. A slide towards +X then needs the push
+//! jaw that takes time to give way lags behind a width that changes; one whose force goes by its opening has what was
+//! commanded at the object's middle, `at_middle = 1`, one that is set as it closes where the trial starts), with `x` the
+//! object coordinate of the pad's middle. The pads press along the face's normal. A slide towards +X then needs the push
 //! `2 N (mu cos - sin)`. A jaw that presses strictly along gripper Y would need
 //! `1 / (cos + mu sin)` times that: 0.4 % less at the typical slope and friction 0.4.
 //!
@@ -103,6 +104,16 @@ pub const INFO: Info = Info {
         )
         .tried_at(&[0.0, 1.0])
         .added(0.0),
+        Parameter::new(
+            "at_middle",
+            "1",
+            0.0,
+            0.0,
+            [0.0, 1.0],
+            "share of the grip's gradient that is zero at the object's middle, the rest where the trial starts",
+        )
+        .tried_at(&[0.0, 1.0])
+        .added(0.0),
     ],
 };
 
@@ -141,12 +152,18 @@ pub(super) fn pad_x_m<R: Real>(c: &StepContext<R>) -> R {
 }
 
 /// How far the object has opened a jaw that gives way late: from where it closed, and `late_s`
-/// times how fast `width` grows. There the jaw has its force. The last of `memory` is the caller's.
-pub(super) fn opened<R: Real>(width: R, late_s: R, c: &StepContext<R>, memory: &mut [R; MEMORY]) -> R {
+/// times how fast `width` grows. There the jaw has its force; as far as it does not where `width` is zero. The last of
+/// `memory` is the caller's.
+pub(super) fn opened<R: Real>(
+    width: R,
+    [late_s, as_it_is]: [R; 2],
+    c: &StepContext<R>,
+    memory: &mut [R; MEMORY],
+) -> R {
     let [closed, start, last, own] = *memory;
     let (start, last) = if closed == R::zero() { (width, width) } else { (start, last) };
     *memory = [R::one(), start, width, own];
-    width - start + late_s * (width - last) / max(c.dt_s, R::of(1e-6))
+    width - start * (R::one() - as_it_is) + late_s * (width - last) / max(c.dt_s, R::of(1e-6))
 }
 
 impl<R: Real> Law<R> for FaceTilt {
@@ -155,7 +172,7 @@ impl<R: Real> Law<R> for FaceTilt {
             memory[3] = along_x(c).z;
         }
         if p[2] != R::zero() || p[4] != R::zero() {
-            *grip_n += (p[2] + p[4] * *grip_n) * opened(pad_x_m(c), p[3], c, memory);
+            *grip_n += (p[2] + p[4] * *grip_n) * opened(pad_x_m(c), [p[3], p[7]], c, memory);
         }
         memory[0] = R::one();
     }

@@ -4,7 +4,8 @@
 //! coordinate of the pad's middle. To first order a wavy face of slope `s` does the same with
 //! `amplitude = s / mu` (machining marks, ripples of an extruded face). A jaw that does not
 //! keep its force answers to the height, of which that slope is the derivative:
-//! `N = N + grip (h - h_start + late dh/dt)`, `h = -cos(a)`.
+//! `N = N + grip (h - (1 - at_middle) h_start + late dh/dt)`, `h = -cos(a)`: a force that goes by the place on the object has
+//! `at_middle = 1`, one that is as commanded where the trial starts 0.
 
 use super::face_tilt::{opened, pad_x_m};
 use super::law::{FrictionLaw, Law, Slip, StepContext};
@@ -41,6 +42,16 @@ pub const INFO: Info = Info {
         Parameter::new("late_s", "s", 0.0, 0.0, [0.0, 0.4], "delay of the jaw's motion")
             // The fit finds it.
             .tried_at(&[0.0]),
+        Parameter::new(
+            "at_middle",
+            "1",
+            0.0,
+            0.0,
+            [0.0, 1.0],
+            "share of the grip's wave that is there where the trial starts",
+        )
+        .tried_at(&[0.0])
+        .added(0.0),
     ],
 };
 
@@ -51,7 +62,7 @@ fn angle<R: Real>(p: &[R; MAX_PARAMETERS], x_m: R) -> R {
 impl<R: Real> Law<R> for FaceWaviness {
     fn grip(&self, p: &[R; MAX_PARAMETERS], c: &StepContext<R>, memory: &mut [R; MEMORY], grip_n: &mut R) {
         if p[3] != R::zero() {
-            *grip_n += p[3] * opened(-angle(p, pad_x_m(c)).sine_cosine().1, p[4], c, memory);
+            *grip_n += p[3] * opened(-angle(p, pad_x_m(c)).sine_cosine().1, [p[4], p[5]], c, memory);
         }
     }
 

@@ -651,6 +651,19 @@ fn face_waviness_lets_the_grip_follow_the_height() {
 }
 
 #[test]
+fn a_wave_of_the_grip_is_there_from_the_start_by_the_share_that_goes_by_the_place_on_the_object() {
+    let (wavelength, phase, grip) = (0.008, 0.3, 2.0);
+    for at_middle in [0.0, 0.4, 1.0] {
+        let parameters = [0.0, wavelength, phase, grip, 0.0, at_middle];
+        let record = pure_push::<f64>(0.01).with("face_waviness", &parameters).play();
+        let angle = |x: f64| std::f64::consts::TAU * x / wavelength + phase;
+        let x = -record.state.position_m.x;
+        let rises = (1.0 - at_middle) * angle(0.0).cos() - angle(x).cos();
+        close(record.last().normal_n[0], N + grip * rises, 1e-2);
+    }
+}
+
+#[test]
 fn face_waviness_follows_the_sine_of_the_place() {
     let (a, wavelength, phase) = (0.1, 0.008, 0.3);
     let record = pure_push::<f64>(0.01).with("face_waviness", &[a, wavelength, phase]).play();

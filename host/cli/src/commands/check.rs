@@ -43,7 +43,7 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<()> {
     }
     balance(&report.balance, args, output);
     clocks(&report.clocks, output);
-    delay(report.object_delay.as_ref(), output);
+    delay(report.object_delay.filter(|delay| args.verbose || delay.is_found()), output);
     list("warnings", report.warnings.iter().map(ToString::to_string), args.most, output);
     list("physics errors", report.findings.iter().map(ToString::to_string), args.most, output);
     let left_out = report.left_out.iter().map(ToString::to_string);
@@ -238,7 +238,7 @@ fn clocks(clocks: &[Clocks], output: &Output) {
     }
 }
 
-fn delay(delay: Option<&Delay>, output: &Output) {
+fn delay(delay: Option<Delay>, output: &Output) {
     if let Some(delay) = delay {
         output.text(format_args!(
             "  clocks, object: {:.1} ms {} the gripper (\u{b1} {:.1} ms), by their motion before contact ({} trials)",
