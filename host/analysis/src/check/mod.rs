@@ -220,7 +220,6 @@ pub fn check(index: &Index, progress: &dyn Progress) -> Report {
         trials.iter().map(|trial| (trial.file.clone(), &trial.physics)).collect();
     let clocks = physics::clocks(physics.iter().map(|(_, of)| *of));
     let delay = physics::delay(physics.iter().map(|(_, of)| *of));
-    eprintln!("delay {delay:?}");
     let mut findings = physics::findings(index, &physics);
     let suspects = imbalance::judge(&trials, &balance, &description, &mut findings, &mut warnings);
     Report {

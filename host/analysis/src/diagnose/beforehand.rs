@@ -2,8 +2,8 @@
 //!
 //! The fingers' pads give way by a measured compliance ([`crate::evidence::pads`]), the motion before contact shows whether
 //! the object is seen late ([`crate::evidence::pose_clock`]), and repetitions whether friction drifts with the order of
-//! trials ([`crate::fit::noise`]). All of it stands in the model before any other effect is tried: least squares without them ends in side valleys. Ordinary pads are a property
-//! of every fingertip and are not named; soft ones are.
+//! trials ([`crate::fit::noise`]). All of it stands in the model before any other effect is tried: least squares without it
+//! ends in side valleys. Ordinary pads are a property of every fingertip and are not named; soft ones are.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use stickslip_shared::effects::{MAX_PARAMETERS, Role};
