@@ -65,6 +65,7 @@ mod tests {
             load_n: [20.0, 20.0, 0.0, 0.0],
             load_rate_n_s: [0.0; 4],
             environment: [nothing; 2],
+            stretch_m: [[0.0; 2]; 2],
             fingers: None,
             pusher: None,
             whole_face: false,

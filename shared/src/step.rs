@@ -123,6 +123,7 @@ fn context<R: Real, const NC: usize>(
     let mut slip_m = [R::zero(); 4];
     let mut speed = slip_m;
     let mut load_n = slip_m;
+    let mut stretch_m = [[R::zero(); 2]; 4];
     for body in [Body::Finger1, Body::Finger2, Body::Pusher, Body::Support] {
         let (k, range) = (body.index(), body.slots());
         let mut count = R::zero();
@@ -131,12 +132,15 @@ fn context<R: Real, const NC: usize>(
                 slip_m[k] += slot.slip_m;
                 speed[k] += slot.speed_m_s;
                 load_n[k] += slot.load_n;
+                stretch_m[k][0] += slot.spring_m[0];
+                stretch_m[k][1] += slot.spring_m[1];
                 count += R::one();
             }
         }
         if count > R::zero() {
             slip_m[k] /= count;
             speed[k] /= count;
+            stretch_m[k] = stretch_m[k].map(|sum| sum / count);
         }
     }
     let [_, _, _, wx, wy, wz, _] = state.velocity;
@@ -178,6 +182,7 @@ fn context<R: Real, const NC: usize>(
         load_n,
         load_rate_n_s,
         environment,
+        stretch_m: [stretch_m[0], stretch_m[1]],
         fingers: scene.fingers,
         pusher: scene.pusher,
         whole_face: matches!(scene.support, Some(SupportContact::Patch)),

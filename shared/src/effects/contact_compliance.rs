@@ -30,6 +30,10 @@
 //! to 1.2 for a half-space (Johnson 1985, 3.7 and 7.2). Three points at `a` bear 0.35 of the load, three at `0.487 a` the rest,
 //! so that torsional friction stays `2/3 mu N a`, and share `K` as the ratio wants: what is stiff at the rim also begins to
 //! slide there (`contact::spread`). 0.95 is the most that they can. With 0 the pad is a ring of `2a/3`, whose ratio is 4/9.
+//!
+//! The face of a sheared pad is beside its finger, and the grip presses on it there: `pad_carry` of the mean stretch of the
+//! pad's springs, 1 for a face that goes along as it is. A block's shear is itself a moment that its pressure must balance: it
+//! rises towards the leading edge by `F h / (2 N)`, `h` the pad's height, and where that is more the sum is below 0.
 
 use super::law::{Law, StepContext};
 use crate::contact::{Body, Contact, is_finger};
@@ -144,6 +148,18 @@ pub const INFO: Info = Info {
         .tried_at(&[0.0])
         .expected(Expected::Usual(SHEAR, [0.0, 2.0]))
         .added(0.0),
+        Parameter::new(
+            "pad_carry",
+            "1",
+            1.0,
+            0.0,
+            [-2.0, 2.0],
+            "how far the pressure of a sheared pad moves with the object, over the shear: 0 it stays under the finger, 1 it goes along",
+        )
+        // The fit finds it.
+        .tried_at(&[0.0])
+        .expected(Expected::UsualBesideReadOff(0.5, [-1.0, 1.5]))
+        .added(0.0),
     ],
 };
 
@@ -163,6 +179,8 @@ const REFERENCE_N: f64 = 20.0;
 const LEAST_N: f64 = 0.5;
 
 /// A fingertip's compliance under a load (N) over that of the parameters, with its `stiffening`.
+// Asked for three times: flash.
+#[inline(never)]
 pub fn compliance_at<R: Real>(grip_n: R, stiffening: R) -> R {
     let ratio = max(grip_n, R::of(LEAST_N)) / R::of(REFERENCE_N);
     (-stiffening * ratio.ln()).exp()
@@ -208,6 +226,11 @@ impl<R: Real> Law<R> for ContactCompliance {
         contact.tangential_n_m = softer(contact.tangential_n_m, tangential);
         contact.normal_n_m = softer(contact.normal_n_m, normal);
         contact.microslip = clamp(microslip, R::zero(), R::one());
+        if let (true, Some(stretch_m)) = (p[8] != R::zero(), context.stretch_m.get(contact.body.index())) {
+            let moved = (contact.axes[1] * stretch_m[0] + contact.axes[2] * stretch_m[1]) * p[8];
+            contact.lever_m += moved;
+            contact.object_m += context.rotation.inverse_transform_vector(&moved);
+        }
         let disc = contact.face != ROUND && matches!(context.fingers, Some(FingerContact::Disc { .. }));
         contact.profile = match contact.body {
             Body::Pusher if p[2] > R::zero() => Some(clamp(p[5], R::zero(), R::one())),

@@ -34,6 +34,9 @@ pub struct StepContext<R: Real> {
     pub load_rate_n_s: [R; 4],
     /// Pusher and support; zeros where there is none.
     pub environment: [Environment<R>; 2],
+    /// Stretch of the tangential springs of each fingertip, mean over its points, along their tangents: the object has moved
+    /// by it before it slips.
+    pub stretch_m: [[R; 2]; 2],
     /// Fingertips.
     pub fingers: Option<FingerContact<R>>,
     /// Contact feature of the pusher.

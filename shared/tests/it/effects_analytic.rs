@@ -172,6 +172,25 @@ fn contact_compliance_sags_by_weight_over_two_springs_and_closes_by_the_grip() {
 }
 
 #[test]
+fn the_pressure_of_sheared_pads_goes_along_with_the_object_and_its_moments_balance() {
+    let compliance_m_n = 1e-4;
+    let weight_n = 0.2005 * 9.81;
+    for carry in [0.0, 0.5, 1.0, -1.0] {
+        let parameters = [compliance_m_n, 1e-5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, carry];
+        let run = hold::<f64>().with("contact_compliance", &parameters);
+        let played = run.play();
+        let [one, two] = played.last().reading.finger;
+        // The object hangs lower than its fingers by what the pads are sheared, and the grip presses there: `r x f`.
+        let sag_m = 0.5 * weight_n * (compliance_m_n + 1e-7);
+        close(one[3] + 1.0, 1.0 + carry * sag_m * one[1], 1e-5);
+        close(two[3] + 1.0, 1.0 + carry * sag_m * two[1], 1e-5);
+        // Both grip at one height: nothing turns.
+        assert!(played.state.rotation.angle() < 1e-6, "{carry}: {} rad", played.state.rotation.angle());
+        close(one[2] + two[2], weight_n, 1e-6);
+    }
+}
+
+#[test]
 fn a_pusher_gives_way_by_its_compliance_times_the_push() {
     let at = |compliance_m_n: f64| {
         let run = light_push(0.01).with("contact_compliance", &[0.0, 0.0, compliance_m_n]);

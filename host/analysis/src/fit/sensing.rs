@@ -96,6 +96,7 @@ fn nowhere() -> StepContext<f64> {
         load_n: [0.0; 4],
         load_rate_n_s: [0.0; 4],
         environment: [nothing; 2],
+        stretch_m: [[0.0; 2]; 2],
         fingers: None,
         pusher: None,
         whole_face: false,

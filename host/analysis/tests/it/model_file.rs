@@ -135,6 +135,7 @@ fn a_parameter_that_came_later_is_asked_for_with_the_value_that_changes_nothing(
         "pusher_rim = 0",
         "pad_torsion = 0",
         "pusher_shear = 0",
+        "pad_carry = 0",
         "pusher_m_n = 0",
         "elsewhere = 1",
         "renewal_m = 0.000001",

@@ -229,6 +229,7 @@ pub fn at_rest_context(dt_s: f64) -> StepContext<f64> {
         load_n: [20.0, 20.0, 0.0, 0.0],
         load_rate_n_s: [0.0; 4],
         environment: [none; 2],
+        stretch_m: [[0.0; 2]; 2],
         fingers: Some(FingerContact::Disc { diameter_m: 0.02 }),
         pusher: None,
         whole_face: false,
