@@ -115,6 +115,8 @@ pub enum Role {
         /// The largest share of its typical size that each parameter has on any sensor, no missing effect.
         of_typical: f64,
     },
+    /// Only what the force sensors show differs, by constants; within what is stated of a sensor, no missing effect.
+    Constants,
     /// When the object is seen: late by a sample of the recording, no missing effect; its first parameter is the delay.
     Delay,
     /// A later trial of the same condition differs; its first parameter is the change from trial to trial.
@@ -131,7 +133,7 @@ impl Role {
     /// Whether it changes only what the force sensors show.
     #[must_use]
     pub const fn is_sensing(self) -> bool {
-        matches!(self, Self::Sensing { .. })
+        matches!(self, Self::Sensing { .. } | Self::Constants)
     }
 }
 

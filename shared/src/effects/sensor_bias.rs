@@ -17,7 +17,7 @@ pub const INFO: Info = Info {
     signature: "the same error in a channel in every run and phase, even before contact",
     on_robot: "nothing moves otherwise: what controller and prediction read is off by a constant, and shares of the friction limit with it",
     source: "ATI F/T manual, bias; MuJoCo and Vicon rigs zero sensors before each run",
-    role: Role::Sensing { of_typical: 0.0 },
+    role: Role::Constants,
     parameters: &[
         force("finger1_fx_n", "added to finger 1, gripper X"),
         force("finger1_fy_n", "added to finger 1, gripper Y"),

@@ -1,8 +1,8 @@
 //! What is known before the search: read off the data without a model of everything else.
 //!
 //! The fingers' pads give way by a measured compliance ([`crate::evidence::pads`]), the motion before contact shows whether
-//! the object is seen late ([`crate::evidence::pose_clock`]), and repetitions whether friction drifts with the order of
-//! trials ([`crate::fit::noise`]). All of it stands in the model before any other effect is tried: least squares without it
+//! the object is seen late ([`crate::evidence::pose_clock`]), the time before contact whether the pusher's sensor is off
+//! ([`crate::evidence::pusher_bias`]), and repetitions whether friction drifts with the order of trials ([`crate::fit::noise`]). All of it stands in the model before any other effect is tried: least squares without it
 //! ends in side valleys. Ordinary pads are a property of every fingertip and are not named; soft ones are.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -20,6 +20,8 @@ use crate::model::candidate::{self, CandidateEffect, Described};
 
 /// Smaller changes of friction over a data set are no drift, in units of [`RELEVANT`].
 const LEAST_DRIFT: f64 = 0.01;
+/// The first of the pusher's among the constants of the sensors: after twelve of the fingers.
+const PUSHER_BIAS: usize = 12;
 /// Gauss-Newton steps.
 const STEPS: usize = 8;
 /// A parameter beyond this share of its upper bound was pulled as far as it goes.
@@ -186,10 +188,17 @@ fn beside(
     (from, chance): (&Model<f64>, f64),
 ) -> Candidate {
     let mut free = base.free.clone();
-    free.extend(Free::of_effect(trial.info, base.solution.model.effects.len()));
+    free.extend(measured_of(trial, from));
     let held = hold_out(problem, fit::solve_across(problem, from, &free, STEPS), free);
     let explained = explained(&base.misfit, &held.misfit);
     known(trial, held, chance, explained)
+}
+
+/// The parameters of what was measured by itself, which is the last effect of `model`: of constants those that were.
+fn measured_of(trial: &CandidateEffect, model: &Model<f64>) -> Vec<Free> {
+    let all = Free::of_effect(trial.info, model.effects.len() - 1);
+    let is_open = |f: &Free| trial.info.role != Role::Constants || f.departure(model) != 0.0;
+    all.into_iter().filter(is_open).collect()
 }
 
 /// `start` with what was measured by itself, and is by `chance` none, with these `parameters`: built anew around a model that has
@@ -205,9 +214,10 @@ fn measured<'a>(
     if model.effects.iter().any(|e| e.code == trial.info.code) || model.effects.len() >= MAX_EFFECTS {
         return None;
     }
+    let with = trial.on(model, parameters);
     let mut free = held.free.clone();
-    free.extend(Free::of_effect(trial.info, model.effects.len()));
-    let from = Place::of(problem, trial.on(model, parameters), &free);
+    free.extend(measured_of(trial, &with));
+    let from = Place::of(problem, with, &free);
     let near = fit::descend(problem, from, &free, STEPS, &held.solution.columns).place.model;
     let around = Problem::new(problem.campaign, &near);
     let Held { solution, free, .. } = &start.base;
@@ -226,6 +236,16 @@ pub fn delayed<'a>(start: &Start<'a>) -> Option<Start<'a>> {
     let mut parameters = [0.0; MAX_PARAMETERS];
     parameters[0] = delay.late_s;
     measured(start, &trial, parameters, delay.by_chance())
+}
+
+/// Where the time before contact shows that the pusher's sensor is off by more than is stated: the start with that. `None` where it
+/// does not.
+pub fn biased<'a>(start: &Start<'a>) -> Option<Start<'a>> {
+    let bias = start.problem.campaign.bias.filter(|bias| bias.by_chance < level())?;
+    let trial = CandidateEffect::listed().into_iter().find(|t| t.info.role == Role::Constants)?;
+    let mut parameters = [0.0; MAX_PARAMETERS];
+    parameters.iter_mut().skip(PUSHER_BIAS).zip(bias.of_channel).for_each(|(to, of)| *to = of);
+    measured(start, &trial, parameters, bias.by_chance)
 }
 
 /// Where repetitions show that friction drifts with the order of trials: the start built

@@ -83,6 +83,7 @@ pub fn diagnose(
     tick();
     let start = beforehand::start(&campaign, &model);
     let start = beforehand::delayed(&start).unwrap_or(start);
+    let start = beforehand::biased(&start).unwrap_or(start);
     let start = beforehand::drifting(&start).unwrap_or(start);
     tick();
     let given = given(&campaign, start.held());
@@ -316,7 +317,7 @@ fn find(
 ) -> Findings {
     let start = beforehand::last(&base, &found);
     let drifts = found.iter().any(|c| c.info.role == Role::Order);
-    let measured = found.iter().any(|c| matches!(c.info.role, Role::Order | Role::Delay));
+    let measured = found.iter().any(|c| matches!(c.info.role, Role::Order | Role::Delay | Role::Constants));
     let relevant = start.misfit.misses(RELEVANT) && start.misfit.excess > 0.0;
     let mut worth_a_name = relevant && problem.campaign.conditions >= FEWEST_CONDITIONS;
     // Where nothing is worth a name, a few fits show what is there within the tolerances.

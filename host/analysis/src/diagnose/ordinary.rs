@@ -45,7 +45,7 @@ impl Most {
                 Some(Self::Size(of_diameter * problem.campaign.pad_diameter_m()?))
             }
             Role::Delay => Some(Self::Size(problem.campaign.period_s())),
-            Role::Sensing { of_typical } => (of_typical > 0.0).then_some(Self::OfTypical(of_typical)),
+            Role::Sensing { of_typical } => Some(Self::OfTypical(of_typical)),
             _ => None,
         }
     }

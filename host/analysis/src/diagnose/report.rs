@@ -407,16 +407,14 @@ fn candidate(problem: &Problem, met: &[&Held], c: &Candidate) -> CandidateReport
     let mut beside = effects_of(&c.held);
     beside.retain(|id| *id != c.info.id);
     let without = met.iter().filter(|_| !beside.is_empty()).find(|held| effects_of(held) == beside);
-    let skip = c.held.free.len() - c.info.parameters.len();
     let fit = fit::summary(problem, c.held.solution.clone(), 0.0, &c.held.free, &Options::default());
     let parameters = c
         .held
         .free
         .iter()
         .zip(&fit.estimates)
-        .skip(skip)
         .filter_map(|(free, e)| match free {
-            Free::Effect { parameter, .. } => c
+            Free::Effect { parameter, effect, .. } if *effect == c.info.id => c
                 .info
                 .parameters
                 .get(*parameter)
@@ -468,6 +466,10 @@ fn measured(effects: &[&'static str]) -> Option<&'static str> {
         Role::Delay => Some(
             "before anything touches it the object trails the gripper by the same time at each speed, by more than chance, as one \
              that is seen late does",
+        ),
+        Role::Constants => Some(
+            "before anything touches the object the pusher's sensor shows a constant force or torque, more than is stated of it, \
+             that the fingers do not bear",
         ),
         _ => None,
     }

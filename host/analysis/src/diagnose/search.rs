@@ -202,7 +202,7 @@ fn best_of_starts(
     let mut begun: Vec<Descent> = starts.iter().take(1 + bases.len()).filter_map(begin).collect();
     if search != Search::Quick {
         let few = |m: Model<f64>| fit::descend(problem, Place::of(problem, m, free), free, FEW_STEPS, &[]);
-        begun.extend(on_grid(problem, starts, info, slot).into_iter().map(few));
+        begun.extend(on_grid(problem, starts, (info, free), slot).into_iter().map(few));
     }
     begun.sort_by(|a, b| a.place.loss.total_cmp(&b.place.loss));
     let ends =
@@ -213,10 +213,21 @@ fn best_of_starts(
 
 /// The best places of a grid: friction from little to much, the effect as in `starts` and at its typical
 /// strength either way.
-fn on_grid(problem: &Problem, starts: &[Start], info: &Info, slot: usize) -> Vec<Model<f64>> {
+fn on_grid(
+    problem: &Problem,
+    starts: &[Start],
+    (info, free): (&Info, &[Free]),
+    slot: usize,
+) -> Vec<Model<f64>> {
     let mut models: Vec<Model<f64>> = starts.iter().map(|s| s.model.clone()).collect();
     if let Some(start) = starts.first() {
-        for (k, p) in info.parameters.iter().enumerate().filter(|(_, p)| p.typical != p.neutral) {
+        let strength = |f: &Free| match *f {
+            Free::Effect { slot: of, parameter, of: p, .. } if of == slot && p.typical != p.neutral => {
+                Some((parameter, p))
+            }
+            _ => None,
+        };
+        for (k, p) in free.iter().filter_map(strength) {
             for sign in [1.0, -1.0] {
                 let mut m = start.model.clone();
                 if let Some(e) = m.effects.get_mut(slot) {

@@ -191,21 +191,14 @@ pub fn of_gain(before: &[f64], after: &[f64], parameters: Option<f64>) -> f64 {
 
 /// Probability that the effect's strengths differ from neutral by chance: Wald's test with the
 /// covariance clustered by condition, against F. `None` where there are too few conditions for that.
-fn parameter_p_value(
-    problem: &Problem,
-    solution: &Solution,
-    free: &[Free],
-    from: usize,
-    info: &Info,
-) -> Option<f64> {
+fn parameter_p_value(problem: &Problem, solution: &Solution, free: &[Free], from: usize) -> Option<f64> {
     let covariance = fit::clustered_covariance(&solution.grams, &problem.priors(free, 0), free.len());
     let strengths: Vec<(usize, f64)> = free
         .iter()
         .enumerate()
         .skip(from)
-        .zip(info.parameters)
-        .filter(|(_, p)| p.typical != p.neutral)
-        .map(|((k, f), p)| (k, f.get(&solution.model) - p.neutral))
+        .filter(|(_, f)| matches!(f, Free::Effect { of, .. } if of.typical != of.neutral))
+        .map(|(k, f)| (k, f.departure(&solution.model)))
         .filter(|(k, _)| covariance[(*k, *k)] > 0.0)
         .collect();
     let q = strengths.len();
@@ -361,7 +354,7 @@ struct Begun {
 impl Begun {
     /// From the starts of its screening on `ground`.
     fn on(ground: &Ground, base: &Held, screened: Screened) -> Option<Self> {
-        let free = with(base, screened.trial.info);
+        let free = with(base, &screened);
         let found = ground.search((screened.trial.info, &screened.starts), &free, Search::Quick)?;
         let reach = reach(ground, &screened.starts, &found);
         Some(Self { screened, free, found, reach })
@@ -411,11 +404,11 @@ fn from_the_best(
     begun.sort_by(|a, b| a.reach.hope().total_cmp(&b.reach.hope()));
 }
 
-/// Free parameters of `base` with effect `info`.
-fn with(base: &Held, info: &'static Info) -> Vec<Free> {
-    let mut free = base.free.clone();
-    free.extend(Free::of_effect(info, base.solution.model.effects.len()));
-    free
+/// Free parameters of `base` with the effect that was `screened`.
+fn with(base: &Held, screened: &Screened) -> Vec<Free> {
+    let all = Free::of_effect(screened.trial.info, base.solution.model.effects.len());
+    let open = all.into_iter().enumerate().filter(|(k, _)| screened.open.contains(k));
+    base.free.iter().copied().chain(open.map(|(_, free)| free)).collect()
 }
 
 /// How far `found` went from its `starts`.
@@ -503,7 +496,7 @@ fn judged(
     if part_of_a_wave(problem, &fit, &free, base.free.len(), info) {
         return None;
     }
-    let parameters = parameter_p_value(problem, &fit, &free, base.free.len(), info);
+    let parameters = parameter_p_value(problem, &fit, &free, base.free.len());
     let held = hold_out(problem, fit, free);
     let p_value = of_gain(&base.loss, &held.loss, parameters);
     let explained = explained(&base.misfit, &held.misfit);

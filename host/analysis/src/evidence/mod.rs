@@ -13,6 +13,7 @@ pub mod overhang;
 pub mod pads;
 pub mod phases;
 pub mod pose_clock;
+pub mod pusher_bias;
 pub mod sensors;
 pub mod stages;
 pub mod statistics;

@@ -9,7 +9,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use stickslip_data::{Description, Sample, Sensors, Trial, Wrench};
+use stickslip_data::{Description, Sample, Sensors, Trial, Wrench, WrenchSensor};
 
 use crate::channels;
 use crate::evidence::noise::white_noise;
@@ -214,4 +214,14 @@ fn white(trial: &Trial, of: &dyn Fn(&Sample) -> Option<[f64; 3]>) -> Option<f64>
 
 fn size(x: [f64; 3]) -> f64 {
     x.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// The largest constant error of a force channel (N), or of a torque channel (N m), that counts as what is stated of its sensor: a
+/// tenth beyond the uncertainty, and the noise.
+#[must_use]
+pub fn most_error(sensor: &WrenchSensor, torque: bool) -> f64 {
+    match torque {
+        true => 1.1 * sensor.torque_uncertainty_nm + 3.0 * sensor.torque_noise_nm.max(1e-6),
+        false => 1.1 * sensor.force_uncertainty_n + 3.0 * sensor.force_noise_n.max(1e-4),
+    }
 }

@@ -16,6 +16,7 @@ use crate::evidence::conditions::condition_of;
 use crate::evidence::overhang;
 use crate::evidence::pads::{self, Pads};
 use crate::evidence::pose_clock::Delay;
+use crate::evidence::pusher_bias::Bias;
 use crate::evidence::sensors::sensors_or_estimated;
 use crate::fit::features::{Bins, Features};
 use crate::fit::phases;
@@ -79,6 +80,8 @@ pub struct Campaign {
     pub conditions: usize,
     /// How late the object's poses are behind the gripper's, where the motion before contact shows it.
     pub delay: Option<Delay>,
+    /// Constant error of the pusher's sensor beyond what is stated, where the time before contact shows it.
+    pub bias: Option<Bias>,
     /// As [`Self::pads`] says: what is assumed later takes its turn where what was before does not hold.
     pads: Vec<Pads>,
     /// How many of them do not hold.
@@ -155,6 +158,7 @@ impl Campaign {
         };
         let used = sensors_or_estimated(&dataset.description, dataset.trials.iter());
         Self {
+            bias: Bias::measured(dataset, &used.sensors.pusher),
             description: Description { sensors: used.sensors, ..dataset.description.clone() },
             assumed: used.taken,
             given: start.friction,

@@ -15,9 +15,11 @@ use std::ops::Range;
 use nalgebra::Vector3;
 use stickslip_data::Sensors;
 use stickslip_shared::effects::contact_compliance::tangential_m_n;
+use stickslip_shared::effects::{Info, Role};
 use stickslip_shared::model::Model;
 
 use crate::channels::COUNT;
+use crate::evidence::sensors::most_error;
 use crate::fit::campaign::Campaign;
 use crate::fit::features::{FEATURES, Features};
 use crate::fit::gls::Prior;
@@ -44,6 +46,8 @@ pub const OF_DIAMETER: f64 = 0.01;
 const ORIGIN_M: f64 = 1e-4;
 /// Most of a constant that is assumed, in standard deviations.
 const MOST: f64 = 3.0;
+/// Share of its bound from which a constant counts as being there.
+const AT_BOUND: f64 = 0.99;
 
 /// First channel of the sum of both fingers' wrenches, of their difference, and of the pusher's.
 const SUM: usize = 6;
@@ -108,8 +112,8 @@ fn origin(measured: &Features, sensor: usize, axis: usize) -> Features {
     out
 }
 
-/// Prior of the constants in the order of [`columns`]. A sensor's error is uniform within the uncertainty stated, about: beyond a
-/// tenth more and the noise it is no nuisance any more. Moments of pads of `model` are those of pads that are set up nearly square.
+/// Prior of the constants in the order of [`columns`]. A sensor's error is uniform within the uncertainty stated, about: beyond
+/// [`most_error`] it is no nuisance any more. Moments of pads of `model` are those of pads that are set up nearly square.
 #[must_use]
 pub fn prior(campaign: &Campaign, model: &Model<f64>) -> Prior {
     let mut out = of_sensors(&campaign.description.sensors);
@@ -129,6 +133,16 @@ pub fn prior(campaign: &Campaign, model: &Model<f64>) -> Prior {
     out
 }
 
+/// Places of the parameters of an effect that something can be said of beside a fit's constants `offsets`: of a sensor's constant errors
+/// those of the channels whose constant has come to its bound. What is within what is stated is a nuisance in every fit already, and
+/// eighteen more constants that follow the noise cost a set that has one of them its prediction of held-out conditions.
+#[must_use]
+pub fn open(info: &Info, offsets: &[f64], prior: &Prior) -> Vec<usize> {
+    let is_bias = info.role == Role::Constants;
+    let at_bound = |k: &usize| offsets.get(*k).is_some_and(|x| x.abs() >= AT_BOUND * prior.bound[*k]);
+    (0..info.parameters.len()).filter(|k| !is_bias || at_bound(k)).collect()
+}
+
 /// Whether an origin is that of a finger along X or Z.
 fn is_along_face(origin: usize) -> bool {
     origin < 6 && origin % 3 != 1
@@ -143,7 +157,7 @@ fn of_sensors(sensors: &Sensors) -> Prior {
             _ => (sensor.torque_noise_nm.max(1e-6), sensor.torque_uncertainty_nm),
         };
         out.precision[o] = 1.0 / (uncertainty * uncertainty / 3.0 + 0.01 * noise * noise);
-        out.bound[o] = 1.1 * uncertainty + 3.0 * noise;
+        out.bound[o] = most_error(sensor, o % 6 >= 3);
     }
     out
 }

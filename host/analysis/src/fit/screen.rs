@@ -11,6 +11,7 @@ use crate::model::candidate::CandidateEffect;
 use stickslip_shared::effects::{Info, MAX_PARAMETERS};
 use stickslip_shared::model::Model;
 
+use crate::fit::constants;
 use crate::fit::engine::Solution;
 use crate::fit::features::Features;
 use crate::fit::free::Free;
@@ -27,6 +28,8 @@ pub struct Screened {
     pub gain: f64,
     /// Where to start from, best first.
     pub starts: Vec<Start>,
+    /// Places of its parameters that are fitted ([`constants::open`]).
+    pub open: Vec<usize>,
     /// No setting changes any feature by more than a hundredth of its noise.
     pub invisible: bool,
 }
@@ -87,11 +90,18 @@ pub fn screen(
 ) -> Screened {
     let mut starts = Vec::new();
     let mut invisible = true;
+    let open = bases
+        .first()
+        .map_or(Vec::new(), |base| constants::open(trial.info, &base.offsets, &problem.of_offsets));
     if bases.iter().all(|base| changes_nothing(problem, base, trial)) {
-        return Screened { trial: trial.clone(), gain: 0.0, starts, invisible };
+        return Screened { trial: trial.clone(), gain: 0.0, starts, open, invisible };
     }
     for (on, base) in bases.iter().enumerate() {
-        let (here, largest) = screen_on(problem, (on, base), base_free, trial);
+        if open.is_empty() {
+            invisible = false;
+            break;
+        }
+        let (here, largest) = screen_on(problem, (on, base), base_free, (trial, &open));
         starts.extend(here);
         invisible &= largest < 1e-2;
     }
@@ -100,7 +110,7 @@ pub fn screen(
         gls::least(&base.grams, &problem.priors(base_free, base.columns.len() - base_free.len())).0
     });
     let gain = starts.first().map_or(0.0, |s| before - s.loss);
-    Screened { trial: trial.clone(), gain, starts, invisible }
+    Screened { trial: trial.clone(), gain, starts, open, invisible }
 }
 
 /// Whether the effect, with all of its strengths at their typical size, changes no bit of any feature: it acts on a
@@ -144,7 +154,7 @@ fn screen_on(
     problem: &Problem,
     (on, base): (usize, &Solution),
     base_free: &[Free],
-    trial: &CandidateEffect,
+    (trial, open): (&CandidateEffect, &[usize]),
 ) -> (Vec<Start>, f64) {
     let info = trial.info;
     let predicted = &base.predicted;
@@ -167,7 +177,7 @@ fn screen_on(
     for (k, p) in info.parameters.iter().enumerate() {
         if p.typical == p.neutral {
             shaping.push(k);
-        } else {
+        } else if open.contains(&k) {
             strengths.push(k);
         }
     }

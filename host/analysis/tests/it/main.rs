@@ -30,6 +30,7 @@ mod noise_floor;
 mod overhang;
 mod pads;
 mod pose_clock;
+mod pusher_bias;
 mod rate;
 mod replay;
 mod score;
