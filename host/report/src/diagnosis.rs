@@ -3,7 +3,7 @@
 use crate::words::{effects_in_words, identifier_words as words};
 use stickslip_analysis::channels::channel_words;
 use stickslip_analysis::diagnose::posterior::Weighed;
-use stickslip_analysis::diagnose::report::{Report, Verdict};
+use stickslip_analysis::diagnose::report::{Place, Report, Verdict};
 use stickslip_analysis::diagnose::structure::Structure;
 
 /// The verdict: what the model lacks in the lead, then what is won by it.
@@ -17,9 +17,17 @@ pub fn sentence(report: &Report) -> String {
     let e = &report.error;
     // What depends on the order of runs shows between repetitions, and may leave the mean error as it was.
     let named = report.candidates.iter().filter(|c| report.effects.contains(&c.id));
-    let fall = |with: &str| match e.after < e.before {
-        true => format!("{with} held-out error falls from {:.1} to {:.1} run spreads.", e.before, e.after),
-        false => format!(
+    // What shows in one channel alone may not move the mean of all: then that one is said.
+    let worst = report.places.iter().max_by(|a, b| a.before.total_cmp(&b.before));
+    let fall = |with: &str| match worst.filter(|w| shown(w.after) < shown(w.before)) {
+        _ if shown(e.after) < shown(e.before) => {
+            format!("{with} held-out error falls from {:.1} to {:.1} run spreads.", e.before, e.after)
+        }
+        Some(Place { channel, phase, before, after }) => format!(
+            "{with} misfit of {} ({phase}) falls from {before:.1} to {after:.1} run spreads.",
+            channel_words(channel)
+        ),
+        None => format!(
             "It is seen beyond chance (p = {:.1e}), though not in the mean held-out error.",
             named.clone().map(|c| c.p_value).fold(1.0, f64::min)
         ),
@@ -45,6 +53,11 @@ pub fn sentence(report: &Report) -> String {
             effects_in_words(&report.summary)
         }
     }
+}
+
+/// A misfit as it is shown: in tenths.
+fn shown(run_spreads: f64) -> f64 {
+    (10.0 * run_spreads).round()
 }
 
 /// Structure that is left, in words.
